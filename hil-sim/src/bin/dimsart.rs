@@ -1,0 +1,2 @@
+//! The `dimsart` command.
+fn main() {}

@@ -1,0 +1,4 @@
+//! Hardware in the loop on a host.
+#![forbid(unsafe_code)]
+
+pub mod recording;

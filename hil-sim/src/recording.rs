@@ -1,0 +1,76 @@
+//! What a run leaves behind: named, unit-carrying columns, one row per tick.
+
+/// One column of a [`Recording`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Who it belongs to: a controller (`master`, `slave`) or `world` for the simulator's own truth.
+    pub source: String,
+    /// Signal name: a Data Base type (`POSITION`) or a truth signal (`hand_force`).
+    pub signal: String,
+    /// Axis (0-based) of a per-axis signal; none for a scalar.
+    pub axis: Option<usize>,
+    /// SI unit as text (`m`, `N`, `sqrt(W)`); empty for a pure number.
+    pub unit: String,
+}
+
+impl Column {
+    /// Header text: `master.POSITION[0] (m)`.
+    #[must_use]
+    pub fn header(&self) -> String {
+        let axis = self.axis.map(|axis| format!("[{axis}]")).unwrap_or_default();
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" ({})", self.unit) };
+        format!("{}.{}{axis}{unit}", self.source, self.signal)
+    }
+}
+
+/// Columns and rows of a run, row-major. Numbers of every Data Base format are exact in `f64`.
+#[derive(Debug, Clone, Default)]
+pub struct Recording {
+    columns: Vec<Column>,
+    time_s: Vec<f64>,
+    values: Vec<f64>,
+}
+
+impl Recording {
+    /// An empty recording of `columns`.
+    #[must_use]
+    pub fn new(columns: Vec<Column>) -> Self {
+        Self { columns, time_s: Vec::new(), values: Vec::new() }
+    }
+
+    /// Adds one row: `fill` pushes exactly one value per column. Missing values become NaN, surplus is cut.
+    pub fn push_row(&mut self, time_s: f64, fill: impl FnOnce(&mut Vec<f64>)) {
+        let end = self.values.len() + self.columns.len();
+        fill(&mut self.values);
+        self.values.resize(end, f64::NAN);
+        self.time_s.push(time_s);
+    }
+
+    /// The columns, in the order of a row.
+    #[must_use]
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// Time of each row, `s`.
+    #[must_use]
+    pub fn time_s(&self) -> &[f64] {
+        &self.time_s
+    }
+
+    /// Rows recorded so far, each as long as [`columns`](Self::columns).
+    pub fn rows(&self) -> impl Iterator<Item = &[f64]> {
+        self.values.chunks_exact(self.columns.len().max(1))
+    }
+
+    /// Index of the column `source.signal[axis]`, if recorded.
+    #[must_use]
+    pub fn find(&self, source: &str, signal: &str, axis: Option<usize>) -> Option<usize> {
+        self.columns.iter().position(|c| c.source == source && c.signal == signal && c.axis == axis)
+    }
+
+    /// All values of one column, oldest first; empty for an index that does not exist.
+    pub fn column(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
+        self.rows().filter_map(move |row| row.get(index).copied())
+    }
+}
