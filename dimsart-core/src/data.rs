@@ -1,0 +1,164 @@
+//! The Data Base as a module sees it during a tick.
+
+use core::cell::Cell;
+
+use crate::device::DeviceDescriptor;
+use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
+use crate::mailbox::LinkPort;
+use crate::storage::Block;
+use crate::word::{Scalar, Word};
+
+/// Access to the Data Base through handles. Reading never fails: a handle that is not connected
+/// reads as zero, and what is written to it is dropped.
+#[derive(Debug)]
+pub struct Data<'a> {
+    pub(crate) words: &'a [Cell<u32>],
+    pub(crate) blocks: &'a [Block],
+    pub(crate) links: &'a [LinkPort],
+    pub(crate) device: &'a DeviceDescriptor,
+    pub(crate) dof: usize,
+}
+
+impl Data<'_> {
+    /// The device's descriptor: degrees of freedom, sample period.
+    #[must_use]
+    pub fn device(&self) -> &DeviceDescriptor {
+        self.device
+    }
+
+    /// Computes every axis by one law, the way most control laws are written.
+    ///
+    /// `lanes` gives each axis its own parameters and state (one item per axis, in order); `law` gets
+    /// that item and the axis' inputs and returns its outputs. Nothing is computed while one of the
+    /// ports is not connected.
+    #[inline(always)]
+    pub fn map_axes<L, const I: usize, const O: usize>(
+        &self,
+        lanes: impl IntoIterator<Item = L>,
+        inputs: [Input<Vector>; I],
+        outputs: [Output<Vector>; O],
+        mut law: impl FnMut(L, [f32; I]) -> [f32; O],
+    ) {
+        let mut sources: [&[Cell<u32>]; I] = [&[]; I];
+        let mut sinks: [&[Cell<u32>]; O] = [&[]; O];
+        for (source, input) in sources.iter_mut().zip(inputs) {
+            let Some(words) = self.axes(input.slot) else { return };
+            *source = words;
+        }
+        for (sink, output) in sinks.iter_mut().zip(outputs) {
+            let Some(words) = self.axes(output.slot) else { return };
+            *sink = words;
+        }
+        for (axis, lane) in (0..self.dof).zip(lanes) {
+            let values = sources.map(|words| words.get(axis).map_or(0.0, |word| f32::from_bits(word.get())));
+            for (words, value) in sinks.iter().zip(law(lane, values)) {
+                if let Some(word) = words.get(axis) {
+                    word.set(value.to_bits());
+                }
+            }
+        }
+    }
+
+    /// Value of one axis of a vector; the default (zero) beyond the last axis.
+    #[inline]
+    #[must_use]
+    pub fn axis<T: Scalar>(&self, input: Input<Vector<T>>, axis: usize) -> T {
+        self.axes(input.slot).and_then(|words| words.get(axis)).map_or_else(T::default, read)
+    }
+
+    /// Writes one axis of a vector; dropped beyond the last axis.
+    #[inline]
+    pub fn set_axis<T: Scalar>(&self, output: Output<Vector<T>>, axis: usize, value: T) {
+        if let Some(word) = self.axes(output.slot).and_then(|words| words.get(axis)) {
+            word.set(value.into_word().0);
+        }
+    }
+
+    /// Value of a scalar.
+    #[inline]
+    #[must_use]
+    pub fn get<T: Scalar>(&self, input: Input<Single<T>>) -> T {
+        self.block(input.slot).first().map_or_else(T::default, read)
+    }
+
+    /// Writes a scalar.
+    #[inline]
+    pub fn set<T: Scalar>(&self, output: Output<Single<T>>, value: T) {
+        if let Some(word) = self.block(output.slot).first() {
+            word.set(value.into_word().0);
+        }
+    }
+
+    /// Element of a matrix; zero outside it.
+    #[inline]
+    #[must_use]
+    pub fn element<const R: u8, const C: u8, T: Scalar>(
+        &self,
+        input: Input<Matrix<R, C, T>>,
+        row: usize,
+        column: usize,
+    ) -> T {
+        self.block(input.slot).get(row * usize::from(C) + column).map_or_else(T::default, read)
+    }
+
+    /// Writes an element of a matrix; dropped outside it.
+    #[inline]
+    pub fn set_element<const R: u8, const C: u8, T: Scalar>(
+        &self,
+        output: Output<Matrix<R, C, T>>,
+        row: usize,
+        column: usize,
+        value: T,
+    ) {
+        if let Some(word) = self.block(output.slot).get(row * usize::from(C) + column) {
+            word.set(value.into_word().0);
+        }
+    }
+
+    /// All words of a signal, for modules that move data without looking at it.
+    #[inline]
+    #[must_use]
+    pub fn words<S: Signal>(&self, input: Input<S>) -> &[Cell<u32>] {
+        self.block(input.slot)
+    }
+
+    /// All words of a signal to be written.
+    #[inline]
+    #[must_use]
+    pub fn words_out<S: Signal>(&self, output: Output<S>) -> &[Cell<u32>] {
+        self.block(output.slot)
+    }
+
+    /// A module's own memory; zero when it was plugged in.
+    #[inline]
+    #[must_use]
+    pub fn memory(&self, memory: Memory) -> &[Cell<u32>] {
+        self.block(memory.slot)
+    }
+
+    /// The comm edge of link `number`, if there is one.
+    #[inline]
+    #[must_use]
+    pub fn link(&self, number: u32) -> Option<&LinkPort> {
+        self.links.get(usize::try_from(number).ok()?)
+    }
+
+    #[inline(always)]
+    fn axes(&self, slot: u8) -> Option<&[Cell<u32>]> {
+        let block = self.blocks.get(usize::from(slot))?;
+        self.words.get(usize::from(block.offset)..)?.get(..self.dof)
+    }
+
+    #[inline]
+    fn block(&self, slot: u8) -> &[Cell<u32>] {
+        self.blocks
+            .get(usize::from(slot))
+            .and_then(|block| self.words.get(usize::from(block.offset)..)?.get(..usize::from(block.words)))
+            .unwrap_or_default()
+    }
+}
+
+#[inline]
+fn read<T: Scalar>(word: &Cell<u32>) -> T {
+    T::from_word(Word(word.get()))
+}

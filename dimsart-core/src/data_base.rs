@@ -1,0 +1,139 @@
+//! The Data Base: every signal of a scheme, in statically sized slots.
+
+use core::cell::Cell;
+
+use crate::data::Data;
+use crate::data_type::{DataType, TypeRef};
+use crate::device::DeviceDescriptor;
+use crate::limits::{MAX_LINKS, MAX_SLOTS};
+use crate::mailbox::LinkPort;
+use crate::storage::{Storage, StorageError};
+
+/// A signal that is in the Data Base now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// Which signal.
+    pub signal: TypeRef,
+    /// What it is.
+    pub data_type: &'static DataType,
+    users: u8,
+}
+
+/// Signals, modules' memories and link mailboxes, in `WORDS` words and [`MAX_SLOTS`] slots.
+///
+/// Memory is taken and given back only when a module is plugged in or out. A signal is there as long
+/// as somebody reads or writes it.
+#[derive(Debug)]
+pub struct DataBase<const WORDS: usize> {
+    storage: Storage<WORDS>,
+    entries: [Option<Entry>; MAX_SLOTS],
+    links: [LinkPort; MAX_LINKS],
+    revision: u32,
+}
+
+impl<const WORDS: usize> DataBase<WORDS> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            storage: Storage::new(),
+            entries: [None; MAX_SLOTS],
+            links: [const { LinkPort::new() }; MAX_LINKS],
+            revision: 0,
+        }
+    }
+
+    /// Every signal, with its slot.
+    pub fn signals(&self) -> impl Iterator<Item = (u8, Entry)> + '_ {
+        (0..).zip(&self.entries).filter_map(|(slot, entry)| entry.map(|entry| (slot, entry)))
+    }
+
+    /// Slot of a signal, if it is there.
+    #[must_use]
+    pub fn slot(&self, signal: TypeRef) -> Option<u8> {
+        self.signals().find(|(_, entry)| entry.signal == signal).map(|(slot, _)| slot)
+    }
+
+    /// Words of a slot; empty for one that is free.
+    #[must_use]
+    pub fn words(&self, slot: u8) -> &[u32] {
+        self.storage.words(slot)
+    }
+
+    /// Counts up whenever signals come or go: what was looked up before may have moved.
+    #[must_use]
+    pub fn revision(&self) -> u32 {
+        self.revision
+    }
+
+    /// Words that are free.
+    #[must_use]
+    pub fn free_words(&self) -> usize {
+        self.storage.free_words()
+    }
+
+    /// Slots that are taken, by signals and memories.
+    #[must_use]
+    pub fn taken_slots(&self) -> usize {
+        self.storage.taken_slots()
+    }
+
+    pub(crate) fn words_mut(&mut self, slot: u8) -> &mut [u32] {
+        self.storage.words_mut(slot)
+    }
+
+    pub(crate) fn links(&self) -> &[LinkPort] {
+        &self.links
+    }
+
+    /// Counts one more user of a signal, making it when it is not there yet.
+    pub(crate) fn insert(
+        &mut self,
+        data_type: &'static DataType,
+        signal: TypeRef,
+        dof: usize,
+    ) -> Result<u8, StorageError> {
+        if let Some(slot) = self.slot(signal) {
+            if let Some(Some(entry)) = self.entries.get_mut(usize::from(slot)) {
+                entry.users = entry.users.saturating_add(1);
+            }
+            return Ok(slot);
+        }
+        let slot = self.take(data_type.shape.words(dof))?;
+        if let Some(entry) = self.entries.get_mut(usize::from(slot)) {
+            *entry = Some(Entry { signal, data_type, users: 1 });
+        }
+        Ok(slot)
+    }
+
+    /// Takes memory that has no name.
+    pub(crate) fn take(&mut self, words: usize) -> Result<u8, StorageError> {
+        let slot = self.storage.take(words)?;
+        self.revision = self.revision.wrapping_add(1);
+        Ok(slot)
+    }
+
+    /// Gives back one use of a signal, or a memory.
+    pub(crate) fn remove(&mut self, slot: u8) {
+        if let Some(entry) = self.entries.get_mut(usize::from(slot)) {
+            if let Some(used) = entry
+                && used.users > 1
+            {
+                used.users -= 1;
+                return;
+            }
+            *entry = None;
+        }
+        self.storage.give_back(slot);
+        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// The view that modules get during a tick.
+    pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
+        Data {
+            words: Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells(),
+            blocks: &self.storage.blocks,
+            links: &self.links,
+            device,
+            dof: device.dof(),
+        }
+    }
+}

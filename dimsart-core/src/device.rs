@@ -1,0 +1,112 @@
+//! What a device is, as far as a control scheme needs to know.
+
+use crate::data_type::DataType;
+use crate::limits::MAX_DOF;
+use crate::unit::AxisKind;
+
+/// Degrees of freedom, sample period, and the types a device gives and takes.
+///
+/// The only thing the core ever learns about hardware.
+#[doc(alias = "Frame Descriptor")]
+#[derive(Debug, Clone)]
+pub struct DeviceDescriptor {
+    name: &'static str,
+    axes: heapless::Vec<AxisKind, MAX_DOF>,
+    sample_period_s: f32,
+    /// Types the device measures: written into the Data Base by the frame before every step.
+    pub outputs: &'static [&'static DataType],
+    /// Types the device is commanded by: read from the Data Base by the frame after every step.
+    pub inputs: &'static [&'static DataType],
+}
+
+/// Why a descriptor was refused.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DescriptorError {
+    /// The number of axes is 0 or above [`MAX_DOF`].
+    Dof {
+        /// Axes asked for.
+        wanted: usize,
+    },
+    /// The sample period is not a finite number above 0.
+    SamplePeriod {
+        /// Period asked for, `s`.
+        wanted_s: f32,
+    },
+}
+
+impl core::fmt::Display for DescriptorError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Dof { wanted } => {
+                write!(f, "a device with {wanted} degrees of freedom: 1 to {MAX_DOF} are possible")
+            }
+            Self::SamplePeriod { wanted_s } => {
+                write!(f, "a sample period of {wanted_s} s: it must be finite and above 0")
+            }
+        }
+    }
+}
+
+impl core::error::Error for DescriptorError {}
+
+impl DeviceDescriptor {
+    /// Describes a device with one entry of `axes` per degree of freedom.
+    ///
+    /// # Errors
+    /// [`DescriptorError`] when there are 0 or more than [`MAX_DOF`] axes, or the period is unusable.
+    pub fn new(
+        name: &'static str,
+        axes: &[AxisKind],
+        sample_period_s: f32,
+        outputs: &'static [&'static DataType],
+        inputs: &'static [&'static DataType],
+    ) -> Result<Self, DescriptorError> {
+        let dof = DescriptorError::Dof { wanted: axes.len() };
+        let axes = heapless::Vec::from_slice(axes).ok().filter(|axes| !axes.is_empty()).ok_or(dof)?;
+        if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
+            return Err(DescriptorError::SamplePeriod { wanted_s: sample_period_s });
+        }
+        Ok(Self { name, axes, sample_period_s, outputs, inputs })
+    }
+
+    /// Name for reports.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// Degrees of freedom, 1 to [`MAX_DOF`].
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        self.axes.len()
+    }
+
+    /// What moves on each axis.
+    #[must_use]
+    pub fn axes(&self) -> &[AxisKind] {
+        &self.axes
+    }
+
+    /// Time between two ticks, `s`.
+    #[must_use]
+    pub fn sample_period_s(&self) -> f32 {
+        self.sample_period_s
+    }
+
+    /// Finds a type by number among the device's own and the standard ones.
+    #[must_use]
+    pub fn data_type(&self, id: u16) -> Option<&'static DataType> {
+        self.own_types().find(|data_type| data_type.id == id).or_else(|| crate::types::by_id(id))
+    }
+
+    /// Finds a type by name among the device's own and the standard ones.
+    #[must_use]
+    pub fn data_type_named(&self, name: &str) -> Option<&'static DataType> {
+        self.own_types().find(|data_type| data_type.name == name).or_else(|| crate::types::by_name(name))
+    }
+
+    fn own_types(&self) -> impl Iterator<Item = &'static DataType> {
+        self.outputs.iter().chain(self.inputs).copied()
+    }
+}

@@ -1,0 +1,132 @@
+//! One controller: engine and frame, and the order of a tick.
+
+use crate::command::{Command, CommandError};
+use crate::device::DeviceDescriptor;
+use crate::engine::Engine;
+use crate::frame::{Frame, FrameError};
+use crate::limits::DEFAULT_WORDS;
+use crate::mailbox::is_newer;
+use crate::module::ModuleList;
+use crate::modules::Standard;
+use crate::packet::{Packet, PacketError};
+use crate::storage::StorageError;
+use crate::word::Word;
+
+/// What a tick came to. It always leaves a usable frame for the device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Tick {
+    /// The scheme ran and commands the device.
+    Ran,
+    /// The scheme does not run; the device gets its safe input, all zero.
+    Idle,
+    /// The measurement was refused and nothing was computed; the device gets its safe input.
+    MeasurementRefused(FrameError),
+    /// The scheme ran but a command is not a finite number; the device gets its safe input.
+    CommandRefused(FrameError),
+}
+
+/// A whole DIMSART, for one device.
+#[derive(Debug)]
+pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
+    engine: Engine<M, WORDS>,
+    frame: Frame,
+    refused_ticks: u32,
+}
+
+impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
+    /// A controller for a device, with its types in the Data Base and no module plugged in.
+    ///
+    /// # Errors
+    /// [`StorageError`] when the device's types do not fit into the Data Base.
+    pub fn new(device: DeviceDescriptor) -> Result<Self, StorageError> {
+        let mut engine = Engine::new(device.clone());
+        let frame = Frame::connect(engine.data_base_mut(), &device)?;
+        Ok(Self { engine, frame, refused_ticks: 0 })
+    }
+
+    /// One tick: device to Data Base, every module, Data Base to device.
+    ///
+    /// This is the only place that knows the order; firmware and simulator both call it.
+    /// `measured` and `commanded` are laid out as the descriptor's types say; whatever happens,
+    /// `commanded` holds finite numbers afterwards.
+    pub fn tick(&mut self, measured: &[Word], commanded: &mut [Word]) -> Tick {
+        let tick = self.run(measured, commanded);
+        if tick != Tick::Ran {
+            commanded.fill(Word(0));
+            self.refused_ticks = self.refused_ticks.saturating_add(u32::from(tick != Tick::Idle));
+        }
+        tick
+    }
+
+    fn run(&mut self, measured: &[Word], commanded: &mut [Word]) -> Tick {
+        if let Err(error) = self.frame.write(self.engine.data_base_mut(), measured) {
+            return Tick::MeasurementRefused(error);
+        }
+        if !self.engine.is_running() {
+            return Tick::Idle;
+        }
+        self.engine.step();
+        match self.frame.read(self.engine.data_base(), commanded) {
+            Ok(()) => Tick::Ran,
+            Err(error) => Tick::CommandRefused(error),
+        }
+    }
+
+    /// Takes a command, between two ticks.
+    ///
+    /// # Errors
+    /// As [`Engine::command`].
+    pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
+        self.engine.command(command)
+    }
+
+    /// Puts bytes that came in over link `link` where the next tick finds them.
+    ///
+    /// Of several packets between two ticks the newest is kept.
+    ///
+    /// # Errors
+    /// [`PacketError`] when the bytes are no packet; what waits already stays.
+    pub fn receive(&mut self, link: usize, bytes: &[u8]) -> Result<(), PacketError> {
+        let port = self.engine.data_base().links().get(link).ok_or(PacketError::NoLink)?;
+        let count = || port.superseded.set(port.superseded.get().wrapping_add(1));
+        let packet = Packet::from_bytes(bytes).inspect_err(|_| count())?;
+        if port.received.is_full() {
+            count();
+            if !is_newer(packet.sequence, port.received.sequence()) {
+                return Ok(());
+            }
+        }
+        port.received.put(&packet);
+        Ok(())
+    }
+
+    /// Takes the packet that the last tick left for link `link`, if any.
+    #[must_use]
+    pub fn outgoing(&mut self, link: usize) -> Option<Packet> {
+        self.engine.data_base().links().get(link)?.outgoing.take()
+    }
+
+    /// Ticks in which a frame was refused, since the start.
+    #[must_use]
+    pub fn refused_ticks(&self) -> u32 {
+        self.refused_ticks
+    }
+
+    /// The engine, to look at.
+    #[must_use]
+    pub fn engine(&self) -> &Engine<M, WORDS> {
+        &self.engine
+    }
+
+    /// The engine, to ask for what needs a moment of its attention, such as a parameter's value.
+    pub fn engine_mut(&mut self) -> &mut Engine<M, WORDS> {
+        &mut self.engine
+    }
+
+    /// The frame: how many words go in and out.
+    #[must_use]
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+}

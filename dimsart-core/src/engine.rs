@@ -1,0 +1,291 @@
+//! The Module Engine: keeps the modules, steps them, takes commands.
+
+mod plug;
+
+use heapless::Vec;
+
+use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
+use crate::data_base::DataBase;
+use crate::data_type::TypeRef;
+use crate::device::DeviceDescriptor;
+use crate::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_PORTS};
+use crate::matching::{Difference, Report, Scheme};
+use crate::module::ModuleList;
+use crate::modules::Standard;
+use crate::parameter::{Parameter, ParameterError, Parameters, Value};
+use crate::port::{Direction, PortSpec, Ports, Stage};
+use crate::schedule::{MAX_CALLS, schedule};
+
+/// A module that exists, plugged in or not.
+#[derive(Debug)]
+pub(crate) struct Instance<M> {
+    pub(crate) reference: ModuleRef,
+    module: M,
+    bindings: Vec<(&'static str, TypeRef), MAX_PORTS>,
+    /// Empty while the module is not plugged in.
+    pub(crate) ports: Vec<Port, MAX_PORTS>,
+    is_active: bool,
+}
+
+/// A port of a module that is plugged in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Port {
+    pub(crate) name: &'static str,
+    pub(crate) slot: u8,
+    /// None for memory.
+    pub(crate) signal: Option<TypeRef>,
+    pub(crate) direction: Direction,
+    pub(crate) stage: Stage,
+    pub(crate) is_delayed: bool,
+    pub(crate) difference: Option<Difference>,
+}
+
+/// One call of a module in a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Call {
+    pub(crate) instance: u8,
+    pub(crate) stage: Stage,
+}
+
+/// One call of the tick, as reports show it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Step {
+    /// The module.
+    pub module: ModuleRef,
+    /// Which of its stages.
+    pub stage: Stage,
+}
+
+/// What a scheme takes of the statically sized storage.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Usage {
+    /// Module instances, of [`MAX_MODULES`].
+    pub modules: usize,
+    /// Slots of the Data Base, of [`MAX_SLOTS`](crate::limits::MAX_SLOTS).
+    pub slots: usize,
+    /// Words of the Data Base that are taken.
+    pub words: usize,
+    /// Words of the Data Base in all.
+    pub words_in_all: usize,
+}
+
+/// Modules, their Data Base and the device they serve.
+///
+/// All of it is statically sized: `WORDS` words of Data Base, [`MAX_MODULES`] modules. Commands are
+/// given between ticks and take bounded time; [`step`](Self::step) cannot fail.
+#[derive(Debug)]
+pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
+    device: DeviceDescriptor,
+    data_base: DataBase<WORDS>,
+    instances: Vec<Instance<M>, MAX_MODULES>,
+    plug_in_order: Vec<u8, MAX_MODULES>,
+    schedule: Vec<Call, MAX_CALLS>,
+    place_before: Option<ModuleRef>,
+    is_running: bool,
+}
+
+impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+    /// An engine without modules, for a device.
+    #[must_use]
+    pub fn new(device: DeviceDescriptor) -> Self {
+        Self {
+            device,
+            data_base: DataBase::new(),
+            instances: Vec::new(),
+            plug_in_order: Vec::new(),
+            schedule: Vec::new(),
+            place_before: None,
+            is_running: false,
+        }
+    }
+
+    /// Computes every module that is plugged in once, in order. Does nothing unless the scheme runs.
+    #[doc(alias = "Module_Step")]
+    pub fn step(&mut self) {
+        if !self.is_running {
+            return;
+        }
+        let data = self.data_base.view(&self.device);
+        for call in &self.schedule {
+            if let Some(instance) = self.instances.get_mut(usize::from(call.instance)) {
+                match call.stage {
+                    Stage::Early => instance.module.compute(&data),
+                    Stage::Late => instance.module.compute_late(&data),
+                }
+            }
+        }
+    }
+
+    /// Takes a command to the engine or to a module.
+    ///
+    /// # Errors
+    /// [`CommandError`] says why the command was refused; nothing has changed then.
+    #[doc(alias = "ModuleCmd")]
+    pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
+        match (command.module, command.value) {
+            (Target::Engine, value) => {
+                let verb =
+                    Verb::from_number(command.param).ok_or(CommandError::UnknownVerb(command.param))?;
+                self.engine_command(verb, value)
+            }
+            (Target::Module(module), Value::Type(signal)) if command.param >= PORT => {
+                self.bind(module, command.param - PORT, signal)
+            }
+            (Target::Module(_), _) if command.param >= PORT => Err(CommandError::WrongValue),
+            (Target::Module(module), value) => self.set(module, command.param, command.axis, value),
+        }
+    }
+
+    /// Value of a module's parameter; of axis `axis` if each axis has its own.
+    ///
+    /// # Errors
+    /// [`CommandError`] when the module or the parameter does not exist.
+    pub fn get(&mut self, module: ModuleRef, parameter: u8, axis: u8) -> Result<Value, CommandError> {
+        let instance = self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+        let mut found = None;
+        instance.module.parameters(&mut Parameters::get(parameter, axis, &mut found));
+        found.ok_or(CommandError::Parameter(ParameterError::Unknown))
+    }
+
+    /// Checks the scheme as it is plugged in now. Changes nothing.
+    #[doc(alias = "Types matching check")]
+    #[must_use]
+    pub fn check(&self) -> Report {
+        self.check_without(None)
+    }
+
+    /// Whether the scheme passed its check and runs.
+    #[must_use]
+    pub fn is_running(&self) -> bool {
+        self.is_running
+    }
+
+    /// The device.
+    #[must_use]
+    pub fn device(&self) -> &DeviceDescriptor {
+        &self.device
+    }
+
+    /// The Data Base.
+    #[must_use]
+    pub fn data_base(&self) -> &DataBase<WORDS> {
+        &self.data_base
+    }
+
+    pub(crate) fn data_base_mut(&mut self) -> &mut DataBase<WORDS> {
+        &mut self.data_base
+    }
+
+    /// The calls of a tick, in order.
+    pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
+        self.schedule.iter().filter_map(|call| {
+            let instance = self.instances.get(usize::from(call.instance))?;
+            Some(Step { module: instance.reference, stage: call.stage })
+        })
+    }
+
+    /// The signals that a step reads or writes.
+    pub fn step_signals(&self, step: Step) -> impl Iterator<Item = (TypeRef, Direction)> + '_ {
+        let instance = self.instances.iter().find(|instance| instance.reference == step.module);
+        let ports = instance.map(|instance| instance.ports.iter()).into_iter().flatten();
+        ports
+            .filter(move |port| port.stage == step.stage)
+            .filter_map(|port| port.signal.map(|signal| (signal, port.direction)))
+    }
+
+    /// Whether a module is plugged in.
+    #[must_use]
+    pub fn is_plugged_in(&self, module: ModuleRef) -> bool {
+        self.instances.iter().any(|instance| instance.reference == module && instance.is_active)
+    }
+
+    /// The first memory of a module that is plugged in, for example what a recorder has recorded.
+    #[must_use]
+    pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {
+        let instance = self.instances.iter().find(|instance| instance.reference == module)?;
+        let port = instance.ports.iter().find(|port| matches!(port.direction, Direction::Memory(_)))?;
+        Some(self.data_base.words(port.slot))
+    }
+
+    /// What is taken of the static storage.
+    #[must_use]
+    pub fn usage(&self) -> Usage {
+        Usage {
+            modules: self.instances.len(),
+            slots: self.data_base.taken_slots(),
+            words: WORDS - self.data_base.free_words(),
+            words_in_all: WORDS,
+        }
+    }
+
+    /// Describes parameter `index` of a kind of module; none past the last one.
+    #[must_use]
+    pub fn describe_parameter(kind: u8, index: u8) -> Option<Parameter> {
+        let mut found = None;
+        M::create(kind)?.parameters(&mut Parameters::describe(index, &mut found));
+        found
+    }
+
+    /// The ports of a module as its parameters are now; as by default for one that does not exist.
+    #[must_use]
+    pub fn ports(&mut self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
+        match self.instances.iter_mut().find(|instance| instance.reference == module) {
+            Some(instance) => instance.declare(&self.device),
+            None => declare(&mut M::create(module.kind)?, &self.device),
+        }
+    }
+
+    /// Name of a port of a module that is plugged in.
+    #[must_use]
+    pub fn port_name(&self, module: ModuleRef, port: u8) -> Option<&'static str> {
+        let instance = self.instances.iter().find(|instance| instance.reference == module)?;
+        instance.ports.get(usize::from(port)).map(|port| port.name)
+    }
+
+    /// Where a port is bound to, if a command said so.
+    #[must_use]
+    pub fn binding(&self, module: ModuleRef, port_name: &str) -> Option<TypeRef> {
+        let instance = self.instances.iter().find(|instance| instance.reference == module)?;
+        instance.bound(port_name)
+    }
+
+    fn check_without(&self, without: Option<ModuleRef>) -> Report {
+        let Self { device, instances, schedule, .. } = self;
+        let signals = self.data_base.signals().map(|(_, entry)| entry.signal);
+        Scheme { device, instances, schedule, without }.check(signals)
+    }
+
+    fn reschedule(&mut self) {
+        self.schedule = schedule(&self.instances, &self.plug_in_order);
+    }
+}
+
+impl<M: ModuleList> Instance<M> {
+    fn new(reference: ModuleRef) -> Option<Self> {
+        let module = M::create(reference.kind).filter(|_| reference.number > 0)?;
+        Some(Self { reference, module, bindings: Vec::new(), ports: Vec::new(), is_active: false })
+    }
+
+    /// Asks the module for its ports; its handles stay as they are.
+    fn declare(&mut self, device: &DeviceDescriptor) -> Option<Vec<PortSpec, MAX_PORTS>> {
+        let specs = declare(&mut self.module, device);
+        self.connect(device);
+        specs
+    }
+
+    /// Gives the module the handles of its ports.
+    fn connect(&mut self, device: &DeviceDescriptor) {
+        let slots: Vec<u8, MAX_PORTS> = self.ports.iter().map(|port| port.slot).collect();
+        self.module.activate(&mut Ports::connect(device, &slots));
+    }
+
+    fn bound(&self, port_name: &str) -> Option<TypeRef> {
+        self.bindings.iter().find(|(name, _)| *name == port_name).map(|(_, signal)| *signal)
+    }
+}
+
+fn declare<M: ModuleList>(module: &mut M, device: &DeviceDescriptor) -> Option<Vec<PortSpec, MAX_PORTS>> {
+    let mut ports = Ports::declare(device);
+    module.activate(&mut ports);
+    ports.into_specs()
+}

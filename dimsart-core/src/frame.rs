@@ -1,0 +1,156 @@
+//! The frame's side of the Data Base: what the device measured in, what it is commanded out.
+
+use heapless::Vec;
+
+use crate::data_base::DataBase;
+use crate::data_type::{DataType, TypeRef};
+use crate::device::DeviceDescriptor;
+use crate::storage::StorageError;
+use crate::word::Word;
+
+/// Most types a device can measure, and most it can be commanded by.
+pub const MAX_DEVICE_TYPES: usize = 8;
+
+/// Why a frame was refused. Neither side has changed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FrameError {
+    /// The frame has another number of words than the descriptor's types.
+    Length {
+        /// Words of the descriptor's types.
+        expected: usize,
+        /// Words in the frame.
+        found: usize,
+    },
+    /// A number is not finite.
+    NotFinite {
+        /// The signal it belongs to.
+        signal: TypeRef,
+        /// Which of its words, starting at 0.
+        word: u8,
+    },
+}
+
+impl core::fmt::Display for FrameError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Length { expected, found } => {
+                write!(f, "frame of {found} words, the device's types have {expected}")
+            }
+            Self::NotFinite { signal, word } => {
+                write!(f, "word {word} of type {} is not a finite number", signal.id)
+            }
+        }
+    }
+}
+
+impl core::error::Error for FrameError {}
+
+/// Moves whole frames between a device and the Data Base: all of it or nothing.
+///
+/// A frame is the words of the descriptor's types one behind the other, in the descriptor's order.
+#[derive(Debug)]
+pub struct Frame {
+    outputs: Side,
+    inputs: Side,
+}
+
+#[derive(Debug)]
+struct Side {
+    types: Vec<(u8, &'static DataType), MAX_DEVICE_TYPES>,
+    words: usize,
+}
+
+impl Frame {
+    /// Inserts the device's types into the Data Base.
+    ///
+    /// # Errors
+    /// [`StorageError`] when they do not fit.
+    pub(crate) fn connect<const WORDS: usize>(
+        data_base: &mut DataBase<WORDS>,
+        device: &DeviceDescriptor,
+    ) -> Result<Self, StorageError> {
+        let mut side = |types: &[&'static DataType]| {
+            let mut side = Side { types: Vec::new(), words: 0 };
+            for data_type in types {
+                let slot = data_base.insert(data_type, data_type.first(), device.dof())?;
+                side.types.push((slot, data_type)).map_err(|_| StorageError::NoSlot)?;
+                side.words += data_type.shape.words(device.dof());
+            }
+            Ok(side)
+        };
+        Ok(Self { outputs: side(device.outputs)?, inputs: side(device.inputs)? })
+    }
+
+    /// Words of a frame from the device.
+    #[must_use]
+    pub fn output_words(&self) -> usize {
+        self.outputs.words
+    }
+
+    /// Words of a frame to the device.
+    #[must_use]
+    pub fn input_words(&self) -> usize {
+        self.inputs.words
+    }
+
+    /// Writes what the device measured into the Data Base.
+    ///
+    /// # Errors
+    /// [`FrameError`] when the length is wrong or a number is not finite; the Data Base is unchanged.
+    #[doc(alias = "DB_ext_write")]
+    pub fn write<const WORDS: usize>(
+        &self,
+        data_base: &mut DataBase<WORDS>,
+        measured: &[Word],
+    ) -> Result<(), FrameError> {
+        self.outputs.has_length(measured.len())?;
+        let mut rest = measured;
+        for (slot, data_type) in &self.outputs.types {
+            let (words, tail) = rest.split_at(rest.len().min(data_base.words(*slot).len()));
+            check(data_type, words.iter().copied())?;
+            rest = tail;
+        }
+        let mut source = measured.iter();
+        for (slot, _) in &self.outputs.types {
+            for (word, value) in data_base.words_mut(*slot).iter_mut().zip(&mut source) {
+                *word = value.0;
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads what the device is commanded out of the Data Base.
+    ///
+    /// # Errors
+    /// [`FrameError`] when the length is wrong or a number is not finite; `commanded` is unchanged.
+    #[doc(alias = "DB_ext_read")]
+    pub fn read<const WORDS: usize>(
+        &self,
+        data_base: &DataBase<WORDS>,
+        commanded: &mut [Word],
+    ) -> Result<(), FrameError> {
+        self.inputs.has_length(commanded.len())?;
+        for (slot, data_type) in &self.inputs.types {
+            check(data_type, data_base.words(*slot).iter().copied().map(Word))?;
+        }
+        let source = self.inputs.types.iter().flat_map(|(slot, _)| data_base.words(*slot));
+        for (word, value) in commanded.iter_mut().zip(source) {
+            *word = Word(*value);
+        }
+        Ok(())
+    }
+}
+
+impl Side {
+    fn has_length(&self, found: usize) -> Result<(), FrameError> {
+        if found == self.words { Ok(()) } else { Err(FrameError::Length { expected: self.words, found }) }
+    }
+}
+
+fn check(data_type: &DataType, words: impl Iterator<Item = Word>) -> Result<(), FrameError> {
+    match (0..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
+        Some((word, _)) => Err(FrameError::NotFinite { signal: data_type.first(), word }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,23 @@
+//! The sizes everything static is built with.
+//!
+//! They bound memory and the time of a command; what is free is reported by
+//! [`Engine::usage`](crate::Engine::usage), what does not fit is refused with the sizes.
+
+/// Most degrees of freedom a device can have.
+pub const MAX_DOF: usize = 8;
+/// Most module instances that can exist at the same time, plugged in or not.
+pub const MAX_MODULES: usize = 16;
+/// Most ports one module instance can have.
+pub const MAX_PORTS: usize = 12;
+/// Most slots (data types and module memories) in a Data Base at the same time.
+pub const MAX_SLOTS: usize = 64;
+/// Most data types of one COMM channel (`ADD_DATA` commands).
+pub const MAX_CHANNEL_TYPES: usize = 4;
+/// Links a controller can exchange packets over.
+pub const MAX_LINKS: usize = 2;
+/// Payload of a packet, 32-bit words.
+pub const MAX_PACKET_WORDS: usize = 48;
+/// Most findings one matching report lists; further ones are counted.
+pub const MAX_FINDINGS: usize = 32;
+/// Words of Data Base storage unless the application asks for another size, 8 KiB.
+pub const DEFAULT_WORDS: usize = 2048;

@@ -1,0 +1,219 @@
+//! The types matching check: every fault of a scheme in one report.
+
+use heapless::Vec;
+
+use crate::command::ModuleRef;
+use crate::data_type::TypeRef;
+use crate::device::DeviceDescriptor;
+use crate::engine::{Call, Instance};
+use crate::limits::{MAX_FINDINGS, MAX_MODULES};
+use crate::port::{Direction, Stage};
+
+/// Who reads or writes a signal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Party {
+    /// The frame: the device and what it is commanded by.
+    Frame,
+    /// A module.
+    Module(ModuleRef),
+}
+
+/// What the check has to say about a scheme.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Finding {
+    /// A fault: somebody reads a signal that nobody writes.
+    NoProvider {
+        /// The signal.
+        signal: TypeRef,
+        /// Who reads it.
+        reader: Party,
+    },
+    /// A fault: two parties write the same signal.
+    TwoProviders {
+        /// The signal.
+        signal: TypeRef,
+        /// Who writes it first in a tick.
+        first: Party,
+        /// Who overwrites it.
+        second: Party,
+    },
+    /// A fault: a port is bound to a signal of another unit, format or shape.
+    Mismatch {
+        /// The module.
+        module: ModuleRef,
+        /// The port's number.
+        port: u8,
+        /// The signal it is bound to.
+        signal: TypeRef,
+        /// What is wrong.
+        difference: Difference,
+    },
+    /// A signal is read before it is written in the tick, so the reader sees the value of the tick
+    /// before. A fault unless the reader or the writer declared it.
+    Delay {
+        /// The signal.
+        signal: TypeRef,
+        /// Who writes it.
+        writer: Party,
+        /// Who reads it too early.
+        reader: Party,
+        /// Whether it is meant to be so.
+        is_declared: bool,
+    },
+}
+
+/// How a signal differs from what a port expects.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Difference {
+    /// Another physical unit.
+    Unit,
+    /// Another number format.
+    Format,
+    /// Another shape.
+    Shape,
+}
+
+impl Finding {
+    /// Whether a scheme with this finding must not run.
+    #[must_use]
+    pub fn is_fault(&self) -> bool {
+        !matches!(self, Self::Delay { is_declared: true, .. })
+    }
+}
+
+/// All findings of a check, faults and declared delays.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Report {
+    findings: Vec<Finding, MAX_FINDINGS>,
+    faults: usize,
+    unlisted: usize,
+}
+
+impl Report {
+    /// The findings, faults first in the order of the plug-ins.
+    #[must_use]
+    pub fn findings(&self) -> &[Finding] {
+        &self.findings
+    }
+
+    /// Number of faults, listed or not.
+    #[must_use]
+    pub fn faults(&self) -> usize {
+        self.faults
+    }
+
+    /// Findings beyond the [`MAX_FINDINGS`] that are listed.
+    #[must_use]
+    pub fn unlisted(&self) -> usize {
+        self.unlisted
+    }
+
+    /// Whether the scheme may run.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.faults == 0
+    }
+
+    fn add(&mut self, finding: Finding) {
+        self.faults += usize::from(finding.is_fault());
+        if self.findings.push(finding).is_err() {
+            self.unlisted += 1;
+        }
+    }
+}
+
+/// One use of a signal: who, when in the tick, and whether a delay is declared.
+#[derive(Debug, Clone, Copy)]
+struct Use {
+    party: Party,
+    place: usize,
+    direction: Direction,
+    is_delayed: bool,
+}
+
+/// A scheme to be checked: the modules that are plugged in and the order of their calls.
+pub(crate) struct Scheme<'a, M> {
+    pub(crate) device: &'a DeviceDescriptor,
+    pub(crate) instances: &'a Vec<Instance<M>, MAX_MODULES>,
+    pub(crate) schedule: &'a [Call],
+    /// Leave this module out, as if it were unplugged.
+    pub(crate) without: Option<ModuleRef>,
+}
+
+impl<M> Scheme<'_, M> {
+    /// Checks the scheme; `signals` are those in the Data Base.
+    pub(crate) fn check(&self, signals: impl Iterator<Item = TypeRef>) -> Report {
+        let mut report = Report::default();
+        self.check_bindings(&mut report);
+        for signal in signals {
+            self.check_signal(signal, &mut report);
+        }
+        report
+    }
+
+    fn check_bindings(&self, report: &mut Report) {
+        for instance in self.active() {
+            for (port, found) in (0..).zip(&instance.ports) {
+                if let (Some(difference), Some(signal)) = (found.difference, found.signal) {
+                    report.add(Finding::Mismatch { module: instance.reference, port, signal, difference });
+                }
+            }
+        }
+    }
+
+    fn check_signal(&self, signal: TypeRef, report: &mut Report) {
+        let mut writers = self.uses(signal).filter(|found| found.direction == Direction::Write);
+        let Some(writer) = writers.next() else {
+            for reader in self.uses(signal) {
+                report.add(Finding::NoProvider { signal, reader: reader.party });
+            }
+            return;
+        };
+        for second in writers {
+            report.add(Finding::TwoProviders { signal, first: writer.party, second: second.party });
+        }
+        let early = |reader: &Use| reader.direction == Direction::Read && reader.place <= writer.place;
+        for reader in self.uses(signal).filter(early) {
+            let is_declared = reader.is_delayed || writer.is_delayed;
+            report.add(Finding::Delay { signal, writer: writer.party, reader: reader.party, is_declared });
+        }
+    }
+
+    /// Who uses a signal, in the order of the tick.
+    fn uses(&self, signal: TypeRef) -> impl Iterator<Item = Use> {
+        let frame = |direction, place| {
+            let types = if direction == Direction::Write { self.device.outputs } else { self.device.inputs };
+            let is_mine = types.iter().any(|data_type| data_type.first() == signal);
+            is_mine.then_some(Use { party: Party::Frame, place, direction, is_delayed: false })
+        };
+        let modules = (1..).zip(self.schedule).flat_map(move |(place, call)| {
+            let instance = self.instances.get(usize::from(call.instance));
+            let is_left_out = move |instance: &&Instance<M>| Some(instance.reference) != self.without;
+            instance.filter(is_left_out).into_iter().flat_map(move |instance| {
+                let mine = move |port: &&crate::engine::Port| {
+                    port.signal == Some(signal) && port.stage == call.stage
+                };
+                instance.ports.iter().filter(mine).map(move |port| Use {
+                    party: Party::Module(instance.reference),
+                    place,
+                    direction: port.direction,
+                    is_delayed: port.is_delayed,
+                })
+            })
+        });
+        let first = frame(Direction::Write, 0).into_iter();
+        first.chain(modules).chain(frame(Direction::Read, usize::MAX))
+    }
+
+    fn active(&self) -> impl Iterator<Item = &Instance<M>> {
+        let is_early = |call: &&Call| call.stage == Stage::Early;
+        let instances = self.schedule.iter().filter(is_early);
+        instances
+            .filter_map(|call| self.instances.get(usize::from(call.instance)))
+            .filter(|instance| Some(instance.reference) != self.without)
+    }
+}

@@ -1,0 +1,34 @@
+//! P controller: spring between desired and measured position.
+//!
+//! `F = K (x_d - x)`
+
+use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+
+/// See the [module docs](self).
+#[derive(Debug, Default)]
+pub struct P {
+    stiffness: PerAxis,
+    position: Input,
+    desired_position: Input,
+    force: Output,
+}
+
+impl Module for P {
+    const NAME: &'static str = "PCTRL_MOD";
+    const SUMMARY: &'static str = "P controller on position: F = K (x_d - x).";
+
+    fn parameters(&mut self, visit: &mut Parameters<'_>) {
+        visit.per_axis(&mut self.stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
+    }
+
+    fn activate(&mut self, ports: &mut Ports<'_>) {
+        ports.input(&mut self.position, "POSITION", types::POSITION);
+        ports.input(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
+        ports.output(&mut self.force, "DES_FORCE", types::DES_FORCE);
+    }
+
+    fn compute(&mut self, data: &Data<'_>) {
+        let inputs = [self.position, self.desired_position];
+        data.map_axes(&self.stiffness, inputs, [self.force], |k, [x, desired]| [k * (desired - x)]);
+    }
+}

@@ -1,0 +1,401 @@
+//! Parameters: described once, by the line that binds them to a field.
+//!
+//! A module lists its parameters in [`Module::parameters`](crate::Module::parameters), one call per
+//! parameter. The same list sets defaults, checks and applies commands, answers queries and makes
+//! the help texts.
+
+use crate::command::ModuleRef;
+use crate::data_type::TypeRef;
+use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::unit::Unit;
+
+/// One number per axis, the shape of a gain.
+pub type PerAxis = [f32; MAX_DOF];
+
+/// The data types of a comm channel, in the order they were added.
+pub type TypeList = heapless::Vec<TypeRef, MAX_CHANNEL_TYPES>;
+
+/// A value as commands carry it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Value {
+    /// A real number.
+    Real(f32),
+    /// A whole number.
+    Count(u32),
+    /// Yes or no.
+    Flag(bool),
+    /// Position in the list of names of a choice.
+    Choice(u8),
+    /// A data type.
+    Type(TypeRef),
+    /// A module, for commands to the engine.
+    Module(ModuleRef),
+    /// No value, for commands that need none.
+    Nothing,
+}
+
+/// What a parameter accepts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Accepts {
+    /// A finite number from `min` to `max`.
+    Real {
+        /// Smallest value.
+        min: f32,
+        /// Largest value.
+        max: f32,
+        /// Whether each axis has its own; a command without an axis sets all.
+        per_axis: bool,
+    },
+    /// A whole number from `min` to `max`.
+    Count {
+        /// Smallest value.
+        min: u32,
+        /// Largest value.
+        max: u32,
+    },
+    /// `OFF` or `ON`.
+    Flag,
+    /// One of these names.
+    Choice(&'static [&'static str]),
+    /// A data type, added to a list of at most [`MAX_CHANNEL_TYPES`].
+    Types,
+}
+
+/// Description of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameter {
+    /// Name in schemes, `UPPER_CASE`.
+    pub name: &'static str,
+    /// Physical unit.
+    pub unit: Unit,
+    /// Kind and range.
+    pub accepts: Accepts,
+    /// Value after `INIT`; none for a list, which starts empty.
+    pub default: Option<Value>,
+    /// Whether it decides ports or memory: it can be set only while the module is not plugged in.
+    pub is_structural: bool,
+    /// One sentence for help texts.
+    pub summary: &'static str,
+}
+
+/// Why a value was refused. The parameter keeps its old value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ParameterError {
+    /// The module has no parameter of this number.
+    Unknown,
+    /// The value is of the wrong kind, for example a name where a number is needed.
+    WrongKind,
+    /// Outside the range, or not a finite number.
+    OutOfRange,
+    /// The list is full, [`MAX_CHANNEL_TYPES`].
+    ListFull,
+    /// The axis does not exist, or the parameter is not per axis.
+    NoSuchAxis,
+    /// It decides ports or memory: unplug the module first.
+    WhilePluggedIn,
+}
+
+/// A set of names a parameter can take, each standing for a value of the module's own enum.
+pub trait Choice: Copy + PartialEq + 'static {
+    /// Every value, in the order of [`NAMES`](Self::NAMES); the first one is the default.
+    const VALUES: &'static [Self];
+    /// Their names, `UPPER_CASE`.
+    const NAMES: &'static [&'static str];
+}
+
+/// Visits a module's parameters, one call per parameter; see the [module docs](self).
+#[derive(Debug)]
+pub struct Parameters<'a> {
+    request: Request<'a>,
+    index: u8,
+}
+
+#[derive(Debug)]
+enum Request<'a> {
+    Defaults,
+    Describe {
+        index: u8,
+        found: &'a mut Option<Parameter>,
+    },
+    Get {
+        index: u8,
+        axis: u8,
+        found: &'a mut Option<Value>,
+    },
+    Set {
+        index: u8,
+        axis: Option<u8>,
+        value: Value,
+        may_restructure: bool,
+        result: &'a mut Result<(), ParameterError>,
+    },
+}
+
+impl<'a> Parameters<'a> {
+    /// Sets every parameter to its default.
+    #[must_use]
+    pub fn defaults() -> Self {
+        Self { request: Request::Defaults, index: 0 }
+    }
+
+    /// Fills `found` with the description of parameter `index`.
+    pub fn describe(index: u8, found: &'a mut Option<Parameter>) -> Self {
+        Self { request: Request::Describe { index, found }, index: 0 }
+    }
+
+    /// Fills `found` with the value of parameter `index`; of the last entry for a list.
+    pub fn get(index: u8, axis: u8, found: &'a mut Option<Value>) -> Self {
+        Self { request: Request::Get { index, axis, found }, index: 0 }
+    }
+
+    /// Sets parameter `index`; without an axis, of all axes. `result` starts as
+    /// [`ParameterError::Unknown`] and says how it went.
+    pub fn set(
+        index: u8,
+        axis: Option<u8>,
+        value: Value,
+        may_restructure: bool,
+        result: &'a mut Result<(), ParameterError>,
+    ) -> Self {
+        *result = Err(ParameterError::Unknown);
+        Self { request: Request::Set { index, axis, value, may_restructure, result }, index: 0 }
+    }
+
+    /// A real number, the same for all axes.
+    pub fn real(
+        &mut self,
+        field: &mut f32,
+        name: &'static str,
+        unit: Unit,
+        range: core::ops::RangeInclusive<f32>,
+        default: f32,
+        summary: &'static str,
+    ) {
+        let (min, max) = range.into_inner();
+        let accepts = Accepts::Real { min, max, per_axis: false };
+        self.visit(name, unit, accepts, Some(Value::Real(default)), false, summary, |access| match access {
+            Access::Get(_, found) => *found = Some(Value::Real(*field)),
+            Access::Set(_, Value::Real(value)) => *field = value,
+            Access::Set(..) => {}
+        });
+    }
+
+    /// A real number per axis, such as a gain.
+    pub fn per_axis(
+        &mut self,
+        field: &mut PerAxis,
+        name: &'static str,
+        unit: Unit,
+        range: core::ops::RangeInclusive<f32>,
+        default: f32,
+        summary: &'static str,
+    ) {
+        let (min, max) = range.into_inner();
+        let accepts = Accepts::Real { min, max, per_axis: true };
+        self.visit(name, unit, accepts, Some(Value::Real(default)), false, summary, |access| match access {
+            Access::Get(axis, found) => *found = field.get(usize::from(axis)).copied().map(Value::Real),
+            Access::Set(None, Value::Real(value)) => field.fill(value),
+            Access::Set(Some(axis), Value::Real(value)) => {
+                if let Some(entry) = field.get_mut(usize::from(axis)) {
+                    *entry = value;
+                }
+            }
+            Access::Set(..) => {}
+        });
+    }
+
+    /// A whole number that can be changed at any time.
+    pub fn count(
+        &mut self,
+        field: &mut u32,
+        name: &'static str,
+        unit: Unit,
+        range: core::ops::RangeInclusive<u32>,
+        default: u32,
+        summary: &'static str,
+    ) {
+        self.whole(field, name, unit, range, default, false, summary);
+    }
+
+    /// A whole number that decides how much memory the module takes when it is plugged in.
+    pub fn structural_count(
+        &mut self,
+        field: &mut u32,
+        name: &'static str,
+        unit: Unit,
+        range: core::ops::RangeInclusive<u32>,
+        default: u32,
+        summary: &'static str,
+    ) {
+        self.whole(field, name, unit, range, default, true, summary);
+    }
+
+    /// A switch that can be changed at any time.
+    pub fn flag(&mut self, field: &mut bool, name: &'static str, default: bool, summary: &'static str) {
+        self.switch(field, name, default, false, summary);
+    }
+
+    /// A switch that decides which ports the module has.
+    pub fn structural_flag(
+        &mut self,
+        field: &mut bool,
+        name: &'static str,
+        default: bool,
+        summary: &'static str,
+    ) {
+        self.switch(field, name, default, true, summary);
+    }
+
+    /// One of a set of names, changeable at any time.
+    pub fn choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
+        self.choose(field, name, false, summary);
+    }
+
+    /// One of a set of names that decides which ports the module has.
+    pub fn structural_choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
+        self.choose(field, name, true, summary);
+    }
+
+    /// A list of data types; each command adds one.
+    pub fn types(&mut self, field: &mut TypeList, name: &'static str, summary: &'static str) {
+        if matches!(self.request, Request::Defaults) {
+            field.clear();
+        }
+        let is_full = field.is_full();
+        let is_mine = matches!(self.request, Request::Set { index, .. } if index == self.index);
+        self.visit(name, Unit::Any, Accepts::Types, None, true, summary, |access| match access {
+            Access::Get(_, found) => *found = field.last().copied().map(Value::Type),
+            Access::Set(_, Value::Type(value)) => drop(field.push(value)),
+            Access::Set(..) => {}
+        });
+        if let Request::Set { result, .. } = &mut self.request
+            && is_mine
+            && is_full
+            && result.is_ok()
+        {
+            **result = Err(ParameterError::ListFull);
+        }
+    }
+
+    fn switch(
+        &mut self,
+        field: &mut bool,
+        name: &'static str,
+        default: bool,
+        is_structural: bool,
+        summary: &'static str,
+    ) {
+        let default = Some(Value::Flag(default));
+        self.visit(name, Unit::One, Accepts::Flag, default, is_structural, summary, |access| match access {
+            Access::Get(_, found) => *found = Some(Value::Flag(*field)),
+            Access::Set(_, Value::Flag(value)) => *field = value,
+            Access::Set(..) => {}
+        });
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
+    fn whole(
+        &mut self,
+        field: &mut u32,
+        name: &'static str,
+        unit: Unit,
+        range: core::ops::RangeInclusive<u32>,
+        default: u32,
+        is_structural: bool,
+        summary: &'static str,
+    ) {
+        let (min, max) = range.into_inner();
+        let default = Some(Value::Count(default));
+        self.visit(name, unit, Accepts::Count { min, max }, default, is_structural, summary, |access| {
+            match access {
+                Access::Get(_, found) => *found = Some(Value::Count(*field)),
+                Access::Set(_, Value::Count(value)) => *field = value,
+                Access::Set(..) => {}
+            }
+        });
+    }
+
+    fn choose<C: Choice>(
+        &mut self,
+        field: &mut C,
+        name: &'static str,
+        is_structural: bool,
+        summary: &'static str,
+    ) {
+        let default = Some(Value::Choice(0));
+        self.visit(name, Unit::One, Accepts::Choice(C::NAMES), default, is_structural, summary, |access| {
+            match access {
+                Access::Get(_, found) => {
+                    let position = C::VALUES.iter().position(|value| value == field);
+                    *found = position.and_then(|index| u8::try_from(index).ok()).map(Value::Choice);
+                }
+                Access::Set(_, Value::Choice(index)) => {
+                    if let Some(value) = C::VALUES.get(usize::from(index)) {
+                        *field = *value;
+                    }
+                }
+                Access::Set(..) => {}
+            }
+        });
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "the fields of a Parameter, one by one")]
+    fn visit(
+        &mut self,
+        name: &'static str,
+        unit: Unit,
+        accepts: Accepts,
+        default: Option<Value>,
+        is_structural: bool,
+        summary: &'static str,
+        field: impl FnOnce(Access<'_>),
+    ) {
+        let mine = self.index;
+        self.index = self.index.saturating_add(1);
+        match &mut self.request {
+            Request::Defaults => {
+                if let Some(value) = default {
+                    field(Access::Set(None, value));
+                }
+            }
+            Request::Describe { index, found } if *index == mine => {
+                **found = Some(Parameter { name, unit, accepts, default, is_structural, summary });
+            }
+            Request::Get { index, axis, found } if *index == mine => field(Access::Get(*axis, found)),
+            Request::Set { index, axis, value, may_restructure, result } if *index == mine => {
+                **result = accepts.admit(*value, *axis);
+                if is_structural && !*may_restructure {
+                    **result = Err(ParameterError::WhilePluggedIn);
+                }
+                if result.is_ok() {
+                    field(Access::Set(*axis, *value));
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+enum Access<'a> {
+    Get(u8, &'a mut Option<Value>),
+    Set(Option<u8>, Value),
+}
+
+impl Accepts {
+    fn admit(&self, value: Value, axis: Option<u8>) -> Result<(), ParameterError> {
+        let is_per_axis = matches!(self, Self::Real { per_axis: true, .. });
+        if axis.is_some_and(|axis| !is_per_axis || usize::from(axis) >= MAX_DOF) {
+            return Err(ParameterError::NoSuchAxis);
+        }
+        let is_inside = match (self, value) {
+            (Self::Real { min, max, .. }, Value::Real(value)) => (*min..=*max).contains(&value),
+            (Self::Count { min, max }, Value::Count(value)) => (*min..=*max).contains(&value),
+            (Self::Choice(names), Value::Choice(index)) => usize::from(index) < names.len(),
+            (Self::Flag, Value::Flag(_)) | (Self::Types, Value::Type(_)) => true,
+            _ => return Err(ParameterError::WrongKind),
+        };
+        if is_inside { Ok(()) } else { Err(ParameterError::OutOfRange) }
+    }
+}

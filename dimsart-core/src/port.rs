@@ -1,0 +1,212 @@
+//! Ports: the signals a module reads and writes, declared when it is plugged in.
+
+use heapless::Vec;
+
+use crate::data_type::{DataType, TypeRef};
+use crate::device::DeviceDescriptor;
+use crate::handle::{Input, Memory, NO_SLOT, Output, Signal};
+use crate::limits::MAX_PORTS;
+
+/// What a port is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Direction {
+    /// Reads a signal.
+    Read,
+    /// Writes a signal.
+    Write,
+    /// Holds so many words of the module's own memory.
+    Memory(usize),
+}
+
+/// When in the tick a port is used.
+///
+/// A module that sits on both sides of a controller, such as a wave transformer, has two stages: the
+/// early one runs at its place in the plug-in order, the late one as soon as everything it reads has
+/// been written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Stage {
+    /// In [`Module::compute`](crate::Module::compute).
+    Early,
+    /// In [`Module::compute_late`](crate::Module::compute_late).
+    Late,
+}
+
+/// A port as its module declares it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PortSpec {
+    /// Name, unique in the module; `PORT_<name>` is the command that binds it to another type.
+    pub name: &'static str,
+    /// Type it is bound to unless a command says otherwise; none for memory.
+    pub data_type: Option<(&'static DataType, TypeRef)>,
+    /// Reads, writes or holds memory.
+    pub direction: Direction,
+    /// Stage that uses it.
+    pub stage: Stage,
+    /// Declares that data one tick old is what this port wants (read) or gives (write).
+    pub is_delayed: bool,
+    /// Whether the handle's format and shape are those of the data type.
+    pub is_sound: bool,
+}
+
+/// Takes a module's port declarations; see [`Module::activate`](crate::Module::activate).
+///
+/// The engine visits twice: first to learn what the module needs, then, when all of it could be
+/// had, to hand out the handles.
+#[derive(Debug)]
+pub struct Ports<'a> {
+    device: &'a DeviceDescriptor,
+    specs: Vec<PortSpec, MAX_PORTS>,
+    slots: Option<&'a [u8]>,
+    count: usize,
+}
+
+impl<'a> Ports<'a> {
+    /// A visit that only collects.
+    #[must_use]
+    pub fn declare(device: &'a DeviceDescriptor) -> Self {
+        Self { device, specs: Vec::new(), slots: None, count: 0 }
+    }
+
+    pub(crate) fn connect(device: &'a DeviceDescriptor, slots: &'a [u8]) -> Self {
+        Self { device, specs: Vec::new(), slots: Some(slots), count: 0 }
+    }
+
+    /// The device the module is plugged in for.
+    #[must_use]
+    pub fn device(&self) -> &DeviceDescriptor {
+        self.device
+    }
+
+    /// What was declared, or none when it was more than [`MAX_PORTS`].
+    #[must_use]
+    pub fn into_specs(self) -> Option<Vec<PortSpec, MAX_PORTS>> {
+        (self.count <= MAX_PORTS).then_some(self.specs)
+    }
+
+    /// Reads a signal.
+    pub fn input<S: Signal>(
+        &mut self,
+        port: &mut Input<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        *port = Input::new(self.signal::<S>(name, data_type, Direction::Read, Stage::Early, false));
+    }
+
+    /// Writes a signal.
+    pub fn output<S: Signal>(
+        &mut self,
+        port: &mut Output<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        *port = Output::new(self.signal::<S>(name, data_type, Direction::Write, Stage::Early, false));
+    }
+
+    /// Reads a signal as the last tick left it.
+    pub fn delayed_input<S: Signal>(
+        &mut self,
+        port: &mut Input<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        *port = Input::new(self.signal::<S>(name, data_type, Direction::Read, Stage::Early, true));
+    }
+
+    /// Reads a signal in the late stage.
+    pub fn late_input<S: Signal>(
+        &mut self,
+        port: &mut Input<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        *port = Input::new(self.signal::<S>(name, data_type, Direction::Read, Stage::Late, false));
+    }
+
+    /// Writes a signal in the late stage.
+    pub fn late_output<S: Signal>(
+        &mut self,
+        port: &mut Output<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        *port = Output::new(self.signal::<S>(name, data_type, Direction::Write, Stage::Late, false));
+    }
+
+    /// Writes a signal in the late stage that readers are meant to see in the next tick.
+    pub fn delayed_output<S: Signal>(
+        &mut self,
+        port: &mut Output<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        *port = Output::new(self.signal::<S>(name, data_type, Direction::Write, Stage::Late, true));
+    }
+
+    /// Reads a signal that a command named, such as the content of a comm channel. A number that no
+    /// type has leaves the port unconnected.
+    pub fn named_input<S: Signal>(&mut self, port: &mut Input<S>, name: &'static str, signal: TypeRef) {
+        if let Some(data_type) = self.device.data_type(signal.id) {
+            let spec = Self::spec::<S>(name, data_type, signal, Direction::Read, Stage::Early, false);
+            *port = Input::new(self.add(spec));
+        }
+    }
+
+    /// Writes a signal that a command named.
+    pub fn named_output<S: Signal>(&mut self, port: &mut Output<S>, name: &'static str, signal: TypeRef) {
+        if let Some(data_type) = self.device.data_type(signal.id) {
+            let spec = Self::spec::<S>(name, data_type, signal, Direction::Write, Stage::Early, false);
+            *port = Output::new(self.add(spec));
+        }
+    }
+
+    /// Takes `words` words of memory of the module's own, all zero at first.
+    pub fn memory(&mut self, memory: &mut Memory, name: &'static str, words: usize) {
+        let slot = self.add(PortSpec {
+            name,
+            data_type: None,
+            direction: Direction::Memory(words),
+            stage: Stage::Early,
+            is_delayed: false,
+            is_sound: true,
+        });
+        *memory = Memory { slot };
+    }
+
+    fn signal<S: Signal>(
+        &mut self,
+        name: &'static str,
+        data_type: &'static DataType,
+        direction: Direction,
+        stage: Stage,
+        is_delayed: bool,
+    ) -> u8 {
+        self.add(Self::spec::<S>(name, data_type, data_type.first(), direction, stage, is_delayed))
+    }
+
+    fn spec<S: Signal>(
+        name: &'static str,
+        data_type: &'static DataType,
+        signal: TypeRef,
+        direction: Direction,
+        stage: Stage,
+        is_delayed: bool,
+    ) -> PortSpec {
+        let is_sound = S::takes(data_type.shape) && S::FORMAT == data_type.format;
+        PortSpec { name, data_type: Some((data_type, signal)), direction, stage, is_delayed, is_sound }
+    }
+
+    fn add(&mut self, spec: PortSpec) -> u8 {
+        let index = self.count;
+        self.count += 1;
+        match self.slots {
+            Some(slots) => slots.get(index).copied().unwrap_or(NO_SLOT),
+            None => {
+                let _ = self.specs.push(spec);
+                NO_SLOT
+            }
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! The catalogue of standard data types. A new one is one line here.
+
+use crate::data_type::{DataType, Shape};
+use crate::unit::Unit;
+use crate::word::Format;
+
+macro_rules! catalogue {
+    ($($id:literal $name:ident $unit:ident $format:ident $shape:ident $summary:literal;)*) => {
+        $(#[doc = $summary]
+        pub const $name: &DataType = &DataType {
+            id: $id, name: stringify!($name), unit: Unit::$unit,
+            format: Format::$format, shape: Shape::$shape, summary: $summary,
+        };)*
+        /// Every standard type, by rising id.
+        pub const ALL: &[&DataType] = &[$($name),*];
+    };
+}
+
+catalogue! {
+     1 POSITION           Position  F32 Vector "Measured position.";
+     2 VELOCITY           Velocity  F32 Vector "Measured or observed velocity.";
+     3 FORCE              Force     F32 Vector "Measured force between device and world.";
+     8 DES_POSITION       Position  F32 Vector "Desired position.";
+     9 DES_VELOCITY       Velocity  F32 Vector "Desired velocity.";
+    10 DES_FORCE          Force     F32 Vector "Force to command to the device.";
+    16 CH1_WAVES          Wave      F32 Vector "Wave leaving on channel 1.";
+    17 CH2_WAVES          Wave      F32 Vector "Wave that came in on channel 2.";
+    18 CH1_TD_WAVES       Wave      F32 Vector "Channel 1 after its time delay.";
+    19 CH2_TD_WAVES       Wave      F32 Vector "Channel 2 after its time delay.";
+    24 LINE_FORCE         Force     F32 Vector "Force at the wave port, positive from master to slave.";
+    25 LINE_VELOCITY      Velocity  F32 Vector "Velocity at the wave port.";
+    26 CONTROL_STIFFNESS  Stiffness F32 Vector "Slope of the control law: change of force per desired position.";
+    27 CONTROL_MEMORY     Force     F32 Vector "Force that the law's memory takes off in the next tick.";
+    32 LINK_AGE           Tick      U32 Scalar "Ticks since the last new packet.";
+    33 LINK_LOST          One       U32 Scalar "Packets that never came, counted by their sequence numbers.";
+    34 LINK_ROUND_TRIP    Tick      U32 Scalar "Ticks from sending a packet to receiving its echo; 0 until known.";
+    35 LINK_REFUSED       One       U32 Scalar "Packets refused: old, repeated, or not of the agreed content.";
+    40 SIGNAL             Any       F32 Vector "A signal of any unit.";
+    41 SIGNAL_OUT         Any       F32 Vector "What a module made of a signal of any unit.";
+    42 RECORDED_ROWS      One       U32 Scalar "Rows a recorder has taken since it was reset.";
+}
+
+/// Finds a standard type by its number.
+#[must_use]
+pub fn by_id(id: u16) -> Option<&'static DataType> {
+    ALL.iter().copied().find(|data_type| data_type.id == id)
+}
+
+/// Finds a standard type by its name.
+#[must_use]
+pub fn by_name(name: &str) -> Option<&'static DataType> {
+    ALL.iter().copied().find(|data_type| data_type.name == name)
+}

@@ -1,0 +1,82 @@
+//! Physical units of signals and parameters, SI throughout.
+//!
+//! A generalised coordinate is a length on a linear axis and an angle on a rotary one, so the same
+//! control law serves both: `Unit::Position` reads `m` or `rad`, `Unit::Force` reads `N` or `N·m`.
+
+/// What moves on an axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AxisKind {
+    /// Moves in metres, driven by newtons.
+    #[default]
+    Linear,
+    /// Turns in radians, driven by newton metres.
+    Rotary,
+}
+
+/// Unit of a signal or a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Unit {
+    /// Fits every unit: the port of a module that does not care, such as an integrator.
+    Any,
+    /// A pure number.
+    One,
+    /// `m` or `rad`.
+    Position,
+    /// `m/s` or `rad/s`.
+    Velocity,
+    /// `N` or `N·m`.
+    Force,
+    /// `N/m` or `N·m/rad`.
+    Stiffness,
+    /// `N·s/m` or `N·m·s/rad`; also the wave impedance.
+    Damping,
+    /// `N/(m·s)` or `N·m/(rad·s)`: integral gain.
+    IntegralGain,
+    /// Wave variable, `sqrt(W)` on every axis.
+    Wave,
+    /// `J`.
+    Energy,
+    /// `s`.
+    Second,
+    /// `Hz`.
+    Hertz,
+    /// Whole ticks of the sample period.
+    Tick,
+}
+
+impl Unit {
+    /// The unit as text on an axis of `kind`; empty for a pure number.
+    #[must_use]
+    pub const fn symbol(self, kind: AxisKind) -> &'static str {
+        match (self, kind) {
+            (Self::Any, _) => "any",
+            (Self::One, _) => "",
+            (Self::Position, AxisKind::Linear) => "m",
+            (Self::Position, AxisKind::Rotary) => "rad",
+            (Self::Velocity, AxisKind::Linear) => "m/s",
+            (Self::Velocity, AxisKind::Rotary) => "rad/s",
+            (Self::Force, AxisKind::Linear) => "N",
+            (Self::Force, AxisKind::Rotary) => "N·m",
+            (Self::Stiffness, AxisKind::Linear) => "N/m",
+            (Self::Stiffness, AxisKind::Rotary) => "N·m/rad",
+            (Self::Damping, AxisKind::Linear) => "N·s/m",
+            (Self::Damping, AxisKind::Rotary) => "N·m·s/rad",
+            (Self::IntegralGain, AxisKind::Linear) => "N/(m·s)",
+            (Self::IntegralGain, AxisKind::Rotary) => "N·m/(rad·s)",
+            (Self::Wave, _) => "sqrt(W)",
+            (Self::Energy, _) => "J",
+            (Self::Second, _) => "s",
+            (Self::Hertz, _) => "Hz",
+            (Self::Tick, _) => "ticks",
+        }
+    }
+
+    /// Whether a signal of this unit may be bound where `other` is expected.
+    #[must_use]
+    pub fn fits(self, other: Self) -> bool {
+        self == other || self == Self::Any || other == Self::Any
+    }
+}

@@ -1,0 +1,94 @@
+//! One 32-bit cell of the Data Base and the formats it can hold.
+
+/// How the 32 bits of a word are to be read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Format {
+    /// IEEE 754 single precision.
+    F32,
+    /// Signed integer.
+    I32,
+    /// Unsigned integer.
+    U32,
+    /// `0` is false, everything else true.
+    Bool,
+}
+
+/// The bits of one value; what they mean is said by the data type's [`Format`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[repr(transparent)]
+pub struct Word(pub u32);
+
+impl Word {
+    /// Whether the word is a usable value of `format`: a float must be finite.
+    #[must_use]
+    pub fn is_valid(self, format: Format) -> bool {
+        format != Format::F32 || f32::from_bits(self.0).is_finite()
+    }
+}
+
+/// A Rust type that fits one word.
+pub trait Scalar: Copy + Default {
+    /// The format it is stored in.
+    const FORMAT: Format;
+    /// Reads the value out of a word.
+    fn from_word(word: Word) -> Self;
+    /// Puts the value into a word.
+    fn into_word(self) -> Word;
+}
+
+impl Scalar for f32 {
+    const FORMAT: Format = Format::F32;
+    #[inline]
+    fn from_word(word: Word) -> Self {
+        Self::from_bits(word.0)
+    }
+    #[inline]
+    fn into_word(self) -> Word {
+        Word(self.to_bits())
+    }
+}
+
+impl Scalar for i32 {
+    const FORMAT: Format = Format::I32;
+    #[inline]
+    fn from_word(word: Word) -> Self {
+        word.0.cast_signed()
+    }
+    #[inline]
+    fn into_word(self) -> Word {
+        Word(self.cast_unsigned())
+    }
+}
+
+impl Scalar for u32 {
+    const FORMAT: Format = Format::U32;
+    #[inline]
+    fn from_word(word: Word) -> Self {
+        word.0
+    }
+    #[inline]
+    fn into_word(self) -> Word {
+        Word(self)
+    }
+}
+
+impl Scalar for bool {
+    const FORMAT: Format = Format::Bool;
+    #[inline]
+    fn from_word(word: Word) -> Self {
+        word.0 != 0
+    }
+    #[inline]
+    fn into_word(self) -> Word {
+        Word(u32::from(self))
+    }
+}
+
+impl<T: Scalar> From<T> for Word {
+    #[inline]
+    fn from(value: T) -> Self {
+        value.into_word()
+    }
+}
