@@ -5,6 +5,7 @@
 //!                    └─ links ──▶ signals.csv
 //! ```
 
+mod bitmap;
 mod csv;
 mod decimate;
 mod figure;

@@ -9,7 +9,10 @@ use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
 use super::decimate::{Point, decimate};
-use super::plot::{Area, BLACK, Drawn, GREY, GRID, Picture, color, font, label, px, text_width, width};
+use super::plot::{
+    Area, BLACK, Drawn, GREY, GRID, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
+    width,
+};
 use crate::recording::Recording;
 
 /// A picture of recorded signals over time.
@@ -71,9 +74,10 @@ const SIZE: (u32, u32) = (1400, 900);
 /// Everything below in pixels as shown.
 const TITLE_HEIGHT: f64 = 62.0;
 const PANEL_TITLE_HEIGHT: f64 = 34.0;
-const TIME_AXIS_HEIGHT: f64 = 58.0;
+const TIME_AXIS_HEIGHT: f64 = 52.0;
 const VALUE_AXIS_WIDTH: f64 = 104.0;
 const LEGEND_WIDTH: f64 = 200.0;
+const PLOT_WIDTH: f64 = 1400.0 - LEGEND_WIDTH - VALUE_AXIS_WIDTH;
 
 /// Shades that neighbouring phases take in turn.
 const SHADES: [RGBColor; 3] =
@@ -103,33 +107,19 @@ impl<'a> FigurePicture<'a> {
         Self { figure, time_s, panels }
     }
 
-    /// Draws `panel` with its top at `top` and its axes `height` high.
-    fn draw_panel<B: DrawingBackend>(
-        &self,
-        area: &Area<B>,
-        data: &PanelData<'_>,
-        (top, height): (f64, f64),
-        is_first: bool,
-        is_last: bool,
-    ) -> Drawn<B> {
-        let (wide, _) = self.size();
-        let time_axis_height = if is_last { TIME_AXIS_HEIGHT } else { 0.0 };
-        let part = area
-            .clone()
-            .shrink((0, px(top)), (px(f64::from(wide)), px(PANEL_TITLE_HEIGHT + height + time_axis_height)));
-        let mut chart = ChartBuilder::on(&part)
+    /// Draws shaded phases, axes and lines of one panel on `part`.
+    fn draw_chart<B: DrawingBackend>(&self, part: &Area<B>, data: &PanelData<'_>, below: f64) -> Drawn<B> {
+        let mut chart = ChartBuilder::on(part)
             .margin_top(px(PANEL_TITLE_HEIGHT))
             .margin_right(px(LEGEND_WIDTH))
             .y_label_area_size(px(VALUE_AXIS_WIDTH))
-            .x_label_area_size(px(time_axis_height))
+            .x_label_area_size(px(below))
             .build_cartesian_2d(self.time_s.clone(), data.values.clone())?;
         chart.draw_series(self.figure.spans.iter().zip(SHADES.iter().cycle()).map(|(span, shade)| {
             let [start, end] =
                 [span.start_s, span.end_s].map(|t| t.clamp(self.time_s.start, self.time_s.end));
             Rectangle::new([(start, data.values.start), (end, data.values.end)], shade.filled())
         }))?;
-
-        let tick_font = font(14.0, FontStyle::Normal, GREY);
         chart
             .configure_mesh()
             .x_labels(14)
@@ -138,40 +128,45 @@ impl<'a> FigurePicture<'a> {
             .light_line_style(GRID.mix(0.0))
             .axis_style(GREY.stroke_width(width(1.0)))
             .set_all_tick_mark_size(px(5.0))
-            .label_style(tick_font)
-            .axis_desc_style(font(15.0, FontStyle::Normal, BLACK))
-            .x_desc(if is_last { "time (s)" } else { "" })
-            .y_desc(&data.panel.y_label)
+            .label_style(font(14.0, FontStyle::Normal, GREY))
             .x_label_formatter(&|value| tick_text(*value, &self.time_s))
             .y_label_formatter(&|value| tick_text(*value, &data.values))
             .draw()?;
-
+        if data.values.contains(&0.0) {
+            let zero = [(self.time_s.start, 0.0), (self.time_s.end, 0.0)];
+            chart.draw_series([PathElement::new(zero, LIGHT_GREY.stroke_width(width(1.0)))])?;
+        }
         for (index, segments) in data.lines.iter().enumerate() {
-            let stroke =
-                color(index).stroke_width(width(if index == 0 && data.lines.len() > 1 { 3.4 } else { 1.8 }));
+            let thickness = if index == 0 && data.lines.len() > 1 { 3.4 } else { 1.8 };
+            let stroke = color(index).stroke_width(width(thickness));
             chart.draw_series(segments.iter().map(|points| PathElement::new(points.as_slice(), stroke)))?;
             let lone = segments.iter().filter(|points| points.len() == 1).flatten();
             chart.draw_series(lone.map(|point| Circle::new(*point, px(2.0), color(index).filled())))?;
         }
-
-        label(
-            &part,
-            &data.panel.title,
-            (VALUE_AXIS_WIDTH, 18.0),
-            HPos::Left,
-            &font(16.0, FontStyle::Bold, BLACK),
-        )?;
-        self.draw_legend(&part, data.panel)?;
-        if is_first { self.draw_span_labels(&part) } else { Ok(()) }
+        Ok(())
     }
 
-    fn draw_legend<B: DrawingBackend>(&self, part: &Area<B>, panel: &Panel) -> Drawn<B> {
+    /// Names the axes of one panel, `height` high.
+    fn draw_names<B: DrawingBackend>(part: &Area<B>, panel: &Panel, height: f64, is_last: bool) -> Drawn<B> {
+        let title_style = font(16.0, FontStyle::Bold, BLACK);
+        label(part, &panel.title, (VALUE_AXIS_WIDTH, 18.0), HPos::Left, &title_style)?;
+        let axis_style = font(15.0, FontStyle::Normal, BLACK);
+        upright_label(part, &panel.y_label, (24.0, PANEL_TITLE_HEIGHT + height / 2.0), &axis_style)?;
+        if is_last {
+            let below = (VALUE_AXIS_WIDTH + PLOT_WIDTH / 2.0, PANEL_TITLE_HEIGHT + height + 40.0);
+            label(part, "time (s)", below, HPos::Center, &axis_style)?;
+        }
+        Ok(())
+    }
+
+    fn draw_legend<B: DrawingBackend>(part: &Area<B>, panel: &Panel) -> Drawn<B> {
         let left = f64::from(SIZE.0) - LEGEND_WIDTH + 16.0;
-        let style = font(15.0, FontStyle::Normal, BLACK);
         let mut middle = PANEL_TITLE_HEIGHT + 10.0;
         for (index, line) in panel.lines.iter().enumerate() {
             let stroke = color(index).stroke_width(width(4.0));
             part.draw(&PathElement::new([(px(left), px(middle)), (px(left + 22.0), px(middle))], stroke))?;
+            let room = LEGEND_WIDTH - 56.0;
+            let style = fitting(&line.label, room, 15.0, FontStyle::Normal, BLACK);
             label(part, &line.label, (left + 30.0, middle), HPos::Left, &style)?;
             middle += 23.0;
         }
@@ -180,16 +175,13 @@ impl<'a> FigurePicture<'a> {
 
     /// Names of the phases, above the first panel, small enough to fit their phase.
     fn draw_span_labels<B: DrawingBackend>(&self, part: &Area<B>) -> Drawn<B> {
-        let plot_width = f64::from(SIZE.0) - LEGEND_WIDTH - VALUE_AXIS_WIDTH;
         let position = |time_s: f64| {
             let share = (time_s - self.time_s.start) / (self.time_s.end - self.time_s.start);
-            VALUE_AXIS_WIDTH + plot_width * share.clamp(0.0, 1.0)
+            VALUE_AXIS_WIDTH + PLOT_WIDTH * share.clamp(0.0, 1.0)
         };
         for span in &self.figure.spans {
             let (left, right) = (position(span.start_s), position(span.end_s));
-            let normal = text_width(&span.label, &font(14.0, FontStyle::Normal, GREY)).max(1.0);
-            let size = (14.0 * (right - left) / normal).clamp(8.0, 14.0);
-            let style = font(size, FontStyle::Normal, GREY);
+            let style = fitting(&span.label, right - left - 6.0, 14.0, FontStyle::Normal, GREY);
             label(
                 part,
                 &span.label,
@@ -215,8 +207,16 @@ impl Picture for FigurePicture<'_> {
         let panel_height = free / f64::from(count);
         let mut top = TITLE_HEIGHT;
         for (number, data) in self.panels.iter().enumerate() {
-            let place = (top, panel_height - PANEL_TITLE_HEIGHT);
-            self.draw_panel(area, data, place, number == 0, number + 1 == self.panels.len())?;
+            let is_last = number + 1 == self.panels.len();
+            let below = if is_last { TIME_AXIS_HEIGHT } else { 0.0 };
+            let size = (px(f64::from(SIZE.0)), px(panel_height + below));
+            let part = area.clone().shrink((0, px(top)), size);
+            self.draw_chart(&part, data, below)?;
+            Self::draw_names(&part, data.panel, panel_height - PANEL_TITLE_HEIGHT, is_last)?;
+            Self::draw_legend(&part, data.panel)?;
+            if number == 0 {
+                self.draw_span_labels(&part)?;
+            }
             top += panel_height;
         }
         Ok(())

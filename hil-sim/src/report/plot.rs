@@ -8,11 +8,15 @@ use std::sync::Once;
 use plotters::coord::Shift;
 use plotters::drawing::DrawingAreaErrorKind;
 use plotters::prelude::{
-    BitMapBackend, DrawingArea, DrawingBackend, FontStyle, IntoDrawingArea, IntoFont, RGBColor, SVGBackend,
-    TextStyle,
+    DrawingArea, DrawingBackend, FontStyle, IntoDrawingArea, RGBColor, SVGBackend, TextStyle,
 };
 use plotters::style::text_anchor::{HPos, Pos, VPos};
-use plotters::style::{Color, register_font};
+use plotters::style::{Color, FontDesc, FontFamily, FontTransform, register_font};
+
+use super::bitmap::{self, Bitmap};
+
+/// A backend centres small letters; capitals are this much higher, as a share of the text's size.
+const CAPITALS_RISE: f64 = 0.07;
 
 /// Canvas units per pixel shown.
 const FINENESS: u32 = 3;
@@ -22,17 +26,20 @@ const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
 
 pub(super) const BLACK: RGBColor = RGBColor(0x1f, 0x25, 0x2b);
 pub(super) const GREY: RGBColor = RGBColor(0x6b, 0x75, 0x80);
+pub(super) const LIGHT_GREY: RGBColor = RGBColor(0xb4, 0xbc, 0xc4);
 pub(super) const GRID: RGBColor = RGBColor(0xe3, 0xe7, 0xeb);
 pub(super) const WHITE: RGBColor = RGBColor(0xff, 0xff, 0xff);
 
-/// Colours that stay apart for every kind of colour vision (Okabe and Ito, 2008), darkest first.
-const PALETTE: [RGBColor; 6] = [
-    RGBColor(0x00, 0x72, 0xb2),
-    RGBColor(0xd5, 0x5e, 0x00),
-    RGBColor(0x00, 0x9e, 0x73),
-    RGBColor(0xb4, 0x5c, 0x96),
-    RGBColor(0xd6, 0x90, 0x00),
-    RGBColor(0x3f, 0xa3, 0xdc),
+/// Colours that stay apart for every kind of colour vision (after Okabe and Ito, 2008), dark enough for white text.
+const PALETTE: [RGBColor; 8] = [
+    RGBColor(0x00, 0x6d, 0xaa),
+    RGBColor(0xd2, 0x5a, 0x00),
+    RGBColor(0x00, 0x8a, 0x64),
+    RGBColor(0xa6, 0x52, 0x8c),
+    RGBColor(0xb5, 0x7d, 0x00),
+    RGBColor(0x2b, 0x90, 0xc4),
+    RGBColor(0x5b, 0x68, 0x76),
+    RGBColor(0x8a, 0x55, 0x36),
 ];
 
 /// The `index`-th colour of the palette, over and over.
@@ -73,11 +80,11 @@ pub(super) fn width(length: f64) -> u32 {
 
 /// Text of `size` shown pixels.
 pub(super) fn font(size: f64, style: FontStyle, color: RGBColor) -> TextStyle<'static> {
-    let font = (FONT, f64::from(px(size))).into_font().style(style);
+    let font = FontDesc::new(FontFamily::Name(FONT), f64::from(px(size)), style);
     TextStyle { color: color.to_backend_color(), ..TextStyle::from(font) }
 }
 
-/// Text placed by its `horizontal` edge and its vertical middle.
+/// Text placed by its `horizontal` edge and the middle of its capitals.
 pub(super) fn label<B: DrawingBackend>(
     area: &Area<B>,
     text: &str,
@@ -85,7 +92,35 @@ pub(super) fn label<B: DrawingBackend>(
     horizontal: HPos,
     style: &TextStyle<'static>,
 ) -> Drawn<B> {
-    area.draw_text(text, &style.pos(Pos::new(horizontal, VPos::Center)), (px(x), px(y)))
+    let middle = px(y + CAPITALS_RISE * shown_size(style));
+    area.draw_text(text, &style.pos(Pos::new(horizontal, VPos::Center)), (px(x), middle))
+}
+
+/// Text that reads upwards, placed by its middle.
+pub(super) fn upright_label<B: DrawingBackend>(
+    area: &Area<B>,
+    text: &str,
+    (x, y): (f64, f64),
+    style: &TextStyle<'static>,
+) -> Drawn<B> {
+    let style = style.transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
+    area.draw_text(text, &style, (px(x), px(y)))
+}
+
+fn shown_size(style: &TextStyle<'static>) -> f64 {
+    style.font.get_size() / f64::from(FINENESS)
+}
+
+/// [`font`] of at most `size`, smaller where `text` would be wider than `room`.
+pub(super) fn fitting(
+    text: &str,
+    room: f64,
+    size: f64,
+    style: FontStyle,
+    color: RGBColor,
+) -> TextStyle<'static> {
+    let natural = text_width(text, &font(size, style, color)).max(1.0);
+    font((size * room / natural).clamp(7.0, size), style, color)
 }
 
 /// Width of `text`, shown pixels.
@@ -113,19 +148,9 @@ pub(super) fn svg(picture: &impl Picture) -> Result<String, String> {
 pub(super) fn png(picture: &impl Picture) -> Result<Vec<u8>, String> {
     let (wide, high) = picture.size();
     let fine = (wide * FINENESS, high * FINENESS);
-    let mut canvas = vec![0_u8; bytes_of(fine)];
-    draw_on(BitMapBackend::with_buffer(&mut canvas, fine), picture)?;
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, wide, high);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().map_err(|error| error.to_string())?;
-    writer.write_image_data(&shrink(&canvas, (wide, high))).map_err(|error| error.to_string())?;
-    writer.finish().map_err(|error| error.to_string())?;
-    Ok(bytes)
-}
-
-fn bytes_of((wide, high): (u32, u32)) -> usize {
-    wide as usize * high as usize * 3
+    let mut canvas = vec![0; bitmap::byte_count(fine)];
+    draw_on(Bitmap::new(&mut canvas, fine), picture)?;
+    bitmap::encode(&canvas, (wide, high), FINENESS).map_err(|error| error.to_string())
 }
 
 fn draw_on<B: DrawingBackend>(backend: B, picture: &impl Picture) -> Result<(), String> {
@@ -143,39 +168,4 @@ fn draw_on<B: DrawingBackend>(backend: B, picture: &impl Picture) -> Result<(), 
         .and_then(|()| picture.draw(&area))
         .and_then(|()| area.present())
         .map_err(|error| error.to_string())
-}
-
-/// Averages each square of `FINENESS` by `FINENESS` RGB pixels into one.
-fn shrink(canvas: &[u8], (wide, high): (u32, u32)) -> Vec<u8> {
-    let fineness = FINENESS as usize;
-    let row_bytes = wide as usize * fineness * 3;
-    let mut sums = vec![0_u32; wide as usize * 3];
-    let mut small = Vec::with_capacity(bytes_of((wide, high)));
-    for rows in canvas.chunks_exact(row_bytes * fineness) {
-        sums.fill(0);
-        for row in rows.chunks_exact(row_bytes) {
-            for (sum, square) in sums.chunks_exact_mut(3).zip(row.chunks_exact(3 * fineness)) {
-                for pixel in square.chunks_exact(3) {
-                    for (channel, byte) in sum.iter_mut().zip(pixel) {
-                        *channel += u32::from(*byte);
-                    }
-                }
-            }
-        }
-        let weight = FINENESS * FINENESS;
-        small.extend(sums.iter().map(|sum| u8::try_from((sum + weight / 2) / weight).unwrap_or(u8::MAX)));
-    }
-    small
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shrinking_averages_squares() {
-        // Two pixels wide, one high: the left square black, the right one third white.
-        let row: Vec<u8> = [0, 0, 0, 255, 0, 0].iter().flat_map(|level| [*level; 3]).collect();
-        assert_eq!(shrink(&row.repeat(3), (2, 1)), [0, 0, 0, 85, 85, 85]);
-    }
 }

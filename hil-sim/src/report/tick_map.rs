@@ -9,7 +9,7 @@ use plotters::style::text_anchor::HPos;
 use plotters::style::{Color, ShapeStyle};
 
 use super::plot::{
-    Area, BLACK, Drawn, GREY, GRID, Picture, WHITE, color, font, label, px, text_width, width,
+    Area, BLACK, Drawn, GREY, GRID, Picture, WHITE, color, fitting, font, label, px, text_width, width,
 };
 
 /// The flow of data through one controller in one tick.
@@ -30,7 +30,7 @@ pub struct TypeRow {
     pub name: String,
     /// Its SI unit; empty for a pure number.
     pub unit: String,
-    /// The step that writes it; none for a type that keeps its first value.
+    /// The step that writes it; none for a type that nobody writes and that stays constant.
     pub writer: Option<usize>,
     /// Steps that read what was written in this tick.
     pub readers: Vec<usize>,
@@ -130,22 +130,22 @@ fn lossless(count: usize) -> f64 {
 
 fn draw_legend<B: DrawingBackend>(area: &Area<B>, y: f64) -> Drawn<B> {
     let style = font(15.0, FontStyle::Normal, BLACK);
-    let text = |x: f64, words: &str| label(area, words, (x, y), HPos::Left, &style);
     let shade = color(0);
-    mark(area, (MARGIN + 8.0, y), shade, true)?;
-    text(MARGIN + 22.0, "writes")?;
-    mark(area, (MARGIN + 104.0, y), shade, false)?;
-    text(MARGIN + 118.0, "reads the value of this tick")?;
-    dashes(area, (MARGIN + 374.0, MARGIN + 414.0), y)?;
-    mark(area, (MARGIN + 422.0, y), DELAYED, false)?;
-    text(MARGIN + 436.0, "reads before it is written: the value of the tick before (one tick late)")?;
-    label(
-        area,
-        "time runs to the right",
-        (f64::from(WIDTH) - MARGIN, y),
-        HPos::Right,
-        &font(15.0, FontStyle::Normal, GREY),
-    )
+    let mut x = MARGIN;
+    for (dash, ink, filled, words) in [
+        (0.0, shade, true, "written"),
+        (0.0, shade, false, "read, value of this tick"),
+        (38.0, DELAYED, false, "read before it is written: value of the previous tick (one tick late)"),
+    ] {
+        dashes(area, (x, x + dash), y)?;
+        x += dash + MARK_RADIUS;
+        mark(area, (x, y), MARK_RADIUS, ink, filled)?;
+        x += MARK_RADIUS + 8.0;
+        label(area, words, (x, y), HPos::Left, &style)?;
+        x += text_width(words, &style) + 30.0;
+    }
+    let right = f64::from(WIDTH) - MARGIN;
+    label(area, "one tick, from left to right", (right, y), HPos::Right, &font(15.0, FontStyle::Normal, GREY))
 }
 
 fn draw_map<B: DrawingBackend>(area: &Area<B>, map: &TickMap, top: f64) -> Drawn<B> {
@@ -171,7 +171,7 @@ fn draw_map<B: DrawingBackend>(area: &Area<B>, map: &TickMap, top: f64) -> Drawn
     Ok(())
 }
 
-/// The head of a column, one line per word of the step's name.
+/// The head of a column.
 fn draw_step<B: DrawingBackend>(
     area: &Area<B>,
     name: &str,
@@ -182,17 +182,37 @@ fn draw_step<B: DrawingBackend>(
     let (gap, high) = (3.0, STEP_HEIGHT - 6.0);
     let corners = [(px(left + gap), px(top)), (px(left + wide - gap), px(top + high))];
     area.draw(&Rectangle::new(corners, shade.filled()))?;
-    let words: Vec<&str> = name.split_whitespace().collect();
-    let longest =
-        words.iter().map(|word| text_width(word, &font(14.0, FontStyle::Bold, WHITE))).fold(1.0, f64::max);
-    let size = (14.0 * (wide - 2.0 * gap - 8.0) / longest).clamp(7.0, 14.0);
+    let normal = font(14.0, FontStyle::Bold, WHITE);
+    let room = wide - 2.0 * gap - 6.0;
+    let lines = wrap(name, |text| text_width(text, &normal) <= room);
+    let longest = lines.iter().map(|line| text_width(line, &normal)).fold(1.0, f64::max);
+    let lowest = 14.0 * 2.8 / lossless(lines.len().max(1));
+    let size = (14.0 * room / longest).min(lowest).clamp(7.0, 14.0);
     let style = font(size, FontStyle::Bold, WHITE);
-    let mut y = top + high / 2.0 - (size + 3.0) * (lossless(words.len()) - 1.0) / 2.0;
-    for word in words {
-        label(area, word, (left + wide / 2.0, y), HPos::Center, &style)?;
+    let mut y = top + high / 2.0 - (size + 3.0) * (lossless(lines.len()) - 1.0) / 2.0;
+    for line in lines {
+        label(area, &line, (left + wide / 2.0, y), HPos::Center, &style)?;
         y += size + 3.0;
     }
     Ok(())
+}
+
+/// Breaks `name` at every space, and after an underscore where the rest does not fit.
+fn wrap(name: &str, fits: impl Fn(&str) -> bool) -> Vec<String> {
+    let mut lines = Vec::new();
+    for word in name.split_whitespace() {
+        let mut line = String::new();
+        for part in word.split_inclusive('_') {
+            let longer = format!("{line}{part}");
+            if line.is_empty() || fits(&longer) {
+                line = longer;
+            } else {
+                lines.push(std::mem::replace(&mut line, part.to_owned()));
+            }
+        }
+        lines.push(line);
+    }
+    lines
 }
 
 fn draw_row<B: DrawingBackend>(area: &Area<B>, row: &TypeRow, columns: &Columns, y: f64) -> Drawn<B> {
@@ -200,18 +220,13 @@ fn draw_row<B: DrawingBackend>(area: &Area<B>, row: &TypeRow, columns: &Columns,
     let rule =
         [(px(MARGIN), px(y + ROW_HEIGHT / 2.0)), (px(f64::from(WIDTH) - MARGIN), px(y + ROW_HEIGHT / 2.0))];
     area.draw(&PathElement::new(rule, GRID.stroke_width(width(0.7))))?;
-    let name_style = font(15.0, FontStyle::Normal, BLACK);
+    let unit = if row.unit.is_empty() { String::new() } else { format!("({})", row.unit) };
+    let unit_style = font(14.0, FontStyle::Normal, GREY);
+    let room = NAME_WIDTH - text_width(&unit, &unit_style) - 16.0;
+    let name_style = fitting(&row.name, room, 15.0, FontStyle::Normal, BLACK);
     label(area, &row.name, (MARGIN, y), HPos::Left, &name_style)?;
-    if !row.unit.is_empty() {
-        let after_name = MARGIN + text_width(&row.name, &name_style) + 8.0;
-        label(
-            area,
-            &format!("({})", row.unit),
-            (after_name, y),
-            HPos::Left,
-            &font(14.0, FontStyle::Normal, GREY),
-        )?;
-    }
+    let after_name = MARGIN + text_width(&row.name, &name_style) + 8.0;
+    label(area, &unit, (after_name, y), HPos::Left, &unit_style)?;
 
     let far = row.readers.iter().copied().max();
     let start = row.writer.map_or(columns.left, |step| columns.middle(step));
@@ -224,19 +239,34 @@ fn draw_row<B: DrawingBackend>(area: &Area<B>, row: &TypeRow, columns: &Columns,
         arrow(area, (columns.left - WRAP_WIDTH + 22.0, y))?;
     }
     for step in &row.delayed_readers {
-        mark(area, (columns.middle(*step), y), DELAYED, false)?;
+        // A step that reads its own value of the tick before wears its ring around the mark of its write.
+        let radius = if row.writer == Some(*step) { MARK_RADIUS + 4.4 } else { MARK_RADIUS };
+        mark(area, (columns.middle(*step), y), radius, DELAYED, false)?;
     }
     for step in &row.readers {
-        mark(area, (columns.middle(*step), y), shade, false)?;
+        mark(area, (columns.middle(*step), y), MARK_RADIUS, shade, false)?;
     }
-    row.writer.map_or(Ok(()), |step| mark(area, (columns.middle(step), y), shade, true))
+    let remark = font(13.0, FontStyle::Normal, GREY);
+    let Some(step) = row.writer else {
+        return label(area, "constant", (columns.left - 6.0, y), HPos::Right, &remark);
+    };
+    if row.readers.is_empty() && row.delayed_readers.is_empty() {
+        label(area, "not read", (columns.middle(step) + MARK_RADIUS + 6.0, y), HPos::Left, &remark)?;
+    }
+    mark(area, (columns.middle(step), y), MARK_RADIUS, shade, true)
 }
 
 /// A disc for a write, a ring for a read.
-fn mark<B: DrawingBackend>(area: &Area<B>, (x, y): (f64, f64), shade: RGBColor, filled: bool) -> Drawn<B> {
+fn mark<B: DrawingBackend>(
+    area: &Area<B>,
+    (x, y): (f64, f64),
+    radius: f64,
+    shade: RGBColor,
+    filled: bool,
+) -> Drawn<B> {
     let at = (px(x), px(y));
-    area.draw(&Circle::new(at, px(MARK_RADIUS), shade.filled()))?;
-    if filled { Ok(()) } else { area.draw(&Circle::new(at, px(MARK_RADIUS - 2.6), WHITE.filled())) }
+    area.draw(&Circle::new(at, px(radius), shade.filled()))?;
+    if filled { Ok(()) } else { area.draw(&Circle::new(at, px(radius - 2.4), WHITE.filled())) }
 }
 
 fn dashes<B: DrawingBackend>(area: &Area<B>, (start, end): (f64, f64), y: f64) -> Drawn<B> {
@@ -296,6 +326,13 @@ mod tests {
         let [without, with] = [vec![], vec![0]].map(|late| red(&drawn(map(late))));
         assert!(without > 0, "the legend explains the colour");
         assert!(with > without + 10, "dashes, arrows and a ring are drawn: {without} -> {with}");
+    }
+
+    #[test]
+    fn a_long_name_breaks_where_it_can() {
+        assert_eq!(wrap("VIRTUAL_WALL_MOD", |text| text.len() < 14), ["VIRTUAL_WALL_", "MOD"]);
+        assert_eq!(wrap("WTRANSF_MOD decode", |text| text.len() < 14), ["WTRANSF_MOD", "decode"]);
+        assert_eq!(wrap("UNBREAKABLE", |_| false), ["UNBREAKABLE"]);
     }
 
     #[test]
