@@ -1,0 +1,210 @@
+//! What a run writes: signals as CSV, pictures as PNG and SVG, one page that shows them.
+//!
+//! ```text
+//! folder/report.html ── shows ──▶ positions.svg, forces.svg, ..., timeline.svg (each with its .png)
+//!                    └─ links ──▶ signals.csv
+//! ```
+
+mod bitmap;
+mod csv;
+mod decimate;
+mod figure;
+mod html;
+mod plot;
+mod tick_map;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use indicatif::ProgressBar;
+use serde::Serialize;
+
+pub use figure::{Figure, Line, Panel, Span};
+pub use tick_map::{TickMap, TypeRow};
+
+use crate::recording::Recording;
+use figure::FigurePicture;
+use html::PageImage;
+use plot::Picture;
+use tick_map::TimelinePicture;
+
+const PAGE_FILE: &str = "report.html";
+const SIGNALS_FILE: &str = "signals.csv";
+const TIMELINE_STEM: &str = "timeline";
+
+/// Everything a run has to say about itself.
+#[derive(Debug)]
+pub struct Report<'a> {
+    /// Headline of the page.
+    pub title: String,
+    /// What to know first.
+    pub summary: Vec<Fact>,
+    /// What differs from axis to axis; not shown without rows.
+    pub axes: Table,
+    /// What went wrong, one sentence each; empty for a clean run.
+    pub faults: Vec<String>,
+    /// Pictures of signals over time, in the order of the page.
+    pub figures: Vec<Figure>,
+    /// One map per controller, shown together as the Data Base timeline; not shown when empty.
+    pub tick_maps: Vec<TickMap>,
+    /// The settings that repeat the run, as TOML.
+    pub settings_toml: String,
+    /// The signals.
+    pub recording: &'a Recording,
+}
+
+/// One row of the summary, ready to read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Fact {
+    /// What it is.
+    pub name: String,
+    /// Its value as text.
+    pub value: String,
+    /// Its unit; empty for a pure number or a word.
+    pub unit: String,
+    /// What it means or is compared with; may be empty.
+    pub note: String,
+}
+
+/// Text in rows and columns.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Table {
+    /// Names of the columns, units included.
+    pub header: Vec<String>,
+    /// Cells, row by row.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// The files a report consists of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// The page to open first.
+    pub page: PathBuf,
+    /// Every signal, one column each.
+    pub signals: PathBuf,
+    /// SVG and PNG of each picture, in the order of the page.
+    pub pictures: Vec<PathBuf>,
+}
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The folder does not exist and cannot be made.
+    #[error("cannot create {}: {source}; choose another folder with --out", path.display())]
+    Folder {
+        /// The folder asked for.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {}: {source}; free some space there or choose another folder with --out", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A picture or the page cannot be made from what the run left.
+    #[error("cannot make {}: {reason}; the other files are good, please report this as a bug", path.display())]
+    Content {
+        /// The file that is missing.
+        path: PathBuf,
+        /// What the library says.
+        reason: String,
+    },
+}
+
+/// Writes `report` into `folder`, made if missing, replacing files of the same names; `bar` counts the files written
+/// ([`ProgressBar::hidden`] for silence).
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do. Files already written stay.
+pub fn write(folder: &Path, report: &Report<'_>, bar: &ProgressBar) -> Result<Written, ReportError> {
+    fs::create_dir_all(folder).map_err(|source| ReportError::Folder { path: folder.to_owned(), source })?;
+    let images = images(report);
+    bar.set_length(2 + 2 * images.len() as u64);
+
+    // The signals take about as long as all pictures together.
+    let (signals, pictures) = std::thread::scope(|scope| {
+        let signals = scope.spawn(|| write_signals(folder, report.recording, bar));
+        let pictures = write_pictures(folder, report, bar);
+        (signals.join(), pictures)
+    });
+    let signals = signals.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+    let pictures = pictures?;
+
+    let page = folder.join(PAGE_FILE);
+    let text = html::page(report, &images, SIGNALS_FILE).map_err(|error| content(&page, &error))?;
+    write_file(page.clone(), text.as_bytes(), bar)?;
+    Ok(Written { page, signals, pictures })
+}
+
+/// The pictures as the page names them, in its order.
+fn images(report: &Report<'_>) -> Vec<PageImage> {
+    let figures = report.figures.iter().map(|figure| PageImage {
+        stem: figure.file_stem.clone(),
+        title: figure.title.clone(),
+        alt: figure.description(),
+    });
+    let timeline = (!report.tick_maps.is_empty()).then(|| PageImage {
+        stem: TIMELINE_STEM.to_owned(),
+        title: "Data Base timeline".to_owned(),
+        alt: tick_map::description(&report.tick_maps),
+    });
+    figures.chain(timeline).collect()
+}
+
+fn write_signals(folder: &Path, recording: &Recording, bar: &ProgressBar) -> Result<PathBuf, ReportError> {
+    let path = folder.join(SIGNALS_FILE);
+    let written = fs::File::create(&path).and_then(|file| csv::write(recording, file));
+    bar.inc(1);
+    match written {
+        Ok(()) => Ok(path),
+        Err(source) => Err(ReportError::File { path, source }),
+    }
+}
+
+fn write_pictures(
+    folder: &Path,
+    report: &Report<'_>,
+    bar: &ProgressBar,
+) -> Result<Vec<PathBuf>, ReportError> {
+    let mut written = Vec::new();
+    for figure in &report.figures {
+        let picture = FigurePicture::new(figure, report.recording);
+        written.extend(write_picture(folder, &figure.file_stem, &picture, bar)?);
+    }
+    if !report.tick_maps.is_empty() {
+        let picture = TimelinePicture { maps: &report.tick_maps };
+        written.extend(write_picture(folder, TIMELINE_STEM, &picture, bar)?);
+    }
+    Ok(written)
+}
+
+fn write_picture(
+    folder: &Path,
+    stem: &str,
+    picture: &impl Picture,
+    bar: &ProgressBar,
+) -> Result<[PathBuf; 2], ReportError> {
+    let [svg, png] = ["svg", "png"].map(|extension| folder.join(format!("{stem}.{extension}")));
+    let text = plot::svg(picture).map_err(|reason| content(&svg, &reason))?;
+    write_file(svg.clone(), text.as_bytes(), bar)?;
+    let bytes = plot::png(picture).map_err(|reason| content(&png, &reason))?;
+    write_file(png.clone(), &bytes, bar)?;
+    Ok([svg, png])
+}
+
+fn write_file(path: PathBuf, bytes: &[u8], bar: &ProgressBar) -> Result<(), ReportError> {
+    bar.inc(1);
+    fs::write(&path, bytes).map_err(|source| ReportError::File { path, source })
+}
+
+fn content(path: &Path, reason: &impl ToString) -> ReportError {
+    ReportError::Content { path: path.to_owned(), reason: reason.to_string() }
+}
+
+#[cfg(test)]
+mod tests;

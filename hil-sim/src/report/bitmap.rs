@@ -1,0 +1,164 @@
+//! A bitmap with clean strokes and smooth edges, and its PNG.
+//!
+//! Plotters outlines a thick line as one polygon, which grows spikes where a noisy signal turns back on itself.
+//! [`Bitmap`] draws each stretch of a line by itself and joins them with discs. Edges get smooth by averaging
+//! squares of `fineness` by `fineness` pixels into one.
+
+use plotters::prelude::{BitMapBackend, DrawingBackend};
+use plotters_backend::{BackendColor, BackendCoord, BackendStyle, BackendTextStyle, DrawingErrorKind};
+
+/// How much higher than in an SVG text sits, as a share of its size.
+const TEXT_RISE: f64 = 0.12;
+
+/// [`BitMapBackend`] with strokes of its own.
+pub(super) struct Bitmap<'a>(BitMapBackend<'a>);
+
+impl<'a> Bitmap<'a> {
+    /// Draws into `canvas`, [`byte_count`] of `size` bytes long.
+    pub(super) fn new(canvas: &'a mut [u8], size: (u32, u32)) -> Self {
+        Self(BitMapBackend::with_buffer(canvas, size))
+    }
+}
+
+/// What drawing on a bitmap returns.
+type Drawn<'a> = Result<(), DrawingErrorKind<<BitMapBackend<'a> as DrawingBackend>::ErrorType>>;
+
+impl<'a> DrawingBackend for Bitmap<'a> {
+    type ErrorType = <BitMapBackend<'a> as DrawingBackend>::ErrorType;
+
+    fn get_size(&self) -> (u32, u32) {
+        self.0.get_size()
+    }
+
+    fn ensure_prepared(&mut self) -> Drawn<'a> {
+        self.0.ensure_prepared()
+    }
+
+    fn present(&mut self) -> Drawn<'a> {
+        self.0.present()
+    }
+
+    fn draw_pixel(&mut self, point: BackendCoord, color: BackendColor) -> Drawn<'a> {
+        self.0.draw_pixel(point, color)
+    }
+
+    fn draw_rect<S: BackendStyle>(
+        &mut self,
+        upper_left: BackendCoord,
+        bottom_right: BackendCoord,
+        style: &S,
+        fill: bool,
+    ) -> Drawn<'a> {
+        self.0.draw_rect(upper_left, bottom_right, style, fill)
+    }
+
+    fn draw_path<S: BackendStyle, I: IntoIterator<Item = BackendCoord>>(
+        &mut self,
+        path: I,
+        style: &S,
+    ) -> Drawn<'a> {
+        if style.color().alpha <= 0.0 {
+            return Ok(());
+        }
+        let radius = style.stroke_width() / 2;
+        let mut before: Option<BackendCoord> = None;
+        for point in path {
+            if let Some(before) = before {
+                self.fill_polygon(stretch(before, point, style.stroke_width()), style)?;
+                self.draw_circle(before, radius, style, true)?;
+            }
+            before = Some(point);
+        }
+        Ok(())
+    }
+
+    fn draw_text<S: BackendTextStyle>(&mut self, text: &str, style: &S, (x, y): BackendCoord) -> Drawn<'a> {
+        let (right, down) = style.transform().transform(0, rounded(TEXT_RISE * style.size()));
+        self.0.draw_text(text, style, (x + right, y + down))
+    }
+}
+
+/// Corners of a straight line from `start` to `end`.
+fn stretch(start: BackendCoord, end: BackendCoord, stroke_width: u32) -> [BackendCoord; 4] {
+    let (along, down) = (f64::from(end.0 - start.0), f64::from(end.1 - start.1));
+    let scale = f64::from(stroke_width) / (2.0 * along.hypot(down).max(1.0));
+    let (right, below) = (-down * scale, along * scale);
+    [(start, 1.0), (end, 1.0), (end, -1.0), (start, -1.0)]
+        .map(|((x, y), side)| (rounded(f64::from(x) + side * right), rounded(f64::from(y) + side * below)))
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "pictures are far smaller than i32; a cast saturates")]
+fn rounded(length: f64) -> i32 {
+    length.round() as i32
+}
+
+/// Bytes of an RGB picture of `wide` by `high` pixels.
+pub(super) fn byte_count((wide, high): (u32, u32)) -> usize {
+    wide as usize * high as usize * 3
+}
+
+/// PNG file of `size` from a canvas drawn `fineness` times larger.
+///
+/// # Errors
+/// What the encoder reports.
+pub(super) fn encode(canvas: &[u8], size: (u32, u32), fineness: u32) -> Result<Vec<u8>, png::EncodingError> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, size.0, size.1);
+    encoder.set_color(png::ColorType::Rgb);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&shrink(canvas, size, fineness))?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+/// Averages each square of `fineness` by `fineness` RGB pixels into one.
+fn shrink(canvas: &[u8], size: (u32, u32), fineness: u32) -> Vec<u8> {
+    let square_bytes = 3 * fineness as usize;
+    let row_bytes = size.0 as usize * square_bytes;
+    let weight = fineness * fineness;
+    let mut sums = vec![0_u32; size.0 as usize * 3];
+    let mut small = Vec::with_capacity(byte_count(size));
+    for rows in canvas.chunks_exact(row_bytes * fineness as usize) {
+        sums.fill(0);
+        for row in rows.chunks_exact(row_bytes) {
+            for (sum, square) in sums.chunks_exact_mut(3).zip(row.chunks_exact(square_bytes)) {
+                for pixel in square.chunks_exact(3) {
+                    for (channel, byte) in sum.iter_mut().zip(pixel) {
+                        *channel += u32::from(*byte);
+                    }
+                }
+            }
+        }
+        small.extend(sums.iter().map(|sum| u8::try_from((sum + weight / 2) / weight).unwrap_or(u8::MAX)));
+    }
+    small
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plotters::style::{Color, RGBColor, ShapeStyle};
+
+    #[test]
+    fn shrinking_averages_squares() {
+        // Two pixels wide, one high: the left square black, the right one third white.
+        let row: Vec<u8> = [0, 0, 0, 255, 0, 0].iter().flat_map(|level| [*level; 3]).collect();
+        assert_eq!(shrink(&row.repeat(3), (2, 1), 3), [0, 0, 0, 85, 85, 85]);
+    }
+
+    #[test]
+    fn a_line_that_turns_back_stays_within_its_width() {
+        let size = (60, 60);
+        let mut canvas = vec![0; byte_count(size)];
+        let zigzag = [(20, 15), (21, 45), (22, 15), (22, 45), (23, 15)];
+        let pen = ShapeStyle { color: RGBColor(255, 255, 255).to_rgba(), filled: false, stroke_width: 6 };
+        Bitmap::new(&mut canvas, size).draw_path(zigzag, &pen).unwrap();
+        let row_bytes = 3 * 60;
+        let inked: Vec<usize> = (0..).zip(&canvas).filter(|(_, byte)| **byte > 0).map(|(at, _)| at).collect();
+        assert!(inked.len() > 3 * 30 * 6, "the line itself is drawn");
+        for at in inked {
+            let (x, y) = (at % row_bytes / 3, at / row_bytes);
+            assert!((16..=27).contains(&x) && (11..=49).contains(&y), "ink at ({x}, {y})");
+        }
+    }
+}

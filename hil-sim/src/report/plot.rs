@@ -1,0 +1,171 @@
+//! Turns a picture into SVG text and PNG bytes, with the font it carries along.
+//!
+//! Plotters places everything on whole pixels, so a picture is drawn [`FINENESS`] times larger than it is shown:
+//! the SVG gets sub-pixel coordinates from its view box, the PNG smooth edges from averaging.
+
+use std::sync::Once;
+
+use plotters::coord::Shift;
+use plotters::drawing::DrawingAreaErrorKind;
+use plotters::prelude::{
+    DrawingArea, DrawingBackend, FontStyle, IntoDrawingArea, RGBColor, SVGBackend, TextStyle,
+};
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, FontDesc, FontFamily, FontTransform, register_font};
+
+use super::bitmap::{self, Bitmap};
+
+/// A backend centres small letters; capitals are this much higher, as a share of the text's size.
+const CAPITALS_RISE: f64 = 0.07;
+
+/// Canvas units per pixel shown.
+const FINENESS: u32 = 3;
+
+/// `DejaVu Sans` is the one drawn into a PNG; an SVG falls back to what its viewer has of the same width.
+const FONT: &str = "DejaVu Sans, Verdana, sans-serif";
+
+pub(super) const BLACK: RGBColor = RGBColor(0x1f, 0x25, 0x2b);
+pub(super) const GREY: RGBColor = RGBColor(0x6b, 0x75, 0x80);
+pub(super) const LIGHT_GREY: RGBColor = RGBColor(0xb4, 0xbc, 0xc4);
+pub(super) const GRID: RGBColor = RGBColor(0xe3, 0xe7, 0xeb);
+pub(super) const WHITE: RGBColor = RGBColor(0xff, 0xff, 0xff);
+
+/// Colours that stay apart for every kind of colour vision (after Okabe and Ito, 2008), dark enough for white text.
+const PALETTE: [RGBColor; 8] = [
+    RGBColor(0x00, 0x6d, 0xaa),
+    RGBColor(0xd2, 0x5a, 0x00),
+    RGBColor(0x00, 0x8a, 0x64),
+    RGBColor(0xa6, 0x52, 0x8c),
+    RGBColor(0xb5, 0x7d, 0x00),
+    RGBColor(0x2b, 0x90, 0xc4),
+    RGBColor(0x5b, 0x68, 0x76),
+    RGBColor(0x8a, 0x55, 0x36),
+];
+
+/// The `index`-th colour of the palette, over and over.
+pub(super) fn color(index: usize) -> RGBColor {
+    PALETTE.get(index % PALETTE.len()).copied().unwrap_or(BLACK)
+}
+
+/// Where a picture is drawn.
+pub(super) type Area<B> = DrawingArea<B, Shift>;
+
+/// What drawing on `B` returns.
+pub(super) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+
+/// Something that can be drawn, on any backend.
+pub(super) trait Picture {
+    /// Width and height as shown, pixels.
+    fn size(&self) -> (u32, u32);
+
+    /// Draws on `area`, which is white and as large as [`size`](Self::size) says; lengths go through [`px`].
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B>;
+}
+
+/// Canvas units of a length in shown pixels.
+#[expect(clippy::cast_possible_truncation, reason = "pictures are far smaller than i32; a cast saturates")]
+pub(super) fn px(length: f64) -> i32 {
+    (length * f64::from(FINENESS)).round() as i32
+}
+
+/// Shown pixels of a length in canvas units.
+pub(super) fn shown(length: i32) -> f64 {
+    f64::from(length) / f64::from(FINENESS)
+}
+
+/// [`px`] for widths, which have no sign.
+pub(super) fn width(length: f64) -> u32 {
+    px(length).unsigned_abs()
+}
+
+/// Text of `size` shown pixels.
+pub(super) fn font(size: f64, style: FontStyle, color: RGBColor) -> TextStyle<'static> {
+    let font = FontDesc::new(FontFamily::Name(FONT), f64::from(px(size)), style);
+    TextStyle { color: color.to_backend_color(), ..TextStyle::from(font) }
+}
+
+/// Text placed by its `horizontal` edge and the middle of its capitals.
+pub(super) fn label<B: DrawingBackend>(
+    area: &Area<B>,
+    text: &str,
+    (x, y): (f64, f64),
+    horizontal: HPos,
+    style: &TextStyle<'static>,
+) -> Drawn<B> {
+    let middle = px(y + CAPITALS_RISE * shown_size(style));
+    area.draw_text(text, &style.pos(Pos::new(horizontal, VPos::Center)), (px(x), middle))
+}
+
+/// Text that reads upwards, placed by its middle.
+pub(super) fn upright_label<B: DrawingBackend>(
+    area: &Area<B>,
+    text: &str,
+    (x, y): (f64, f64),
+    style: &TextStyle<'static>,
+) -> Drawn<B> {
+    let style = style.transform(FontTransform::Rotate270).pos(Pos::new(HPos::Center, VPos::Center));
+    area.draw_text(text, &style, (px(x), px(y)))
+}
+
+fn shown_size(style: &TextStyle<'static>) -> f64 {
+    style.font.get_size() / f64::from(FINENESS)
+}
+
+/// [`font`] of at most `size`, smaller where `text` would be wider than `room`.
+pub(super) fn fitting(
+    text: &str,
+    room: f64,
+    size: f64,
+    style: FontStyle,
+    color: RGBColor,
+) -> TextStyle<'static> {
+    let natural = text_width(text, &font(size, style, color)).max(1.0);
+    font((size * room / natural).clamp(7.0, size), style, color)
+}
+
+/// Width of `text`, shown pixels.
+pub(super) fn text_width(text: &str, style: &TextStyle<'static>) -> f64 {
+    style.font.layout_box(text).map_or(0.0, |((left, _), (right, _))| shown(right - left))
+}
+
+/// The picture as SVG text.
+///
+/// # Errors
+/// What the drawing backend reports, as text.
+pub(super) fn svg(picture: &impl Picture) -> Result<String, String> {
+    let (wide, high) = picture.size();
+    let fine = (wide * FINENESS, high * FINENESS);
+    let mut text = String::new();
+    draw_on(SVGBackend::with_string(&mut text, fine), picture)?;
+    let [drawn, shown] = [fine, (wide, high)].map(|(w, h)| format!("width=\"{w}\" height=\"{h}\""));
+    Ok(text.replacen(&drawn, &shown, 1))
+}
+
+/// The picture as the bytes of a PNG file.
+///
+/// # Errors
+/// What the drawing backend or the encoder reports, as text.
+pub(super) fn png(picture: &impl Picture) -> Result<Vec<u8>, String> {
+    let (wide, high) = picture.size();
+    let fine = (wide * FINENESS, high * FINENESS);
+    let mut canvas = vec![0; bitmap::byte_count(fine)];
+    draw_on(Bitmap::new(&mut canvas, fine), picture)?;
+    bitmap::encode(&canvas, (wide, high), FINENESS).map_err(|error| error.to_string())
+}
+
+fn draw_on<B: DrawingBackend>(backend: B, picture: &impl Picture) -> Result<(), String> {
+    static FONTS: Once = Once::new();
+    FONTS.call_once(|| {
+        for (style, bytes) in
+            [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())]
+        {
+            // A font that does not load shows up as an error of the first text drawn with it.
+            let _ = register_font(FONT, style, bytes);
+        }
+    });
+    let area = backend.into_drawing_area();
+    area.fill(&WHITE.to_rgba())
+        .and_then(|()| picture.draw(&area))
+        .and_then(|()| area.present())
+        .map_err(|error| error.to_string())
+}
