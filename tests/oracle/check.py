@@ -1,0 +1,20 @@
+"""The one way a self-check of the oracle fails."""
+
+from __future__ import annotations
+
+
+class SelfCheckError(Exception):
+    """The oracle contradicts itself; its files must not be trusted."""
+
+
+def require(holds: bool, what: str) -> None:
+    if not holds:
+        raise SelfCheckError(what)
+
+
+def require_close(what: str, value: float, expected: float, tolerance: float) -> None:
+    """`tolerance` is absolute, in the unit of `value`."""
+    require(
+        abs(value - expected) <= tolerance,
+        f"{what}: computed {value!r}, expected {expected!r} within {tolerance:g}",
+    )
