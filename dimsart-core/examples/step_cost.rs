@@ -12,7 +12,7 @@ fn main() {
         "table1-norx" => include_str!("../../schemes/bilateral.scheme").to_string(),
         _ => panic!(),
     };
-    let n = scheme::load(&text, "master", &["master","slave"], &mut d, |e| println!("{e:?}"));
+    let n = scheme::load(&text, "master", &["master", "slave"], &mut d, |e| println!("{e:?}"));
     assert_eq!(n, 0);
     let mut out = [Word(0); 3];
     let m: [Word; 3] = [0.01f32.into(), 0.02f32.into(), 0.03f32.into()];

@@ -15,9 +15,13 @@
 //!
 //! | Form | Desired position | Passive for |
 //! |---|---|---|
-//! | `SPLIT` | `x_d += h/b (a in - F[k-1])` before the controller | `h K/b + 2 D/b <= 1` |
+//! | `SPLIT` | `p += h/b (a in - F[k-1])`, `x_d = p - h/b F~` before the controller | `h K/b + 2 D/b <= 1` |
 //! | `IMPLICIT` | solved with the law the controller publishes (`LAW_OUTPUT ON`) | every `K`, `D >= 0` |
 //! | `PRINTED` | `x_d += h/b (a in - F)` after the controller, which uses it one tick later | never |
+//!
+//! In `SPLIT` the decoder is one force behind the encoder, so `p` alone settles `h/b F` beyond the
+//! position that the waves carry and the port feels like `K/(1 - h K/b)`. Taking off the settled force
+//! `F~ += (F - F~)/8` makes it feel like `K`, and adds damping.
 //!
 //! `PRINTED` is the order of the paper's listing: `|G| = (2+k)/(2-k) > 1` at the Nyquist frequency, `k = h K/b`.
 //! The sum of `x_d` is compensated (Kahan), so that it does not drift over hours.
@@ -66,7 +70,12 @@ struct Coefficients {
 struct Axis {
     desired: math::CompensatedSum,
     previous_force: f32,
+    /// The force without its fast part.
+    settled_force: f32,
 }
+
+/// How much of the way the settled force goes to the present one in a tick.
+const SETTLING: f32 = 0.125;
 
 /// Which end of the line this is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -141,7 +150,7 @@ impl Module for WaveTransformer {
         if self.is_fresh {
             self.is_fresh = false;
             data.map_axes(&mut self.axes, [self.position], [self.desired_position], |axis, [x]| {
-                *axis = Axis { desired: math::CompensatedSum::new(x), previous_force: 0.0 };
+                *axis = Axis { desired: math::CompensatedSum::new(x), ..Axis::default() };
                 [x]
             });
         }
@@ -149,7 +158,8 @@ impl Module for WaveTransformer {
             Form::Split => {
                 let outputs = [self.desired_position];
                 data.map_axes(&mut self.axes, [self.waves_in], outputs, |axis, [wave]| {
-                    [axis.desired.add(mobility_per_tick * (a * wave - axis.previous_force))]
+                    let position = axis.desired.add(mobility_per_tick * (a * wave - axis.previous_force));
+                    [position - mobility_per_tick * axis.settled_force]
                 });
             }
             Form::Implicit => {
@@ -171,6 +181,7 @@ impl Module for WaveTransformer {
         let outputs = [self.waves_out, self.line_force, self.line_velocity];
         data.map_axes(&mut self.axes, inputs, outputs, |axis, [wave, force]| {
             axis.previous_force = force;
+            axis.settled_force += SETTLING * (force - axis.settled_force);
             [wave - two_over_a * force, line_sign * force, mobility * (a * wave - force)]
         });
         if self.form == Form::Printed {
