@@ -4,6 +4,7 @@ use core::cell::Cell;
 
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
+use crate::limits::{MAX_DOF, MAX_LINKS, MAX_SLOTS};
 use crate::mailbox::LinkPort;
 use crate::storage::Block;
 use crate::word::{Scalar, Word};
@@ -12,18 +13,36 @@ use crate::word::{Scalar, Word};
 /// reads as zero, and what is written to it is dropped.
 #[derive(Debug)]
 pub struct Data<'a> {
-    pub(crate) words: &'a [Cell<u32>],
-    pub(crate) blocks: &'a [Block],
-    pub(crate) links: &'a [LinkPort],
-    pub(crate) device: &'a DeviceDescriptor,
-    pub(crate) dof: usize,
+    words: &'a [Cell<u32>],
+    blocks: &'a [Block; MAX_SLOTS],
+    links: &'a [LinkPort; MAX_LINKS],
+    device: &'a DeviceDescriptor,
+    dof: usize,
 }
 
-impl Data<'_> {
+impl<'a> Data<'a> {
+    #[inline]
+    pub(crate) fn new(
+        words: &'a [Cell<u32>],
+        blocks: &'a [Block; MAX_SLOTS],
+        links: &'a [LinkPort; MAX_LINKS],
+        device: &'a DeviceDescriptor,
+    ) -> Self {
+        Self { words, blocks, links, device, dof: device.dof() }
+    }
+
     /// The device's descriptor: degrees of freedom, sample period.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         self.device
+    }
+
+    /// Degrees of freedom: how many axes a vector has.
+    #[inline]
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        // The bound is known anyway, but not to the optimizer: it makes loops and checks short.
+        self.dof.min(MAX_DOF)
     }
 
     /// Computes every axis by one law, the way most control laws are written.
@@ -49,7 +68,12 @@ impl Data<'_> {
             let Some(words) = self.axes(output.slot) else { return };
             *sink = words;
         }
-        for (axis, lane) in (0..self.dof).zip(lanes) {
+        let mut lanes = lanes.into_iter();
+        for axis in 0..MAX_DOF {
+            if axis >= self.dof {
+                return;
+            }
+            let Some(lane) = lanes.next() else { return };
             let values = sources.map(|words| words.get(axis).map_or(0.0, |word| f32::from_bits(word.get())));
             for (words, value) in sinks.iter().zip(law(lane, values)) {
                 if let Some(word) = words.get(axis) {
@@ -78,13 +102,13 @@ impl Data<'_> {
     #[inline]
     #[must_use]
     pub fn get<T: Scalar>(&self, input: Input<Single<T>>) -> T {
-        self.block(input.slot).first().map_or_else(T::default, read)
+        self.word(input.slot, 0).map_or_else(T::default, read)
     }
 
     /// Writes a scalar.
     #[inline]
     pub fn set<T: Scalar>(&self, output: Output<Single<T>>, value: T) {
-        if let Some(word) = self.block(output.slot).first() {
+        if let Some(word) = self.word(output.slot, 0) {
             word.set(value.into_word().0);
         }
     }
@@ -144,17 +168,22 @@ impl Data<'_> {
     }
 
     #[inline(always)]
-    fn axes(&self, slot: u8) -> Option<&[Cell<u32>]> {
-        let block = self.blocks.get(usize::from(slot))?;
-        self.words.get(usize::from(block.offset)..)?.get(..self.dof)
+    fn axes(&self, slot: u8) -> Option<&'a [Cell<u32>]> {
+        let start = usize::from(self.blocks.get(usize::from(slot))?.offset);
+        self.words.get(start..)?.get(..self.dof)
     }
 
-    #[inline]
-    fn block(&self, slot: u8) -> &[Cell<u32>] {
-        self.blocks
-            .get(usize::from(slot))
-            .and_then(|block| self.words.get(usize::from(block.offset)..)?.get(..usize::from(block.words)))
-            .unwrap_or_default()
+    #[inline(always)]
+    fn block(&self, slot: u8) -> &'a [Cell<u32>] {
+        let Some(block) = self.blocks.get(usize::from(slot)) else { return &[] };
+        let start = usize::from(block.offset);
+        self.words.get(start..start + usize::from(block.words)).unwrap_or_default()
+    }
+
+    #[inline(always)]
+    fn word(&self, slot: u8, index: usize) -> Option<&'a Cell<u32>> {
+        let block = self.blocks.get(usize::from(slot))?;
+        self.words.get(usize::from(block.offset) + index)
     }
 }
 

@@ -128,12 +128,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
 
     /// The view that modules get during a tick.
     pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
-        Data {
-            words: Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells(),
-            blocks: &self.storage.blocks,
-            links: &self.links,
-            device,
-            dof: device.dof(),
-        }
+        let words = Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells();
+        Data::new(words, &self.storage.blocks, &self.links, device)
     }
 }

@@ -20,12 +20,20 @@ pub enum StorageError {
     },
 }
 
-/// Where a block lies. A free slot has no length and `is_taken` is false.
-#[derive(Debug, Clone, Copy, Default)]
+/// Where a block lies.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Block {
     pub(crate) offset: u16,
     pub(crate) words: u16,
-    is_taken: bool,
+}
+
+impl Block {
+    /// That of a free slot: beyond the last word of any storage, so that there is nothing to reach.
+    const FREE: Self = Self { offset: u16::MAX, words: 0 };
+
+    fn is_taken(&self) -> bool {
+        *self != Self::FREE
+    }
 }
 
 /// `WORDS` words shared by at most [`MAX_SLOTS`] blocks.
@@ -38,9 +46,8 @@ pub(crate) struct Storage<const WORDS: usize> {
 
 impl<const WORDS: usize> Storage<WORDS> {
     pub(crate) const fn new() -> Self {
-        const { assert!(WORDS <= u16::MAX as usize, "a Data Base holds at most 65535 words") };
-        let free = Block { offset: 0, words: 0, is_taken: false };
-        Self { words: [0; WORDS], blocks: [free; MAX_SLOTS], used: 0 }
+        const { assert!(WORDS < u16::MAX as usize, "a Data Base holds at most 65534 words") };
+        Self { words: [0; WORDS], blocks: [Block::FREE; MAX_SLOTS], used: 0 }
     }
 
     /// Words not taken.
@@ -50,14 +57,14 @@ impl<const WORDS: usize> Storage<WORDS> {
 
     /// Slots taken.
     pub(crate) fn taken_slots(&self) -> usize {
-        self.blocks.iter().filter(|block| block.is_taken).count()
+        self.blocks.iter().filter(|block| block.is_taken()).count()
     }
 
     /// Takes `words` words, all zero. Nothing changes on an error.
     pub(crate) fn take(&mut self, words: usize) -> Result<u8, StorageError> {
         let free = self.free_words();
         let no_room = StorageError::NoRoom { wanted: words, free };
-        let index = self.blocks.iter().position(|block| !block.is_taken).ok_or(StorageError::NoSlot)?;
+        let index = self.blocks.iter().position(|block| !block.is_taken()).ok_or(StorageError::NoSlot)?;
         let (Ok(offset), Ok(length), Ok(index)) =
             (u16::try_from(self.used), u16::try_from(words), u8::try_from(index))
         else {
@@ -67,7 +74,7 @@ impl<const WORDS: usize> Storage<WORDS> {
             return Err(no_room);
         }
         let block = self.blocks.get_mut(usize::from(index)).ok_or(StorageError::NoSlot)?;
-        *block = Block { offset, words: length, is_taken: true };
+        *block = Block { offset, words: length };
         if let Some(fresh) = self.words.get_mut(self.used..self.used + words) {
             fresh.fill(0);
         }
@@ -77,16 +84,16 @@ impl<const WORDS: usize> Storage<WORDS> {
 
     /// Gives a block back and closes the gap it leaves. A free index is ignored.
     pub(crate) fn give_back(&mut self, index: u8) {
-        let Some(block) = self.blocks.get_mut(usize::from(index)).filter(|block| block.is_taken) else {
+        let Some(block) = self.blocks.get_mut(usize::from(index)).filter(|block| block.is_taken()) else {
             return;
         };
-        let gone = core::mem::take(block);
+        let gone = core::mem::replace(block, Block::FREE);
         let (start, length) = (usize::from(gone.offset), usize::from(gone.words));
         if let Some(tail) = self.words.get_mut(start..self.used) {
             tail.rotate_left(length.min(tail.len()));
         }
         self.used -= length;
-        for block in self.blocks.iter_mut().filter(|block| block.is_taken && block.offset > gone.offset) {
+        for block in self.blocks.iter_mut().filter(|block| block.is_taken() && block.offset > gone.offset) {
             block.offset -= gone.words;
         }
     }
@@ -103,8 +110,9 @@ impl<const WORDS: usize> Storage<WORDS> {
         self.words.get_mut(range).unwrap_or_default()
     }
 
+    #[inline]
     fn range(&self, index: u8) -> core::ops::Range<usize> {
-        let block = self.blocks.get(usize::from(index)).copied().unwrap_or_default();
+        let block = self.blocks.get(usize::from(index)).copied().unwrap_or(Block::FREE);
         usize::from(block.offset)..usize::from(block.offset) + usize::from(block.words)
     }
 }

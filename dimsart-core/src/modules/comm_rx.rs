@@ -32,6 +32,8 @@ pub struct CommRx {
     stale: Stale,
     hold_ticks: u32,
     channels: [Channel; MAX_CHANNEL_TYPES],
+    /// The channel's first wave; not connected when there is none.
+    wave: Output,
     packet_words: usize,
     age: Output<Single<u32>>,
     lost: Output<Single<u32>>,
@@ -91,11 +93,15 @@ impl Module for CommRx {
 
     fn activate(&mut self, ports: &mut Ports<'_>) {
         let mut wave_found = false;
+        self.wave = Output::default();
         for ((channel, signal), name) in self.channels.iter_mut().zip(&self.types).zip(CHANNEL_PORTS) {
             ports.named_output(&mut channel.output, name, *signal);
             let is_wave = ports.device().data_type(signal.id).is_some_and(|found| found.unit == Unit::Wave);
             channel.is_wave = is_wave && !wave_found;
             wave_found |= is_wave;
+            if channel.is_wave {
+                self.wave = channel.output;
+            }
         }
         let dof = ports.device().dof();
         self.packet_words = self.types.len() * dof + if wave_found { 2 * dof } else { 0 };
@@ -112,12 +118,12 @@ impl Module for CommRx {
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
         if self.state.accept(link, self.packet_words) {
-            self.take(data, link.received.words());
             self.state.age_ticks = 0;
+            self.take(data, link.received.words());
         } else {
             self.state.age_ticks = self.state.age_ticks.saturating_add(1);
-            self.stale_waves(data);
         }
+        self.follow_policy(data);
         data.set(self.age, self.state.age_ticks);
         data.set(self.lost, self.state.lost);
         data.set(self.round_trip, self.state.round_trip_ticks);
@@ -130,42 +136,43 @@ impl Module for CommRx {
 }
 
 impl CommRx {
-    fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
-        let mut words = words.iter();
+    /// Gives a packet's signals to the Data Base and takes note of its counters.
+    fn take(&mut self, data: &Data<'_>, mut words: &[Cell<u32>]) {
+        // What was sent before this side listened is not owed.
+        let settles = self.state.is_restart || matches!(self.stale, Stale::Zero | Stale::Hold);
         for channel in self.channels.iter().take(self.types.len()) {
-            let sinks = data.words_out(channel.output);
-            for (sink, word) in sinks.iter().zip(words.by_ref()) {
-                sink.set(word.get());
-            }
-            if !channel.is_wave {
-                continue;
-            }
-            for (received, sink) in self.state.received.iter_mut().zip(sinks) {
-                let mut counter = || words.next().map_or(0, Cell::get);
-                received.update([counter(), counter()]);
-                if self.state.is_restart {
-                    // What was sent before this side listened is not owed.
-                    received.settle();
-                }
-                match self.stale {
-                    Stale::Zero | Stale::Hold => received.settle(),
-                    Stale::Limited => sink.set(received.owed_within_energy(self.period_s).to_bits()),
-                    Stale::Integral => sink.set(received.owed(self.period_s).to_bits()),
-                }
+            let Some((values, rest)) = words.split_at_checked(data.dof()) else { return };
+            words = rest;
+            data.map_axes(values, [], [channel.output], |value, []| [f32::from_bits(value.get())]);
+            if channel.is_wave {
+                let Some((counters, rest)) = rest.split_at_checked(2 * data.dof()) else { return };
+                words = rest;
+                let (counters, _) = counters.as_chunks::<2>();
+                let lanes = self.state.received.iter_mut().zip(counters);
+                data.map_axes(lanes, [], [], |(received, [wave, energy]), []| {
+                    received.update([wave.get(), energy.get()]);
+                    if settles {
+                        received.settle();
+                    }
+                    []
+                });
             }
         }
     }
 
-    fn stale_waves(&mut self, data: &Data<'_>) {
-        let is_held = self.stale == Stale::Hold && self.state.age_ticks <= self.hold_ticks;
-        for channel in self.channels.iter().take(self.types.len()).filter(|channel| channel.is_wave) {
-            for (received, sink) in self.state.received.iter_mut().zip(data.words_out(channel.output)) {
-                match self.stale {
-                    Stale::Limited => sink.set(received.owed_within_energy(self.period_s).to_bits()),
-                    _ if is_held => {}
-                    _ => sink.set(0.0_f32.to_bits()),
-                }
+    /// Replaces the received wave where the policy says so.
+    fn follow_policy(&mut self, data: &Data<'_>) {
+        let (age_ticks, period_s, received) = (self.state.age_ticks, self.period_s, &mut self.state.received);
+        match self.stale {
+            Stale::Zero if age_ticks == 0 => {}
+            Stale::Hold if age_ticks <= self.hold_ticks => {}
+            Stale::Limited => {
+                data.map_axes(received, [], [self.wave], |axis, []| [axis.owed_within_energy(period_s)]);
             }
+            Stale::Integral if age_ticks == 0 => {
+                data.map_axes(received, [], [self.wave], |axis, []| [axis.owed(period_s)]);
+            }
+            _ => data.map_axes(received, [], [self.wave], |_, []| [0.0]),
         }
     }
 }

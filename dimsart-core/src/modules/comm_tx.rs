@@ -61,19 +61,28 @@ impl Module for CommTx {
         self.sequence = self.sequence.wrapping_add(1).max(1);
         link.sent_sequence.set(self.sequence);
         let echo = link.accepted_sequence.get();
-        let mut cells = link.outgoing.fill(self.sequence, echo, self.packet_words).iter();
+        let mut cells = link.outgoing.fill(self.sequence, echo, self.packet_words);
+        let period_s = self.period_s;
         for channel in self.channels.iter().take(self.types.len()) {
-            let words = data.words(channel.input);
-            for (word, cell) in words.iter().zip(cells.by_ref()) {
-                cell.set(word.get());
-            }
+            let Some((values, rest)) = cells.split_at_checked(data.dof()) else { return };
+            cells = rest;
             if channel.is_wave {
-                for (sent, word) in self.sent.iter_mut().zip(words) {
-                    let counters = sent.add(f32::from_bits(word.get()), self.period_s);
-                    for (counter, cell) in counters.into_iter().zip(cells.by_ref()) {
-                        cell.set(counter);
-                    }
-                }
+                let Some((counters, rest)) = rest.split_at_checked(2 * data.dof()) else { return };
+                cells = rest;
+                let (counters, _) = counters.as_chunks::<2>();
+                let lanes = self.sent.iter_mut().zip(values).zip(counters);
+                data.map_axes(lanes, [channel.input], [], |((sent, value), [wave_count, energy_count]), [wave]| {
+                    value.set(wave.to_bits());
+                    sent.add(wave, period_s);
+                    wave_count.set(sent.wave);
+                    energy_count.set(sent.energy);
+                    []
+                });
+            } else {
+                data.map_axes(values, [channel.input], [], |value, [sample]| {
+                    value.set(sample.to_bits());
+                    []
+                });
             }
         }
     }
