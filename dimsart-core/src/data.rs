@@ -4,9 +4,8 @@ use core::cell::Cell;
 
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
-use crate::limits::{MAX_DOF, MAX_LINKS, MAX_SLOTS};
+use crate::limits::{MAX_DOF, MAX_LINKS};
 use crate::mailbox::LinkPort;
-use crate::storage::Block;
 use crate::word::{Scalar, Word};
 
 /// Access to the Data Base through handles. Reading never fails: a handle that is not connected
@@ -14,21 +13,20 @@ use crate::word::{Scalar, Word};
 #[derive(Debug)]
 pub struct Data<'a> {
     words: &'a [Cell<u32>],
-    blocks: &'a [Block; MAX_SLOTS],
     links: &'a [LinkPort; MAX_LINKS],
     device: &'a DeviceDescriptor,
-    dof: usize,
+    /// Narrow, so that adding it to an offset plainly cannot overflow: one check less per port.
+    dof: u8,
 }
 
 impl<'a> Data<'a> {
     #[inline]
     pub(crate) fn new(
         words: &'a [Cell<u32>],
-        blocks: &'a [Block; MAX_SLOTS],
-        links: &'a [LinkPort; MAX_LINKS],
+            links: &'a [LinkPort; MAX_LINKS],
         device: &'a DeviceDescriptor,
     ) -> Self {
-        Self { words, blocks, links, device, dof: device.dof() }
+        Self { words, links, device, dof: u8::try_from(device.dof()).unwrap_or_default() }
     }
 
     /// The device's descriptor: degrees of freedom, sample period.
@@ -41,8 +39,7 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn dof(&self) -> usize {
-        // The bound is known anyway, but not to the optimizer: it makes loops and checks short.
-        self.dof.min(MAX_DOF)
+        usize::from(self.dof)
     }
 
     /// Computes every axis by one law, the way most control laws are written.
@@ -61,16 +58,16 @@ impl<'a> Data<'a> {
         let mut sources: [&[Cell<u32>]; I] = [&[]; I];
         let mut sinks: [&[Cell<u32>]; O] = [&[]; O];
         for (source, input) in sources.iter_mut().zip(inputs) {
-            let Some(words) = self.axes(input.slot) else { return };
+            let Some(words) = self.axes(input.offset) else { return };
             *source = words;
         }
         for (sink, output) in sinks.iter_mut().zip(outputs) {
-            let Some(words) = self.axes(output.slot) else { return };
+            let Some(words) = self.axes(output.offset) else { return };
             *sink = words;
         }
         let mut lanes = lanes.into_iter();
         for axis in 0..MAX_DOF {
-            if axis >= self.dof {
+            if axis >= self.dof() {
                 return;
             }
             let Some(lane) = lanes.next() else { return };
@@ -87,13 +84,13 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn axis<T: Scalar>(&self, input: Input<Vector<T>>, axis: usize) -> T {
-        self.axes(input.slot).and_then(|words| words.get(axis)).map_or_else(T::default, read)
+        self.axes(input.offset).and_then(|words| words.get(axis)).map_or_else(T::default, read)
     }
 
     /// Writes one axis of a vector; dropped beyond the last axis.
     #[inline]
     pub fn set_axis<T: Scalar>(&self, output: Output<Vector<T>>, axis: usize, value: T) {
-        if let Some(word) = self.axes(output.slot).and_then(|words| words.get(axis)) {
+        if let Some(word) = self.axes(output.offset).and_then(|words| words.get(axis)) {
             word.set(value.into_word().0);
         }
     }
@@ -102,13 +99,13 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn get<T: Scalar>(&self, input: Input<Single<T>>) -> T {
-        self.word(input.slot, 0).map_or_else(T::default, read)
+        self.word(input.offset, 0).map_or_else(T::default, read)
     }
 
     /// Writes a scalar.
     #[inline]
     pub fn set<T: Scalar>(&self, output: Output<Single<T>>, value: T) {
-        if let Some(word) = self.word(output.slot, 0) {
+        if let Some(word) = self.word(output.offset, 0) {
             word.set(value.into_word().0);
         }
     }
@@ -122,7 +119,7 @@ impl<'a> Data<'a> {
         row: usize,
         column: usize,
     ) -> T {
-        self.block(input.slot).get(row * usize::from(C) + column).map_or_else(T::default, read)
+        self.block(input.offset, usize::from(R) * usize::from(C)).get(row * usize::from(C) + column).map_or_else(T::default, read)
     }
 
     /// Writes an element of a matrix; dropped outside it.
@@ -134,7 +131,7 @@ impl<'a> Data<'a> {
         column: usize,
         value: T,
     ) {
-        if let Some(word) = self.block(output.slot).get(row * usize::from(C) + column) {
+        if let Some(word) = self.block(output.offset, usize::from(R) * usize::from(C)).get(row * usize::from(C) + column) {
             word.set(value.into_word().0);
         }
     }
@@ -143,21 +140,22 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn words<S: Signal>(&self, input: Input<S>) -> &[Cell<u32>] {
-        self.block(input.slot)
+        self.block(input.offset, S::words(self.dof()))
     }
 
     /// All words of a signal to be written.
     #[inline]
     #[must_use]
     pub fn words_out<S: Signal>(&self, output: Output<S>) -> &[Cell<u32>] {
-        self.block(output.slot)
+        self.block(output.offset, S::words(self.dof()))
     }
 
     /// A module's own memory; zero when it was plugged in.
     #[inline]
     #[must_use]
     pub fn memory(&self, memory: Memory) -> &[Cell<u32>] {
-        self.block(memory.slot)
+        let start = usize::from(memory.block.offset);
+        self.words.get(start..start + usize::from(memory.block.words)).unwrap_or_default()
     }
 
     /// The comm edge of link `number`, if there is one.
@@ -168,22 +166,20 @@ impl<'a> Data<'a> {
     }
 
     #[inline(always)]
-    fn axes(&self, slot: u8) -> Option<&'a [Cell<u32>]> {
-        let start = usize::from(self.blocks.get(usize::from(slot))?.offset);
-        self.words.get(start..)?.get(..self.dof)
+    fn axes(&self, offset: u16) -> Option<&'a [Cell<u32>]> {
+        let start = usize::from(offset);
+        self.words.get(start..start + self.dof())
     }
 
     #[inline(always)]
-    fn block(&self, slot: u8) -> &'a [Cell<u32>] {
-        let Some(block) = self.blocks.get(usize::from(slot)) else { return &[] };
-        let start = usize::from(block.offset);
-        self.words.get(start..start + usize::from(block.words)).unwrap_or_default()
+    fn block(&self, offset: u16, words: usize) -> &'a [Cell<u32>] {
+        let found = self.words.get(usize::from(offset)..).and_then(|words_behind| words_behind.get(..words));
+        found.unwrap_or_default()
     }
 
     #[inline(always)]
-    fn word(&self, slot: u8, index: usize) -> Option<&'a Cell<u32>> {
-        let block = self.blocks.get(usize::from(slot))?;
-        self.words.get(usize::from(block.offset) + index)
+    fn word(&self, offset: u16, index: usize) -> Option<&'a Cell<u32>> {
+        self.words.get(usize::from(offset) + index)
     }
 }
 

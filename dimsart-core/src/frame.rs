@@ -5,7 +5,7 @@ use heapless::Vec;
 use crate::data_base::DataBase;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
-use crate::storage::StorageError;
+use crate::storage::{Block, StorageError};
 use crate::word::Word;
 
 /// Most types a device can measure, and most it can be commanded by.
@@ -57,7 +57,8 @@ pub struct Frame {
 
 #[derive(Debug)]
 struct Side {
-    types: Vec<(u8, &'static DataType), MAX_DEVICE_TYPES>,
+    /// Where each type lies: before all that comes and goes with the modules, so it never moves.
+    types: Vec<(Block, &'static DataType), MAX_DEVICE_TYPES>,
     words: usize,
 }
 
@@ -74,7 +75,8 @@ impl Frame {
             let mut side = Side { types: Vec::new(), words: 0 };
             for data_type in types {
                 let slot = data_base.insert(data_type, data_type.first(), device.dof())?;
-                side.types.push((slot, data_type)).map_err(|_| StorageError::NoSlot)?;
+                let block = data_base.storage().block(slot);
+                side.types.push((block, data_type)).map_err(|_| StorageError::NoSlot)?;
                 side.words += data_type.shape.words(device.dof());
             }
             Ok(side)
@@ -105,17 +107,21 @@ impl Frame {
         measured: &[Word],
     ) -> Result<(), FrameError> {
         self.outputs.has_length(measured.len())?;
+        let storage = data_base.storage_mut();
         let mut rest = measured;
-        for (slot, data_type) in &self.outputs.types {
-            let (words, tail) = rest.split_at(rest.len().min(data_base.words(*slot).len()));
+        for (block, data_type) in &self.outputs.types {
+            let Some((words, behind)) = rest.split_at_checked(usize::from(block.words)) else { break };
             check(data_type, words.iter().copied())?;
-            rest = tail;
+            rest = behind;
         }
-        let mut source = measured.iter();
-        for (slot, _) in &self.outputs.types {
-            for (word, value) in data_base.words_mut(*slot).iter_mut().zip(&mut source) {
-                *word = value.0;
+        let mut rest = measured;
+        for (block, _) in &self.outputs.types {
+            let targets = storage.words_mut(*block);
+            let Some((words, behind)) = rest.split_at_checked(targets.len()) else { break };
+            for (target, word) in targets.iter_mut().zip(words) {
+                *target = word.0;
             }
+            rest = behind;
         }
         Ok(())
     }
@@ -131,12 +137,18 @@ impl Frame {
         commanded: &mut [Word],
     ) -> Result<(), FrameError> {
         self.inputs.has_length(commanded.len())?;
-        for (slot, data_type) in &self.inputs.types {
-            check(data_type, data_base.words(*slot).iter().copied().map(Word))?;
+        let storage = data_base.storage();
+        for (block, data_type) in &self.inputs.types {
+            check(data_type, storage.words(*block).iter().copied().map(Word))?;
         }
-        let source = self.inputs.types.iter().flat_map(|(slot, _)| data_base.words(*slot));
-        for (word, value) in commanded.iter_mut().zip(source) {
-            *word = Word(*value);
+        let mut rest = commanded;
+        for (block, _) in &self.inputs.types {
+            let words = storage.words(*block);
+            let Some((targets, behind)) = rest.split_at_mut_checked(words.len()) else { break };
+            for (target, word) in targets.iter_mut().zip(words) {
+                *target = Word(*word);
+            }
+            rest = behind;
         }
         Ok(())
     }
@@ -148,9 +160,12 @@ impl Side {
     }
 }
 
-fn check(data_type: &DataType, words: impl Iterator<Item = Word>) -> Result<(), FrameError> {
-    match (0..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
-        Some((word, _)) => Err(FrameError::NotFinite { signal: data_type.first(), word }),
+fn check(data_type: &DataType, mut words: impl Iterator<Item = Word>) -> Result<(), FrameError> {
+    match words.position(|word| !word.is_valid(data_type.format)) {
+        Some(word) => {
+            let word = u8::try_from(word).unwrap_or(u8::MAX);
+            Err(FrameError::NotFinite { signal: data_type.first(), word })
+        }
         None => Ok(()),
     }
 }

@@ -29,10 +29,16 @@ pub(crate) struct Block {
 
 impl Block {
     /// That of a free slot: beyond the last word of any storage, so that there is nothing to reach.
-    const FREE: Self = Self { offset: u16::MAX, words: 0 };
+    pub(crate) const FREE: Self = Self { offset: u16::MAX, words: 0 };
 
     fn is_taken(&self) -> bool {
         *self != Self::FREE
+    }
+
+    #[inline]
+    fn range(self) -> core::ops::Range<usize> {
+        let start = usize::from(self.offset);
+        start..start + usize::from(self.words)
     }
 }
 
@@ -40,7 +46,7 @@ impl Block {
 #[derive(Debug, Clone)]
 pub(crate) struct Storage<const WORDS: usize> {
     pub(crate) words: [u32; WORDS],
-    pub(crate) blocks: [Block; MAX_SLOTS],
+    blocks: [Block; MAX_SLOTS],
     used: usize,
 }
 
@@ -98,22 +104,21 @@ impl<const WORDS: usize> Storage<WORDS> {
         }
     }
 
-    /// The words of a block; empty for a free index.
-    pub(crate) fn words(&self, index: u8) -> &[u32] {
-        let range = self.range(index);
-        self.words.get(range).unwrap_or_default()
+    /// Where a block lies; [`Block::FREE`] for a free index.
+    pub(crate) fn block(&self, index: u8) -> Block {
+        self.blocks.get(usize::from(index)).copied().unwrap_or(Block::FREE)
+    }
+
+    /// The words of a block; empty for a free one.
+    #[inline]
+    pub(crate) fn words(&self, block: Block) -> &[u32] {
+        self.words.get(block.range()).unwrap_or_default()
     }
 
     /// The words of a block, to be written.
-    pub(crate) fn words_mut(&mut self, index: u8) -> &mut [u32] {
-        let range = self.range(index);
-        self.words.get_mut(range).unwrap_or_default()
-    }
-
     #[inline]
-    fn range(&self, index: u8) -> core::ops::Range<usize> {
-        let block = self.blocks.get(usize::from(index)).copied().unwrap_or(Block::FREE);
-        usize::from(block.offset)..usize::from(block.offset) + usize::from(block.words)
+    pub(crate) fn words_mut(&mut self, block: Block) -> &mut [u32] {
+        self.words.get_mut(block.range()).unwrap_or_default()
     }
 }
 
@@ -126,12 +131,12 @@ mod tests {
         let mut storage = Storage::<8>::new();
         let a = storage.take(3).unwrap();
         let b = storage.take(3).unwrap();
-        storage.words_mut(b).copy_from_slice(&[7, 8, 9]);
+        storage.words_mut(storage.block(b)).copy_from_slice(&[7, 8, 9]);
         assert_eq!(storage.take(3), Err(StorageError::NoRoom { wanted: 3, free: 2 }));
         storage.give_back(a);
-        assert_eq!(storage.words(b), [7, 8, 9]);
+        assert_eq!(storage.words(storage.block(b)), [7, 8, 9]);
         let c = storage.take(5).unwrap();
-        assert_eq!(storage.words(c), [0; 5]);
+        assert_eq!(storage.words(storage.block(c)), [0; 5]);
         assert_eq!(storage.free_words(), 0);
     }
 
@@ -141,10 +146,10 @@ mod tests {
         let empty = storage.take(0).unwrap();
         let full = storage.take(4).unwrap();
         storage.give_back(empty);
-        storage.words_mut(full).fill(5);
+        storage.words_mut(storage.block(full)).fill(5);
         let empty = storage.take(0).unwrap();
         storage.give_back(full);
-        assert_eq!(storage.words(empty), []);
+        assert_eq!(storage.words(storage.block(empty)), []);
         assert_eq!(storage.free_words(), 4);
     }
 }
