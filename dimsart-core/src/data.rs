@@ -1,6 +1,7 @@
 //! The Data Base as a module sees it during a tick.
 
 use core::cell::Cell;
+use core::num::NonZeroU8;
 
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
@@ -15,18 +16,19 @@ pub struct Data<'a> {
     words: &'a [Cell<u32>],
     links: &'a [LinkPort; MAX_LINKS],
     device: &'a DeviceDescriptor,
-    /// Narrow, so that adding it to an offset plainly cannot overflow: one check less per port.
-    dof: u8,
+    /// Narrow and not zero, which spares checks: no sum with an offset overflows, each loop has a start.
+    dof: NonZeroU8,
 }
 
 impl<'a> Data<'a> {
     #[inline]
     pub(crate) fn new(
         words: &'a [Cell<u32>],
-            links: &'a [LinkPort; MAX_LINKS],
+        links: &'a [LinkPort; MAX_LINKS],
         device: &'a DeviceDescriptor,
     ) -> Self {
-        Self { words, links, device, dof: u8::try_from(device.dof()).unwrap_or_default() }
+        let dof = u8::try_from(device.dof()).ok().and_then(NonZeroU8::new).unwrap_or(NonZeroU8::MIN);
+        Self { words, links, device, dof }
     }
 
     /// The device's descriptor: degrees of freedom, sample period.
@@ -39,7 +41,7 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn dof(&self) -> usize {
-        usize::from(self.dof)
+        usize::from(self.dof.get())
     }
 
     /// Computes every axis by one law, the way most control laws are written.
@@ -119,7 +121,9 @@ impl<'a> Data<'a> {
         row: usize,
         column: usize,
     ) -> T {
-        self.block(input.offset, usize::from(R) * usize::from(C)).get(row * usize::from(C) + column).map_or_else(T::default, read)
+        self.block(input.offset, usize::from(R) * usize::from(C))
+            .get(row * usize::from(C) + column)
+            .map_or_else(T::default, read)
     }
 
     /// Writes an element of a matrix; dropped outside it.
@@ -131,7 +135,9 @@ impl<'a> Data<'a> {
         column: usize,
         value: T,
     ) {
-        if let Some(word) = self.block(output.offset, usize::from(R) * usize::from(C)).get(row * usize::from(C) + column) {
+        if let Some(word) =
+            self.block(output.offset, usize::from(R) * usize::from(C)).get(row * usize::from(C) + column)
+        {
             word.set(value.into_word().0);
         }
     }

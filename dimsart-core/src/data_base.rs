@@ -55,7 +55,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
     /// Words of a slot; empty for one that is free.
     #[must_use]
     pub fn words(&self, slot: u8) -> &[u32] {
-        self.storage.words(self.storage.block(slot))
+        self.storage.words(self.storage.block(slot)).unwrap_or_default()
     }
 
     /// Counts up whenever signals come or go: what was looked up before may have moved.

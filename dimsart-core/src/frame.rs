@@ -6,7 +6,7 @@ use crate::data_base::DataBase;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::storage::{Block, StorageError};
-use crate::word::Word;
+use crate::word::{Format, Word};
 
 /// Most types a device can measure, and most it can be commanded by.
 pub const MAX_DEVICE_TYPES: usize = 8;
@@ -107,16 +107,14 @@ impl Frame {
         measured: &[Word],
     ) -> Result<(), FrameError> {
         self.outputs.has_length(measured.len())?;
+        // What is finite as a float is valid in every format; only otherwise it takes a closer look.
+        if !measured.iter().all(|word| word.is_valid(Format::F32)) {
+            self.outputs.check(measured)?;
+        }
         let storage = data_base.storage_mut();
         let mut rest = measured;
-        for (block, data_type) in &self.outputs.types {
-            let Some((words, behind)) = rest.split_at_checked(usize::from(block.words)) else { break };
-            check(data_type, words.iter().copied())?;
-            rest = behind;
-        }
-        let mut rest = measured;
         for (block, _) in &self.outputs.types {
-            let targets = storage.words_mut(*block);
+            let Some(targets) = storage.words_mut(*block) else { break };
             let Some((words, behind)) = rest.split_at_checked(targets.len()) else { break };
             for (target, word) in targets.iter_mut().zip(words) {
                 *target = word.0;
@@ -139,11 +137,12 @@ impl Frame {
         self.inputs.has_length(commanded.len())?;
         let storage = data_base.storage();
         for (block, data_type) in &self.inputs.types {
-            check(data_type, storage.words(*block).iter().copied().map(Word))?;
+            let Some(words) = storage.words(*block) else { break };
+            check(data_type, words.iter().copied().map(Word))?;
         }
         let mut rest = commanded;
         for (block, _) in &self.inputs.types {
-            let words = storage.words(*block);
+            let Some(words) = storage.words(*block) else { break };
             let Some((targets, behind)) = rest.split_at_mut_checked(words.len()) else { break };
             for (target, word) in targets.iter_mut().zip(words) {
                 *target = Word(*word);
@@ -155,17 +154,24 @@ impl Frame {
 }
 
 impl Side {
+    fn check(&self, words: &[Word]) -> Result<(), FrameError> {
+        let mut rest = words;
+        for (block, data_type) in &self.types {
+            let Some((words, behind)) = rest.split_at_checked(usize::from(block.words)) else { break };
+            check(data_type, words.iter().copied())?;
+            rest = behind;
+        }
+        Ok(())
+    }
+
     fn has_length(&self, found: usize) -> Result<(), FrameError> {
         if found == self.words { Ok(()) } else { Err(FrameError::Length { expected: self.words, found }) }
     }
 }
 
-fn check(data_type: &DataType, mut words: impl Iterator<Item = Word>) -> Result<(), FrameError> {
-    match words.position(|word| !word.is_valid(data_type.format)) {
-        Some(word) => {
-            let word = u8::try_from(word).unwrap_or(u8::MAX);
-            Err(FrameError::NotFinite { signal: data_type.first(), word })
-        }
+fn check(data_type: &DataType, words: impl Iterator<Item = Word>) -> Result<(), FrameError> {
+    match (0..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
+        Some((word, _)) => Err(FrameError::NotFinite { signal: data_type.first(), word }),
         None => Ok(()),
     }
 }

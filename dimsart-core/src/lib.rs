@@ -44,7 +44,7 @@ pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
 pub use mailbox::{LinkPort, Mailbox, is_newer};
 pub use matching::{Difference, Finding, Party, Report};
-pub use module::{Kind, Module, ModuleList, __compute, __compute_late};
+pub use module::{Kind, Module, ModuleList};
 pub use names::Name;
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, PACKET_VERSION, Packet, PacketError};
 pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};

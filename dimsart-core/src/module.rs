@@ -158,20 +158,6 @@ pub struct Kind {
     pub summary: &'static str,
 }
 
-/// Not inlined: calling any module would otherwise cost what entering the largest one costs.
-#[doc(hidden)]
-#[inline(never)]
-pub fn __compute<T: Module>(module: &mut T, data: &Data<'_>) {
-    module.compute(data);
-}
-
-/// See [`__compute`].
-#[doc(hidden)]
-#[inline(never)]
-pub fn __compute_late<T: Module>(module: &mut T, data: &Data<'_>) {
-    module.compute_late(data);
-}
-
 /// Makes a [`ModuleList`] of the modules of an image; one line registers a module.
 #[macro_export]
 macro_rules! module_list {
@@ -205,10 +191,15 @@ macro_rules! module_list {
                 match self { $(Self::$kind(module) => $crate::Module::prepare(module, device)),+ }
             }
             fn compute(&mut self, data: &$crate::Data<'_>) {
-                match self { $(Self::$kind(module) => $crate::__compute(module, data)),+ }
+                // Not inlined: calling any module would otherwise cost what entering the largest one costs.
+                #[inline(never)]
+                fn call<T: $crate::Module>(module: &mut T, data: &$crate::Data<'_>) {
+                    module.compute(data);
+                }
+                match self { $(Self::$kind(module) => call(module, data)),+ }
             }
             fn compute_late(&mut self, data: &$crate::Data<'_>) {
-                match self { $(Self::$kind(module) => $crate::__compute_late(module, data)),+ }
+                match self { $(Self::$kind(module) => $crate::Module::compute_late(module, data)),+ }
             }
             fn reset(&mut self) {
                 match self { $(Self::$kind(module) => $crate::Module::reset(module)),+ }

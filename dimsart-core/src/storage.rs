@@ -109,16 +109,16 @@ impl<const WORDS: usize> Storage<WORDS> {
         self.blocks.get(usize::from(index)).copied().unwrap_or(Block::FREE)
     }
 
-    /// The words of a block; empty for a free one.
+    /// The words of a block; none for a free one.
     #[inline]
-    pub(crate) fn words(&self, block: Block) -> &[u32] {
-        self.words.get(block.range()).unwrap_or_default()
+    pub(crate) fn words(&self, block: Block) -> Option<&[u32]> {
+        self.words.get(block.range())
     }
 
     /// The words of a block, to be written.
     #[inline]
-    pub(crate) fn words_mut(&mut self, block: Block) -> &mut [u32] {
-        self.words.get_mut(block.range()).unwrap_or_default()
+    pub(crate) fn words_mut(&mut self, block: Block) -> Option<&mut [u32]> {
+        self.words.get_mut(block.range())
     }
 }
 
@@ -131,12 +131,12 @@ mod tests {
         let mut storage = Storage::<8>::new();
         let a = storage.take(3).unwrap();
         let b = storage.take(3).unwrap();
-        storage.words_mut(storage.block(b)).copy_from_slice(&[7, 8, 9]);
+        storage.words_mut(storage.block(b)).unwrap().copy_from_slice(&[7, 8, 9]);
         assert_eq!(storage.take(3), Err(StorageError::NoRoom { wanted: 3, free: 2 }));
         storage.give_back(a);
-        assert_eq!(storage.words(storage.block(b)), [7, 8, 9]);
+        assert_eq!(storage.words(storage.block(b)).unwrap(), [7, 8, 9]);
         let c = storage.take(5).unwrap();
-        assert_eq!(storage.words(storage.block(c)), [0; 5]);
+        assert_eq!(storage.words(storage.block(c)).unwrap(), [0; 5]);
         assert_eq!(storage.free_words(), 0);
     }
 
@@ -146,10 +146,10 @@ mod tests {
         let empty = storage.take(0).unwrap();
         let full = storage.take(4).unwrap();
         storage.give_back(empty);
-        storage.words_mut(storage.block(full)).fill(5);
+        storage.words_mut(storage.block(full)).unwrap().fill(5);
         let empty = storage.take(0).unwrap();
         storage.give_back(full);
-        assert_eq!(storage.words(storage.block(empty)), []);
+        assert_eq!(storage.words(storage.block(empty)).unwrap(), []);
         assert_eq!(storage.free_words(), 4);
     }
 }

@@ -33,6 +33,7 @@ pub(crate) struct Packet {
 /// Every signal of the scheme; the modular one has them in its Data Base.
 #[derive(Debug, Default)]
 pub(crate) struct Signals {
+    pub(crate) position: [f32; DOF],
     pub(crate) wave_in: [f32; DOF],
     pub(crate) desired_position: [f32; DOF],
     pub(crate) force: [f32; DOF],
@@ -115,15 +116,14 @@ impl Master {
 
         let mut is_new = false;
         if let Some(packet) = received {
+            let missed = packet.sequence.wrapping_sub(self.received_sequence).wrapping_sub(1);
             let is_old = !is_newer(packet.sequence, self.received_sequence);
-            let is_restart = is_old && signals.age_ticks >= RESTART_TICKS
-                || self.received_sequence == 0 && packet.sequence != 1;
-            if is_old && !is_restart {
+            let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_sequence == 0;
+            if missed != 0 && is_old && !is_restart {
                 signals.refused = signals.refused.wrapping_add(1);
             } else {
-                if !is_restart {
-                    let gap = packet.sequence.wrapping_sub(self.received_sequence).wrapping_sub(1);
-                    signals.lost = signals.lost.wrapping_add(gap);
+                if missed != 0 && !is_restart {
+                    signals.lost = signals.lost.wrapping_add(missed);
                 }
                 self.received_sequence = packet.sequence;
                 self.accepted_sequence = packet.sequence;
@@ -151,6 +151,7 @@ impl Master {
         let mut is_finite = true;
         for axis in 0..DOF {
             let x = position[axis];
+            signals.position[axis] = x;
             let wave = signals.wave_in[axis];
 
             if is_first {

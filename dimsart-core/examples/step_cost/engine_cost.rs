@@ -60,7 +60,10 @@ fn counted_step<M: ModuleList, const WORDS: usize>(dimsart: &mut Dimsart<M, WORD
     dimsart.engine_mut().step();
 }
 
-fn robot<M: ModuleList, const WORDS: usize>(dof: usize, types: &'static [&'static DataType]) -> Dimsart<M, WORDS> {
+fn robot<M: ModuleList, const WORDS: usize>(
+    dof: usize,
+    types: &'static [&'static DataType],
+) -> Dimsart<M, WORDS> {
     let axes = [AxisKind::Linear; 8];
     let axes = axes.get(..dof).expect("1 to 8 axes");
     let device = DeviceDescriptor::new("robot", axes, 1e-3, types, &[]).expect("a sound device");
@@ -94,7 +97,11 @@ pub(crate) struct Scheme {
 
 /// Steps a scheme of P controllers, each with its own output.
 pub(crate) fn run_scheme(scheme: Scheme, ticks: u32) {
-    if scheme.has_large_data_base { run_sized::<32_768>(scheme, ticks) } else { run_sized::<2048>(scheme, ticks) }
+    if scheme.has_large_data_base {
+        run_sized::<32_768>(scheme, ticks)
+    } else {
+        run_sized::<2048>(scheme, ticks)
+    }
 }
 
 fn run_sized<const WORDS: usize>(scheme: Scheme, ticks: u32) {

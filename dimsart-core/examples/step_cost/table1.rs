@@ -10,7 +10,8 @@ fn side(name: &'static str) -> Dimsart {
     let axes = [AxisKind::Linear; DOF];
     let device = DeviceDescriptor::new(name, &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
     let mut dimsart = Dimsart::new(device.expect("a sound device")).expect("an empty Data Base");
-    let faults = scheme::load(SCHEME, name, &["master", "slave"], &mut dimsart, |error| eprintln!("{error:?}"));
+    let faults =
+        scheme::load(SCHEME, name, &["master", "slave"], &mut dimsart, |error| eprintln!("{error:?}"));
     assert_eq!(faults, 0, "bilateral.scheme does not load");
     dimsart
 }
@@ -81,6 +82,7 @@ fn to_hand(packet: &Packet) -> by_hand::Packet {
 fn compare(master: &Dimsart, by_hand: &Master, tick: u32) {
     let signals = &by_hand.signals;
     let vectors = [
+        (types::POSITION, signals.position),
         (types::CH2_WAVES, signals.wave_in),
         (types::DES_POSITION, signals.desired_position),
         (types::DES_FORCE, signals.force),

@@ -15,15 +15,15 @@ const ENERGY_QUANTUM: f32 = 1.0 / 1_073_741_824.0;
 /// What one axis has sent since it was reset.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Sent {
-    pub(super) wave: u32,
-    pub(super) energy: u32,
+    wave: u32,
+    energy: u32,
     wave_rest: f32,
     energy_rest: f32,
 }
 
 impl Sent {
-    /// Adds this tick's wave to both counters.
-    pub(super) fn add(&mut self, wave: f32, period_s: f32) {
+    /// Adds this tick's wave; gives the counters of wave and energy.
+    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (u32, u32) {
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
         self.wave_rest = counts - from_count(whole);
@@ -32,6 +32,7 @@ impl Sent {
         let whole = to_count(counts);
         self.energy_rest = counts - from_count(whole);
         self.energy = self.energy.wrapping_add(whole.cast_unsigned());
+        (self.wave, self.energy)
     }
 }
 
