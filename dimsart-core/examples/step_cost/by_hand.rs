@@ -100,7 +100,6 @@ impl Master {
     #[expect(clippy::indexing_slicing, reason = "the axes of fixed arrays, as one writes it by hand")]
     #[expect(clippy::cast_possible_truncation, reason = "counters: towards zero and saturating")]
     #[expect(clippy::cast_precision_loss, reason = "counters: differences are small")]
-    #[expect(clippy::needless_range_loop, reason = "as one writes it by hand")]
     pub(crate) fn tick(
         &mut self,
         position: &[f32; DOF],
