@@ -15,8 +15,10 @@ mod hand;
 mod motor;
 mod parameter;
 mod registry;
+mod scene;
 mod spring;
 mod transition;
+mod transitions;
 mod wall;
 
 pub use axis::{Axis, AxisParameters};

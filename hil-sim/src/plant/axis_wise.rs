@@ -2,7 +2,7 @@
 
 use super::axis::{Axis, AxisParameters};
 use super::parameter::{ParameterError, require};
-use super::{AxisTruth, Plant, SUB_STEPS_MIN};
+use super::{AxisTruth, Plant};
 use serde::{Deserialize, Serialize};
 
 /// One entry per axis.
@@ -52,16 +52,10 @@ impl Plant for AxisWise {
         }
     }
 
-    /// Axes take turns within a sub-step: independent work side by side keeps the processor busy.
     fn advance(&mut self, start_s: f64, period_s: f64, command_n: &[f32]) {
         let commands = command_n.iter().copied().chain(core::iter::repeat(0.0));
         for (axis, command_n) in self.axes.iter_mut().zip(commands) {
-            axis.begin_period(start_s, period_s, f64::from(command_n));
-        }
-        for _ in 0..SUB_STEPS_MIN {
-            for axis in &mut self.axes {
-                axis.sub_step();
-            }
+            axis.advance(start_s, period_s, f64::from(command_n));
         }
     }
 

@@ -4,26 +4,48 @@
 
 use core::ops::AddAssign;
 
-/// A force and its slopes at one instant, one position and one velocity.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// A force and its slopes at one instant, one position and one velocity, and how far that straight line reaches.
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Law {
     /// Force on the mass now, `N`.
     pub force_n: f64,
-    /// How the force changes with time alone, `N/s`.
+    /// How the force changes with time alone, `N/s`, until the period ends.
     pub rate_n_per_s: f64,
     /// `-dF/dx`, `N/m`.
     pub stiffness_n_per_m: f64,
     /// `-dF/dv`, `N s/m`.
     pub damping_ns_per_m: f64,
+    /// The line holds exactly while the position stays within this of where it is now, `m`. 0 is always safe:
+    /// the law is then asked for at every sub-step.
+    pub reach_m: f64,
+    /// The same for the velocity, `m/s`.
+    pub reach_m_per_s: f64,
+}
+
+impl Default for Law {
+    /// No force, anywhere.
+    fn default() -> Self {
+        Self {
+            force_n: 0.0,
+            rate_n_per_s: 0.0,
+            stiffness_n_per_m: 0.0,
+            damping_ns_per_m: 0.0,
+            reach_m: f64::INFINITY,
+            reach_m_per_s: f64::INFINITY,
+        }
+    }
 }
 
 impl AddAssign for Law {
+    /// Both forces together; holds where both do.
     #[inline]
     fn add_assign(&mut self, other: Self) {
         self.force_n += other.force_n;
         self.rate_n_per_s += other.rate_n_per_s;
         self.stiffness_n_per_m += other.stiffness_n_per_m;
         self.damping_ns_per_m += other.damping_ns_per_m;
+        self.reach_m = self.reach_m.min(other.reach_m);
+        self.reach_m_per_s = self.reach_m_per_s.min(other.reach_m_per_s);
     }
 }
 

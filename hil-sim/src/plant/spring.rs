@@ -50,14 +50,13 @@ impl Environment for Spring {
         Role::Mechanism
     }
 
-    #[inline]
     fn law(&self, _elapsed_s: f64, position_m: f64, velocity_m_per_s: f64) -> Law {
         let SpringParameters { rest_position_m, stiffness_n_per_m, damping_ns_per_m } = self.parameters;
         Law {
             force_n: stiffness_n_per_m * (rest_position_m - position_m) - damping_ns_per_m * velocity_m_per_s,
-            rate_n_per_s: 0.0,
             stiffness_n_per_m,
             damping_ns_per_m,
+            ..Law::default()
         }
     }
 }

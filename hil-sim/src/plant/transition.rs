@@ -1,10 +1,11 @@
 //! The exact step of one linear regime under held inputs.
 //!
-//! `s = (x, v, F_motor)`, `s' = A s + c`  =>  `s(t) = s(0) + Ψ(t) s'(0)`, `Ψ(t) = ∫₀ᵗ e^{Aτ} dτ`
+//! `s = (x, v, F_motor)`, `s' = A s + c + r t`  =>  `s(t) = s(0) + Ψ s'(0) + Φ r`, `s'(t) = e^{At} s'(0) + Ψ r`
 //!
-//! Stepping by increments keeps a mass at rest exactly at rest and leaves no large offsets to cancel.
-//! `Ψ` by its Taylor series over a short time, then `Ψ(2t) = Ψ(t) (2 + A Ψ(t))` (scaling and squaring, as in
-//! Higham, "Functions of Matrices", SIAM 2008, ch. 10).
+//! with `Φ = ∫Ψ`, `Ψ = ∫e^{Aτ} dτ = t + A Φ`, `e^{At} = 1 + A Ψ`. Carrying `s'` along needs no force between
+//! events, keeps a mass at rest exactly at rest and leaves no large offsets to cancel. `Φ` comes from its Taylor
+//! series over a short time, which is then doubled (scaling and squaring, as in Higham, "Functions of Matrices",
+//! SIAM 2008, ch. 10).
 
 /// The coefficients of one linear regime.
 #[derive(Debug, Clone, Copy)]
@@ -21,16 +22,33 @@ pub(super) struct Dynamics {
     pub(super) counter_n_per_m: f64,
 }
 
-/// How far the state moves in one step, per unit of its rate of change at the start.
+/// What moves, and how fast it does.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Motion {
+    pub(super) position_m: f64,
+    pub(super) velocity_m_per_s: f64,
+    pub(super) acceleration_m_per_s2: f64,
+    /// What the motor applies, `N`.
+    pub(super) actuator_n: f64,
+    pub(super) actuator_rate_n_per_s: f64,
+}
+
+/// One step of one regime.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Transition {
     /// Length of the step, `s`.
     pub(super) step_s: f64,
     /// `1/kg`; 0 for a mass that friction holds.
     pub(super) inverse_mass_per_kg: f64,
-    /// Whether the mass turns around so fast that an event could hide within the step.
-    pub(super) is_too_coarse: bool,
-    rows: Matrix,
+    /// Square of the natural frequency where the mass turns around so fast that an event could hide within the
+    /// step, `(rad/s)²`; none where it cannot.
+    pub(super) hiding_rad2_per_s2: Option<f64>,
+    /// `Ψ`.
+    increments: Matrix,
+    /// What a jerk adds to position and motor force: column `v` of `Φ`.
+    ramp: [f64; 2],
+    /// `e^{At}`.
+    growth: Matrix,
 }
 
 /// Largest natural frequency times step: a third of a half oscillation.
@@ -71,46 +89,67 @@ impl Transition {
             short_s *= 0.5;
             doublings += 1;
         }
-        let mut rows = taylor(&a, short_s);
+        let mut ramps = taylor(&a, short_s);
+        let mut increments = plus(&product(&a, &ramps), short_s);
+        let mut growth = plus(&product(&a, &increments), 1.0);
         for _ in 0..doublings {
-            let growth = plus_identity(&product(&a, &rows), 2.0);
-            rows = product(&rows, &growth);
+            ramps = sum(&sum(&ramps, &scaled(&increments, short_s)), &product(&growth, &ramps));
+            increments = sum(&increments, &product(&growth, &increments));
+            growth = plus(&product(&a, &increments), 1.0);
+            short_s *= 2.0;
         }
-        let is_too_coarse = frequency_rad_per_s * step_s > ANGLE_MAX_RAD;
-        Self { step_s, inverse_mass_per_kg, is_too_coarse, rows }
+        let can_hide = frequency_rad_per_s * step_s > ANGLE_MAX_RAD;
+        let hiding_rad2_per_s2 = can_hide.then_some(frequency_rad_per_s * frequency_rad_per_s);
+        let ramp = [ramps[0][1], ramps[2][1]];
+        Self { step_s, inverse_mass_per_kg, hiding_rad2_per_s2, increments, ramp, growth }
     }
 
-    /// The increments of position (`m`) and velocity (`m/s`) where the motor's force does not change.
+    /// `motion` one step later, where `jerk` is how the acceleration changes with time alone, `m/s³`.
     #[inline]
-    pub(super) fn increments(&self, velocity: f64, acceleration: f64) -> (f64, f64) {
-        let [x, v, _] = &self.rows;
-        (x[0] * velocity + x[1] * acceleration, v[0] * velocity + v[1] * acceleration)
+    pub(super) fn step(&self, motion: &Motion, jerk: f64) -> Motion {
+        let Motion { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = *motion;
+        let ([x, v, _], [e, a, _]) = (&self.increments, &self.growth);
+        Motion {
+            position_m: position_m
+                + (x[0] * velocity_m_per_s + x[1] * acceleration_m_per_s2 + self.ramp[0] * jerk),
+            velocity_m_per_s: e[0] * velocity_m_per_s + e[1] * acceleration_m_per_s2 + x[1] * jerk,
+            acceleration_m_per_s2: a[0] * velocity_m_per_s + a[1] * acceleration_m_per_s2 + v[1] * jerk,
+            ..*motion
+        }
     }
 
-    /// The increments of position (`m`), velocity (`m/s`) and motor force (`N`).
+    /// The same with a motor whose force moves too.
     #[inline]
-    pub(super) fn driven_increments(
-        &self,
-        velocity: f64,
-        acceleration: f64,
-        force_rate: f64,
-    ) -> (f64, f64, f64) {
-        let [x, v, f] = &self.rows;
-        (
-            x[0] * velocity + x[1] * acceleration + x[2] * force_rate,
-            v[0] * velocity + v[1] * acceleration + v[2] * force_rate,
-            f[0] * velocity + f[1] * acceleration + f[2] * force_rate,
-        )
+    pub(super) fn driven_step(&self, motion: &Motion, jerk: f64) -> Motion {
+        let Motion {
+            velocity_m_per_s, acceleration_m_per_s2, actuator_n, actuator_rate_n_per_s: rate, ..
+        } = *motion;
+        let ([x, _, f], [e, a, r]) = (&self.increments, &self.growth);
+        let passive = self.step(motion, jerk);
+        Motion {
+            position_m: passive.position_m + x[2] * rate,
+            velocity_m_per_s: passive.velocity_m_per_s + e[2] * rate,
+            acceleration_m_per_s2: passive.acceleration_m_per_s2 + a[2] * rate,
+            actuator_n: actuator_n
+                + (f[0] * velocity_m_per_s
+                    + f[1] * acceleration_m_per_s2
+                    + f[2] * rate
+                    + self.ramp[1] * jerk),
+            actuator_rate_n_per_s: r[0] * velocity_m_per_s
+                + r[1] * acceleration_m_per_s2
+                + r[2] * rate
+                + f[1] * jerk,
+        }
     }
 }
 
-/// `Ψ(t) = t (1 + At/2 (1 + At/3 (1 + ...)))`.
+/// `Φ(t) = t²/2 (1 + At/3 (1 + At/4 (1 + ...)))`.
 fn taylor(a: &Matrix, t: f64) -> Matrix {
-    let mut sum = scaled(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], 1.0);
-    for n in (2..=TAYLOR_TERMS + 1).rev() {
-        sum = plus_identity(&scaled(&product(a, &sum), t / f64::from(n)), 1.0);
+    let mut series = plus(&[[0.0; 3]; 3], 1.0);
+    for n in (3..=TAYLOR_TERMS + 2).rev() {
+        series = plus(&scaled(&product(a, &series), t / f64::from(n)), 1.0);
     }
-    scaled(&sum, t)
+    scaled(&series, 0.5 * t * t)
 }
 
 fn product(left: &Matrix, right: &Matrix) -> Matrix {
@@ -124,9 +163,16 @@ fn scaled(matrix: &Matrix, factor: f64) -> Matrix {
     matrix.map(|row| row.map(|value| value * factor))
 }
 
-fn plus_identity(matrix: &Matrix, factor: f64) -> Matrix {
+fn sum(left: &Matrix, right: &Matrix) -> Matrix {
+    let [[a, b, c], [d, e, f], [g, h, i]] = *right;
+    let [[j, k, l], [m, n, o], [p, q, r]] = *left;
+    [[a + j, b + k, c + l], [d + m, e + n, f + o], [g + p, h + q, i + r]]
+}
+
+/// `matrix + diagonal·1`.
+fn plus(matrix: &Matrix, diagonal: f64) -> Matrix {
     let [[a, b, c], [d, e, f], [g, h, i]] = *matrix;
-    [[a + factor, b, c], [d, e + factor, f], [g, h, i + factor]]
+    [[a + diagonal, b, c], [d, e + diagonal, f], [g, h, i + diagonal]]
 }
 
 #[cfg(test)]
@@ -143,47 +189,55 @@ mod tests {
         }
     }
 
-    /// Closed form of an under- or overdamped oscillator under a unit step of acceleration, from rest.
+    /// Closed form of an oscillator under a unit step of acceleration, from rest.
     #[test]
     fn a_spring_damper_steps_as_its_closed_form_says() {
         for (k, b, t) in
             [(400.0, 8.0, 5e-5), (400.0, 8.0, 1e-3), (400.0, 0.0, 1e-1), (1e9, 10.0, 5e-5), (1e4, 0.5, 2e-2)]
         {
-            let (x, v) = Transition::over(&dynamics(k, b), t).increments(0.0, 1.0);
+            let start = Motion { acceleration_m_per_s2: 1.0, ..Motion::default() };
+            let end = Transition::over(&dynamics(k, b), t).step(&start, 0.0);
             let (rate, natural) = (b, (2.0 * k).sqrt());
             let damped = (natural * natural - rate * rate).sqrt();
             let decay = libm::exp(-rate * t);
             let (sine, cosine) = (libm::sin(damped * t), libm::cos(damped * t));
-            let x_exact = (1.0 - decay * (cosine + rate / damped * sine)) / (natural * natural);
-            let v_exact = decay * sine / damped;
-            let scale = 1.0 / natural;
-            assert!((x - x_exact).abs() < 1e-13 * scale * scale, "k {k} t {t}: {x} {x_exact}");
-            assert!((v - v_exact).abs() < 1e-13 * scale, "k {k} t {t}: {v} {v_exact}");
+            let x = (1.0 - decay * (cosine + rate / damped * sine)) / (natural * natural);
+            let v = decay * sine / damped;
+            let a = decay * (cosine - rate / damped * sine);
+            assert!((end.position_m - x).abs() * natural * natural < 1e-13, "k {k} t {t}: {end:?} {x}");
+            assert!((end.velocity_m_per_s - v).abs() * natural < 1e-13, "k {k} t {t}: {end:?} {v}");
+            assert!((end.acceleration_m_per_s2 - a).abs() < 1e-13, "k {k} t {t}: {end:?} {a}");
         }
     }
 
-    /// Two half steps are one whole step, in every regime with a motor.
+    /// Two half steps are one whole step, with a motor that speed brakes and a force that grows.
     #[test]
     fn steps_compose() {
         let motor = Dynamics { decay_per_s: 9748.0, counter_n_per_m: 700.0, ..dynamics(1e5, 3.0) };
         let (whole, half) = (Transition::over(&motor, 2e-4), Transition::over(&motor, 1e-4));
-        let rate =
-            |x: f64, v: f64, f: f64| (v, 2.0 * (-1e5 * x - 3.0 * v + f + 1.5), 40.0 - 9748.0 * f - 700.0 * v);
-        let step = |transition: &Transition, (x, v, f): (f64, f64, f64)| {
-            let (dx, dv, df) = rate(x, v, f);
-            let (x1, v1, f1) = transition.driven_increments(dx, dv, df);
-            (x + x1, v + v1, f + f1)
+        let start = Motion {
+            position_m: 1e-3,
+            velocity_m_per_s: -0.2,
+            acceleration_m_per_s2: -195.0,
+            actuator_n: 0.4,
+            actuator_rate_n_per_s: -3700.0,
         };
-        let start = (1e-3, -0.2, 0.4);
-        let (x1, v1, f1) = step(&whole, start);
-        let (x2, v2, f2) = step(&half, step(&half, start));
-        assert!((x1 - x2).abs() < 1e-17 && (v1 - v2).abs() < 1e-14 && (f1 - f2).abs() < 1e-14);
+        let close = |one: f64, two: f64| (one - two).abs() < 1e-13 * one.abs();
+        for jerk in [0.0, 5e4] {
+            let one = whole.driven_step(&start, jerk);
+            let two = half.driven_step(&half.driven_step(&start, jerk), jerk);
+            assert!(close(one.position_m, two.position_m), "{one:?} {two:?}");
+            assert!(close(one.velocity_m_per_s, two.velocity_m_per_s), "{one:?} {two:?}");
+            assert!(close(one.acceleration_m_per_s2, two.acceleration_m_per_s2), "{one:?} {two:?}");
+            assert!(close(one.actuator_n, two.actuator_n), "{one:?} {two:?}");
+            assert!(close(one.actuator_rate_n_per_s, two.actuator_rate_n_per_s), "{one:?} {two:?}");
+        }
     }
 
     #[test]
     fn only_a_stiff_regime_asks_for_finer_steps() {
-        assert!(!Transition::over(&dynamics(1e4, 0.0), 5e-5).is_too_coarse);
-        assert!(Transition::over(&dynamics(1e9, 0.0), 5e-5).is_too_coarse);
-        assert!(!Transition::over(&dynamics(1e9, 0.0), 5e-5 / 4.0).is_too_coarse);
+        assert!(Transition::over(&dynamics(1e4, 0.0), 5e-5).hiding_rad2_per_s2.is_none());
+        assert!(Transition::over(&dynamics(1e9, 0.0), 5e-5).hiding_rad2_per_s2.is_some());
+        assert!(Transition::over(&dynamics(1e9, 0.0), 5e-5 / 4.0).hiding_rad2_per_s2.is_none());
     }
 }

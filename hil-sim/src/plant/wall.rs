@@ -84,20 +84,26 @@ impl Environment for Wall {
         Role::Wall
     }
 
-    #[inline]
+    /// It changes where the push vanishes, which takes at least half of it by position or half by velocity.
     fn law(&self, _elapsed_s: f64, position_m: f64, velocity_m_per_s: f64) -> Law {
         let penetration_m = self.inward * (position_m - self.position_m);
         let push_n =
             self.stiffness_n_per_m * penetration_m + self.damping_ns_per_m * (self.inward * velocity_m_per_s);
-        if penetration_m > 0.0 && push_n > 0.0 {
-            Law {
-                force_n: -self.inward * push_n,
-                rate_n_per_s: 0.0,
-                stiffness_n_per_m: self.stiffness_n_per_m,
-                damping_ns_per_m: self.damping_ns_per_m,
-            }
-        } else {
-            Law::default()
+        if penetration_m <= 0.0 {
+            return Law { reach_m: -penetration_m, ..Law::default() };
+        }
+        let reach_m = (0.5 * push_n.abs() / self.stiffness_n_per_m).min(penetration_m);
+        let reach_m_per_s = 0.5 * push_n.abs() / self.damping_ns_per_m;
+        if push_n <= 0.0 {
+            return Law { reach_m, reach_m_per_s, ..Law::default() };
+        }
+        Law {
+            force_n: -self.inward * push_n,
+            rate_n_per_s: 0.0,
+            stiffness_n_per_m: self.stiffness_n_per_m,
+            damping_ns_per_m: self.damping_ns_per_m,
+            reach_m,
+            reach_m_per_s,
         }
     }
 }
