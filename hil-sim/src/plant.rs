@@ -14,6 +14,8 @@ mod environment;
 mod hand;
 mod motor;
 mod parameter;
+#[cfg(test)]
+mod physics;
 mod registry;
 mod scene;
 mod spring;
