@@ -144,7 +144,8 @@ impl Rig {
     /// can be looked at before [`advance`](Self::advance).
     pub fn tick(&mut self) {
         for (index, station) in self.stations.iter_mut().enumerate() {
-            for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index) {
+            for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
+            {
                 let end = connection.to.link;
                 connection.link.receive(self.tick, &mut |bytes| {
                     // What is refused is counted by the controller.
@@ -152,7 +153,9 @@ impl Rig {
                 });
             }
             station.tick();
-            for connection in self.connections.iter_mut().filter(|connection| connection.from.station == index) {
+            for connection in
+                self.connections.iter_mut().filter(|connection| connection.from.station == index)
+            {
                 if let Some(packet) = station.dimsart.outgoing(connection.from.link) {
                     connection.link.send(self.tick, &packet.to_bytes());
                 }

@@ -83,8 +83,9 @@ pub fn load<const WORDS: usize>(
     let mut refused = Vec::new();
     scheme::load(&scheme.text, side, SIDES, dimsart, |error| refused.push(error));
     // The faults say more than the refusal of MATCHING_CHECK.
-    let is_row =
-        |error: &&SchemeError<'_>| !matches!(error.problem, Problem::Refused(CommandError::DoesNotMatch { .. }));
+    let is_row = |error: &&SchemeError<'_>| {
+        !matches!(error.problem, Problem::Refused(CommandError::DoesNotMatch { .. }))
+    };
     let engine = dimsart.engine();
     let errors = refused.iter().filter(is_row).map(|error| message(&scheme.name, error, engine)).collect();
     let report = engine.check();
@@ -132,9 +133,7 @@ impl<const WORDS: usize> fmt::Display for Explained<'_, WORDS> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let word = self.error.place.word;
         match self.error.problem {
-            Problem::Destination => {
-                self.unknown(f, "a side", &owned(&["master", "slave", "m&s", "all"]))
-            }
+            Problem::Destination => self.unknown(f, "a side", &owned(&["master", "slave", "m&s", "all"])),
             Problem::Module => self.unknown(f, "a module", &modules(true)),
             Problem::ModuleValue => self.unknown(f, "a module", &modules(false)),
             Problem::EngineCommand => {

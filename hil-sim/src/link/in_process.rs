@@ -154,8 +154,13 @@ mod tests {
 
     #[test]
     fn the_same_seed_gives_the_same_run() {
-        let parameters =
-            InProcessParameters { delay_ticks: 2, jitter_ticks: 3, loss: 0.2, duplication: 0.1, reordering: 0.1 };
+        let parameters = InProcessParameters {
+            delay_ticks: 2,
+            jitter_ticks: 3,
+            loss: 0.2,
+            duplication: 0.1,
+            reordering: 0.1,
+        };
         assert_eq!(run(parameters, 1000), run(parameters, 1000));
     }
 }
