@@ -7,6 +7,10 @@
 //! The controller is the very code that runs on a board; what a tick is, is said by
 //! [`Dimsart::tick`](dimsart_core::Dimsart::tick) alone.
 
+mod probe;
+
+pub use probe::Probe;
+
 use dimsart_core::modules::Standard;
 use dimsart_core::{Dimsart, Tick, Word};
 

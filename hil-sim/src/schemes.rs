@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use dimsart_core::modules::Standard;
-use dimsart_core::scheme::{self, ENGINE, Problem, SchemeError};
+use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
 use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleList, ParameterError, Verb, limits};
 
 /// The sides a scheme can name.
@@ -74,20 +74,37 @@ impl Loaded {
     }
 }
 
+/// A value that is to stand in a scheme, whatever its rows say.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// The module.
+    pub module: &'static str,
+    /// The parameter.
+    pub command: &'static str,
+    /// The value as a scheme would write it.
+    pub value: String,
+}
+
 /// Gives a scheme's rows for `side` to a controller and checks what came of it.
+///
+/// A setting takes the place of the rows for the same parameter. It is given right before its module
+/// is plugged in; settings for modules that the scheme does not plug in have no effect.
 pub fn load<const WORDS: usize>(
     scheme: &SchemeText,
     side: &str,
+    settings: &[Setting],
     dimsart: &mut Dimsart<Standard, WORDS>,
 ) -> Loaded {
-    let mut refused = Vec::new();
-    scheme::load(&scheme.text, side, SIDES, dimsart, |error| refused.push(error));
-    // The faults say more than the refusal of MATCHING_CHECK.
-    let is_row = |error: &&SchemeError<'_>| {
-        !matches!(error.problem, Problem::Refused(CommandError::DoesNotMatch { .. }))
-    };
+    let mut errors = Vec::new();
+    for row in scheme::rows(&scheme.text) {
+        match apply(&row, side, settings, dimsart) {
+            // The faults say more than this refusal does.
+            Ok(())
+            | Err(SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. }) => {}
+            Err(error) => errors.push(message(&scheme.name, &error, dimsart.engine())),
+        }
+    }
     let engine = dimsart.engine();
-    let errors = refused.iter().filter(is_row).map(|error| message(&scheme.name, error, engine)).collect();
     let report = engine.check();
     let explain = |finding: &Finding| engine.explain(*finding).to_string();
     let (faults, delays): (Vec<_>, Vec<_>) = report.findings().iter().partition(|finding| finding.is_fault());
@@ -95,6 +112,32 @@ pub fn load<const WORDS: usize>(
         errors,
         faults: faults.into_iter().map(explain).collect(),
         delays: delays.into_iter().map(explain).collect(),
+    }
+}
+
+fn apply<'a, const WORDS: usize>(
+    row: &Row<'a>,
+    side: &str,
+    settings: &[Setting],
+    dimsart: &mut Dimsart<Standard, WORDS>,
+) -> Result<(), SchemeError<'a>> {
+    if !row.is_for(side, SIDES)? || settings.iter().any(|setting| setting.replaces(row)) {
+        return Ok(());
+    }
+    if let Some(module) = row.plugs_in() {
+        for setting in settings.iter().filter(|setting| setting.module == module) {
+            let text = format!("all {} {} {}", setting.module, setting.command, setting.value);
+            for given in scheme::rows(&text) {
+                given.apply(dimsart).map_err(|error| row.blame(error.problem))?;
+            }
+        }
+    }
+    row.apply(dimsart)
+}
+
+impl Setting {
+    fn replaces(&self, row: &Row<'_>) -> bool {
+        row.word(1) == self.module && row.word(2) == self.command
     }
 }
 
