@@ -4,6 +4,7 @@ use dimsart_core::{Format, Scalar, TypeRef, Word};
 
 use crate::recording::{Column, Recording};
 use crate::rig::{Rig, Station};
+use crate::scenario::RecordSection;
 
 /// Records a rig.
 #[derive(Debug)]
@@ -42,14 +43,20 @@ const TRUTH: [(&str, &str); 5] = [
 pub const CHANNEL_ENERGY: &str = "channel_energy";
 
 impl Recorder {
-    /// A recorder for all signals that the stations' Data Bases hold now; a row of every
-    /// `every_ticks`-th tick.
+    /// A recorder for what the settings name of the signals that the stations' Data Bases hold now.
     #[must_use]
-    pub fn new(rig: &Rig, every_ticks: u32) -> Self {
+    pub fn new(rig: &Rig, settings: &RecordSection) -> Self {
         let mut columns = vec![column("world", CHANNEL_ENERGY, None, "J")];
-        let stations =
-            rig.stations().iter().map(|station| StationSignals::new(station, &mut columns)).collect();
-        Self { recording: Recording::new(columns), stations, every_ticks: u64::from(every_ticks.max(1)) }
+        let stations = rig
+            .stations()
+            .iter()
+            .map(|station| StationSignals::new(station, settings.data_base, &mut columns))
+            .collect();
+        Self {
+            recording: Recording::new(columns),
+            stations,
+            every_ticks: u64::from(settings.every_ticks.max(1)),
+        }
     }
 
     /// Takes a row of the present tick, if it is one of those wanted.
@@ -74,12 +81,12 @@ impl Recorder {
 }
 
 impl StationSignals {
-    fn new(station: &Station, columns: &mut Vec<Column>) -> Self {
+    fn new(station: &Station, with_data_base: bool, columns: &mut Vec<Column>) -> Self {
         let engine = station.dimsart.engine();
         let device = engine.device();
         let axes = device.axes();
         let mut signals = Vec::new();
-        for (slot, entry) in engine.data_base().signals() {
+        for (slot, entry) in engine.data_base().signals().filter(|_| with_data_base) {
             let words = engine.data_base().words(slot).len();
             let name = device.signal_name(entry.signal).to_string();
             for word in 0..words {
