@@ -27,8 +27,7 @@ fn master(motor: Option<MotorParameters>) -> AxisParameters {
     }
 }
 
-fn slave(stiffness_n_per_m: f64, coulomb_friction_n: f64, motor: Option<MotorParameters>) -> AxisParameters {
-    let wall = WallParameters { position_m: 0.02, stiffness_n_per_m, ..WallParameters::default() };
+fn slave(wall: WallParameters, coulomb_friction_n: f64, motor: Option<MotorParameters>) -> AxisParameters {
     let device = DeviceParameters {
         mass_kg: 0.5,
         damping_ns_per_m: 8.0,
@@ -61,12 +60,16 @@ fn measure(master: &AxisParameters, slave: &AxisParameters) -> Result<(f64, u32)
 
 fn main() -> Result<(), ParameterError> {
     let motor = MotorParameters::default();
+    let soft = WallParameters { position_m: 0.02, ..WallParameters::default() };
+    let rigid = WallParameters { stiffness_n_per_m: f64::INFINITY, ..soft.clone() };
+    let damped = WallParameters { damping_ns_per_m: 1e4, ..rigid.clone() };
     println!("3 + 3 axes, hand and wall, 20 sub-steps per tick");
     for (name, master, slave) in [
-        ("wall 1e4 N/m", master(None), slave(1e4, 0.0, None)),
-        ("wall 1e4 N/m, Coulomb friction", master(None), slave(1e4, 0.05, None)),
-        ("wall 1e4 N/m, motors", master(Some(motor.clone())), slave(1e4, 0.0, Some(motor))),
-        ("rigid wall", master(None), slave(f64::INFINITY, 0.0, None)),
+        ("wall 1e4 N/m", master(None), slave(soft.clone(), 0.0, None)),
+        ("wall 1e4 N/m, Coulomb friction", master(None), slave(soft.clone(), 0.05, None)),
+        ("wall 1e4 N/m, motors", master(Some(motor.clone())), slave(soft, 0.0, Some(motor))),
+        ("rigid wall, 1e4 N s/m", master(None), slave(damped, 0.0, None)),
+        ("rigid wall, undamped: it rattles", master(None), slave(rigid, 0.0, None)),
     ] {
         let (nanoseconds, contacts) = measure(&master, &slave)?;
         println!(

@@ -12,6 +12,7 @@ mod axis_wise;
 mod device;
 mod environment;
 mod hand;
+mod hand_phase;
 mod motor;
 mod parameter;
 #[cfg(test)]
@@ -27,7 +28,8 @@ pub use axis::{Axis, AxisParameters};
 pub use axis_wise::{AxisWise, AxisWiseParameters};
 pub use device::DeviceParameters;
 pub use environment::{Environment, Law, Role};
-pub use hand::{Hand, HandParameters, HandPhase};
+pub use hand::{Hand, HandParameters};
+pub use hand_phase::HandPhase;
 pub use motor::{MotorParameters, MotorTruth};
 pub use parameter::ParameterError;
 pub use spring::{Spring, SpringParameters};
@@ -49,7 +51,8 @@ pub trait Plant: core::fmt::Debug + Send {
     /// Holds `command_n` (`N`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
     /// `period_s` and moves the world on, in [`SUB_STEPS_MIN`] sub-steps or more.
     ///
-    /// A command that is NaN or infinite makes that axis' state NaN: a plant hides no fault of its controller.
+    /// A command that is NaN or infinite is applied as it is: a plant hides no fault of its controller. It shows
+    /// in the truth's `actuator_force_n`, and in the motion unless friction holds the axis.
     fn advance(&mut self, start_s: f64, period_s: f64, command_n: &[f32]);
 
     /// The simulator's own truth about `axis` now, none if there is no such axis.

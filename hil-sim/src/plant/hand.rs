@@ -4,33 +4,9 @@
 //! Mass and damping always act; a script of phases says where the spring pulls, or that there is only a push.
 
 use super::environment::{Environment, Law, Role};
-use super::parameter::{ParameterError, finite, not_negative, require};
+use super::hand_phase::HandPhase;
+use super::parameter::{ParameterError, not_negative, require};
 use serde::{Deserialize, Serialize};
-
-/// What the hand does from `start_s` to `end_s`, `s`. In no phase, it is as in [`Release`](Self::Release).
-///
-/// A phase acts in whole periods: those whose middle lies in `start_s <= t < end_s`. Within a period the target
-/// moves on a straight line between where the script has it at both ends.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(tag = "action", rename_all = "snake_case", deny_unknown_fields)]
-pub enum HandPhase {
-    /// Moves the target from `from_m` to `to_m` with the least jerk: at rest at both ends, peak speed
-    /// `1.875 (to_m - from_m)/(end_s - start_s)` (Flash and Hogan 1985).
-    #[expect(missing_docs, reason = "the fields say it in their names, and in the line above")]
-    Move { start_s: f64, end_s: f64, from_m: f64, to_m: f64 },
-    /// Keeps the target at `target_m`.
-    #[expect(missing_docs, reason = "the fields say it in their names, and in the line above")]
-    Hold { start_s: f64, end_s: f64, target_m: f64 },
-    /// Moves the target as `center_m + amplitude_m sin(2 π frequency_hz (t - start_s))`.
-    #[expect(missing_docs, reason = "the fields say it in their names, and in the line above")]
-    Sine { start_s: f64, end_s: f64, center_m: f64, amplitude_m: f64, frequency_hz: f64 },
-    /// Pushes with `force_n`, the spring off.
-    #[expect(missing_docs, reason = "the fields say it in their names, and in the line above")]
-    Push { start_s: f64, end_s: f64, force_n: f64 },
-    /// Lets go: neither spring nor push.
-    #[expect(missing_docs, reason = "the fields say it in their names, and in the line above")]
-    Release { start_s: f64, end_s: f64 },
-}
 
 /// One hand on one axis. The numbers are assumptions in the usual range, not measurements.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -50,57 +26,6 @@ impl Default for HandParameters {
     /// A relaxed hand, 0.5 kg, 8 N s/m, 300 N/m, that does nothing.
     fn default() -> Self {
         Self { mass_kg: 0.5, damping_ns_per_m: 8.0, stiffness_n_per_m: 300.0, phases: Vec::new() }
-    }
-}
-
-impl HandPhase {
-    /// When it starts and ends, `s`.
-    #[must_use]
-    pub fn span_s(&self) -> (f64, f64) {
-        match *self {
-            Self::Move { start_s, end_s, .. }
-            | Self::Hold { start_s, end_s, .. }
-            | Self::Sine { start_s, end_s, .. }
-            | Self::Push { start_s, end_s, .. }
-            | Self::Release { start_s, end_s } => (start_s, end_s),
-        }
-    }
-
-    fn check(&self) -> Result<(), ParameterError> {
-        let (start_s, end_s) = self.span_s();
-        finite("start_s", start_s)?;
-        require("end_s", end_s, end_s > start_s, &format!("> start_s = {start_s}, or inf"))?;
-        match *self {
-            Self::Move { from_m, to_m, .. } => {
-                finite("end_s", end_s)?;
-                finite("from_m", from_m)?;
-                finite("to_m", to_m)
-            }
-            Self::Hold { target_m, .. } => finite("target_m", target_m),
-            Self::Sine { center_m, amplitude_m, frequency_hz, .. } => {
-                finite("center_m", center_m)?;
-                finite("amplitude_m", amplitude_m)?;
-                not_negative("frequency_hz", frequency_hz)
-            }
-            Self::Push { force_n, .. } => finite("force_n", force_n),
-            Self::Release { .. } => Ok(()),
-        }
-    }
-
-    /// Target at `time_s`, `m`; none if the spring is off.
-    fn target_m(&self, time_s: f64) -> Option<f64> {
-        match *self {
-            Self::Move { start_s, end_s, from_m, to_m } => {
-                let t = ((time_s - start_s) / (end_s - start_s)).clamp(0.0, 1.0);
-                Some(from_m + (to_m - from_m) * (t * t * t * (10.0 + t * (-15.0 + 6.0 * t))))
-            }
-            Self::Hold { target_m, .. } => Some(target_m),
-            Self::Sine { start_s, center_m, amplitude_m, frequency_hz, .. } => {
-                let angle = core::f64::consts::TAU * frequency_hz * (time_s - start_s);
-                Some(center_m + amplitude_m * libm::sin(angle))
-            }
-            Self::Push { .. } | Self::Release { .. } => None,
-        }
     }
 }
 

@@ -217,6 +217,19 @@ fn friction_shortens_each_swing_by_the_same_amount() {
     hold(&mut axis, 10, 0.0, |_, truth| assert_eq!(truth.position_m.to_bits(), rest_m.to_bits()));
 }
 
+/// The same where a sub-step takes 6.9 rad: a swing and a tenth, back to the same direction.
+#[test]
+fn friction_is_not_lost_between_sub_steps() {
+    let spring = SpringParameters { stiffness_n_per_m: 1e9, ..SpringParameters::default() };
+    let device =
+        DeviceParameters { start_position_m: 5.25e-9, coulomb_friction_n: 0.5, ..device(0.0525, 0.0) };
+    let mut axis = axis(device, vec![EnvironmentParameters::Spring(spring)]);
+    hold(&mut axis, 1, 0.0, |_, truth| {
+        close(truth.position_m, -2.5e-10, 1e-12);
+        assert_eq!(truth.velocity_m_per_s.to_bits(), 0.0_f64.to_bits());
+    });
+}
+
 /// `i/i_ref = wc/(s + wc)` whatever the mass does, as long as the voltage suffices.
 #[test]
 fn a_motor_follows_as_a_first_order_lag() {
@@ -344,6 +357,17 @@ fn a_plant_takes_any_number_of_commands_and_readings() {
     assert!(position_m[0].abs() < 1.0 && position_m[1].abs() < 1.0 && position_m[2] > 6.0);
     plant.sense(&mut []);
     assert!(plant.truth(1).is_some() && plant.truth(2).is_none());
+}
+
+#[test]
+fn a_faulty_command_stays_visible() {
+    let wall = WallParameters { stiffness_n_per_m: f64::INFINITY, ..WallParameters::default() };
+    for command_n in [f64::NAN, f64::INFINITY] {
+        let mut axis = axis(device(0.1, 1.0), vec![EnvironmentParameters::Wall(wall.clone())]);
+        hold(&mut axis, 3, command_n, |_, truth| {
+            assert!(!truth.position_m.is_finite() && !truth.actuator_force_n.is_finite(), "{truth:?}");
+        });
+    }
 }
 
 #[test]

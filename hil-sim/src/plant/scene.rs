@@ -55,14 +55,17 @@ impl Regime {
     }
 
     /// Whether the law holds all along the free oscillation of squared frequency `rad2_per_s2` from `motion`:
-    /// its amplitude around the equilibrium is `sqrt(a²/w⁴ + v²/w²)`, and damping only shrinks it.
+    /// its amplitude around the equilibrium is `sqrt(a²/w⁴ + v²/w²)`, and damping only shrinks it. Sliding friction
+    /// reverses on the way, so never with it.
     pub(super) fn reaches_around(&self, motion: &Motion, rad2_per_s2: f64) -> bool {
         let (velocity, acceleration) = (motion.velocity_m_per_s, motion.acceleration_m_per_s2);
         let amplitude2 = (acceleration * acceleration / rad2_per_s2 + velocity * velocity) / rad2_per_s2;
         let swing_m = 2.0 * amplitude2.sqrt();
         let left_m = self.law.reach_m - (motion.position_m - self.position_m).abs();
         let left_m_per_s = self.law.reach_m_per_s - (velocity - self.velocity_m_per_s).abs();
-        swing_m < left_m && swing_m * rad2_per_s2.sqrt() < left_m_per_s
+        self.key.slide == Slide::Frictionless
+            && swing_m < left_m
+            && swing_m * rad2_per_s2.sqrt() < left_m_per_s
     }
 }
 
