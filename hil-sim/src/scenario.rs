@@ -222,7 +222,10 @@ impl Default for Scenario {
     }
 }
 
-#[expect(clippy::expect_used, reason = "each change was deserialised as it came; a test reads the shipped file")]
+#[expect(
+    clippy::expect_used,
+    reason = "each change was deserialised as it came; a test reads the shipped file"
+)]
 fn from_checked(settings: Table) -> Scenario {
     Scenario::deserialize(settings).expect("settings are checked one by one as they are applied")
 }

@@ -51,7 +51,11 @@ impl Change {
         let change = |leaf: Leaf| {
             let (line, column) = line_and_column(&text, leaf.key_start);
             let value = reference::find(&values, &leaf.path)?.clone();
-            Some(Self { path: leaf.path, value, origin: Origin::File { path: path.to_owned(), line, column } })
+            Some(Self {
+                path: leaf.path,
+                value,
+                origin: Origin::File { path: path.to_owned(), line, column },
+            })
         };
         Ok(reference::leaves(document.get_ref()).into_iter().filter_map(change).collect())
     }
@@ -67,12 +71,16 @@ impl Change {
         let mut changed = settings.clone();
         let range = Range::of(&key);
         match refusal(example, &value, range) {
-            Some(allowed) => return Err(ScenarioError::WrongValue { key, value: value.to_string(), allowed, origin }),
+            Some(allowed) => {
+                return Err(ScenarioError::WrongValue { key, value: value.to_string(), allowed, origin });
+            }
             None => insert(&mut changed, &complete, &path, value.clone()),
         }
-        // What is left to refuse is a word that is not in an enum's list, or a negative whole number.
+        // What is left to refuse is a word that is not in an enum's list.
         if let Err(error) = Scenario::deserialize(changed.clone()) {
-            let allowed = format!("a value that is allowed: {}", error.message());
+            let message = error.message();
+            let allowed =
+                message.split_once("expected ").map_or(message, |(_, expected)| expected).to_owned();
             return Err(ScenarioError::WrongValue { key, value: value.to_string(), allowed, origin });
         }
         *settings = changed;
@@ -95,11 +103,15 @@ fn flatten(path: Vec<String>, value: Value, origin: &Origin, changes: &mut Vec<C
 
 /// What the key takes, if it does not take `value`. An empty table asks for a section with its defaults.
 fn refusal(example: &Value, value: &Value, range: Option<Range>) -> Option<String> {
-    let out_of_range = |number: f64| range.filter(|range| !range.holds(number)).map(|range| range.to_string());
+    let out_of_range =
+        |number: f64| range.filter(|range| !range.holds(number)).map(|range| range.to_string());
     let number = || range.map_or_else(|| "a number".to_owned(), |range| range.to_string());
     match (example, value) {
         (Value::Float(_), Value::Float(number)) => out_of_range(*number),
-        #[expect(clippy::cast_precision_loss, reason = "a range's ends are far apart compared with the rounding")]
+        #[expect(
+            clippy::cast_precision_loss,
+            reason = "a range's ends are far apart compared with the rounding"
+        )]
         (Value::Float(_) | Value::Integer(_), Value::Integer(number)) => out_of_range(*number as f64),
         (Value::Array(examples), Value::Array(values)) => {
             values.iter().find_map(|value| refusal(examples.first()?, value, range))
@@ -107,7 +119,7 @@ fn refusal(example: &Value, value: &Value, range: Option<Range>) -> Option<Strin
         (Value::String(_), Value::String(_)) | (Value::Boolean(_), Value::Boolean(_)) => None,
         (Value::Table(_), Value::Table(_)) => None,
         (Value::Float(_), _) => Some(number()),
-        (Value::Integer(_), _) => Some(format!("a whole number: {}", number())),
+        (Value::Integer(_), _) => Some(number().replacen("number", "whole number", 1)),
         (Value::Array(_), _) => Some(format!("a list, each entry {}", number())),
         (Value::String(_), _) => Some("a text in quotes".to_owned()),
         (Value::Boolean(_), _) => Some("true or false".to_owned()),

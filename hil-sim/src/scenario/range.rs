@@ -65,7 +65,8 @@ const RANGES: &[(&str, Range)] = &[
 impl Range {
     /// The range of `key`: of the first entry that is all of it or its end. None for a key without numbers.
     pub(super) fn of(key: &str) -> Option<Self> {
-        let serves = |name: &str| key.strip_suffix(name).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
+        let serves =
+            |name: &str| key.strip_suffix(name).is_some_and(|rest| rest.is_empty() || rest.ends_with('.'));
         RANGES.iter().find(|(name, _)| serves(name)).map(|(_, range)| *range)
     }
 
