@@ -16,6 +16,7 @@ pub use reference::{Key, SHIPPED};
 use crate::plant::{DeviceParameters, HandPhase, MotorParameters};
 use change::Change;
 use serde::{Deserialize, Serialize};
+use std::net::SocketAddr;
 use std::path::Path;
 use toml::Table;
 
@@ -46,7 +47,6 @@ pub struct Scenario {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkSection {
-    pub kind: LinkKind,
     pub forward_delay_ticks: u32,
     pub backward_delay_ticks: u32,
     pub jitter_ticks: u32,
@@ -54,16 +54,8 @@ pub struct LinkSection {
     pub duplication: f64,
     pub reordering: f64,
     pub stale: Stale,
-}
-
-/// How the two sides talk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum LinkKind {
-    /// Both sides in one program, in one deterministic virtual time.
-    InProcess,
-    /// Two processes, real sockets, real time.
-    Udp,
+    pub master_address: SocketAddr,
+    pub slave_address: SocketAddr,
 }
 
 /// What a receiver does in a tick that brings nothing new.

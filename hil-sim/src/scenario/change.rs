@@ -76,9 +76,11 @@ impl Change {
             }
             None => insert(&mut changed, &complete, &path, value.clone()),
         }
-        // What is left to refuse is a word that is not in an enum's list, or a negative whole number.
+        // What is left to refuse is a word that is not in an enum's list.
         if let Err(error) = Scenario::deserialize(changed.clone()) {
-            let allowed = format!("a value that is allowed: {}", error.message());
+            let message = error.message();
+            let allowed =
+                message.split_once("expected ").map_or(message, |(_, expected)| expected).to_owned();
             return Err(ScenarioError::WrongValue { key, value: value.to_string(), allowed, origin });
         }
         *settings = changed;
@@ -117,7 +119,7 @@ fn refusal(example: &Value, value: &Value, range: Option<Range>) -> Option<Strin
         (Value::String(_), Value::String(_)) | (Value::Boolean(_), Value::Boolean(_)) => None,
         (Value::Table(_), Value::Table(_)) => None,
         (Value::Float(_), _) => Some(number()),
-        (Value::Integer(_), _) => Some(format!("a whole number: {}", number())),
+        (Value::Integer(_), _) => Some(number().replacen("number", "whole number", 1)),
         (Value::Array(_), _) => Some(format!("a list, each entry {}", number())),
         (Value::String(_), _) => Some("a text in quotes".to_owned()),
         (Value::Boolean(_), _) => Some("true or false".to_owned()),

@@ -90,11 +90,8 @@ pub(super) fn find<'a>(table: &'a Table, path: &[String]) -> Option<&'a Value> {
 /// The valid key most like `wrong`: a mistyped one, or the last part of one.
 pub(super) fn nearest(wrong: &str) -> String {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
-    let likeness = |key: &Key| {
-        let whole = strsim::jaro_winkler(wrong, &key.path);
-        let end = strsim::jaro_winkler(&last(wrong), &last(&key.path));
-        whole.max(0.95 * end)
-    };
+    let like = |a: &str, b: &str| strsim::jaro_winkler(a, b) + strsim::normalized_damerau_levenshtein(a, b);
+    let likeness = |key: &Key| like(wrong, &key.path).max(0.9 * like(&last(wrong), &last(&key.path)));
     let best = keys().into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
     best.map(|key| key.path).unwrap_or_default()
 }
