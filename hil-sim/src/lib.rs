@@ -1,6 +1,7 @@
 //! Hardware in the loop on a host.
 #![forbid(unsafe_code)]
 
+pub mod cli;
 pub mod energy;
 pub mod experiment;
 pub mod felt;
