@@ -168,7 +168,7 @@ impl Module for WaveTransformer {
                     let [wave, x, stiffness, memory] = inputs;
                     let free = axis.desired.value() + mobility_per_tick * (a * wave);
                     let force = (stiffness * (free - x) - memory) / (1.0 + stiffness * mobility_per_tick);
-                    [axis.desired.add(mobility_per_tick * (a * wave - force))]
+                    [free - mobility_per_tick * force]
                 });
             }
             Form::Printed => {}
@@ -184,10 +184,19 @@ impl Module for WaveTransformer {
             axis.settled_force += SETTLING * (force - axis.settled_force);
             [wave - two_over_a * force, line_sign * force, mobility * (a * wave - force)]
         });
-        if self.form == Form::Printed {
-            data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, [wave, force]| {
-                [axis.desired.add(mobility_per_tick * (a * wave - force))]
-            });
+        match self.form {
+            Form::Split => {}
+            // The force that was solved for and the one commanded differ by rounding: only the one
+            // that is in the outgoing wave may go into the sum, or the two drift apart.
+            Form::Implicit => data.map_axes(&mut self.axes, inputs, [], |axis, [wave, force]| {
+                axis.desired.add(mobility_per_tick * (a * wave - force));
+                []
+            }),
+            Form::Printed => {
+                data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, [wave, force]| {
+                    [axis.desired.add(mobility_per_tick * (a * wave - force))]
+                });
+            }
         }
     }
 

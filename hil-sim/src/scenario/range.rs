@@ -20,7 +20,7 @@ pub(super) enum Range {
 use Range::{Between, Finite, NotNegative, Positive, PositiveOrInfinite};
 
 /// Most axes of a device.
-pub(super) const MAX_DOF: f64 = 8.0;
+pub(super) const MAX_DOF: f64 = dimsart_core::limits::MAX_DOF as f64;
 /// Longest delay of a link or a module: 100 s at 1 kHz.
 const MAX_TICKS: f64 = 100_000.0;
 
