@@ -15,13 +15,16 @@
 //!
 //! | Form | Desired position | Passive for |
 //! |---|---|---|
-//! | `SPLIT` | `p += h/b (a in - F[k-1])`, `x_d = p - h/b F~` before the controller | `h K/b + 2 D/b <= 1` |
+//! | `SPLIT` | `p += h/b (a in - F[k-1])`, `x_d = p - h/b F~` before the controller | `h K/b + 2 D/b <= 15/16` |
 //! | `IMPLICIT` | solved with the law the controller publishes (`LAW_OUTPUT ON`) | every `K`, `D >= 0` |
 //! | `PRINTED` | `x_d += h/b (a in - F)` after the controller, which uses it one tick later | never |
 //!
 //! In `SPLIT` the decoder is one force behind the encoder, so `p` alone settles `h/b F` beyond the
 //! position that the waves carry and the port feels like `K/(1 - h K/b)`. Taking off the settled force
-//! `F~ += (F - F~)/8` makes it feel like `K`, and adds damping.
+//! `F~ += (F - F~)/8` makes it feel like `K` and damps below 80 Hz. The bounds in the table are for a
+//! clamped device; a held force also needs damping at the device or the hand, with
+//! `k = h K/b + 2 D/b`: `b/2 k / (1 - 16/15 k)` in `SPLIT`, `(h K + 2 D)/2` in `IMPLICIT`
+//! (derived and checked in `tests/oracle/passivity.py`).
 //!
 //! `PRINTED` is the order of the paper's listing: `|G| = (2+k)/(2-k) > 1` at the Nyquist frequency, `k = h K/b`.
 //! The sum of `x_d` is compensated (Kahan), so that it does not drift over hours.
