@@ -22,8 +22,8 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// Adds this tick's wave; gives the counters of wave and energy.
-    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (u32, u32) {
+    /// Adds this tick's wave; gives both counters.
+    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 2] {
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
         self.wave_rest = counts - from_count(whole);
@@ -32,7 +32,7 @@ impl Sent {
         let whole = to_count(counts);
         self.energy_rest = counts - from_count(whole);
         self.energy = self.energy.wrapping_add(whole.cast_unsigned());
-        (self.wave, self.energy)
+        [self.wave, self.energy]
     }
 }
 
