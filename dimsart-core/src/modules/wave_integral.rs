@@ -72,7 +72,7 @@ impl Received {
         let energy = self.energy.wrapping_sub(self.given_energy);
         let largest = math::sqrt(2.0 * unsigned(energy) * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
-        let counts = owed.clamp(-limit, limit);
+        let counts = owed.max(-limit).min(limit);
         let wave = from_count(counts) * (WAVE_QUANTUM / period_s);
         // Rounded up and never more than there is: the account must not go below zero.
         let spent = to_count((0.5 * wave * wave) * (period_s / ENERGY_QUANTUM)).cast_unsigned();
