@@ -52,6 +52,11 @@ impl Received {
         self.energy = energy;
     }
 
+    /// Whether nothing is owed.
+    pub(super) fn is_settled(&self) -> bool {
+        self.wave == self.given_wave
+    }
+
     /// Forgets what happened before: nothing is owed.
     pub(super) fn settle(&mut self) {
         self.given_wave = self.wave;
