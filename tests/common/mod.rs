@@ -126,6 +126,31 @@ impl<M: ModuleList> Bench<M> {
     }
 }
 
+/// One module alone, fed by the device, and the signal of it that matters.
+pub struct Alone {
+    pub bench: Bench,
+    pub output: &'static str,
+}
+
+impl Alone {
+    pub fn new(dof: usize, inputs: Types, output: &'static str, rows: &str) -> Self {
+        let mut bench = Bench::of(dof, inputs, &[]);
+        bench.run(rows);
+        Self { bench, output }
+    }
+
+    /// A tick; gives every axis of the output.
+    pub fn axes(&mut self, measured: &[f32]) -> Vec<f32> {
+        self.bench.tick(measured);
+        self.bench.signal(self.output)
+    }
+
+    /// A tick; gives the first axis of the output.
+    pub fn step(&mut self, measured: &[f32]) -> f32 {
+        self.axes(measured)[0]
+    }
+}
+
 /// What a controller is at one moment, as far as it can be seen from outside.
 #[derive(Debug, PartialEq)]
 pub struct Snapshot {
