@@ -79,7 +79,7 @@ fn generated_signals_have_their_form_amplitude_offset_and_frequency() {
                 // Where a form jumps, the tick of the jump may be either side of it.
                 let is_at_edge = (p * 2.0 - (p * 2.0).round()).abs() < 1e-4;
                 if !is_at_edge || matches!(form, "SINE" | "TRIANGLE") {
-                    assert_close(found, 0.5 + 2.0 * ideal(form, p), 0.0042);
+                    assert_close(found, 0.5 + 2.0 * ideal(form, p), 0.004);
                 }
             }
         }

@@ -1,9 +1,11 @@
 //! What the behaviour tests share: a controller on a bench, fed and read in plain numbers.
 #![expect(dead_code, reason = "every test file uses another part of it")]
 
+use std::collections::VecDeque;
+
 use dimsart_core::{
-    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef, Step, Tick,
-    TypeRef, Usage, Value, Word, modules::Standard, scheme,
+    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef, Packet, Step,
+    Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme,
 };
 
 /// Sample period of every bench, `s`.
@@ -160,6 +162,30 @@ pub struct Snapshot {
     pub signals: Vec<(TypeRef, Vec<u32>)>,
     pub parameters: Vec<(ModuleRef, u8, Option<Value>)>,
     pub bindings: Vec<(ModuleRef, &'static str, Option<TypeRef>)>,
+}
+
+/// One direction of a link: what is sent comes out so many ticks later.
+pub struct Line {
+    delay_ticks: usize,
+    packets: VecDeque<(usize, Packet)>,
+}
+
+impl Line {
+    pub fn new(delay_ticks: usize) -> Self {
+        Self { delay_ticks, packets: VecDeque::new() }
+    }
+
+    /// Takes the packet of tick `now`.
+    pub fn send<M: ModuleList>(&mut self, now: usize, from: &mut Dimsart<M>) {
+        self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
+    }
+
+    /// Hands over what is there before tick `now`.
+    pub fn deliver<M: ModuleList>(&mut self, now: usize, to: &mut Dimsart<M>) {
+        while let Some((_, packet)) = self.packets.pop_front_if(|(due, _)| *due <= now) {
+            to.receive(0, &packet.to_bytes()).unwrap();
+        }
+    }
 }
 
 /// Numbers as a frame carries them.

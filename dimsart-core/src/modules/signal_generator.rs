@@ -87,7 +87,7 @@ impl Module for SignalGenerator {
         data.map_axes(lanes, [], [self.output], |(amplitude, offset), []| [offset + amplitude * shape]);
         self.has_stepped |= self.is_faster_than_ticks;
         if self.periods.add(self.periods_per_tick) >= 1.0 {
-            self.periods.add(-1.0);
+            self.periods.turn_back(1.0);
             self.has_stepped = true;
         }
     }
