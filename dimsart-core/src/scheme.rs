@@ -171,20 +171,43 @@ impl<'a> Row<'a> {
         }
     }
 
-    fn apply<M: ModuleList, const WORDS: usize>(
+    /// Gives the row's command to a controller.
+    ///
+    /// # Errors
+    /// [`SchemeError`] when it is not understood or refused; nothing has changed then.
+    pub fn apply<M: ModuleList, const WORDS: usize>(
         &self,
         dimsart: &mut Dimsart<M, WORDS>,
     ) -> Result<(), SchemeError<'a>> {
         let command = self.command(dimsart.engine_mut())?;
         dimsart.command(command).map_err(|error| {
-            let place = match error {
+            let problem = Problem::Refused(error);
+            match error {
                 CommandError::Parameter(ParameterError::NoSuchAxis | ParameterError::WhilePluggedIn) => {
-                    self.place(2)
+                    SchemeError { place: self.place(2), problem }
                 }
-                _ => self.last_place(),
-            };
-            SchemeError { place, problem: Problem::Refused(error) }
+                _ => self.blame(problem),
+            }
         })
+    }
+
+    /// Word `index` of the row, from 0; empty when there is none.
+    #[must_use]
+    pub fn word(&self, index: usize) -> &'a str {
+        self.place(index).word
+    }
+
+    /// Name of the module that the row plugs in, if it does.
+    #[must_use]
+    pub fn plugs_in(&self) -> Option<&'a str> {
+        let is_mod_on = self.word(1) == ENGINE && self.word(2) == "MOD_ON";
+        is_mod_on.then(|| self.word(3))
+    }
+
+    /// An error of the row's last word.
+    #[must_use]
+    pub fn blame(&self, problem: Problem) -> SchemeError<'a> {
+        SchemeError { place: self.words.last().copied().unwrap_or(self.end), problem }
     }
 
     fn engine_command<M: ModuleList, const WORDS: usize>(&self) -> Result<Command, SchemeError<'a>> {
@@ -231,10 +254,6 @@ impl<'a> Row<'a> {
 
     fn place(&self, index: usize) -> Place<'a> {
         self.words.get(index).copied().unwrap_or(self.end)
-    }
-
-    fn last_place(&self) -> Place<'a> {
-        self.words.last().copied().unwrap_or(self.end)
     }
 }
 

@@ -11,7 +11,7 @@
 //! | `INTEGRAL` | what the line owes, at once | no | none |
 //!
 //! All other signals keep their last value. The channel's first wave follows the policy with its
-//! counters, see [`wave_integral`](super::wave_integral).
+//! counters of all that was ever sent.
 
 use core::cell::Cell;
 

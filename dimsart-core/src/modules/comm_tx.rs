@@ -64,13 +64,13 @@ impl Module for CommTx {
         let mut cells = link.outgoing.fill(self.sequence, echo, self.packet_words).iter();
         for channel in self.channels.iter().take(self.types.len()) {
             let words = data.words(channel.input);
-            for (cell, word) in cells.by_ref().zip(words) {
+            for (word, cell) in words.iter().zip(cells.by_ref()) {
                 cell.set(word.get());
             }
             if channel.is_wave {
                 for (sent, word) in self.sent.iter_mut().zip(words) {
                     let counters = sent.add(f32::from_bits(word.get()), self.period_s);
-                    for (cell, counter) in cells.by_ref().zip(counters) {
+                    for (counter, cell) in counters.into_iter().zip(cells.by_ref()) {
                         cell.set(counter);
                     }
                 }

@@ -1,0 +1,166 @@
+//! A modelled link within one process: delay, jitter, loss, duplication, reordering.
+
+use std::collections::VecDeque;
+
+use dimsart_core::MAX_PACKET_BYTES;
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use serde::{Deserialize, Serialize};
+
+use super::Link;
+
+/// What the link does to packets.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InProcessParameters {
+    /// Ticks from sending to arrival. A packet of delay 0 arrives in the tick it was sent in, at a
+    /// controller that is stepped later in that tick; at an earlier one, in the next tick.
+    pub delay_ticks: u32,
+    /// A packet takes up to so many ticks more, each number as likely, without overtaking others.
+    pub jitter_ticks: u32,
+    /// Part of the packets that are lost, 0 to 1.
+    pub loss: f64,
+    /// Part of the packets that arrive twice, 0 to 1.
+    pub duplication: f64,
+    /// Part of the packets that the following ones overtake, 0 to 1: they take 1 to 4 ticks more.
+    pub reordering: f64,
+}
+
+/// Ticks a packet can be overtaken by.
+const REORDERING_TICKS: u32 = 4;
+
+/// The same seed gives the same fate to the same packets.
+#[derive(Debug)]
+pub struct InProcess {
+    parameters: InProcessParameters,
+    random: Pcg64Mcg,
+    /// By time of arrival.
+    in_flight: VecDeque<Flight>,
+    last_arrival: u64,
+}
+
+#[derive(Debug, Clone)]
+struct Flight {
+    arrival: u64,
+    length: usize,
+    bytes: [u8; MAX_PACKET_BYTES],
+}
+
+impl InProcess {
+    /// A link whose random numbers come from `seed`.
+    #[must_use]
+    pub fn new(parameters: InProcessParameters, seed: u64) -> Self {
+        let random = Pcg64Mcg::seed_from_u64(seed);
+        Self { parameters, random, in_flight: VecDeque::new(), last_arrival: 0 }
+    }
+
+    /// Whether something of this probability happens. Draws a number only when it is open.
+    fn happens(&mut self, probability: f64) -> bool {
+        probability > 0.0 && self.uniform() < probability
+    }
+
+    /// From 0 to below 1, in steps of 2^-53.
+    fn uniform(&mut self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "53 bits fit exactly")]
+        let mantissa = (self.random.next_u64() >> 11) as f64;
+        mantissa / 9_007_199_254_740_992.0
+    }
+
+    /// A whole number from 0 to `most`.
+    fn up_to(&mut self, most: u32) -> u64 {
+        if most == 0 { 0 } else { self.random.next_u64() % (u64::from(most) + 1) }
+    }
+
+    fn take_off(&mut self, now: u64, bytes: &[u8]) {
+        let jitter = self.up_to(self.parameters.jitter_ticks);
+        let on_time = (now + u64::from(self.parameters.delay_ticks) + jitter).max(self.last_arrival);
+        let arrival = if self.happens(self.parameters.reordering) {
+            on_time + 1 + self.up_to(REORDERING_TICKS - 1)
+        } else {
+            self.last_arrival = on_time;
+            on_time
+        };
+        let mut flight = Flight { arrival, length: bytes.len(), bytes: [0; MAX_PACKET_BYTES] };
+        // Longer bytes than any packet would be refused by the receiver as well.
+        let Some(space) = flight.bytes.get_mut(..bytes.len()) else { return };
+        space.copy_from_slice(bytes);
+        let place = self.in_flight.partition_point(|other| other.arrival <= arrival);
+        self.in_flight.insert(place, flight);
+    }
+}
+
+impl Link for InProcess {
+    fn send(&mut self, now: u64, bytes: &[u8]) {
+        if self.happens(self.parameters.loss) {
+            return;
+        }
+        self.take_off(now, bytes);
+        if self.happens(self.parameters.duplication) {
+            self.take_off(now, bytes);
+        }
+    }
+
+    fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8])) {
+        while let Some(flight) = self.in_flight.pop_front_if(|flight| flight.arrival <= now) {
+            deliver(flight.bytes.get(..flight.length).unwrap_or_default());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Sends packets numbered by their tick and gives (arrival, packet) pairs.
+    fn run(parameters: InProcessParameters, ticks: u64) -> Vec<(u64, u64)> {
+        let mut link = InProcess::new(parameters, 7);
+        let mut arrived = Vec::new();
+        for now in 0..ticks {
+            link.send(now, &now.to_le_bytes());
+            link.receive(now, &mut |bytes| {
+                arrived.push((now, u64::from_le_bytes(bytes.try_into().unwrap())));
+            });
+        }
+        arrived
+    }
+
+    #[test]
+    fn a_clean_link_delays_by_exactly_its_ticks() {
+        let arrived = run(InProcessParameters { delay_ticks: 5, ..Default::default() }, 100);
+        assert_eq!(arrived.len(), 95);
+        assert!(arrived.iter().all(|(arrival, packet)| arrival - packet == 5));
+    }
+
+    #[test]
+    fn jitter_stays_in_its_range_and_keeps_the_order() {
+        let arrived = run(InProcessParameters { jitter_ticks: 7, ..Default::default() }, 10_000);
+        assert!(arrived.iter().all(|(arrival, packet)| (0..=7).contains(&(arrival - packet))));
+        assert!(arrived.is_sorted_by(|a, b| a.1 < b.1));
+        assert!(arrived.iter().any(|(arrival, packet)| arrival != packet));
+    }
+
+    #[test]
+    fn loss_duplication_and_reordering_happen_as_often_as_asked() {
+        let ticks = 100_000;
+        let count = |parameters| run(parameters, ticks).len() as f64 / ticks as f64;
+        let near = |found: f64, wanted: f64| (found - wanted).abs() < 0.006;
+        assert!(near(count(InProcessParameters { loss: 0.1, ..Default::default() }), 0.9));
+        assert!(near(count(InProcessParameters { duplication: 0.2, ..Default::default() }), 1.2));
+        let arrived = run(InProcessParameters { reordering: 0.3, ..Default::default() }, ticks);
+        let late = arrived.iter().filter(|(arrival, packet)| arrival > packet).count();
+        assert!(near(late as f64 / ticks as f64, 0.3));
+        assert!(!arrived.is_sorted_by(|a, b| a.1 < b.1), "nothing was overtaken");
+    }
+
+    #[test]
+    fn the_same_seed_gives_the_same_run() {
+        let parameters = InProcessParameters {
+            delay_ticks: 2,
+            jitter_ticks: 3,
+            loss: 0.2,
+            duplication: 0.1,
+            reordering: 0.1,
+        };
+        assert_eq!(run(parameters, 1000), run(parameters, 1000));
+    }
+}

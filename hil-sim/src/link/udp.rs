@@ -1,0 +1,66 @@
+//! A link over real UDP sockets, for two processes on one or two computers.
+
+use std::net::{SocketAddr, UdpSocket};
+
+use dimsart_core::MAX_PACKET_BYTES;
+
+use super::Link;
+
+/// Why a socket could not be set up.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot use UDP address {address}: {source}; choose another with --set link.{key}=HOST:PORT")]
+pub struct UdpError {
+    /// The address.
+    pub address: SocketAddr,
+    /// The scenario key that sets it.
+    pub key: &'static str,
+    /// What the system says.
+    pub source: std::io::Error,
+}
+
+/// Both directions between this process and the one at the peer's address.
+///
+/// Packets of anybody else are dropped. Sending and receiving never wait.
+#[derive(Debug)]
+pub struct Udp {
+    socket: UdpSocket,
+    peer: SocketAddr,
+}
+
+impl Udp {
+    /// Opens the socket.
+    ///
+    /// # Errors
+    /// [`UdpError`] when the own address is taken or not of this machine.
+    pub fn open(own: SocketAddr, key: &'static str, peer: SocketAddr) -> Result<Self, UdpError> {
+        let open = || {
+            let socket = UdpSocket::bind(own)?;
+            socket.set_nonblocking(true)?;
+            Ok(socket)
+        };
+        let socket = open().map_err(|source| UdpError { address: own, key, source })?;
+        Ok(Self { socket, peer })
+    }
+}
+
+impl Link for Udp {
+    fn send(&mut self, _now: u64, bytes: &[u8]) {
+        // A peer that is not there yet, or a full buffer, is a lost packet: the receiver counts it.
+        let _ = self.socket.send_to(bytes, self.peer);
+    }
+
+    fn receive(&mut self, _now: u64, deliver: &mut dyn FnMut(&[u8])) {
+        let mut bytes = [0; MAX_PACKET_BYTES];
+        loop {
+            match self.socket.recv_from(&mut bytes) {
+                Ok((length, sender)) if sender == self.peer => {
+                    deliver(bytes.get(..length).unwrap_or_default());
+                }
+                Ok(_) => {}
+                // The peer's port was closed when an earlier packet got there; there may be more.
+                Err(error) if error.kind() == std::io::ErrorKind::ConnectionRefused => {}
+                Err(_) => return,
+            }
+        }
+    }
+}

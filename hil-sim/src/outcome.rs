@@ -1,0 +1,72 @@
+//! The figures of a run, for people and for programs.
+
+use serde::Serialize;
+
+/// What a run came to; printed whole by `--json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Whether every position, force and wave stayed in its declared range.
+    pub stable: bool,
+    /// Ticks that were run.
+    pub ticks: u64,
+    /// Virtual time that was run, `s`.
+    pub simulated_s: f64,
+    /// Time it took, reports not counted, `s`.
+    pub wall_s: f64,
+    /// Virtual time over the time it took.
+    pub realtime_factor: f64,
+    /// Smallest energy in the channel over the run, `J`: below 0, the channel was not passive.
+    pub energy_min_j: f64,
+    /// Ticks from a wave's departure at the master to its echo's arrival: measured on the link, and the
+    /// samples of the time-delay modules. None when nothing came back.
+    pub round_trip_ticks: Option<u32>,
+    /// Felt stiffness by axis, `N/m`; none for an axis that was not in settled contact.
+    pub k_felt_n_per_m: Vec<Option<f64>>,
+    /// The static chain's stiffness for the measured round trip, by axis, `N/m`.
+    pub k_predicted_n_per_m: Vec<Option<f64>>,
+    /// The same, an object per axis.
+    pub axes: Vec<AxisOutcome>,
+    /// What went wrong, in words.
+    pub faults: Vec<String>,
+}
+
+/// What a run came to on one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct AxisOutcome {
+    /// The axis, from 0.
+    pub axis: usize,
+    /// Felt stiffness in the settled contact, `N/m`; none when not in contact.
+    pub k_felt_n_per_m: Option<f64>,
+    /// The static chain's stiffness, `N/m`.
+    pub k_predicted_n_per_m: Option<f64>,
+}
+
+impl Outcome {
+    /// The figures; what follows from others is worked out.
+    #[expect(clippy::too_many_arguments, reason = "the fields, one by one")]
+    #[must_use]
+    pub fn new(
+        ticks: u64,
+        simulated_s: f64,
+        wall_s: f64,
+        stable: bool,
+        energy_min_j: f64,
+        round_trip_ticks: Option<u32>,
+        axes: Vec<AxisOutcome>,
+        faults: Vec<String>,
+    ) -> Self {
+        Self {
+            stable,
+            ticks,
+            simulated_s,
+            wall_s,
+            realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
+            energy_min_j,
+            round_trip_ticks,
+            k_felt_n_per_m: axes.iter().map(|axis| axis.k_felt_n_per_m).collect(),
+            k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),
+            axes,
+            faults,
+        }
+    }
+}

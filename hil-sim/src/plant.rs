@@ -1,0 +1,99 @@
+//! What stands between a controller's force and the world: masses, motors, hands, walls.
+//!
+//! ```text
+//!   command_n ──▶ motor (or ideal source) ──▶ mass m: m a = F_motor + F_friction + Σ F_environment ──▶ encoder ──▶ position_m
+//! ```
+//! Every force is linear between events (contact, release, friction reversal, voltage limit), so each sub-step is
+//! taken with the exact zero-order-hold matrix of the linear regime it is in, and only events are approximated.
+//! A new plant or environment is one file here and one line in its registry below.
+
+mod axis;
+mod axis_wise;
+mod device;
+mod environment;
+mod hand;
+mod hand_phase;
+mod motor;
+mod parameter;
+#[cfg(test)]
+mod physics;
+mod registry;
+mod scene;
+mod spring;
+mod transition;
+mod transitions;
+mod wall;
+
+pub use axis::{Axis, AxisParameters};
+pub use axis_wise::{AxisWise, AxisWiseParameters};
+pub use device::DeviceParameters;
+pub use environment::{Environment, Law, Role};
+pub use hand::{Hand, HandParameters};
+pub use hand_phase::HandPhase;
+pub use motor::{MotorParameters, MotorTruth};
+pub use parameter::ParameterError;
+pub use spring::{Spring, SpringParameters};
+pub use wall::{RIGID_STIFFNESS_N_PER_M, Wall, WallParameters, WallSide};
+
+/// Sub-steps that every plant takes per held command, at least.
+pub const SUB_STEPS_MIN: u32 = 20;
+
+/// Anything with sensors and actuators that a rig can join to a controller.
+///
+/// Deterministic: the same calls give the same bits. Never reads a clock.
+pub trait Plant: core::fmt::Debug + Send {
+    /// Number of axes, each with one sensor and one actuator.
+    fn dof(&self) -> usize;
+
+    /// What the encoders report now, `m`, one per axis. Fills `min(position_m.len(), dof)` entries, leaves the rest.
+    fn sense(&self, position_m: &mut [f32]);
+
+    /// Holds `command_n` (`N`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
+    /// `period_s` and moves the world on, in [`SUB_STEPS_MIN`] sub-steps or more.
+    ///
+    /// A command that is NaN or infinite is applied as it is: a plant hides no fault of its controller. It shows
+    /// in the truth's `actuator_force_n`, and in the motion unless friction holds the axis.
+    fn advance(&mut self, start_s: f64, period_s: f64, command_n: &[f32]);
+
+    /// The simulator's own truth about `axis` now, none if there is no such axis.
+    fn truth(&self, axis: usize) -> Option<AxisTruth>;
+}
+
+/// The simulator's own truth about one axis; no encoder stands in between. Forces act *on the device*.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisTruth {
+    /// Position, `m`.
+    pub position_m: f64,
+    /// Velocity, `m/s`.
+    pub velocity_m_per_s: f64,
+    /// What the motor really applies, `N`; the held command if the axis has an ideal force source.
+    pub actuator_force_n: f64,
+    /// Sum over all hands, `N`, as a force sensor between hand and device reads it: the hand's inertia included.
+    pub hand_force_n: f64,
+    /// Sum over all walls, `N`; 0 when not touching.
+    pub wall_force_n: f64,
+    /// Whether a wall pushes.
+    pub is_in_contact: bool,
+    /// The motor's electrical side, none for an ideal force source.
+    pub motor: Option<MotorTruth>,
+}
+
+registry::registry! {
+    /// Parameters of any environment, told apart by `kind`, as a scenario file writes them.
+    pub enum EnvironmentParameters builds dyn Environment {
+        /// `kind = "hand"`: a human hand following a script of phases.
+        Hand(HandParameters),
+        /// `kind = "wall"`: a one-sided spring-damper.
+        Wall(WallParameters),
+        /// `kind = "spring"`: a two-sided spring-damper, always attached.
+        Spring(SpringParameters),
+    }
+}
+
+registry::registry! {
+    /// Parameters of any plant, told apart by `kind`, as a scenario file writes them.
+    pub enum PlantParameters builds dyn Plant {
+        /// `kind = "axis_wise"`: independent axes.
+        AxisWise(AxisWiseParameters),
+    }
+}

@@ -1,0 +1,65 @@
+//! A plant of independent axes.
+
+use super::axis::{Axis, AxisParameters};
+use super::parameter::{ParameterError, require};
+use super::{AxisTruth, Plant};
+use serde::{Deserialize, Serialize};
+
+/// One entry per axis.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct AxisWiseParameters {
+    /// At least one.
+    pub axes: Vec<AxisParameters>,
+}
+
+impl AxisWiseParameters {
+    /// The plant these parameters describe.
+    ///
+    /// # Errors
+    /// No axis, or the first parameter outside its range.
+    pub fn build(&self) -> Result<AxisWise, ParameterError> {
+        require("axes", 0.0, !self.axes.is_empty(), "at least one axis")?;
+        let build = |(index, axis): (usize, &AxisParameters)| {
+            axis.build().map_err(|error| error.within(&format!("axes[{index}]")))
+        };
+        Ok(AxisWise::new(self.axes.iter().enumerate().map(build).collect::<Result<_, _>>()?))
+    }
+}
+
+/// Axes that share a period and nothing else.
+#[derive(Debug)]
+pub struct AxisWise {
+    axes: Vec<Axis>,
+}
+
+impl AxisWise {
+    /// A plant of `axes`.
+    #[must_use]
+    pub fn new(axes: Vec<Axis>) -> Self {
+        Self { axes }
+    }
+}
+
+impl Plant for AxisWise {
+    fn dof(&self) -> usize {
+        self.axes.len()
+    }
+
+    fn sense(&self, position_m: &mut [f32]) {
+        for (entry, axis) in position_m.iter_mut().zip(&self.axes) {
+            *entry = axis.sense();
+        }
+    }
+
+    fn advance(&mut self, start_s: f64, period_s: f64, command_n: &[f32]) {
+        let commands = command_n.iter().copied().chain(core::iter::repeat(0.0));
+        for (axis, command_n) in self.axes.iter_mut().zip(commands) {
+            axis.advance(start_s, period_s, f64::from(command_n));
+        }
+    }
+
+    fn truth(&self, axis: usize) -> Option<AxisTruth> {
+        self.axes.get(axis).map(Axis::truth)
+    }
+}

@@ -1,0 +1,190 @@
+//! A rig: controllers, plants and links in one virtual time.
+//!
+//! ```text
+//! every tick, controller by controller:  link ──bytes──▶ Dimsart ◀──positions── plant
+//!                                        link ◀──bytes── Dimsart ──forces─────▶ plant (held for a tick)
+//! ```
+//! The controller is the very code that runs on a board; what a tick is, is said by
+//! [`Dimsart::tick`](dimsart_core::Dimsart::tick) alone.
+
+mod probe;
+
+pub use probe::Probe;
+
+use dimsart_core::modules::Standard;
+use dimsart_core::{Dimsart, Tick, Word};
+
+use crate::link::Link;
+use crate::plant::Plant;
+
+/// Words of a simulated controller's Data Base: room for delays of seconds.
+pub const DATA_BASE_WORDS: usize = 32_768;
+
+/// A simulated controller.
+pub type SimulatedDimsart = Dimsart<Standard, DATA_BASE_WORDS>;
+
+/// A controller and the plant it is joined to.
+#[derive(Debug)]
+pub struct Station {
+    /// Name, such as `master`.
+    pub name: String,
+    /// The controller.
+    pub dimsart: Box<SimulatedDimsart>,
+    /// The plant.
+    pub plant: Box<dyn Plant>,
+    /// What the last tick came to.
+    pub last_tick: Tick,
+    position_m: Vec<f32>,
+    measured: Vec<Word>,
+    commanded: Vec<Word>,
+    command_n: Vec<f32>,
+}
+
+impl Station {
+    /// Joins a controller to a plant: positions go in, forces come out, one word per axis each.
+    #[must_use]
+    pub fn new(name: &str, dimsart: Box<SimulatedDimsart>, plant: Box<dyn Plant>) -> Self {
+        let (words_in, words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
+        Self {
+            name: name.to_owned(),
+            dimsart,
+            plant,
+            last_tick: Tick::Idle,
+            position_m: vec![0.0; words_in],
+            measured: vec![Word(0); words_in],
+            commanded: vec![Word(0); words_out],
+            command_n: vec![0.0; words_out],
+        }
+    }
+
+    /// What the encoders reported in the last tick, `m`, one per axis.
+    #[must_use]
+    pub fn position_m(&self) -> &[f32] {
+        &self.position_m
+    }
+
+    fn tick(&mut self) {
+        self.plant.sense(&mut self.position_m);
+        for (word, position_m) in self.measured.iter_mut().zip(&self.position_m) {
+            *word = Word::from(*position_m);
+        }
+        self.last_tick = self.dimsart.tick(&self.measured, &mut self.commanded);
+        for (command_n, word) in self.command_n.iter_mut().zip(&self.commanded) {
+            *command_n = f32::from_bits(word.0);
+        }
+    }
+}
+
+/// Where a link begins or ends: a station and its link number there.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct End {
+    /// Index of the station.
+    pub station: usize,
+    /// Link number in the station's Data Base.
+    pub link: usize,
+}
+
+#[derive(Debug)]
+struct Connection {
+    from: End,
+    to: End,
+    link: Box<dyn Link>,
+}
+
+/// Stations and the connections between them, stepped together.
+#[derive(Debug)]
+pub struct Rig {
+    stations: Vec<Station>,
+    connections: Vec<Connection>,
+    period_s: f64,
+    tick: u64,
+}
+
+impl Rig {
+    /// An empty rig whose controllers are stepped every `period_s`.
+    #[must_use]
+    pub fn new(period_s: f64) -> Self {
+        Self { stations: Vec::new(), connections: Vec::new(), period_s, tick: 0 }
+    }
+
+    /// Adds a station; stations are stepped in the order they were added.
+    pub fn add(&mut self, station: Station) -> usize {
+        self.stations.push(station);
+        self.stations.len() - 1
+    }
+
+    /// Lets a link carry what leaves at `from` to where it enters, `to`. For a link to another process
+    /// both ends are the same.
+    pub fn connect(&mut self, from: End, to: End, link: Box<dyn Link>) {
+        self.connections.push(Connection { from, to, link });
+    }
+
+    /// The stations, in the order they were added.
+    #[must_use]
+    pub fn stations(&self) -> &[Station] {
+        &self.stations
+    }
+
+    /// The stations, to be given commands between two steps.
+    pub fn stations_mut(&mut self) -> &mut [Station] {
+        &mut self.stations
+    }
+
+    /// Time between two ticks, `s`.
+    #[must_use]
+    pub fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    /// Steps done.
+    #[must_use]
+    pub fn ticks(&self) -> u64 {
+        self.tick
+    }
+
+    /// Virtual time, `s`.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "exact for 285 000 years of ticks")]
+        let ticks = self.tick as f64;
+        ticks * self.period_s
+    }
+
+    /// One tick of every controller. The world stands still: what the controllers saw and commanded
+    /// can be looked at before [`advance`](Self::advance).
+    pub fn tick(&mut self) {
+        for (index, station) in self.stations.iter_mut().enumerate() {
+            for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
+            {
+                let end = connection.to.link;
+                connection.link.receive(self.tick, &mut |bytes| {
+                    // What is refused is counted by the controller.
+                    let _ = station.dimsart.receive(end, bytes);
+                });
+            }
+            station.tick();
+            for connection in
+                self.connections.iter_mut().filter(|connection| connection.from.station == index)
+            {
+                if let Some(packet) = station.dimsart.outgoing(connection.from.link) {
+                    connection.link.send(self.tick, &packet.to_bytes());
+                }
+            }
+        }
+    }
+
+    /// Moves the world on to the next tick, with the forces held that were commanded.
+    pub fn advance(&mut self) {
+        let start_s = self.time_s();
+        for station in &mut self.stations {
+            station.plant.advance(start_s, self.period_s, &station.command_n);
+        }
+        self.tick += 1;
+    }
+
+    /// [`tick`](Self::tick), then [`advance`](Self::advance).
+    pub fn step(&mut self) {
+        self.tick();
+        self.advance();
+    }
+}

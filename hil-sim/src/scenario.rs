@@ -1,0 +1,227 @@
+//! Scenario files: the paper's bilateral experiment, in SI units.
+//!
+//! Settings are laid over each other in this order: the shipped scenario, then a file, then each `--set`.
+//! Every one is checked as it comes, so an error names the line or the argument that is wrong.
+
+mod change;
+mod error;
+mod phases;
+mod range;
+mod reference;
+
+pub use error::{Origin, ScenarioError};
+pub use phases::Phases;
+pub use reference::{Key, SHIPPED};
+
+use crate::plant::{DeviceParameters, HandPhase, MotorParameters};
+use change::Change;
+use serde::{Deserialize, Serialize};
+use std::net::SocketAddr;
+use std::path::Path;
+use toml::Table;
+
+/// Everything that decides a run. Meanings, units and defaults: [`Scenario::keys`] or [`SHIPPED`].
+///
+/// A scenario from [`load`](Self::load) holds only numbers in their ranges.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    pub seed: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub duration_s: Option<f64>,
+    pub sample_period_s: f64,
+    pub dof: usize,
+    pub link: LinkSection,
+    pub wave: WaveSection,
+    pub master: SideSection,
+    pub slave: SideSection,
+    pub hand: HandSection,
+    pub wall: WallSection,
+    pub limits: LimitsSection,
+    pub record: RecordSection,
+}
+
+/// `[link]`: what carries the waves.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinkSection {
+    pub forward_delay_ticks: u32,
+    pub backward_delay_ticks: u32,
+    pub jitter_ticks: u32,
+    pub loss: f64,
+    pub duplication: f64,
+    pub reordering: f64,
+    pub stale: Stale,
+    pub master_address: SocketAddr,
+    pub slave_address: SocketAddr,
+}
+
+/// What a receiver does in a tick that brings nothing new.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stale {
+    /// The wave is 0: passive.
+    Zero,
+    /// The last wave again.
+    Hold,
+    /// What the wave integral says is missing, as far as the energy received allows: passive.
+    Limited,
+    /// What the wave integral says is missing, at once: no drift, not passive.
+    Integral,
+}
+
+/// `[wave]`: the wave transformers of both sides.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct WaveSection {
+    pub impedance_ns_per_m: f64,
+    pub form: WaveForm,
+}
+
+/// In which order wave transformer and controller compute.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WaveForm {
+    /// Decode, control, encode.
+    Split,
+    /// Transformer and controller solved together.
+    Implicit,
+    /// The paper's order: control first. Diverges with the paper's gains.
+    Printed,
+}
+
+/// `[master]` or `[slave]`: a controller and its device.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct SideSection {
+    pub scheme: String,
+    pub stiffness_n_per_m: f64,
+    pub damping_ns_per_m: f64,
+    pub time_delay_ticks: u32,
+    pub device: DeviceParameters,
+    /// None: the device is an ideal force source.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motor: Option<MotorParameters>,
+}
+
+/// `[hand]`: who holds the master.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct HandSection {
+    pub mass_kg: f64,
+    pub damping_ns_per_m: f64,
+    pub stiffness_n_per_m: f64,
+    pub path_amplitude_m: f64,
+    /// Per axis; missing entries are 0, those beyond `dof` are not used.
+    pub contact_force_n: Vec<f64>,
+}
+
+/// `[wall]`: what the slave meets.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct WallSection {
+    pub position_m: f64,
+    pub stiffness_n_per_m: f64,
+    pub damping_ns_per_m: f64,
+}
+
+/// `[limits]`: declared ranges, symmetric around 0.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LimitsSection {
+    pub position_m: f64,
+    pub force_n: f64,
+    pub wave: f64,
+}
+
+/// `[record]`: what a run keeps.
+#[expect(missing_docs, reason = "the shipped file has a line for every key")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordSection {
+    pub every_ticks: u32,
+    pub data_base: bool,
+}
+
+/// Puts `argument` (`link.loss=0.1`) over `settings`. The value is TOML; a bare word is a text. A section that
+/// was left out (`master.motor`) comes with its defaults as soon as one of its keys is set.
+///
+/// # Errors
+/// A key that does not exist, or a value that it does not take. `settings` are then as before.
+pub fn apply(settings: &mut Table, argument: &str) -> Result<(), ScenarioError> {
+    let mut changed = settings.clone();
+    Change::from_argument(argument)?.into_iter().try_for_each(|change| change.apply(&mut changed))?;
+    *settings = changed;
+    Ok(())
+}
+
+impl Scenario {
+    /// The shipped scenario with the file at `path` and then each of `sets` over it.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not TOML, the first key that does not exist, the first value that its key
+    /// does not take.
+    pub fn load(path: Option<&Path>, sets: &[String]) -> Result<Self, ScenarioError> {
+        let mut settings = reference::shipped();
+        for change in path.map(Change::from_file).transpose()?.unwrap_or_default() {
+            change.apply(&mut settings)?;
+        }
+        sets.iter().try_for_each(|argument| apply(&mut settings, argument))?;
+        Ok(from_checked(settings))
+    }
+
+    /// The settings in effect, as a scenario file that gives the same scenario again.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).unwrap_or_else(|error| format!("# not expressible in TOML: {error}\n"))
+    }
+
+    /// Every key there is, in the order of [`SHIPPED`].
+    #[must_use]
+    pub fn keys() -> Vec<Key> {
+        reference::keys()
+    }
+
+    /// Ticks from a wave's departure to its echo's arrival when nothing on the way is late: link and modules.
+    #[must_use]
+    pub fn round_trip_ticks(&self) -> u32 {
+        let delays = [
+            self.link.forward_delay_ticks,
+            self.link.backward_delay_ticks,
+            self.master.time_delay_ticks,
+            self.slave.time_delay_ticks,
+        ];
+        delays.into_iter().fold(0, u32::saturating_add)
+    }
+
+    /// Constant push of the hand on `axis` in contact, `N`; 0 for an axis that has none.
+    #[must_use]
+    pub fn contact_force_n(&self, axis: usize) -> f64 {
+        self.hand.contact_force_n.get(axis).copied().unwrap_or(0.0)
+    }
+}
+
+impl Default for Scenario {
+    /// [`SHIPPED`].
+    fn default() -> Self {
+        from_checked(reference::shipped())
+    }
+}
+
+#[expect(
+    clippy::expect_used,
+    reason = "each change was deserialised as it came; a test reads the shipped file"
+)]
+fn from_checked(settings: Table) -> Scenario {
+    Scenario::deserialize(settings).expect("settings are checked one by one as they are applied")
+}
+
+#[cfg(test)]
+mod tests;

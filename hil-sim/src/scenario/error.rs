@@ -1,0 +1,78 @@
+//! What can be wrong with a scenario, and where it was written.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Where a setting was written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Origin {
+    /// In a scenario file; line and column count from 1.
+    File {
+        /// The file as it was named.
+        path: PathBuf,
+        /// Line of the key.
+        line: usize,
+        /// Column of the key, in characters.
+        column: usize,
+    },
+    /// In this argument of `--set`.
+    Set(String),
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File { path, line, column } => write!(f, "{}:{line}:{column}", path.display()),
+            Self::Set(argument) => write!(f, "--set {argument}"),
+        }
+    }
+}
+
+/// A scenario that cannot be run. Nothing was started.
+#[derive(Debug, thiserror::Error)]
+pub enum ScenarioError {
+    /// The file cannot be read.
+    #[error("{}: cannot read the scenario ({source}); give the path of a TOML file", path.display())]
+    Unreadable {
+        /// The file as it was named.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not TOML.
+    #[error("{}: not a TOML file: {message}", path.display())]
+    NotToml {
+        /// The file as it was named.
+        path: PathBuf,
+        /// What the parser says, with line and column.
+        message: String,
+    },
+    /// An argument of `--set` without a key or a value.
+    #[error("--set {argument}: write it as key=value, for instance --set link.loss=0.1")]
+    NotASetting {
+        /// The argument.
+        argument: String,
+    },
+    /// No such key.
+    #[error("{origin}: there is no key `{key}`; did you mean `{nearest}`?")]
+    UnknownKey {
+        /// The key as written.
+        key: String,
+        /// The valid key most like it.
+        nearest: String,
+        /// Where it was written.
+        origin: Origin,
+    },
+    /// A value that its key does not take.
+    #[error("{origin}: `{key}` cannot be {value}; give it {allowed}")]
+    WrongValue {
+        /// The key.
+        key: String,
+        /// The refused value.
+        value: String,
+        /// What the key takes.
+        allowed: String,
+        /// Where it was written.
+        origin: Origin,
+    },
+}

@@ -1,0 +1,265 @@
+#![expect(clippy::float_cmp, reason = "settings are copied, not computed")]
+
+use super::{Scenario, ScenarioError, Stale, WaveForm, apply, reference};
+use proptest::prelude::{ProptestConfig, any, prop_assert, prop_assert_eq, proptest};
+use std::path::PathBuf;
+use toml::Value;
+
+fn with(sets: &[&str]) -> Result<Scenario, ScenarioError> {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    Scenario::load(None, &sets)
+}
+
+fn refused(argument: &str) -> String {
+    with(&[argument]).expect_err(argument).to_string()
+}
+
+/// A scenario file that is gone when the test ends.
+struct File(PathBuf);
+
+impl File {
+    fn new(name: &str, text: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("dimsart-{}-{name}.toml", std::process::id()));
+        std::fs::write(&path, text).unwrap();
+        Self(path)
+    }
+
+    fn load(&self, sets: &[&str]) -> Result<Scenario, ScenarioError> {
+        let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+        Scenario::load(Some(&self.0), &sets)
+    }
+
+    fn refused(&self) -> String {
+        self.load(&[]).unwrap_err().to_string().replace(&self.0.display().to_string(), "cell.toml")
+    }
+}
+
+impl Drop for File {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+#[test]
+fn the_shipped_scenario_is_table_1_on_a_22_tick_round_trip() {
+    let scenario = Scenario::default();
+    assert_eq!(scenario, with(&[]).unwrap());
+    assert_eq!(scenario.master.stiffness_n_per_m, 3000.0);
+    assert_eq!(scenario.slave.stiffness_n_per_m, 5000.0);
+    assert_eq!(scenario.wave.impedance_ns_per_m, 10.0);
+    assert_eq!((scenario.master.time_delay_ticks, scenario.slave.time_delay_ticks), (10, 10));
+    assert_eq!(scenario.round_trip_ticks(), 22);
+    assert_eq!((scenario.duration_s, &scenario.master.motor), (None, &None));
+}
+
+#[test]
+fn every_promised_key_can_be_set() {
+    let scenario = with(&[
+        "seed=7",
+        "duration_s=2.5",
+        "link.forward_delay_ticks=3",
+        "link.backward_delay_ticks=4",
+        "link.loss=0.1",
+        "wave.impedance_ns_per_m=12",
+        "wave.form=implicit",
+        "master.stiffness_n_per_m=1000",
+        "slave.stiffness_n_per_m=2000.0",
+        "wall.stiffness_n_per_m=inf",
+    ])
+    .unwrap();
+    assert_eq!((scenario.seed, scenario.duration_s), (7, Some(2.5)));
+    assert_eq!((scenario.link.forward_delay_ticks, scenario.link.backward_delay_ticks), (3, 4));
+    assert_eq!((scenario.link.loss, scenario.wave.impedance_ns_per_m), (0.1, 12.0));
+    assert_eq!(scenario.wave.form, WaveForm::Implicit);
+    assert_eq!((scenario.master.stiffness_n_per_m, scenario.slave.stiffness_n_per_m), (1000.0, 2000.0));
+    assert_eq!(scenario.wall.stiffness_n_per_m, f64::INFINITY);
+}
+
+#[test]
+fn every_key_takes_its_own_default_and_says_what_it_means() {
+    let complete = reference::complete();
+    let keys = Scenario::keys();
+    for key in &keys {
+        assert!(!key.meaning.is_empty(), "{} has no comment", key.path);
+        let path: Vec<String> = key.path.split('.').map(str::to_owned).collect();
+        let example = reference::find(&complete, &path).unwrap();
+        with(&[&format!("{}={example}", key.path)]).unwrap();
+    }
+    let left_out: Vec<&str> =
+        keys.iter().filter(|key| key.default.is_none()).map(|key| key.path.as_str()).collect();
+    assert!(
+        left_out.contains(&"duration_s") && left_out.contains(&"slave.motor.voltage_limit_v"),
+        "{left_out:?}"
+    );
+    assert!(keys.iter().any(|key| key.path == "link.loss" && key.default.as_deref() == Some("0.0")));
+}
+
+#[test]
+fn the_shipped_file_shows_every_key_of_the_struct() {
+    let complete: Scenario = toml::from_str(&reference::complete_text()).unwrap();
+    let text = complete.to_toml();
+    let document = toml::de::DeTable::parse(&text).unwrap();
+    let mut paths: Vec<String> =
+        reference::leaves(document.get_ref()).into_iter().map(|leaf| leaf.path.join(".")).collect();
+    let mut keys: Vec<String> = Scenario::keys().into_iter().map(|key| key.path).collect();
+    paths.sort();
+    keys.sort();
+    assert_eq!(paths, keys);
+}
+
+#[test]
+fn every_number_has_a_range_without_nan() {
+    for key in Scenario::keys() {
+        let path: Vec<String> = key.path.split('.').map(str::to_owned).collect();
+        let complete = reference::complete();
+        if matches!(reference::find(&complete, &path), Some(Value::Float(_) | Value::Integer(_))) {
+            assert!(refused(&format!("{}=nan", key.path)).contains("cannot be nan"), "{}", key.path);
+        }
+    }
+    assert!(
+        refused("hand.contact_force_n=[1.0, nan]").contains("`hand.contact_force_n` cannot be [1.0, nan]")
+    );
+}
+
+#[test]
+fn words_lists_paths_and_left_out_sections_can_be_set() {
+    let scenario = with(&[
+        "link.slave_address=127.0.0.1:5000",
+        "link.stale = integral",
+        "hand.contact_force_n=[1, 0.5]",
+        "master.scheme=schemes/mine.scheme",
+        "slave.scheme='2004'",
+        "slave.motor.voltage_limit_v=12",
+        "record={every_ticks=10, data_base=false}",
+    ])
+    .unwrap();
+    assert_eq!(scenario.link.stale, Stale::Integral);
+    assert_eq!(scenario.link.slave_address.port(), 5000);
+    assert_eq!([0, 1, 2].map(|axis| scenario.contact_force_n(axis)), [1.0, 0.5, 0.0]);
+    assert_eq!(
+        (scenario.master.scheme.as_str(), scenario.slave.scheme.as_str()),
+        ("schemes/mine.scheme", "2004")
+    );
+    let motor = scenario.slave.motor.unwrap();
+    assert_eq!((motor.voltage_limit_v, motor.resistance_ohm), (12.0, 2.32));
+    assert_eq!(scenario.master.motor, None);
+    assert_eq!((scenario.record.every_ticks, scenario.record.data_base), (10, false));
+    assert!(with(&["master.motor={}"]).unwrap().master.motor.is_some());
+}
+
+#[test]
+fn an_unknown_key_names_the_nearest_one() {
+    for (wrong, right) in [
+        ("link.los", "link.loss"),
+        ("loss", "link.loss"),
+        ("duration", "duration_s"),
+        ("wave.impedance", "wave.impedance_ns_per_m"),
+        ("mastr.stiffness_n_per_m", "master.stiffness_n_per_m"),
+        ("link.forward_delay", "link.forward_delay_ticks"),
+        ("link.loss.share", "link.loss"),
+    ] {
+        let message = refused(&format!("{wrong}=1"));
+        assert_eq!(message, format!("--set {wrong}=1: there is no key `{wrong}`; did you mean `{right}`?"));
+    }
+}
+
+#[test]
+fn a_wrong_value_names_key_value_and_what_is_allowed() {
+    for (argument, problem) in [
+        ("link.loss=2", "`link.loss` cannot be 2; give it a number from 0 to 1"),
+        ("link.loss=lots", "`link.loss` cannot be \"lots\"; give it a number from 0 to 1"),
+        ("master.device.mass_kg=-1", "`master.device.mass_kg` cannot be -1; give it a finite number > 0"),
+        ("slave.device.mass_kg=0", "`slave.device.mass_kg` cannot be 0; give it a finite number > 0"),
+        ("hand.mass_kg=nan", "`hand.mass_kg` cannot be nan; give it a finite number >= 0"),
+        ("hand.mass_kg=inf", "`hand.mass_kg` cannot be inf; give it a finite number >= 0"),
+        ("wall.stiffness_n_per_m=0", "`wall.stiffness_n_per_m` cannot be 0; give it a number > 0, or inf"),
+        ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
+        ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
+        ("dof=1.5", "`dof` cannot be 1.5; give it a whole number from 1 to 8"),
+        ("record.data_base=1", "`record.data_base` cannot be 1; give it true or false"),
+        ("wave.form=splt", "`wave.form` cannot be \"splt\"; give it one of `split`, `implicit`, `printed`"),
+        (
+            "link=3",
+            "`link` cannot be 3; give it no value: it is a section with the keys backward_delay_ticks, ",
+        ),
+        ("link.jitter_ticks=-1", "`link.jitter_ticks` cannot be -1; give it a number from 0 to 100000"),
+        (
+            "hand.contact_force_n=1",
+            "`hand.contact_force_n` cannot be 1; give it a list, each entry a finite number",
+        ),
+    ] {
+        let message = refused(argument);
+        assert!(message.starts_with(&format!("--set {argument}: {problem}")), "{message}");
+    }
+}
+
+#[test]
+fn an_argument_that_sets_nothing_is_refused() {
+    for argument in ["link.loss", "=1", "link.loss=", "link..loss=1", "hand.contact_force_n=[1,"] {
+        assert!(refused(argument).contains("write it as key=value"), "{argument}");
+    }
+}
+
+#[test]
+fn a_refused_argument_leaves_the_settings_alone() {
+    let mut settings = reference::shipped();
+    apply(&mut settings, "link={loss=0.5, jitter_ticks=-1}").unwrap_err();
+    assert_eq!(settings, reference::shipped());
+}
+
+#[test]
+fn a_file_changes_what_it_names_and_an_argument_goes_over_it() {
+    let file =
+        File::new("over", "duration_s = 3.0\n[link]\nloss = 0.2\nforward_delay_ticks = 5\n[slave.motor]\n");
+    let scenario = file.load(&["link.loss=0.3"]).unwrap();
+    let mut expected = with(&["duration_s=3", "link.loss=0.3", "link.forward_delay_ticks=5"]).unwrap();
+    expected.slave.motor = with(&["slave.motor={}"]).unwrap().slave.motor;
+    assert!(expected.slave.motor.is_some());
+    assert_eq!(scenario, expected);
+}
+
+#[test]
+fn an_error_in_a_file_names_line_and_column() {
+    let misspelt = File::new("misspelt", "seed = 2\n[link]\n  los = 0.2\n");
+    assert_eq!(misspelt.refused(), "cell.toml:3:3: there is no key `link.los`; did you mean `link.loss`?");
+    let wrong = File::new("wrong", "# comment\nslave.device = { mass_kg = -2.0 }\n");
+    let message = "cell.toml:2:18: `slave.device.mass_kg` cannot be -2.0; give it a finite number > 0";
+    assert_eq!(wrong.refused(), message);
+    let broken = File::new("broken", "seed = 2\nlink = [\n");
+    assert!(broken.refused().starts_with("cell.toml: not a TOML file: TOML parse error at line "));
+    let missing = Scenario::load(Some(&PathBuf::from("no/such/file.toml")), &[]).unwrap_err().to_string();
+    assert!(missing.starts_with("no/such/file.toml: cannot read the scenario"), "{missing}");
+}
+
+#[test]
+fn the_effective_settings_are_a_scenario_file() {
+    for sets in
+        [vec![], vec!["wall.stiffness_n_per_m=inf", "master.motor={}", "duration_s=4", "link.stale=limited"]]
+    {
+        let scenario = with(&sets).unwrap();
+        let file = File::new(&format!("again{}", sets.len()), &scenario.to_toml());
+        assert_eq!(file.load(&[]).unwrap(), scenario);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
+
+    /// Whatever is accepted is physical and survives its own text; whatever is not is refused by name.
+    #[test]
+    fn what_is_accepted_is_physical(index in 0_usize..200, value in any::<f64>()) {
+        let keys = Scenario::keys();
+        let key = &keys[index % keys.len()].path;
+        match with(&[&format!("{key}={value:?}")]) {
+            Ok(scenario) => {
+                let (master, slave) = (&scenario.master.device, &scenario.slave.device);
+                prop_assert!(master.mass_kg > 0.0 && slave.mass_kg > 0.0 && scenario.hand.mass_kg >= 0.0);
+                prop_assert!(scenario.wave.impedance_ns_per_m > 0.0 && scenario.wall.stiffness_n_per_m > 0.0);
+                prop_assert!((0.0..=1.0).contains(&scenario.link.loss));
+                prop_assert!(scenario.duration_s.is_none_or(|s| s > 0.0 && s.is_finite()));
+                prop_assert_eq!(toml::from_str::<Scenario>(&scenario.to_toml()).unwrap(), scenario);
+            }
+            Err(error) => prop_assert!(error.to_string().contains(&format!("`{key}` cannot be")), "{error}"),
+        }
+    }
+}
