@@ -55,7 +55,7 @@ fn full_house() -> String {
     delays + "MOD_ENG MOD_ON TIMEDELAY_MOD.3"
 }
 
-/// Modules that take every slot but one, with signals and memories.
+/// Modules that take every slot but two, with signals and memories.
 fn no_slots() -> String {
     // A recorder takes a memory and, with its ports bound, two signals.
     let bind = "RECORDER_MOD.N PORT_SIGNAL_IN SIGNAL.N\nRECORDER_MOD.N PORT_ROWS RECORDED_ROWS.N\n";
@@ -67,7 +67,7 @@ fn no_slots() -> String {
         let rows = |n: u8| rows.replace(".N", &format!(".{n}")) + &format!("MOD_ENG MOD_ON {name}.{n}\n");
         numbers.map(rows).collect()
     };
-    // 3 of the device, 8 x 7 of the wave transformers, 1 x 3 + 1 of the recorders.
+    // 3 of the device, 8 x 7 of the wave transformers, 3 of the recorder.
     several(wave, "WTRANSF_MOD", 2..=9) + &several(bind, "RECORDER_MOD", 2..=2)
 }
 

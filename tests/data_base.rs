@@ -264,7 +264,7 @@ fn a_million_random_plug_ins_and_plug_outs_do_what_a_simple_model_says() {
     }
 }
 
-/// Writes its stamp everywhere in its first tick and checks nothing afterwards.
+/// Writes its stamp everywhere in its first tick and leaves it alone afterwards.
 #[derive(Debug, Default)]
 struct Stamper {
     stamp: f32,

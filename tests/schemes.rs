@@ -8,6 +8,7 @@ use dimsart_core::{
     CommandError, Engine, ModuleList, ModuleRef, ParameterError, Value, modules::Standard, types,
 };
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 
 const SIDES: &[&str] = &["master", "slave"];
 
@@ -266,6 +267,11 @@ fn row() -> impl Strategy<Value = String> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig {
+        failure_persistence: Some(Box::new(FileFailurePersistence::WithSource("regressions"))),
+        ..ProptestConfig::default()
+    })]
+
     #[test]
     fn no_row_whatsoever_changes_anything_when_it_fails(rows in prop::collection::vec(row(), 1..12)) {
         let mut bench = Bench::of(3, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
