@@ -83,7 +83,10 @@ impl Figure {
     }
 }
 
-const SIZE: (u32, u32) = (1400, 900);
+const WIDTH: u32 = 1400;
+/// Of a figure with few panels; more of them make it higher.
+const LEAST_HEIGHT: u32 = 900;
+const LEAST_PANEL_HEIGHT: u32 = 180;
 /// Everything below in pixels as shown.
 const TITLE_HEIGHT: f64 = 62.0;
 const PANEL_TITLE_HEIGHT: f64 = 34.0;
@@ -190,7 +193,7 @@ impl<'a> FigurePicture<'a> {
     }
 
     fn draw_legend<B: DrawingBackend>(part: &Area<B>, panel: &Panel) -> Drawn<B> {
-        let left = f64::from(SIZE.0) - LEGEND_WIDTH + 16.0;
+        let left = f64::from(WIDTH) - LEGEND_WIDTH + 16.0;
         let mut middle = PANEL_TITLE_HEIGHT + 10.0;
         for (index, line) in panel.lines.iter().enumerate() {
             let stroke = color(index).stroke_width(width(thickness(index, panel.lines.len())));
@@ -226,20 +229,21 @@ impl<'a> FigurePicture<'a> {
 
 impl Picture for FigurePicture<'_> {
     fn size(&self) -> (u32, u32) {
-        SIZE
+        let panels = u32::try_from(self.panels.len()).unwrap_or(1);
+        (WIDTH, LEAST_HEIGHT.max(panels.saturating_mul(LEAST_PANEL_HEIGHT) + 130))
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let title_style = font(24.0, FontStyle::Bold, BLACK);
         label(area, &self.figure.title, (VALUE_AXIS_WIDTH, 32.0), HPos::Left, &title_style)?;
         let count = u32::try_from(self.panels.len()).unwrap_or(u32::MAX).max(1);
-        let free = f64::from(SIZE.1) - TITLE_HEIGHT - TIME_AXIS_HEIGHT - 8.0;
+        let free = f64::from(self.size().1) - TITLE_HEIGHT - TIME_AXIS_HEIGHT - 8.0;
         let panel_height = free / f64::from(count);
         let mut top = TITLE_HEIGHT;
         for (number, data) in self.panels.iter().enumerate() {
             let is_last = number + 1 == self.panels.len();
             let below = if is_last { TIME_AXIS_HEIGHT } else { 0.0 };
-            let size = (px(f64::from(SIZE.0)), px(panel_height + below));
+            let size = (px(f64::from(WIDTH)), px(panel_height + below));
             let part = area.clone().shrink((0, px(top)), size);
             self.draw_chart(&part, data, below)?;
             Self::draw_names(&part, data.panel, panel_height - PANEL_TITLE_HEIGHT, is_last)?;
@@ -262,7 +266,7 @@ impl<'a> PanelData<'a> {
                 let values = recording.column(line.column).map(|value| {
                     if value.is_finite() { value.clamp(-LARGEST_DRAWN, LARGEST_DRAWN) } else { value }
                 });
-                decimate(recording.time_s().iter().copied().zip(values), time_s, SIZE.0)
+                decimate(recording.time_s().iter().copied().zip(values), time_s, WIDTH)
             })
             .collect();
         let values = value_range(lines.iter().flatten().flatten().map(|point| point.1));
@@ -275,7 +279,7 @@ impl<'a> PanelData<'a> {
 /// Shown width of line `index` of `count`: the last one is thin, each one before it shows on both sides of the next.
 fn thickness(index: usize, count: usize) -> f64 {
     let over_it = u32::try_from(count.saturating_sub(index + 1)).unwrap_or(0);
-    (1.7 + 1.6 * f64::from(over_it)).min(8.0)
+    (1.7 + 1.2 * f64::from(over_it)).min(8.0)
 }
 
 /// First to last time, never empty.
@@ -400,7 +404,7 @@ mod tests {
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
-        assert_eq!((info.width, info.height), SIZE);
+        assert_eq!((info.width, info.height), (WIDTH, LEAST_HEIGHT));
         let blue = color(0);
         assert!(pixels.chunks_exact(3).filter(|pixel| *pixel == [blue.0, blue.1, blue.2]).count() > 500);
     }
