@@ -1,4 +1,53 @@
-//! DIMSART's core.
+//! DIMSART's core: Data Base, modules, Module Engine, frame. No allocator, no `unsafe`, no panic.
+//!
+//! An implementation of *DIMSART: A Real Time - Device Independent Modular Software Architecture for
+//! Robotic and Telerobotic Applications* (Artigas, Reintsema, Preusche, Hirzinger, ICINCO 2004).
+//!
+//! # One tick
+//!
+//! ```text
+//!   sensors, received packets
+//!         │  Frame::write   (device outputs -> Data Base)
+//!         ▼
+//!    ┌──────────┐   read    ┌────────┐
+//!    │ Data Base│──────────▶│ Module │   Engine::step: every module that is plugged in, in order
+//!    │  (slots) │◀──────────│        │
+//!    └──────────┘   write   └────────┘
+//!         │  Frame::read    (Data Base -> device inputs)
+//!         ▼
+//!   actuators, packets to send
+//! ```
+//!
+//! [`Dimsart::tick`] is the only place that knows this order; firmware and simulator both call it.
+//!
+//! # Words
+//!
+//! | The paper's | Here |
+//! |---|---|
+//! | Data Base, data type | [`DataBase`]; a [`DataType`] has id, name, [`Unit`], [`Format`] and [`Shape`] |
+//! | Device Descriptor | [`DeviceDescriptor`]: degrees of freedom, sample period, types given and taken |
+//! | Module: init, activate, compute, command, reset | [`Module`], with the same verbs |
+//! | Module Engine, `Module_Step`, `ModuleCmd` | [`Engine`], [`Engine::step`], [`Engine::command`] |
+//! | `DB_ext_write`, `DB_ext_read` | [`Frame::write`], [`Frame::read`] |
+//! | Types matching check | [`Engine::check`], its [`Report`] and [`Finding`]s |
+//! | `COMM_RX`, `COMM_TX` | [`modules::CommRx`], [`modules::CommTx`]; a link carries their [`Packet`]s |
+//! | Table 1 | a [`scheme`]: rows of `dest module command value` |
+//!
+//! # Rules
+//!
+//! 1. Memory is taken when a module is plugged in and given back when it is unplugged, from statically
+//!    sized storage ([`limits`]). Nothing is allocated or searched for in a tick.
+//! 2. A scheme that does not match does not run; a change that would break a running one is refused.
+//!    Whatever is refused, nothing has changed.
+//! 3. `step` cannot fail. Trouble in a tick is data, and the device gets a finite number or its safe input.
+//! 4. Time is an argument: nothing here reads a clock. All arithmetic is plain `f32`, so the same inputs
+//!    give the same bits on every target.
+//! 5. SI units at every surface.
+//!
+//! # Where to start
+//!
+//! To write a control law: [`Module`], with a whole one as its example. To run one: [`Dimsart`]. To
+//! build a scheme out of the library: [`scheme`] and [`modules`].
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,52 +1,4 @@
 //! The module template: what a control engineer writes.
-//!
-//! A control law needs its parameters, its ports and `compute`; the rest has defaults. This is all
-//! of a proportional controller with velocity damping:
-//!
-//! ```
-//! use dimsart_core::{types, Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit};
-//!
-//! /// `F = K (x_d - x) - B v`
-//! #[derive(Debug, Default)]
-//! pub struct DampedSpring {
-//!     stiffness: PerAxis,
-//!     damping: PerAxis,
-//!     position: Input,
-//!     velocity: Input,
-//!     desired_position: Input,
-//!     force: Output,
-//! }
-//!
-//! impl Module for DampedSpring {
-//!     const NAME: &'static str = "DAMPED_SPRING_MOD";
-//!     const SUMMARY: &'static str = "Spring to the desired position with damping to ground.";
-//!
-//!     fn parameters(&mut self, visit: &mut Parameters<'_>) {
-//!         visit.per_axis(&mut self.stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
-//!         visit.per_axis(&mut self.damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping.");
-//!     }
-//!
-//!     fn activate(&mut self, ports: &mut Ports<'_>) {
-//!         ports.input(&mut self.position, "POSITION", types::POSITION);
-//!         ports.input(&mut self.velocity, "VELOCITY", types::VELOCITY);
-//!         ports.input(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
-//!         ports.output(&mut self.force, "DES_FORCE", types::DES_FORCE);
-//!     }
-//!
-//!     fn compute(&mut self, data: &Data<'_>) {
-//!         let inputs = [self.position, self.velocity, self.desired_position];
-//!         let gains = self.stiffness.iter().zip(&self.damping);
-//!         data.map_axes(gains, inputs, [self.force], |(k, b), [x, v, x_d]| [k * (x_d - x) - b * v]);
-//!     }
-//! }
-//!
-//! dimsart_core::module_list! {
-//!     /// The modules of this firmware.
-//!     pub enum MyModules { DampedSpring(DampedSpring) }
-//! }
-//! ```
-//!
-//! The last line registers it. In this crate the list is [`Standard`](crate::modules::Standard).
 
 use crate::data::Data;
 use crate::device::DeviceDescriptor;
@@ -54,6 +6,54 @@ use crate::parameter::{ParameterError, Parameters, Value};
 use crate::port::Ports;
 
 /// A control element with a life of `init`, `activate`, `compute`, `command` and `reset`.
+///
+/// A control law needs its parameters, its ports and `compute`; the rest has defaults. This is all
+/// of a proportional controller with velocity damping:
+///
+/// ```
+/// use dimsart_core::{types, Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit};
+///
+/// /// `F = K (x_d - x) - B v`
+/// #[derive(Debug, Default)]
+/// pub struct DampedSpring {
+///     stiffness: PerAxis,
+///     damping: PerAxis,
+///     position: Input,
+///     velocity: Input,
+///     desired_position: Input,
+///     force: Output,
+/// }
+///
+/// impl Module for DampedSpring {
+///     const NAME: &'static str = "DAMPED_SPRING_MOD";
+///     const SUMMARY: &'static str = "Spring to the desired position with damping to ground.";
+///
+///     fn parameters(&mut self, visit: &mut Parameters<'_>) {
+///         visit.per_axis(&mut self.stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
+///         visit.per_axis(&mut self.damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping.");
+///     }
+///
+///     fn activate(&mut self, ports: &mut Ports<'_>) {
+///         ports.input(&mut self.position, "POSITION", types::POSITION);
+///         ports.input(&mut self.velocity, "VELOCITY", types::VELOCITY);
+///         ports.input(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
+///         ports.output(&mut self.force, "DES_FORCE", types::DES_FORCE);
+///     }
+///
+///     fn compute(&mut self, data: &Data<'_>) {
+///         let inputs = [self.position, self.velocity, self.desired_position];
+///         let gains = self.stiffness.iter().zip(&self.damping);
+///         data.map_axes(gains, inputs, [self.force], |(k, b), [x, v, x_d]| [k * (x_d - x) - b * v]);
+///     }
+/// }
+///
+/// dimsart_core::module_list! {
+///     /// The modules of this firmware.
+///     pub enum MyModules { DampedSpring(DampedSpring) }
+/// }
+/// ```
+///
+/// The last line registers it. In this crate the list is [`Standard`](crate::modules::Standard).
 ///
 /// `Default` makes it, `init` gives its parameters their defaults, `activate` connects it,
 /// `compute` runs in every tick until it is unplugged.
@@ -164,6 +164,8 @@ macro_rules! module_list {
     ($(#[$meta:meta])* $visibility:vis enum $list:ident { $($kind:ident($module:ty)),+ $(,)? }) => {
         $(#[$meta])*
         #[derive(Debug)]
+        // A plain tag: read and jumped through faster than one packed into a module's spare bits.
+        #[repr(u8)]
         #[allow(missing_docs, clippy::large_enum_variant)]
         $visibility enum $list { $($kind($module)),+ }
 
@@ -189,7 +191,12 @@ macro_rules! module_list {
                 match self { $(Self::$kind(module) => $crate::Module::prepare(module, device)),+ }
             }
             fn compute(&mut self, data: &$crate::Data<'_>) {
-                match self { $(Self::$kind(module) => $crate::Module::compute(module, data)),+ }
+                // Not inlined: calling any module would otherwise cost what entering the largest one costs.
+                #[inline(never)]
+                fn call<T: $crate::Module>(module: &mut T, data: &$crate::Data<'_>) {
+                    module.compute(data);
+                }
+                match self { $(Self::$kind(module) => call(module, data)),+ }
             }
             fn compute_late(&mut self, data: &$crate::Data<'_>) {
                 match self { $(Self::$kind(module) => $crate::Module::compute_late(module, data)),+ }

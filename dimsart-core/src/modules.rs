@@ -1,22 +1,22 @@
 //! The module library, one file per kind.
 
-mod comm_rx;
-mod comm_tx;
-mod differentiator;
-mod integrator;
-mod normalizer;
-mod p;
-mod pd;
-mod pid;
-mod recorder;
-mod signal_generator;
-mod sum;
-mod time_delay;
-mod velocity_to_position;
-mod virtual_wall;
-mod wave_impedance;
+pub mod comm_rx;
+pub mod comm_tx;
+pub mod differentiator;
+pub mod integrator;
+pub mod normalizer;
+pub mod p;
+pub mod pd;
+pub mod pid;
+pub mod recorder;
+pub mod signal_generator;
+pub mod sum;
+pub mod time_delay;
+pub mod velocity_to_position;
+pub mod virtual_wall;
+pub mod wave_impedance;
 mod wave_integral;
-mod wave_transformer;
+pub mod wave_transformer;
 
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;

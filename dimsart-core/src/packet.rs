@@ -69,12 +69,24 @@ impl Packet {
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8, MAX_PACKET_BYTES> {
         let mut bytes = Vec::new();
-        let length = u8::try_from(self.words.len()).unwrap_or(u8::MAX);
-        let header = [PACKET_VERSION, length].into_iter();
-        let words = [self.sequence, self.echo].into_iter().chain(self.words.iter().copied());
-        bytes.extend(header.chain(words.flat_map(u32::to_le_bytes)));
-        bytes.extend(CRC.checksum(&bytes).to_le_bytes());
+        let length = PACKET_OVERHEAD + 4 * self.words.len();
+        // Cannot fail: the longest packet is what the vector is made for.
+        let _ = bytes.resize_default(length);
+        if let Some((content, crc)) = bytes.split_last_chunk_mut::<4>() {
+            self.write_content(content);
+            *crc = CRC.checksum(content).to_le_bytes();
+        }
         bytes
+    }
+
+    fn write_content(&self, content: &mut [u8]) {
+        let Some((header, body)) = content.split_first_chunk_mut::<2>() else { return };
+        *header = [PACKET_VERSION, u8::try_from(self.words.len()).unwrap_or(u8::MAX)];
+        let words = [self.sequence, self.echo].into_iter().chain(self.words.iter().copied());
+        let (chunks, _) = body.as_chunks_mut::<4>();
+        for (chunk, word) in chunks.iter_mut().zip(words) {
+            *chunk = word.to_le_bytes();
+        }
     }
 
     /// Reads a packet back.

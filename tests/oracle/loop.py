@@ -10,18 +10,21 @@ One axis: a hand pushes the master device, a delayed wave line joins it to the s
 
 Both sides carry the same equations; `force` is what the PD commands to its own device (SI units):
 
-    decoder  xd[k]  = xd[k-1] + (h/b) (a in[k] - F_dec)          a = sqrt(2 b)
+    decoder  p[k]   = p[k-1] + (h/b) (a in[k] - F_dec)           a = sqrt(2 b)
+             xd[k]  = p[k] - (h/b) S[k-1]
+    settled  S[k]   = S[k-1] + s (F[k] - S[k-1])
     PD       F[k]   = K e[k] + D (e[k] - e[k-1]) / h             e[k] = xd_pd - x[k]
     encoder  out[k] = in[k] - (2/a) F_enc
     device   M x'' + B x' (+ Ke x) = F + hand_force              forces held for one tick
 
-The orders of a tick differ only in who sees a signal one tick late:
+The orders of a tick differ only in who sees a signal one tick late, and in the settled force S:
 
-    order               F_dec     xd_pd     F_enc
-    split               F[k-1]    xd[k]     F[k]       decode, PD, encode
-    implicit            F[k]      xd[k]     F[k]       an algebraic loop, solved exactly
-    printed             F[k]      xd[k-1]   F[k]       the paper: PD, then wave transformer
-    transformer_first   F[k-1]    xd[k]     F[k-1]     wave transformer, then PD
+    order               F_dec     xd_pd     F_enc      s
+    split               F[k-1]    xd[k]     F[k]       1/8   decode, PD, encode
+    plain_split         F[k-1]    xd[k]     F[k]       S=0   split without S: feels like K/(1 - h K/b)
+    implicit            F[k]      xd[k]     F[k]       S=0   an algebraic loop, solved exactly
+    printed             F[k]      xd[k-1]   F[k]       S=0   the paper: PD, then wave transformer
+    transformer_first   F[k-1]    xd[k]     F[k-1]     S=0   wave transformer, then PD
 
 Waves: Niemeyer and Slotine, IEEE J. Oceanic Engineering 16(1):152-162, 1991.
 """
@@ -37,6 +40,8 @@ from numpy.typing import NDArray
 
 TICK_S = 1e-3
 IMPEDANCE_NS_PER_M = 10.0
+SETTLING = 1 / 8  # how much of the way the settled force goes to the present one in a tick
+NEUTRAL = 1e-9  # rounding allowed around a neutral mode, whose growth per tick is 1
 
 SIGNALS = (
     "master_position_m",
@@ -57,15 +62,17 @@ PER_TICK = True
 
 @dataclass(frozen=True)
 class Order:
-    """Which signals arrive one tick late inside a side."""
+    """Which signals arrive one tick late inside a side, and whether the settled force is taken off."""
 
     decoder_force_late: bool
     pd_reference_late: bool
     encoder_force_late: bool
+    takes_off_settled_force: bool = False
 
 
 ORDERS = {
-    "split": Order(True, False, False),
+    "split": Order(True, False, False, takes_off_settled_force=True),
+    "plain_split": Order(True, False, False),
     "implicit": Order(False, False, False),
     "printed": Order(False, True, False),
     "transformer_first": Order(True, False, True),
@@ -136,9 +143,19 @@ def pd(name: str, side: Side) -> control.StateSpace:
 
 
 def decoder(name: str, b: float) -> control.StateSpace:
-    step = [TICK_S / b * sqrt(2 * b), -TICK_S / b]
+    wave_step, force_step = TICK_S / b * sqrt(2 * b), TICK_S / b
     return control.ss(
-        [[1]], [step], [[1]], [step], PER_TICK, name=name, inputs=["wave_in", "decoder_force"], outputs=["desired"]
+        [[1]], [[wave_step, -force_step, 0]], [[1]], [[wave_step, -force_step, -force_step]], PER_TICK, name=name,
+        inputs=["wave_in", "decoder_force", "settled_force"], outputs=["desired"],
+    )
+
+
+def settled_force(name: str, order: Order) -> control.StateSpace:
+    """The force of the ticks before this one, without its fast part; nothing where the order takes none off."""
+    if not order.takes_off_settled_force:
+        return gain(name, 0.0, "force", "settled_force")
+    return control.ss(
+        [[1 - SETTLING]], [[SETTLING]], [[1]], [[0]], PER_TICK, name=name, inputs=["force"], outputs=["settled_force"]
     )
 
 
@@ -159,6 +176,7 @@ def port(name: str, side: Side, order: Order, b: float) -> control.StateSpace:
         [
             pd("pd", side),
             decoder("decoder", b),
+            settled_force("settled_path", order),
             encoder("encoder", b),
             delay_line("reference_path", int(order.pd_reference_late), "desired", "reference"),
             delay_line("decoder_path", int(order.decoder_force_late), "force", "decoder_force"),
@@ -167,7 +185,9 @@ def port(name: str, side: Side, order: Order, b: float) -> control.StateSpace:
         ],
         inputs=["wave_in", "position", "force"],
         outputs=["desired", "force_out", "wave_out", "pd_force"],
-        inplist=["wave_in", "position", ["decoder_path.force", "encoder_path.force", "force_tap.force"]],
+        inplist=[
+            "wave_in", "position", ["decoder_path.force", "encoder_path.force", "settled_path.force", "force_tap.force"]
+        ],
         outlist=["desired", "force_out", "wave_out", "pd_force"],
     )
     closed = opened.lft(gain("wire", 1.0, "pd_force", "force"), nu=1, ny=1)

@@ -16,7 +16,7 @@ from math import expm1, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from loop import SIGNALS, TICK_S, Loop, Side
+from loop import SETTLING, SIGNALS, TICK_S, Loop, Side
 
 State = tuple[float, float]
 
@@ -58,6 +58,7 @@ class Port:
     def __init__(self, order: str, side: Side, b: float) -> None:
         self.tick = {
             "split": self.split,
+            "plain_split": self.split,
             "implicit": self.implicit,
             "printed": self.printed,
             "transformer_first": self.transformer_first,
@@ -65,6 +66,8 @@ class Port:
         self.k, self.d = side.stiffness_n_per_m, side.pd_damping_ns_per_m / TICK_S
         self.a, self.per_b = sqrt(2 * b), TICK_S / b
         self.desired, self.force, self.error = 0.0, 0.0, 0.0
+        self.settling = SETTLING if order == "split" else 0.0
+        self.integral, self.settled_force = 0.0, 0.0
 
     def pd(self, error: float) -> float:
         force = self.k * error + self.d * (error - self.error)
@@ -72,8 +75,10 @@ class Port:
         return force
 
     def split(self, wave: float, position: float) -> float:
-        self.desired += self.per_b * (self.a * wave - self.force)
+        self.integral += self.per_b * (self.a * wave - self.force)
+        self.desired = self.integral - self.per_b * self.settled_force
         self.force = self.pd(self.desired - position)
+        self.settled_force += self.settling * (self.force - self.settled_force)
         return wave - 2 / self.a * self.force
 
     def implicit(self, wave: float, position: float) -> float:

@@ -7,7 +7,7 @@ writes what a simulator has to reproduce:
 
     FOLDER/<case>.csv         every signal at every tick, 17 significant digits
     FOLDER/cases.json         the parameters of every case, the columns, the hand force
-    FOLDER/predictions.json   closed forms, growth rates, spectral radii
+    FOLDER/predictions.json   closed forms, growth rates, spectral radii, passivity and damping bounds
 
 To run (Python 3.11 or later):
 
@@ -65,7 +65,7 @@ def damped(side: Side, pd_damping_ns_per_m: float) -> Side:
     return replace(side, pd_damping_ns_per_m=pd_damping_ns_per_m)
 
 
-# Name: loop, ticks. Split with D needs h K/b + 2 D/b <= 1. The printed order diverges, so its run is short.
+# Name: loop, ticks. Split needs h K/b + 2 D/b <= 15/16. The printed order diverges, so its run is short.
 CASES: dict[str, tuple[Loop, int]] = {
     "split_free": (Loop("split", 11, 11, MASTER, SLAVE), TICKS),
     "split_stiff_wall": (Loop("split", 11, 11, MASTER, SLAVE, 1e4), TICKS),

@@ -15,13 +15,16 @@
 //!
 //! | Form | Desired position | Passive for |
 //! |---|---|---|
-//! | `SPLIT` | `p += h/b (a in - F[k-1])`, `x_d = p - h/b F~` before the controller | `h K/b + 2 D/b <= 1` |
+//! | `SPLIT` | `p += h/b (a in - F[k-1])`, `x_d = p - h/b F~` before the controller | `h K/b + 2 D/b <= 15/16` |
 //! | `IMPLICIT` | solved with the law the controller publishes (`LAW_OUTPUT ON`) | every `K`, `D >= 0` |
 //! | `PRINTED` | `x_d += h/b (a in - F)` after the controller, which uses it one tick later | never |
 //!
 //! In `SPLIT` the decoder is one force behind the encoder, so `p` alone settles `h/b F` beyond the
 //! position that the waves carry and the port feels like `K/(1 - h K/b)`. Taking off the settled force
-//! `F~ += (F - F~)/8` makes it feel like `K`, and adds damping.
+//! `F~ += (F - F~)/8` makes it feel like `K` and damps below 80 Hz. The bounds in the table are for a
+//! clamped device; a held force also needs damping at the device or the hand, with
+//! `k = h K/b + 2 D/b`: `b/2 k / (1 - 16/15 k)` in `SPLIT`, `(h K + 2 D)/2` in `IMPLICIT`
+//! (derived and checked in `tests/oracle/passivity.py`).
 //!
 //! `PRINTED` is the order of the paper's listing: `|G| = (2+k)/(2-k) > 1` at the Nyquist frequency, `k = h K/b`.
 //! The sum of `x_d` is compensated (Kahan), so that it does not drift over hours.
@@ -176,7 +179,7 @@ impl Module for WaveTransformer {
     }
 
     fn compute_late(&mut self, data: &Data<'_>) {
-        let Coefficients { a, two_over_a, mobility, mobility_per_tick, line_sign } = self.coefficients;
+        let Coefficients { a, two_over_a, mobility, line_sign, .. } = self.coefficients;
         let inputs = [self.waves_in, self.force];
         let outputs = [self.waves_out, self.line_force, self.line_velocity];
         data.map_axes(&mut self.axes, inputs, outputs, |axis, [wave, force]| {
@@ -184,23 +187,36 @@ impl Module for WaveTransformer {
             axis.settled_force += SETTLING * (force - axis.settled_force);
             [wave - two_over_a * force, line_sign * force, mobility * (a * wave - force)]
         });
-        match self.form {
-            Form::Split => {}
-            // The force that was solved for and the one commanded differ by rounding: only the one
-            // that is in the outgoing wave may go into the sum, or the two drift apart.
-            Form::Implicit => data.map_axes(&mut self.axes, inputs, [], |axis, [wave, force]| {
-                axis.desired.add(mobility_per_tick * (a * wave - force));
-                []
-            }),
-            Form::Printed => {
-                data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, [wave, force]| {
-                    [axis.desired.add(mobility_per_tick * (a * wave - force))]
-                });
-            }
+        if self.form != Form::Split {
+            self.follow(data);
         }
     }
 
     fn reset(&mut self) {
         self.is_fresh = true;
+    }
+}
+
+impl WaveTransformer {
+    /// Moves the desired position by the force that was really commanded.
+    ///
+    /// Not inlined, so that the usual form does not carry its weight.
+    #[inline(never)]
+    fn follow(&mut self, data: &Data<'_>) {
+        let Coefficients { a, mobility_per_tick, .. } = self.coefficients;
+        let inputs = [self.waves_in, self.force];
+        let step = |axis: &mut Axis, [wave, force]: [f32; 2]| {
+            axis.desired.add(mobility_per_tick * (a * wave - force))
+        };
+        if self.form == Form::Printed {
+            data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, port| [step(axis, port)]);
+        } else {
+            // The force that was solved for and the one commanded differ by rounding: only the one
+            // that is in the outgoing wave may go into the sum, or the two drift apart.
+            data.map_axes(&mut self.axes, inputs, [], |axis, port| {
+                step(axis, port);
+                []
+            });
+        }
     }
 }

@@ -1,0 +1,50 @@
+//! Finds what the tests need beyond Rust, and installs it where that is possible.
+
+use std::path::PathBuf;
+
+use crate::shell::{Outcome, command, run, succeeds, top};
+
+/// Installs Debian packages when this is a Debian machine and we may; else says what to do.
+pub(crate) fn install(packages: &[&str], purpose: &str) -> Outcome {
+    let list = packages.join(" ");
+    let by_hand =
+        format!("{purpose} needs {list}; install it (Debian: apt-get install {list}) and run this again");
+    if !succeeds(&mut command("apt-get", ["--version"])) || !is_root() {
+        return Err(by_hand);
+    }
+    println!("installing {list}: {purpose} needs it");
+    let mut install = command("apt-get", ["install", "-y", "--no-install-recommends"]);
+    install.args(packages).env("DEBIAN_FRONTEND", "noninteractive");
+    let installed = run(&mut command("apt-get", ["update"])).and_then(|()| run(&mut install));
+    installed.map_err(|error| format!("{error}\n{by_hand}"))
+}
+
+/// A Python with the packages that the oracle needs, in `.venv`.
+pub(crate) fn python() -> Result<PathBuf, String> {
+    let requirements = top().join("tests/oracle/requirements.txt");
+    let wanted = std::fs::read_to_string(&requirements)
+        .map_err(|error| format!("cannot read {}: {error}", requirements.display()))?;
+    let folder = top().join(".venv");
+    let python = folder.join("bin/python");
+    let stamp = folder.join("requirements.installed");
+    if std::fs::read_to_string(&stamp).is_ok_and(|installed| installed == wanted)
+        && succeeds(&mut command(&python, ["-c", "import control"]))
+    {
+        return Ok(python);
+    }
+    if !succeeds(&mut command("python3", ["-c", "import venv, ensurepip"])) {
+        install(&["python3", "python3-venv"], "the oracle (python-control)")?;
+    }
+    run(&mut command("python3", ["-m", "venv", "--clear", ".venv"]))?;
+    run(command(&python, ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r"])
+        .arg(requirements))
+    .map_err(|error| {
+        format!("{error}\nthe oracle needs its Python packages (tests/oracle/requirements.txt)")
+    })?;
+    std::fs::write(&stamp, wanted).map_err(|error| format!("cannot write {}: {error}", stamp.display()))?;
+    Ok(python)
+}
+
+fn is_root() -> bool {
+    command("id", ["-u"]).output().is_ok_and(|output| output.stdout.trim_ascii() == b"0")
+}

@@ -1,0 +1,21 @@
+//! All tests, with everything they need.
+
+use crate::setup;
+use crate::shell::{Outcome, cargo, command, run, top};
+
+/// Sets up what is missing and runs every test.
+pub(crate) fn test() -> Outcome {
+    let python = setup::python()?;
+    let oracle = top().join("target/oracle");
+    let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];
+    run(command(python, script).arg(&oracle))?;
+    run(cargo(&["test", "--workspace"]).env("DIMSART_ORACLE", &oracle))
+}
+
+/// What continuous integration runs.
+pub(crate) fn ci() -> Outcome {
+    run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
+    run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
+    test()
+}
