@@ -6,4 +6,6 @@ mod energy;
 mod felt_stiffness;
 #[path = "../common/loops.rs"]
 mod loops;
+mod lossy_link;
 mod motion;
+mod stability;
