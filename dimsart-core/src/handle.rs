@@ -1,11 +1,13 @@
 //! Typed handles: what a module holds of the Data Base.
 //!
-//! A handle is resolved when its module is plugged in and is one byte wide; using it involves no
-//! name and no search. A handle that was never resolved reads nothing and writes nothing.
+//! A handle says where the words of its signal lie. It is resolved when its module is plugged in, and
+//! anew whenever words move because another module was plugged out, so using it involves no name and
+//! no search. A handle that is not connected reads nothing and writes nothing.
 
 use core::marker::PhantomData;
 
 use crate::data_type::Shape;
+use crate::storage::Block;
 use crate::word::{Format, Scalar};
 
 /// What a handle gives access to: format and shape of a signal.
@@ -14,6 +16,8 @@ pub trait Signal {
     const FORMAT: Format;
     /// Whether words of `shape` are what this handle expects.
     fn takes(shape: Shape) -> bool;
+    /// Number of words, for a device of `dof` axes.
+    fn words(dof: usize) -> usize;
 }
 
 /// One value per degree of freedom.
@@ -33,12 +37,20 @@ impl<T: Scalar> Signal for Vector<T> {
     fn takes(shape: Shape) -> bool {
         shape == Shape::Vector
     }
+    #[inline]
+    fn words(dof: usize) -> usize {
+        dof
+    }
 }
 
 impl<T: Scalar> Signal for Single<T> {
     const FORMAT: Format = T::FORMAT;
     fn takes(shape: Shape) -> bool {
         shape == Shape::Scalar
+    }
+    #[inline]
+    fn words(_: usize) -> usize {
+        1
     }
 }
 
@@ -47,29 +59,30 @@ impl<const R: u8, const C: u8, T: Scalar> Signal for Matrix<R, C, T> {
     fn takes(shape: Shape) -> bool {
         shape == Shape::Matrix(R, C)
     }
+    #[inline]
+    fn words(_: usize) -> usize {
+        usize::from(R) * usize::from(C)
+    }
 }
-
-/// Slot index of a handle that is not resolved.
-pub(crate) const NO_SLOT: u8 = u8::MAX;
 
 macro_rules! handle {
     ($name:ident, $doc:literal) => {
         #[doc = $doc]
         #[derive(Debug)]
         pub struct $name<S = Vector> {
-            pub(crate) slot: u8,
+            pub(crate) offset: u16,
             signal: PhantomData<S>,
         }
 
         impl<S> $name<S> {
-            pub(crate) const fn new(slot: u8) -> Self {
-                Self { slot, signal: PhantomData }
+            pub(crate) const fn new(block: Block) -> Self {
+                Self { offset: block.offset, signal: PhantomData }
             }
         }
 
         impl<S> Default for $name<S> {
             fn default() -> Self {
-                Self::new(NO_SLOT)
+                Self::new(Block::FREE)
             }
         }
 
@@ -89,11 +102,11 @@ handle!(Output, "A signal that a module writes.");
 /// A module's own block of words in the Data Base, for what is too large to sit in every module.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {
-    pub(crate) slot: u8,
+    pub(crate) block: Block,
 }
 
 impl Default for Memory {
     fn default() -> Self {
-        Self { slot: NO_SLOT }
+        Self { block: Block::FREE }
     }
 }

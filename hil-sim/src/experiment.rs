@@ -209,6 +209,7 @@ impl Experiment {
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
         let end_s = self.duration_s();
         let mut recorder = Recorder::new(&self.rig, &self.scenario.record);
+        recorder.reserve(end_s / self.scenario.sample_period_s);
         let mut energy = ChannelEnergy::new(&self.rig);
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
         let mut felt = FeltStiffness::new(self.scenario.dof, self.scenario.wall.position_m);

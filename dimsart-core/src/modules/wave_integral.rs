@@ -22,8 +22,8 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// Adds this tick's wave; gives both counters.
-    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 2] {
+    /// Adds this tick's wave; gives the counters of wave and energy.
+    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (u32, u32) {
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
         self.wave_rest = counts - from_count(whole);
@@ -32,7 +32,7 @@ impl Sent {
         let whole = to_count(counts);
         self.energy_rest = counts - from_count(whole);
         self.energy = self.energy.wrapping_add(whole.cast_unsigned());
-        [self.wave, self.energy]
+        (self.wave, self.energy)
     }
 }
 
@@ -66,6 +66,7 @@ impl Received {
     }
 
     /// The wave that pays as much of it as the energy received and not given out yet allows.
+    #[inline(never)]
     pub(super) fn owed_within_energy(&mut self, period_s: f32) -> f32 {
         let owed = self.wave.wrapping_sub(self.given_wave).cast_signed();
         let energy = self.energy.wrapping_sub(self.given_energy);
