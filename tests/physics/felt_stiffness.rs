@@ -1,9 +1,12 @@
 //! What the hand feels of a wall, through line and controllers.
 
+use std::sync::atomic::AtomicBool;
+
 use dimsart_core::types;
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::plant::{WallParameters, WallSide};
 
-use crate::loops::{MASTER, SLAVE, axis, delays, push, rig, signal};
+use crate::loops::{MASTER, SLAVE, axis, delays, push, rig, scenario, signal};
 
 /// Felt stiffness by round trip and wall, `N/m`: springs in series (Niemeyer and Slotine),
 ///
@@ -11,13 +14,13 @@ use crate::loops::{MASTER, SLAVE, axis, delays, push, rig, signal};
 ///
 /// | Round trip, ticks | rigid wall | 10 kN/m | 1 kN/m |
 const GOLDEN: [(u32, [f64; 3]); 7] = [
-    (2, [1578.94737, 1363.63636, 612.244898]),
-    (11, [923.076923, 845.070423, 480.0]),
-    (20, [652.173913, 612.244898, 394.736842]),
-    (22, [612.244898, 576.923077, 379.746835]),
-    (100, [180.722892, 177.514793, 153.061224]),
-    (200, [94.9367089, 94.0438871, 86.7052023]),
-    (1000, [19.7889182, 19.7498354, 19.4049159]),
+    (2, [1578.9474, 1363.6364, 612.2449]),
+    (11, [923.0769, 845.0704, 480.0000]),
+    (20, [652.1739, 612.2449, 394.7368]),
+    (22, [612.2449, 576.9231, 379.7468]),
+    (100, [180.7229, 177.5148, 153.0612]),
+    (200, [94.9367, 94.0439, 86.7052]),
+    (1000, [19.7889, 19.7498, 19.4049]),
 ];
 const WALLS_N_PER_M: [f64; 3] = [f64::INFINITY, 1e4, 1e3];
 
@@ -70,5 +73,29 @@ fn the_hand_feels_both_controllers_the_line_and_the_wall_in_series() {
                 assert!(error.abs() < 1e-4, "{felt} N/m instead of {expected} N/m");
             }
         }
+    }
+}
+
+/// A whole run as `dimsart run` makes it: the report gives the measured round trip, and the golden number next to its
+/// own prediction, on both axes that touch the wall.
+#[test]
+fn a_run_reports_round_trip_and_felt_stiffness() {
+    for (form, delays, round_trip_ticks, expected) in [
+        ("split", String::new(), 22, GOLDEN[3].1[1]),
+        ("implicit", String::new(), 22, GOLDEN[3].1[1]),
+        ("split", delays(10, 1), 11, GOLDEN[1].1[1]),
+    ] {
+        let scenario = scenario(&format!("dof=3 wave.form={form} {delays}"));
+        let Run { outcome, .. } = Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| ());
+        assert!(outcome.stable, "{:?}", outcome.faults);
+        assert_eq!(outcome.round_trip_ticks, Some(round_trip_ticks));
+        assert!(outcome.energy_min_j >= 0.0, "{} J", outcome.energy_min_j);
+        for axis in outcome.axes.get(..2).unwrap() {
+            for found in [axis.k_felt_n_per_m, axis.k_predicted_n_per_m] {
+                let found = found.unwrap();
+                assert!((found / expected - 1.0).abs() < 1e-4, "{found} N/m instead of {expected} N/m");
+            }
+        }
+        assert_eq!(outcome.axes[2].k_felt_n_per_m, None, "the third axis stays away from the wall");
     }
 }

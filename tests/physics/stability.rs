@@ -4,12 +4,14 @@
 //! controllers; in contact, the slave hangs on a spring of 10 kN/m.
 
 use std::f64::consts::PI;
+use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
+use hil_sim::experiment::{Experiment, Run};
 use hil_sim::plant::{Environment, SpringParameters};
 use hil_sim::rig::Rig;
 
-use crate::loops::{MASTER, TICK_S, axis, delays, push, rig, signal};
+use crate::loops::{MASTER, TICK_S, axis, delays, push, rig, scenario, signal};
 
 /// The loop of this file, its slave `in_contact` or free, with a hand that pushes with a force of time.
 fn held(settings: &str, in_contact: bool, hand: Box<dyn Environment>) -> Rig {
@@ -113,5 +115,18 @@ fn without_waves_the_same_gains_fly_apart_after_a_few_ticks() {
         let growth = libm::pow(late_n / early_n, 1.0 / 8000.0);
         println!("{ticks} ticks each way, contact {in_contact}: {growth:.6} per tick");
         assert!((growth - expected).abs() < 1e-5, "{growth} instead of {expected} per tick");
+    }
+}
+
+/// The whole experiment, hand and wall included, with the waves taken out of it.
+#[test]
+fn an_experiment_that_waves_carry_leaves_its_range_without_them() {
+    let link = "link.forward_delay_ticks=11 link.backward_delay_ticks=11 \
+                master.time_delay_ticks=0 slave.time_delay_ticks=0";
+    for (scheme, is_stable) in [("bilateral", true), ("position_position", false)] {
+        let scheme = format!("master.scheme=builtin:{scheme} slave.scheme=builtin:{scheme}");
+        let experiment = Experiment::new(&scenario(&format!("{scheme} {link}"))).unwrap();
+        let Run { outcome, .. } = experiment.run(&AtomicBool::new(false), |_| ());
+        assert_eq!(outcome.stable, is_stable, "{scheme}: {:?}", outcome.faults);
     }
 }
