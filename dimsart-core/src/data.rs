@@ -164,6 +164,26 @@ impl<'a> Data<'a> {
         self.words.get(start..start + usize::from(memory.block.words)).unwrap_or_default()
     }
 
+    /// The words for one vector at word `position` of a memory; none when it has no room for them there.
+    #[inline]
+    #[must_use]
+    pub fn row(&self, memory: Memory, position: u16) -> Option<&[Cell<u32>]> {
+        let end = usize::from(position) + self.dof();
+        let start = usize::from(memory.block.offset) + usize::from(position);
+        if end > usize::from(memory.block.words) {
+            return None;
+        }
+        self.words.get(start..start + self.dof())
+    }
+
+    /// Position of the row after the one at `position`, from the end of the memory back to its start.
+    #[inline]
+    #[must_use]
+    pub fn row_after(&self, memory: Memory, position: u16) -> u16 {
+        let next = position.saturating_add(u16::from(self.dof.get()));
+        if next < memory.block.words { next } else { 0 }
+    }
+
     /// The comm edge of link `number`, if there is one.
     #[inline]
     #[must_use]

@@ -116,14 +116,18 @@ impl Master {
         let mut is_new = false;
         if let Some(packet) = received {
             let missed = packet.sequence.wrapping_sub(self.received_sequence).wrapping_sub(1);
-            let is_old = !is_newer(packet.sequence, self.received_sequence);
-            let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_sequence == 0;
-            if missed != 0 && is_old && !is_restart {
-                signals.refused = signals.refused.wrapping_add(1);
-            } else {
-                if missed != 0 && !is_restart {
+            is_new = true;
+            if missed != 0 {
+                let is_old = !is_newer(packet.sequence, self.received_sequence);
+                let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_sequence == 0;
+                if is_old && !is_restart {
+                    signals.refused = signals.refused.wrapping_add(1);
+                    is_new = false;
+                } else if !is_restart {
                     signals.lost = signals.lost.wrapping_add(missed);
                 }
+            }
+            if is_new {
                 self.received_sequence = packet.sequence;
                 self.accepted_sequence = packet.sequence;
                 if packet.echo != 0 {
@@ -132,7 +136,6 @@ impl Master {
                 for axis in 0..DOF {
                     signals.wave_in[axis] = f32::from_bits(packet.words[axis]);
                 }
-                is_new = true;
             }
         }
         if is_new {

@@ -56,6 +56,8 @@ struct State {
     /// Newest one accepted; the number before a sender's first.
     sequence: u32,
     is_restart: bool,
+    /// Whether the newest packet is the one right after the one before it.
+    is_next: bool,
     age_ticks: u32,
     lost: u32,
     refused: u32,
@@ -144,9 +146,10 @@ impl Module for CommRx {
 impl CommRx {
     /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
     fn take(&mut self, data: &Data<'_>, mut words: &[Cell<u32>]) {
-        let makes_up = matches!(self.stale, Stale::Limited | Stale::Integral);
+        let Self { stale, period_s, .. } = *self;
         // What was sent before this side listened is not owed.
-        let settles = self.state.is_restart || !makes_up;
+        let settles = self.state.is_restart || !matches!(stale, Stale::Limited | Stale::Integral);
+        let is_next = self.state.is_next;
         for channel in &self.channels {
             let Some((values, rest)) = words.split_at_checked(data.dof()) else { return };
             words = rest;
@@ -156,18 +159,17 @@ impl CommRx {
                 let (counters, _) = counters.as_chunks::<2>();
                 let lanes = values.iter().zip(&mut self.state.received).zip(counters);
                 data.map_axes(lanes, [], [channel.output], |((value, received), [wave, energy]), []| {
+                    let passes = settles || is_next && received.is_settled();
                     received.update([wave.get(), energy.get()]);
-                    if settles {
+                    if passes {
                         received.settle();
+                        return [f32::from_bits(value.get())];
                     }
-                    [f32::from_bits(value.get())]
+                    [stale.pay(received, period_s)]
                 });
             } else {
                 data.map_axes(values, [], [channel.output], |value, []| [f32::from_bits(value.get())]);
             }
-        }
-        if makes_up {
-            self.pay(data);
         }
     }
 
@@ -175,17 +177,21 @@ impl CommRx {
     fn go_without(&mut self, data: &Data<'_>) {
         match self.stale {
             Stale::Hold if self.state.age_ticks <= self.hold_ticks => {}
-            Stale::Limited => self.pay(data),
+            Stale::Limited => {
+                let period_s = self.period_s;
+                data.map_axes(&mut self.state.received, [], [self.wave], |received, []| {
+                    [received.owed_within_energy(period_s)]
+                });
+            }
             _ => data.map_axes([(); MAX_DOF], [], [self.wave], |(), []| [0.0]),
         }
     }
+}
 
-    /// Gives out as wave what the line owes, by the policy.
-    fn pay(&mut self, data: &Data<'_>) {
-        let (is_limited, period_s) = (self.stale == Stale::Limited, self.period_s);
-        data.map_axes(&mut self.state.received, [], [self.wave], |received, []| {
-            [if is_limited { received.owed_within_energy(period_s) } else { received.owed(period_s) }]
-        });
+impl Stale {
+    /// What the policy gives out as wave of what the line owes.
+    fn pay(self, received: &mut Received, period_s: f32) -> f32 {
+        if self == Self::Limited { received.owed_within_energy(period_s) } else { received.owed(period_s) }
     }
 }
 
@@ -203,6 +209,7 @@ impl State {
         }
         let missed = sequence.wrapping_sub(self.sequence).wrapping_sub(1);
         self.is_restart = false;
+        self.is_next = missed == 0;
         if missed != 0 {
             let is_old = !is_newer(sequence, self.sequence);
             self.is_restart = is_old && self.age_ticks >= RESTART_TICKS || self.sequence == 0;

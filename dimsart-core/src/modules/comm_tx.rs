@@ -83,9 +83,9 @@ impl Module for CommTx {
                     [],
                     |((sent, value), [wave_count, energy_count]), [wave]| {
                         value.set(wave.to_bits());
-                        let counts = sent.add(wave, period_s);
-                        wave_count.set(counts.0);
-                        energy_count.set(counts.1);
+                        let [waves, energies] = sent.add(wave, period_s);
+                        wave_count.set(waves);
+                        energy_count.set(energies);
                         []
                     },
                 );

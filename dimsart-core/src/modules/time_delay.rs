@@ -12,7 +12,7 @@ pub struct TimeDelay {
     input: Input,
     output: Output,
     line: Memory,
-    position: usize,
+    position: u16,
 }
 
 impl Module for TimeDelay {
@@ -33,8 +33,7 @@ impl Module for TimeDelay {
     }
 
     fn compute(&mut self, data: &Data<'_>) {
-        let line = data.memory(self.line);
-        let Some(oldest) = line.get(self.position..).and_then(|rest| rest.get(..data.dof())) else {
+        let Some(oldest) = data.row(self.line, self.position) else {
             // No delay, no line.
             data.map_axes([(); MAX_DOF], [self.input], [self.output], |(), [sample]| [sample]);
             return;
@@ -42,10 +41,7 @@ impl Module for TimeDelay {
         data.map_axes(oldest, [self.input], [self.output], |cell, [sample]| {
             [f32::from_bits(cell.replace(sample.to_bits()))]
         });
-        self.position += data.dof();
-        if self.position >= line.len() {
-            self.position = 0;
-        }
+        self.position = data.row_after(self.line, self.position);
     }
 
     fn reset(&mut self) {

@@ -22,8 +22,8 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// Adds this tick's wave; gives the counters of wave and energy.
-    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (u32, u32) {
+    /// Adds this tick's wave; gives both counters.
+    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 2] {
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
         self.wave_rest = counts - from_count(whole);
@@ -32,7 +32,7 @@ impl Sent {
         let whole = to_count(counts);
         self.energy_rest = counts - from_count(whole);
         self.energy = self.energy.wrapping_add(whole.cast_unsigned());
-        (self.wave, self.energy)
+        [self.wave, self.energy]
     }
 }
 
@@ -50,6 +50,11 @@ impl Received {
     pub(super) fn update(&mut self, [wave, energy]: [u32; 2]) {
         self.wave = wave;
         self.energy = energy;
+    }
+
+    /// Whether nothing is owed.
+    pub(super) fn is_settled(&self) -> bool {
+        self.wave == self.given_wave
     }
 
     /// Forgets what happened before: nothing is owed.
@@ -72,7 +77,7 @@ impl Received {
         let energy = self.energy.wrapping_sub(self.given_energy);
         let largest = math::sqrt(2.0 * unsigned(energy) * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
-        let counts = owed.clamp(-limit, limit);
+        let counts = owed.max(-limit).min(limit);
         let wave = from_count(counts) * (WAVE_QUANTUM / period_s);
         // Rounded up and never more than there is: the account must not go below zero.
         let spent = to_count((0.5 * wave * wave) * (period_s / ENERGY_QUANTUM)).cast_unsigned();
