@@ -14,6 +14,7 @@ pub const SIDES: &[&str] = &["master", "slave"];
 /// Schemes that come with the command, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("bilateral", include_str!("../../schemes/bilateral.scheme")),
+    ("position_position", include_str!("../../schemes/position_position.scheme")),
     ("table1", include_str!("../../schemes/table1.scheme")),
 ];
 
