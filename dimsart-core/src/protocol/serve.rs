@@ -185,3 +185,66 @@ fn words<M: ModuleList, const WORDS: usize>(
         words: Vec::from_slice(wanted).unwrap_or_default(),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::{Class, encode};
+    use super::super::{Receiver, decode_response};
+    use super::*;
+    use crate::unit::AxisKind;
+
+    const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
+        Ok(text) => text,
+        Err(_) => "",
+    };
+
+    fn controller() -> Dimsart {
+        let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
+        Dimsart::new(device.unwrap()).unwrap()
+    }
+
+    fn content(frame: &[u8]) -> std::vec::Vec<u8> {
+        let (mut receiver, mut found) = (Receiver::new(), std::vec::Vec::new());
+        receiver.take_all(frame, |content| found = content.to_vec());
+        found
+    }
+
+    fn send(class: Class, payload: &[u8], out: &mut [u8]) -> Result<std::vec::Vec<u8>, NoRoom> {
+        // A tuple of bytes travels as the bytes themselves.
+        let mut frame = [0; 300];
+        let length = match *payload {
+            [a] => encode(class, 9, &(a,), &mut frame),
+            [a, b] => encode(class, 9, &(a, b), &mut frame),
+            _ => unreachable!(),
+        };
+        let request = content(&frame[..length.ok().unwrap()]);
+        let info = DeviceInfo::new(LONG);
+        Ok(answer(&request, &mut controller(), &info, out)?.map(content).unwrap_or_default())
+    }
+
+    fn refusal(payload: &[u8]) -> Refusal {
+        let answer = send(Class::Request, payload, &mut [0; 300]).unwrap();
+        match decode_response(&answer) {
+            Ok((9, Response::Refused(refusal))) => refusal,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_request_of_another_version_is_refused_by_name() {
+        assert_eq!(refusal(&[250]), Refusal::NotUnderstood, "unknown");
+        assert_eq!(refusal(&[1]), Refusal::NotUnderstood, "too short");
+        assert_eq!(refusal(&[0, 0]), Refusal::NotUnderstood, "too long");
+    }
+
+    #[test]
+    fn an_answer_that_fits_no_frame_is_refused_and_a_small_buffer_reported() {
+        assert_eq!(refusal(&[0]), Refusal::TooLong);
+        assert_eq!(send(Class::Request, &[0], &mut [0; 8]), Err(NoRoom));
+    }
+
+    #[test]
+    fn a_response_is_not_answered() {
+        assert_eq!(send(Class::Response, &[0], &mut [0; 300]), Ok(std::vec::Vec::new()));
+    }
+}
