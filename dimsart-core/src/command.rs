@@ -9,7 +9,7 @@ use crate::storage::StorageError;
 /// One instance of a kind of module, written `PDCTRL_MOD`, `PDCTRL_MOD.2`, ...
 ///
 /// An instance comes into being with the first command that names it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModuleRef {
     /// Place in [`ModuleList::KINDS`](crate::ModuleList::KINDS).
@@ -19,7 +19,7 @@ pub struct ModuleRef {
 }
 
 /// Who a command is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Target {
     /// The Module Engine, `MOD_ENG`.
@@ -84,7 +84,7 @@ pub const PORT: u8 = 128;
 
 /// A command to the engine or to a module.
 #[doc(alias = "ModuleCmd")]
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Command {
     /// Who it is for.
@@ -129,7 +129,7 @@ impl Command {
 }
 
 /// Why a command was refused. Whatever the reason, nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CommandError {

@@ -58,7 +58,7 @@ pub struct Step {
 }
 
 /// What a scheme takes of the statically sized storage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Usage {
     /// Module instances, of [`MAX_MODULES`].
     pub modules: usize,
@@ -192,6 +192,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         ports
             .filter(move |port| port.stage == step.stage)
             .filter_map(|port| port.signal.map(|signal| (signal, port.direction)))
+    }
+
+    /// Every module that exists, plugged in or not.
+    pub fn instances(&self) -> impl Iterator<Item = ModuleRef> + '_ {
+        self.instances.iter().map(|instance| instance.reference)
     }
 
     /// Whether a module is plugged in.

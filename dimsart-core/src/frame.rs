@@ -12,7 +12,7 @@ use crate::word::{Format, Word};
 pub const MAX_DEVICE_TYPES: usize = 8;
 
 /// Why a frame was refused. Neither side has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
     /// The frame has another number of words than the descriptor's types.

@@ -10,7 +10,7 @@ use crate::limits::{MAX_FINDINGS, MAX_MODULES};
 use crate::port::{Direction, Stage};
 
 /// Who reads or writes a signal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Party {
     /// The frame: the device and what it is commanded by.
@@ -20,7 +20,7 @@ pub enum Party {
 }
 
 /// What the check has to say about a scheme.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Finding {
@@ -66,7 +66,7 @@ pub enum Finding {
 }
 
 /// How a signal differs from what a port expects.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Difference {
     /// Another physical unit.

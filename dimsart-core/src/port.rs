@@ -10,7 +10,7 @@ use crate::matching::Difference;
 use crate::storage::Block;
 
 /// What a port is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
     /// Reads a signal.
@@ -26,7 +26,7 @@ pub enum Direction {
 /// A module that sits on both sides of a controller, such as a wave transformer, has two stages: the
 /// early one runs at its place in the plug-in order, the late one as soon as everything it reads has
 /// been written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
     /// In [`Module::compute`](crate::Module::compute).

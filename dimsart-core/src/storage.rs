@@ -6,7 +6,7 @@
 use crate::limits::MAX_SLOTS;
 
 /// Why storage was not given.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum StorageError {
     /// Every one of the [`MAX_SLOTS`] slots is taken.
