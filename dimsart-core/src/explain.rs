@@ -5,7 +5,6 @@ use core::fmt;
 use crate::engine::Engine;
 use crate::matching::{Difference, Finding, Party};
 use crate::module::ModuleList;
-use crate::unit::AxisKind;
 
 /// Prints a finding with its names; see [`Engine::explain`].
 #[derive(Debug)]
@@ -74,11 +73,13 @@ impl<M: ModuleList, const WORDS: usize> Explanation<'_, M, WORDS> {
         signal: crate::data_type::TypeRef,
         difference: Difference,
     ) -> fmt::Result {
-        let Some(found) = self.engine.device().data_type(signal.id) else {
+        let device = self.engine.device();
+        let Some(found) = device.data_type(signal.id) else {
             return write!(f, "does not exist");
         };
+        let axis = device.axes().first().copied().unwrap_or_default();
         match difference {
-            Difference::Unit => write!(f, "has another unit, {}", found.unit.symbol(AxisKind::Linear)),
+            Difference::Unit => write!(f, "has another unit, {}", found.unit.symbol(axis)),
             Difference::Format => write!(f, "has another format, {:?}", found.format),
             Difference::Shape => write!(f, "has another shape, {:?}", found.shape),
         }

@@ -27,7 +27,7 @@ pub enum FrameError {
         /// The signal it belongs to.
         signal: TypeRef,
         /// Which of its words, starting at 0.
-        word: u8,
+        word: u16,
     },
 }
 
@@ -174,7 +174,7 @@ fn check(data_type: &DataType, words: impl Iterator<Item = Word> + Clone) -> Res
     if words.clone().all(|word| word.is_valid(Format::F32)) {
         return Ok(());
     }
-    match (0..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
+    match (0_u16..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
         Some((word, _)) => Err(FrameError::NotFinite { signal: data_type.first(), word }),
         None => Ok(()),
     }

@@ -94,7 +94,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// The findings, faults first in the order of the plug-ins.
+    /// The findings, faults first.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
@@ -119,10 +119,18 @@ impl Report {
     }
 
     fn add(&mut self, finding: Finding) {
+        let listed = self.findings.len();
+        let place = if finding.is_fault() { self.faults.min(listed) } else { listed };
         self.faults += usize::from(finding.is_fault());
-        if self.findings.push(finding).is_err() {
+        if self.findings.is_full() {
             self.unlisted += 1;
+            if place == listed {
+                return;
+            }
+            // A declared delay makes room for a fault.
+            self.findings.pop();
         }
+        let _ = self.findings.insert(place, finding);
     }
 }
 

@@ -59,6 +59,11 @@ impl CompensatedSum {
         self.sum
     }
 
+    /// Takes off one turn, for a sum that has just passed it: exact from one to two turns.
+    pub fn turn_back(&mut self, turn: f32) {
+        self.sum -= turn;
+    }
+
     /// Adds a step and gives the new sum.
     pub fn add(&mut self, step: f32) -> f32 {
         let step = step - self.lost;

@@ -6,6 +6,7 @@ use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Memory, Output, Signal};
 use crate::limits::MAX_PORTS;
+use crate::matching::Difference;
 use crate::storage::Block;
 
 /// What a port is for.
@@ -47,8 +48,8 @@ pub struct PortSpec {
     pub stage: Stage,
     /// Declares that data one tick old is what this port wants (read) or gives (write).
     pub is_delayed: bool,
-    /// Whether the handle's format and shape are those of the data type.
-    pub is_sound: bool,
+    /// How the data type differs from what the module's handle can take; none if it fits.
+    pub misfit: Option<Difference>,
 }
 
 /// Takes a module's port declarations; see [`Module::activate`](crate::Module::activate).
@@ -171,7 +172,7 @@ impl<'a> Ports<'a> {
             direction: Direction::Memory(words),
             stage: Stage::Early,
             is_delayed: false,
-            is_sound: true,
+            misfit: None,
         });
         *memory = Memory { block };
     }
@@ -195,8 +196,12 @@ impl<'a> Ports<'a> {
         stage: Stage,
         is_delayed: bool,
     ) -> PortSpec {
-        let is_sound = S::takes(data_type.shape) && S::FORMAT == data_type.format;
-        PortSpec { name, data_type: Some((data_type, signal)), direction, stage, is_delayed, is_sound }
+        let misfit = if S::FORMAT != data_type.format {
+            Some(Difference::Format)
+        } else {
+            (!S::takes(data_type.shape)).then_some(Difference::Shape)
+        };
+        PortSpec { name, data_type: Some((data_type, signal)), direction, stage, is_delayed, misfit }
     }
 
     fn add(&mut self, spec: PortSpec) -> Block {

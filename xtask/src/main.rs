@@ -11,10 +11,10 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
-  test    set up what is missing (Python packages of the oracle), then run every test
+  test        set up what is missing (Python packages of the oracle), then run every test
+  bench       count the instructions of a tick and hold them to their budgets (docs/benchmarks.md)
   panic-free  show that nothing a tick reaches in the machine code can panic
-  bench   count the instructions of a tick and hold them to their budgets (docs/benchmarks.md)
-  ci      formatting, lints and documentation with warnings denied, then `test`
+  ci          formatting, lints and documentation with warnings denied, then all of the above
 ";
 
 fn main() -> ExitCode {

@@ -267,9 +267,9 @@ fn difference(spec: &PortSpec, expected: &DataType, found: &DataType) -> Option<
         Some(Difference::Unit)
     } else if expected.format != found.format {
         Some(Difference::Format)
-    } else if expected.shape != found.shape || !spec.is_sound {
+    } else if expected.shape != found.shape {
         Some(Difference::Shape)
     } else {
-        None
+        spec.misfit
     }
 }
