@@ -189,7 +189,8 @@ impl CommRx {
 }
 
 impl Stale {
-    /// What the policy gives out as wave of what the line owes.
+    /// What the policy gives out as wave of what the line owes; rare, as packets seldom get lost.
+    #[cold]
     fn pay(self, received: &mut Received, period_s: f32) -> f32 {
         if self == Self::Limited { received.owed_within_energy(period_s) } else { received.owed(period_s) }
     }
