@@ -4,9 +4,10 @@ use heapless::Vec;
 
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
-use crate::handle::{Input, Memory, NO_SLOT, Output, Signal};
+use crate::handle::{Input, Memory, Output, Signal};
 use crate::limits::MAX_PORTS;
 use crate::matching::Difference;
+use crate::storage::Block;
 
 /// What a port is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,7 +60,7 @@ pub struct PortSpec {
 pub struct Ports<'a> {
     device: &'a DeviceDescriptor,
     specs: Vec<PortSpec, MAX_PORTS>,
-    slots: Option<&'a [u8]>,
+    blocks: Option<&'a [Block]>,
     count: usize,
 }
 
@@ -67,11 +68,11 @@ impl<'a> Ports<'a> {
     /// A visit that only collects.
     #[must_use]
     pub fn declare(device: &'a DeviceDescriptor) -> Self {
-        Self { device, specs: Vec::new(), slots: None, count: 0 }
+        Self { device, specs: Vec::new(), blocks: None, count: 0 }
     }
 
-    pub(crate) fn connect(device: &'a DeviceDescriptor, slots: &'a [u8]) -> Self {
-        Self { device, specs: Vec::new(), slots: Some(slots), count: 0 }
+    pub(crate) fn connect(device: &'a DeviceDescriptor, blocks: &'a [Block]) -> Self {
+        Self { device, specs: Vec::new(), blocks: Some(blocks), count: 0 }
     }
 
     /// The device the module is plugged in for.
@@ -165,7 +166,7 @@ impl<'a> Ports<'a> {
 
     /// Takes `words` words of memory of the module's own, all zero at first.
     pub fn memory(&mut self, memory: &mut Memory, name: &'static str, words: usize) {
-        let slot = self.add(PortSpec {
+        let block = self.add(PortSpec {
             name,
             data_type: None,
             direction: Direction::Memory(words),
@@ -173,7 +174,7 @@ impl<'a> Ports<'a> {
             is_delayed: false,
             misfit: None,
         });
-        *memory = Memory { slot };
+        *memory = Memory { block };
     }
 
     fn signal<S: Signal>(
@@ -183,7 +184,7 @@ impl<'a> Ports<'a> {
         direction: Direction,
         stage: Stage,
         is_delayed: bool,
-    ) -> u8 {
+    ) -> Block {
         self.add(Self::spec::<S>(name, data_type, data_type.first(), direction, stage, is_delayed))
     }
 
@@ -203,14 +204,14 @@ impl<'a> Ports<'a> {
         PortSpec { name, data_type: Some((data_type, signal)), direction, stage, is_delayed, misfit }
     }
 
-    fn add(&mut self, spec: PortSpec) -> u8 {
+    fn add(&mut self, spec: PortSpec) -> Block {
         let index = self.count;
         self.count += 1;
-        match self.slots {
-            Some(slots) => slots.get(index).copied().unwrap_or(NO_SLOT),
+        match self.blocks {
+            Some(blocks) => blocks.get(index).copied().unwrap_or(Block::FREE),
             None => {
                 let _ = self.specs.push(spec);
-                NO_SLOT
+                Block::FREE
             }
         }
     }
