@@ -67,8 +67,7 @@ fn a_read_of_the_last_tick_is_listed_as_a_delay() {
         BILATERAL.replace("m&s      WTRANSF_MOD    B_PARAM         10", "all WTRANSF_MOD FORM PRINTED");
     let (status, out) = check(&rows, &["--side", "master"]);
     assert_eq!(status, Some(0), "{out}");
-    let delay =
-        "  delay: WTRANSF_MOD reads DES_FORCE before PDCTRL_MOD writes it, so it sees the last tick's value";
+    let delay = "  delay: PDCTRL_MOD reads DES_POSITION before WTRANSF_MOD writes it, so it sees the last tick's value";
     assert!(out.contains(delay), "{out}");
 }
 

@@ -4,6 +4,7 @@
 
 // What is compiled here is the template itself.
 #[cfg(test)]
+#[expect(unreachable_pub, reason = "public where it is copied to")]
 mod template;
 
 use std::io::{self, Write};
@@ -209,9 +210,9 @@ mod tests {
         dimsart.command(Command::engine(Verb::ModOn, module)).unwrap();
         dimsart.command(Command::plain(Verb::MatchingCheck)).unwrap();
         let mut force = [Word(0); 2];
-        let measured = [0.001, 0.002, 0.003, 0.0].map(Word::from);
+        let measured = [0.25, 0.5, 0.75, 0.25].map(Word::from);
         assert_eq!(dimsart.tick(&measured, &mut force), Tick::Ran);
-        assert_eq!(force.map(|word| f32::from_bits(word.0)), [2.0, -2.0]);
+        assert_eq!(force.map(|word| f32::from_bits(word.0)), [500.0, -250.0]);
     }
 
     #[test]
