@@ -1,4 +1,50 @@
-//! Hardware in the loop on a host.
+//! Hardware in the loop on a host: the controllers that run on a board, against plants and links in software.
+//!
+//! A scenario file becomes an experiment, an experiment a rig that is stepped tick by tick, and what the rig did
+//! becomes a recording, a handful of figures and a report:
+//!
+//! ```text
+//!  scenarios/*.toml        schemes/*.scheme
+//!        │                        │
+//!        ▼                        ▼
+//!  Scenario, Phases ──▶ Experiment ──▶ Rig: one virtual time for all of it
+//!                            │           ├─ Station "master": controller ◀─▶ Plant (device, motor, hand)
+//!                            │           ├─ Station "slave":  controller ◀─▶ Plant (device, motor, wall)
+//!                            │           └─ Link per direction: in this process, or UDP to another one
+//!                            │
+//!                            │  every tick: Recorder, ChannelEnergy, FeltStiffness, RoundTrips, Watch look on
+//!                            ▼
+//!                 Run { Recording, Outcome, TickMap } ──▶ pictures ──▶ Report: HTML, PNG, SVG, CSV
+//! ```
+//!
+//! Data flows one way: what looks on never changes the rig, and nothing but the rig knows the order of a step. The
+//! same scenario and seed give the same bits on every machine; only a run of one side keeps step with the clock
+//! ([`pace`]).
+//!
+//! # What to add where
+//!
+//! | To add | Write | Register it |
+//! |---|---|---|
+//! | a plant part | a file in [`plant`] | where the experiment builds its plants, in [`experiment`] |
+//! | a link | a file in [`link`] that implements [`Link`](link::Link) | where the experiment connects stations |
+//! | a setting | a field in [`scenario`] | a line with its meaning in `scenarios/bilateral.toml`, its range in `range.rs` |
+//! | a scheme | a file in `schemes/` | a line in [`schemes::BUILT_IN`], if it is to come with the command |
+//! | a figure of a run | what measures it, stepped in [`experiment`] | a field of [`Outcome`](outcome::Outcome), a row of the summary |
+//! | a picture | a [`Figure`](report::Figure) in [`pictures`] | nowhere else: the report draws what it is given |
+//! | a sub-command | a file in `cli/` | a line in [`cli`] |
+//!
+//! A control law is no part of this crate: it is a module of `dimsart_core`, and `dimsart new-module` writes one.
+//!
+//! ```
+//! use hil_sim::experiment::Experiment;
+//! use hil_sim::scenario::Scenario;
+//! use std::sync::atomic::AtomicBool;
+//!
+//! let scenario = Scenario::load(None, &["duration_s=0.5".to_owned()])?;
+//! let run = Experiment::new(&scenario)?.run(&AtomicBool::new(false), |_time_s| {});
+//! assert!(run.outcome.stable && run.outcome.ticks == 500);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 #![forbid(unsafe_code)]
 
 pub mod cli;

@@ -102,7 +102,7 @@ fn a_typo_is_named_with_row_column_and_the_nearest_word() {
         (K, "master PDCTRL_MOD K_PARAM nan", "13:27: 'nan' is not a number from 0 to 1000000"),
         (K, "master PDCTRL_MOD K_PARAM", "13:26: the row ends where a number from 0 to 1000000 should be"),
         (K, "master PDCTRL_MOD K_PARAM 1 2", "13:29: '2' is one word too many on this row"),
-        (K, "master PDCTRL_MOD K_PARAM[3] 1", "13:30: no such axis: the device has 3 of them"),
+        (K, "master PDCTRL_MOD K_PARAM[3] 1", "13:19: no such axis: the device has 3 of them"),
         (
             K,
             "master PDCTRL_MOD PORT_POSITION POSITON",
