@@ -49,7 +49,8 @@ pub trait Plant: core::fmt::Debug + Send {
     fn sense(&self, position_m: &mut [f32]);
 
     /// Holds `command_n` (`N`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
-    /// `period_s` and moves the world on, in [`SUB_STEPS_MIN`] sub-steps or more.
+    /// `period_s` and moves the world on, in [`SUB_STEPS_MIN`] sub-steps or more; where a bound shows that no
+    /// event can fall into the period, they may be taken as one exact step.
     ///
     /// A command that is NaN or infinite is applied as it is: a plant hides no fault of its controller. It shows
     /// in the truth's `actuator_force_n`, and in the motion unless friction holds the axis.

@@ -11,7 +11,7 @@ use super::motor::{Motor, MotorParameters};
 use super::parameter::ParameterError;
 use super::scene::{Regime, Scene, Slide};
 use super::transition::Motion;
-use super::transitions::Transitions;
+use super::transitions::{Span, Transitions};
 use super::{AxisTruth, DeviceParameters, EnvironmentParameters, SUB_STEPS_MIN};
 use serde::{Deserialize, Serialize};
 
@@ -100,9 +100,11 @@ impl Axis {
         }
         self.elapsed_s = 0.0;
         self.regime = self.scene.regime(0.0, &mut self.motion);
-        let sub_step_s = period_s / f64::from(SUB_STEPS_MIN);
-        if sub_step_s.to_bits() != self.transitions.sub_step_s.to_bits() {
-            self.transitions = Transitions::new(&self.scene, self.regime.key, sub_step_s);
+        if period_s.to_bits() != self.transitions.period_s.to_bits() {
+            self.transitions = Transitions::new(&self.scene, self.regime.key, period_s);
+        }
+        if self.stride(period_s) {
+            return;
         }
         let mut left = SUB_STEPS_MIN;
         while left > 0 {
@@ -114,10 +116,22 @@ impl Axis {
         }
     }
 
+    /// Takes the whole period in one exact step, if nothing can happen on the way; says whether it did.
+    fn stride(&mut self, period_s: f64) -> bool {
+        let Self { scene, transitions, motion, regime, elapsed_s } = self;
+        if scene.motor.is_some() || !regime.outlasts(motion, scene.inverse_mass_per_kg, period_s) {
+            return false;
+        }
+        let transition = transitions.get(scene, regime.key, Span::Period);
+        *motion = transition.step(motion, regime.jerk(transition));
+        *elapsed_s = period_s;
+        true
+    }
+
     /// Takes up to `sub_steps` while the regime surely lasts; returns how many.
     fn glide(&mut self, sub_steps: u32) -> u32 {
         let Self { scene, transitions, motion, regime, elapsed_s } = self;
-        let transition = transitions.get(scene, regime.key, 0);
+        let transition = transitions.get(scene, regime.key, Span::SubStep { halvings: 0 });
         if transition
             .hiding_rad2_per_s2
             .is_some_and(|rad2_per_s2| !regime.reaches_around(motion, rad2_per_s2))
@@ -154,7 +168,7 @@ impl Axis {
     #[inline(never)]
     fn step(&mut self, halvings: u8) {
         let Self { scene, transitions, motion, regime, elapsed_s } = self;
-        let transition = transitions.get(scene, regime.key, halvings);
+        let transition = transitions.get(scene, regime.key, Span::SubStep { halvings });
         let is_last = halvings == HALVINGS_MAX;
         let is_fine = |rad2_per_s2| regime.reaches_around(motion, rad2_per_s2);
         if is_last || transition.hiding_rad2_per_s2.is_none_or(is_fine) {

@@ -54,6 +54,24 @@ impl Regime {
         self.law.rate_n_per_s * transition.inverse_mass_per_kg
     }
 
+    /// Whether the law holds all along the next `duration_s`, by a bound that needs no step.
+    ///
+    /// From `a' = -w² v - d/m a + j`: `sqrt(a² + w² v²)` grows by at most `|j| t`, so `A`, its value at the
+    /// start plus `|j| t`, bounds `|a|`; the velocity changes by at most `A t`, the position by `(|v| + A t) t`.
+    pub(super) fn outlasts(&self, motion: &Motion, inverse_mass_per_kg: f64, duration_s: f64) -> bool {
+        let Law { stiffness_n_per_m, damping_ns_per_m, rate_n_per_s, reach_m, reach_m_per_s, .. } = self.law;
+        if self.key.slide != Slide::Frictionless || stiffness_n_per_m < 0.0 || damping_ns_per_m < 0.0 {
+            return false;
+        }
+        let (velocity, acceleration) = (motion.velocity_m_per_s, motion.acceleration_m_per_s2);
+        let rad2_per_s2 = stiffness_n_per_m * inverse_mass_per_kg;
+        let jerk = rate_n_per_s * inverse_mass_per_kg;
+        let fastest = (acceleration * acceleration + rad2_per_s2 * velocity * velocity).sqrt()
+            + jerk.abs() * duration_s;
+        let change = fastest * duration_s;
+        change < reach_m_per_s && (velocity.abs() + change) * duration_s < reach_m
+    }
+
     /// Whether the law holds that far from where it was found.
     #[inline]
     pub(super) fn holds_at(&self, position_m: f64, velocity_m_per_s: f64) -> bool {
