@@ -50,6 +50,8 @@ pub struct PortSpec {
     pub is_delayed: bool,
     /// How the data type differs from what the module's handle can take; none if it fits.
     pub misfit: Option<Difference>,
+    /// Whether it can be bound to a signal of another unit.
+    pub takes_any_unit: bool,
 }
 
 /// Takes a module's port declarations; see [`Module::activate`](crate::Module::activate).
@@ -105,6 +107,29 @@ impl<'a> Ports<'a> {
         data_type: &'static DataType,
     ) {
         *port = Output::new(self.signal::<S>(name, data_type, Direction::Write, Stage::Early, false));
+    }
+
+    /// Reads a signal of any unit, unless bound elsewhere of `data_type`: for a module that moves values
+    /// and does not look at them.
+    pub fn any_input<S: Signal>(
+        &mut self,
+        port: &mut Input<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        let spec = Self::spec::<S>(name, data_type, data_type.first(), Direction::Read, Stage::Early, false);
+        *port = Input::new(self.add(PortSpec { takes_any_unit: true, ..spec }));
+    }
+
+    /// Writes a signal of any unit, unless bound elsewhere of `data_type`.
+    pub fn any_output<S: Signal>(
+        &mut self,
+        port: &mut Output<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        let spec = Self::spec::<S>(name, data_type, data_type.first(), Direction::Write, Stage::Early, false);
+        *port = Output::new(self.add(PortSpec { takes_any_unit: true, ..spec }));
     }
 
     /// Reads a signal as the last tick left it.
@@ -173,6 +198,7 @@ impl<'a> Ports<'a> {
             stage: Stage::Early,
             is_delayed: false,
             misfit: None,
+            takes_any_unit: false,
         });
         *memory = Memory { block };
     }
@@ -201,7 +227,8 @@ impl<'a> Ports<'a> {
         } else {
             (!S::takes(data_type.shape)).then_some(Difference::Shape)
         };
-        PortSpec { name, data_type: Some((data_type, signal)), direction, stage, is_delayed, misfit }
+        let data_type = Some((data_type, signal));
+        PortSpec { name, data_type, direction, stage, is_delayed, misfit, takes_any_unit: false }
     }
 
     fn add(&mut self, spec: PortSpec) -> Block {

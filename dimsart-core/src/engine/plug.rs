@@ -263,7 +263,7 @@ impl<const WORDS: usize> crate::data_base::DataBase<WORDS> {
 
 /// How the signal a port is bound to differs from what the port expects.
 fn difference(spec: &PortSpec, expected: &DataType, found: &DataType) -> Option<Difference> {
-    if !expected.unit.fits(found.unit) {
+    if !spec.takes_any_unit && !expected.unit.fits(found.unit) {
         Some(Difference::Unit)
     } else if expected.format != found.format {
         Some(Difference::Format)

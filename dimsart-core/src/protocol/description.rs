@@ -13,8 +13,8 @@ use crate::port::{Direction, Stage};
 use crate::unit::{AxisKind, Unit};
 use crate::word::Format;
 
-/// Most names of a choice that one description carries.
-pub const MAX_CHOICES: usize = 16;
+/// Most names of a choice that one description holds. No matter of the wire: more take more memory.
+pub const MAX_CHOICES: usize = 8;
 
 /// Who is there.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
