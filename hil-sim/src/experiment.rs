@@ -17,6 +17,7 @@ use station::station;
 use crate::energy::ChannelEnergy;
 use crate::felt::{self, FeltStiffness};
 use crate::link::{InProcess, InProcessParameters, Link, Udp};
+use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::Pace;
 use crate::recorder::Recorder;
@@ -79,8 +80,16 @@ pub struct Experiment {
     scenario: Scenario,
     phases: Phases,
     rig: Rig,
-    /// The only side that is simulated here, paced by real time; none when both are.
-    side: Option<Side>,
+    /// None when both sides are simulated here.
+    alone: Option<Alone>,
+}
+
+/// The only side that is simulated here, paced by real time.
+#[derive(Debug, Clone, Copy)]
+struct Alone {
+    side: Side,
+    /// When its first tick is due.
+    start: Instant,
 }
 
 /// What a run leaves behind.
@@ -120,7 +129,7 @@ impl Experiment {
         };
         rig.connect(end(master), end(slave), link(scenario.link.forward_delay_ticks, 0));
         rig.connect(end(slave), end(master), link(scenario.link.backward_delay_ticks, 1));
-        Ok(Self { scenario: scenario.clone(), phases, rig, side: None })
+        Ok(Self { scenario: scenario.clone(), phases, rig, alone: None })
     }
 
     /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
@@ -141,42 +150,18 @@ impl Experiment {
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
         let link =
             Udp::open(own, peer).map_err(|source| ExperimentError::Udp { side: side.name(), source })?;
+        // One of the two follows the other one's beat.
+        let ear = link.ear().filter(|_| side == Side::Slave);
         rig.connect(end, end, Box::new(link));
-        let mut experiment = Self { scenario: scenario.clone(), phases, rig, side: Some(side) };
-        experiment.meet(peer, side.other().name(), wait, stop)?;
-        Ok(experiment)
-    }
-
-    /// Exchanges packets, the world standing still, until the other side answers them.
-    fn meet(
-        &mut self,
-        peer: SocketAddr,
-        other: &'static str,
-        wait: Duration,
-        stop: &AtomicBool,
-    ) -> Result<(), ExperimentError> {
-        let start = Instant::now();
-        let mut round_trip = Probe::new(types::LINK_ROUND_TRIP.first());
-        let mut refused = Probe::new(types::LINK_REFUSED.first());
-        loop {
-            self.rig.tick();
-            let any =
-                |probe: &mut Probe| self.rig.stations().iter().any(|station| probe.words(station) != [0]);
-            if any(&mut round_trip) {
-                return Ok(());
+        let start = meet(&mut rig, ear.as_ref(), wait, stop).map_err(|missed| {
+            let other = side.other().name();
+            match missed {
+                Missed::Silence => ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other },
+                Missed::Stranger => ExperimentError::WrongPeer { peer, other },
+                Missed::Stopped => ExperimentError::Stopped { other },
             }
-            if stop.load(Ordering::Relaxed) {
-                return Err(ExperimentError::Stopped { other });
-            }
-            if start.elapsed() > wait {
-                return Err(if any(&mut refused) {
-                    ExperimentError::WrongPeer { peer, other }
-                } else {
-                    ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other }
-                });
-            }
-            std::thread::sleep(Duration::from_secs_f64(self.scenario.sample_period_s));
-        }
+        })?;
+        Ok(Self { scenario: scenario.clone(), phases, rig, alone: Some(Alone { side, start }) })
     }
 
     /// The rig, to look at or to change before it runs.
@@ -204,7 +189,8 @@ impl Experiment {
         let mut is_stable = true;
         let settled = self.phases.settled();
         let start = Instant::now();
-        let mut pace = self.side.map(|_| Pace::start(self.scenario.sample_period_s));
+        let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
+        let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
         while self.rig.time_s() < end_s - half_tick_s {
             if stop.load(Ordering::Relaxed) {
@@ -222,7 +208,7 @@ impl Experiment {
             round_trips.add(&self.rig);
             if settled.contains(&self.rig.time_s()) {
                 let wall = self.rig.stations().last();
-                let touches = |axis| match self.side {
+                let touches = |axis| match side {
                     Some(Side::Master) => self.scenario.contact_force_n(axis) > 0.0,
                     _ => wall
                         .and_then(|slave| slave.plant.truth(axis))
@@ -239,9 +225,9 @@ impl Experiment {
         }
         let wall_s = start.elapsed().as_secs_f64();
         progress(self.rig.time_s());
-        let real_time = self.side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
+        let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
         // The channel's energy takes the waves of both ends.
-        let energy_min_j = if self.side.is_none() { energy.smallest_j() } else { f64::NAN };
+        let energy_min_j = if side.is_none() { energy.smallest_j() } else { f64::NAN };
         let tick_maps = self.rig.stations().iter();
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
@@ -303,7 +289,11 @@ impl Experiment {
             }
             _ => vec![None; dof],
         };
-        let felt = if self.side == Some(Side::Slave) { vec![None; dof] } else { felt.per_axis() };
+        let felt = if self.alone.is_some_and(|alone| alone.side == Side::Slave) {
+            vec![None; dof]
+        } else {
+            felt.per_axis()
+        };
         let axes = felt.into_iter().zip(predicted).enumerate().map(|(axis, (felt, predicted))| AxisOutcome {
             axis,
             k_felt_n_per_m: felt,

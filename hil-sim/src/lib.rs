@@ -52,6 +52,7 @@ pub mod energy;
 pub mod experiment;
 pub mod felt;
 pub mod link;
+pub mod meeting;
 pub mod outcome;
 pub mod pace;
 pub mod pictures;

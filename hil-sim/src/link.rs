@@ -7,7 +7,7 @@ mod in_process;
 mod udp;
 
 pub use in_process::{InProcess, InProcessParameters};
-pub use udp::{Udp, UdpError};
+pub use udp::{Ear, Udp, UdpError};
 
 /// One direction of a connection.
 pub trait Link: core::fmt::Debug + Send {

@@ -15,20 +15,19 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// Starts now; a tick is late when it comes more than `period_s` after its moment.
+    /// Starts at `start`, which may still be to come; a tick is late when it comes more than `period_s` after its
+    /// moment.
     #[must_use]
-    pub fn start(period_s: f64) -> Self {
+    pub fn new(start: Instant, period_s: f64) -> Self {
         let period = Duration::from_secs_f64(period_s);
-        Self { start: Instant::now(), period, late_ticks: 0, worst_lateness: Duration::ZERO }
+        Self { start, period, late_ticks: 0, worst_lateness: Duration::ZERO }
     }
 
-    /// Sleeps until `time_s` after the start; returns at once when that is past.
+    /// Sleeps until `time_s` after the start; does not when that is past.
     pub fn wait_for(&mut self, time_s: f64) {
-        let due = Duration::from_secs_f64(time_s);
-        if let Some(rest) = due.checked_sub(self.start.elapsed()) {
-            std::thread::sleep(rest);
-        }
-        let lateness = self.start.elapsed().saturating_sub(due);
+        let due = self.start + Duration::from_secs_f64(time_s);
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        let lateness = due.elapsed();
         self.late_ticks += u64::from(lateness > self.period);
         self.worst_lateness = self.worst_lateness.max(lateness);
     }
@@ -53,7 +52,7 @@ mod tests {
     #[test]
     fn a_stall_is_made_up_for_and_counted() {
         let clock = Instant::now();
-        let mut pace = Pace::start(1e-3);
+        let mut pace = Pace::new(clock, 1e-3);
         for tick in 0..800_u32 {
             pace.wait_for(f64::from(tick) * 1e-3);
             if tick == 100 {

@@ -1,6 +1,7 @@
 //! The `dimsart` command as its user meets it: what it prints, writes and ends with.
 //!
 //! These tests stand here because a package's tests see its own binaries only. Schemes: `check.rs`.
+#![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::fs;
 use std::process::{Command, Output, Stdio};

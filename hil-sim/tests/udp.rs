@@ -1,4 +1,5 @@
 //! Both sides as processes of their own, talking over real UDP sockets in real time.
+#![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::net::UdpSocket;
 use std::path::Path;

@@ -212,7 +212,7 @@ mod tests {
         let mut force = [Word(0); 2];
         let measured = [0.25, 0.5, 0.75, 0.25].map(Word::from);
         assert_eq!(dimsart.tick(&measured, &mut force), Tick::Ran);
-        assert_eq!(force.map(|word| f32::from_bits(word.0)), [500.0, -250.0]);
+        assert_eq!(force, [500.0, -250.0].map(Word::from));
     }
 
     #[test]

@@ -95,8 +95,9 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
         outcome.ticks,
         1e3 * worst_lateness_s
     );
-    let refused =
-        format!("of the other side's; {packets_refused} more refused: late, repeated or two in a tick");
+    let refused = format!(
+        "of the other side's, for `link.stale` to make up for; {packets_refused} refused: old, repeated, two in one tick"
+    );
     let unknown = |name: &str, unit: &str, note: &str| {
         fact(name, NONE.to_owned(), unit, &format!("not known on the {side}: {note}"))
     };
