@@ -444,3 +444,57 @@ fn nothing_is_lost_when_the_sequence_wraps() {
     }
     assert_eq!(way.receiver.bits("LINK_LOST"), [0]);
 }
+
+#[test]
+fn a_wave_that_is_no_number_does_not_reach_the_other_side() {
+    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
+        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+        way.sender = Bench::of(1, &[types::SIGNAL], &[]);
+        way.sender.run(
+            "SUM_MOD PORT_SIGNAL_OUT CH1_WAVES\nSUM_MOD A_GAIN 1000000\nMOD_ENG MOD_ON SUM_MOD\n\
+             COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD",
+        );
+        for (signal, expected) in [(1e-6, 1.0), (f32::MAX, 0.0), (1e-6, 1.0), (f32::MIN, 0.0), (1e-6, 1.0)] {
+            let packet = way.send(signal);
+            assert!(way.sender.signal("CH1_WAVES")[0].is_finite() == (expected != 0.0));
+            common::assert_close(way.receive([&packet]), expected, 1e-6);
+        }
+    }
+}
+
+#[test]
+fn limited_keeps_its_account_for_waves_of_any_size() {
+    for (scale, seed) in [1e-3_f64, 2e-3, 0.1, 10.0, 40.0].into_iter().zip(40..) {
+        let mut random = Pcg32::seed_from_u64(seed);
+        let mut way = Way::new("COMM_RXMOD STALE LIMITED");
+        let (mut sent, mut received, mut given_out) = (0.0, 0.0, 0.0);
+        for _ in 0..20_000 {
+            let wave = (scale * (2.0 * chance(&mut random) - 1.0)) as f32;
+            let packet = way.send(wave);
+            sent += energy(wave);
+            let arrives = chance(&mut random) < 0.7;
+            if arrives {
+                received = sent;
+            }
+            given_out += energy(way.receive(arrives.then_some(&packet)));
+            assert!(given_out <= received, "{scale}: {given_out} J of {received} J");
+        }
+        assert!(given_out > 0.5 * received, "{scale}: {given_out} J of {received} J");
+    }
+}
+
+#[test]
+fn one_old_packet_is_no_restart() {
+    let mut way = Way::new("COMM_RXMOD STALE ZERO");
+    let packets: Vec<Packet> = (0..10).map(|_| way.send(3.0)).collect();
+    assert_eq!(way.receive([&packets[5]]), 3.0);
+    (0..200).for_each(|_| assert_eq!(way.receive([]), 0.0));
+    // Two that do not rise are not either; what follows the newest one is heard at once.
+    for old in [4, 3, 3, 5] {
+        assert_eq!(way.receive([&packets[old]]), 0.0, "packet {old}");
+    }
+    assert_eq!(way.receive([&packets[6]]), 3.0);
+    (0..200).for_each(|_| assert_eq!(way.receive([]), 0.0));
+    assert_eq!(way.receive([&packets[5]]), 0.0, "one old packet in each silence");
+    assert_eq!(way.receive([&packets[7]]), 3.0);
+}

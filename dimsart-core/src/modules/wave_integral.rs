@@ -27,14 +27,17 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// Adds this tick's wave; gives both counters. One that is no number or brings 4 J adds nothing:
-    /// what does not fit into the counters would stay in the rests for ever.
-    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 2] {
+    /// Adds this tick's wave; gives what to send of it: its bits and both counters.
+    ///
+    /// A wave that is no finite number is sent as 0, as the other side would never get rid of it. It
+    /// and a wave of 4 J or more add nothing: what does not fit into the counters would stay in the rests.
+    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 3] {
         let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
         // False for what is no number.
         let fits = energy_counts < TOO_MUCH;
         if !fits {
-            return [self.wave, self.energy];
+            let wave = if wave.is_finite() { wave } else { 0.0 };
+            return [wave.to_bits(), self.wave, self.energy];
         }
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
@@ -43,7 +46,7 @@ impl Sent {
         let whole = to_unsigned(energy_counts);
         self.energy_rest = energy_counts - from_unsigned(whole);
         self.energy = self.energy.wrapping_add(whole);
-        [self.wave, self.energy]
+        [wave.to_bits(), self.wave, self.energy]
     }
 }
 
