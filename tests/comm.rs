@@ -326,3 +326,175 @@ fn sequence_numbers_may_wrap() {
     packet.sequence = u32::MAX;
     assert_eq!(way.receive([&packet]), 0.0, "older than 2");
 }
+
+#[test]
+fn limited_charges_a_large_wave_with_all_its_energy() {
+    let mut way = Way::new("COMM_RXMOD STALE LIMITED");
+    let (mut sent, mut given) = (0.0, 0.0);
+    let mut last = way.send(0.0);
+    way.receive([&last]);
+    for _ in 0..4 {
+        last = way.send(40.0);
+        sent += energy(40.0);
+    }
+    given += energy(way.receive([&last]));
+    for _ in 0..10 {
+        given += energy(way.receive([]));
+        assert!(given <= sent, "{given} J given out, {sent} J received");
+    }
+}
+
+#[test]
+fn a_debt_that_cannot_be_paid_is_not_paid_with_the_wrong_sign() {
+    let mut way = Way::new("COMM_RXMOD STALE LIMITED");
+    for tick in 0..20_000 {
+        let packet = way.send(4.0);
+        let given = way.receive((tick % 2 == 0).then_some(&packet));
+        assert!(given >= 0.0, "{tick}: {given} of a wave that was always 4");
+    }
+}
+
+#[test]
+fn a_reset_of_the_sender_is_not_a_wave() {
+    for policy in ["LIMITED", "INTEGRAL"] {
+        for rows in ["MOD_ENG MOD_RESET COMM_TXMOD", "MOD_ENG MOD_OFF COMM_TXMOD\nMOD_ENG MOD_ON COMM_TXMOD"]
+        {
+            let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+            for tick in 0..400 {
+                if tick == 200 {
+                    way.sender.rows(rows);
+                }
+                let packet = way.send(1.0);
+                let given = way.receive((tick != 200).then_some(&packet));
+                assert!(
+                    (0.0..2.01).contains(&given),
+                    "{policy}, {tick}: {given} of a wave that was always 1"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn one_wave_that_is_no_number_does_not_silence_the_channel() {
+    for policy in ["LIMITED", "INTEGRAL"] {
+        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+        way.sender = Bench::of(1, &[types::SIGNAL], &[]);
+        way.sender.run(
+            "SUM_MOD PORT_SIGNAL_OUT CH1_WAVES\nSUM_MOD A_GAIN 1000000\nSUM_MOD B_GAIN -999999\n\
+             MOD_ENG MOD_ON SUM_MOD\nCOMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD",
+        );
+        let mut given = 0.0;
+        for tick in 0..200 {
+            let packet = way.send(if tick == 100 { f32::MAX } else { 1.0 });
+            let is_lost = matches!(tick, 100 | 198);
+            given = way.receive((!is_lost).then_some(&packet));
+        }
+        // After the loss of one packet its wave is made up for, as far as the energy allows.
+        assert!(given > 1.4, "{policy}: {given} of two waves of 1");
+    }
+}
+
+#[test]
+fn a_repeated_packet_is_never_used_again() {
+    let mut way = Way::new("COMM_RXMOD STALE ZERO");
+    let packet = way.send(3.0);
+    assert_eq!(way.receive([&packet]), 3.0);
+    for tick in 1..300 {
+        assert_eq!(way.receive([&packet]), 0.0, "repeated after {tick} ticks");
+    }
+}
+
+#[test]
+fn the_round_trip_is_plausible_after_a_restart() {
+    let end = || {
+        let mut bench: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
+        bench.run(
+            "COMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n\
+             COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD",
+        );
+        bench
+    };
+    let mut ends = [end(), end()];
+    let (mut there, mut back) = (Line::new(5), Line::new(5));
+    for tick in 0..1000 {
+        if tick == 500 {
+            ends[0] = end();
+        }
+        back.deliver(tick, &mut ends[0].dimsart);
+        ends[0].tick(&[0.0]);
+        there.send(tick, &mut ends[0].dimsart);
+        there.deliver(tick, &mut ends[1].dimsart);
+        ends[1].tick(&[0.0]);
+        back.send(tick, &mut ends[1].dimsart);
+        for (side, end) in ends.iter().enumerate() {
+            let found = end.bits("LINK_ROUND_TRIP")[0];
+            assert!(found <= 200, "side {side} at {tick}: {found} ticks");
+        }
+    }
+}
+
+#[test]
+fn nothing_is_lost_when_the_sequence_wraps() {
+    let mut way = Way::new("COMM_RXMOD STALE ZERO");
+    let mut packet = way.send(1.0);
+    for sequence in [u32::MAX - 1, u32::MAX, 1, 2] {
+        packet.sequence = sequence;
+        way.receive([&packet]);
+    }
+    assert_eq!(way.receiver.bits("LINK_LOST"), [0]);
+}
+
+#[test]
+fn a_wave_that_is_no_number_does_not_reach_the_other_side() {
+    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
+        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+        way.sender = Bench::of(1, &[types::SIGNAL], &[]);
+        way.sender.run(
+            "SUM_MOD PORT_SIGNAL_OUT CH1_WAVES\nSUM_MOD A_GAIN 1000000\nMOD_ENG MOD_ON SUM_MOD\n\
+             COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD",
+        );
+        for (signal, expected) in [(1e-6, 1.0), (f32::MAX, 0.0), (1e-6, 1.0), (f32::MIN, 0.0), (1e-6, 1.0)] {
+            let packet = way.send(signal);
+            assert!(way.sender.signal("CH1_WAVES")[0].is_finite() == (expected != 0.0));
+            common::assert_close(way.receive([&packet]), expected, 1e-6);
+        }
+    }
+}
+
+#[test]
+fn limited_keeps_its_account_for_waves_of_any_size() {
+    for (scale, seed) in [1e-3_f64, 2e-3, 0.1, 10.0, 40.0].into_iter().zip(40..) {
+        let mut random = Pcg32::seed_from_u64(seed);
+        let mut way = Way::new("COMM_RXMOD STALE LIMITED");
+        let (mut sent, mut received, mut given_out) = (0.0, 0.0, 0.0);
+        for _ in 0..20_000 {
+            let wave = (scale * (2.0 * chance(&mut random) - 1.0)) as f32;
+            let packet = way.send(wave);
+            sent += energy(wave);
+            let arrives = chance(&mut random) < 0.7;
+            if arrives {
+                received = sent;
+            }
+            given_out += energy(way.receive(arrives.then_some(&packet)));
+            assert!(given_out <= received, "{scale}: {given_out} J of {received} J");
+        }
+        assert!(given_out > 0.5 * received, "{scale}: {given_out} J of {received} J");
+    }
+}
+
+#[test]
+fn one_old_packet_is_no_restart() {
+    let mut way = Way::new("COMM_RXMOD STALE ZERO");
+    let packets: Vec<Packet> = (0..10).map(|_| way.send(3.0)).collect();
+    assert_eq!(way.receive([&packets[5]]), 3.0);
+    (0..200).for_each(|_| assert_eq!(way.receive([]), 0.0));
+    // Two that do not rise are not either; what follows the newest one is heard at once.
+    for old in [4, 3, 3, 5] {
+        assert_eq!(way.receive([&packets[old]]), 0.0, "packet {old}");
+    }
+    assert_eq!(way.receive([&packets[6]]), 3.0);
+    (0..200).for_each(|_| assert_eq!(way.receive([]), 0.0));
+    assert_eq!(way.receive([&packets[5]]), 0.0, "one old packet in each silence");
+    assert_eq!(way.receive([&packets[7]]), 3.0);
+}

@@ -346,3 +346,49 @@ fn stop_lets_the_scheme_be_rebuilt_and_the_check_starts_it_again() {
     bench.rows("MOD_ENG MOD_OFF RECORDER_MOD\nMOD_ENG MOD_ON RECORDER_MOD\nMOD_ENG MATCHING_CHECK");
     bench.tick(&measurement(0));
 }
+
+/// The master of the bilateral scheme with damping.
+fn master(rows: &str) -> Bench {
+    let text = include_str!("../schemes/bilateral.scheme");
+    let sides = text.lines().filter(|row| row.starts_with("m"));
+    let own: Vec<&str> = sides.filter_map(|row| row.split_once(' ')).map(|(_, row)| row.trim()).collect();
+    let mut bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    bench.rows(&format!("PDCTRL_MOD D_PARAM 2\n{rows}\n{}", own.join("\n")));
+    bench
+}
+
+#[test]
+fn a_start_after_a_stop_is_as_the_first_one() {
+    let implicit = "WTRANSF_MOD FORM IMPLICIT\nPDCTRL_MOD LAW_OUTPUT ON";
+    for rows in ["", "COMM_RXMOD STALE HOLD", "COMM_RXMOD STALE LIMITED", implicit] {
+        let (mut used, mut fresh) = (master(rows), master(rows));
+        let mut sender: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
+        sender.run("COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
+        for tick in 0..100 {
+            sender.tick(&[2.0]);
+            let packet = sender.dimsart.outgoing(0).unwrap();
+            used.dimsart.receive(0, &packet.to_bytes()).unwrap();
+            used.tick(&[1e-4 * f32::from(tick as u8)]);
+        }
+        assert!(used.signal("DES_FORCE")[0].abs() > 1.0);
+        used.rows("MOD_ENG STOP");
+        used.try_tick(&common::words(&[0.1]));
+        used.rows("MOD_ENG MATCHING_CHECK");
+        for tick in 0..100 {
+            // Moved by hand while it stood still.
+            let position = 0.3 + 1e-4 * measurement(tick)[0];
+            assert_eq!(used.tick(&[position]), fresh.tick(&[position]), "{rows}: {tick}");
+            assert!(tick > 0 || used.signal("DES_FORCE") == [0.0], "{rows}: from rest");
+        }
+    }
+}
+
+#[test]
+fn a_check_of_a_running_scheme_does_not_disturb_it() {
+    let (mut checked, mut other) = (master(""), master(""));
+    for tick in 0..20 {
+        let position = measurement(tick)[0];
+        checked.rows("MOD_ENG MATCHING_CHECK");
+        assert_eq!(checked.tick(&[position]), other.tick(&[position]));
+    }
+}

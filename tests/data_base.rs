@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use common::Bench;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
-    Command, CommandError, Data, Direction, Engine, Memory, Module, ModuleList, ModuleRef, Output,
-    Parameters, PortSpec, Ports, Shape, StorageError, TypeRef, Unit, Value, Verb, Word, modules::Standard,
-    types,
+    Command, CommandError, Data, DataType, Direction, Engine, Input, Matrix, Memory, Module, ModuleList,
+    ModuleRef, Output, Parameters, PortSpec, Ports, Shape, StorageError, TypeRef, Unit, Value, Verb, Word,
+    modules::Standard, types,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -337,4 +337,48 @@ fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
         }
     }
     assert!(stamps.iter().flatten().count() > 0);
+}
+
+const TABLE: &DataType = &DataType {
+    id: 0x8000,
+    name: "TABLE",
+    unit: dimsart_core::Unit::One,
+    format: dimsart_core::Format::F32,
+    shape: dimsart_core::Shape::Matrix(2, 2),
+    summary: "",
+};
+
+/// Reads and writes beside its matrix.
+#[derive(Debug, Default)]
+struct Beside {
+    input: Input<Matrix<2, 2>>,
+    output: Output<Matrix<2, 2>>,
+}
+
+impl Module for Beside {
+    const NAME: &'static str = "BESIDE_MOD";
+    const SUMMARY: &'static str = "";
+
+    fn activate(&mut self, ports: &mut Ports<'_>) {
+        ports.input(&mut self.input, "IN", TABLE);
+        ports.output(&mut self.output, "OUT", TABLE);
+    }
+
+    fn compute(&mut self, data: &Data<'_>) {
+        data.set_element(self.output, 0, 0, data.element(self.input, 0, 2));
+        data.set_element(self.output, 0, 3, 9.0);
+        data.set_element(self.output, usize::MAX, 1, 9.0);
+    }
+}
+
+dimsart_core::module_list! {
+    enum Besides { Beside(Beside) }
+}
+
+#[test]
+fn outside_a_matrix_there_is_nothing() {
+    let mut bench: Bench<Besides> = Bench::of(1, &[TABLE], &[]);
+    bench.run("BESIDE_MOD PORT_OUT TABLE.2\nMOD_ENG MOD_ON BESIDE_MOD");
+    bench.tick(&[1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(bench.signal("TABLE.2"), [0.0; 4]);
 }

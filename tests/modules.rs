@@ -291,3 +291,18 @@ fn a_reset_module_starts_anew_and_keeps_its_parameters() {
         assert!(fresh.iter().any(|words| *words != fresh[0]), "{name} did something");
     }
 }
+
+#[test]
+fn a_reset_delay_is_empty() {
+    let rows = "TIMEDELAY_MOD TD_PARAM 5\nMOD_ENG MOD_ON TIMEDELAY_MOD";
+    for reset in ["MOD_ENG MOD_RESET TIMEDELAY_MOD", "MOD_ENG RESET"] {
+        let mut delay = Alone::new(1, &[types::CH1_WAVES], "CH1_TD_WAVES", rows);
+        for tick in 0..8_u8 {
+            delay.step(&[f32::from(tick)]);
+        }
+        delay.bench.rows(reset);
+        for tick in 0..20 {
+            assert_eq!(delay.step(&[-1.0]), if tick < 5 { 0.0 } else { -1.0 }, "{reset}: {tick}");
+        }
+    }
+}

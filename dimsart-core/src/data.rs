@@ -121,9 +121,7 @@ impl<'a> Data<'a> {
         row: usize,
         column: usize,
     ) -> T {
-        self.block(input.offset, usize::from(R) * usize::from(C))
-            .get(row * usize::from(C) + column)
-            .map_or_else(T::default, read)
+        self.cell::<R, C>(input.offset, row, column).map_or_else(T::default, read)
     }
 
     /// Writes an element of a matrix; dropped outside it.
@@ -135,9 +133,7 @@ impl<'a> Data<'a> {
         column: usize,
         value: T,
     ) {
-        if let Some(word) =
-            self.block(output.offset, usize::from(R) * usize::from(C)).get(row * usize::from(C) + column)
-        {
+        if let Some(word) = self.cell::<R, C>(output.offset, row, column) {
             word.set(value.into_word().0);
         }
     }
@@ -201,6 +197,20 @@ impl<'a> Data<'a> {
     fn block(&self, offset: u16, words: usize) -> &'a [Cell<u32>] {
         let found = self.words.get(usize::from(offset)..).and_then(|words_behind| words_behind.get(..words));
         found.unwrap_or_default()
+    }
+
+    #[inline(always)]
+    fn cell<const R: u8, const C: u8>(
+        &self,
+        offset: u16,
+        row: usize,
+        column: usize,
+    ) -> Option<&'a Cell<u32>> {
+        let (rows, columns) = (usize::from(R), usize::from(C));
+        if row >= rows || column >= columns {
+            return None;
+        }
+        self.block(offset, rows * columns).get(row * columns + column)
     }
 
     #[inline(always)]

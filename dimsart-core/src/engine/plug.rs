@@ -37,7 +37,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 if faults > 0 {
                     return Err(CommandError::DoesNotMatch { faults });
                 }
-                self.is_running = true;
+                if !self.is_running {
+                    self.start();
+                }
                 Ok(())
             }
             (Verb::Stop, Value::Nothing) => {
@@ -45,7 +47,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 Ok(())
             }
             (Verb::Reset, Value::Nothing) => {
-                self.instances.iter_mut().for_each(|instance| instance.module.reset());
+                self.reset();
                 Ok(())
             }
             (Verb::Close | Verb::Init, Value::Nothing) => {
@@ -116,6 +118,17 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let index = self.instances.len();
         self.instances.push(fresh).map_err(|_| CommandError::TooManyModules)?;
         action(self, index).inspect_err(|_| drop(self.instances.pop()))
+    }
+
+    /// Starts from rest, as after power-up: what modules and signals held may be long past.
+    fn start(&mut self) {
+        self.reset();
+        self.data_base.storage_mut().words.fill(0);
+        self.is_running = true;
+    }
+
+    fn reset(&mut self) {
+        self.instances.iter_mut().for_each(|instance| instance.module.reset());
     }
 
     fn init(&mut self, module: ModuleRef, index: usize) -> Result<(), CommandError> {

@@ -55,6 +55,8 @@ struct Channel {
 struct State {
     /// Newest one accepted; the number before a sender's first.
     sequence: u32,
+    /// What may be the first packet of a sender that has started anew, and the newest one accepted then.
+    restart: [u32; 2],
     is_restart: bool,
     /// Whether the newest packet is the one right after the one before it.
     is_next: bool,
@@ -65,7 +67,8 @@ struct State {
     received: [Received; MAX_DOF],
 }
 
-/// Silence after which an older sequence number means that the sender has started anew.
+/// Silence after which two older sequence numbers, the second newer than the first, mean that the
+/// sender has started anew.
 const RESTART_TICKS: u32 = 100;
 
 /// What a wave is while nothing new comes.
@@ -159,13 +162,12 @@ impl CommRx {
                 let (counters, _) = counters.as_chunks::<2>();
                 let lanes = values.iter().zip(&mut self.state.received).zip(counters);
                 data.map_axes(lanes, [], [channel.output], |((value, received), [wave, energy]), []| {
-                    let passes = settles || is_next && received.is_settled();
-                    received.update([wave.get(), energy.get()]);
-                    if passes {
-                        received.settle();
+                    let counters = [wave.get(), energy.get()];
+                    if settles || is_next && received.is_settled() {
+                        received.settle(counters);
                         return [f32::from_bits(value.get())];
                     }
-                    [stale.pay(received, period_s)]
+                    [stale.pay(received, counters, period_s)]
                 });
             } else {
                 data.map_axes(values, [], [channel.output], |value, []| [f32::from_bits(value.get())]);
@@ -191,7 +193,8 @@ impl CommRx {
 impl Stale {
     /// What the policy gives out as wave of what the line owes; rare, as packets seldom get lost.
     #[cold]
-    fn pay(self, received: &mut Received, period_s: f32) -> f32 {
+    fn pay(self, received: &mut Received, counters: [u32; 2], period_s: f32) -> f32 {
+        received.update(counters);
         if self == Self::Limited { received.owed_within_energy(period_s) } else { received.owed(period_s) }
     }
 }
@@ -208,25 +211,43 @@ impl State {
             self.refused = self.refused.wrapping_add(1);
             return false;
         }
-        let missed = sequence.wrapping_sub(self.sequence).wrapping_sub(1);
         self.is_restart = false;
-        self.is_next = missed == 0;
-        if missed != 0 {
-            let is_old = !is_newer(sequence, self.sequence);
-            self.is_restart = is_old && self.age_ticks >= RESTART_TICKS || self.sequence == 0;
-            if is_old && !self.is_restart {
-                self.refused = self.refused.wrapping_add(1);
-                return false;
-            }
-            if !self.is_restart {
-                self.lost = self.lost.wrapping_add(missed);
-            }
+        self.is_next = sequence == self.sequence.wrapping_add(1);
+        if !self.is_next && !self.accept_jump(sequence) {
+            self.refused = self.refused.wrapping_add(1);
+            return false;
         }
         self.sequence = sequence;
         link.accepted_sequence.set(sequence);
         let echo = link.received.echo();
-        if echo != 0 {
-            self.round_trip_ticks = link.sent_sequence.get().wrapping_add(1).wrapping_sub(echo);
+        let sent = link.sent_sequence.get();
+        // Not 0, and not of a life of this side before its last start.
+        if echo.wrapping_sub(1) < sent {
+            self.round_trip_ticks = sent.wrapping_add(1).wrapping_sub(echo);
+        }
+        true
+    }
+
+    /// Whether a packet that is not the next one is new; counts what is missing before it.
+    #[cold]
+    fn accept_jump(&mut self, sequence: u32) -> bool {
+        if sequence == self.sequence || sequence == 0 {
+            return false;
+        }
+        if self.sequence == 0 {
+            self.is_restart = true;
+        } else if is_newer(sequence, self.sequence) {
+            // A sender leaves out 0 when its numbers wrap.
+            let left_out = u32::from(sequence < self.sequence);
+            let missed = sequence.wrapping_sub(self.sequence).wrapping_sub(1 + left_out);
+            self.is_next = missed == 0;
+            self.lost = self.lost.wrapping_add(missed);
+        } else if self.age_ticks < RESTART_TICKS {
+            return false;
+        } else {
+            let [first, accepted] = core::mem::replace(&mut self.restart, [sequence, self.sequence]);
+            self.is_restart = accepted == self.sequence && is_newer(sequence, first);
+            return self.is_restart;
         }
         true
     }

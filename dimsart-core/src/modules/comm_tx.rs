@@ -3,6 +3,8 @@
 //! Words of a packet: for every type of the channel, in the order of the `CTX_ADD_DATA` commands, its
 //! words; and for the channel's first wave, per axis after them, the counters of its wave integral: all
 //! that was ever sent, so that what a lost packet carried can be made up for.
+//!
+//! Sequence number and counters go on over a reset: the other side would take a jump for a loss.
 
 use heapless::Vec;
 
@@ -82,8 +84,8 @@ impl Module for CommTx {
                     [channel.input],
                     [],
                     |((sent, value), [wave_count, energy_count]), [wave]| {
-                        value.set(wave.to_bits());
-                        let [waves, energies] = sent.add(wave, period_s);
+                        let [bits, waves, energies] = sent.add(wave, period_s);
+                        value.set(bits);
                         wave_count.set(waves);
                         energy_count.set(energies);
                         []
@@ -96,9 +98,5 @@ impl Module for CommTx {
                 });
             }
         }
-    }
-
-    fn reset(&mut self) {
-        self.sent = Default::default();
     }
 }

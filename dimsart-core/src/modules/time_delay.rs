@@ -1,7 +1,7 @@
 //! Time delay: gives a signal back a set number of ticks later.
 //!
 //! The line of `TD_PARAM × DoF` words is taken from the Data Base when the module is plugged in and
-//! reads zero until the first sample comes through. `TD_PARAM 0` hands the signal through.
+//! gives zero until the first sample comes through, after a reset too. `TD_PARAM 0` hands the signal through.
 
 use crate::{Data, Input, Memory, Module, Output, Parameters, Ports, Unit, limits::MAX_DOF, types};
 
@@ -12,8 +12,14 @@ pub struct TimeDelay {
     input: Input,
     output: Output,
     line: Memory,
+    /// Where the oldest sample is; [`FILLING`] until there is one.
     position: u16,
+    /// Where the next sample goes while the line fills.
+    filled: u16,
 }
+
+/// A position outside every line.
+const FILLING: u16 = u16::MAX;
 
 impl Module for TimeDelay {
     const NAME: &'static str = "TIMEDELAY_MOD";
@@ -34,8 +40,7 @@ impl Module for TimeDelay {
 
     fn compute(&mut self, data: &Data<'_>) {
         let Some(oldest) = data.row(self.line, self.position) else {
-            // No delay, no line.
-            data.map_axes([(); MAX_DOF], [self.input], [self.output], |(), [sample]| [sample]);
+            self.fill(data);
             return;
         };
         data.map_axes(oldest, [self.input], [self.output], |cell, [sample]| {
@@ -45,6 +50,26 @@ impl Module for TimeDelay {
     }
 
     fn reset(&mut self) {
-        self.position = 0;
+        self.position = FILLING;
+        self.filled = 0;
+    }
+}
+
+impl TimeDelay {
+    /// A tick that has no sample to give back yet, or no line. So that a reset need not empty the line.
+    #[cold]
+    fn fill(&mut self, data: &Data<'_>) {
+        let Some(cells) = data.row(self.line, self.filled) else {
+            data.map_axes([(); MAX_DOF], [self.input], [self.output], |(), [sample]| [sample]);
+            return;
+        };
+        data.map_axes(cells, [self.input], [self.output], |cell, [sample]| {
+            cell.set(sample.to_bits());
+            [0.0]
+        });
+        self.filled = data.row_after(self.line, self.filled);
+        if self.filled == 0 {
+            self.position = 0;
+        }
     }
 }

@@ -12,7 +12,12 @@ const WAVE_QUANTUM: f32 = 1.0 / 268_435_456.0;
 /// `J` per count of the energy counter: 2^-30, so it wraps after 4.
 const ENERGY_QUANTUM: f32 = 1.0 / 1_073_741_824.0;
 
-/// What one axis has sent since it was reset.
+/// Counts from which an energy does not fit into its counter: 4 J in one tick.
+const TOO_MUCH: f32 = 4_294_967_296.0;
+/// More than the roundings of an energy that is worked out in `f32`.
+const MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
+
+/// What one axis has sent since the module was made.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Sent {
     wave: u32,
@@ -22,68 +27,85 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// Adds this tick's wave; gives both counters.
-    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 2] {
+    /// Adds this tick's wave; gives what to send of it: its bits and both counters.
+    ///
+    /// A wave that is no finite number is sent as 0, as the other side would never get rid of it. It
+    /// and a wave of 4 J or more add nothing: what does not fit into the counters would stay in the rests.
+    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 3] {
+        let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
+        // False for what is no number.
+        let fits = energy_counts < TOO_MUCH;
+        if !fits {
+            let wave = if wave.is_finite() { wave } else { 0.0 };
+            return [wave.to_bits(), self.wave, self.energy];
+        }
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
         self.wave_rest = counts - from_count(whole);
         self.wave = self.wave.wrapping_add(whole.cast_unsigned());
-        let counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
-        let whole = to_count(counts);
-        self.energy_rest = counts - from_count(whole);
-        self.energy = self.energy.wrapping_add(whole.cast_unsigned());
-        [self.wave, self.energy]
+        let whole = to_unsigned(energy_counts);
+        self.energy_rest = energy_counts - from_unsigned(whole);
+        self.energy = self.energy.wrapping_add(whole);
+        [wave.to_bits(), self.wave, self.energy]
     }
 }
 
-/// What one axis has received and given out.
+/// What one axis has received, and of that what it still owes.
 #[derive(Debug, Default, Clone, Copy)]
 pub(super) struct Received {
     wave: u32,
     energy: u32,
-    given_wave: u32,
-    given_energy: u32,
+    owed: i32,
+    unspent: u32,
+    /// Given out but not taken off `unspent` yet, in counts, below 1 or 1.
+    spent_rest: f32,
 }
 
 impl Received {
-    /// Takes the counters of a new packet.
+    /// Takes the counters of a new packet. A debt beyond the counter's range stays at its end.
     pub(super) fn update(&mut self, [wave, energy]: [u32; 2]) {
+        if self.owed == 0 && self.unspent == 0 {
+            // The waves handed through so far may hold a fraction that the sender has not counted yet.
+            self.spent_rest = 1.0;
+        }
+        self.owed = self.owed.saturating_add(wave.wrapping_sub(self.wave).cast_signed());
+        self.unspent = self.unspent.saturating_add(energy.wrapping_sub(self.energy));
         self.wave = wave;
         self.energy = energy;
     }
 
     /// Whether nothing is owed.
     pub(super) fn is_settled(&self) -> bool {
-        self.wave == self.given_wave
+        self.owed == 0
     }
 
-    /// Forgets what happened before: nothing is owed.
-    pub(super) fn settle(&mut self) {
-        self.given_wave = self.wave;
-        self.given_energy = self.energy;
+    /// Takes the counters of a new packet after which nothing is owed, whatever happened before.
+    pub(super) fn settle(&mut self, [wave, energy]: [u32; 2]) {
+        self.wave = wave;
+        self.energy = energy;
+        self.owed = 0;
+        self.unspent = 0;
     }
 
     /// The wave that pays all that is owed in one tick, whatever energy that takes.
     pub(super) fn owed(&mut self, period_s: f32) -> f32 {
-        let counts = self.wave.wrapping_sub(self.given_wave).cast_signed();
-        self.settle();
-        from_count(counts) * (WAVE_QUANTUM / period_s)
+        self.unspent = 0;
+        from_count(core::mem::take(&mut self.owed)) * (WAVE_QUANTUM / period_s)
     }
 
     /// The wave that pays as much of it as the energy received and not given out yet allows.
     #[inline(never)]
     pub(super) fn owed_within_energy(&mut self, period_s: f32) -> f32 {
-        let owed = self.wave.wrapping_sub(self.given_wave).cast_signed();
-        let energy = self.energy.wrapping_sub(self.given_energy);
-        let largest = math::sqrt(2.0 * unsigned(energy) * ENERGY_QUANTUM / period_s);
+        let energy = (from_unsigned(self.unspent) - self.spent_rest).max(0.0) / (MARGIN * MARGIN);
+        let largest = math::sqrt(2.0 * energy * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
-        let counts = owed.max(-limit).min(limit);
+        let counts = self.owed.max(-limit).min(limit);
         let wave = from_count(counts) * (WAVE_QUANTUM / period_s);
-        // Rounded up and never more than there is: the account must not go below zero.
-        let spent = to_count((0.5 * wave * wave) * (period_s / ENERGY_QUANTUM)).cast_unsigned();
-        let spent = spent.saturating_add(u32::from(counts != 0)).min(energy);
-        self.given_wave = self.given_wave.wrapping_add(counts.cast_unsigned());
-        self.given_energy = self.given_energy.wrapping_add(spent);
+        let spent = self.spent_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM) * MARGIN;
+        let whole = to_unsigned(spent);
+        self.spent_rest = spent - from_unsigned(whole);
+        self.unspent = self.unspent.saturating_sub(whole);
+        self.owed = self.owed.saturating_sub(counts);
         wave
     }
 }
@@ -99,7 +121,13 @@ fn from_count(counts: i32) -> f32 {
     counts as f32
 }
 
+/// Towards zero; saturates.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating: what is meant")]
+fn to_unsigned(counts: f32) -> u32 {
+    counts as u32
+}
+
 #[expect(clippy::cast_precision_loss, reason = "an energy, as exact as the wave itself")]
-fn unsigned(counts: u32) -> f32 {
+fn from_unsigned(counts: u32) -> f32 {
     counts as f32
 }
