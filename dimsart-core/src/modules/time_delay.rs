@@ -31,8 +31,8 @@ impl Module for TimeDelay {
     }
 
     fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.input, "SIGNAL_IN", types::CH1_WAVES);
-        ports.output(&mut self.output, "SIGNAL_OUT", types::CH1_TD_WAVES);
+        ports.any_input(&mut self.input, "SIGNAL_IN", types::CH1_WAVES);
+        ports.any_output(&mut self.output, "SIGNAL_OUT", types::CH1_TD_WAVES);
         let ticks = usize::try_from(self.delay_ticks).unwrap_or(usize::MAX);
         let words = ticks.saturating_mul(ports.device().dof());
         ports.memory(&mut self.line, "LINE", words);
