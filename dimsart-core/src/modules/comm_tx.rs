@@ -84,8 +84,8 @@ impl Module for CommTx {
                     [channel.input],
                     [],
                     |((sent, value), [wave_count, energy_count]), [wave]| {
-                        let [bits, waves, energies] = sent.add(wave, period_s);
-                        value.set(bits);
+                        value.set(wave.to_bits());
+                        let [waves, energies] = sent.add(value, wave, period_s);
                         wave_count.set(waves);
                         energy_count.set(energies);
                         []

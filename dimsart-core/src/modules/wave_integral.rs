@@ -5,6 +5,8 @@
 //! of what it has given out; the differences are what the line still owes (idea: Niemeyer and
 //! Slotine, ICRA 1998). Giving out at most `sqrt(2 E / h)` keeps the line passive.
 
+use core::cell::Cell;
+
 use crate::math;
 
 /// `sqrt(W)·s` per count of the wave counter: 2^-28, so it wraps after ±8.
@@ -27,17 +29,17 @@ pub(super) struct Sent {
 }
 
 impl Sent {
-    /// Adds this tick's wave; gives what to send of it: its bits and both counters.
+    /// Adds the wave that is sent this tick in `cell`; gives both counters.
     ///
     /// A wave that is no finite number is sent as 0, as the other side would never get rid of it. It
     /// and a wave of 4 J or more add nothing: what does not fit into the counters would stay in the rests.
-    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> [u32; 3] {
+    pub(super) fn add(&mut self, cell: &Cell<u32>, wave: f32, period_s: f32) -> [u32; 2] {
         let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
         // False for what is no number.
         let fits = energy_counts < TOO_MUCH;
         if !fits {
-            let wave = if wave.is_finite() { wave } else { 0.0 };
-            return [wave.to_bits(), self.wave, self.energy];
+            clear_unless_finite(cell);
+            return [self.wave, self.energy];
         }
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
@@ -46,7 +48,7 @@ impl Sent {
         let whole = to_unsigned(energy_counts);
         self.energy_rest = energy_counts - from_unsigned(whole);
         self.energy = self.energy.wrapping_add(whole);
-        [wave.to_bits(), self.wave, self.energy]
+        [self.wave, self.energy]
     }
 }
 
@@ -107,6 +109,13 @@ impl Received {
         self.unspent = self.unspent.saturating_sub(whole);
         self.owed = self.owed.saturating_sub(counts);
         wave
+    }
+}
+
+#[cold]
+fn clear_unless_finite(cell: &Cell<u32>) {
+    if !f32::from_bits(cell.get()).is_finite() {
+        cell.set(0);
     }
 }
 
