@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod connect;
 pub mod energy;
 pub mod experiment;
 pub mod felt;
