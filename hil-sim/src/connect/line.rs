@@ -92,7 +92,7 @@ pub struct Line<S> {
 }
 
 impl<S: Read + Write> Line<S> {
-    /// A line over an open stream whose reads end soon; see [`Stream`](super::Stream).
+    /// A line over an open stream without a buffer whose reads end soon; see [`Stream`](super::Stream).
     pub fn new(stream: S, patience: Patience) -> Self {
         // Not always the same start, lest the answer to an earlier program is taken for ours.
         let [low, high, ..] = std::process::id().to_le_bytes();
@@ -116,7 +116,11 @@ impl<S: Read + Write> Line<S> {
         let may_repeat = may_repeat(request);
         let tries = if may_repeat { self.patience.tries.max(1) } else { 1 };
         for _ in 0..tries {
-            self.stream.write_all(frame).and_then(|()| self.stream.flush()).map_err(failed)?;
+            match self.stream.write_all(frame) {
+                // The line takes nothing more: as lost as if it did.
+                Err(error) if is_nothing_yet(error.kind()) => {}
+                result => result.map_err(failed)?,
+            }
             if self.wait()? {
                 return decode_response(&self.content)
                     .map(|(_, response)| response)

@@ -1,5 +1,6 @@
 //! Ports: what PORT on the command line stands for, and why it does not open.
 
+use std::fmt;
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::path::Path;
@@ -13,11 +14,11 @@ const READ_WAIT: Duration = Duration::from_millis(10);
 /// Longest time that a write or the opening of a socket waits.
 const WRITE_WAIT: Duration = Duration::from_secs(2);
 
-/// Bytes both ways. A read that finds nothing ends after a few milliseconds with `TimedOut` or
+/// Bytes both ways, without a buffer that needs flushing. A read that finds nothing ends after a few milliseconds with `TimedOut` or
 /// `WouldBlock`.
-pub trait Stream: Read + Write + Send {}
+pub trait Stream: Read + Write + Send + fmt::Debug {}
 
-impl<S: Read + Write + Send> Stream for S {}
+impl<S: Read + Write + Send + fmt::Debug> Stream for S {}
 
 /// Why a port does not open.
 #[derive(Debug, thiserror::Error)]
