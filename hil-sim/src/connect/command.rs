@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{Effect, Request, Response};
-use dimsart_core::{Command, CommandError, PORT, Target, Verb};
+use dimsart_core::{Command, CommandError, PORT, Target, Value, Verb};
 
 use super::show::ParameterReport;
 use super::words::{MODULE, VALUE};
@@ -57,14 +57,17 @@ impl<S: Read + Write> Device<S> {
     /// refuses; nothing has changed then.
     pub fn set(&mut self, module: &str, parameter: &str, value: &str) -> Result<Outcome, ConnectError> {
         let command = self.words_to_command([module, parameter, value])?;
-        let effect = self.give(command)?;
-        let holds = match (command.module, command.param) {
-            (Target::Module(_), PORT..) => match effect.value {
-                Some(dimsart_core::Value::Type(signal)) => self.signal_name(signal)?,
-                _ => "nothing".to_owned(),
-            },
-            _ => self.get(module, parameter)?.values_text(),
+        let effect = self.try_give(command)?;
+        let holds = match effect.value {
+            None => None,
+            Some(Value::Type(signal)) if command.param >= PORT => Some(self.signal_name(signal)?),
+            Some(_) => Some(self.get(module, parameter)?.values_text()),
         };
+        let holds = holds.unwrap_or_else(|| "not set".to_owned());
+        if let Some(error) = effect.refused {
+            let reason = self.refused(command, error)?;
+            return Err(ConnectError::Command(format!("{reason}; {module} {parameter} stays {holds}")));
+        }
         self.outcome(format!("{module} {parameter} is {holds}"), &effect)
     }
 

@@ -170,7 +170,7 @@ impl<S: Read + Write> Device<S> {
 
     fn learn_types(&mut self) -> Result<&[DataType], ConnectError> {
         while !self.types.is_whole {
-            let index = u16::try_from(self.types.items.len()).unwrap_or(u16::MAX);
+            let Ok(index) = u16::try_from(self.types.items.len()) else { break };
             match self.ask(&Request::DataType { index }, take!(DataType))? {
                 Some(data_type) => self.types.items.push(data_type),
                 None => self.types.is_whole = true,

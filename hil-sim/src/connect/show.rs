@@ -7,7 +7,7 @@ use dimsart_core::protocol::{InstanceText, Request, Response};
 use dimsart_core::{Direction, ModuleRef, Usage};
 use serde::Serialize;
 
-use super::description::{Identity, ValueText, axis_name, joined};
+use super::description::{Identity, Range, ValueText, axis_name, joined};
 use super::faults::FirstFaultText;
 use super::signals::SignalReport;
 use super::words::Named;
@@ -204,7 +204,10 @@ impl<S: Read + Write> Device<S> {
         Ok(ParameterReport {
             name: format!("{}{axis}", parameter.name),
             values,
-            unit: parameter.units.on(&self.identity().axes),
+            unit: match parameter.range {
+                Range::Types => String::new(),
+                _ => parameter.units.on(&self.identity().axes),
+            },
             range: parameter.range.to_string(),
             summary: parameter.summary.clone(),
         })

@@ -10,6 +10,9 @@ use serde::Serialize;
 use super::description::{Units, ValueText};
 use super::{ConnectError, Device};
 
+/// One for each axis of the largest device.
+const VALUES_PER_LINE: usize = dimsart_core::limits::MAX_DOF;
+
 /// A signal and its values.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SignalReport {
@@ -27,7 +30,13 @@ impl fmt::Display for SignalReport {
         if self.values.is_empty() {
             f.write_str(" not in the Data Base")?;
         }
-        self.values.iter().try_for_each(|value| write!(f, " {value:>13}"))
+        for (line, values) in self.values.chunks(VALUES_PER_LINE).enumerate() {
+            if line > 0 {
+                write!(f, "\n{:35}", "")?;
+            }
+            values.iter().try_for_each(|value| write!(f, " {value:>12}"))?;
+        }
+        Ok(())
     }
 }
 
