@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use clap::{Args, Subcommand};
+use clap::{Args, Subcommand, value_parser};
 use serde::Serialize;
 
 use super::Ending;
@@ -34,8 +34,9 @@ pub(super) struct Connect {
     /// How long each answer is waited for, s.
     #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = seconds, global = true)]
     timeout_s: Duration,
-    /// How often a request is sent before the device is given up; a command that must not be given twice is sent once.
-    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..), global = true)]
+    /// How often a request is sent before the device is given up; a command that cannot be repeated is sent once.
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
+    #[arg(global = true)]
     tries: u32,
 }
 

@@ -14,8 +14,8 @@ const READ_WAIT: Duration = Duration::from_millis(10);
 /// Longest time that a write or the opening of a socket waits.
 const WRITE_WAIT: Duration = Duration::from_secs(2);
 
-/// Bytes both ways, without a buffer that needs flushing. A read that finds nothing ends after a few milliseconds with `TimedOut` or
-/// `WouldBlock`.
+/// Bytes both ways, without a buffer that needs flushing. A read that finds nothing ends after a few
+/// milliseconds with `TimedOut` or `WouldBlock`.
 pub trait Stream: Read + Write + Send + fmt::Debug {}
 
 impl<S: Read + Write + Send + fmt::Debug> Stream for S {}
@@ -33,9 +33,9 @@ pub enum PortError {
     },
     /// The system keeps this user out.
     #[error(
-        "no permission to use {port}: join its group with `sudo usermod -aG dialout $USER` and log in again, or put the \
-         line `SUBSYSTEM==\"tty\", ATTRS{{idVendor}}==\"0483\", TAG+=\"uaccess\"` (0483 is ST's; `lsusb` shows yours) \
-         into /etc/udev/rules.d/70-dimsart.rules, run `sudo udevadm control --reload` and plug the board in again"
+        "no permission to use {port}: join its group with `sudo usermod -aG dialout $USER` and log in again, or \
+         put the line `SUBSYSTEM==\"tty\", ATTRS{{idVendor}}==\"0483\", TAG+=\"uaccess\"` (0483 is ST's; `lsusb` shows \
+         yours) into /etc/udev/rules.d/70-dimsart.rules, run `sudo udevadm control --reload` and plug the board in again"
     )]
     NoPermission {
         /// The port.

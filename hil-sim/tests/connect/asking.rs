@@ -78,7 +78,8 @@ fn a_set_value_is_answered_by_what_holds_then() {
     for (arguments, expected) in [
         (
             ["PDCTRL_MOD", "K_PARAM", "-1"],
-            "refused: out of range: K_PARAM takes 0 to 1000000 N/m or N·m/rad; PDCTRL_MOD K_PARAM stays 3000  500  3000 N/m",
+            "refused: out of range: K_PARAM takes 0 to 1000000 N/m or N·m/rad; \
+                 PDCTRL_MOD K_PARAM stays 3000  500  3000 N/m",
         ),
         (["PDCTRL_MOD", "K_PARAM", "nan"], "refused: out of range"),
         (["PDCTRL_MOD", "K_PARAM", "much"], "'much' is not a number; K_PARAM takes 0 to 1000000"),
