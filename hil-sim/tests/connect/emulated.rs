@@ -15,7 +15,7 @@ use rand_core::{Rng, SeedableRng};
 
 pub(crate) const QUICK: Patience = Patience { timeout: Duration::from_millis(200), tries: 3 };
 
-/// Longer than any patience here.
+/// Longer than a line with late answers is waited for.
 const LATE: Duration = Duration::from_millis(120);
 
 /// A type of this device alone, larger than one answer: nothing on the host knows it.
@@ -67,8 +67,8 @@ pub(crate) struct Faults {
     pub(crate) noise_bytes: usize,
     /// One byte in so many is lost; none at 0.
     pub(crate) drop_one_in: u32,
-    /// One answer in so many is late; none at 0.
-    pub(crate) late_one_in: u32,
+    /// Which answers are late, such as every 6th; none at 0.
+    pub(crate) late_each: u32,
 }
 
 /// A device behind a socket.
@@ -86,9 +86,11 @@ impl Emulated {
         let robot = Arc::new(Mutex::new(Robot::new()));
         let shared = Arc::clone(&robot);
         let mut random = rand_pcg::Pcg32::seed_from_u64(7);
+        let mut answers = 0;
         let port = listen(move |content| {
             let frame = shared.lock().unwrap().answer(content);
-            if faults.late_one_in != 0 && random.next_u32() % faults.late_one_in == 0 {
+            answers += 1;
+            if faults.late_each != 0 && answers % faults.late_each == 0 {
                 thread::sleep(LATE);
             }
             let mut bytes = vec![0; faults.noise_bytes];

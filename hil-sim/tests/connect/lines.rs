@@ -26,7 +26,7 @@ fn noise_loss_and_delay_change_no_answer() {
     for faults in [
         Faults { noise_bytes: 300, ..Faults::default() },
         Faults { drop_one_in: 200, ..Faults::default() },
-        Faults { late_one_in: 50, noise_bytes: 20, drop_one_in: 500 },
+        Faults { late_each: 50, noise_bytes: 20, drop_one_in: 500 },
     ] {
         let emulated = Emulated::on(faults);
         let mut device = emulated.connect(patience);
@@ -40,8 +40,8 @@ fn noise_loss_and_delay_change_no_answer() {
 
 #[test]
 fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_next_one() {
-    let emulated = Emulated::on(Faults { late_one_in: 6, ..Faults::default() });
-    let mut device = emulated.connect(Patience { timeout: Duration::from_millis(50), tries: 5 });
+    let emulated = Emulated::on(Faults { late_each: 6, ..Faults::default() });
+    let mut device = emulated.connect(Patience { timeout: Duration::from_millis(50), tries: 20 });
     for value in ["11", "12", "13", "14", "15"] {
         for (name, value) in [("K_PARAM", value.to_owned()), ("D_PARAM", format!("1{value}"))] {
             let outcome = device.set("PDCTRL_MOD", name, &value).unwrap();
