@@ -1,6 +1,7 @@
 //! The `dimsart` command: what it can do, one file per sub-command.
 
 mod check;
+mod connect;
 mod modules;
 mod new_module;
 mod run;
@@ -36,6 +37,7 @@ enum Command {
     Check(check::Check),
     Modules(modules::Modules),
     NewModule(new_module::NewModule),
+    Connect(connect::Connect),
 }
 
 /// What a sub-command ends with: its exit status, or what went wrong.
@@ -51,6 +53,7 @@ pub fn main() -> ExitCode {
         Command::Check(check) => check.execute(&mut out),
         Command::Modules(modules) => modules.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
+        Command::Connect(connect) => connect.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
         // The reader has seen enough, as `head` has: that is no failure of ours.

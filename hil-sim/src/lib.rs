@@ -48,6 +48,7 @@
 #![forbid(unsafe_code)]
 
 pub mod cli;
+pub mod connect;
 pub mod energy;
 pub mod experiment;
 pub mod felt;

@@ -1,0 +1,263 @@
+//! `dimsart connect`: talks to a controller over a serial port or a socket.
+
+use std::fmt::{Display, Write as _};
+use std::io::{self, IsTerminal, Write};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use clap::{Args, Subcommand, value_parser};
+use serde::Serialize;
+
+use super::Ending;
+use crate::connect::{self, ConnectError, DEFAULT_BAUD, Patience, SignalReport, Stream};
+use crate::experiment::Side;
+use crate::schemes::SchemeText;
+
+type Device = connect::Device<Box<dyn Stream>>;
+
+/// Talk to a controller: look at it, tune it, change its scheme while it runs.
+///
+/// Names, units, ranges and choices are the device's own: nothing but the protocol is known beforehand.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Connect {
+    /// Serial port such as `/dev/ttyACM0`, or an emulated board's socket: `tcp:HOST:PORT`, `unix:PATH`.
+    port: String,
+    #[command(subcommand)]
+    action: Option<Action>,
+    /// Bits per second of a serial port.
+    #[arg(long, default_value_t = DEFAULT_BAUD, global = true)]
+    baud: u32,
+    /// How long each answer is waited for, s.
+    #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = seconds, global = true)]
+    timeout_s: Duration,
+    /// How often a request is sent before the device is given up; a command that cannot be repeated is sent once.
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
+    #[arg(global = true)]
+    tries: u32,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
+  dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
+  dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, row by row
+  dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
+  dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program
+
+A command is answered by what it came to: whether the scheme commands the device now and, if not, why.
+Exit status: 0 done, 1 refused, faults found or no answer, 2 wrong usage.";
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Who it is, its state, modules, parameters and signals; what is done when nothing is asked for.
+    Show(Json),
+    /// Value, unit and range of a parameter.
+    Get {
+        /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
+        module: String,
+        /// Parameter, such as `K_PARAM`, or `K_PARAM[0]` for one axis.
+        parameter: String,
+        #[command(flatten)]
+        json: Json,
+    },
+    /// Set a parameter or bind a port, and print what holds then.
+    Set {
+        /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
+        module: String,
+        /// Parameter, such as `K_PARAM` or `K_PARAM[0]`, or port, such as `PORT_FORCE`.
+        parameter: String,
+        /// Value, as a scheme would write it.
+        #[arg(allow_negative_numbers = true)]
+        value: String,
+    },
+    /// Plug a module in, behind the others.
+    On {
+        /// Module.
+        module: String,
+    },
+    /// Unplug a module; it keeps its parameters.
+    Off {
+        /// Module.
+        module: String,
+    },
+    /// Check the scheme and, when it matches, LET IT RUN; 1 when it does not match.
+    Check(Json),
+    /// Stop the scheme: the device gets its safe input.
+    Stop,
+    /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
+    Faults(Json),
+    /// Send a scheme row by row; stops at the first row that is refused.
+    Scheme {
+        /// Scheme file, or one that is built in: `builtin:bilateral`.
+        file: String,
+        /// Side whose rows are sent.
+        #[arg(long)]
+        side: Side,
+    },
+    /// Show signals live, until Ctrl-C.
+    Watch {
+        /// Signals, such as `POSITION`; all that are in the Data Base when none is named.
+        signals: Vec<String>,
+        /// Prints them once.
+        #[arg(long)]
+        once: bool,
+        /// Time between two looks, s.
+        #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = seconds)]
+        period_s: Duration,
+    },
+}
+
+#[derive(Debug, Args)]
+struct Json {
+    /// Prints one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+impl Json {
+    fn print(&self, out: &mut impl Write, report: &(impl Display + Serialize)) -> io::Result<()> {
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(report)?)
+        } else {
+            writeln!(out, "{report}")
+        }
+    }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
+}
+
+impl Connect {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let stream = connect::open(&self.port, self.baud).map_err(ConnectError::from)?;
+        let patience = Patience { timeout: self.timeout_s, tries: self.tries };
+        let mut device =
+            Device::greet(stream, patience).map_err(|error| format!("{}: {error}", self.port))?;
+        if let Some(note) = device.version_note() {
+            eprintln!("dimsart: note: {note}");
+        }
+        let is_well = self.action.unwrap_or(Action::Show(Json { json: false })).execute(&mut device, out)?;
+        Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+}
+
+impl Action {
+    /// False when what was asked for is there and is not well.
+    fn execute(self, device: &mut Device, out: &mut impl Write) -> Result<bool, Box<dyn std::error::Error>> {
+        match self {
+            Self::Show(json) => json.print(out, &device.overview()?)?,
+            Self::Get { module, parameter, json } => json.print(out, &device.get(&module, &parameter)?)?,
+            Self::Set { module, parameter, value } => {
+                writeln!(out, "{}", device.set(&module, &parameter, &value)?)?;
+            }
+            Self::On { module } => writeln!(out, "{}", device.on(&module)?)?,
+            Self::Off { module } => writeln!(out, "{}", device.off(&module)?)?,
+            Self::Stop => writeln!(out, "{}", device.stop()?)?,
+            Self::Check(json) => {
+                let check = device.check()?;
+                json.print(out, &check)?;
+                return Ok(check.is_running);
+            }
+            Self::Faults(json) => {
+                let faults = device.faults()?;
+                json.print(out, &faults)?;
+                return Ok(faults.is_sound());
+            }
+            Self::Scheme { file, side } => {
+                let sent = device.send_scheme(&SchemeText::read(&file)?, side.name())?;
+                writeln!(out, "{file}: {} rows for the {}; {}", sent.rows, side.name(), sent.state)?;
+            }
+            Self::Watch { signals, once: true, .. } => {
+                writeln!(out, "{}", lines(&device.signals(&signals)?))?;
+            }
+            Self::Watch { signals, period_s, .. } => watch(device, &signals, period_s, out)?,
+        }
+        Ok(true)
+    }
+}
+
+fn lines(signals: &[SignalReport]) -> String {
+    signals.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+}
+
+/// A second screen of the terminal, left when this goes; none where the output is not a terminal.
+struct Screen(bool);
+
+impl Screen {
+    fn enter(out: &mut impl Write) -> io::Result<Self> {
+        let screen = Self(io::stdout().is_terminal());
+        if screen.0 {
+            write!(out, "\x1b[?1049h\x1b[?25l")?;
+        }
+        Ok(screen)
+    }
+
+    /// Shows `text` in place of what was there.
+    fn show(&self, out: &mut impl Write, text: &str) -> io::Result<()> {
+        if self.0 {
+            let mut page = String::from("\x1b[H");
+            for line in text.lines() {
+                // Each line clears what is left of the old one: no flicker.
+                let _ = write!(page, "{line}\x1b[K\r\n");
+            }
+            write!(out, "{page}\x1b[J")?;
+        } else {
+            writeln!(out, "{text}")?;
+        }
+        out.flush()
+    }
+
+    fn leave(self, out: &mut impl Write) -> io::Result<()> {
+        if self.0 { write!(out, "\x1b[?25h\x1b[?1049l") } else { Ok(()) }
+    }
+}
+
+fn watch(
+    device: &mut Device,
+    names: &[String],
+    period: Duration,
+    out: &mut impl Write,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
+    let screen = Screen::enter(out)?;
+    let ending = refresh(device, names, period, &screen, &stop, out);
+    let is_terminal = screen.0;
+    screen.leave(out)?;
+    let last = ending?;
+    if is_terminal {
+        writeln!(out, "{last}")?;
+    }
+    Ok(())
+}
+
+/// Looks again and again until `stop`; gives the last look.
+fn refresh(
+    device: &mut Device,
+    names: &[String],
+    period: Duration,
+    screen: &Screen,
+    stop: &AtomicBool,
+    out: &mut impl Write,
+) -> Result<String, Box<dyn std::error::Error>> {
+    let mut next = Instant::now();
+    loop {
+        let state = device.state()?;
+        let text = format!("{state}\n{}", lines(&device.signals(names)?));
+        screen.show(out, &text)?;
+        next = (next + period).max(Instant::now());
+        while Instant::now() < next && !stop.load(Ordering::Relaxed) {
+            thread::sleep((next - Instant::now().min(next)).min(Duration::from_millis(20)));
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Ok(text);
+        }
+    }
+}

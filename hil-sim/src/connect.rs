@@ -1,0 +1,31 @@
+//! A controller at the other end of a serial port or socket, met with no table of its own.
+//!
+//! ```text
+//! Port  opens   Line  asks, repeats, gives up   Device  learns names, gives commands, reports
+//! ```
+//! Names, units, ranges and choices are the device's, asked for when they are first needed. What a
+//! command came to is said by the device's answer: its state and what keeps it from moving.
+
+mod command;
+mod description;
+mod device;
+mod error;
+mod explain;
+mod faults;
+mod line;
+mod port;
+mod scheme;
+mod show;
+mod signals;
+mod words;
+
+pub use command::Outcome;
+pub use description::{Identity, ValueText};
+pub use device::Device;
+pub use error::ConnectError;
+pub use faults::{Check, Faults, FindingText, FirstFaultText};
+pub use line::{Line, LineError, Patience};
+pub use port::{DEFAULT_BAUD, PortError, Stream, open};
+pub use scheme::Sent;
+pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};
+pub use signals::SignalReport;

@@ -1,0 +1,162 @@
+//! What keeps a scheme from running, and what its ticks came to.
+
+use std::fmt;
+use std::io::{Read, Write};
+
+use dimsart_core::protocol::{FirstFault, Request, Response};
+use dimsart_core::{Command, CommandError, Verb};
+use serde::Serialize;
+
+use super::{ConnectError, Device};
+
+/// A finding of the device's own check.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FindingText {
+    /// Whether the scheme must not run because of it; otherwise it is a declared delay.
+    pub is_fault: bool,
+    /// What, where, what to do next.
+    pub text: String,
+}
+
+impl fmt::Display for FindingText {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", if self.is_fault { "fault" } else { "delay" }, self.text)
+    }
+}
+
+/// What came of a check that lets a sound scheme run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Check {
+    /// Whether the scheme passed and runs.
+    pub is_running: bool,
+    /// Whether the scheme commands the device, with the first reason if it does not.
+    pub state: String,
+    /// Faults in all, listed or not.
+    pub faults: u32,
+    /// Findings, faults first; not all of them when there are very many.
+    pub findings: Vec<FindingText>,
+}
+
+impl fmt::Display for Check {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.state)?;
+        write_findings(f, self.faults, &self.findings)
+    }
+}
+
+/// The first tick that was refused.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct FirstFaultText {
+    /// Number of the tick, from 1.
+    pub tick: u64,
+    /// Why.
+    pub reason: String,
+}
+
+/// What is wrong with the scheme as it stands, and what went wrong in its ticks.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Faults {
+    /// Whether the scheme commands the device, with the first reason if it does not.
+    pub state: String,
+    /// Ticks since the start.
+    pub ticks: u64,
+    /// Those of them in which a frame was refused.
+    pub refused_ticks: u32,
+    /// The first of them.
+    pub first_fault: Option<FirstFaultText>,
+    /// Faults of the scheme in all, listed or not.
+    pub faults: u32,
+    /// Findings, faults first; not all of them when there are very many.
+    pub findings: Vec<FindingText>,
+}
+
+impl Faults {
+    /// Whether there is nothing to repair.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.faults == 0 && self.first_fault.is_none()
+    }
+}
+
+impl fmt::Display for Faults {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}\n{} of {} ticks refused", self.state, self.refused_ticks, self.ticks)?;
+        if let Some(FirstFaultText { tick, reason }) = &self.first_fault {
+            write!(f, ", the first one tick {tick}: {reason}")?;
+        }
+        write_findings(f, self.faults, &self.findings)
+    }
+}
+
+fn write_findings(f: &mut fmt::Formatter<'_>, faults: u32, findings: &[FindingText]) -> fmt::Result {
+    for finding in findings {
+        write!(f, "\n  {finding}")?;
+    }
+    let listed = findings.iter().filter(|finding| finding.is_fault).count();
+    match usize::try_from(faults).unwrap_or(usize::MAX).saturating_sub(listed) {
+        0 => Ok(()),
+        more => write!(f, "\n  and {more} more faults: repair these first"),
+    }
+}
+
+impl<S: Read + Write> Device<S> {
+    /// Has the scheme checked and, when it is sound, run.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer; a scheme that does not match is no error.
+    pub fn check(&mut self) -> Result<Check, ConnectError> {
+        let command = Command::plain(Verb::MatchingCheck);
+        let effect = self.try_give(command)?;
+        match effect.refused {
+            None | Some(CommandError::DoesNotMatch { .. }) => {}
+            Some(error) => return Err(ConnectError::Command(self.refused(command, error)?)),
+        }
+        let (faults, findings) = self.findings()?;
+        let state = self.state_text(effect.blocked)?;
+        Ok(Check { is_running: effect.refused.is_none(), state, faults, findings })
+    }
+
+    /// What is wrong; changes nothing.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn faults(&mut self) -> Result<Faults, ConnectError> {
+        let status = self.status()?;
+        let first_fault = self.first_fault_text(status.first_fault)?;
+        let (faults, findings) = self.findings()?;
+        let state = self.state_text(status.blocked)?;
+        Ok(Faults {
+            state,
+            ticks: status.ticks,
+            refused_ticks: status.refused_ticks,
+            first_fault,
+            faults,
+            findings,
+        })
+    }
+
+    pub(super) fn first_fault_text(
+        &mut self,
+        first: Option<FirstFault>,
+    ) -> Result<Option<FirstFaultText>, ConnectError> {
+        let text = |first: FirstFault| {
+            let reason = self.blocked_text(first.reason)?;
+            Ok(FirstFaultText { tick: first.tick, reason })
+        };
+        first.map(text).transpose()
+    }
+
+    fn findings(&mut self) -> Result<(u32, Vec<FindingText>), ConnectError> {
+        let take = |response: Response<'_>| match response {
+            Response::Finding { finding, faults } => Some((finding, faults)),
+            _ => None,
+        };
+        let (mut in_all, mut found) = (0, Vec::new());
+        for index in 0..=u8::MAX {
+            let Some((finding, faults)) = self.ask(&Request::Finding { index }, take)? else { break };
+            in_all = faults;
+            found.push(FindingText { is_fault: finding.is_fault(), text: self.finding_text(finding)? });
+        }
+        Ok((in_all, found))
+    }
+}

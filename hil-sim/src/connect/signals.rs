@@ -1,0 +1,96 @@
+//! Signals of the Data Base, as the last tick left them.
+
+use std::fmt;
+use std::io::{Read, Write};
+
+use dimsart_core::TypeRef;
+use dimsart_core::protocol::{Request, Response};
+use serde::Serialize;
+
+use super::description::{Units, ValueText};
+use super::{ConnectError, Device};
+
+/// One for each axis of the largest device.
+const VALUES_PER_LINE: usize = dimsart_core::limits::MAX_DOF;
+
+/// A signal and its values.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SignalReport {
+    /// Name.
+    pub name: String,
+    /// Unit; empty for a pure number.
+    pub unit: String,
+    /// Its words, in their order; empty when it is not in the Data Base now.
+    pub values: Vec<ValueText>,
+}
+
+impl fmt::Display for SignalReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "  {:<22} {:<10}", self.name, self.unit)?;
+        if self.values.is_empty() {
+            f.write_str(" not in the Data Base")?;
+        }
+        for (line, values) in self.values.chunks(VALUES_PER_LINE).enumerate() {
+            if line > 0 {
+                write!(f, "\n{:35}", "")?;
+            }
+            values.iter().try_for_each(|value| write!(f, " {value:>12}"))?;
+        }
+        Ok(())
+    }
+}
+
+impl<S: Read + Write> Device<S> {
+    /// Signals by name, or all that are in the Data Base now when none is named.
+    ///
+    /// # Errors
+    /// [`ConnectError::Word`] for a name that no data type has.
+    pub fn signals(&mut self, names: &[String]) -> Result<Vec<SignalReport>, ConnectError> {
+        let mut wanted = Vec::new();
+        for name in names {
+            wanted.push(self.word_to_signal(0, name)?);
+        }
+        if names.is_empty() {
+            wanted = self.entries()?;
+        }
+        wanted.into_iter().map(|signal| self.signal(signal)).collect()
+    }
+
+    fn entries(&mut self) -> Result<Vec<TypeRef>, ConnectError> {
+        let take = |response: Response<'_>| match response {
+            Response::Entry(signal) => Some(signal),
+            _ => None,
+        };
+        let mut found = Vec::new();
+        for index in 0..=u8::MAX {
+            let Some(signal) = self.ask(&Request::Entry { index }, take)? else { break };
+            found.push(signal);
+        }
+        Ok(found)
+    }
+
+    fn signal(&mut self, signal: TypeRef) -> Result<SignalReport, ConnectError> {
+        let mut report =
+            SignalReport { name: self.signal_name(signal)?, unit: self.unit(signal.id)?, values: Vec::new() };
+        let take = |response: Response<'_>| match response {
+            Response::Signal(text) => {
+                let values = text.words.iter().map(|word| ValueText::of_word(*word, text.format));
+                Some((Units::from(text.unit), text.words_in_all, values.collect::<Vec<_>>()))
+            }
+            _ => None,
+        };
+        loop {
+            let from = u16::try_from(report.values.len()).unwrap_or(u16::MAX);
+            let Some((units, in_all, values)) = self.ask(&Request::Signal { signal, from }, take)? else {
+                break;
+            };
+            report.unit = units.on(&self.identity().axes);
+            let is_end = values.is_empty();
+            report.values.extend(values);
+            if is_end || report.values.len() >= usize::from(in_all) {
+                break;
+            }
+        }
+        Ok(report)
+    }
+}

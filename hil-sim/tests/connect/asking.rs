@@ -1,0 +1,266 @@
+//! Every question and command: what is answered, and what is told when it is refused.
+
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+use dimsart_core::scheme;
+use hil_sim::connect::ValueText;
+use hil_sim::schemes::{SIDES, SchemeText};
+
+use crate::emulated::{Emulated, QUICK, Robot, message};
+fn text(scheme: &str) -> SchemeText {
+    SchemeText { name: "my.scheme".to_owned(), text: scheme.to_owned() }
+}
+
+#[test]
+fn show_tells_who_it_is_what_runs_and_every_value_with_its_unit() {
+    let emulated = Emulated::with_scheme("slave");
+    emulated.robot.lock().unwrap().tick(0.25);
+    let overview = emulated.connect(QUICK).overview().unwrap();
+    assert_eq!((overview.identity.device.as_str(), overview.identity.image.as_str()), ("arm", "test 0.1"));
+    assert_eq!(overview.status.state, "the scheme runs and commands the device");
+    assert_eq!((overview.status.ticks, overview.status.is_running), (1, true));
+    assert_eq!(overview.status.usage, emulated.robot.lock().unwrap().dimsart.engine().usage());
+    let order: Vec<_> = overview.modules.iter().map(|module| (module.place, module.name.as_str())).collect();
+    let names = ["COMM_RXMOD", "WTRANSF_MOD", "PDCTRL_MOD", "TIMEDELAY_MOD", "COMM_TXMOD"];
+    assert_eq!(order, (1..).map(Some).zip(names).collect::<Vec<_>>());
+    let pd = &overview.modules[2];
+    assert!(pd.reads.contains(&"POSITION".to_owned()), "{pd:?}");
+    assert_eq!(pd.writes, ["DES_FORCE"]);
+    let stiffness = pd.parameters.iter().find(|parameter| parameter.name == "K_PARAM").unwrap();
+    assert_eq!(stiffness.values, vec![ValueText::Real(5000.0); 3]);
+    assert_eq!(stiffness.unit, "N/m or N·m/rad", "the axes differ");
+    let side = &overview.modules[1].parameters.iter().find(|found| found.name == "CONF_MODE").unwrap();
+    assert_eq!(side.values, [ValueText::Name("SLAVE".to_owned())]);
+    let position = &overview.signals[0];
+    assert_eq!((position.name.as_str(), position.unit.as_str()), ("POSITION", "m or rad"));
+    assert_eq!(position.values, [0.25, 0.0, 0.0].map(ValueText::Real));
+    let map = overview.signals.iter().find(|signal| signal.name == "MAP").unwrap();
+    assert_eq!((map.values.len(), map.unit.as_str()), (40, "J"));
+    assert_eq!(map.values[39], ValueText::Real(40.0));
+}
+
+#[test]
+fn show_is_the_default_and_has_the_same_as_json() {
+    let emulated = Emulated::with_scheme("master");
+    let text = emulated.out(&[], 0);
+    for part in [
+        "arm, image test 0.1, protocol 1",
+        "the scheme runs and commands the device",
+        "  3 PDCTRL_MOD  reads ",
+        "3000  3000  3000 N/m or N·m/rad",
+        "of 2048 words",
+    ] {
+        assert!(text.contains(part), "{part} is missing:\n{text}");
+    }
+    let json = emulated.json(&["show", "--json"], 0);
+    assert_eq!(json["identity"]["axes"], serde_json::json!(["linear", "rotary", "linear"]));
+    assert_eq!(json["modules"][2]["name"], "PDCTRL_MOD");
+    assert_eq!(json["status"]["is_running"], true);
+    assert_eq!(json["signals"][1]["values"].as_array().unwrap().len(), 40);
+}
+
+#[test]
+fn a_set_value_is_answered_by_what_holds_then() {
+    let emulated = Emulated::with_scheme("master");
+    let mut device = emulated.connect(QUICK);
+    let outcome = device.set("PDCTRL_MOD", "K_PARAM[1]", "500").unwrap();
+    assert_eq!(
+        outcome.to_string(),
+        "PDCTRL_MOD K_PARAM[1] is 500 N/m or N·m/rad; the scheme runs and commands the device"
+    );
+    let stiffness = device.get("PDCTRL_MOD", "K_PARAM").unwrap();
+    assert_eq!(stiffness.values, [3000.0, 500.0, 3000.0].map(ValueText::Real));
+    assert_eq!(stiffness.range, "0 to 1000000");
+    assert_eq!(emulated.json(&["get", "PDCTRL_MOD", "K_PARAM[1]", "--json"], 0)["values"][0], 500.0);
+
+    let state = emulated.state();
+    for (arguments, expected) in [
+        (
+            ["PDCTRL_MOD", "K_PARAM", "-1"],
+            "refused: out of range: K_PARAM takes 0 to 1000000 N/m or N·m/rad; \
+                 PDCTRL_MOD K_PARAM stays 3000  500  3000 N/m",
+        ),
+        (["PDCTRL_MOD", "K_PARAM", "nan"], "refused: out of range"),
+        (["PDCTRL_MOD", "K_PARAM", "much"], "'much' is not a number; K_PARAM takes 0 to 1000000"),
+        (["PDCTRL_MOD", "K_PARM", "1"], "'K_PARM' is not a parameter of PDCTRL_MOD; did you mean 'K_PARAM'?"),
+        (
+            ["PDCTL_MOD", "K_PARAM", "1"],
+            "'PDCTL_MOD' is not a module of this image; did you mean 'PDCTRL_MOD'?",
+        ),
+        (["PDCTRL_MOD", "K_PARAM[3]", "1"], "no such axis: the device has 3 of them"),
+        (["WTRANSF_MOD", "CONF_MODE", "SLAV"], "'SLAV' is not a value of CONF_MODE; did you mean 'SLAVE'?"),
+        (["PDCTRL_MOD", "PORT_POSITON", "MAP"], "did you mean 'PORT_POSITION'?"),
+        (
+            ["PDCTRL_MOD", "PORT_POSITION", "MAPP"],
+            "'MAPP' is not a data type of this device; did you mean 'MAP'?",
+        ),
+        (
+            ["TIMEDELAY_MOD", "TD_PARAM", "3"],
+            "refused: this parameter decides ports or memory: MOD_OFF first",
+        ),
+        (
+            ["PDCTRL_MOD", "PORT_POSITION", "MAP"],
+            "PDCTRL_MOD is plugged in: unplug it first (`off PDCTRL_MOD`)",
+        ),
+    ] {
+        let output = emulated.run(&[&["set"], arguments.as_slice()].concat());
+        let found = message(&output);
+        assert!(found.contains(expected), "{arguments:?}: {found}");
+    }
+    assert_eq!(emulated.state(), state, "a refusal changed something");
+}
+
+#[test]
+fn a_module_that_is_not_there_cannot_be_read() {
+    let found = message(&Emulated::start().run(&["get", "PDCTRL_MOD", "K_PARAM"]));
+    assert!(found.contains("there is no PDCTRL_MOD on the device yet"), "{found}");
+}
+
+#[test]
+fn an_accepted_command_says_what_still_keeps_the_device_still() {
+    let emulated = Emulated::start();
+    let mut device = emulated.connect(QUICK);
+    let missing = "the device is NOT commanded: PDCTRL_MOD reads DES_POSITION and nobody provides it: plug in a module \
+                   that writes DES_POSITION";
+    let outcome = device.on("PDCTRL_MOD").unwrap();
+    assert_eq!(outcome.to_string(), format!("PDCTRL_MOD is plugged in, at place 1; {missing}"));
+    assert!(!outcome.is_commanded);
+    let found = message(&emulated.run(&["on", "PDCTRL_MOD"]));
+    assert!(found.contains("refused: PDCTRL_MOD is plugged in"), "{found}");
+
+    let check = device.check().unwrap();
+    assert_eq!((check.is_running, check.faults, check.findings.len()), (false, 1, 1));
+    assert!(missing.ends_with(&check.findings[0].text), "{check:?}");
+    assert_eq!(emulated.json(&["check", "--json"], 1)["faults"], 1);
+    assert!(emulated.out(&["faults"], 1).contains("  fault: PDCTRL_MOD reads DES_POSITION"));
+
+    device.off("PDCTRL_MOD").unwrap();
+    let bound = device.set("PDCTRL_MOD", "PORT_DES_POSITION", "POSITION").unwrap();
+    assert_eq!(bound.effect, "PDCTRL_MOD PORT_DES_POSITION is POSITION");
+    let outcome = device.on("PDCTRL_MOD").unwrap();
+    assert!(outcome.state.contains("the scheme is stopped; `check` starts it"), "{outcome}");
+    assert!(emulated.out(&["check"], 0).starts_with("the scheme runs and commands the device"));
+    let found = message(&emulated.run(&["off", "PDCTRL_MOD"]));
+    assert!(
+        found.contains("refused: the scheme is running and this would break it: the device arm reads"),
+        "{found}"
+    );
+
+    assert!(device.stop().unwrap().state.contains("the scheme is stopped"));
+    assert!(!device.overview().unwrap().status.is_running);
+}
+
+#[test]
+fn faults_name_the_first_tick_that_was_refused() {
+    let emulated = Emulated::with_scheme("master");
+    assert!(emulated.out(&["faults"], 0).contains("0 of 0 ticks refused"));
+    for position in [0.0, f32::NAN, 0.0] {
+        emulated.robot.lock().unwrap().tick(position);
+    }
+    let faults = emulated.json(&["faults", "--json"], 1);
+    assert_eq!((&faults["refused_ticks"], &faults["first_fault"]["tick"]), (&1.into(), &2.into()));
+    let reason = faults["first_fault"]["reason"].as_str().unwrap();
+    assert!(
+        reason.contains("measurement was refused: word 0 of POSITION is not a finite number"),
+        "{reason}"
+    );
+    assert_eq!(faults["state"], "the scheme runs and commands the device");
+}
+
+#[test]
+fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
+    for side in SIDES {
+        let emulated = Emulated::with_scheme(side);
+        let mut loaded = Robot::new().dimsart;
+        let scheme = SchemeText::read("builtin:bilateral").unwrap();
+        assert_eq!(scheme::load(&scheme.text, side, SIDES, &mut loaded, |error| panic!("{error:?}")), 0);
+        assert_eq!(emulated.state(), format!("{loaded:?}"), "{side}");
+    }
+    let out = Emulated::start().out(&["scheme", "builtin:bilateral", "--side", "slave"], 0);
+    let expected = "builtin:bilateral: 12 rows for the slave; the scheme runs and commands the device\n";
+    assert_eq!(out, expected);
+}
+
+#[test]
+fn a_scheme_stops_at_its_first_refusal_and_names_the_place() {
+    const GOOD: &str = "all PDCTRL_MOD K_PARAM 7\n";
+    for (row, expected) in [
+        ("  all PDCTRL_MOD K_PARAM 3o00 # stiff", "2:26: '3o00' is not a number; K_PARAM takes"),
+        ("all PDCTRL_MOD K_PARAM -1", "2:24: refused: out of range: K_PARAM takes 0 to 1000000"),
+        ("all PDCTRL_MOD K_PARAM[9] 1", "2:16: no such axis"),
+        ("all PDCTRL_MOD K_PARAM", "2:23: K_PARAM needs a number, 0 to 1000000"),
+        ("all PDCTRL_MOD K_PARAM 1 2", "2:26: '2' is one word too many"),
+        ("all PDCTL_MOD K_PARAM 1", "2:5: 'PDCTL_MOD' is not a module of this image"),
+        (
+            "all MOD_ENG MOD_UN PDCTRL_MOD",
+            "2:13: 'MOD_UN' is not a command of the engine; did you mean 'MOD_ON'?",
+        ),
+        ("all MOD_ENG STOP NOW", "2:18: 'NOW' is one word too many: STOP takes none"),
+        ("middle PDCTRL_MOD K_PARAM 1", "2:1: 'middle' is not a side; there is master, slave, all"),
+        (
+            "all MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK",
+            "3:13: refused: the scheme has 1 fault(s), the first: PDCTRL_MOD reads DES_POSITION and nobody",
+        ),
+    ] {
+        let emulated = Emulated::start();
+        let mut device = emulated.connect(QUICK);
+        let rows = format!("{GOOD}{row}\nall PDCTRL_MOD K_PARAM 8\n");
+        let error = device.send_scheme(&text(&rows), "master").unwrap_err();
+        let message = error.to_string();
+        assert!(message.starts_with(&format!("my.scheme:{expected}")), "{row}: {message}");
+        assert!(message.ends_with("the rows above it are in force"), "{message}");
+        let stiffness = device.get("PDCTRL_MOD", "K_PARAM[0]").unwrap().values;
+        assert_eq!(stiffness, [ValueText::Real(7.0)], "{row}");
+    }
+}
+
+#[test]
+fn a_scheme_upon_a_scheme_is_told_how_to_replace_it() {
+    let emulated = Emulated::with_scheme("master");
+    let mut device = emulated.connect(QUICK);
+    let scheme = SchemeText::read("builtin:bilateral").unwrap();
+    let message = device.send_scheme(&scheme, "master").unwrap_err().to_string();
+    assert!(
+        message.contains("5 modules were on the device before: begin the scheme with `all MOD_ENG CLOSE`")
+    );
+    let replacing = text(&format!("all MOD_ENG CLOSE\n{}", scheme.text));
+    assert_eq!(device.send_scheme(&replacing, "slave").unwrap().rows, 13);
+}
+
+#[test]
+fn watch_shows_signals_by_name_and_all_of_them_without_one() {
+    let emulated = Emulated::with_scheme("master");
+    emulated.robot.lock().unwrap().tick(0.125);
+    let one = emulated.out(&["watch", "POSITION", "--once"], 0);
+    let words: Vec<_> = one.split_whitespace().collect();
+    assert_eq!(words, ["POSITION", "m", "or", "rad", "0.125", "0", "0"]);
+    let all = emulated.out(&["watch", "--once"], 0);
+    assert!(all.contains("MAP") && all.contains("DES_FORCE") && all.contains("sqrt(W)"), "{all}");
+    let absent = emulated.out(&["watch", "POSITION.2", "--once"], 0);
+    assert!(absent.contains("POSITION.2") && absent.contains("not in the Data Base"), "{absent}");
+    let found = message(&emulated.run(&["watch", "POSITON", "--once"]));
+    assert!(found.contains("did you mean 'POSITION'?"), "{found}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_live_view_well() {
+    let emulated = Emulated::start();
+    let mut watch = Command::new(env!("CARGO_BIN_EXE_dimsart"))
+        .args(["connect", &emulated.port, "watch", "POSITION", "--period-s", "0.05"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(watch.stdout.take().unwrap()).lines().map(Result::unwrap);
+    let mut out = String::new();
+    for tick in ["tick 0: ", "tick 1: "] {
+        let seen = lines.by_ref().inspect(|line| out += line).any(|line| line.starts_with(tick));
+        assert!(seen, "{out}");
+        emulated.robot.lock().unwrap().tick(0.5);
+    }
+    assert!(Command::new("kill").args(["-INT", &watch.id().to_string()]).status().unwrap().success());
+    out.extend(lines);
+    assert_eq!(watch.wait().unwrap().code(), Some(0));
+    assert!(!out.contains('\x1b'), "no terminal, no escapes");
+}

@@ -1,0 +1,169 @@
+//! A controller behind a socket, on a line as bad as wanted.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Command, Output};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use dimsart_core::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, answer, decode_request};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Unit, Word, types};
+use hil_sim::connect::{Device, Patience, Stream, open};
+use hil_sim::schemes::SchemeText;
+use rand_core::{Rng, SeedableRng};
+
+pub(crate) const QUICK: Patience = Patience { timeout: Duration::from_millis(200), tries: 3 };
+
+/// Longer than a line with late answers is waited for.
+const LATE: Duration = Duration::from_millis(120);
+
+/// A type of this device alone, larger than one answer: nothing on the host knows it.
+const MAP: &DataType = &DataType {
+    id: 0x8001,
+    name: "MAP",
+    unit: Unit::Energy,
+    format: Format::F32,
+    shape: Shape::Matrix(5, 8),
+    summary: "A map.",
+};
+
+/// A controller and what its ticks came to.
+pub(crate) struct Robot {
+    pub(crate) dimsart: Dimsart,
+    pub(crate) info: DeviceInfo,
+    /// Commands that it took.
+    pub(crate) commands: u32,
+}
+
+impl Robot {
+    pub(crate) fn new() -> Self {
+        let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
+        let outputs = &[types::POSITION, MAP];
+        let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
+        Self { dimsart: Dimsart::new(device).unwrap(), info: DeviceInfo::new("test 0.1"), commands: 0 }
+    }
+
+    pub(crate) fn tick(&mut self, position: f32) {
+        let mut measured = [Word(0); 43];
+        measured[0] = position.into();
+        measured[3..].iter_mut().zip(1u8..).for_each(|(word, value)| *word = f32::from(value).into());
+        let tick = self.dimsart.tick(&measured, &mut [Word(0); 3]);
+        self.info.count(tick);
+    }
+
+    pub(crate) fn answer(&mut self, content: &[u8]) -> Vec<u8> {
+        let is_command = matches!(decode_request(content), Ok((_, Request::Command(_))));
+        self.commands += u32::from(is_command);
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        answer(content, &mut self.dimsart, &self.info, &mut buffer).unwrap().unwrap_or_default().to_vec()
+    }
+}
+
+/// What a line does to the answers on it.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Faults {
+    /// Random bytes before every answer.
+    pub(crate) noise_bytes: usize,
+    /// One byte in so many is lost; none at 0.
+    pub(crate) drop_one_in: u32,
+    /// Which answers are late, such as every 6th; none at 0.
+    pub(crate) late_each: u32,
+}
+
+/// A device behind a socket.
+pub(crate) struct Emulated {
+    pub(crate) port: String,
+    pub(crate) robot: Arc<Mutex<Robot>>,
+}
+
+impl Emulated {
+    pub(crate) fn start() -> Self {
+        Self::on(Faults::default())
+    }
+
+    pub(crate) fn on(faults: Faults) -> Self {
+        let robot = Arc::new(Mutex::new(Robot::new()));
+        let shared = Arc::clone(&robot);
+        let mut random = rand_pcg::Pcg32::seed_from_u64(7);
+        let mut answers = 0;
+        let port = listen(move |content| {
+            let frame = shared.lock().unwrap().answer(content);
+            answers += 1;
+            if faults.late_each != 0 && answers % faults.late_each == 0 {
+                thread::sleep(LATE);
+            }
+            let mut bytes = vec![0; faults.noise_bytes];
+            random.fill_bytes(&mut bytes);
+            bytes.extend(frame);
+            bytes.retain(|_| faults.drop_one_in == 0 || random.next_u32() % faults.drop_one_in != 0);
+            bytes
+        });
+        Self { port, robot }
+    }
+
+    /// With the shipped scheme running on one side.
+    pub(crate) fn with_scheme(side: &str) -> Self {
+        let emulated = Self::start();
+        let mut device = emulated.connect(QUICK);
+        device.send_scheme(&SchemeText::read("builtin:bilateral").unwrap(), side).unwrap();
+        emulated
+    }
+
+    pub(crate) fn connect(&self, patience: Patience) -> Device<Box<dyn Stream>> {
+        Device::greet(open(&self.port, 0).unwrap(), patience).unwrap()
+    }
+
+    pub(crate) fn state(&self) -> String {
+        format!("{:?}", self.robot.lock().unwrap().dimsart)
+    }
+
+    pub(crate) fn run(&self, arguments: &[&str]) -> Output {
+        dimsart(&[&["connect", &self.port], arguments].concat())
+    }
+
+    /// Standard output of a command that ends with `status`.
+    pub(crate) fn out(&self, arguments: &[&str], status: i32) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    pub(crate) fn json(&self, arguments: &[&str], status: i32) -> serde_json::Value {
+        serde_json::from_str(&self.out(arguments, status)).unwrap()
+    }
+}
+
+/// A socket at which `answer` makes bytes out of the content of every frame.
+pub(crate) fn listen(answer: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    let answer = Arc::new(Mutex::new(answer));
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let answer = Arc::clone(&answer);
+            thread::spawn(move || talk(&stream.unwrap(), |content| (*answer.lock().unwrap())(content)));
+        }
+    });
+    port
+}
+
+fn talk(mut stream: &TcpStream, answer: impl Fn(&[u8]) -> Vec<u8>) {
+    let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
+    while let Ok(count @ 1..) = stream.read(&mut buffer) {
+        let mut bytes = Vec::new();
+        receiver.take_all(&buffer[..count], |content| bytes.extend(answer(content)));
+        if stream.write_all(&bytes).is_err() {
+            break;
+        }
+    }
+}
+
+pub(crate) fn dimsart(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
+}
+
+pub(crate) fn message(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
