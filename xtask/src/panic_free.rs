@@ -11,6 +11,8 @@ use std::path::PathBuf;
 use crate::setup::install;
 use crate::shell::{Outcome, cargo, command, succeeds, top};
 
+/// What the check is built for.
+const TARGET: &str = "x86_64-unknown-linux-gnu";
 /// Where a tick begins, in the example `step_cost`.
 const ROOTS: [&str; 2] = ["::counted_table1", "::counted_step"];
 /// What a tick may be made of.
@@ -22,18 +24,20 @@ type Functions<'a> = BTreeMap<u64, (&'a str, Vec<&'a str>)>;
 
 /// Builds, disassembles and follows every path of a tick.
 pub(crate) fn run() -> Outcome {
-    if std::env::consts::ARCH != "x86_64" {
-        return Err("the check reads x86-64 machine code: run this on such a machine".into());
+    if (std::env::consts::ARCH, std::env::consts::OS) != ("x86_64", "linux") {
+        return Err("the check reads x86-64 machine code of Linux: run this on such a machine".into());
     }
     if !succeeds(&mut command("objdump", ["--version"])) {
         install(&["binutils"], "reading machine code")?;
     }
     // Without position independence a call names its target instead of a table entry.
     let folder = top().join("target/panic-free");
-    let build = ["build", "--release", "--package", "dimsart-core", "--example", "step_cost"];
+    // A target that is named keeps the flags from the macros that run while building.
+    let build =
+        ["build", "--release", "--package", "dimsart-core", "--example", "step_cost", "--target", TARGET];
     let flags = "-C relocation-model=static";
     crate::shell::run(cargo(&build).env("RUSTFLAGS", flags).env("CARGO_TARGET_DIR", &folder))?;
-    let listing = disassemble(folder.join("release/examples/step_cost"))?;
+    let listing = disassemble(folder.join(TARGET).join("release/examples/step_cost"))?;
     let reached = reach(&functions(&listing))?;
     println!("a tick reaches {reached} functions, none of which can panic");
     Ok(())
