@@ -46,18 +46,14 @@ impl<M: ModuleList, const WORDS: usize> fmt::Display for Explanation<'_, M, WORD
                     device.signal_name(signal)
                 )?;
                 self.difference(f, signal, difference)?;
-                write!(f, ": bind it to a signal that fits (PORT_{port} command)")
+                write!(f, ": bind it to a signal that fits")
             }
             Finding::Delay { signal, writer, reader, is_declared } => {
                 self.party(f, reader)?;
                 write!(f, " reads {} before ", device.signal_name(signal))?;
                 self.party(f, writer)?;
                 write!(f, " writes it, so it sees the last tick's value")?;
-                if is_declared {
-                    write!(f, " (as declared)")
-                } else {
-                    write!(f, ": plug in the writer first")
-                }
+                if is_declared { write!(f, " (declared)") } else { write!(f, ": plug in the writer first") }
             }
         }
     }
@@ -84,10 +80,10 @@ impl<M: ModuleList, const WORDS: usize> Explanation<'_, M, WORDS> {
         let axis = device.axes().first().copied().unwrap_or_default();
         match difference {
             Difference::Unit => {
-                write!(f, "whose unit, {}, is not the port's", found.unit.symbol(axis))
+                write!(f, "which has another unit, {}", found.unit.symbol(axis))
             }
-            Difference::Format => write!(f, "whose format, {:?}, is not the port's", found.format),
-            Difference::Shape => write!(f, "whose shape, {:?}, is not the port's", found.shape),
+            Difference::Format => write!(f, "which has another format, {:?}", found.format),
+            Difference::Shape => write!(f, "which has another shape, {:?}", found.shape),
         }
     }
 }

@@ -168,10 +168,10 @@ pub fn load<const WORDS: usize>(
 fn fault_text<const WORDS: usize>(engine: &Engine<Standard, WORDS>, fault: Finding) -> String {
     let text = engine.explain(fault);
     match fault {
-        Finding::Mismatch { module, .. } => {
-            let kind = ModuleRef { number: 1, ..module };
-            let kind = Engine::<Standard, WORDS>::module_name(kind);
-            format!("{text}; `dimsart modules {kind}` shows what fits")
+        Finding::Mismatch { module, port, .. } => {
+            let kind = Engine::<Standard, WORDS>::module_name(ModuleRef { number: 1, ..module });
+            let port = engine.port_name(module, port).unwrap_or_default();
+            format!("{text} (PORT_{port} command); `dimsart modules {kind}` shows what does")
         }
         _ => text.to_string(),
     }

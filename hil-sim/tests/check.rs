@@ -133,8 +133,8 @@ fn faults_of_the_whole_scheme_are_named_all_at_once() {
         "all PDCTRL_MOD PORT_POSITION CH1_WAVES\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MOD_ON PCTRL_MOD",
     );
     for expected in [
-        "port POSITION of PDCTRL_MOD is bound to CH1_WAVES, whose unit, sqrt(W), is not the port's: bind it to a \
-         signal that fits (PORT_POSITION command); `dimsart modules PDCTRL_MOD` shows what fits",
+        "port POSITION of PDCTRL_MOD is bound to CH1_WAVES, which has another unit, sqrt(W): bind it to a signal \
+         that fits (PORT_POSITION command); `dimsart modules PDCTRL_MOD` shows what does",
         "DES_FORCE has two providers, PDCTRL_MOD and PCTRL_MOD: unplug one or bind its port to another signal",
         "PDCTRL_MOD reads CH1_WAVES before WTRANSF_MOD writes it, so it sees the last tick's value: plug in the \
          writer first",

@@ -222,7 +222,8 @@ fn a_new_module_is_written_once_and_never_over_another_file() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path().to_str().unwrap();
     let printed = out(&["new-module", "damped-spring", "--folder", here]);
-    for line in ["mod damped_spring;", "pub use damped_spring::DampedSpring;", "DampedSpring(DampedSpring),"]
+    for line in
+        ["pub mod damped_spring;", "pub use damped_spring::DampedSpring;", "DampedSpring(DampedSpring),"]
     {
         assert!(printed.contains(line), "{printed}");
     }

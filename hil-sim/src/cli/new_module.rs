@@ -140,6 +140,12 @@ impl Names {
         Ok(Self { file, kind, words: capitalised(&words.join(" ")), module })
     }
 
+    /// The lines that make it part of the library.
+    fn registration(&self) -> [String; 3] {
+        let Self { file, kind, .. } = self;
+        [format!("pub mod {file};"), format!("pub use {file}::{kind};"), format!("{kind}({kind}),")]
+    }
+
     /// The template with these names, to stand within the core.
     fn text(&self) -> String {
         TEMPLATE
@@ -153,15 +159,14 @@ impl Names {
 impl NewModule {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let names = Names::new(&self.name)?;
-        let Names { file, kind, module, .. } = &names;
-        let path = self.folder.join(format!("{file}.rs"));
+        let path = self.folder.join(format!("{}.rs", names.file));
         write_new(&path, &names.text()).map_err(|error| advice(&path, &error))?;
         writeln!(out, "wrote {}", path.display())?;
-        writeln!(out, "register it with these lines in dimsart-core/src/modules.rs:")?;
-        writeln!(out, "  mod {file};")?;
-        writeln!(out, "  pub use {file}::{kind};")?;
-        writeln!(out, "  {kind}({kind}),          at the end of the list Standard")?;
-        writeln!(out, "then see it with `cargo run --release -- modules {module}`")?;
+        writeln!(out, "register it with these lines, each among its like, in dimsart-core/src/modules.rs:")?;
+        for line in names.registration() {
+            writeln!(out, "  {line}")?;
+        }
+        writeln!(out, "then see it with `cargo run --release -- modules {}`", names.module)?;
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -227,6 +232,16 @@ mod tests {
         let again = text.replace("DAMPED_SPRING_MOD", "TEMPLATE_MOD").replace("DampedSpring", "Template");
         let again = again.replace("//! Damped spring:", "//! Template:").replace("crate::", "dimsart_core::");
         assert_eq!(again, TEMPLATE);
+    }
+
+    #[test]
+    fn a_module_is_registered_like_those_that_are() {
+        let library = include_str!("../../../dimsart-core/src/modules.rs");
+        let text = || String::new();
+        let pid = Names { file: "pid".into(), kind: "Pid".into(), words: text(), module: text() };
+        for line in pid.registration() {
+            assert!(library.lines().any(|found| found.trim() == line), "{line}");
+        }
     }
 
     #[test]
