@@ -96,7 +96,7 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
     let mut findings = bench.findings();
     let declared = findings.split_off(7);
     findings.sort_unstable();
-    let fitting = "is not the port's: bind it to a signal that fits (PORT_POSITION command)";
+    let fitting = "bind it to a signal that fits";
     let stale = "so it sees the last tick's value";
     assert_eq!(
         findings,
@@ -109,11 +109,13 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
             ),
             "WTRANSF_MOD reads CH2_WAVES and nobody provides it: plug in a module that writes CH2_WAVES"
                 .to_owned(),
-            format!("port POSITION of PCTRL_MOD is bound to ARM_AGE, whose format, U32, {fitting}"),
             format!(
-                "port POSITION of PDCTRL_MOD is bound to ARM_INERTIA, whose shape, Matrix(2, 2), {fitting}"
+                "port POSITION of PCTRL_MOD is bound to ARM_AGE, which has another format, U32: {fitting}"
             ),
-            format!("port POSITION of WTRANSF_MOD is bound to FORCE, whose unit, N, {fitting}"),
+            format!(
+                "port POSITION of PDCTRL_MOD is bound to ARM_INERTIA, which has another shape, Matrix(2, 2): {fitting}"
+            ),
+            format!("port POSITION of WTRANSF_MOD is bound to FORCE, which has another unit, N: {fitting}"),
             "the device bench reads DES_VELOCITY and nobody provides it: \
          plug in a module that writes DES_VELOCITY"
                 .to_owned(),
@@ -122,7 +124,7 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
     assert_eq!(
         declared,
         ["PCTRL_MOD", "PDCTRL_MOD"].map(|reader| {
-            format!("{reader} reads DES_POSITION before WTRANSF_MOD writes it, {stale} (as declared)")
+            format!("{reader} reads DES_POSITION before WTRANSF_MOD writes it, {stale} (declared)")
         })
     );
 }
@@ -155,8 +157,8 @@ fn a_comm_channel_of_another_format_or_shape_is_a_fault() {
         let mut bench: Bench = Bench::of(3, &[AGE, INERTIA, types::LINK_AGE], &[]);
         bench.rows(&format!("COMM_TXMOD CTX_ADD_DATA {signal}\nMOD_ENG MOD_ON COMM_TXMOD"));
         let expected = format!(
-            "port DATA_1 of COMM_TXMOD is bound to {signal}, whose {difference}, is not the port's: \
-             bind it to a signal that fits (PORT_DATA_1 command)"
+            "port DATA_1 of COMM_TXMOD is bound to {signal}, which has another {difference}: \
+             bind it to a signal that fits"
         );
         assert_eq!(bench.findings(), [expected]);
     }
@@ -167,7 +169,7 @@ fn the_unit_in_a_finding_is_the_one_of_the_axes() {
     let device = DeviceDescriptor::new("arm", &[AxisKind::Rotary], 1e-3, &[types::FORCE], &[]).unwrap();
     let mut bench: Bench = Bench { dimsart: Dimsart::new(device).unwrap() };
     bench.rows("VWALL_MOD PORT_POSITION FORCE\nMOD_ENG MOD_ON VWALL_MOD");
-    assert!(bench.findings()[0].contains("whose unit, N·m,"), "{:?}", bench.findings());
+    assert!(bench.findings()[0].contains("another unit, N·m:"), "{:?}", bench.findings());
 }
 
 #[test]
@@ -225,7 +227,7 @@ fn the_late_stage_of_the_transformer_follows_the_force_in_every_form() {
         let expected: Vec<_> = delays
             .iter()
             .map(|(reads, writer)| {
-                format!("{reads} before {writer} writes it, so it sees the last tick's value (as declared)")
+                format!("{reads} before {writer} writes it, so it sees the last tick's value (declared)")
             })
             .collect();
         assert_eq!(bench.findings(), expected, "{rows}");
