@@ -8,7 +8,7 @@ use dimsart_core::{
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
 use heapless::Vec;
-use semihosting::fs::{File, OpenOptions};
+use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::process::exit;
 
@@ -91,7 +91,7 @@ impl Streams {
     /// Opens both FIFOs; waits for a host that has made them and not opened them yet.
     fn open() -> Option<Self> {
         let to_board = File::open(c"to-board").ok()?;
-        let from_board = OpenOptions::new().write(true).open(c"from-board").ok()?;
+        let from_board = File::create(c"from-board").ok()?;
         Some(Self { to_board, from_board })
     }
 }
