@@ -70,6 +70,7 @@ extern "C" fn run_background() {
     unsafe { BACKGROUND.on_interrupt() }
 }
 
+#[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
 extern "C" fn unexpected() {
     panic!("an interrupt came that nobody asked for");
 }
@@ -102,6 +103,7 @@ impl Board for Mps2An386 {
     type LinkOut = host::ToHost;
     type Idle = host::Host;
 
+    #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
     fn start() -> Parts<Self> {
         let Some(mut peripherals) = Peripherals::take() else { panic!("the board was started twice") };
         // Counts instructions when the emulator runs with `-icount`; the part's own CYCCNT reads 0 there.
