@@ -15,7 +15,7 @@ use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{Peripherals, SYST};
+use cortex_m::peripheral::{MPU, Peripherals, SYST};
 use defmt_semihosting as _;
 use dimsart_core::{Tick, Word};
 use embassy_executor::InterruptExecutor;
@@ -106,6 +106,7 @@ impl Board for Mps2An386 {
     #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
     fn start() -> Parts<Self> {
         let Some(mut peripherals) = Peripherals::take() else { panic!("the board was started twice") };
+        guard_below_stack(&mut peripherals.MPU);
         // Counts instructions when the emulator runs with `-icount`; the part's own CYCCNT reads 0 there.
         peripherals.SYST.set_clock_source(SystClkSource::Core);
         peripherals.SYST.set_reload(CYCLE_MASK);
@@ -152,6 +153,23 @@ impl Board for Mps2An386 {
     fn reset() -> ! {
         semihosting::process::exit(EXIT_RESET)
     }
+}
+
+/// Lets every access below the stack trap: there the emulated board ignores what is written.
+fn guard_below_stack(mpu: &mut MPU) {
+    const BASE_OF_256_MIB: u32 = 0x1000_0000;
+    const NO_ACCESS_256_MIB: u32 = 1 << 28 | 27 << 1 | 1;
+    const ENABLE_WITH_DEFAULT_MAP: u32 = 0b101;
+    #[expect(unsafe_code, reason = "the memory protection unit is memory that only the hardware knows")]
+    // SAFETY: the region ends where RAM begins, and nothing the image uses lies in it.
+    unsafe {
+        mpu.rnr.write(0);
+        mpu.rbar.write(BASE_OF_256_MIB);
+        mpu.rasr.write(NO_ACCESS_256_MIB);
+        mpu.ctrl.write(ENABLE_WITH_DEFAULT_MAP);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
 }
 
 const CYCLE_MASK: u32 = (1 << Mps2An386::CYCLE_BITS) - 1;

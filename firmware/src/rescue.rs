@@ -1,23 +1,20 @@
 //! The last word: actuators into their safe state, then say why, then start over.
 
+use core::fmt::Display;
 use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use boards::{Board as _, Selected};
 
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
-    cortex_m::interrupt::disable();
-    Selected::disarm();
-    defmt::error!("panic: {}", defmt::Display2Format(info));
-    Selected::reset()
+    rescue(info)
 }
 
-/// `defmt::panic!` has logged its message before it comes here.
+/// What `defmt::panic!` ends in; it has logged its message by then.
 #[defmt::panic_handler]
 fn logged_panic() -> ! {
-    cortex_m::interrupt::disable();
-    Selected::disarm();
-    Selected::reset()
+    rescue(&"as just logged")
 }
 
 #[expect(unsafe_code, reason = "no stack to be trusted before the first instructions have set one")]
@@ -36,8 +33,16 @@ mod hard_fault {
 }
 
 extern "C" fn fault() -> ! {
+    rescue(&"hard fault: a stack overflow, a bad memory access or an unknown instruction")
+}
+
+fn rescue(reason: &dyn Display) -> ! {
+    static IS_SAYING_WHY: AtomicBool = AtomicBool::new(false);
     cortex_m::interrupt::disable();
     Selected::disarm();
-    defmt::error!("hard fault: a memory access, an instruction or the stack went wrong");
+    // Saying why can fail in its turn; once is enough.
+    if !IS_SAYING_WHY.swap(true, Relaxed) {
+        defmt::error!("stopped: {}", defmt::Display2Format(reason));
+    }
     Selected::reset()
 }
