@@ -1,7 +1,11 @@
 //! The types matching check names every fault of a scheme, and only those.
 
+mod common;
+
+use common::Bench;
 use dimsart_core::{
-    AxisKind, DeviceDescriptor, Dimsart, Engine, Finding, Party, modules::Standard, scheme, types,
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Engine, Finding, Format, Party, Shape, Unit, limits,
+    modules::Standard, scheme, types,
 };
 
 const SIDES: &[&str] = &["master", "slave"];
@@ -53,4 +57,234 @@ fn the_shipped_scheme_runs_on_both_sides() {
         assert_eq!(load(&mut dimsart, include_str!("../schemes/bilateral.scheme"), side), [""; 0]);
         assert!(dimsart.engine().is_running(), "{:?}", findings(&dimsart));
     }
+}
+
+const AGE: &DataType = &own(0x8000, "ARM_AGE", Format::U32, Shape::Vector);
+const INERTIA: &DataType = &own(0x8001, "ARM_INERTIA", Format::F32, Shape::Matrix(2, 2));
+
+const fn own(id: u16, name: &'static str, format: Format, shape: Shape) -> DataType {
+    DataType { id, name, unit: Unit::Any, format, shape, summary: "A board's own." }
+}
+
+#[test]
+fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
+    let outputs = &[types::POSITION, types::FORCE, AGE, INERTIA];
+    let mut bench: Bench = Bench::of(3, outputs, &[types::DES_FORCE, types::DES_VELOCITY]);
+    let errors = bench.load(
+        "RECORDER_MOD PORT_SIGNAL_IN LINE_FORCE
+         MOD_ENG MOD_ON RECORDER_MOD
+         WTRANSF_MOD FORM PRINTED
+         WTRANSF_MOD PORT_POSITION FORCE
+         MOD_ENG MOD_ON WTRANSF_MOD
+         PCTRL_MOD PORT_POSITION ARM_AGE
+         PCTRL_MOD PORT_DES_POS POSITION
+         MOD_ENG MOD_ON PCTRL_MOD
+         PDCTRL_MOD PORT_POSITION ARM_INERTIA
+         MOD_ENG MOD_ON PDCTRL_MOD
+         MOD_ENG MOD_ON PIDCTRL
+         MOD_ENG MATCHING_CHECK",
+    );
+    let pcontrol = Engine::<Standard>::module("PCTRL_MOD").unwrap();
+    assert_eq!(
+        errors,
+        [
+            format!("7:ModuleCommand({pcontrol:?})"),
+            "11:ModuleValue".to_owned(),
+            "12:Refused(DoesNotMatch { faults: 7 })".to_owned()
+        ]
+    );
+    let mut findings = bench.findings();
+    let declared = findings.split_off(7);
+    findings.sort_unstable();
+    let fitting = "bind it to a signal that fits";
+    let stale = "so it sees the last tick's value";
+    assert_eq!(
+        findings,
+        [
+            "DES_FORCE has two providers, PCTRL_MOD and PDCTRL_MOD: \
+         unplug one or bind its port to another signal (PORT_... command)"
+                .to_owned(),
+            format!(
+                "RECORDER_MOD reads LINE_FORCE before WTRANSF_MOD writes it, {stale}: plug in the writer first"
+            ),
+            "WTRANSF_MOD reads CH2_WAVES and nobody provides it: plug in a module that writes CH2_WAVES"
+                .to_owned(),
+            format!(
+                "port POSITION of PCTRL_MOD is bound to ARM_AGE, which has another format, U32: {fitting}"
+            ),
+            format!(
+                "port POSITION of PDCTRL_MOD is bound to ARM_INERTIA, which has another shape, Matrix(2, 2): {fitting}"
+            ),
+            format!("port POSITION of WTRANSF_MOD is bound to FORCE, which has another unit, N: {fitting}"),
+            "the device bench reads DES_VELOCITY and nobody provides it: \
+         plug in a module that writes DES_VELOCITY"
+                .to_owned(),
+        ]
+    );
+    assert_eq!(
+        declared,
+        ["PCTRL_MOD", "PDCTRL_MOD"].map(|reader| {
+            format!("{reader} reads DES_POSITION before WTRANSF_MOD writes it, {stale} (declared)")
+        })
+    );
+}
+
+#[test]
+fn a_report_counts_what_it_cannot_list_and_lists_faults_before_declared_delays() {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::FORCE], &[]);
+    let mut rows = String::new();
+    for number in 1..=14 {
+        rows += &format!(
+            "PDCTRL_MOD.{number} PORT_POSITION FORCE.2\nPDCTRL_MOD.{number} PORT_DES_FORCE POSITION\n\
+             MOD_ENG MOD_ON PDCTRL_MOD.{number}\n"
+        );
+    }
+    bench.rows(&(rows + "WTRANSF_MOD FORM PRINTED\nMOD_ENG MOD_ON WTRANSF_MOD"));
+    let report = bench.dimsart.engine().check();
+    // Of each PD: two wrong units, two providers, no provider; of the wave transformer: no wave, no force.
+    assert_eq!(report.faults(), 14 * 4 + 2);
+    assert_eq!(report.findings().len(), limits::MAX_FINDINGS);
+    assert_eq!(report.unlisted(), 14 * 5 + 2 - limits::MAX_FINDINGS);
+    assert!(report.findings().iter().all(Finding::is_fault));
+    assert!(!report.is_sound());
+}
+
+#[test]
+fn a_comm_channel_of_another_format_or_shape_is_a_fault() {
+    for (signal, difference) in
+        [("ARM_AGE", "format, U32"), ("ARM_INERTIA", "shape, Matrix(2, 2)"), ("LINK_AGE", "format, U32")]
+    {
+        let mut bench: Bench = Bench::of(3, &[AGE, INERTIA, types::LINK_AGE], &[]);
+        bench.rows(&format!("COMM_TXMOD CTX_ADD_DATA {signal}\nMOD_ENG MOD_ON COMM_TXMOD"));
+        let expected = format!(
+            "port DATA_1 of COMM_TXMOD is bound to {signal}, which has another {difference}: \
+             bind it to a signal that fits"
+        );
+        assert_eq!(bench.findings(), [expected]);
+    }
+}
+
+#[test]
+fn the_unit_in_a_finding_is_the_one_of_the_axes() {
+    let device = DeviceDescriptor::new("arm", &[AxisKind::Rotary], 1e-3, &[types::FORCE], &[]).unwrap();
+    let mut bench: Bench = Bench { dimsart: Dimsart::new(device).unwrap() };
+    bench.rows("VWALL_MOD PORT_POSITION FORCE\nMOD_ENG MOD_ON VWALL_MOD");
+    assert!(bench.findings()[0].contains("another unit, N·m:"), "{:?}", bench.findings());
+}
+
+#[test]
+fn instances_of_one_kind_live_side_by_side_on_numbered_signals() {
+    let mut bench: Bench = Bench::of(2, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    bench.run(
+        "PCTRL_MOD K_PARAM 100
+         PCTRL_MOD PORT_DES_FORCE FORCE.2
+         MOD_ENG MOD_ON PCTRL_MOD
+         PCTRL_MOD.2 K_PARAM 10
+         PCTRL_MOD.2 PORT_DES_FORCE FORCE.3
+         MOD_ENG MOD_ON PCTRL_MOD.2
+         SUM_MOD PORT_A FORCE.2
+         SUM_MOD PORT_B FORCE.3
+         SUM_MOD B_GAIN -1
+         SUM_MOD PORT_SIGNAL_OUT DES_FORCE
+         MOD_ENG MOD_ON SUM_MOD",
+    );
+    assert_eq!(bench.tick(&[0.0, 0.0, 1.0, -2.0]), [90.0, -180.0]);
+    assert_eq!(bench.signal("FORCE.3"), [10.0, -20.0]);
+}
+
+/// The bilateral scheme on the master, with more rows before the transformer or controller comes in.
+fn bilateral(first: &str) -> Bench {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
+    bench.rows(first);
+    assert_eq!(load(&mut bench.dimsart, include_str!("../schemes/bilateral.scheme"), "master"), [""; 0]);
+    bench
+}
+
+#[test]
+fn the_late_stage_of_the_transformer_follows_the_force_in_every_form() {
+    let order = [
+        "COMM_RXMOD Early",
+        "WTRANSF_MOD Early",
+        "PDCTRL_MOD Early",
+        "WTRANSF_MOD Late",
+        "TIMEDELAY_MOD Early",
+        "COMM_TXMOD Early",
+    ];
+    let delays: [(&str, &[(&str, &str)]); 3] = [
+        ("WTRANSF_MOD FORM SPLIT", &[]),
+        (
+            "WTRANSF_MOD FORM IMPLICIT\nPDCTRL_MOD LAW_OUTPUT ON",
+            &[
+                ("WTRANSF_MOD reads CONTROL_STIFFNESS", "PDCTRL_MOD"),
+                ("WTRANSF_MOD reads CONTROL_MEMORY", "PDCTRL_MOD"),
+            ],
+        ),
+        ("WTRANSF_MOD FORM PRINTED", &[("PDCTRL_MOD reads DES_POSITION", "WTRANSF_MOD")]),
+    ];
+    for (rows, delays) in delays {
+        let bench = bilateral(rows);
+        assert_eq!(bench.steps(), order, "{rows}");
+        let expected: Vec<_> = delays
+            .iter()
+            .map(|(reads, writer)| {
+                format!("{reads} before {writer} writes it, so it sees the last tick's value (declared)")
+            })
+            .collect();
+        assert_eq!(bench.findings(), expected, "{rows}");
+        assert!(bench.dimsart.engine().is_running());
+    }
+}
+
+#[test]
+fn the_late_stage_waits_for_the_last_writer_of_what_it_reads() {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
+    bench.run(
+        "MOD_ENG MOD_ON WTRANSF_MOD
+         PDCTRL_MOD PORT_DES_FORCE FORCE.2
+         MOD_ENG MOD_ON PDCTRL_MOD
+         VWALL_MOD PORT_DES_FORCE FORCE.3
+         MOD_ENG MOD_ON VWALL_MOD
+         SUM_MOD PORT_A FORCE.2
+         SUM_MOD PORT_B FORCE.3
+         SUM_MOD PORT_SIGNAL_OUT DES_FORCE
+         MOD_ENG MOD_ON SUM_MOD
+         RECORDER_MOD PORT_SIGNAL_IN CH1_WAVES
+         MOD_ENG MOD_ON RECORDER_MOD",
+    );
+    assert_eq!(
+        bench.steps(),
+        [
+            "WTRANSF_MOD Early",
+            "PDCTRL_MOD Early",
+            "VWALL_MOD Early",
+            "SUM_MOD Early",
+            "WTRANSF_MOD Late",
+            "RECORDER_MOD Early"
+        ]
+    );
+}
+
+#[test]
+fn a_loop_within_the_tick_is_a_fault() {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[]);
+    bench.rows("WTRANSF_MOD PORT_DES_FORCE LINE_FORCE\nMOD_ENG MOD_ON WTRANSF_MOD");
+    assert_eq!(
+        bench.findings(),
+        ["WTRANSF_MOD reads LINE_FORCE before WTRANSF_MOD writes it, so it sees the last tick's value: \
+         plug in the writer first"]
+    );
+}
+
+#[test]
+fn the_implicit_form_needs_the_law_of_a_controller() {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::CH2_WAVES], &[types::DES_FORCE]);
+    bench.rows("WTRANSF_MOD FORM IMPLICIT\nMOD_ENG MOD_ON WTRANSF_MOD\nMOD_ENG MOD_ON PDCTRL_MOD");
+    assert_eq!(
+        bench.findings(),
+        ["CONTROL_STIFFNESS", "CONTROL_MEMORY"].map(|signal| {
+            format!(
+                "WTRANSF_MOD reads {signal} and nobody provides it: plug in a module that writes {signal}"
+            )
+        })
+    );
 }

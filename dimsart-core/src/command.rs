@@ -1,7 +1,7 @@
 //! Commands: how a scheme is built and changed while one image runs.
 
 use crate::data_type::TypeRef;
-use crate::limits::{MAX_DOF, MAX_MODULES, MAX_PORTS};
+use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_MODULES, MAX_PORTS, MAX_SLOTS};
 use crate::matching::Finding;
 use crate::parameter::{ParameterError, Value};
 use crate::storage::StorageError;
@@ -9,7 +9,7 @@ use crate::storage::StorageError;
 /// One instance of a kind of module, written `PDCTRL_MOD`, `PDCTRL_MOD.2`, ...
 ///
 /// An instance comes into being with the first command that names it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModuleRef {
     /// Place in [`ModuleList::KINDS`](crate::ModuleList::KINDS).
@@ -19,7 +19,7 @@ pub struct ModuleRef {
 }
 
 /// Who a command is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Target {
     /// The Module Engine, `MOD_ENG`.
@@ -84,7 +84,7 @@ pub const PORT: u8 = 128;
 
 /// A command to the engine or to a module.
 #[doc(alias = "ModuleCmd")]
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Command {
     /// Who it is for.
@@ -129,7 +129,7 @@ impl Command {
 }
 
 /// Why a command was refused. Whatever the reason, nothing has changed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum CommandError {
@@ -190,19 +190,29 @@ impl core::fmt::Display for CommandError {
             Self::TooManyModules => {
                 write!(f, "{MAX_MODULES} modules exist already and no more fit: MOD_CLOSE one first")
             }
-            Self::TooManyPorts => write!(f, "the module needs more than {MAX_PORTS} ports"),
+            Self::TooManyPorts => {
+                write!(f, "the module needs more than {MAX_PORTS} ports: add fewer types to it")
+            }
             Self::PluggedIn(_) => write!(f, "the module is plugged in: MOD_OFF first"),
             Self::NotPluggedIn(_) => write!(f, "the module is not plugged in: MOD_ON first"),
-            Self::Storage(StorageError::NoSlot) => write!(f, "every slot of the Data Base is taken"),
+            Self::Storage(StorageError::NoSlot) => {
+                write!(f, "all {MAX_SLOTS} slots of the Data Base are taken: MOD_OFF another module first")
+            }
             Self::Storage(StorageError::NoRoom { wanted, free }) => {
-                write!(f, "the module needs {wanted} words of the Data Base and {free} are free")
+                write!(
+                    f,
+                    "the module needs {wanted} words of the Data Base and {free} are free: \
+                     ask for less (a shorter delay, fewer rows) or MOD_OFF another module first"
+                )
             }
             Self::Parameter(ParameterError::Unknown) => write!(f, "the module has no such parameter"),
             Self::Parameter(ParameterError::WrongKind) => {
                 write!(f, "the value is not of the kind this parameter takes")
             }
             Self::Parameter(ParameterError::OutOfRange) => write!(f, "the value is out of range"),
-            Self::Parameter(ParameterError::ListFull) => write!(f, "the channel takes no more types"),
+            Self::Parameter(ParameterError::ListFull) => {
+                write!(f, "the channel carries {MAX_CHANNEL_TYPES} types already and takes no more")
+            }
             Self::Parameter(ParameterError::NoSuchAxis) => {
                 write!(f, "no such axis (at most {MAX_DOF}), or the parameter is not per axis")
             }

@@ -1,29 +1,47 @@
 //! The Data Base as a module sees it during a tick.
 
 use core::cell::Cell;
+use core::num::NonZeroU8;
 
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
+use crate::limits::{MAX_DOF, MAX_LINKS};
 use crate::mailbox::LinkPort;
-use crate::storage::Block;
 use crate::word::{Scalar, Word};
 
 /// Access to the Data Base through handles. Reading never fails: a handle that is not connected
 /// reads as zero, and what is written to it is dropped.
 #[derive(Debug)]
 pub struct Data<'a> {
-    pub(crate) words: &'a [Cell<u32>],
-    pub(crate) blocks: &'a [Block],
-    pub(crate) links: &'a [LinkPort],
-    pub(crate) device: &'a DeviceDescriptor,
-    pub(crate) dof: usize,
+    words: &'a [Cell<u32>],
+    links: &'a [LinkPort; MAX_LINKS],
+    device: &'a DeviceDescriptor,
+    /// Narrow and not zero, which spares checks: no sum with an offset overflows, each loop has a start.
+    dof: NonZeroU8,
 }
 
-impl Data<'_> {
+impl<'a> Data<'a> {
+    #[inline]
+    pub(crate) fn new(
+        words: &'a [Cell<u32>],
+        links: &'a [LinkPort; MAX_LINKS],
+        device: &'a DeviceDescriptor,
+    ) -> Self {
+        let dof = u8::try_from(device.dof()).ok().and_then(NonZeroU8::new).unwrap_or(NonZeroU8::MIN);
+        Self { words, links, device, dof }
+    }
+
     /// The device's descriptor: degrees of freedom, sample period.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         self.device
+    }
+
+    /// Degrees of freedom: how many axes a vector has.
+    #[inline]
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        usize::from(self.dof.get())
     }
 
     /// Computes every axis by one law, the way most control laws are written.
@@ -42,14 +60,19 @@ impl Data<'_> {
         let mut sources: [&[Cell<u32>]; I] = [&[]; I];
         let mut sinks: [&[Cell<u32>]; O] = [&[]; O];
         for (source, input) in sources.iter_mut().zip(inputs) {
-            let Some(words) = self.axes(input.slot) else { return };
+            let Some(words) = self.axes(input.offset) else { return };
             *source = words;
         }
         for (sink, output) in sinks.iter_mut().zip(outputs) {
-            let Some(words) = self.axes(output.slot) else { return };
+            let Some(words) = self.axes(output.offset) else { return };
             *sink = words;
         }
-        for (axis, lane) in (0..self.dof).zip(lanes) {
+        let mut lanes = lanes.into_iter();
+        for axis in 0..MAX_DOF {
+            if axis >= self.dof() {
+                return;
+            }
+            let Some(lane) = lanes.next() else { return };
             let values = sources.map(|words| words.get(axis).map_or(0.0, |word| f32::from_bits(word.get())));
             for (words, value) in sinks.iter().zip(law(lane, values)) {
                 if let Some(word) = words.get(axis) {
@@ -63,13 +86,13 @@ impl Data<'_> {
     #[inline]
     #[must_use]
     pub fn axis<T: Scalar>(&self, input: Input<Vector<T>>, axis: usize) -> T {
-        self.axes(input.slot).and_then(|words| words.get(axis)).map_or_else(T::default, read)
+        self.axes(input.offset).and_then(|words| words.get(axis)).map_or_else(T::default, read)
     }
 
     /// Writes one axis of a vector; dropped beyond the last axis.
     #[inline]
     pub fn set_axis<T: Scalar>(&self, output: Output<Vector<T>>, axis: usize, value: T) {
-        if let Some(word) = self.axes(output.slot).and_then(|words| words.get(axis)) {
+        if let Some(word) = self.axes(output.offset).and_then(|words| words.get(axis)) {
             word.set(value.into_word().0);
         }
     }
@@ -78,13 +101,13 @@ impl Data<'_> {
     #[inline]
     #[must_use]
     pub fn get<T: Scalar>(&self, input: Input<Single<T>>) -> T {
-        self.block(input.slot).first().map_or_else(T::default, read)
+        self.word(input.offset, 0).map_or_else(T::default, read)
     }
 
     /// Writes a scalar.
     #[inline]
     pub fn set<T: Scalar>(&self, output: Output<Single<T>>, value: T) {
-        if let Some(word) = self.block(output.slot).first() {
+        if let Some(word) = self.word(output.offset, 0) {
             word.set(value.into_word().0);
         }
     }
@@ -98,7 +121,9 @@ impl Data<'_> {
         row: usize,
         column: usize,
     ) -> T {
-        self.block(input.slot).get(row * usize::from(C) + column).map_or_else(T::default, read)
+        self.block(input.offset, usize::from(R) * usize::from(C))
+            .get(row * usize::from(C) + column)
+            .map_or_else(T::default, read)
     }
 
     /// Writes an element of a matrix; dropped outside it.
@@ -110,7 +135,9 @@ impl Data<'_> {
         column: usize,
         value: T,
     ) {
-        if let Some(word) = self.block(output.slot).get(row * usize::from(C) + column) {
+        if let Some(word) =
+            self.block(output.offset, usize::from(R) * usize::from(C)).get(row * usize::from(C) + column)
+        {
             word.set(value.into_word().0);
         }
     }
@@ -119,21 +146,42 @@ impl Data<'_> {
     #[inline]
     #[must_use]
     pub fn words<S: Signal>(&self, input: Input<S>) -> &[Cell<u32>] {
-        self.block(input.slot)
+        self.block(input.offset, S::words(self.dof()))
     }
 
     /// All words of a signal to be written.
     #[inline]
     #[must_use]
     pub fn words_out<S: Signal>(&self, output: Output<S>) -> &[Cell<u32>] {
-        self.block(output.slot)
+        self.block(output.offset, S::words(self.dof()))
     }
 
     /// A module's own memory; zero when it was plugged in.
     #[inline]
     #[must_use]
     pub fn memory(&self, memory: Memory) -> &[Cell<u32>] {
-        self.block(memory.slot)
+        let start = usize::from(memory.block.offset);
+        self.words.get(start..start + usize::from(memory.block.words)).unwrap_or_default()
+    }
+
+    /// The words for one vector at word `position` of a memory; none when it has no room for them there.
+    #[inline]
+    #[must_use]
+    pub fn row(&self, memory: Memory, position: u16) -> Option<&[Cell<u32>]> {
+        let end = usize::from(position) + self.dof();
+        let start = usize::from(memory.block.offset) + usize::from(position);
+        if end > usize::from(memory.block.words) {
+            return None;
+        }
+        self.words.get(start..start + self.dof())
+    }
+
+    /// Position of the row after the one at `position`, from the end of the memory back to its start.
+    #[inline]
+    #[must_use]
+    pub fn row_after(&self, memory: Memory, position: u16) -> u16 {
+        let next = position.saturating_add(u16::from(self.dof.get()));
+        if next < memory.block.words { next } else { 0 }
     }
 
     /// The comm edge of link `number`, if there is one.
@@ -144,17 +192,20 @@ impl Data<'_> {
     }
 
     #[inline(always)]
-    fn axes(&self, slot: u8) -> Option<&[Cell<u32>]> {
-        let block = self.blocks.get(usize::from(slot))?;
-        self.words.get(usize::from(block.offset)..)?.get(..self.dof)
+    fn axes(&self, offset: u16) -> Option<&'a [Cell<u32>]> {
+        let start = usize::from(offset);
+        self.words.get(start..start + self.dof())
     }
 
-    #[inline]
-    fn block(&self, slot: u8) -> &[Cell<u32>] {
-        self.blocks
-            .get(usize::from(slot))
-            .and_then(|block| self.words.get(usize::from(block.offset)..)?.get(..usize::from(block.words)))
-            .unwrap_or_default()
+    #[inline(always)]
+    fn block(&self, offset: u16, words: usize) -> &'a [Cell<u32>] {
+        let found = self.words.get(usize::from(offset)..).and_then(|words_behind| words_behind.get(..words));
+        found.unwrap_or_default()
+    }
+
+    #[inline(always)]
+    fn word(&self, offset: u16, index: usize) -> Option<&'a Cell<u32>> {
+        self.words.get(usize::from(offset) + index)
     }
 }
 

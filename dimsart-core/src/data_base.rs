@@ -55,7 +55,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
     /// Words of a slot; empty for one that is free.
     #[must_use]
     pub fn words(&self, slot: u8) -> &[u32] {
-        self.storage.words(slot)
+        self.storage.words(self.storage.block(slot)).unwrap_or_default()
     }
 
     /// Counts up whenever signals come or go: what was looked up before may have moved.
@@ -76,8 +76,12 @@ impl<const WORDS: usize> DataBase<WORDS> {
         self.storage.taken_slots()
     }
 
-    pub(crate) fn words_mut(&mut self, slot: u8) -> &mut [u32] {
-        self.storage.words_mut(slot)
+    pub(crate) fn storage(&self) -> &Storage<WORDS> {
+        &self.storage
+    }
+
+    pub(crate) fn storage_mut(&mut self) -> &mut Storage<WORDS> {
+        &mut self.storage
     }
 
     pub(crate) fn links(&self) -> &[LinkPort] {
@@ -128,12 +132,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
 
     /// The view that modules get during a tick.
     pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
-        Data {
-            words: Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells(),
-            blocks: &self.storage.blocks,
-            links: &self.links,
-            device,
-            dof: device.dof(),
-        }
+        let words = Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells();
+        Data::new(words, &self.links, device)
     }
 }

@@ -11,7 +11,7 @@ use crate::unit::AxisKind;
 #[derive(Debug, Clone)]
 pub struct DeviceDescriptor {
     name: &'static str,
-    axes: heapless::Vec<AxisKind, MAX_DOF>,
+    axes: heapless::Vec<AxisKind, MAX_DOF, u8>,
     sample_period_s: f32,
     /// Types the device measures: written into the Data Base by the frame before every step.
     pub outputs: &'static [&'static DataType],

@@ -15,6 +15,7 @@ use crate::modules::Standard;
 use crate::parameter::{Parameter, ParameterError, Parameters, Value};
 use crate::port::{Direction, PortSpec, Ports, Stage};
 use crate::schedule::{MAX_CALLS, schedule};
+use crate::storage::Block;
 
 /// A module that exists, plugged in or not.
 #[derive(Debug)]
@@ -57,7 +58,7 @@ pub struct Step {
 }
 
 /// What a scheme takes of the statically sized storage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Usage {
     /// Module instances, of [`MAX_MODULES`].
     pub modules: usize,
@@ -193,6 +194,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             .filter_map(|port| port.signal.map(|signal| (signal, port.direction)))
     }
 
+    /// Every module that exists, plugged in or not.
+    pub fn instances(&self) -> impl Iterator<Item = ModuleRef> + '_ {
+        self.instances.iter().map(|instance| instance.reference)
+    }
+
     /// Whether a module is plugged in.
     #[must_use]
     pub fn is_plugged_in(&self, module: ModuleRef) -> bool {
@@ -230,7 +236,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn ports(&mut self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
         match self.instances.iter_mut().find(|instance| instance.reference == module) {
-            Some(instance) => instance.declare(&self.device),
+            Some(instance) => instance.declare(&self.device, &self.data_base),
             None => declare(&mut M::create(module.kind)?, &self.device),
         }
     }
@@ -267,16 +273,21 @@ impl<M: ModuleList> Instance<M> {
     }
 
     /// Asks the module for its ports; its handles stay as they are.
-    fn declare(&mut self, device: &DeviceDescriptor) -> Option<Vec<PortSpec, MAX_PORTS>> {
+    fn declare<const WORDS: usize>(
+        &mut self,
+        device: &DeviceDescriptor,
+        data_base: &DataBase<WORDS>,
+    ) -> Option<Vec<PortSpec, MAX_PORTS>> {
         let specs = declare(&mut self.module, device);
-        self.connect(device);
+        self.connect(device, data_base);
         specs
     }
 
     /// Gives the module the handles of its ports.
-    fn connect(&mut self, device: &DeviceDescriptor) {
-        let slots: Vec<u8, MAX_PORTS> = self.ports.iter().map(|port| port.slot).collect();
-        self.module.activate(&mut Ports::connect(device, &slots));
+    fn connect<const WORDS: usize>(&mut self, device: &DeviceDescriptor, data_base: &DataBase<WORDS>) {
+        let blocks: Vec<Block, MAX_PORTS> =
+            self.ports.iter().map(|port| data_base.storage().block(port.slot)).collect();
+        self.module.activate(&mut Ports::connect(device, &blocks));
     }
 
     fn bound(&self, port_name: &str) -> Option<TypeRef> {

@@ -5,7 +5,6 @@ use core::fmt;
 use crate::engine::Engine;
 use crate::matching::{Difference, Finding, Party};
 use crate::module::ModuleList;
-use crate::unit::AxisKind;
 
 /// Prints a finding with its names; see [`Engine::explain`].
 #[derive(Debug)]
@@ -42,19 +41,23 @@ impl<M: ModuleList, const WORDS: usize> fmt::Display for Explanation<'_, M, WORD
                 let port = self.engine.port_name(module, port).unwrap_or("?");
                 write!(
                     f,
-                    "port {port} of {} is bound to {}, which ",
+                    "port {port} of {} is bound to {}, ",
                     Engine::<M, WORDS>::module_name(module),
                     device.signal_name(signal)
                 )?;
                 self.difference(f, signal, difference)?;
-                write!(f, ": bind it to a signal that fits")
+                write!(f, ": bind it to a signal that fits (PORT_{port} command)")
             }
             Finding::Delay { signal, writer, reader, is_declared } => {
                 self.party(f, reader)?;
                 write!(f, " reads {} before ", device.signal_name(signal))?;
                 self.party(f, writer)?;
                 write!(f, " writes it, so it sees the last tick's value")?;
-                if is_declared { write!(f, " (declared)") } else { write!(f, ": plug in the writer first") }
+                if is_declared {
+                    write!(f, " (as declared)")
+                } else {
+                    write!(f, ": plug in the writer first")
+                }
             }
         }
     }
@@ -74,13 +77,17 @@ impl<M: ModuleList, const WORDS: usize> Explanation<'_, M, WORDS> {
         signal: crate::data_type::TypeRef,
         difference: Difference,
     ) -> fmt::Result {
-        let Some(found) = self.engine.device().data_type(signal.id) else {
-            return write!(f, "does not exist");
+        let device = self.engine.device();
+        let Some(found) = device.data_type(signal.id) else {
+            return write!(f, "which does not exist");
         };
+        let axis = device.axes().first().copied().unwrap_or_default();
         match difference {
-            Difference::Unit => write!(f, "has another unit, {}", found.unit.symbol(AxisKind::Linear)),
-            Difference::Format => write!(f, "has another format, {:?}", found.format),
-            Difference::Shape => write!(f, "has another shape, {:?}", found.shape),
+            Difference::Unit => {
+                write!(f, "whose unit, {}, is not the port's", found.unit.symbol(axis))
+            }
+            Difference::Format => write!(f, "whose format, {:?}, is not the port's", found.format),
+            Difference::Shape => write!(f, "whose shape, {:?}, is not the port's", found.shape),
         }
     }
 }

@@ -5,14 +5,14 @@ use heapless::Vec;
 use crate::data_base::DataBase;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
-use crate::storage::StorageError;
-use crate::word::Word;
+use crate::storage::{Block, StorageError};
+use crate::word::{Format, Word};
 
 /// Most types a device can measure, and most it can be commanded by.
 pub const MAX_DEVICE_TYPES: usize = 8;
 
 /// Why a frame was refused. Neither side has changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FrameError {
     /// The frame has another number of words than the descriptor's types.
@@ -27,7 +27,7 @@ pub enum FrameError {
         /// The signal it belongs to.
         signal: TypeRef,
         /// Which of its words, starting at 0.
-        word: u8,
+        word: u16,
     },
 }
 
@@ -57,7 +57,8 @@ pub struct Frame {
 
 #[derive(Debug)]
 struct Side {
-    types: Vec<(u8, &'static DataType), MAX_DEVICE_TYPES>,
+    /// Where each type lies: before all that comes and goes with the modules, so it never moves.
+    types: Vec<(Block, &'static DataType), MAX_DEVICE_TYPES>,
     words: usize,
 }
 
@@ -74,7 +75,8 @@ impl Frame {
             let mut side = Side { types: Vec::new(), words: 0 };
             for data_type in types {
                 let slot = data_base.insert(data_type, data_type.first(), device.dof())?;
-                side.types.push((slot, data_type)).map_err(|_| StorageError::NoSlot)?;
+                let block = data_base.storage().block(slot);
+                side.types.push((block, data_type)).map_err(|_| StorageError::NoSlot)?;
                 side.words += data_type.shape.words(device.dof());
             }
             Ok(side)
@@ -105,17 +107,19 @@ impl Frame {
         measured: &[Word],
     ) -> Result<(), FrameError> {
         self.outputs.has_length(measured.len())?;
-        let mut rest = measured;
-        for (slot, data_type) in &self.outputs.types {
-            let (words, tail) = rest.split_at(rest.len().min(data_base.words(*slot).len()));
-            check(data_type, words.iter().copied())?;
-            rest = tail;
+        // What is finite as a float is valid in every format; only otherwise it takes a closer look.
+        if !measured.iter().all(|word| word.is_valid(Format::F32)) {
+            self.outputs.check(measured)?;
         }
-        let mut source = measured.iter();
-        for (slot, _) in &self.outputs.types {
-            for (word, value) in data_base.words_mut(*slot).iter_mut().zip(&mut source) {
-                *word = value.0;
+        let storage = data_base.storage_mut();
+        let mut rest = measured;
+        for (block, _) in &self.outputs.types {
+            let Some(targets) = storage.words_mut(*block) else { break };
+            let Some((words, behind)) = rest.split_at_checked(targets.len()) else { break };
+            for (target, word) in targets.iter_mut().zip(words) {
+                *target = word.0;
             }
+            rest = behind;
         }
         Ok(())
     }
@@ -131,25 +135,46 @@ impl Frame {
         commanded: &mut [Word],
     ) -> Result<(), FrameError> {
         self.inputs.has_length(commanded.len())?;
-        for (slot, data_type) in &self.inputs.types {
-            check(data_type, data_base.words(*slot).iter().copied().map(Word))?;
+        let storage = data_base.storage();
+        for (block, data_type) in &self.inputs.types {
+            let Some(words) = storage.words(*block) else { break };
+            check(data_type, words.iter().copied().map(Word))?;
         }
-        let source = self.inputs.types.iter().flat_map(|(slot, _)| data_base.words(*slot));
-        for (word, value) in commanded.iter_mut().zip(source) {
-            *word = Word(*value);
+        let mut rest = commanded;
+        for (block, _) in &self.inputs.types {
+            let Some(words) = storage.words(*block) else { break };
+            let Some((targets, behind)) = rest.split_at_mut_checked(words.len()) else { break };
+            for (target, word) in targets.iter_mut().zip(words) {
+                *target = Word(*word);
+            }
+            rest = behind;
         }
         Ok(())
     }
 }
 
 impl Side {
+    fn check(&self, words: &[Word]) -> Result<(), FrameError> {
+        let mut rest = words;
+        for (block, data_type) in &self.types {
+            let Some((words, behind)) = rest.split_at_checked(usize::from(block.words)) else { break };
+            check(data_type, words.iter().copied())?;
+            rest = behind;
+        }
+        Ok(())
+    }
+
     fn has_length(&self, found: usize) -> Result<(), FrameError> {
         if found == self.words { Ok(()) } else { Err(FrameError::Length { expected: self.words, found }) }
     }
 }
 
-fn check(data_type: &DataType, words: impl Iterator<Item = Word>) -> Result<(), FrameError> {
-    match (0..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
+fn check(data_type: &DataType, words: impl Iterator<Item = Word> + Clone) -> Result<(), FrameError> {
+    // What is finite as a float is valid in every format; only otherwise it takes a closer look.
+    if words.clone().all(|word| word.is_valid(Format::F32)) {
+        return Ok(());
+    }
+    match (0_u16..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
         Some((word, _)) => Err(FrameError::NotFinite { signal: data_type.first(), word }),
         None => Ok(()),
     }

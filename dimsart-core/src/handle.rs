@@ -1,11 +1,13 @@
 //! Typed handles: what a module holds of the Data Base.
 //!
-//! A handle is resolved when its module is plugged in and is one byte wide; using it involves no
-//! name and no search. A handle that was never resolved reads nothing and writes nothing.
+//! A handle says where the words of its signal lie. It is resolved when its module is plugged in, and
+//! anew whenever words move because another module was plugged out, so using it involves no name and
+//! no search. A handle that is not connected reads nothing and writes nothing.
 
 use core::marker::PhantomData;
 
 use crate::data_type::Shape;
+use crate::storage::Block;
 use crate::word::{Format, Scalar};
 
 /// What a handle gives access to: format and shape of a signal.
@@ -14,6 +16,8 @@ pub trait Signal {
     const FORMAT: Format;
     /// Whether words of `shape` are what this handle expects.
     fn takes(shape: Shape) -> bool;
+    /// Number of words, for a device of `dof` axes.
+    fn words(dof: usize) -> usize;
 }
 
 /// One value per degree of freedom.
@@ -33,12 +37,20 @@ impl<T: Scalar> Signal for Vector<T> {
     fn takes(shape: Shape) -> bool {
         shape == Shape::Vector
     }
+    #[inline]
+    fn words(dof: usize) -> usize {
+        dof
+    }
 }
 
 impl<T: Scalar> Signal for Single<T> {
     const FORMAT: Format = T::FORMAT;
     fn takes(shape: Shape) -> bool {
         shape == Shape::Scalar
+    }
+    #[inline]
+    fn words(_: usize) -> usize {
+        1
     }
 }
 
@@ -47,29 +59,30 @@ impl<const R: u8, const C: u8, T: Scalar> Signal for Matrix<R, C, T> {
     fn takes(shape: Shape) -> bool {
         shape == Shape::Matrix(R, C)
     }
+    #[inline]
+    fn words(_: usize) -> usize {
+        usize::from(R) * usize::from(C)
+    }
 }
-
-/// Slot index of a handle that is not resolved.
-pub(crate) const NO_SLOT: u8 = u8::MAX;
 
 macro_rules! handle {
     ($name:ident, $doc:literal) => {
         #[doc = $doc]
         #[derive(Debug)]
         pub struct $name<S = Vector> {
-            pub(crate) slot: u8,
+            pub(crate) offset: u16,
             signal: PhantomData<S>,
         }
 
         impl<S> $name<S> {
-            pub(crate) const fn new(slot: u8) -> Self {
-                Self { slot, signal: PhantomData }
+            pub(crate) const fn new(block: Block) -> Self {
+                Self { offset: block.offset, signal: PhantomData }
             }
         }
 
         impl<S> Default for $name<S> {
             fn default() -> Self {
-                Self::new(NO_SLOT)
+                Self::new(Block::FREE)
             }
         }
 
@@ -89,11 +102,55 @@ handle!(Output, "A signal that a module writes.");
 /// A module's own block of words in the Data Base, for what is too large to sit in every module.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {
-    pub(crate) slot: u8,
+    pub(crate) block: Block,
 }
 
 impl Default for Memory {
     fn default() -> Self {
-        Self { slot: NO_SLOT }
+        Self { block: Block::FREE }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{AxisKind, DeviceDescriptor, Dimsart, Tick, Word, scheme, types};
+
+    const SCHEME: &str = "
+        all NORMALIZER_MOD   PORT_SIGNAL_IN POSITION
+        all MOD_ENG          MOD_ON NORMALIZER_MOD
+        all TIMEDELAY_MOD    TD_PARAM 2
+        all MOD_ENG          MOD_ON TIMEDELAY_MOD
+        all NORMALIZER_MOD.2 PORT_SIGNAL_IN CH1_TD_WAVES
+        all NORMALIZER_MOD.2 PORT_SIGNAL_OUT SIGNAL_OUT.2
+        all NORMALIZER_MOD.2 SCALE 2
+        all MOD_ENG          MOD_ON NORMALIZER_MOD.2
+        all MOD_ENG          MATCHING_CHECK";
+
+    fn load(dimsart: &mut Dimsart, rows: &str) {
+        let faults = scheme::load(rows, "all", &[], dimsart, |error| std::eprintln!("{error:?}"));
+        assert_eq!(faults, 0);
+    }
+
+    #[test]
+    fn handles_and_memories_follow_their_words_when_a_module_before_them_goes() {
+        let axes = [AxisKind::Linear; 2];
+        let outputs = &[types::POSITION, types::CH1_WAVES];
+        let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[]);
+        let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+        load(&mut dimsart, SCHEME);
+        for tick in 0..8_u8 {
+            if tick == 3 {
+                load(&mut dimsart, "all MOD_ENG MOD_OFF NORMALIZER_MOD");
+            }
+            let waves = [f32::from(tick), 100.0 + f32::from(tick)];
+            let measured = [0.0, 0.0, waves[0], waves[1]].map(Word::from);
+            assert_eq!(dimsart.tick(&measured, &mut []), Tick::Ran);
+
+            let data_base = dimsart.engine().data_base();
+            let signal = dimsart.engine().device().signal("SIGNAL_OUT.2").unwrap();
+            let found = data_base.words(data_base.slot(signal).unwrap());
+            let expected = if tick < 2 { [0.0; 2] } else { waves.map(|wave| 2.0 * (wave - 2.0)) };
+            assert_eq!(found, expected.map(f32::to_bits), "tick {tick}");
+        }
     }
 }

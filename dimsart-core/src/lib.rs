@@ -74,6 +74,7 @@ mod names;
 mod packet;
 pub mod parameter;
 mod port;
+pub mod protocol;
 mod schedule;
 pub mod scheme;
 mod storage;

@@ -58,20 +58,31 @@ impl Mailbox {
         self.is_full.set(false);
     }
 
-    /// Opens the mailbox for a packet of `length` words (at most [`MAX_PACKET_WORDS`]) and gives them
-    /// to be filled.
-    pub fn fill(&self, sequence: u32, echo: u32, length: u8) -> &[Cell<u32>] {
+    /// Number of words of the packet.
+    #[must_use]
+    pub fn length(&self) -> u8 {
+        self.length.get()
+    }
+
+    /// All there is room for, the packet's words first.
+    #[must_use]
+    pub fn room(&self) -> &[Cell<u32>; MAX_PACKET_WORDS] {
+        &self.words
+    }
+
+    /// Opens the mailbox for a packet of `length` words (at most [`MAX_PACKET_WORDS`]), to be put into
+    /// its [`room`](Self::room).
+    pub fn open(&self, sequence: u32, echo: u32, length: u8) {
         self.sequence.set(sequence);
         self.echo.set(echo);
         self.length.set(length);
         self.is_full.set(true);
-        self.words()
     }
 
     pub(crate) fn put(&self, packet: &Packet) {
         let length = u8::try_from(packet.words.len()).unwrap_or(u8::MAX);
-        let words = self.fill(packet.sequence, packet.echo, length);
-        for (cell, word) in words.iter().zip(&packet.words) {
+        self.open(packet.sequence, packet.echo, length);
+        for (cell, word) in self.words.iter().zip(&packet.words) {
             cell.set(*word);
         }
     }

@@ -10,7 +10,7 @@ use crate::limits::{MAX_FINDINGS, MAX_MODULES};
 use crate::port::{Direction, Stage};
 
 /// Who reads or writes a signal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Party {
     /// The frame: the device and what it is commanded by.
@@ -20,7 +20,7 @@ pub enum Party {
 }
 
 /// What the check has to say about a scheme.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Finding {
@@ -66,7 +66,7 @@ pub enum Finding {
 }
 
 /// How a signal differs from what a port expects.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Difference {
     /// Another physical unit.
@@ -94,7 +94,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// The findings, faults first in the order of the plug-ins.
+    /// The findings, faults first.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
@@ -119,10 +119,18 @@ impl Report {
     }
 
     fn add(&mut self, finding: Finding) {
+        let listed = self.findings.len();
+        let place = if finding.is_fault() { self.faults.min(listed) } else { listed };
         self.faults += usize::from(finding.is_fault());
-        if self.findings.push(finding).is_err() {
+        if self.findings.is_full() {
             self.unlisted += 1;
+            if place == listed {
+                return;
+            }
+            // A declared delay makes room for a fault.
+            self.findings.pop();
         }
+        let _ = self.findings.insert(place, finding);
     }
 }
 

@@ -26,6 +26,19 @@ pub fn sin(x: f32) -> f32 {
     F32Ext::sin(x)
 }
 
+/// `x` held inside `±limit`, `limit` at least 0; NaN stays NaN. `f32::clamp` would panic on wrong bounds.
+#[inline]
+#[must_use]
+pub fn limit(x: f32, limit: f32) -> f32 {
+    if x > limit {
+        limit
+    } else if x < -limit {
+        -limit
+    } else {
+        x
+    }
+}
+
 /// A sum that does not drift: what rounding takes is given back with the next step (Kahan, 1965).
 #[derive(Debug, Default, Clone, Copy)]
 pub struct CompensatedSum {
@@ -44,6 +57,11 @@ impl CompensatedSum {
     #[must_use]
     pub const fn value(&self) -> f32 {
         self.sum
+    }
+
+    /// Takes off one turn, for a sum that has just passed it: exact from one to two turns.
+    pub fn turn_back(&mut self, turn: f32) {
+        self.sum -= turn;
     }
 
     /// Adds a step and gives the new sum.
@@ -65,6 +83,13 @@ mod tests {
             sum.add(1.0e-6);
         });
         assert!((f64::from(sum.value()) - 101.0).abs() < 1.0e-5, "{}", sum.value());
+    }
+
+    #[test]
+    fn a_limit_holds_both_ways_and_lets_nan_through() {
+        let limited = [-3.0, -1.0, 0.5, 3.0].map(|x| super::limit(x, 1.0).to_bits());
+        assert_eq!(limited, [-1.0_f32, -1.0, 0.5, 1.0].map(f32::to_bits));
+        assert!(super::limit(f32::NAN, 1.0).is_nan());
     }
 
     #[test]

@@ -164,6 +164,8 @@ macro_rules! module_list {
     ($(#[$meta:meta])* $visibility:vis enum $list:ident { $($kind:ident($module:ty)),+ $(,)? }) => {
         $(#[$meta])*
         #[derive(Debug)]
+        // A plain tag: read and jumped through faster than one packed into a module's spare bits.
+        #[repr(u8)]
         #[allow(missing_docs, clippy::large_enum_variant)]
         $visibility enum $list { $($kind($module)),+ }
 
@@ -189,7 +191,12 @@ macro_rules! module_list {
                 match self { $(Self::$kind(module) => $crate::Module::prepare(module, device)),+ }
             }
             fn compute(&mut self, data: &$crate::Data<'_>) {
-                match self { $(Self::$kind(module) => $crate::Module::compute(module, data)),+ }
+                // Not inlined: calling any module would otherwise cost what entering the largest one costs.
+                #[inline(never)]
+                fn call<T: $crate::Module>(module: &mut T, data: &$crate::Data<'_>) {
+                    module.compute(data);
+                }
+                match self { $(Self::$kind(module) => call(module, data)),+ }
             }
             fn compute_late(&mut self, data: &$crate::Data<'_>) {
                 match self { $(Self::$kind(module) => $crate::Module::compute_late(module, data)),+ }

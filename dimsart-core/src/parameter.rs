@@ -16,7 +16,7 @@ pub type PerAxis = [f32; MAX_DOF];
 pub type TypeList = heapless::Vec<TypeRef, MAX_CHANNEL_TYPES>;
 
 /// A value as commands carry it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Value {
     /// A real number.
@@ -80,7 +80,7 @@ pub struct Parameter {
 }
 
 /// Why a value was refused. The parameter keeps its old value.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ParameterError {
     /// The module has no parameter of this number.

@@ -4,11 +4,13 @@ use heapless::Vec;
 
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
-use crate::handle::{Input, Memory, NO_SLOT, Output, Signal};
+use crate::handle::{Input, Memory, Output, Signal};
 use crate::limits::MAX_PORTS;
+use crate::matching::Difference;
+use crate::storage::Block;
 
 /// What a port is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Direction {
     /// Reads a signal.
@@ -24,7 +26,7 @@ pub enum Direction {
 /// A module that sits on both sides of a controller, such as a wave transformer, has two stages: the
 /// early one runs at its place in the plug-in order, the late one as soon as everything it reads has
 /// been written.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Stage {
     /// In [`Module::compute`](crate::Module::compute).
@@ -46,8 +48,10 @@ pub struct PortSpec {
     pub stage: Stage,
     /// Declares that data one tick old is what this port wants (read) or gives (write).
     pub is_delayed: bool,
-    /// Whether the handle's format and shape are those of the data type.
-    pub is_sound: bool,
+    /// How the data type differs from what the module's handle can take; none if it fits.
+    pub misfit: Option<Difference>,
+    /// Whether it can be bound to a signal of another unit.
+    pub takes_any_unit: bool,
 }
 
 /// Takes a module's port declarations; see [`Module::activate`](crate::Module::activate).
@@ -58,7 +62,7 @@ pub struct PortSpec {
 pub struct Ports<'a> {
     device: &'a DeviceDescriptor,
     specs: Vec<PortSpec, MAX_PORTS>,
-    slots: Option<&'a [u8]>,
+    blocks: Option<&'a [Block]>,
     count: usize,
 }
 
@@ -66,11 +70,11 @@ impl<'a> Ports<'a> {
     /// A visit that only collects.
     #[must_use]
     pub fn declare(device: &'a DeviceDescriptor) -> Self {
-        Self { device, specs: Vec::new(), slots: None, count: 0 }
+        Self { device, specs: Vec::new(), blocks: None, count: 0 }
     }
 
-    pub(crate) fn connect(device: &'a DeviceDescriptor, slots: &'a [u8]) -> Self {
-        Self { device, specs: Vec::new(), slots: Some(slots), count: 0 }
+    pub(crate) fn connect(device: &'a DeviceDescriptor, blocks: &'a [Block]) -> Self {
+        Self { device, specs: Vec::new(), blocks: Some(blocks), count: 0 }
     }
 
     /// The device the module is plugged in for.
@@ -103,6 +107,29 @@ impl<'a> Ports<'a> {
         data_type: &'static DataType,
     ) {
         *port = Output::new(self.signal::<S>(name, data_type, Direction::Write, Stage::Early, false));
+    }
+
+    /// Reads a signal of any unit, unless bound elsewhere of `data_type`: for a module that moves values
+    /// and does not look at them.
+    pub fn any_input<S: Signal>(
+        &mut self,
+        port: &mut Input<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        let spec = Self::spec::<S>(name, data_type, data_type.first(), Direction::Read, Stage::Early, false);
+        *port = Input::new(self.add(PortSpec { takes_any_unit: true, ..spec }));
+    }
+
+    /// Writes a signal of any unit, unless bound elsewhere of `data_type`.
+    pub fn any_output<S: Signal>(
+        &mut self,
+        port: &mut Output<S>,
+        name: &'static str,
+        data_type: &'static DataType,
+    ) {
+        let spec = Self::spec::<S>(name, data_type, data_type.first(), Direction::Write, Stage::Early, false);
+        *port = Output::new(self.add(PortSpec { takes_any_unit: true, ..spec }));
     }
 
     /// Reads a signal as the last tick left it.
@@ -164,15 +191,16 @@ impl<'a> Ports<'a> {
 
     /// Takes `words` words of memory of the module's own, all zero at first.
     pub fn memory(&mut self, memory: &mut Memory, name: &'static str, words: usize) {
-        let slot = self.add(PortSpec {
+        let block = self.add(PortSpec {
             name,
             data_type: None,
             direction: Direction::Memory(words),
             stage: Stage::Early,
             is_delayed: false,
-            is_sound: true,
+            misfit: None,
+            takes_any_unit: false,
         });
-        *memory = Memory { slot };
+        *memory = Memory { block };
     }
 
     fn signal<S: Signal>(
@@ -182,7 +210,7 @@ impl<'a> Ports<'a> {
         direction: Direction,
         stage: Stage,
         is_delayed: bool,
-    ) -> u8 {
+    ) -> Block {
         self.add(Self::spec::<S>(name, data_type, data_type.first(), direction, stage, is_delayed))
     }
 
@@ -194,18 +222,23 @@ impl<'a> Ports<'a> {
         stage: Stage,
         is_delayed: bool,
     ) -> PortSpec {
-        let is_sound = S::takes(data_type.shape) && S::FORMAT == data_type.format;
-        PortSpec { name, data_type: Some((data_type, signal)), direction, stage, is_delayed, is_sound }
+        let misfit = if S::FORMAT != data_type.format {
+            Some(Difference::Format)
+        } else {
+            (!S::takes(data_type.shape)).then_some(Difference::Shape)
+        };
+        let data_type = Some((data_type, signal));
+        PortSpec { name, data_type, direction, stage, is_delayed, misfit, takes_any_unit: false }
     }
 
-    fn add(&mut self, spec: PortSpec) -> u8 {
+    fn add(&mut self, spec: PortSpec) -> Block {
         let index = self.count;
         self.count += 1;
-        match self.slots {
-            Some(slots) => slots.get(index).copied().unwrap_or(NO_SLOT),
+        match self.blocks {
+            Some(blocks) => blocks.get(index).copied().unwrap_or(Block::FREE),
             None => {
                 let _ = self.specs.push(spec);
-                NO_SLOT
+                Block::FREE
             }
         }
     }

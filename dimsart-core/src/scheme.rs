@@ -11,7 +11,7 @@ use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
 use crate::dimsart::Dimsart;
 use crate::engine::Engine;
 use crate::module::ModuleList;
-use crate::parameter::{Accepts, Value};
+use crate::parameter::{Accepts, ParameterError, Value};
 
 /// Name of the engine in a row.
 pub const ENGINE: &str = "MOD_ENG";
@@ -87,7 +87,7 @@ pub fn rows(text: &str) -> impl Iterator<Item = Row<'_>> {
     (1..).zip(text.lines()).filter_map(|(line, text)| {
         let content = text.split('#').next().unwrap_or_default();
         let mut words = Vec::new();
-        for word in content.split_whitespace() {
+        for word in content.split(is_blank).filter(|word| !word.is_empty()) {
             let column = word.as_ptr().addr() - text.as_ptr().addr() + 1;
             // Of a row with too many words, the first surplus one is enough to say so.
             let _ = words.push(Place { line, column, word });
@@ -95,6 +95,11 @@ pub fn rows(text: &str) -> impl Iterator<Item = Row<'_>> {
         let end = Place { line, column: content.trim_end().len() + 1, word: "" };
         (!words.is_empty()).then_some(Row { words, end })
     })
+}
+
+/// A byte order mark, as some editors put it first, is as blank as it looks.
+fn is_blank(character: char) -> bool {
+    character.is_whitespace() || character == '\u{feff}'
 }
 
 /// Gives every row for `side` to a controller, in order. Rows that fail are reported and skipped.
@@ -175,7 +180,15 @@ impl<'a> Row<'a> {
         dimsart: &mut Dimsart<M, WORDS>,
     ) -> Result<(), SchemeError<'a>> {
         let command = self.command(dimsart.engine_mut())?;
-        dimsart.command(command).map_err(|error| self.blame(Problem::Refused(error)))
+        dimsart.command(command).map_err(|error| {
+            let problem = Problem::Refused(error);
+            match error {
+                CommandError::Parameter(ParameterError::NoSuchAxis | ParameterError::WhilePluggedIn) => {
+                    SchemeError { place: self.place(2), problem }
+                }
+                _ => self.blame(problem),
+            }
+        })
     }
 
     /// Word `index` of the row, from 0; empty when there is none.

@@ -4,7 +4,7 @@
 //! control law serves both: `Unit::Position` reads `m` or `rad`, `Unit::Force` reads `N` or `N·m`.
 
 /// What moves on an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum AxisKind {
     /// Moves in metres, driven by newtons.

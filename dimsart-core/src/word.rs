@@ -1,7 +1,7 @@
 //! One 32-bit cell of the Data Base and the formats it can hold.
 
 /// How the 32 bits of a word are to be read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Format {
     /// IEEE 754 single precision.

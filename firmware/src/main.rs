@@ -41,20 +41,20 @@ fn main() -> ! {
     });
     load_default_scheme(dimsart);
 
-    static COMMANDS: StaticCell<Handover<dimsart_core::Command, 4>> = StaticCell::new();
-    static ANSWERS: StaticCell<Handover<commands::Answer, 4>> = StaticCell::new();
+    static REQUESTS: StaticCell<Handover<dimsart_core::protocol::Request, 2>> = StaticCell::new();
+    static ANSWERS: StaticCell<Handover<commands::Answer, 2>> = StaticCell::new();
     static PACKETS_IN: StaticCell<Handover<links::Received, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
     static PACKETS_OUT: StaticCell<Handover<links::Outgoing, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
     static STATUS: StaticCell<Handover<telemetry::Status, 3>> = StaticCell::new();
-    let (commands, commands_to_take) = COMMANDS.init(Handover::new()).split();
+    let (requests, requests_to_take) = REQUESTS.init(Handover::new()).split();
     let (answers, answers_to_take) = ANSWERS.init(Handover::new()).split();
     let (packets_in, packets_to_take) = PACKETS_IN.init(Handover::new()).split();
     let (packets_out, packets_to_send) = PACKETS_OUT.init(Handover::new()).split();
     let (status, status_to_take) = STATUS.init(Handover::new()).split();
 
     let ends =
-        tick::Ends { commands: commands_to_take, answers, packets_in: packets_to_take, packets_out, status };
-    background.spawn(token(commands::serve(command_port, commands, answers_to_take)));
+        tick::Ends { requests: requests_to_take, answers, packets_in: packets_to_take, packets_out, status };
+    background.spawn(token(commands::serve(command_port, requests, answers_to_take)));
     background.spawn(token(links::receive(link_in, packets_in)));
     background.spawn(token(links::send(link_out, packets_to_send)));
     background.spawn(token(telemetry::log(status_to_take)));

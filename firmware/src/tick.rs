@@ -2,7 +2,8 @@
 
 use boards::{Board as _, Joints as _, Selected};
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
-use dimsart_core::{Command, MAX_DEVICE_TYPES, Tick, Word};
+use dimsart_core::protocol::{self, DeviceInfo, Request};
+use dimsart_core::{MAX_DEVICE_TYPES, Tick, Word};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::timing::Timing;
 
@@ -21,11 +22,13 @@ const TOLERANCE: Duration = Duration::from_ticks(PERIOD.as_ticks() / 10);
 const REPORT_EVERY: u32 = Selected::TICK_HZ;
 /// Ticks that the communication may be silent for before the watchdog is no longer fed.
 const PATIENCE: u32 = Selected::TICK_HZ / 10;
+/// Tells this image from every other one: board and version.
+const IMAGE: &str = env!("DIMSART_IMAGE");
 const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
 /// The tick's ends of the queues.
 pub(crate) struct Ends {
-    pub(crate) commands: Taker<Command>,
+    pub(crate) requests: Taker<Request>,
     pub(crate) answers: Giver<Answer>,
     pub(crate) packets_in: Taker<Received>,
     pub(crate) packets_out: Giver<Outgoing>,
@@ -42,6 +45,7 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
     };
     let mut timing = Timing::default();
     let mut watchdog = Watchdog::default();
+    let mut info = DeviceInfo::new(IMAGE);
     let mut due = Instant::now() + PERIOD;
     loop {
         Timer::at(due).await;
@@ -49,7 +53,7 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
 
         let start = Selected::cycles();
         joints.read(measured);
-        let tick = step(dimsart, measured, commanded, &mut ends);
+        let tick = step(dimsart, measured, commanded, &mut info, &mut ends);
         joints.write(tick, commanded);
         if let (Some(start), Some(end)) = (start, Selected::cycles()) {
             timing.measure(start, end, Selected::CYCLE_BITS);
@@ -69,10 +73,16 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
     }
 }
 
-/// At most one command, at most one packet per link, one tick.
-fn step(dimsart: &mut BoardDimsart, measured: &[Word], commanded: &mut [Word], ends: &mut Ends) -> Tick {
-    if let Some(command) = ends.commands.take() {
-        ends.answers.give(dimsart.command(command));
+/// At most one request, at most two packets per link, one tick.
+fn step(
+    dimsart: &mut BoardDimsart,
+    measured: &[Word],
+    commanded: &mut [Word],
+    info: &mut DeviceInfo,
+    ends: &mut Ends,
+) -> Tick {
+    if let Some(request) = ends.requests.take() {
+        ends.answers.give(protocol::serve(&request, dimsart, info));
     }
     for _ in 0..2 * MAX_LINKS {
         let Some(Received { link, bytes }) = ends.packets_in.take() else { break };
@@ -80,6 +90,7 @@ fn step(dimsart: &mut BoardDimsart, measured: &[Word], commanded: &mut [Word], e
         let _ = dimsart.receive(link, &bytes);
     }
     let tick = dimsart.tick(measured, commanded);
+    info.count(tick);
     for link in 0..MAX_LINKS {
         if let Some(packet) = dimsart.outgoing(link) {
             ends.packets_out.give(Outgoing { link, packet });

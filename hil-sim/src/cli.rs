@@ -4,22 +4,31 @@ mod check;
 mod modules;
 mod new_module;
 mod run;
+mod summary;
 
+use std::error::Error;
+use std::io::{self, ErrorKind, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
 /// DIMSART on the desk: run control schemes against simulated robots, check them, look modules up.
 #[derive(Debug, Parser)]
-#[command(
-    name = "dimsart",
-    version,
-    after_help = "Without a command, `dimsart run` runs the default scenario."
-)]
+#[command(name = "dimsart", version, after_help = EXAMPLES)]
 struct Arguments {
     #[command(subcommand)]
     command: Option<Command>,
 }
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart                            the paper's bilateral experiment, report in runs/latest
+  dimsart run --set link.loss=0.1    the same with a tenth of the packets lost
+  dimsart check my.scheme            what is wrong with a scheme, if anything
+  dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
+  dimsart new-module damped-spring   the template of a control law of your own
+
+`dimsart COMMAND --help` has more. Exit status: 0 done, 1 an error, 2 wrong usage.";
 
 #[derive(Debug, Subcommand)]
 enum Command {
@@ -30,18 +39,24 @@ enum Command {
 }
 
 /// What a sub-command ends with: its exit status, or what went wrong.
-type Ending = Result<ExitCode, Box<dyn std::error::Error>>;
+type Ending = Result<ExitCode, Box<dyn Error>>;
 
 /// Reads the command line and does what it says.
 #[must_use]
 pub fn main() -> ExitCode {
-    let ending = match Arguments::parse().command.unwrap_or_else(|| Command::Run(run::Run::default())) {
-        Command::Run(run) => run.execute(),
-        Command::Check(check) => check.execute(),
-        Command::Modules(modules) => modules.execute(),
-        Command::NewModule(new_module) => new_module.execute(),
+    let command = Arguments::parse().command.unwrap_or_else(|| Command::Run(run::Run::default()));
+    let mut out = io::stdout().lock();
+    let ending = match command {
+        Command::Run(run) => run.execute(&mut out),
+        Command::Check(check) => check.execute(&mut out),
+        Command::Modules(modules) => modules.execute(&mut out),
+        Command::NewModule(new_module) => new_module.execute(&mut out),
     };
-    ending.unwrap_or_else(|error| {
+    ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
+        // The reader has seen enough, as `head` has: that is no failure of ours.
+        if error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe) {
+            return ExitCode::SUCCESS;
+        }
         eprintln!("dimsart: {error}");
         ExitCode::FAILURE
     })

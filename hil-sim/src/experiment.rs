@@ -1,24 +1,30 @@
 //! The paper's bilateral experiment: a scenario becomes a rig, and runs.
 
+mod error;
+mod station;
+
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, StorageError, limits, types};
+use dimsart_core::{DataType, types};
+
+pub use error::ExperimentError;
+pub use station::device;
+
+use station::station;
 
 use crate::energy::ChannelEnergy;
 use crate::felt::{self, FeltStiffness};
-use crate::link::{InProcess, InProcessParameters, Link, Udp, UdpError};
-use crate::outcome::{AxisOutcome, Outcome};
-use crate::plant::{
-    Axis, AxisWise, Environment, HandParameters, ParameterError, Plant, WallParameters, WallSide,
-};
+use crate::link::{InProcess, InProcessParameters, Link, Udp};
+use crate::outcome::{AxisOutcome, Outcome, RealTime};
+use crate::pace::Pace;
 use crate::recorder::Recorder;
 use crate::recording::Recording;
 use crate::report::TickMap;
-use crate::rig::{End, Probe, Rig, SimulatedDimsart, Station};
-use crate::scenario::{Phases, Scenario, SideSection, Stale, WaveForm};
-use crate::schemes::{self, Loaded, SchemeFileError, SchemeText, Setting};
+use crate::rig::{End, Probe, Rig};
+use crate::round_trips::RoundTrips;
+use crate::scenario::{Phases, Scenario};
 use crate::tick_map::tick_map;
 use crate::watch::Watch;
 
@@ -40,63 +46,30 @@ impl Side {
             Self::Slave => "slave",
         }
     }
+
+    /// The other end.
+    #[must_use]
+    pub fn other(self) -> Self {
+        match self {
+            Self::Master => Self::Slave,
+            Self::Slave => Self::Master,
+        }
+    }
+
+    /// Where it listens when it is a process of its own.
+    #[must_use]
+    pub fn address(self, scenario: &Scenario) -> SocketAddr {
+        match self {
+            Self::Master => scenario.link.master_address,
+            Self::Slave => scenario.link.slave_address,
+        }
+    }
 }
 
-/// Why an experiment could not be set up or run.
-#[derive(Debug, thiserror::Error)]
-pub enum ExperimentError {
-    /// The device cannot exist.
-    #[error("{0}; change dof or sample_period_s")]
-    Device(#[from] DescriptorError),
-    /// The device's types do not fit.
-    #[error("the device's types do not fit into the Data Base: {0:?}")]
-    Storage(StorageError),
-    /// A plant's parameter.
-    #[error("{side}: {error}")]
-    Plant {
-        /// Whose plant.
-        side: &'static str,
-        /// What is wrong.
-        error: ParameterError,
-    },
-    /// The scheme cannot be read.
-    #[error(transparent)]
-    SchemeFile(#[from] SchemeFileError),
-    /// The scheme does not run on this side.
-    #[error("the scheme {name} does not run on the {side}:\n{}", list(loaded))]
-    Scheme {
-        /// The scheme.
-        name: String,
-        /// The side.
-        side: &'static str,
-        /// What is wrong.
-        loaded: Loaded,
-    },
-    /// A socket.
-    #[error(transparent)]
-    Udp(#[from] UdpError),
-    /// The other process does not answer.
-    #[error(
-        "nothing came from {peer} for {waited_s} s; start the other side with `dimsart run --side {other}` and the \
-         same scenario"
-    )]
-    NoPeer {
-        /// Where it should be.
-        peer: SocketAddr,
-        /// How long was waited.
-        waited_s: u64,
-        /// The other side's name.
-        other: &'static str,
-    },
-}
-
-fn list(loaded: &Loaded) -> String {
-    let lines = loaded.errors.iter().chain(&loaded.faults).map(|line| format!("  {line}"));
-    lines.collect::<Vec<_>>().join("\n")
-}
-
-/// How long a side waits for the other one to start.
-const PEER_WAIT: Duration = Duration::from_secs(60);
+/// Silence from the other process that is worth a word at the end of a run, ticks.
+const SILENCE_TICKS: u32 = 100;
+/// Share of late ticks that is a fault: now and then one is normal on a host.
+const LATE_SHARE: f64 = 0.01;
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 
@@ -150,44 +123,57 @@ impl Experiment {
         Ok(Self { scenario: scenario.clone(), phases, rig, side: None })
     }
 
-    /// One side only, in real time, the other one being another process behind UDP sockets. Waits for
-    /// it to start, unless `stop` is set meanwhile.
+    /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
+    /// `wait` for it to start, unless `stop` is set meanwhile.
     ///
     /// # Errors
     /// As [`new`](Self::new), and when a socket cannot be opened or the other side does not come.
-    pub fn one_side(scenario: &Scenario, side: Side, stop: &AtomicBool) -> Result<Self, ExperimentError> {
+    pub fn one_side(
+        scenario: &Scenario,
+        side: Side,
+        wait: Duration,
+        stop: &AtomicBool,
+    ) -> Result<Self, ExperimentError> {
         let phases = Phases::from(scenario);
         let mut rig = Rig::new(scenario.sample_period_s);
         let station = rig.add(station(scenario, &phases, side)?);
-        let link = &scenario.link;
-        let (own, key, peer, other) = match side {
-            Side::Master => (link.master_address, "master_address", link.slave_address, "slave"),
-            Side::Slave => (link.slave_address, "slave_address", link.master_address, "master"),
-        };
         let end = End { station, link: 0 };
-        rig.connect(end, end, Box::new(Udp::open(own, key, peer)?));
+        let (own, peer) = (side.address(scenario), side.other().address(scenario));
+        let link =
+            Udp::open(own, peer).map_err(|source| ExperimentError::Udp { side: side.name(), source })?;
+        rig.connect(end, end, Box::new(link));
         let mut experiment = Self { scenario: scenario.clone(), phases, rig, side: Some(side) };
-        experiment.meet(peer, other, stop)?;
+        experiment.meet(peer, side.other().name(), wait, stop)?;
         Ok(experiment)
     }
 
-    /// Exchanges packets, the world standing still, until the other side's come in.
+    /// Exchanges packets, the world standing still, until the other side answers them.
     fn meet(
         &mut self,
         peer: SocketAddr,
         other: &'static str,
+        wait: Duration,
         stop: &AtomicBool,
     ) -> Result<(), ExperimentError> {
         let start = Instant::now();
         let mut round_trip = Probe::new(types::LINK_ROUND_TRIP.first());
+        let mut refused = Probe::new(types::LINK_REFUSED.first());
         loop {
             self.rig.tick();
-            let heard = self.rig.stations().iter().any(|station| round_trip.words(station) != [0]);
-            if heard || stop.load(Ordering::Relaxed) {
+            let any =
+                |probe: &mut Probe| self.rig.stations().iter().any(|station| probe.words(station) != [0]);
+            if any(&mut round_trip) {
                 return Ok(());
             }
-            if start.elapsed() > PEER_WAIT {
-                return Err(ExperimentError::NoPeer { peer, waited_s: PEER_WAIT.as_secs(), other });
+            if stop.load(Ordering::Relaxed) {
+                return Err(ExperimentError::Stopped { other });
+            }
+            if start.elapsed() > wait {
+                return Err(if any(&mut refused) {
+                    ExperimentError::WrongPeer { peer, other }
+                } else {
+                    ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other }
+                });
             }
             std::thread::sleep(Duration::from_secs_f64(self.scenario.sample_period_s));
         }
@@ -209,15 +195,16 @@ impl Experiment {
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
         let end_s = self.duration_s();
         let mut recorder = Recorder::new(&self.rig, &self.scenario.record);
+        recorder.reserve(end_s / self.scenario.sample_period_s);
         let mut energy = ChannelEnergy::new(&self.rig);
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
         let mut felt = FeltStiffness::new(self.scenario.dof, self.scenario.wall.position_m);
         let mut round_trips = RoundTrips::default();
         let mut faults = Vec::new();
         let mut is_stable = true;
-        let mut late_ticks = 0_u64;
         let settled = self.phases.settled();
         let start = Instant::now();
+        let mut pace = self.side.map(|_| Pace::start(self.scenario.sample_period_s));
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
         while self.rig.time_s() < end_s - half_tick_s {
             if stop.load(Ordering::Relaxed) {
@@ -227,8 +214,8 @@ impl Experiment {
             if self.rig.ticks().is_multiple_of(PROGRESS_TICKS) {
                 progress(self.rig.time_s());
             }
-            if self.side.is_some() {
-                late_ticks += u64::from(!wait_until(start, self.rig.time_s(), self.scenario.sample_period_s));
+            if let Some(pace) = &mut pace {
+                pace.wait_for(self.rig.time_s());
             }
             self.rig.tick();
             recorder.record(&self.rig, energy.add(&self.rig));
@@ -252,14 +239,43 @@ impl Experiment {
         }
         let wall_s = start.elapsed().as_secs_f64();
         progress(self.rig.time_s());
-        if late_ticks > 0 {
-            faults.push(format!("{late_ticks} ticks came more than a period late: this machine is busy"));
-        }
+        let real_time = self.side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
+        // The channel's energy takes the waves of both ends.
+        let energy_min_j = if self.side.is_none() { energy.smallest_j() } else { f64::NAN };
         let tick_maps = self.rig.stations().iter();
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
-        let outcome =
-            self.outcome(is_stable, wall_s, energy.smallest_j(), round_trips.median(), &felt, faults);
+        let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
+        let outcome = Outcome { real_time, ..outcome };
         Run { outcome, recording: recorder.finish(), tick_maps, phases: self.phases }
+    }
+
+    /// What the clock and the other process did to the run.
+    fn real_time(&self, side: Side, pace: &Pace, faults: &mut Vec<String>) -> RealTime {
+        let link = |signal: &DataType| {
+            let station = self.rig.stations().first();
+            station.and_then(|station| Probe::new(signal.first()).words(station).first().copied())
+        };
+        let late_ticks = pace.late_ticks();
+        #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+        if late_ticks as f64 > LATE_SHARE * self.rig.ticks() as f64 {
+            let ticks = self.rig.ticks();
+            faults.push(format!(
+                "{late_ticks} of {ticks} ticks came more than a period late: this machine is busy"
+            ));
+        }
+        if let Some(silence_ticks) = link(types::LINK_AGE).filter(|ticks| *ticks > SILENCE_TICKS) {
+            let other = side.other().name();
+            faults.push(format!(
+                "nothing came from the {other} in the last {silence_ticks} ticks: it ended first"
+            ));
+        }
+        RealTime {
+            side: side.name(),
+            late_ticks,
+            worst_lateness_s: pace.worst_lateness_s(),
+            packets_lost: link(types::LINK_LOST).unwrap_or_default(),
+            packets_refused: link(types::LINK_REFUSED).unwrap_or_default(),
+        }
     }
 
     fn outcome(
@@ -304,158 +320,4 @@ impl Experiment {
             faults,
         )
     }
-}
-
-/// Sleeps until `time_s` after `start`. Says whether that was not more than a period ago already.
-fn wait_until(start: Instant, time_s: f64, period_s: f64) -> bool {
-    let due = Duration::from_secs_f64(time_s);
-    let now = start.elapsed();
-    if let Some(rest) = due.checked_sub(now) {
-        std::thread::sleep(rest);
-    }
-    now.saturating_sub(due).as_secs_f64() <= period_s
-}
-
-/// Counts the round trips that the first station measures on its link.
-#[derive(Debug)]
-struct RoundTrips {
-    probe: Probe,
-    counts: std::collections::BTreeMap<u32, u64>,
-    last: (u32, u64),
-}
-
-impl Default for RoundTrips {
-    fn default() -> Self {
-        let probe = Probe::new(types::LINK_ROUND_TRIP.first());
-        Self { probe, counts: std::collections::BTreeMap::new(), last: (0, 0) }
-    }
-}
-
-impl RoundTrips {
-    fn add(&mut self, rig: &Rig) {
-        let Some(&ticks) = rig.stations().first().and_then(|station| self.probe.words(station).first())
-        else {
-            return;
-        };
-        if ticks != self.last.0 {
-            *self.counts.entry(self.last.0).or_default() += self.last.1;
-            self.last = (ticks, 0);
-        }
-        self.last.1 += 1;
-    }
-
-    /// The median of the ticks in which it was known.
-    fn median(mut self) -> Option<u32> {
-        *self.counts.entry(self.last.0).or_default() += self.last.1;
-        self.counts.remove(&0);
-        let half = self.counts.values().sum::<u64>().div_ceil(2);
-        let mut sum = 0;
-        self.counts
-            .into_iter()
-            .find(|(_, count)| {
-                sum += count;
-                sum >= half
-            })
-            .map(|(ticks, _)| ticks)
-    }
-}
-
-fn station(scenario: &Scenario, phases: &Phases, side: Side) -> Result<Station, ExperimentError> {
-    let section = match side {
-        Side::Master => &scenario.master,
-        Side::Slave => &scenario.slave,
-    };
-    let dimsart = dimsart(scenario, section, side)?;
-    let plant = plant(scenario, phases, section, side);
-    let plant = plant.map_err(|error| ExperimentError::Plant { side: side.name(), error })?;
-    Ok(Station::new(side.name(), dimsart, plant))
-}
-
-fn dimsart(
-    scenario: &Scenario,
-    section: &SideSection,
-    side: Side,
-) -> Result<Box<SimulatedDimsart>, ExperimentError> {
-    let device = device(side.name(), scenario.dof, scenario.sample_period_s)?;
-    let mut dimsart = Box::new(SimulatedDimsart::new(device).map_err(ExperimentError::Storage)?);
-    let scheme = SchemeText::read(&section.scheme)?;
-    let loaded = schemes::load(&scheme, side.name(), &settings(scenario, section), &mut dimsart);
-    if !loaded.is_sound() {
-        return Err(ExperimentError::Scheme { name: scheme.name, side: side.name(), loaded });
-    }
-    Ok(dimsart)
-}
-
-/// The simulated devices: positions out, forces in, linear axes.
-///
-/// # Errors
-/// [`DescriptorError`] for an impossible number of axes or period.
-pub fn device(
-    name: &'static str,
-    dof: usize,
-    sample_period_s: f64,
-) -> Result<DeviceDescriptor, DescriptorError> {
-    let axes = [AxisKind::Linear; limits::MAX_DOF];
-    let axes = axes.get(..dof).ok_or(DescriptorError::Dof { wanted: dof })?;
-    #[expect(clippy::cast_possible_truncation, reason = "controllers count in f32")]
-    let sample_period_s = sample_period_s as f32;
-    DeviceDescriptor::new(name, axes, sample_period_s, &[types::POSITION], &[types::DES_FORCE])
-}
-
-/// What the scenario says about the schemes' parameters.
-fn settings(scenario: &Scenario, section: &SideSection) -> Vec<Setting> {
-    let form = match scenario.wave.form {
-        WaveForm::Split => "SPLIT",
-        WaveForm::Implicit => "IMPLICIT",
-        WaveForm::Printed => "PRINTED",
-    };
-    let law = if scenario.wave.form == WaveForm::Implicit { "ON" } else { "OFF" };
-    let stale = match scenario.link.stale {
-        Stale::Zero => "ZERO",
-        Stale::Hold => "HOLD",
-        Stale::Limited => "LIMITED",
-        Stale::Integral => "INTEGRAL",
-    };
-    let setting = |module, command, value: String| Setting { module, command, value };
-    vec![
-        setting("COMM_RXMOD", "STALE", stale.to_owned()),
-        setting("WTRANSF_MOD", "B_PARAM", scenario.wave.impedance_ns_per_m.to_string()),
-        setting("WTRANSF_MOD", "FORM", form.to_owned()),
-        setting("PDCTRL_MOD", "K_PARAM", section.stiffness_n_per_m.to_string()),
-        setting("PDCTRL_MOD", "D_PARAM", section.damping_ns_per_m.to_string()),
-        setting("PDCTRL_MOD", "LAW_OUTPUT", law.to_owned()),
-        setting("TIMEDELAY_MOD", "TD_PARAM", section.time_delay_ticks.to_string()),
-    ]
-}
-
-fn plant(
-    scenario: &Scenario,
-    phases: &Phases,
-    section: &SideSection,
-    side: Side,
-) -> Result<Box<dyn Plant>, ParameterError> {
-    let axis = |axis| {
-        let environment: Box<dyn Environment> = match side {
-            Side::Master => Box::new(
-                HandParameters {
-                    mass_kg: scenario.hand.mass_kg,
-                    damping_ns_per_m: scenario.hand.damping_ns_per_m,
-                    stiffness_n_per_m: scenario.hand.stiffness_n_per_m,
-                    phases: phases.hand(scenario, axis),
-                }
-                .build()?,
-            ),
-            Side::Slave => Box::new(
-                WallParameters {
-                    position_m: scenario.wall.position_m,
-                    stiffness_n_per_m: scenario.wall.stiffness_n_per_m,
-                    damping_ns_per_m: scenario.wall.damping_ns_per_m,
-                    solid: WallSide::Above,
-                }
-                .build()?,
-            ),
-        };
-        Axis::new(&section.device, section.motor.as_ref(), vec![environment])
-    };
-    Ok(Box::new(AxisWise::new((0..scenario.dof).map(axis).collect::<Result<_, _>>()?)))
 }

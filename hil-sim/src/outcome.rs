@@ -15,7 +15,8 @@ pub struct Outcome {
     pub wall_s: f64,
     /// Virtual time over the time it took.
     pub realtime_factor: f64,
-    /// Smallest energy in the channel over the run, `J`: below 0, the channel was not passive.
+    /// Smallest energy in the channel over the run, `J`: below 0, the channel was not passive. NaN, in
+    /// JSON null, when one side only was run: it takes the waves of both.
     pub energy_min_j: f64,
     /// Ticks from a wave's departure at the master to its echo's arrival: measured on the link, and the
     /// samples of the time-delay modules. None when nothing came back.
@@ -28,6 +29,23 @@ pub struct Outcome {
     pub axes: Vec<AxisOutcome>,
     /// What went wrong, in words.
     pub faults: Vec<String>,
+    /// None unless one side was run in real time.
+    pub real_time: Option<RealTime>,
+}
+
+/// What the clock and the other process did to one side's run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RealTime {
+    /// The side that was run here.
+    pub side: &'static str,
+    /// Ticks that came more than a period late.
+    pub late_ticks: u64,
+    /// How late the latest tick came, `s`.
+    pub worst_lateness_s: f64,
+    /// Packets of the other side that never came.
+    pub packets_lost: u32,
+    /// Packets refused: old, repeated, overtaken within a tick, or not of the agreed content.
+    pub packets_refused: u32,
 }
 
 /// What a run came to on one axis.
@@ -67,6 +85,7 @@ impl Outcome {
             k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),
             axes,
             faults,
+            real_time: None,
         }
     }
 }

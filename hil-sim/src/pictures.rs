@@ -2,48 +2,49 @@
 
 use crate::recorder::CHANNEL_ENERGY;
 use crate::recording::Recording;
-use crate::report::{Figure, Line, Panel, Span};
-use crate::scenario::Phases;
+use crate::report::{Figure, Level, Line, Panel, Span};
+use crate::scenario::{Phases, Scenario};
 
 /// The figures that the recorded signals allow.
 #[must_use]
-pub fn figures(recording: &Recording, phases: &Phases, dof: usize) -> Vec<Figure> {
-    let positions = per_axis(
+pub fn figures(recording: &Recording, phases: &Phases, scenario: &Scenario) -> Vec<Figure> {
+    let dof = scenario.dof;
+    let mut positions = per_axis(
         recording,
         dof,
         "position (m)",
         &[
-            ("master", "world", "master.position"),
-            ("slave", "world", "slave.position"),
             ("slave's desired", "slave", "DES_POSITION"),
+            ("slave", "world", "slave.position"),
+            ("master", "world", "master.position"),
         ],
     );
+    for panel in &mut positions {
+        panel.levels.push(Level { label: "wall".to_owned(), value: scenario.wall.position_m });
+    }
     let forces = per_axis(
         recording,
         dof,
         "force (N)",
         &[
             ("hand on master", "world", "master.hand_force"),
-            ("controller on master", "master", "DES_FORCE"),
-            ("controller on slave", "slave", "DES_FORCE"),
             ("wall on slave", "world", "slave.wall_force"),
+            ("controller on slave", "slave", "DES_FORCE"),
+            ("controller on master", "master", "DES_FORCE"),
         ],
     );
-    let mut energy = per_axis(
+    let waves = per_axis(
         recording,
         dof,
         "wave (sqrt(W))",
         &[
             ("leaves master", "master", "CH1_WAVES"),
-            ("reaches slave", "slave", "CH2_WAVES"),
             ("leaves slave", "slave", "CH1_WAVES"),
+            ("reaches slave", "slave", "CH2_WAVES"),
             ("reaches master", "master", "CH2_WAVES"),
         ],
     );
-    energy.truncate(1);
-    let lines = lines(recording, &[("energy in the channel", "world", CHANNEL_ENERGY)], None);
-    let title = "Energy in the channel: sent in and not come out yet".to_owned();
-    energy.insert(0, Panel { title, y_label: "energy (J)".to_owned(), lines });
+    let energy = std::iter::once(energy(recording)).chain(waves).collect();
     [("positions", "Positions", positions), ("forces", "Forces", forces), ("energy", "Wave energy", energy)]
         .into_iter()
         .map(|(file_stem, title, panels)| Figure {
@@ -55,6 +56,26 @@ pub fn figures(recording: &Recording, phases: &Phases, dof: usize) -> Vec<Figure
         .collect()
 }
 
+/// The energy in the channel, as far as the waves at its ends are known here.
+fn energy(recording: &Recording) -> Panel {
+    let is_here = |side: &str| recording.find("world", &format!("{side}.position"), Some(0)).is_some();
+    let (title, label) = match (is_here("master"), is_here("slave")) {
+        (true, false) => {
+            ("Energy that the master gave the channel and has not got back", "given by the master")
+        }
+        (false, true) => {
+            ("Energy that the slave gave the channel and has not got back", "given by the slave")
+        }
+        _ => ("Energy in the channel: sent into it at both ends and not come out yet", "in the channel"),
+    };
+    Panel {
+        title: title.to_owned(),
+        y_label: "energy (J)".to_owned(),
+        lines: lines(recording, &[(label, "world", CHANNEL_ENERGY)], None),
+        levels: Vec::new(),
+    }
+}
+
 /// A label, and the source and signal of its column.
 type Wanted<'a> = (&'a str, &'a str, &'a str);
 
@@ -63,6 +84,7 @@ fn per_axis(recording: &Recording, dof: usize, y_label: &str, wanted: &[Wanted<'
         title: format!("Axis {axis}"),
         y_label: y_label.to_owned(),
         lines: lines(recording, wanted, Some(axis)),
+        levels: Vec::new(),
     };
     (0..dof).map(panel).filter(|panel| !panel.lines.is_empty()).collect()
 }

@@ -59,6 +59,14 @@ impl Recorder {
         }
     }
 
+    /// Makes room for a run of `ticks` ticks, as far as that is a sensible amount of memory.
+    pub fn reserve(&mut self, ticks: f64) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
+        let ticks = ticks.clamp(0.0, 1e6) as u64;
+        let rows = ticks / self.every_ticks + 1;
+        self.recording.reserve(usize::try_from(rows).unwrap_or_default());
+    }
+
     /// Takes a row of the present tick, if it is one of those wanted.
     pub fn record(&mut self, rig: &Rig, channel_energy_j: f64) {
         if !rig.ticks().is_multiple_of(self.every_ticks) {

@@ -38,6 +38,12 @@ impl Recording {
         Self { columns, time_s: Vec::new(), values: Vec::new() }
     }
 
+    /// Makes room for `rows` more rows, so that taking them need not.
+    pub fn reserve(&mut self, rows: usize) {
+        self.time_s.reserve(rows);
+        self.values.reserve(rows.saturating_mul(self.columns.len()));
+    }
+
     /// Adds one row: `fill` pushes exactly one value per column. Missing values become NaN, surplus is cut.
     pub fn push_row(&mut self, time_s: f64, fill: impl FnOnce(&mut Vec<f64>)) {
         let end = self.values.len() + self.columns.len();

@@ -11,6 +11,7 @@ mod decimate;
 mod figure;
 mod html;
 mod plot;
+mod simplify;
 mod tick_map;
 
 use std::fs;
@@ -20,7 +21,7 @@ use std::path::{Path, PathBuf};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
-pub use figure::{Figure, Line, Panel, Span};
+pub use figure::{Figure, Level, Line, Panel, Span};
 pub use tick_map::{TickMap, TypeRow};
 
 use crate::recording::Recording;
@@ -116,13 +117,27 @@ pub enum ReportError {
     },
 }
 
+/// Makes `folder` if it is missing and tries to write there, so that a run is not made in vain. An older report in
+/// it stays as it is.
+///
+/// # Errors
+/// [`ReportError`] names the folder or file and what to do.
+pub fn prepare(folder: &Path) -> Result<(), ReportError> {
+    fs::create_dir_all(folder).map_err(|source| ReportError::Folder { path: folder.to_owned(), source })?;
+    let path = folder.join(SIGNALS_FILE);
+    match fs::OpenOptions::new().append(true).create(true).open(&path) {
+        Ok(_) => Ok(()),
+        Err(source) => Err(ReportError::File { path, source }),
+    }
+}
+
 /// Writes `report` into `folder`, made if missing, replacing files of the same names; `bar` counts the files written
 /// ([`ProgressBar::hidden`] for silence).
 ///
 /// # Errors
 /// [`ReportError`] names the file and what to do. Files already written stay.
 pub fn write(folder: &Path, report: &Report<'_>, bar: &ProgressBar) -> Result<Written, ReportError> {
-    fs::create_dir_all(folder).map_err(|source| ReportError::Folder { path: folder.to_owned(), source })?;
+    prepare(folder)?;
     let images = images(report);
     bar.set_length(2 + 2 * images.len() as u64);
 

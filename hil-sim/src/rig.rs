@@ -57,6 +57,12 @@ impl Station {
         }
     }
 
+    /// What the encoders reported in the last tick, `m`, one per axis.
+    #[must_use]
+    pub fn position_m(&self) -> &[f32] {
+        &self.position_m
+    }
+
     fn tick(&mut self) {
         self.plant.sense(&mut self.position_m);
         for (word, position_m) in self.measured.iter_mut().zip(&self.position_m) {

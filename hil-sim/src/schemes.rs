@@ -1,11 +1,12 @@
 //! Scheme files on the host: which there are, and what is wrong with one, in words.
 
 use std::fmt;
-use std::path::Path;
 
 use dimsart_core::modules::Standard;
 use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
-use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleList, ParameterError, Verb, limits};
+use dimsart_core::{
+    CommandError, Dimsart, Engine, Finding, ModuleList, ModuleRef, ParameterError, Verb, limits,
+};
 
 /// The sides a scheme can name.
 pub const SIDES: &[&str] = &["master", "slave"];
@@ -13,6 +14,7 @@ pub const SIDES: &[&str] = &["master", "slave"];
 /// Schemes that come with the command, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("bilateral", include_str!("../../schemes/bilateral.scheme")),
+    ("position_position", include_str!("../../schemes/position_position.scheme")),
     ("table1", include_str!("../../schemes/table1.scheme")),
 ];
 
@@ -27,13 +29,28 @@ pub struct SchemeText {
 
 /// A scheme that cannot be read.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot read scheme {name}: {source}; built in are {}", built_in_names())]
-pub struct SchemeFileError {
-    /// The file.
-    pub name: String,
-    /// What the system says.
-    pub source: std::io::Error,
+pub enum SchemeFileError {
+    /// The file is not there or not to be read.
+    #[error(
+        "cannot read the scheme file {name}: {source}; give another path, or one of {}",
+        built_in_names()
+    )]
+    Unreadable {
+        /// The file.
+        name: String,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// `builtin:` and a name that none has.
+    #[error("there is no scheme {name}; choose one of {}, or the path of a file", built_in_names())]
+    NotBuiltIn {
+        /// The name as written.
+        name: String,
+    },
 }
+
+/// Start of the name of a scheme that comes with the command.
+const BUILT_IN_PREFIX: &str = "builtin:";
 
 impl SchemeText {
     /// Reads a file, or takes `builtin:NAME`.
@@ -41,17 +58,22 @@ impl SchemeText {
     /// # Errors
     /// [`SchemeFileError`] when there is no such file or built-in scheme.
     pub fn read(name: &str) -> Result<Self, SchemeFileError> {
-        let built_in = name.strip_prefix("builtin:").and_then(|wanted| {
-            BUILT_IN.iter().find(|(known, _)| *known == wanted).map(|(_, text)| (*text).to_owned())
-        });
-        let text = built_in.map_or_else(|| std::fs::read_to_string(Path::new(name)), Ok);
-        let text = text.map_err(|source| SchemeFileError { name: name.to_owned(), source })?;
-        Ok(Self { name: name.to_owned(), text })
+        let name = name.to_owned();
+        match name.strip_prefix(BUILT_IN_PREFIX) {
+            Some(wanted) => match BUILT_IN.iter().find(|(known, _)| *known == wanted) {
+                Some((_, text)) => Ok(Self { name, text: (*text).to_owned() }),
+                None => Err(SchemeFileError::NotBuiltIn { name }),
+            },
+            None => match std::fs::read_to_string(&name) {
+                Ok(text) => Ok(Self { name, text }),
+                Err(source) => Err(SchemeFileError::Unreadable { name, source }),
+            },
+        }
     }
 }
 
 fn built_in_names() -> String {
-    let names: Vec<_> = BUILT_IN.iter().map(|(name, _)| format!("builtin:{name}")).collect();
+    let names: Vec<_> = BUILT_IN.iter().map(|(name, _)| format!("{BUILT_IN_PREFIX}{name}")).collect();
     names.join(", ")
 }
 
@@ -72,6 +94,12 @@ impl Loaded {
     pub fn is_sound(&self) -> bool {
         self.errors.is_empty() && self.faults.is_empty()
     }
+
+    /// Everything that is wrong, a line each: rows first, then what is wrong with the whole.
+    pub fn problems(&self) -> impl Iterator<Item = String> {
+        let hint = if self.errors.is_empty() { "" } else { " (perhaps because of a row above)" };
+        self.errors.iter().cloned().chain(self.faults.iter().map(move |fault| format!("{fault}{hint}")))
+    }
 }
 
 /// A value that is to stand in a scheme, whatever its rows say.
@@ -83,6 +111,8 @@ pub struct Setting {
     pub command: &'static str,
     /// The value as a scheme would write it.
     pub value: String,
+    /// The scenario key it comes from.
+    pub key: String,
 }
 
 /// Gives a scheme's rows for `side` to a controller and checks what came of it.
@@ -100,27 +130,71 @@ pub fn load<const WORDS: usize>(
         match apply(&row, side, settings, dimsart) {
             // The faults say more than this refusal does.
             Ok(())
-            | Err(SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. }) => {}
-            Err(error) => errors.push(message(&scheme.name, &error, dimsart.engine())),
+            | Err(Refusal {
+                error: SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. },
+                ..
+            }) => {}
+            Err(Refusal { error, by }) => {
+                let place = error.place;
+                let explained = Explained { error: &error, engine: dimsart.engine() };
+                errors.push(match by {
+                    None => format!("{}:{}:{}: {explained}", scheme.name, place.line, place.column),
+                    Some(Setting { module, command, value, key }) => format!(
+                        "{}:{}: {key} = {value} does not suit {module} {command}: {explained}; set another {key}",
+                        scheme.name,
+                        row.line()
+                    ),
+                });
+            }
         }
     }
     let engine = dimsart.engine();
     let report = engine.check();
-    let explain = |finding: &Finding| engine.explain(*finding).to_string();
-    let (faults, delays): (Vec<_>, Vec<_>) = report.findings().iter().partition(|finding| finding.is_fault());
-    Loaded {
-        errors,
-        faults: faults.into_iter().map(explain).collect(),
-        delays: delays.into_iter().map(explain).collect(),
+    let (faults, delays): (Vec<&Finding>, Vec<&Finding>) =
+        report.findings().iter().partition(|finding| finding.is_fault());
+    let mut faults: Vec<String> = faults.into_iter().map(|fault| fault_text(engine, *fault)).collect();
+    if report.unlisted() > 0 {
+        faults.push(format!("and {} more", report.unlisted()));
+    }
+    if faults.is_empty() && errors.is_empty() && !engine.is_running() {
+        faults.push(format!(
+            "its last row leaves it stopped: end it with the row `all {ENGINE} MATCHING_CHECK`"
+        ));
+    }
+    let delays = delays.into_iter().map(|delay| engine.explain(*delay).to_string()).collect();
+    Loaded { errors, faults, delays }
+}
+
+fn fault_text<const WORDS: usize>(engine: &Engine<Standard, WORDS>, fault: Finding) -> String {
+    let text = engine.explain(fault);
+    match fault {
+        Finding::Mismatch { module, .. } => {
+            let kind = ModuleRef { number: 1, ..module };
+            let kind = Engine::<Standard, WORDS>::module_name(kind);
+            format!("{text}; `dimsart modules {kind}` shows what fits")
+        }
+        _ => text.to_string(),
+    }
+}
+
+/// A row that was refused, or the setting that was to be given with it.
+struct Refusal<'a> {
+    error: SchemeError<'a>,
+    by: Option<&'a Setting>,
+}
+
+impl<'a> From<SchemeError<'a>> for Refusal<'a> {
+    fn from(error: SchemeError<'a>) -> Self {
+        Self { error, by: None }
     }
 }
 
 fn apply<'a, const WORDS: usize>(
     row: &Row<'a>,
     side: &str,
-    settings: &[Setting],
+    settings: &'a [Setting],
     dimsart: &mut Dimsart<Standard, WORDS>,
-) -> Result<(), SchemeError<'a>> {
+) -> Result<(), Refusal<'a>> {
     if !row.is_for(side, SIDES)? || settings.iter().any(|setting| setting.replaces(row)) {
         return Ok(());
     }
@@ -128,11 +202,15 @@ fn apply<'a, const WORDS: usize>(
         for setting in settings.iter().filter(|setting| setting.module == module) {
             let text = format!("all {} {} {}", setting.module, setting.command, setting.value);
             for given in scheme::rows(&text) {
-                given.apply(dimsart).map_err(|error| row.blame(error.problem))?;
+                given.apply(dimsart).map_err(|error| {
+                    let mut blamed = row.blame(error.problem);
+                    blamed.place.word = &setting.value;
+                    Refusal { error: blamed, by: Some(setting) }
+                })?;
             }
         }
     }
-    row.apply(dimsart)
+    Ok(row.apply(dimsart)?)
 }
 
 impl Setting {
@@ -141,30 +219,24 @@ impl Setting {
     }
 }
 
-fn message<const WORDS: usize>(
-    name: &str,
-    error: &SchemeError<'_>,
-    engine: &Engine<Standard, WORDS>,
-) -> String {
-    let place = error.place;
-    format!("{name}:{}:{}: {}", place.line, place.column, Explained { error, engine })
-}
-
 struct Explained<'a, const WORDS: usize> {
     error: &'a SchemeError<'a>,
     engine: &'a Engine<Standard, WORDS>,
 }
 
 impl<const WORDS: usize> Explained<'_, WORDS> {
-    /// `no module 'X'; did you mean 'Y'?`, or the whole list when nothing is near.
-    fn unknown(&self, f: &mut fmt::Formatter<'_>, what: &str, known: &[String]) -> fmt::Result {
-        let word = self.error.place.word;
-        if word.is_empty() {
-            write!(f, "the row ends where {what} should be")?;
-        } else {
-            write!(f, "'{word}' is not {what}")?;
+    /// `'X' is not a number`, or that it is missing.
+    fn missing_or(&self, f: &mut fmt::Formatter<'_>, what: impl fmt::Display) -> fmt::Result {
+        match self.error.place.word {
+            "" => write!(f, "the row ends where {what} should be"),
+            word => write!(f, "'{word}' is not {what}"),
         }
-        match nearest(word, known) {
+    }
+
+    /// `'X' is not a module; did you mean 'Y'?`, or the whole list when nothing is near.
+    fn unknown(&self, f: &mut fmt::Formatter<'_>, what: &str, known: &[String]) -> fmt::Result {
+        self.missing_or(f, what)?;
+        match nearest(self.error.place.word, known) {
             Some(near) => write!(f, "; did you mean '{near}'?"),
             None if known.is_empty() => write!(f, "; there is none"),
             None => write!(f, "; there is {}", known.join(", ")),
@@ -196,8 +268,10 @@ impl<const WORDS: usize> fmt::Display for Explained<'_, WORDS> {
                 self.unknown(f, "a data type", &types.collect::<Vec<_>>())
             }
             Problem::Choice(names) => self.unknown(f, "one of its values", &owned(names)),
-            Problem::Number { min, max } => write!(f, "'{word}' is not a number from {min} to {max}"),
-            Problem::Whole { min, max } => write!(f, "'{word}' is not a whole number from {min} to {max}"),
+            Problem::Number { min, max } => self.missing_or(f, format_args!("a number from {min} to {max}")),
+            Problem::Whole { min, max } => {
+                self.missing_or(f, format_args!("a whole number from {min} to {max}"))
+            }
             Problem::Surplus => write!(f, "'{word}' is one word too many on this row"),
             Problem::Refused(CommandError::Parameter(ParameterError::NoSuchAxis)) => {
                 write!(f, "no such axis: the device has {} of them", self.engine.device().dof())

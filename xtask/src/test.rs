@@ -1,7 +1,7 @@
 //! All tests, with everything they need.
 
-use crate::setup;
 use crate::shell::{Outcome, cargo, command, run, top};
+use crate::{bench, panic_free, setup};
 
 /// Sets up what is missing and runs every test.
 pub(crate) fn test() -> Outcome {
@@ -17,5 +17,7 @@ pub(crate) fn ci() -> Outcome {
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
     run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
     run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
-    test()
+    test()?;
+    panic_free::run()?;
+    bench::run()
 }

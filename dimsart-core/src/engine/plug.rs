@@ -68,7 +68,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             if instance.is_active {
                 return Err(CommandError::PluggedIn(module));
             }
-            let specs = instance.declare(device).ok_or(CommandError::TooManyPorts)?;
+            let specs = instance.declare(device, &engine.data_base).ok_or(CommandError::TooManyPorts)?;
             let spec = specs.get(usize::from(port)).filter(|spec| spec.data_type.is_some());
             let name = spec.ok_or(CommandError::UnknownPort(port))?.name;
             instance.bindings.retain(|(bound, _)| *bound != name);
@@ -133,7 +133,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if instance.is_active {
             return Err(CommandError::PluggedIn(module));
         }
-        let specs = instance.declare(&self.device).ok_or(CommandError::TooManyPorts)?;
+        let specs = instance.declare(&self.device, &self.data_base).ok_or(CommandError::TooManyPorts)?;
         let mut ports = Vec::<Port, MAX_PORTS>::new();
         for spec in &specs {
             let bound = instance.bound(spec.name);
@@ -149,7 +149,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         instance.ports = ports;
         instance.is_active = true;
-        instance.connect(&self.device);
+        instance.connect(&self.device, &self.data_base);
         instance.module.prepare(&self.device);
         instance.module.reset();
         let place = self.place_before.and_then(|before| self.place_of(before));
@@ -197,7 +197,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             instance.is_active = false;
             let ports = core::mem::take(&mut instance.ports);
             ports.iter().rev().for_each(|port| self.data_base.remove(port.slot));
-            instance.connect(&self.device);
+        }
+        // What lay behind the slots given back has moved.
+        for instance in &mut self.instances {
+            instance.connect(&self.device, &self.data_base);
         }
         self.reschedule();
     }
@@ -260,13 +263,13 @@ impl<const WORDS: usize> crate::data_base::DataBase<WORDS> {
 
 /// How the signal a port is bound to differs from what the port expects.
 fn difference(spec: &PortSpec, expected: &DataType, found: &DataType) -> Option<Difference> {
-    if !expected.unit.fits(found.unit) {
+    if !spec.takes_any_unit && !expected.unit.fits(found.unit) {
         Some(Difference::Unit)
     } else if expected.format != found.format {
         Some(Difference::Format)
-    } else if expected.shape != found.shape || !spec.is_sound {
+    } else if expected.shape != found.shape {
         Some(Difference::Shape)
     } else {
-        None
+        spec.misfit
     }
 }

@@ -15,6 +15,8 @@
 
 use core::cell::Cell;
 
+use heapless::Vec;
+
 use super::comm_tx::CHANNEL_PORTS;
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
@@ -31,8 +33,10 @@ pub struct CommRx {
     types: TypeList,
     stale: Stale,
     hold_ticks: u32,
-    channels: [Channel; MAX_CHANNEL_TYPES],
-    packet_words: usize,
+    channels: Vec<Channel, MAX_CHANNEL_TYPES>,
+    /// The channel's first wave; not connected when there is none.
+    wave: Output,
+    packet_words: u8,
     age: Output<Single<u32>>,
     lost: Output<Single<u32>>,
     round_trip: Output<Single<u32>>,
@@ -52,6 +56,8 @@ struct State {
     /// Newest one accepted; the number before a sender's first.
     sequence: u32,
     is_restart: bool,
+    /// Whether the newest packet is the one right after the one before it.
+    is_next: bool,
     age_ticks: u32,
     lost: u32,
     refused: u32,
@@ -90,15 +96,23 @@ impl Module for CommRx {
     }
 
     fn activate(&mut self, ports: &mut Ports<'_>) {
+        self.wave = Output::default();
+        self.channels.clear();
         let mut wave_found = false;
-        for ((channel, signal), name) in self.channels.iter_mut().zip(&self.types).zip(CHANNEL_PORTS) {
-            ports.named_output(&mut channel.output, name, *signal);
+        for (signal, name) in self.types.iter().zip(CHANNEL_PORTS) {
+            let mut output = Output::default();
+            ports.named_output(&mut output, name, *signal);
             let is_wave = ports.device().data_type(signal.id).is_some_and(|found| found.unit == Unit::Wave);
-            channel.is_wave = is_wave && !wave_found;
-            wave_found |= is_wave;
+            let is_wave = is_wave && !wave_found;
+            if is_wave {
+                wave_found = true;
+                self.wave = output;
+            }
+            let _ = self.channels.push(Channel { output, is_wave });
         }
         let dof = ports.device().dof();
-        self.packet_words = self.types.len() * dof + if wave_found { 2 * dof } else { 0 };
+        let words = self.types.len() * dof + if wave_found { 2 * dof } else { 0 };
+        self.packet_words = u8::try_from(words).unwrap_or(u8::MAX);
         ports.output(&mut self.age, "AGE", types::LINK_AGE);
         ports.output(&mut self.lost, "LOST", types::LINK_LOST);
         ports.output(&mut self.round_trip, "ROUND_TRIP", types::LINK_ROUND_TRIP);
@@ -112,11 +126,11 @@ impl Module for CommRx {
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
         if self.state.accept(link, self.packet_words) {
-            self.take(data, link.received.words());
             self.state.age_ticks = 0;
+            self.take(data, link.received.room());
         } else {
             self.state.age_ticks = self.state.age_ticks.saturating_add(1);
-            self.stale_waves(data);
+            self.go_without(data);
         }
         data.set(self.age, self.state.age_ticks);
         data.set(self.lost, self.state.lost);
@@ -130,62 +144,83 @@ impl Module for CommRx {
 }
 
 impl CommRx {
-    fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
-        let mut words = words.iter();
-        for channel in self.channels.iter().take(self.types.len()) {
-            let sinks = data.words_out(channel.output);
-            for (sink, word) in sinks.iter().zip(words.by_ref()) {
-                sink.set(word.get());
-            }
-            if !channel.is_wave {
-                continue;
-            }
-            for (received, sink) in self.state.received.iter_mut().zip(sinks) {
-                let mut counter = || words.next().map_or(0, Cell::get);
-                received.update([counter(), counter()]);
-                if self.state.is_restart {
-                    // What was sent before this side listened is not owed.
-                    received.settle();
-                }
-                match self.stale {
-                    Stale::Zero | Stale::Hold => received.settle(),
-                    Stale::Limited => sink.set(received.owed_within_energy(self.period_s).to_bits()),
-                    Stale::Integral => sink.set(received.owed(self.period_s).to_bits()),
-                }
+    /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
+    fn take(&mut self, data: &Data<'_>, mut words: &[Cell<u32>]) {
+        let Self { stale, period_s, .. } = *self;
+        // What was sent before this side listened is not owed.
+        let settles = self.state.is_restart || !matches!(stale, Stale::Limited | Stale::Integral);
+        let is_next = self.state.is_next;
+        for channel in &self.channels {
+            let Some((values, rest)) = words.split_at_checked(data.dof()) else { return };
+            words = rest;
+            if channel.is_wave {
+                let Some((counters, rest)) = rest.split_at_checked(2 * data.dof()) else { return };
+                words = rest;
+                let (counters, _) = counters.as_chunks::<2>();
+                let lanes = values.iter().zip(&mut self.state.received).zip(counters);
+                data.map_axes(lanes, [], [channel.output], |((value, received), [wave, energy]), []| {
+                    let passes = settles || is_next && received.is_settled();
+                    received.update([wave.get(), energy.get()]);
+                    if passes {
+                        received.settle();
+                        return [f32::from_bits(value.get())];
+                    }
+                    [stale.pay(received, period_s)]
+                });
+            } else {
+                data.map_axes(values, [], [channel.output], |value, []| [f32::from_bits(value.get())]);
             }
         }
     }
 
-    fn stale_waves(&mut self, data: &Data<'_>) {
-        let is_held = self.stale == Stale::Hold && self.state.age_ticks <= self.hold_ticks;
-        for channel in self.channels.iter().take(self.types.len()).filter(|channel| channel.is_wave) {
-            for (received, sink) in self.state.received.iter_mut().zip(data.words_out(channel.output)) {
-                match self.stale {
-                    Stale::Limited => sink.set(received.owed_within_energy(self.period_s).to_bits()),
-                    _ if is_held => {}
-                    _ => sink.set(0.0_f32.to_bits()),
-                }
+    /// What the wave is in a tick without a new packet.
+    fn go_without(&mut self, data: &Data<'_>) {
+        match self.stale {
+            Stale::Hold if self.state.age_ticks <= self.hold_ticks => {}
+            Stale::Limited => {
+                let period_s = self.period_s;
+                data.map_axes(&mut self.state.received, [], [self.wave], |received, []| {
+                    [received.owed_within_energy(period_s)]
+                });
             }
+            _ => data.map_axes([(); MAX_DOF], [], [self.wave], |(), []| [0.0]),
         }
+    }
+}
+
+impl Stale {
+    /// What the policy gives out as wave of what the line owes; rare, as packets seldom get lost.
+    #[cold]
+    fn pay(self, received: &mut Received, period_s: f32) -> f32 {
+        if self == Self::Limited { received.owed_within_energy(period_s) } else { received.owed(period_s) }
     }
 }
 
 impl State {
     /// Whether a new packet is there; takes note of its header.
-    fn accept(&mut self, link: &LinkPort, packet_words: usize) -> bool {
+    fn accept(&mut self, link: &LinkPort, packet_words: u8) -> bool {
         if !link.received.is_full() {
             return false;
         }
         link.received.clear();
         let sequence = link.received.sequence();
-        let is_old = !is_newer(sequence, self.sequence);
-        self.is_restart = is_old && self.age_ticks >= RESTART_TICKS || self.sequence == 0 && sequence != 1;
-        if is_old && !self.is_restart || link.received.words().len() != packet_words {
+        if link.received.length() != packet_words {
             self.refused = self.refused.wrapping_add(1);
             return false;
         }
-        if !self.is_restart {
-            self.lost = self.lost.wrapping_add(sequence.wrapping_sub(self.sequence).wrapping_sub(1));
+        let missed = sequence.wrapping_sub(self.sequence).wrapping_sub(1);
+        self.is_restart = false;
+        self.is_next = missed == 0;
+        if missed != 0 {
+            let is_old = !is_newer(sequence, self.sequence);
+            self.is_restart = is_old && self.age_ticks >= RESTART_TICKS || self.sequence == 0;
+            if is_old && !self.is_restart {
+                self.refused = self.refused.wrapping_add(1);
+                return false;
+            }
+            if !self.is_restart {
+                self.lost = self.lost.wrapping_add(missed);
+            }
         }
         self.sequence = sequence;
         link.accepted_sequence.set(sequence);

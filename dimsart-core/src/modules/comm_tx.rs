@@ -4,6 +4,8 @@
 //! words; and for the channel's first wave, per axis after them, the counters of its wave integral: all
 //! that was ever sent, so that what a lost packet carried can be made up for.
 
+use heapless::Vec;
+
 use super::wave_integral::Sent;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
 use crate::parameter::TypeList;
@@ -14,7 +16,7 @@ use crate::{Data, DeviceDescriptor, Input, Module, Parameters, Ports, Unit};
 pub struct CommTx {
     link: u32,
     types: TypeList,
-    channels: [Channel; MAX_CHANNEL_TYPES],
+    channels: Vec<Channel, MAX_CHANNEL_TYPES>,
     packet_words: u8,
     sequence: u32,
     period_s: f32,
@@ -39,13 +41,16 @@ impl Module for CommTx {
     }
 
     fn activate(&mut self, ports: &mut Ports<'_>) {
+        self.channels.clear();
         let mut wave_found = false;
-        for ((channel, signal), name) in self.channels.iter_mut().zip(&self.types).zip(CHANNEL_PORTS) {
-            ports.named_input(&mut channel.input, name, *signal);
+        for (signal, name) in self.types.iter().zip(CHANNEL_PORTS) {
+            let mut input = Input::default();
+            ports.named_input(&mut input, name, *signal);
             let is_wave = ports.device().data_type(signal.id).is_some_and(|found| found.unit == Unit::Wave);
             // One set of counters: the first wave of the channel has them.
-            channel.is_wave = is_wave && !wave_found;
+            let is_wave = is_wave && !wave_found;
             wave_found |= is_wave;
+            let _ = self.channels.push(Channel { input, is_wave });
         }
         let dof = ports.device().dof();
         let words = self.types.len() * dof + if wave_found { 2 * dof } else { 0 };
@@ -61,19 +66,34 @@ impl Module for CommTx {
         self.sequence = self.sequence.wrapping_add(1).max(1);
         link.sent_sequence.set(self.sequence);
         let echo = link.accepted_sequence.get();
-        let mut cells = link.outgoing.fill(self.sequence, echo, self.packet_words).iter();
-        for channel in self.channels.iter().take(self.types.len()) {
-            let words = data.words(channel.input);
-            for (word, cell) in words.iter().zip(cells.by_ref()) {
-                cell.set(word.get());
-            }
+        link.outgoing.open(self.sequence, echo, self.packet_words);
+        let mut cells = link.outgoing.room().as_slice();
+        let period_s = self.period_s;
+        for channel in &self.channels {
+            let Some((values, rest)) = cells.split_at_checked(data.dof()) else { return };
+            cells = rest;
             if channel.is_wave {
-                for (sent, word) in self.sent.iter_mut().zip(words) {
-                    let counters = sent.add(f32::from_bits(word.get()), self.period_s);
-                    for (counter, cell) in counters.into_iter().zip(cells.by_ref()) {
-                        cell.set(counter);
-                    }
-                }
+                let Some((counters, rest)) = rest.split_at_checked(2 * data.dof()) else { return };
+                cells = rest;
+                let (counters, _) = counters.as_chunks::<2>();
+                let lanes = self.sent.iter_mut().zip(values).zip(counters);
+                data.map_axes(
+                    lanes,
+                    [channel.input],
+                    [],
+                    |((sent, value), [wave_count, energy_count]), [wave]| {
+                        value.set(wave.to_bits());
+                        let [waves, energies] = sent.add(wave, period_s);
+                        wave_count.set(waves);
+                        energy_count.set(energies);
+                        []
+                    },
+                );
+            } else {
+                data.map_axes(values, [channel.input], [], |value, [sample]| {
+                    value.set(sample.to_bits());
+                    []
+                });
             }
         }
     }

@@ -3,7 +3,7 @@
 //! `y += h (x + x[k-1]) / 2`, held inside `±LIMIT`; `x[-1] = 0`. The sum is compensated (Kahan).
 
 use crate::limits::MAX_DOF;
-use crate::math::CompensatedSum;
+use crate::math::{self, CompensatedSum};
 use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
 
 /// See the [module docs](self).
@@ -46,7 +46,7 @@ impl Module for Integrator {
             let sum = axis.sum.add(half_period_s * (x + axis.previous));
             axis.previous = x;
             if sum.abs() > *limit {
-                axis.sum = CompensatedSum::new(sum.clamp(-limit, *limit));
+                axis.sum = CompensatedSum::new(math::limit(sum, *limit));
             }
             [axis.sum.value()]
         });

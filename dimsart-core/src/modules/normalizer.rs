@@ -2,7 +2,7 @@
 //!
 //! `out = clamp((in - OFFSET) SCALE, -LIMIT, LIMIT)`
 
-use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, math, types};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
@@ -32,7 +32,7 @@ impl Module for Normalizer {
     fn compute(&mut self, data: &Data<'_>) {
         let laws = self.scale.iter().zip(&self.offset).zip(&self.limit);
         data.map_axes(laws, [self.input], [self.output], |((scale, offset), limit), [x]| {
-            [((x - offset) * scale).clamp(-limit, *limit)]
+            [math::limit((x - offset) * scale, *limit)]
         });
     }
 }

@@ -26,9 +26,9 @@ pub struct Pd {
 #[derive(Debug, Default)]
 struct Axis {
     stiffness: f32,
+    previous_error: f32,
     /// `D / h`.
     damping_per_tick: f32,
-    previous_error: f32,
 }
 
 impl Module for Pd {

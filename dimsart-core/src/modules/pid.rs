@@ -5,7 +5,7 @@
 //! winding while the force limit holds; `v` is the slope of the error through a first-order low-pass
 //! `v += (slope - v) h / (h + T_f)`.
 
-use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, PerAxis, Ports, Unit, math, types};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
@@ -91,7 +91,7 @@ impl Module for Pid {
             axis.filtered_change += smoothing * (change - axis.filtered_change);
             let integral = axis.integral + axis.integral_gain_per_tick * error;
             let wanted = axis.stiffness * error + integral + axis.damping_per_tick * axis.filtered_change;
-            let force = wanted.clamp(-axis.limit, axis.limit);
+            let force = math::limit(wanted, axis.limit);
             axis.integral = integral + tracking * (force - wanted);
             [force]
         });

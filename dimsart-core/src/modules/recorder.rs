@@ -14,7 +14,7 @@ pub struct Recorder {
     input: Input,
     rows_out: Output<Single<u32>>,
     memory: Memory,
-    position: usize,
+    position: u16,
     rows: u32,
     wait_ticks: u32,
 }
@@ -40,14 +40,12 @@ impl Module for Recorder {
 
     fn compute(&mut self, data: &Data<'_>) {
         if self.is_recording && self.wait_ticks == 0 {
-            let (input, memory) = (data.words(self.input), data.memory(self.memory));
-            for (cell, word) in memory.get(self.position..).unwrap_or_default().iter().zip(input) {
-                cell.set(word.get());
-            }
-            self.position += input.len();
-            if self.position >= memory.len() {
-                self.position = 0;
-            }
+            let row = data.row(self.memory, self.position).unwrap_or_default();
+            data.map_axes(row, [self.input], [], |cell, [sample]| {
+                cell.set(sample.to_bits());
+                []
+            });
+            self.position = data.row_after(self.memory, self.position);
             self.rows = self.rows.wrapping_add(1);
             self.wait_ticks = self.every_ticks;
         }

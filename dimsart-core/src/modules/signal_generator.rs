@@ -2,7 +2,8 @@
 //!
 //! With the time `t` since plug-in or reset, `p = FREQUENCY t` in periods, `A` and `OFFSET` per axis:
 //! `CONSTANT` `OFFSET + A`, `STEP` `OFFSET`, then `OFFSET + A` from one period on, `SINE`
-//! `OFFSET + A sin(2 pi p)`, `SQUARE` `OFFSET ± A`, `TRIANGLE` starts at `OFFSET`, rising.
+//! `OFFSET + A sin(2 pi p)`, `SQUARE` `OFFSET ± A`, `TRIANGLE` starts at `OFFSET`, rising. The periods are
+//! a compensated sum, so that a slow signal keeps its frequency.
 
 use crate::{Choice, Data, DeviceDescriptor, Module, Output, Parameters, PerAxis, Ports, Unit, math, types};
 
@@ -14,8 +15,10 @@ pub struct SignalGenerator {
     offset: PerAxis,
     frequency_hz: f32,
     output: Output,
+    /// Without whole periods, which change nothing but that there was one.
     periods_per_tick: f32,
-    periods: f32,
+    is_faster_than_ticks: bool,
+    periods: math::CompensatedSum,
     has_stepped: bool,
 }
 
@@ -51,11 +54,13 @@ impl Module for SignalGenerator {
     }
 
     fn prepare(&mut self, device: &DeviceDescriptor) {
-        self.periods_per_tick = self.frequency_hz * device.sample_period_s();
+        let periods_per_tick = (self.frequency_hz * device.sample_period_s()).min(f32::MAX);
+        self.periods_per_tick = periods_per_tick % 1.0;
+        self.is_faster_than_ticks = periods_per_tick >= 1.0;
     }
 
     fn compute(&mut self, data: &Data<'_>) {
-        let p = self.periods;
+        let p = self.periods.value();
         let shape = match self.form {
             Form::Constant => 1.0,
             Form::Step => f32::from(u8::from(self.has_stepped)),
@@ -80,15 +85,15 @@ impl Module for SignalGenerator {
         };
         let lanes = self.amplitude.iter().zip(&self.offset);
         data.map_axes(lanes, [], [self.output], |(amplitude, offset), []| [offset + amplitude * shape]);
-        self.periods += self.periods_per_tick;
-        while self.periods >= 1.0 {
-            self.periods -= 1.0;
+        self.has_stepped |= self.is_faster_than_ticks;
+        if self.periods.add(self.periods_per_tick) >= 1.0 {
+            self.periods.turn_back(1.0);
             self.has_stepped = true;
         }
     }
 
     fn reset(&mut self) {
-        self.periods = 0.0;
+        self.periods = math::CompensatedSum::default();
         self.has_stepped = false;
     }
 }

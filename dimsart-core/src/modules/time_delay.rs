@@ -3,7 +3,7 @@
 //! The line of `TD_PARAM × DoF` words is taken from the Data Base when the module is plugged in and
 //! reads zero until the first sample comes through. `TD_PARAM 0` hands the signal through.
 
-use crate::{Data, Input, Memory, Module, Output, Parameters, Ports, Unit, types};
+use crate::{Data, Input, Memory, Module, Output, Parameters, Ports, Unit, limits::MAX_DOF, types};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
@@ -12,7 +12,7 @@ pub struct TimeDelay {
     input: Input,
     output: Output,
     line: Memory,
-    position: usize,
+    position: u16,
 }
 
 impl Module for TimeDelay {
@@ -33,22 +33,15 @@ impl Module for TimeDelay {
     }
 
     fn compute(&mut self, data: &Data<'_>) {
-        let (inputs, outputs) = (data.words(self.input), data.words_out(self.output));
-        let line = data.memory(self.line);
-        if line.is_empty() {
-            for (input, output) in inputs.iter().zip(outputs) {
-                output.set(input.get());
-            }
+        let Some(oldest) = data.row(self.line, self.position) else {
+            // No delay, no line.
+            data.map_axes([(); MAX_DOF], [self.input], [self.output], |(), [sample]| [sample]);
             return;
-        }
-        let oldest = line.get(self.position..).unwrap_or_default();
-        for ((input, output), cell) in inputs.iter().zip(outputs).zip(oldest) {
-            output.set(cell.replace(input.get()));
-        }
-        self.position += inputs.len();
-        if self.position >= line.len() {
-            self.position = 0;
-        }
+        };
+        data.map_axes(oldest, [self.input], [self.output], |cell, [sample]| {
+            [f32::from_bits(cell.replace(sample.to_bits()))]
+        });
+        self.position = data.row_after(self.line, self.position);
     }
 
     fn reset(&mut self) {

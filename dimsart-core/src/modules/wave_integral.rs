@@ -52,6 +52,11 @@ impl Received {
         self.energy = energy;
     }
 
+    /// Whether nothing is owed.
+    pub(super) fn is_settled(&self) -> bool {
+        self.wave == self.given_wave
+    }
+
     /// Forgets what happened before: nothing is owed.
     pub(super) fn settle(&mut self) {
         self.given_wave = self.wave;
@@ -66,12 +71,13 @@ impl Received {
     }
 
     /// The wave that pays as much of it as the energy received and not given out yet allows.
+    #[inline(never)]
     pub(super) fn owed_within_energy(&mut self, period_s: f32) -> f32 {
         let owed = self.wave.wrapping_sub(self.given_wave).cast_signed();
         let energy = self.energy.wrapping_sub(self.given_energy);
         let largest = math::sqrt(2.0 * unsigned(energy) * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
-        let counts = owed.clamp(-limit, limit);
+        let counts = owed.max(-limit).min(limit);
         let wave = from_count(counts) * (WAVE_QUANTUM / period_s);
         // Rounded up and never more than there is: the account must not go below zero.
         let spent = to_count((0.5 * wave * wave) * (period_s / ENERGY_QUANTUM)).cast_unsigned();

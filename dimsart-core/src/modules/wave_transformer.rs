@@ -179,7 +179,7 @@ impl Module for WaveTransformer {
     }
 
     fn compute_late(&mut self, data: &Data<'_>) {
-        let Coefficients { a, two_over_a, mobility, mobility_per_tick, line_sign } = self.coefficients;
+        let Coefficients { a, two_over_a, mobility, line_sign, .. } = self.coefficients;
         let inputs = [self.waves_in, self.force];
         let outputs = [self.waves_out, self.line_force, self.line_velocity];
         data.map_axes(&mut self.axes, inputs, outputs, |axis, [wave, force]| {
@@ -187,23 +187,36 @@ impl Module for WaveTransformer {
             axis.settled_force += SETTLING * (force - axis.settled_force);
             [wave - two_over_a * force, line_sign * force, mobility * (a * wave - force)]
         });
-        match self.form {
-            Form::Split => {}
-            // The force that was solved for and the one commanded differ by rounding: only the one
-            // that is in the outgoing wave may go into the sum, or the two drift apart.
-            Form::Implicit => data.map_axes(&mut self.axes, inputs, [], |axis, [wave, force]| {
-                axis.desired.add(mobility_per_tick * (a * wave - force));
-                []
-            }),
-            Form::Printed => {
-                data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, [wave, force]| {
-                    [axis.desired.add(mobility_per_tick * (a * wave - force))]
-                });
-            }
+        if self.form != Form::Split {
+            self.follow(data);
         }
     }
 
     fn reset(&mut self) {
         self.is_fresh = true;
+    }
+}
+
+impl WaveTransformer {
+    /// Moves the desired position by the force that was really commanded.
+    ///
+    /// Not inlined, so that the usual form does not carry its weight.
+    #[inline(never)]
+    fn follow(&mut self, data: &Data<'_>) {
+        let Coefficients { a, mobility_per_tick, .. } = self.coefficients;
+        let inputs = [self.waves_in, self.force];
+        let step = |axis: &mut Axis, [wave, force]: [f32; 2]| {
+            axis.desired.add(mobility_per_tick * (a * wave - force))
+        };
+        if self.form == Form::Printed {
+            data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, port| [step(axis, port)]);
+        } else {
+            // The force that was solved for and the one commanded differ by rounding: only the one
+            // that is in the outgoing wave may go into the sum, or the two drift apart.
+            data.map_axes(&mut self.axes, inputs, [], |axis, port| {
+                step(axis, port);
+                []
+            });
+        }
     }
 }

@@ -1,45 +1,95 @@
 //! `dimsart run`: runs a scenario and writes its report.
 
-use std::path::PathBuf;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::{Args, Parser};
-use comfy_table::{CellAlignment, Table};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::Ending;
+use super::{Ending, summary};
 use crate::experiment::{self, Experiment, Side};
-use crate::outcome::Outcome;
 use crate::pictures::figures;
-use crate::report::{self, Fact, Report, Table as ReportTable};
-use crate::scenario::Scenario;
+use crate::report::{self, Report, ReportError, Written};
+use crate::scenario::{self, Scenario};
 
 /// Run a scenario: both sides against simulated plants, or one side in real time.
 #[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, after_long_help = help())]
 pub(super) struct Run {
-    /// Scenario file (TOML) with what differs from the default scenario; none for the default.
+    /// Scenario file (TOML) with what differs from the shipped scenario; none for the shipped one.
     scenario: Option<PathBuf>,
     /// Changes one setting, such as `link.loss=0.1`; can be given often.
     #[arg(long = "set", value_name = "KEY=VALUE")]
     sets: Vec<String>,
-    /// Folder for the report.
-    #[arg(long, default_value = "runs/latest")]
-    out: PathBuf,
+    /// Folder for the report; `runs/latest` when left out, or `runs/master` and `runs/slave` with --side.
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
     /// Runs only this side, in real time, and talks to the other side's process over UDP.
     #[arg(long)]
     side: Option<Side>,
+    /// How long a side waits for the other one to start, s.
+    #[arg(long, value_name = "SECONDS", default_value = "60", requires = "side", value_parser = seconds)]
+    wait_s: Duration,
     /// Prints the figures as one JSON object, the last line of standard output.
     #[arg(long)]
     json: bool,
     /// Writes no report.
     #[arg(long)]
     no_report: bool,
-    /// Lists every setting with its default, and runs nothing.
+    /// Prints the shipped scenario, which has every setting with its default and meaning, and runs nothing.
     #[arg(long)]
     keys: bool,
+}
+
+/// Settings that are changed most often.
+const USUAL_SETTINGS: &[&str] = &[
+    "seed",
+    "duration_s",
+    "dof",
+    "link.forward_delay_ticks",
+    "link.backward_delay_ticks",
+    "link.loss",
+    "link.stale",
+    "wave.impedance_ns_per_m",
+    "wave.form",
+    "master.scheme",
+    "master.stiffness_n_per_m",
+    "slave.stiffness_n_per_m",
+    "hand.contact_force_n",
+    "wall.stiffness_n_per_m",
+    "record.every_ticks",
+];
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart run                                                the shipped scenario
+  dimsart run --set link.forward_delay_ticks=200             0.2 s later at the slave
+  dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
+  dimsart run --keys > my.toml                               a scenario file to start from
+  dimsart run my.toml --set seed=7 --no-report --json        figures for a program
+  dimsart run --side master                                  two processes, in two terminals:
+  dimsart run --side slave                                   real time over UDP
+
+Ctrl-C ends a run early; what was recorded until then is reported. A run that does not stay stable says so and ends
+with exit status 0 all the same: 1 is for a run that could not be made or reported, 2 for wrong usage.";
+
+fn help() -> String {
+    let keys = Scenario::keys();
+    let usual = USUAL_SETTINGS.iter().filter_map(|path| keys.iter().find(|key| key.path == *path));
+    let lines = usual.map(|key| {
+        let setting = format!("{}={}", key.path, key.default.as_deref().unwrap_or("..."));
+        format!("\n  {setting:<38} {}", key.meaning)
+    });
+    format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", lines.collect::<String>())
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
 }
 
 impl Default for Run {
@@ -55,59 +105,95 @@ impl Default for Run {
 }
 
 impl Run {
-    pub(super) fn execute(self) -> Ending {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         if self.keys {
-            println!("{}", crate::scenario::SHIPPED.trim_end());
+            writeln!(out, "{}", scenario::SHIPPED.trim_end())?;
             return Ok(ExitCode::SUCCESS);
         }
         let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
-        let stop = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&stop);
-        ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
-        let experiment = match self.side {
-            None => Experiment::new(&scenario)?,
-            Some(side) => {
-                eprintln!("{}: waiting for the other side", side.name());
-                Experiment::one_side(&scenario, side, &stop)?
-            }
-        };
+        let folder = self.folder();
+        if !self.no_report {
+            // A folder that cannot be written is better known before the run than after it.
+            report::prepare(&folder)?;
+        }
+        let stop = stop_on_interrupt()?;
+        let experiment = self.experiment(&scenario, &stop)?;
         let bar = progress_bar(experiment.duration_s());
         let run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
         bar.finish_and_clear();
-        print_summary(&run.outcome);
-        if !self.no_report {
-            self.write_report(&scenario, &run)?;
+        let written = (!self.no_report).then(|| self.write_report(&folder, &scenario, &run)).transpose();
+        summary::print(out, &run.outcome)?;
+        if let Some(written) = written? {
+            writeln!(out, "report: {}", written.page.display())?;
         }
         if self.json {
-            println!("{}", serde_json::to_string(&run.outcome)?);
+            writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
         }
         Ok(ExitCode::SUCCESS)
     }
 
-    fn write_report(&self, scenario: &Scenario, run: &experiment::Run) -> Result<(), report::ReportError> {
+    fn folder(&self) -> PathBuf {
+        let default = || Path::new("runs").join(self.side.map_or("latest", Side::name));
+        self.out.clone().unwrap_or_else(default)
+    }
+
+    fn experiment(
+        &self,
+        scenario: &Scenario,
+        stop: &AtomicBool,
+    ) -> Result<Experiment, experiment::ExperimentError> {
+        let Some(side) = self.side else { return Experiment::new(scenario) };
+        let (name, other) = (side.name(), side.other().name());
+        eprintln!(
+            "{name} at {}: waiting up to {} s for the {other} at {} (`dimsart run --side {other}`)",
+            side.address(scenario),
+            self.wait_s.as_secs_f64(),
+            side.other().address(scenario),
+        );
+        Experiment::one_side(scenario, side, self.wait_s, stop)
+    }
+
+    fn write_report(
+        &self,
+        folder: &Path,
+        scenario: &Scenario,
+        run: &experiment::Run,
+    ) -> Result<Written, ReportError> {
         let sides = self.side.map_or("both sides", Side::name);
         let report = Report {
             title: format!("Bilateral control over a delayed link: {sides}"),
-            summary: summary(&run.outcome),
-            axes: axes(&run.outcome),
+            summary: summary::facts(&run.outcome),
+            axes: summary::axes(&run.outcome),
             faults: run.outcome.faults.clone(),
-            figures: figures(&run.recording, &run.phases, scenario.dof),
+            figures: figures(&run.recording, &run.phases, scenario),
             tick_maps: run.tick_maps.clone(),
             settings_toml: scenario.to_toml(),
             recording: &run.recording,
         };
-        let bar = ProgressBar::new(0).with_message("report");
-        bar.set_style(style("{msg} [{bar:40}] {pos}/{len} files"));
-        let written = report::write(&self.out, &report, &bar)?;
+        let bar = ProgressBar::new(0);
+        bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
+        let written = report::write(folder, &report, &bar);
         bar.finish_and_clear();
-        println!("report: {}", written.page.display());
-        Ok(())
+        written
     }
+}
+
+/// A flag that the first Ctrl-C sets; the second one ends the process at once.
+fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    })?;
+    Ok(stop)
 }
 
 fn progress_bar(duration_s: f64) -> ProgressBar {
     let bar = ProgressBar::new(milliseconds(duration_s));
-    bar.set_style(style("simulating [{bar:40}] {percent}% {msg}"));
+    bar.set_style(style("simulating [{bar:40}] {percent}% of {msg} s, {eta} left"));
+    bar.set_message(format!("{duration_s:.1}"));
     bar.enable_steady_tick(Duration::from_millis(100));
     bar
 }
@@ -121,64 +207,16 @@ fn milliseconds(time_s: f64) -> u64 {
     u64::try_from(Duration::from_secs_f64(time_s).as_millis()).unwrap_or(u64::MAX)
 }
 
-fn print_summary(outcome: &Outcome) {
-    let mut table = Table::new();
-    for fact in summary(outcome) {
-        table.add_row([fact.name, fact.value, fact.unit, fact.note]);
-    }
-    align_right(&mut table, 1..2);
-    println!("{table}");
-    let axes = axes(outcome);
-    let mut table = Table::new();
-    table.set_header(&axes.header);
-    table.add_rows(axes.rows);
-    align_right(&mut table, 0..4);
-    println!("{table}");
-    for fault in &outcome.faults {
-        println!("fault: {fault}");
-    }
-}
+#[cfg(test)]
+mod tests {
+    use super::*;
 
-fn align_right(table: &mut Table, columns: std::ops::Range<usize>) {
-    for column in columns {
-        if let Some(column) = table.column_mut(column) {
-            column.set_cell_alignment(CellAlignment::Right);
+    #[test]
+    fn the_help_shows_every_usual_setting_with_its_default() {
+        let help = help();
+        for setting in USUAL_SETTINGS {
+            assert!(help.contains(&format!("\n  {setting}=")), "{setting} is no setting any more");
         }
+        assert!(help.contains("link.loss=0.0 "), "{help}");
     }
-}
-
-fn summary(outcome: &Outcome) -> Vec<Fact> {
-    let fact = |name: &str, value: String, unit: &str, note: &str| Fact {
-        name: name.to_owned(),
-        value,
-        unit: unit.to_owned(),
-        note: note.to_owned(),
-    };
-    let stable = if outcome.stable { "yes" } else { "NO" };
-    let passive = if outcome.energy_min_j < 0.0 { "below 0: not passive" } else { "never below 0: passive" };
-    let round_trip = outcome.round_trip_ticks.map_or("unknown".to_owned(), |ticks| ticks.to_string());
-    vec![
-        fact("stable", stable.to_owned(), "", "every position, force and wave in its declared range"),
-        fact("simulated", format!("{:.3}", outcome.simulated_s), "s", &format!("{} ticks", outcome.ticks)),
-        fact(
-            "took",
-            format!("{:.3}", outcome.wall_s),
-            "s",
-            &format!("{:.0} times real time", outcome.realtime_factor),
-        ),
-        fact("round trip", round_trip, "ticks", "of the waves, measured"),
-        fact("smallest channel energy", format!("{:.3e}", outcome.energy_min_j), "J", passive),
-    ]
-}
-
-fn axes(outcome: &Outcome) -> ReportTable {
-    let number = |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{value:.3}"));
-    let row = |axis: &crate::outcome::AxisOutcome| {
-        let (felt, predicted) = (axis.k_felt_n_per_m, axis.k_predicted_n_per_m);
-        let error = felt.zip(predicted).map(|(felt, predicted)| (felt - predicted) / predicted);
-        let error = error.map_or("not in contact".to_owned(), |error| format!("{error:+.1e}"));
-        vec![axis.axis.to_string(), number(felt), number(predicted), error]
-    };
-    let header = ["axis", "felt stiffness (N/m)", "predicted (N/m)", "relative difference"];
-    ReportTable { header: header.map(str::to_owned).to_vec(), rows: outcome.axes.iter().map(row).collect() }
 }

@@ -8,12 +8,10 @@ use super::Link;
 
 /// Why a socket could not be set up.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot use UDP address {address}: {source}; choose another with --set link.{key}=HOST:PORT")]
+#[error("cannot listen on UDP address {address}: {source}")]
 pub struct UdpError {
     /// The address.
     pub address: SocketAddr,
-    /// The scenario key that sets it.
-    pub key: &'static str,
     /// What the system says.
     pub source: std::io::Error,
 }
@@ -32,13 +30,13 @@ impl Udp {
     ///
     /// # Errors
     /// [`UdpError`] when the own address is taken or not of this machine.
-    pub fn open(own: SocketAddr, key: &'static str, peer: SocketAddr) -> Result<Self, UdpError> {
+    pub fn open(own: SocketAddr, peer: SocketAddr) -> Result<Self, UdpError> {
         let open = || {
             let socket = UdpSocket::bind(own)?;
             socket.set_nonblocking(true)?;
             Ok(socket)
         };
-        let socket = open().map_err(|source| UdpError { address: own, key, source })?;
+        let socket = open().map_err(|source| UdpError { address: own, source })?;
         Ok(Self { socket, peer })
     }
 }

@@ -9,7 +9,7 @@
 use super::environment::{Environment, Role};
 use super::motor::{Motor, MotorParameters};
 use super::parameter::ParameterError;
-use super::scene::{Regime, Scene};
+use super::scene::{Regime, Scene, Slide};
 use super::transition::Motion;
 use super::transitions::Transitions;
 use super::{AxisTruth, DeviceParameters, EnvironmentParameters, SUB_STEPS_MIN};
@@ -125,6 +125,14 @@ impl Axis {
             return 0;
         }
         let jerk = regime.jerk(transition);
+        if scene.motor.is_none() && regime.key.slide == Slide::Frictionless {
+            // Most of all sub-steps are of this kind, so they are not asked what cannot happen to them.
+            let done = transition.glide(motion, jerk, sub_steps, |position_m, velocity_m_per_s| {
+                regime.holds_at(position_m, velocity_m_per_s)
+            });
+            *elapsed_s += f64::from(done) * transition.step_s;
+            return done;
+        }
         let (mut here, mut now_s) = (*motion, *elapsed_s);
         let mut done = 0;
         while done < sub_steps {

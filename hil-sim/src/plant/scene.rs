@@ -54,6 +54,13 @@ impl Regime {
         self.law.rate_n_per_s * transition.inverse_mass_per_kg
     }
 
+    /// Whether the law holds that far from where it was found.
+    #[inline]
+    pub(super) fn holds_at(&self, position_m: f64, velocity_m_per_s: f64) -> bool {
+        (position_m - self.position_m).abs() < self.law.reach_m
+            && (velocity_m_per_s - self.velocity_m_per_s).abs() < self.law.reach_m_per_s
+    }
+
     /// Whether the law holds all along the free oscillation of squared frequency `rad2_per_s2` from `motion`:
     /// its amplitude around the equilibrium is `sqrt(a²/w⁴ + v²/w²)`, and damping only shrinks it. Sliding friction
     /// reverses on the way, so never with it.
@@ -141,8 +148,7 @@ impl Scene {
             }
         };
         slides_on
-            && (motion.position_m - regime.position_m).abs() < law.reach_m
-            && (motion.velocity_m_per_s - regime.velocity_m_per_s).abs() < law.reach_m_per_s
+            && regime.holds_at(motion.position_m, motion.velocity_m_per_s)
             && self.motor.as_ref().is_none_or(|motor| {
                 motor.drive(self.command_n, motion.actuator_n, motion.velocity_m_per_s).0 == regime.key.supply
             })

@@ -118,6 +118,37 @@ impl Transition {
         }
     }
 
+    /// Up to `most` such steps, as long as the position and velocity that each one leads to are as `holds` wants
+    /// them; returns how many.
+    #[inline]
+    pub(super) fn glide(
+        &self,
+        motion: &mut Motion,
+        jerk: f64,
+        most: u32,
+        holds: impl Fn(f64, f64) -> bool,
+    ) -> u32 {
+        let ([x, v, _], [e, a, _]) = (&self.increments, &self.growth);
+        let (shift, push, surge) = (self.ramp[0] * jerk, x[1] * jerk, v[1] * jerk);
+        let (mut position, mut velocity) = (motion.position_m, motion.velocity_m_per_s);
+        let mut acceleration = motion.acceleration_m_per_s2;
+        let mut done = 0;
+        while done < most {
+            let next_position = position + (x[0] * velocity + x[1] * acceleration + shift);
+            let next_velocity = e[0] * velocity + e[1] * acceleration + push;
+            if !holds(next_position, next_velocity) {
+                break;
+            }
+            acceleration = a[0] * velocity + a[1] * acceleration + surge;
+            (position, velocity) = (next_position, next_velocity);
+            done += 1;
+        }
+        motion.position_m = position;
+        motion.velocity_m_per_s = velocity;
+        motion.acceleration_m_per_s2 = acceleration;
+        done
+    }
+
     /// The same with a motor whose force moves too.
     #[inline]
     pub(super) fn driven_step(&self, motion: &Motion, jerk: f64) -> Motion {

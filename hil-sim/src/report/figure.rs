@@ -3,16 +3,18 @@
 use std::ops::Range;
 
 use plotters::chart::ChartBuilder;
-use plotters::element::{Circle, PathElement, Rectangle};
+use plotters::element::{Circle, EmptyElement, PathElement, Rectangle, Text};
 use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
+use plotters::series::DashedLineSeries;
 use plotters::style::Color;
-use plotters::style::text_anchor::HPos;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::decimate::{Point, decimate};
 use super::plot::{
     Area, BLACK, Drawn, GREY, GRID, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
     width,
 };
+use super::simplify::simplify;
 use crate::recording::Recording;
 
 /// A picture of recorded signals over time.
@@ -29,14 +31,25 @@ pub struct Figure {
 }
 
 /// One pair of axes of a [`Figure`].
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
     /// Title above the axes.
     pub title: String,
     /// What the vertical axis measures, with its unit: `position (m)`.
     pub y_label: String,
-    /// Lines, the first one drawn widest so that a later one on top does not hide it.
+    /// Lines, each one thinner than those before it, so that none hides another.
     pub lines: Vec<Line>,
+    /// Values that deserve a line of their own, as far as the signals come near them.
+    pub levels: Vec<Level>,
+}
+
+/// A constant to compare a signal with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Level {
+    /// Its name, written on it: `wall`.
+    pub label: String,
+    /// Its value, in the unit of the panel.
+    pub value: f64,
 }
 
 /// One recorded signal in a [`Panel`].
@@ -70,7 +83,10 @@ impl Figure {
     }
 }
 
-const SIZE: (u32, u32) = (1400, 900);
+const WIDTH: u32 = 1400;
+/// Of a figure with few panels; more of them make it higher.
+const LEAST_HEIGHT: u32 = 900;
+const LEAST_PANEL_HEIGHT: u32 = 180;
 /// Everything below in pixels as shown.
 const TITLE_HEIGHT: f64 = 62.0;
 const PANEL_TITLE_HEIGHT: f64 = 34.0;
@@ -85,6 +101,9 @@ const SHADES: [RGBColor; 3] =
 
 /// Values beyond are drawn here: a diverging run must not overflow the axes.
 const LARGEST_DRAWN: f64 = 1e30;
+
+/// Share of a panel's height that nobody sees.
+const UNSEEN: f64 = 1e-3;
 
 /// A [`Figure`] with the points it shows.
 pub(super) struct FigurePicture<'a> {
@@ -136,9 +155,23 @@ impl<'a> FigurePicture<'a> {
             let zero = [(self.time_s.start, 0.0), (self.time_s.end, 0.0)];
             chart.draw_series([PathElement::new(zero, LIGHT_GREY.stroke_width(width(1.0)))])?;
         }
+        let is_near = |level: &&Level| data.values.contains(&level.value);
+        for level in data.panel.levels.iter().filter(is_near) {
+            let ends = [(self.time_s.start, level.value), (self.time_s.end, level.value)];
+            let stroke = GREY.stroke_width(width(1.2));
+            chart.draw_series(DashedLineSeries::new(
+                ends,
+                px(7.0).unsigned_abs(),
+                px(5.0).unsigned_abs(),
+                stroke,
+            ))?;
+            let style = font(13.0, FontStyle::Normal, GREY).pos(Pos::new(HPos::Left, VPos::Bottom));
+            let above =
+                EmptyElement::at(ends[0]) + Text::new(level.label.clone(), (px(6.0), px(-3.0)), style);
+            chart.draw_series([above])?;
+        }
         for (index, segments) in data.lines.iter().enumerate() {
-            let thickness = if index == 0 && data.lines.len() > 1 { 3.4 } else { 1.8 };
-            let stroke = color(index).stroke_width(width(thickness));
+            let stroke = color(index).stroke_width(width(thickness(index, data.lines.len())));
             chart.draw_series(segments.iter().map(|points| PathElement::new(points.as_slice(), stroke)))?;
             let lone = segments.iter().filter(|points| points.len() == 1).flatten();
             chart.draw_series(lone.map(|point| Circle::new(*point, px(2.0), color(index).filled())))?;
@@ -160,10 +193,10 @@ impl<'a> FigurePicture<'a> {
     }
 
     fn draw_legend<B: DrawingBackend>(part: &Area<B>, panel: &Panel) -> Drawn<B> {
-        let left = f64::from(SIZE.0) - LEGEND_WIDTH + 16.0;
+        let left = f64::from(WIDTH) - LEGEND_WIDTH + 16.0;
         let mut middle = PANEL_TITLE_HEIGHT + 10.0;
         for (index, line) in panel.lines.iter().enumerate() {
-            let stroke = color(index).stroke_width(width(4.0));
+            let stroke = color(index).stroke_width(width(thickness(index, panel.lines.len())));
             part.draw(&PathElement::new([(px(left), px(middle)), (px(left + 22.0), px(middle))], stroke))?;
             let room = LEGEND_WIDTH - 56.0;
             let style = fitting(&line.label, room, 15.0, FontStyle::Normal, BLACK);
@@ -196,20 +229,21 @@ impl<'a> FigurePicture<'a> {
 
 impl Picture for FigurePicture<'_> {
     fn size(&self) -> (u32, u32) {
-        SIZE
+        let panels = u32::try_from(self.panels.len()).unwrap_or(1);
+        (WIDTH, LEAST_HEIGHT.max(panels.saturating_mul(LEAST_PANEL_HEIGHT) + 130))
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
         let title_style = font(24.0, FontStyle::Bold, BLACK);
         label(area, &self.figure.title, (VALUE_AXIS_WIDTH, 32.0), HPos::Left, &title_style)?;
         let count = u32::try_from(self.panels.len()).unwrap_or(u32::MAX).max(1);
-        let free = f64::from(SIZE.1) - TITLE_HEIGHT - TIME_AXIS_HEIGHT - 8.0;
+        let free = f64::from(self.size().1) - TITLE_HEIGHT - TIME_AXIS_HEIGHT - 8.0;
         let panel_height = free / f64::from(count);
         let mut top = TITLE_HEIGHT;
         for (number, data) in self.panels.iter().enumerate() {
             let is_last = number + 1 == self.panels.len();
             let below = if is_last { TIME_AXIS_HEIGHT } else { 0.0 };
-            let size = (px(f64::from(SIZE.0)), px(panel_height + below));
+            let size = (px(f64::from(WIDTH)), px(panel_height + below));
             let part = area.clone().shrink((0, px(top)), size);
             self.draw_chart(&part, data, below)?;
             Self::draw_names(&part, data.panel, panel_height - PANEL_TITLE_HEIGHT, is_last)?;
@@ -225,19 +259,27 @@ impl Picture for FigurePicture<'_> {
 
 impl<'a> PanelData<'a> {
     fn new(panel: &'a Panel, recording: &Recording, time_s: &Range<f64>) -> Self {
-        let lines: Vec<_> = panel
+        let lines: Vec<Vec<Vec<Point>>> = panel
             .lines
             .iter()
             .map(|line| {
                 let values = recording.column(line.column).map(|value| {
                     if value.is_finite() { value.clamp(-LARGEST_DRAWN, LARGEST_DRAWN) } else { value }
                 });
-                decimate(recording.time_s().iter().copied().zip(values), time_s, SIZE.0)
+                decimate(recording.time_s().iter().copied().zip(values), time_s, WIDTH)
             })
             .collect();
         let values = value_range(lines.iter().flatten().flatten().map(|point| point.1));
-        Self { panel, values, lines }
+        let tolerance = (values.end - values.start) * UNSEEN;
+        let lines = lines.iter().map(|line| line.iter().map(|points| simplify(points, tolerance)).collect());
+        Self { panel, lines: lines.collect(), values }
     }
+}
+
+/// Shown width of line `index` of `count`: the last one is thin, each one before it shows on both sides of the next.
+fn thickness(index: usize, count: usize) -> f64 {
+    let over_it = u32::try_from(count.saturating_sub(index + 1)).unwrap_or(0);
+    (1.7 + 1.2 * f64::from(over_it)).min(8.0)
 }
 
 /// First to last time, never empty.
@@ -308,6 +350,10 @@ mod tests {
                 title: "Axis 0".into(),
                 y_label: "force (N)".into(),
                 lines: vec![line("hand", 0), line("nobody recorded this", 17)],
+                levels: vec![
+                    Level { label: "limit".into(), value: 4.0 },
+                    Level { label: "far away".into(), value: 4e3 },
+                ],
             }],
             spans: vec![Span { start_s: 0.0, end_s: 2.0, label: "contact".into() }],
         }
@@ -328,9 +374,11 @@ mod tests {
             "hand",
             "nobody recorded this",
             "contact",
+            "limit",
         ] {
             assert!(labels.contains(&expected), "`{expected}` is missing from {labels:?}");
         }
+        assert!(!labels.contains(&"far away"), "a level beyond the signals squeezes nothing");
         assert_eq!(document.root_element().attribute("width"), Some("1400"));
     }
 
@@ -356,7 +404,7 @@ mod tests {
         let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
         let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
         let info = reader.next_frame(&mut pixels).unwrap();
-        assert_eq!((info.width, info.height), SIZE);
+        assert_eq!((info.width, info.height), (WIDTH, LEAST_HEIGHT));
         let blue = color(0);
         assert!(pixels.chunks_exact(3).filter(|pixel| *pixel == [blue.0, blue.1, blue.2]).count() > 500);
     }

@@ -41,6 +41,7 @@ fn report(recording: &Recording) -> Report<'_> {
                     Line { label: text("master"), column: 0 },
                     Line { label: text("slave"), column: 1 },
                 ],
+                levels: vec![],
             }],
             spans: vec![],
         }],

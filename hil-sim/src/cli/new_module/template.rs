@@ -1,20 +1,20 @@
-//! {Words}: say in a line what it does.
+//! Template: say in a line what it does.
 //!
 //! `F = K (x_d - x)`: the equation, with the source of it.
 
-use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use dimsart_core::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
-pub struct {Type} {
+pub struct Template {
     stiffness: PerAxis,
     position: Input,
     desired_position: Input,
     force: Output,
 }
 
-impl Module for {Type} {
-    const NAME: &'static str = "{NAME}_MOD";
+impl Module for Template {
+    const NAME: &'static str = "TEMPLATE_MOD";
     const SUMMARY: &'static str = "One sentence for `dimsart modules`.";
 
     fn parameters(&mut self, visit: &mut Parameters<'_>) {
@@ -30,7 +30,7 @@ impl Module for {Type} {
     fn compute(&mut self, data: &Data<'_>) {
         let inputs = [self.position, self.desired_position];
         data.map_axes(&self.stiffness, inputs, [self.force], |k, [x, desired]| {
-            // write your law here
+            // Write your law here; this one is a spring.
             [k * (desired - x)]
         });
     }

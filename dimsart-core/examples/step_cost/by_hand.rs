@@ -1,0 +1,210 @@
+//! Table 1, master side, written by hand as one function: the measure for the engine.
+//!
+//! Everything the modular scheme works out, to the bit and with the same checks, for three axes and
+//! with the parameters as constants: what one would write if nothing ever had to be plugged in.
+
+use dimsart_core::{is_newer, math};
+
+/// Degrees of freedom.
+pub(crate) const DOF: usize = 3;
+/// Words of a packet: a wave and its two counters per axis.
+pub(crate) const PACKET_WORDS: usize = 3 * DOF;
+
+const PERIOD_S: f32 = 1e-3;
+const STIFFNESS: f32 = 3000.0;
+const DAMPING_PER_TICK: f32 = 0.0 / PERIOD_S;
+const IMPEDANCE: f32 = 10.0;
+const MOBILITY: f32 = 1.0 / IMPEDANCE;
+const MOBILITY_PER_TICK: f32 = PERIOD_S / IMPEDANCE;
+const DELAY_TICKS: usize = 10;
+const SETTLING: f32 = 0.125;
+const RESTART_TICKS: u32 = 100;
+const WAVE_COUNTS: f32 = PERIOD_S / (1.0 / 268_435_456.0);
+const ENERGY_COUNTS: f32 = PERIOD_S / (1.0 / 1_073_741_824.0);
+
+/// A packet, in or out.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Packet {
+    pub(crate) sequence: u32,
+    pub(crate) echo: u32,
+    pub(crate) words: [u32; PACKET_WORDS],
+}
+
+/// Every signal of the scheme; the modular one has them in its Data Base.
+#[derive(Debug, Default)]
+pub(crate) struct Signals {
+    pub(crate) position: [f32; DOF],
+    pub(crate) wave_in: [f32; DOF],
+    pub(crate) desired_position: [f32; DOF],
+    pub(crate) force: [f32; DOF],
+    pub(crate) wave_out: [f32; DOF],
+    pub(crate) delayed_wave: [f32; DOF],
+    pub(crate) line_force: [f32; DOF],
+    pub(crate) line_velocity: [f32; DOF],
+    pub(crate) age_ticks: u32,
+    pub(crate) lost: u32,
+    pub(crate) round_trip_ticks: u32,
+    pub(crate) refused: u32,
+}
+
+/// The master: its signals and what it remembers.
+#[derive(Debug)]
+pub(crate) struct Master {
+    pub(crate) signals: Signals,
+    a: f32,
+    two_over_a: f32,
+    is_running_in: bool,
+    position_sum: [f32; DOF],
+    position_lost: [f32; DOF],
+    previous_force: [f32; DOF],
+    settled_force: [f32; DOF],
+    previous_error: [f32; DOF],
+    line: [[f32; DOF]; DELAY_TICKS],
+    oldest: usize,
+    wave_count: [u32; DOF],
+    wave_rest: [f32; DOF],
+    energy_count: [u32; DOF],
+    energy_rest: [f32; DOF],
+    sequence: u32,
+    received_sequence: u32,
+    accepted_sequence: u32,
+}
+
+impl Master {
+    pub(crate) fn new() -> Self {
+        let a = math::sqrt(2.0 * IMPEDANCE);
+        Self {
+            signals: Signals::default(),
+            a,
+            two_over_a: 2.0 / a,
+            is_running_in: true,
+            position_sum: [0.0; DOF],
+            position_lost: [0.0; DOF],
+            previous_force: [0.0; DOF],
+            settled_force: [0.0; DOF],
+            previous_error: [0.0; DOF],
+            line: [[0.0; DOF]; DELAY_TICKS],
+            oldest: 0,
+            wave_count: [0; DOF],
+            wave_rest: [0.0; DOF],
+            energy_count: [0; DOF],
+            energy_rest: [0.0; DOF],
+            sequence: 0,
+            received_sequence: 0,
+            accepted_sequence: 0,
+        }
+    }
+
+    /// One tick; false when a number was not finite and the force is therefore zero.
+    #[inline(never)]
+    #[expect(clippy::indexing_slicing, reason = "the axes of fixed arrays, as one writes it by hand")]
+    #[expect(clippy::cast_possible_truncation, reason = "counters: towards zero and saturating")]
+    #[expect(clippy::cast_precision_loss, reason = "counters: differences are small")]
+    pub(crate) fn tick(
+        &mut self,
+        position: &[f32; DOF],
+        received: Option<&Packet>,
+        force: &mut [f32; DOF],
+        send: &mut Packet,
+    ) -> bool {
+        if position.iter().any(|x| !x.is_finite()) {
+            *force = [0.0; DOF];
+            return false;
+        }
+        let signals = &mut self.signals;
+
+        let mut is_new = false;
+        if let Some(packet) = received {
+            let missed = packet.sequence.wrapping_sub(self.received_sequence).wrapping_sub(1);
+            is_new = true;
+            if missed != 0 {
+                let is_old = !is_newer(packet.sequence, self.received_sequence);
+                let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_sequence == 0;
+                if is_old && !is_restart {
+                    signals.refused = signals.refused.wrapping_add(1);
+                    is_new = false;
+                } else if !is_restart {
+                    signals.lost = signals.lost.wrapping_add(missed);
+                }
+            }
+            if is_new {
+                self.received_sequence = packet.sequence;
+                self.accepted_sequence = packet.sequence;
+                if packet.echo != 0 {
+                    signals.round_trip_ticks = self.sequence.wrapping_add(1).wrapping_sub(packet.echo);
+                }
+                for axis in 0..DOF {
+                    signals.wave_in[axis] = f32::from_bits(packet.words[axis]);
+                }
+            }
+        }
+        if is_new {
+            signals.age_ticks = 0;
+        } else {
+            signals.age_ticks = signals.age_ticks.saturating_add(1);
+            signals.wave_in = [0.0; DOF];
+        }
+
+        let is_first = self.is_running_in;
+        self.is_running_in = false;
+        self.sequence = self.sequence.wrapping_add(1).max(1);
+        send.sequence = self.sequence;
+        send.echo = self.accepted_sequence;
+        let mut is_finite = true;
+        for axis in 0..DOF {
+            let x = position[axis];
+            signals.position[axis] = x;
+            let wave = signals.wave_in[axis];
+
+            if is_first {
+                self.position_sum[axis] = x;
+            }
+            let step = MOBILITY_PER_TICK * (self.a * wave - self.previous_force[axis]);
+            let step = step - self.position_lost[axis];
+            let sum = self.position_sum[axis] + step;
+            self.position_lost[axis] = (sum - self.position_sum[axis]) - step;
+            self.position_sum[axis] = sum;
+            let desired = sum - MOBILITY_PER_TICK * self.settled_force[axis];
+            signals.desired_position[axis] = desired;
+
+            let error = desired - x;
+            let change = if is_first { 0.0 } else { error - self.previous_error[axis] };
+            self.previous_error[axis] = error;
+            let command = STIFFNESS * error + DAMPING_PER_TICK * change;
+            signals.force[axis] = command;
+            force[axis] = command;
+            is_finite &= command.is_finite();
+
+            self.previous_force[axis] = command;
+            self.settled_force[axis] += SETTLING * (command - self.settled_force[axis]);
+            let out = wave - self.two_over_a * command;
+            signals.wave_out[axis] = out;
+            signals.line_force[axis] = -command;
+            signals.line_velocity[axis] = MOBILITY * (self.a * wave - command);
+
+            let delayed = core::mem::replace(&mut self.line[self.oldest][axis], out);
+            signals.delayed_wave[axis] = delayed;
+
+            let counts = self.wave_rest[axis] + delayed * WAVE_COUNTS;
+            let whole = counts as i32;
+            self.wave_rest[axis] = counts - whole as f32;
+            self.wave_count[axis] = self.wave_count[axis].wrapping_add(whole.cast_unsigned());
+            let counts = self.energy_rest[axis] + (0.5 * delayed * delayed) * ENERGY_COUNTS;
+            let whole = counts as i32;
+            self.energy_rest[axis] = counts - whole as f32;
+            self.energy_count[axis] = self.energy_count[axis].wrapping_add(whole.cast_unsigned());
+
+            send.words[axis] = delayed.to_bits();
+            send.words[DOF + 2 * axis] = self.wave_count[axis];
+            send.words[DOF + 2 * axis + 1] = self.energy_count[axis];
+        }
+        self.oldest += 1;
+        if self.oldest == DELAY_TICKS {
+            self.oldest = 0;
+        }
+        if !is_finite {
+            *force = [0.0; DOF];
+        }
+        is_finite
+    }
+}

@@ -1,0 +1,121 @@
+//! Schemes made to measure: how the cost of a step grows, and what it does not depend on.
+
+use dimsart_core::{
+    AxisKind, Command, Data, DataType, DeviceDescriptor, Dimsart, Module, ModuleList, ModuleRef, Ports, Verb,
+    modules::{self, Standard},
+    scheme, types,
+};
+
+/// A module that does nothing, so that only the engine's call of it costs.
+#[derive(Debug, Default)]
+pub(crate) struct Empty;
+
+impl Module for Empty {
+    const NAME: &'static str = "EMPTY_MOD";
+    const SUMMARY: &'static str = "Does nothing.";
+
+    fn activate(&mut self, _: &mut Ports<'_>) {}
+
+    fn compute(&mut self, _: &Data<'_>) {}
+}
+
+dimsart_core::module_list! {
+    /// The standard modules and the empty one: the engine has as many kinds to tell apart as ever.
+    enum WithEmpty {
+        CommRx(modules::CommRx),
+        CommTx(modules::CommTx),
+        WaveTransformer(modules::WaveTransformer),
+        WaveImpedance(modules::WaveImpedance),
+        TimeDelay(modules::TimeDelay),
+        P(modules::P),
+        Pd(modules::Pd),
+        Pid(modules::Pid),
+        VirtualWall(modules::VirtualWall),
+        Sum(modules::Sum),
+        Normalizer(modules::Normalizer),
+        Integrator(modules::Integrator),
+        Differentiator(modules::Differentiator),
+        VelocityToPosition(modules::VelocityToPosition),
+        SignalGenerator(modules::SignalGenerator),
+        Recorder(modules::Recorder),
+        Empty(Empty),
+    }
+}
+
+const FEW: &[&DataType] = &[types::POSITION, types::DES_POSITION];
+const MANY: &[&DataType] = &[
+    types::FORCE,
+    types::VELOCITY,
+    types::DES_VELOCITY,
+    types::LINE_FORCE,
+    types::LINE_VELOCITY,
+    types::CONTROL_STIFFNESS,
+    types::POSITION,
+    types::DES_POSITION,
+];
+
+/// Marks what callgrind counts: the engine's step.
+#[inline(never)]
+fn counted_step<M: ModuleList, const WORDS: usize>(dimsart: &mut Dimsart<M, WORDS>) {
+    dimsart.engine_mut().step();
+}
+
+fn robot<M: ModuleList, const WORDS: usize>(
+    dof: usize,
+    types: &'static [&'static DataType],
+) -> Dimsart<M, WORDS> {
+    let axes = [AxisKind::Linear; 8];
+    let axes = axes.get(..dof).expect("1 to 8 axes");
+    let device = DeviceDescriptor::new("robot", axes, 1e-3, types, &[]).expect("a sound device");
+    Dimsart::new(device).expect("an empty Data Base")
+}
+
+/// `modules` empty modules.
+pub(crate) fn run_empty(modules: u8, ticks: u32) {
+    let mut dimsart = robot::<WithEmpty, 2048>(3, FEW);
+    let kind = WithEmpty::KINDS.iter().position(|kind| kind.name == Empty::NAME);
+    let kind = kind.and_then(|kind| u8::try_from(kind).ok()).expect("a module of the list");
+    for number in 1..=modules {
+        let module = ModuleRef { kind, number };
+        dimsart.command(Command::engine(Verb::ModOn, module)).expect("room for the module");
+    }
+    dimsart.command(Command::plain(Verb::MatchingCheck)).expect("a sound scheme");
+    (0..ticks).for_each(|_| counted_step(&mut dimsart));
+}
+
+/// What a scheme of P controllers is made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scheme {
+    pub(crate) active: u8,
+    pub(crate) inactive: u8,
+    pub(crate) dof: usize,
+    /// Whether the device has types that no module uses, in the slots before those in use.
+    pub(crate) has_many_types: bool,
+    /// Whether the Data Base is sixteen times as large.
+    pub(crate) has_large_data_base: bool,
+}
+
+/// Steps a scheme of P controllers, each with its own output.
+pub(crate) fn run_scheme(scheme: Scheme, ticks: u32) {
+    if scheme.has_large_data_base {
+        run_sized::<32_768>(scheme, ticks)
+    } else {
+        run_sized::<2048>(scheme, ticks)
+    }
+}
+
+fn run_sized<const WORDS: usize>(scheme: Scheme, ticks: u32) {
+    let mut dimsart = robot::<Standard, WORDS>(scheme.dof, if scheme.has_many_types { MANY } else { FEW });
+    let mut rows = String::new();
+    for number in 1..=scheme.inactive {
+        rows += &format!("all PCTRL_MOD.{} K_PARAM 1\n", scheme.active + number);
+    }
+    for number in 1..=scheme.active {
+        rows += &format!("all PCTRL_MOD.{number} PORT_DES_FORCE DES_FORCE.{number}\n");
+        rows += &format!("all MOD_ENG MOD_ON PCTRL_MOD.{number}\n");
+    }
+    rows += "all MOD_ENG MATCHING_CHECK\n";
+    let faults = scheme::load(&rows, "all", &[], &mut dimsart, |error| eprintln!("{error:?}"));
+    assert_eq!(faults, 0, "the scheme does not load");
+    (0..ticks).for_each(|_| counted_step(&mut dimsart));
+}

@@ -1,0 +1,174 @@
+//! Descriptions as they travel: texts of the device's flash, borrowed from the frame on a host.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use super::response::Refusal;
+use crate::command::ModuleRef;
+use crate::data_type::{DataType, Shape, TypeRef};
+use crate::limits::MAX_DOF;
+use crate::module::Kind;
+use crate::parameter::{Accepts, Parameter, Value};
+use crate::port::{Direction, Stage};
+use crate::unit::{AxisKind, Unit};
+use crate::word::Format;
+
+/// Most names of a choice that one description holds. No matter of the wire: more take more memory.
+pub const MAX_CHOICES: usize = 8;
+
+/// Who is there.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Identity<'a> {
+    /// [`PROTOCOL_VERSION`](super::PROTOCOL_VERSION) of the device.
+    pub protocol_version: u16,
+    /// Name of the device.
+    pub device: &'a str,
+    /// Name of the image.
+    pub image: &'a str,
+    /// What moves on each axis; as many as there are degrees of freedom.
+    pub axes: Vec<AxisKind, MAX_DOF>,
+    /// Time between two ticks, `s`.
+    pub sample_period_s: f32,
+}
+
+/// A kind of module.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModuleText<'a> {
+    /// Name in schemes.
+    pub name: &'a str,
+    /// One sentence.
+    pub summary: &'a str,
+}
+
+impl From<&Kind> for ModuleText<'static> {
+    fn from(kind: &Kind) -> Self {
+        Self { name: kind.name, summary: kind.summary }
+    }
+}
+
+/// A unit's symbol on both kinds of axis; the same twice where it does not depend on the axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnitText<'a> {
+    /// On a linear axis.
+    pub linear: &'a str,
+    /// On a rotary axis.
+    pub rotary: &'a str,
+}
+
+impl From<Unit> for UnitText<'static> {
+    fn from(unit: Unit) -> Self {
+        Self { linear: unit.symbol(AxisKind::Linear), rotary: unit.symbol(AxisKind::Rotary) }
+    }
+}
+
+/// What a parameter accepts; see [`Accepts`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Accepted<'a> {
+    /// A finite number from `min` to `max`.
+    Real {
+        /// Smallest value.
+        min: f32,
+        /// Largest value.
+        max: f32,
+        /// Whether each axis has its own.
+        per_axis: bool,
+    },
+    /// A whole number from `min` to `max`.
+    Count {
+        /// Smallest value.
+        min: u32,
+        /// Largest value.
+        max: u32,
+    },
+    /// `OFF` or `ON`.
+    Flag,
+    /// One of these names.
+    Choice(#[serde(borrow)] Vec<&'a str, MAX_CHOICES>),
+    /// A data type, added to a list.
+    Types,
+}
+
+/// A parameter of a kind of module.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ParameterText<'a> {
+    /// Name in schemes.
+    pub name: &'a str,
+    /// Physical unit.
+    #[serde(borrow)]
+    pub unit: UnitText<'a>,
+    /// Kind and range.
+    pub accepts: Accepted<'a>,
+    /// Value after `INIT`; none for a list, which starts empty.
+    pub default: Option<Value>,
+    /// Whether it can be set only while the module is not plugged in.
+    pub is_structural: bool,
+    /// One sentence.
+    pub summary: &'a str,
+}
+
+impl TryFrom<Parameter> for ParameterText<'static> {
+    type Error = Refusal;
+
+    fn try_from(parameter: Parameter) -> Result<Self, Refusal> {
+        let accepts = match parameter.accepts {
+            Accepts::Real { min, max, per_axis } => Accepted::Real { min, max, per_axis },
+            Accepts::Count { min, max } => Accepted::Count { min, max },
+            Accepts::Flag => Accepted::Flag,
+            Accepts::Choice(names) => Accepted::Choice(Vec::from_slice(names).map_err(|_| Refusal::TooLong)?),
+            Accepts::Types => Accepted::Types,
+        };
+        let Parameter { name, unit, default, is_structural, summary, .. } = parameter;
+        Ok(Self { name, unit: unit.into(), accepts, default, is_structural, summary })
+    }
+}
+
+/// A port of a module.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PortText<'a> {
+    /// Name in schemes, behind `PORT_`.
+    pub name: &'a str,
+    /// Reads, writes or holds memory.
+    pub direction: Direction,
+    /// Stage that uses it.
+    pub stage: Stage,
+    /// Whether data one tick old is what it wants or gives.
+    pub is_delayed: bool,
+    /// Signal it is bound to unless a command says otherwise; none for memory.
+    pub default: Option<TypeRef>,
+    /// Signal it is bound to now.
+    pub bound: Option<TypeRef>,
+}
+
+/// A data type.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DataTypeText<'a> {
+    /// Stable number.
+    pub id: u16,
+    /// Name in schemes.
+    pub name: &'a str,
+    /// Physical unit.
+    #[serde(borrow)]
+    pub unit: UnitText<'a>,
+    /// Format of every word.
+    pub format: Format,
+    /// Number and arrangement of words.
+    pub shape: Shape,
+    /// One sentence.
+    pub summary: &'a str,
+}
+
+impl From<&DataType> for DataTypeText<'static> {
+    fn from(found: &DataType) -> Self {
+        let DataType { id, name, unit, format, shape, summary } = *found;
+        Self { id, name, unit: unit.into(), format, shape, summary }
+    }
+}
+
+/// A module that exists.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InstanceText {
+    /// Which one.
+    pub module: ModuleRef,
+    /// Its place in the plug-in order, from 0; none while it is not plugged in.
+    pub place: Option<u8>,
+}

@@ -1,0 +1,127 @@
+//! Frames: one content with its CRC, made fit for a byte stream by COBS.
+
+use serde::{Deserialize, Serialize};
+
+/// Longest content of a frame, CRC included: the CRC's Hamming distance is 6 up to here.
+pub const MAX_CONTENT_BYTES: usize = 256;
+/// Longest frame, with a zero at both ends.
+pub const MAX_FRAME_BYTES: usize = cobs::max_encoding_length(MAX_CONTENT_BYTES) + 2;
+
+const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR);
+const HEADER_BYTES: usize = 3;
+const CRC_BYTES: usize = 4;
+
+/// What a frame is for. Other users of the same stream take other numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub(super) enum Class {
+    Request = 1,
+    Response = 2,
+}
+
+/// The buffer is too small for the frame; one of [`MAX_FRAME_BYTES`] never is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct NoRoom;
+
+impl core::fmt::Display for NoRoom {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "buffer too small for the frame: {MAX_FRAME_BYTES} bytes are always enough")
+    }
+}
+
+impl core::error::Error for NoRoom {}
+
+/// Why the content of a frame is not what was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum DecodeError {
+    /// The frame is for somebody else: a response where requests are taken, or the reverse.
+    OtherClass,
+    /// Undamaged, but of a version that knows more, or less.
+    NotUnderstood {
+        /// The frame's id.
+        id: u16,
+    },
+}
+
+impl core::fmt::Display for DecodeError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::OtherClass => write!(f, "the frame is for another receiver"),
+            Self::NotUnderstood { id } => {
+                write!(f, "frame {id} is not understood: compare both sides' protocol versions")
+            }
+        }
+    }
+}
+
+impl core::error::Error for DecodeError {}
+
+/// Why a frame was not made.
+pub(super) enum EncodeError {
+    /// The payload does not fit [`MAX_CONTENT_BYTES`].
+    TooLong,
+    /// The frame does not fit the buffer.
+    NoRoom,
+}
+
+/// Writes a frame to the start of `out` and gives its length.
+pub(super) fn encode(
+    class: Class,
+    id: u16,
+    payload: &impl Serialize,
+    out: &mut [u8],
+) -> Result<usize, EncodeError> {
+    let mut buffer = [0; MAX_CONTENT_BYTES];
+    let content = write_content(class, id, payload, &mut buffer).ok_or(EncodeError::TooLong)?;
+    write_frame(content, out).ok_or(EncodeError::NoRoom)
+}
+
+fn write_content<'b>(
+    class: Class,
+    id: u16,
+    payload: &impl Serialize,
+    buffer: &'b mut [u8; MAX_CONTENT_BYTES],
+) -> Option<&'b [u8]> {
+    let [low, high] = id.to_le_bytes();
+    let (header, rest) = buffer.split_first_chunk_mut::<HEADER_BYTES>()?;
+    *header = [class as u8, low, high];
+    let room = rest.len().checked_sub(CRC_BYTES)?;
+    let end = HEADER_BYTES + postcard::to_slice(payload, rest.get_mut(..room)?).ok()?.len();
+    let crc = CRC.checksum(buffer.get(..end)?);
+    *buffer.get_mut(end..)?.first_chunk_mut()? = crc.to_le_bytes();
+    buffer.get(..end + CRC_BYTES)
+}
+
+fn write_frame(content: &[u8], out: &mut [u8]) -> Option<usize> {
+    let (start, rest) = out.split_first_mut()?;
+    let length = cobs::try_encode(content, rest).ok()?;
+    *start = 0;
+    *rest.get_mut(length)? = 0;
+    Some(length + 2)
+}
+
+/// The content without its CRC, if that is right.
+pub(super) fn check(content: &[u8]) -> Option<&[u8]> {
+    let (content, crc) = content.split_last_chunk::<CRC_BYTES>()?;
+    let is_whole = content.len() >= HEADER_BYTES && CRC.checksum(content) == u32::from_le_bytes(*crc);
+    is_whole.then_some(content)
+}
+
+/// Reads id and payload of a content that [`check`] let through.
+pub(super) fn decode<'c, T: Deserialize<'c>>(
+    class: Class,
+    content: &'c [u8],
+) -> Result<(u16, T), DecodeError> {
+    let (header, payload) = content.split_first_chunk::<HEADER_BYTES>().ok_or(DecodeError::OtherClass)?;
+    let [found, low, high] = *header;
+    if found != class as u8 {
+        return Err(DecodeError::OtherClass);
+    }
+    let id = u16::from_le_bytes([low, high]);
+    match postcard::take_from_bytes(payload) {
+        Ok((value, [])) => Ok((id, value)),
+        _ => Err(DecodeError::NotUnderstood { id }),
+    }
+}

@@ -1,0 +1,92 @@
+//! What a host asks of a controller.
+
+use serde::{Deserialize, Serialize};
+
+use super::frame::{Class, DecodeError, NoRoom, decode, encode};
+use crate::command::{Command, ModuleRef};
+use crate::data_type::TypeRef;
+
+/// A request. New ones are added at the end; see [Versions](super#versions).
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Request {
+    /// Who is there? Answered by [`Response::Identity`](super::Response::Identity).
+    Identify,
+    /// Name and purpose of a kind of module.
+    Module {
+        /// Place in the image's list of modules.
+        kind: u8,
+    },
+    /// Description of a parameter of a kind of module.
+    Parameter {
+        /// Kind of module.
+        kind: u8,
+        /// Number of the parameter: `param` of the command that sets it.
+        index: u8,
+    },
+    /// A port of a module as its parameters are now; as by default for a module that does not exist.
+    Port {
+        /// The module.
+        module: ModuleRef,
+        /// Number of the port: [`PORT`](crate::PORT) + this is `param` of the command that binds it.
+        index: u8,
+    },
+    /// Description of a data type: the standard ones, then the device's own.
+    DataType {
+        /// Place in the list; not the type's id.
+        index: u16,
+    },
+    /// A module that exists.
+    Instance {
+        /// Place in the list.
+        index: u8,
+    },
+    /// A signal that is in the Data Base now.
+    Entry {
+        /// Place in the list.
+        index: u8,
+    },
+    /// A command, answered by its [`Effect`](super::Effect).
+    Command(Command),
+    /// Value of a parameter.
+    Get {
+        /// The module.
+        module: ModuleRef,
+        /// Number of the parameter.
+        parameter: u8,
+        /// Axis, where each has its own.
+        axis: u8,
+    },
+    /// Words of a signal, as the last tick left them.
+    Signal {
+        /// The signal.
+        signal: TypeRef,
+        /// First word wanted; at most [`MAX_SIGNAL_WORDS`](super::MAX_SIGNAL_WORDS) come at a time.
+        from: u16,
+    },
+    /// A finding of the matching check, faults and declared delays.
+    Finding {
+        /// Place in the report.
+        index: u8,
+    },
+    /// How the controller is doing.
+    Status,
+}
+
+/// Writes the frame of a request to the start of `out` and gives it; its answer has the same `id`.
+///
+/// # Errors
+/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+pub fn encode_request<'o>(request: &Request, id: u16, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
+    let length = encode(Class::Request, id, request, out).map_err(|_| NoRoom)?;
+    out.get(..length).ok_or(NoRoom)
+}
+
+/// Reads id and request out of a frame's content.
+///
+/// # Errors
+/// [`DecodeError`] when it is no request, or one that this version does not know.
+pub fn decode_request(content: &[u8]) -> Result<(u16, Request), DecodeError> {
+    decode(Class::Request, content)
+}

@@ -1,0 +1,150 @@
+//! What a controller answers.
+
+use heapless::Vec;
+use serde::{Deserialize, Serialize};
+
+use super::description::{
+    DataTypeText, Identity, InstanceText, ModuleText, ParameterText, PortText, UnitText,
+};
+use super::device_info::{Blocked, FirstFault};
+use super::frame::{Class, DecodeError, EncodeError, NoRoom, decode, encode};
+use crate::command::CommandError;
+use crate::data_type::TypeRef;
+use crate::engine::Usage;
+use crate::matching::Finding;
+use crate::parameter::Value;
+use crate::word::Format;
+
+/// Most words of a signal in one response.
+pub const MAX_SIGNAL_WORDS: usize = 32;
+
+/// A response. New ones are added at the end; see [Versions](super#versions).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Response<'a> {
+    /// Nothing was done.
+    Refused(Refusal),
+    /// Who is there.
+    #[serde(borrow)]
+    Identity(Identity<'a>),
+    /// A kind of module.
+    Module(ModuleText<'a>),
+    /// A parameter.
+    Parameter(ParameterText<'a>),
+    /// A port.
+    Port(PortText<'a>),
+    /// A data type.
+    DataType(DataTypeText<'a>),
+    /// A module that exists.
+    Instance(InstanceText),
+    /// A signal that is in the Data Base.
+    Entry(TypeRef),
+    /// What a command did.
+    Effect(Effect),
+    /// Value of a parameter; of a list, its last entry.
+    Value(Value),
+    /// Words of a signal.
+    Signal(SignalText<'a>),
+    /// A finding of the matching check.
+    Finding {
+        /// The finding.
+        finding: Finding,
+        /// Faults of the scheme in all, listed or not.
+        faults: u32,
+    },
+    /// How the controller is doing.
+    Status(Status),
+}
+
+/// Why a request was refused.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Refusal {
+    /// This version knows no such request.
+    NotUnderstood,
+    /// Nothing has this index or number; a list ends here.
+    NotThere,
+    /// The answer does not fit a frame.
+    TooLong,
+    /// The engine refused.
+    Engine(CommandError),
+}
+
+impl core::fmt::Display for Refusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::NotUnderstood => write!(f, "the device knows no such request: compare protocol versions"),
+            Self::NotThere => write!(f, "the device has nothing of this number"),
+            Self::TooLong => write!(f, "the answer does not fit a frame: shorten the texts in the image"),
+            Self::Engine(error) => error.fmt(f),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+/// What a command came to: whether it was carried out, and how things stand now.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Effect {
+    /// Why the command was refused, and nothing changed; none when it was carried out.
+    pub refused: Option<CommandError>,
+    /// Why the scheme does not command the device now; none when it does, or will in the next tick.
+    pub blocked: Option<Blocked>,
+    /// What the named parameter is set to, or the named port bound to, now, if there is one.
+    pub value: Option<Value>,
+}
+
+/// Words of a signal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SignalText<'a> {
+    /// Format of every word.
+    pub format: Format,
+    /// Physical unit.
+    #[serde(borrow)]
+    pub unit: UnitText<'a>,
+    /// Words of the signal in all.
+    pub words_in_all: u16,
+    /// The words from the one that was asked for on, to be read as `format` says.
+    pub words: Vec<u32, MAX_SIGNAL_WORDS>,
+}
+
+/// How a controller is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Status {
+    /// Ticks since the start.
+    pub ticks: u64,
+    /// Those of them in which a frame was refused.
+    pub refused_ticks: u32,
+    /// Whether the scheme passed its check and runs.
+    pub is_running: bool,
+    /// Why the scheme does not command the device now; none when it does.
+    pub blocked: Option<Blocked>,
+    /// The first tick that was refused.
+    pub first_fault: Option<FirstFault>,
+    /// What is taken of the static storage.
+    pub usage: Usage,
+}
+
+/// Writes the frame of a response to the start of `out` and gives it. A response that does not fit a
+/// frame becomes [`Refusal::TooLong`].
+///
+/// # Errors
+/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+pub fn encode_response<'o>(response: &Response<'_>, id: u16, out: &'o mut [u8]) -> Result<&'o [u8], NoRoom> {
+    let length = match encode(Class::Response, id, response, out) {
+        Err(EncodeError::TooLong) => encode(Class::Response, id, &Response::Refused(Refusal::TooLong), out),
+        result => result,
+    };
+    let length = length.map_err(|_| NoRoom)?;
+    out.get(..length).ok_or(NoRoom)
+}
+
+/// Reads id and response out of a frame's content; texts are borrowed from it.
+///
+/// # Errors
+/// [`DecodeError`] when it is no response, or one that this version does not know.
+pub fn decode_response(content: &[u8]) -> Result<(u16, Response<'_>), DecodeError> {
+    decode(Class::Response, content)
+}

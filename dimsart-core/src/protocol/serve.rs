@@ -1,0 +1,250 @@
+//! Answers requests out of a controller.
+
+use heapless::Vec;
+
+use super::description::{Identity, InstanceText, PortText};
+use super::device_info::{Blocked, DeviceInfo};
+use super::frame::{DecodeError, NoRoom};
+use super::request::{Request, decode_request};
+use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
+use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
+use crate::command::{Command, ModuleRef, PORT, Target};
+use crate::data_type::{DataType, TypeRef};
+use crate::device::DeviceDescriptor;
+use crate::dimsart::Dimsart;
+use crate::engine::Engine;
+use crate::module::ModuleList;
+use crate::parameter::Value;
+use crate::port::Stage;
+use crate::types;
+
+/// Carries out a request, between two ticks; see [Time](super#time) for what it costs.
+#[must_use]
+pub fn serve<M: ModuleList, const WORDS: usize>(
+    request: &Request,
+    dimsart: &mut Dimsart<M, WORDS>,
+    info: &DeviceInfo,
+) -> Response<'static> {
+    respond(request, dimsart, info).unwrap_or_else(Response::Refused)
+}
+
+/// Content of a frame in, frame of the answer out, for a caller that has all of it at hand. None when
+/// the frame is not a request.
+///
+/// # Errors
+/// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough. The
+/// request has been carried out all the same.
+pub fn answer<'o, M: ModuleList, const WORDS: usize>(
+    content: &[u8],
+    dimsart: &mut Dimsart<M, WORDS>,
+    info: &DeviceInfo,
+    out: &'o mut [u8],
+) -> Result<Option<&'o [u8]>, NoRoom> {
+    let (id, response) = match decode_request(content) {
+        Ok((id, request)) => (id, serve(&request, dimsart, info)),
+        Err(DecodeError::NotUnderstood { id }) => (id, Response::Refused(Refusal::NotUnderstood)),
+        Err(DecodeError::OtherClass) => return Ok(None),
+    };
+    encode_response(&response, id, out).map(Some)
+}
+
+fn respond<M: ModuleList, const WORDS: usize>(
+    request: &Request,
+    dimsart: &mut Dimsart<M, WORDS>,
+    info: &DeviceInfo,
+) -> Result<Response<'static>, Refusal> {
+    let refused_ticks = dimsart.refused_ticks();
+    let engine = dimsart.engine_mut();
+    let response = match *request {
+        Request::Identify => Response::Identity(identity(engine.device(), info)),
+        Request::Module { kind } => Response::Module(found(M::KINDS.get(usize::from(kind)))?.into()),
+        Request::Parameter { kind, index } => {
+            Response::Parameter(found(Engine::<M, WORDS>::describe_parameter(kind, index))?.try_into()?)
+        }
+        Request::Port { module, index } => Response::Port(found(port(engine, module, index))?),
+        Request::DataType { index } => Response::DataType(found(data_type(engine.device(), index))?.into()),
+        Request::Instance { index } => Response::Instance(found(instance(engine, index))?),
+        Request::Entry { index } => {
+            let (_, entry) = found(engine.data_base().signals().nth(usize::from(index)))?;
+            Response::Entry(entry.signal)
+        }
+        Request::Command(command) => Response::Effect(carry_out(command, engine, info)),
+        Request::Get { module, parameter, axis } => {
+            Response::Value(engine.get(module, parameter, axis).map_err(Refusal::Engine)?)
+        }
+        Request::Signal { signal, from } => Response::Signal(found(words(engine, signal, from))?),
+        Request::Finding { index } => {
+            let report = engine.check();
+            let finding = *found(report.findings().get(usize::from(index)))?;
+            Response::Finding { finding, faults: u32::try_from(report.faults()).unwrap_or(u32::MAX) }
+        }
+        Request::Status => Response::Status(Status {
+            ticks: info.ticks,
+            refused_ticks,
+            is_running: engine.is_running(),
+            blocked: blocked(engine, info),
+            first_fault: info.first_fault,
+            usage: engine.usage(),
+        }),
+    };
+    Ok(response)
+}
+
+fn found<T>(item: Option<T>) -> Result<T, Refusal> {
+    item.ok_or(Refusal::NotThere)
+}
+
+fn identity(device: &DeviceDescriptor, info: &DeviceInfo) -> Identity<'static> {
+    Identity {
+        protocol_version: PROTOCOL_VERSION,
+        device: device.name(),
+        image: info.image,
+        axes: Vec::from_slice(device.axes()).unwrap_or_default(),
+        sample_period_s: device.sample_period_s(),
+    }
+}
+
+/// The standard types, then the device's own, each once.
+fn data_type(device: &DeviceDescriptor, index: u16) -> Option<&'static DataType> {
+    let own = || device.outputs.iter().chain(device.inputs).copied();
+    let is_new = |(place, data_type): &(usize, &DataType)| {
+        let is_same = |other: &DataType| other.id == data_type.id;
+        types::by_id(data_type.id).is_none() && !own().take(*place).any(is_same)
+    };
+    let own_only = own().enumerate().filter(is_new).map(|(_, data_type)| data_type);
+    types::ALL.iter().copied().chain(own_only).nth(usize::from(index))
+}
+
+fn port<M: ModuleList, const WORDS: usize>(
+    engine: &mut Engine<M, WORDS>,
+    module: ModuleRef,
+    index: u8,
+) -> Option<PortText<'static>> {
+    let spec = *engine.ports(module)?.get(usize::from(index))?;
+    let default = spec.data_type.map(|(_, signal)| signal);
+    let bound = default.map(|default| engine.binding(module, spec.name).unwrap_or(default));
+    let is_delayed = spec.is_delayed;
+    Some(PortText {
+        name: spec.name,
+        direction: spec.direction,
+        stage: spec.stage,
+        is_delayed,
+        default,
+        bound,
+    })
+}
+
+fn instance<M: ModuleList, const WORDS: usize>(engine: &Engine<M, WORDS>, index: u8) -> Option<InstanceText> {
+    let module = engine.instances().nth(usize::from(index))?;
+    let mut plugged_in = engine.steps().filter(|step| step.stage == Stage::Early);
+    let place = plugged_in.position(|step| step.module == module);
+    Some(InstanceText { module, place: place.and_then(|place| u8::try_from(place).ok()) })
+}
+
+fn carry_out<M: ModuleList, const WORDS: usize>(
+    command: Command,
+    engine: &mut Engine<M, WORDS>,
+    info: &DeviceInfo,
+) -> Effect {
+    let refused = engine.command(command).err();
+    let value = match (command.module, command.param.checked_sub(PORT)) {
+        (Target::Engine, _) => None,
+        (Target::Module(module), Some(index)) => {
+            port(engine, module, index).and_then(|port| port.bound).map(Value::Type)
+        }
+        (Target::Module(module), None) => engine.get(module, command.param, command.axis.unwrap_or(0)).ok(),
+    };
+    Effect { refused, blocked: blocked(engine, info), value }
+}
+
+fn blocked<M: ModuleList, const WORDS: usize>(
+    engine: &Engine<M, WORDS>,
+    info: &DeviceInfo,
+) -> Option<Blocked> {
+    if engine.is_running() {
+        return info.refused;
+    }
+    let report = engine.check();
+    let fault = report.findings().iter().find(|finding| finding.is_fault());
+    Some(fault.map_or(Blocked::Stopped, |fault| Blocked::Fault(*fault)))
+}
+
+fn words<M: ModuleList, const WORDS: usize>(
+    engine: &Engine<M, WORDS>,
+    signal: TypeRef,
+    from: u16,
+) -> Option<SignalText<'static>> {
+    let (slot, entry) = engine.data_base().signals().find(|(_, entry)| entry.signal == signal)?;
+    let words = engine.data_base().words(slot);
+    let rest = words.get(usize::from(from)..)?;
+    let wanted = rest.get(..MAX_SIGNAL_WORDS).unwrap_or(rest);
+    Some(SignalText {
+        format: entry.data_type.format,
+        unit: entry.data_type.unit.into(),
+        words_in_all: u16::try_from(words.len()).unwrap_or(u16::MAX),
+        words: Vec::from_slice(wanted).unwrap_or_default(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::{Class, encode};
+    use super::super::{Receiver, decode_response};
+    use super::*;
+    use crate::unit::AxisKind;
+
+    const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {
+        Ok(text) => text,
+        Err(_) => "",
+    };
+
+    fn controller() -> Dimsart {
+        let device = DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, &[], &[]);
+        Dimsart::new(device.unwrap()).unwrap()
+    }
+
+    fn content(frame: &[u8]) -> std::vec::Vec<u8> {
+        let (mut receiver, mut found) = (Receiver::new(), std::vec::Vec::new());
+        receiver.take_all(frame, |content| found = content.to_vec());
+        found
+    }
+
+    fn send(class: Class, payload: &[u8], out: &mut [u8]) -> Result<std::vec::Vec<u8>, NoRoom> {
+        // A tuple of bytes travels as the bytes themselves.
+        let mut frame = [0; 300];
+        let length = match *payload {
+            [a] => encode(class, 9, &(a,), &mut frame),
+            [a, b] => encode(class, 9, &(a, b), &mut frame),
+            _ => unreachable!(),
+        };
+        let request = content(&frame[..length.ok().unwrap()]);
+        let info = DeviceInfo::new(LONG);
+        Ok(answer(&request, &mut controller(), &info, out)?.map(content).unwrap_or_default())
+    }
+
+    fn refusal(payload: &[u8]) -> Refusal {
+        let answer = send(Class::Request, payload, &mut [0; 300]).unwrap();
+        match decode_response(&answer) {
+            Ok((9, Response::Refused(refusal))) => refusal,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_request_of_another_version_is_refused_by_name() {
+        assert_eq!(refusal(&[250]), Refusal::NotUnderstood, "unknown");
+        assert_eq!(refusal(&[1]), Refusal::NotUnderstood, "too short");
+        assert_eq!(refusal(&[0, 0]), Refusal::NotUnderstood, "too long");
+    }
+
+    #[test]
+    fn an_answer_that_fits_no_frame_is_refused_and_a_small_buffer_reported() {
+        assert_eq!(refusal(&[0]), Refusal::TooLong);
+        assert_eq!(send(Class::Request, &[0], &mut [0; 8]), Err(NoRoom));
+    }
+
+    #[test]
+    fn a_response_is_not_answered() {
+        assert_eq!(send(Class::Response, &[0], &mut [0; 300]), Ok(std::vec::Vec::new()));
+    }
+}

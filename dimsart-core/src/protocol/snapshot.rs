@@ -1,0 +1,292 @@
+//! The bytes of every variant that travels. Whoever changes one breaks every device in the field: new
+//! variants go to the end of their enum, and `PROTOCOL_VERSION` counts up.
+
+use core::fmt::Debug;
+use std::format;
+use std::string::String;
+use std::vec::Vec;
+
+use serde::{Deserialize, Serialize};
+
+use super::frame::{Class, decode, encode};
+use super::*;
+use crate::limits::MAX_DOF;
+use crate::*;
+
+const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
+const SIGNAL: TypeRef = TypeRef { id: 300, number: 1 };
+const FINDING: Finding = Finding::NoProvider { signal: SIGNAL, reader: Party::Frame };
+
+/// Sends a value through a frame, sees that it comes out again, and gives its payload.
+fn round_trip<T: Serialize + Deserialize<'static> + PartialEq + Debug>(value: &T) -> String {
+    let mut frame = [0; MAX_FRAME_BYTES];
+    let length = encode(Class::Response, 7, value, &mut frame).ok().unwrap();
+    let mut receiver = Receiver::new();
+    let mut contents = Vec::new();
+    receiver.take_all(&frame[..length], |content| contents.push(content.to_vec()));
+    // Leaked, so that the texts in the value may be borrowed from it.
+    let content = contents.pop().unwrap().leak();
+    let (id, decoded) = decode::<T>(Class::Response, content).unwrap();
+    assert_eq!((id, &decoded), (7, value));
+    let payload: Vec<_> = content[3..].iter().map(|byte| format!("{byte:02x}")).collect();
+    payload.join(" ")
+}
+
+#[track_caller]
+fn assert_bytes<T: Serialize + Deserialize<'static> + PartialEq + Debug>(values: &[T], expected: &[&str]) {
+    assert_eq!(values.iter().map(round_trip).collect::<Vec<_>>(), expected);
+}
+
+#[test]
+fn requests() {
+    assert_eq!(PROTOCOL_VERSION, 1);
+    let requests = [
+        Request::Identify,
+        Request::Module { kind: 3 },
+        Request::Parameter { kind: 3, index: 4 },
+        Request::Port { module: MODULE, index: 4 },
+        Request::DataType { index: 200 },
+        Request::Instance { index: 5 },
+        Request::Entry { index: 6 },
+        Request::Command(Command::engine(Verb::ModOn, MODULE)),
+        Request::Get { module: MODULE, parameter: 4, axis: 1 },
+        Request::Signal { signal: SIGNAL, from: 7 },
+        Request::Finding { index: 8 },
+        Request::Status,
+    ];
+    let expected = [
+        "00",
+        "01 03",
+        "02 03 04",
+        "03 03 02 04",
+        "04 c8 01",
+        "05 05",
+        "06 06",
+        "07 00 01 00 05 03 02",
+        "08 03 02 04 01",
+        "09 ac 02 01 07",
+        "0a 08",
+        "0b",
+    ];
+    assert_bytes(&requests, &expected);
+}
+
+#[test]
+fn commands() {
+    let set = |value| Command { axis: Some(1), ..Command::set(MODULE, 4, value) };
+    let commands = [
+        Command::plain(Verb::Stop),
+        set(Value::Real(1.5)),
+        set(Value::Count(300)),
+        set(Value::Flag(true)),
+        set(Value::Choice(2)),
+        set(Value::Type(SIGNAL)),
+        set(Value::Module(MODULE)),
+        Command::bind(MODULE, 4, SIGNAL),
+    ];
+    let expected = [
+        "00 11 00 06",
+        "01 03 02 04 01 01 00 00 00 c0 3f",
+        "01 03 02 04 01 01 01 ac 02",
+        "01 03 02 04 01 01 02 01",
+        "01 03 02 04 01 01 03 02",
+        "01 03 02 04 01 01 04 ac 02 01",
+        "01 03 02 04 01 01 05 03 02",
+        "01 03 02 84 00 04 ac 02 01",
+    ];
+    assert_bytes(&commands, &expected);
+    let verbs: Vec<_> = Verb::ALL.iter().map(|(verb, name, _)| format!("{} {name}", *verb as u8)).collect();
+    let expected = [
+        "1 MOD_ON",
+        "2 MOD_OFF",
+        "3 PLACE_BEFORE",
+        "4 MOD_RESET",
+        "5 MOD_INIT",
+        "6 MOD_CLOSE",
+        "16 MATCHING_CHECK",
+        "17 STOP",
+        "18 RESET",
+        "19 CLOSE",
+        "20 INIT",
+    ];
+    assert_eq!(verbs, expected);
+}
+
+#[test]
+fn refusals() {
+    let mut errors = Vec::from([
+        CommandError::UnknownModule(MODULE),
+        CommandError::UnknownVerb(9),
+        CommandError::UnknownPort(9),
+        CommandError::UnknownType(SIGNAL),
+        CommandError::WrongValue,
+        CommandError::TooManyModules,
+        CommandError::TooManyPorts,
+        CommandError::PluggedIn(MODULE),
+        CommandError::NotPluggedIn(MODULE),
+        CommandError::Storage(StorageError::NoSlot),
+        CommandError::Storage(StorageError::NoRoom { wanted: 300, free: 9 }),
+    ]);
+    errors.extend(
+        [
+            ParameterError::Unknown,
+            ParameterError::WrongKind,
+            ParameterError::OutOfRange,
+            ParameterError::ListFull,
+            ParameterError::NoSuchAxis,
+            ParameterError::WhilePluggedIn,
+        ]
+        .map(CommandError::Parameter),
+    );
+    errors.extend([CommandError::WouldBreak(FINDING), CommandError::DoesNotMatch { faults: 2 }]);
+    let expected = [
+        "00 03 02",
+        "01 09",
+        "02 09",
+        "03 ac 02 01",
+        "04",
+        "05",
+        "06",
+        "07 03 02",
+        "08 03 02",
+        "09 00",
+        "09 01 ac 02 09",
+        "0a 00",
+        "0a 01",
+        "0a 02",
+        "0a 03",
+        "0a 04",
+        "0a 05",
+        "0b 00 ac 02 01 00",
+        "0c 02",
+    ];
+    assert_bytes(&errors, &expected);
+    let refusals = [
+        Refusal::NotUnderstood,
+        Refusal::NotThere,
+        Refusal::TooLong,
+        Refusal::Engine(CommandError::WrongValue),
+    ];
+    let expected = ["00", "01", "02", "03 04"];
+    assert_bytes(&refusals, &expected);
+}
+
+#[test]
+fn reasons() {
+    let (first, second) = (Party::Frame, Party::Module(MODULE));
+    let mismatch = |difference| Finding::Mismatch { module: MODULE, port: 4, signal: SIGNAL, difference };
+    let not_finite = FrameError::NotFinite { signal: SIGNAL, word: 2 };
+    let reasons = [
+        Blocked::Fault(FINDING),
+        Blocked::Fault(Finding::TwoProviders { signal: SIGNAL, first, second }),
+        Blocked::Fault(mismatch(Difference::Unit)),
+        Blocked::Fault(mismatch(Difference::Format)),
+        Blocked::Fault(mismatch(Difference::Shape)),
+        Blocked::Fault(Finding::Delay { signal: SIGNAL, writer: first, reader: second, is_declared: true }),
+        Blocked::Stopped,
+        Blocked::Measurement(FrameError::Length { expected: 3, found: 2 }),
+        Blocked::Command(not_finite),
+    ];
+    let expected = [
+        "00 00 ac 02 01 00",
+        "00 01 ac 02 01 00 01 03 02",
+        "00 02 03 02 04 ac 02 01 00",
+        "00 02 03 02 04 ac 02 01 01",
+        "00 02 03 02 04 ac 02 01 02",
+        "00 03 ac 02 01 00 01 03 02 01",
+        "01",
+        "02 00 03 02",
+        "03 01 ac 02 01 02",
+    ];
+    assert_bytes(&reasons, &expected);
+}
+
+#[test]
+fn responses() {
+    let unit = UnitText { linear: "m", rotary: "rad" };
+    let axes = [AxisKind::Linear, AxisKind::Rotary];
+    let axes = heapless::Vec::<_, MAX_DOF>::from_slice(&axes).unwrap();
+    let usage = Usage { modules: 1, slots: 2, words: 3, words_in_all: 2048 };
+    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Stopped });
+    let parameter = |accepts| {
+        let (name, default, summary) = ("P", Some(Value::Count(1)), "S");
+        Response::Parameter(ParameterText { name, unit, accepts, default, is_structural: true, summary })
+    };
+    let port = |direction, stage, bound| {
+        Response::Port(PortText { name: "P", direction, stage, is_delayed: true, default: bound, bound })
+    };
+    let data_type = |format, shape| {
+        Response::DataType(DataTypeText { id: 300, name: "N", unit, format, shape, summary: "S" })
+    };
+    let responses = [
+        Response::Refused(Refusal::NotThere),
+        Response::Identity(Identity {
+            protocol_version: 1,
+            device: "arm",
+            image: "x",
+            axes,
+            sample_period_s: 0.5,
+        }),
+        Response::Module(ModuleText { name: "M", summary: "S" }),
+        parameter(Accepted::Real { min: 0.0, max: 1.0, per_axis: true }),
+        parameter(Accepted::Count { min: 0, max: 300 }),
+        parameter(Accepted::Flag),
+        parameter(Accepted::Choice(heapless::Vec::from_slice(&["A", "BC"]).unwrap())),
+        parameter(Accepted::Types),
+        port(Direction::Read, Stage::Early, Some(SIGNAL)),
+        port(Direction::Write, Stage::Late, Some(SIGNAL)),
+        port(Direction::Memory(300), Stage::Early, None),
+        data_type(Format::F32, Shape::Scalar),
+        data_type(Format::I32, Shape::Vector),
+        data_type(Format::U32, Shape::Matrix(2, 3)),
+        data_type(Format::Bool, Shape::Scalar),
+        Response::Instance(InstanceText { module: MODULE, place: Some(0) }),
+        Response::Entry(SIGNAL),
+        Response::Effect(Effect {
+            refused: None,
+            blocked: Some(Blocked::Stopped),
+            value: Some(Value::Real(1.0)),
+        }),
+        Response::Value(Value::Nothing),
+        Response::Signal(SignalText {
+            format: Format::F32,
+            unit,
+            words_in_all: 2,
+            words: heapless::Vec::from_slice(&[0, 0x3F80_0000]).unwrap(),
+        }),
+        Response::Finding { finding: FINDING, faults: 1 },
+        Response::Status(Status {
+            ticks: 300,
+            refused_ticks: 1,
+            is_running: false,
+            blocked: Some(Blocked::Stopped),
+            first_fault,
+            usage,
+        }),
+    ];
+    let expected = [
+        "00 01",
+        "01 01 03 61 72 6d 01 78 02 00 01 00 00 00 3f",
+        "02 01 4d 01 53",
+        "03 01 50 01 6d 03 72 61 64 00 00 00 00 00 00 00 80 3f 01 01 01 01 01 01 53",
+        "03 01 50 01 6d 03 72 61 64 01 00 ac 02 01 01 01 01 01 53",
+        "03 01 50 01 6d 03 72 61 64 02 01 01 01 01 01 53",
+        "03 01 50 01 6d 03 72 61 64 03 02 01 41 02 42 43 01 01 01 01 01 53",
+        "03 01 50 01 6d 03 72 61 64 04 01 01 01 01 01 53",
+        "04 01 50 00 00 01 01 ac 02 01 01 ac 02 01",
+        "04 01 50 01 01 01 01 ac 02 01 01 ac 02 01",
+        "04 01 50 02 ac 02 00 01 00 00",
+        "05 ac 02 01 4e 01 6d 03 72 61 64 00 00 01 53",
+        "05 ac 02 01 4e 01 6d 03 72 61 64 01 01 01 53",
+        "05 ac 02 01 4e 01 6d 03 72 61 64 02 02 02 03 01 53",
+        "05 ac 02 01 4e 01 6d 03 72 61 64 03 00 01 53",
+        "06 03 02 01 00",
+        "07 ac 02 01",
+        "08 00 01 01 01 00 00 00 80 3f",
+        "09 06",
+        "0a 00 01 6d 03 72 61 64 02 02 00 80 80 80 fc 03",
+        "0b 00 ac 02 01 00 01",
+        "0c ac 02 01 00 01 01 01 ac 02 01 01 02 03 80 10",
+    ];
+    assert_bytes(&responses, &expected);
+}

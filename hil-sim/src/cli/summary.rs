@@ -1,0 +1,139 @@
+//! The figures of a run as tables, for the terminal and for the report's page.
+
+use std::io::{self, Write};
+
+use comfy_table::{CellAlignment, ContentArrangement, Table as TextTable, presets};
+
+use crate::outcome::{AxisOutcome, Outcome, RealTime};
+use crate::report::{Fact, Table};
+
+/// Stands for a figure that is not there.
+const NONE: &str = "-";
+
+/// Prints both tables and the faults.
+pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
+    let mut table = text_table();
+    for fact in facts(outcome) {
+        table.add_row([fact.name, fact.value, fact.unit, fact.note]);
+    }
+    writeln!(out, "{}", right_aligned(table, 1..2))?;
+    let axes = axes(outcome);
+    if !axes.rows.is_empty() {
+        let mut table = text_table();
+        table.set_header(axes.header).add_rows(axes.rows);
+        writeln!(out, "{}", right_aligned(table, 0..4))?;
+    }
+    for fault in &outcome.faults {
+        writeln!(out, "fault: {fault}")?;
+    }
+    Ok(())
+}
+
+fn text_table() -> TextTable {
+    let mut table = TextTable::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled);
+    table
+}
+
+fn right_aligned(mut table: TextTable, columns: std::ops::Range<usize>) -> TextTable {
+    for column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
+    Fact { name: name.to_owned(), value, unit: unit.to_owned(), note: note.to_owned() }
+}
+
+/// What a run came to as a whole.
+pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
+    let stable = if outcome.stable { "yes" } else { "NO" };
+    let range =
+        if outcome.stable { "every position, force and wave in its declared range" } else { "see the fault" };
+    let ticks = format!("{} ticks", outcome.ticks);
+    let factor = match outcome.realtime_factor {
+        factor if factor < 10.0 => format!("{factor:.3} times real time"),
+        factor => format!("{factor:.0} times real time"),
+    };
+    let mut facts = vec![
+        fact("stable", stable.to_owned(), "", range),
+        fact("simulated", format!("{:.3}", outcome.simulated_s), "s", &ticks),
+        fact("took", format!("{:.3}", outcome.wall_s), "s", &factor),
+        round_trip(outcome),
+    ];
+    match &outcome.real_time {
+        None => facts.push(channel_energy(outcome.energy_min_j)),
+        Some(real_time) => facts.extend(one_side(outcome, real_time)),
+    }
+    facts
+}
+
+fn round_trip(outcome: &Outcome) -> Fact {
+    let note = match (outcome.round_trip_ticks, &outcome.real_time) {
+        (None, _) => "nothing came back",
+        (Some(_), None) => "of the waves, measured",
+        (Some(_), Some(_)) => "of the waves: link measured, time delays of both sides from the settings",
+    };
+    let ticks = outcome.round_trip_ticks.map_or(NONE.to_owned(), |ticks| ticks.to_string());
+    fact("round trip", ticks, "ticks", note)
+}
+
+fn channel_energy(energy_min_j: f64) -> Fact {
+    let note = if energy_min_j < 0.0 { "below 0: not passive" } else { "never below 0: passive" };
+    let value = if energy_min_j < 0.0 { format!("{energy_min_j:.3e}") } else { "0".to_owned() };
+    fact("smallest channel energy", value, "J", note)
+}
+
+/// What one side alone knows, and what it cannot know.
+fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
+    let RealTime { side, late_ticks, worst_lateness_s, packets_lost, packets_refused } = real_time;
+    let latest = format!(
+        "of {}, by more than a period; the latest by {:.3} ms",
+        outcome.ticks,
+        1e3 * worst_lateness_s
+    );
+    let refused =
+        format!("of the other side's; {packets_refused} more refused: late, repeated or two in a tick");
+    let unknown = |name: &str, unit: &str, note: &str| {
+        fact(name, NONE.to_owned(), unit, &format!("not known on the {side}: {note}"))
+    };
+    let mut facts = vec![
+        fact("late ticks", late_ticks.to_string(), "", &latest),
+        fact("lost packets", packets_lost.to_string(), "", &refused),
+        unknown("smallest channel energy", "J", "it takes the waves of both sides"),
+        unknown("predicted stiffness", "N/m", "it takes the controllers of both sides"),
+    ];
+    if outcome.k_felt_n_per_m.iter().all(Option::is_none) {
+        facts.push(fact(
+            "felt stiffness",
+            NONE.to_owned(),
+            "N/m",
+            match *side {
+                "slave" => "not known on the slave: it is felt at the master",
+                _ => "no axis came to a settled contact",
+            },
+        ));
+    }
+    facts
+}
+
+/// What it came to on each axis; no rows when one side alone felt nothing.
+pub(super) fn axes(outcome: &Outcome) -> Table {
+    let number = |value: Option<f64>| value.map_or(NONE.to_owned(), |value| format!("{value:.3}"));
+    let row = |axis: &AxisOutcome| {
+        let (felt, predicted) = (axis.k_felt_n_per_m, axis.k_predicted_n_per_m);
+        let difference = match (felt, predicted) {
+            (Some(felt), Some(predicted)) => format!("{:+.1e}", (felt - predicted) / predicted),
+            (Some(_), None) => NONE.to_owned(),
+            (None, _) => "no settled contact".to_owned(),
+        };
+        vec![axis.axis.to_string(), number(felt), number(predicted), difference]
+    };
+    let has_felt = outcome.k_felt_n_per_m.iter().any(Option::is_some);
+    let shown = outcome.axes.iter().filter(|_| outcome.real_time.is_none() || has_felt);
+    let header = ["axis", "felt stiffness (N/m)", "predicted (N/m)", "relative difference"];
+    Table { header: header.map(str::to_owned).to_vec(), rows: shown.map(row).collect() }
+}

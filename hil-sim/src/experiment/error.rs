@@ -1,0 +1,85 @@
+//! Why an experiment cannot be set up: what is wrong, where, and what to do next.
+
+use std::net::SocketAddr;
+
+use dimsart_core::{DescriptorError, StorageError};
+
+use crate::link::UdpError;
+use crate::plant::ParameterError;
+use crate::schemes::{Loaded, SchemeFileError};
+
+/// Why an experiment could not be set up or run.
+#[derive(Debug, thiserror::Error)]
+pub enum ExperimentError {
+    /// The device cannot exist.
+    #[error("{0}; change dof or sample_period_s")]
+    Device(#[from] DescriptorError),
+    /// The device's types do not fit.
+    #[error("the device's types do not fit into the Data Base: {0:?}")]
+    Storage(StorageError),
+    /// A plant's parameter.
+    #[error("{side}: {error}")]
+    Plant {
+        /// Whose plant.
+        side: &'static str,
+        /// What is wrong.
+        error: ParameterError,
+    },
+    /// The scheme cannot be read.
+    #[error(transparent)]
+    SchemeFile(#[from] SchemeFileError),
+    /// The scheme does not run on this side.
+    #[error("the scheme {name} does not run on the {side}:\n{}", list(loaded))]
+    Scheme {
+        /// The scheme.
+        name: String,
+        /// The side.
+        side: &'static str,
+        /// What is wrong.
+        loaded: Loaded,
+    },
+    /// The side's socket.
+    #[error(
+        "{source}; end the program that uses it, or give both sides another one with --set link.{side}_address=IP:PORT"
+    )]
+    Udp {
+        /// Whose address it is.
+        side: &'static str,
+        /// What is wrong with it.
+        source: UdpError,
+    },
+    /// The other process does not answer.
+    #[error(
+        "nothing came from the {other} at {peer} in {waited_s} s; start it with `dimsart run --side {other}` and the \
+         same scenario, or wait longer with --wait-s"
+    )]
+    NoPeer {
+        /// Where it should be.
+        peer: SocketAddr,
+        /// How long was waited, `s`.
+        waited_s: f64,
+        /// The other side's name.
+        other: &'static str,
+    },
+    /// The other process sends something else.
+    #[error(
+        "what came from the {other} at {peer} is not what this side's scheme expects; give both sides the same \
+         scenario (dof, schemes)"
+    )]
+    WrongPeer {
+        /// Where it is.
+        peer: SocketAddr,
+        /// The other side's name.
+        other: &'static str,
+    },
+    /// The user gave up waiting.
+    #[error("stopped while waiting for the {other}; nothing was run")]
+    Stopped {
+        /// The other side's name.
+        other: &'static str,
+    },
+}
+
+fn list(loaded: &Loaded) -> String {
+    loaded.problems().map(|line| format!("  {line}")).collect::<Vec<_>>().join("\n")
+}

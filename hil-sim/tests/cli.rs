@@ -1,0 +1,237 @@
+//! The `dimsart` command as its user meets it: what it prints, writes and ends with.
+//!
+//! These tests stand here because a package's tests see its own binaries only. Schemes: `check.rs`.
+
+use std::fs;
+use std::process::{Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use hil_sim::scenario::Scenario;
+
+fn dimsart(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
+}
+
+/// Standard output of a command that ends with 0.
+fn out(arguments: &[&str]) -> String {
+    let output = dimsart(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+/// Standard error of a command that ends with `status`.
+fn refused(arguments: &[&str], status: i32) -> String {
+    let output = dimsart(arguments);
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {}", text(&output.stdout));
+    text(&output.stderr)
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
+}
+
+fn json(out: &str) -> serde_json::Value {
+    serde_json::from_str(out.lines().last().unwrap()).unwrap()
+}
+
+#[test]
+fn without_a_command_the_shipped_scenario_runs_and_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_dimsart")).current_dir(folder.path()).output().unwrap();
+    assert!(output.status.success());
+    let out = text(&output.stdout);
+    assert!(out.contains("stable") && out.contains("felt stiffness (N/m)"), "{out}");
+    assert!(out.ends_with("report: runs/latest/report.html\n"), "{out}");
+    let written = folder.path().join("runs/latest");
+    for file in ["report.html", "signals.csv", "positions.svg", "forces.png", "energy.svg", "timeline.png"] {
+        assert!(written.join(file).metadata().unwrap().len() > 1000, "{file}");
+    }
+}
+
+#[test]
+fn the_last_line_is_json_with_every_figure() {
+    let out = out(&["run", "--json", "--no-report"]);
+    let figures = json(&out);
+    assert_eq!(figures["stable"], true);
+    assert_eq!(figures["round_trip_ticks"], 22);
+    assert_eq!(figures["faults"], serde_json::json!([]));
+    for key in ["ticks", "wall_s", "realtime_factor", "energy_min_j"] {
+        assert!(figures[key].is_number(), "{key}: {}", figures[key]);
+    }
+    for key in ["k_felt_n_per_m", "k_predicted_n_per_m"] {
+        assert_eq!(figures[key].as_array().unwrap().len(), 3, "{key}");
+    }
+    assert!(!out.contains("report: "), "{out}");
+}
+
+#[test]
+fn an_unstable_run_says_no_and_ends_well() {
+    let out = out(&["run", "--set", "wave.form=printed", "--no-report", "--json"]);
+    assert_eq!(json(&out)["stable"], false);
+    let row = out.lines().find(|line| line.contains("stable ")).unwrap();
+    assert!(row.contains("NO") && row.contains("see the fault"), "{row}");
+    assert!(out.contains("fault: ") && out.contains("left its range ±"), "{out}");
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_made_is_known_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("occupied");
+    fs::write(&file, "a regular file").unwrap();
+    let below = file.join("run");
+    let output = dimsart(&["run", "--out", below.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(text(&output.stdout), "", "the run was made in vain");
+    let message = text(&output.stderr);
+    assert!(message.contains(&format!("cannot create {}", below.display())), "{message}");
+    assert!(message.trim_end().ends_with("choose another folder with --out"), "{message}");
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
+    let folder = tempfile::tempdir().unwrap();
+    // Long enough for every machine, recorded sparsely enough for its memory.
+    let sets = ["duration_s=1e6", "record.every_ticks=1000"];
+    let run = Command::new(env!("CARGO_BIN_EXE_dimsart"))
+        .args(["run", "--json", "--set", sets[0], "--set", sets[1], "--out"])
+        .arg(folder.path())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(1500));
+    let sent = Instant::now();
+    let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let output = run.wait_with_output().unwrap();
+    assert!(sent.elapsed() < Duration::from_secs(60), "it did not stop at once");
+    assert_eq!(output.status.code(), Some(0));
+    let figures = json(&text(&output.stdout));
+    let fault = figures["faults"][0].as_str().unwrap();
+    assert!(fault.starts_with("stopped by the user at "), "{fault}");
+    let ticks = figures["ticks"].as_u64().unwrap();
+    assert!(ticks > 1000, "nothing was run");
+    let rows = fs::read_to_string(folder.path().join("signals.csv")).unwrap().lines().count();
+    assert_eq!(rows as u64, 1 + ticks.div_ceil(1000), "a header, and a row in a thousand ticks");
+    assert!(folder.path().join("report.html").exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let mut modules =
+        Command::new(env!("CARGO_BIN_EXE_dimsart")).arg("modules").stdout(Stdio::piped()).spawn().unwrap();
+    drop(modules.stdout.take());
+    assert!(modules.wait().unwrap().success());
+}
+
+#[test]
+fn wrong_usage_ends_with_2_and_shows_the_way() {
+    for arguments in [
+        ["rnu"].as_slice(),
+        &["run", "--side", "middle"],
+        &["run", "--wait-s", "5"],
+        &["run", "--side", "slave", "--wait-s", "-1"],
+        &["check"],
+        &["check", "builtin:table1", "--dof", "three"],
+        &["new-module"],
+    ] {
+        let message = refused(arguments, 2);
+        assert!(message.contains("--help"), "{arguments:?}: {message}");
+    }
+}
+
+#[test]
+fn every_command_explains_itself_with_examples() {
+    let all = out(&["--help"]);
+    for command in ["run", "check", "modules", "new-module"] {
+        assert!(all.contains(&format!("\n  {command}")), "{all}");
+        let help = out(&[command, "--help"]);
+        assert!(help.contains(&format!("Usage: dimsart {command}")), "{help}");
+        assert!(help.contains("Example") || help.contains("In a scheme:"), "{help}");
+    }
+}
+
+#[test]
+fn a_wrong_setting_is_named_with_what_is_right() {
+    for (setting, expected) in [
+        ("link.los=0.1", "there is no key `link.los`; did you mean `link.loss`?"),
+        ("master.device.mass_kg=-1", "`master.device.mass_kg` cannot be -1; give it a finite number > 0"),
+        ("master.device.mass_kg=nan", "cannot be nan; give it a finite number > 0"),
+        ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
+        ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
+        ("link.loss=lots", "give it a number from 0 to 1"),
+        ("record.data_base=7", "give it true or false"),
+        ("link.loss", "write it as key=value"),
+        ("master.scheme=no.scheme", "cannot read the scheme file no.scheme"),
+        ("master.scheme=builtin:tabel1", "choose one of builtin:bilateral, "),
+        (
+            "master.time_delay_ticks=70000",
+            "master.time_delay_ticks = 70000 does not suit TIMEDELAY_MOD TD_PARAM: '70000' is not a whole number \
+             from 0 to 60000; set another master.time_delay_ticks",
+        ),
+        ("master.time_delay_ticks=50000", "needs 150000 words of the Data Base and "),
+        (
+            "slave.stiffness_n_per_m=1e9",
+            "slave.stiffness_n_per_m = 1000000000 does not suit PDCTRL_MOD K_PARAM",
+        ),
+    ] {
+        let message = refused(&["run", "--no-report", "--set", setting], 1);
+        assert!(message.starts_with("dimsart: ") && message.contains(expected), "{setting}: {message}");
+    }
+}
+
+#[test]
+fn a_scenario_file_that_is_wrong_is_named_with_the_place() {
+    let message = refused(&["run", "no/such.toml"], 1);
+    assert!(message.contains("no/such.toml: cannot read the scenario"), "{message}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    fs::write(&path, "[link]\nlos = 0.1\n").unwrap();
+    let path = path.to_str().unwrap();
+    let message = refused(&["run", path], 1);
+    let expected = format!("{path}:2:1: there is no key `link.los`; did you mean `link.loss`?");
+    assert!(message.contains(&expected), "{message}");
+}
+
+#[test]
+fn the_printed_keys_are_a_scenario_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    fs::write(&path, out(&["run", "--keys"])).unwrap();
+    assert_eq!(Scenario::load(Some(&path), &[]).unwrap(), Scenario::default());
+}
+
+#[test]
+fn the_modules_are_readable_on_a_terminal_of_100_columns() {
+    let out = out(&["modules"]);
+    let widest = out.lines().map(|line| line.chars().count()).max().unwrap();
+    assert!(widest <= 100, "{widest} columns");
+    for expected in
+        ["PDCTRL_MOD: ", "K_PARAM", "N/m or N·m/rad", "0 to 1000000, per axis", "reads DES_POSITION"]
+    {
+        assert!(out.contains(expected), "{expected} is missing");
+    }
+    let message = refused(&["modules", "PDCTL_MOD"], 1);
+    assert!(message.contains("there is no module 'PDCTL_MOD'; did you mean 'PDCTRL_MOD'?"), "{message}");
+}
+
+#[test]
+fn a_new_module_is_written_once_and_never_over_another_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let here = folder.path().to_str().unwrap();
+    let printed = out(&["new-module", "damped-spring", "--folder", here]);
+    for line in ["mod damped_spring;", "pub use damped_spring::DampedSpring;", "DampedSpring(DampedSpring),"]
+    {
+        assert!(printed.contains(line), "{printed}");
+    }
+    let file = folder.path().join("damped_spring.rs");
+    assert!(fs::read_to_string(&file).unwrap().contains("impl Module for DampedSpring"));
+    fs::write(&file, "my own work").unwrap();
+    let message = refused(&["new-module", "damped-spring", "--folder", here], 1);
+    assert!(message.contains("choose another name; nothing was changed"), "{message}");
+    assert_eq!(fs::read_to_string(&file).unwrap(), "my own work");
+    let message = refused(&["new-module", "spring", "--folder", "no/such/folder"], 1);
+    assert!(message.contains("name a folder with --folder"), "{message}");
+    assert!(refused(&["new-module", "9x"], 1).contains("'9x' is no name for a module"));
+}

@@ -1,0 +1,328 @@
+//! Two controllers over a bad line: nothing is used twice, nothing is made up, and all of it is counted.
+
+mod common;
+
+use common::{Bench, H, Line};
+use dimsart_core::{MAX_PACKET_BYTES, Packet, PacketError, types};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+/// One axis of waves from a sender to a receiver; the test is the line between them.
+struct Way {
+    sender: Bench,
+    receiver: Bench,
+}
+
+fn sender() -> Bench {
+    let mut bench = Bench::of(1, &[types::CH1_WAVES], &[]);
+    bench.run("COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
+    bench
+}
+
+impl Way {
+    fn new(rows: &str) -> Self {
+        let mut receiver = Bench::of(1, &[], &[]);
+        receiver.run(&format!("{rows}\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD"));
+        Self { sender: sender(), receiver }
+    }
+
+    fn send(&mut self, wave: f32) -> Packet {
+        self.sender.tick(&[wave]);
+        self.sender.dimsart.outgoing(0).unwrap()
+    }
+
+    /// A tick of the receiver after these packets; gives the wave.
+    fn receive<'a>(&mut self, packets: impl IntoIterator<Item = &'a Packet>) -> f32 {
+        for packet in packets {
+            self.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+        }
+        self.receiver.tick(&[]);
+        self.receiver.signal("CH2_WAVES")[0]
+    }
+
+    fn count(&self, name: &str) -> u32 {
+        self.receiver.bits(name)[0]
+    }
+}
+
+/// Between 0 and 1.
+fn chance(random: &mut Pcg32) -> f64 {
+    f64::from(random.next_u32()) / 4_294_967_296.0
+}
+
+fn energy(wave: f32) -> f64 {
+    0.5 * f64::from(H) * f64::from(wave).powi(2)
+}
+
+#[test]
+fn a_packet_is_used_once_and_never_after_a_newer_one() {
+    let mut random = Pcg32::seed_from_u64(1);
+    let mut way = Way::new("COMM_RXMOD STALE ZERO");
+    let mut line: Vec<Packet> = Vec::new();
+    let (mut newest, mut accepted, mut delivered) = (0, 0, 0);
+    for number in 1..=20_000_u16 {
+        let packet = way.send(f32::from(number));
+        // Lost, sent twice, and up to four of the last packets in any order.
+        for _ in 0..[0, 1, 1, 2][random.next_u32() as usize % 4] {
+            let place = random.next_u32() as usize % (line.len() + 1);
+            line.insert(place, packet.clone());
+        }
+        let due = line.len().saturating_sub(random.next_u32() as usize % 6);
+        let arriving: Vec<Packet> = line.drain(..due).collect();
+        delivered += arriving.len();
+        let wave = way.receive(&arriving);
+        let best = arriving.iter().map(|packet| packet.sequence).max().unwrap_or(0);
+        if best > newest {
+            newest = best;
+            accepted += 1;
+            assert_eq!(f64::from(wave), f64::from(newest), "the newest packet, as it was sent");
+            assert_eq!(way.count("LINK_AGE"), 0);
+        } else {
+            assert_eq!(wave, 0.0, "nothing new, so nothing");
+        }
+        assert_eq!(way.count("LINK_LOST"), newest - accepted);
+        assert_eq!(way.count("LINK_REFUSED"), u32::try_from(delivered).unwrap() - accepted);
+    }
+    assert!(accepted > 5_000 && newest > 19_000);
+}
+
+#[test]
+fn age_counts_the_ticks_since_the_last_new_packet() {
+    let mut way = Way::new("");
+    for expected in 1..=3 {
+        way.receive([]);
+        assert_eq!(way.count("LINK_AGE"), expected);
+    }
+    let packet = way.send(1.0);
+    way.receive([&packet]);
+    assert_eq!(way.count("LINK_AGE"), 0);
+    for expected in 1..100 {
+        way.receive([&packet]);
+        assert_eq!(way.count("LINK_AGE"), expected, "an old packet does not make it younger");
+    }
+}
+
+#[test]
+fn the_round_trip_is_measured_to_the_tick() {
+    for (forward, backward) in [(1, 1), (10, 1), (3, 8), (40, 4)] {
+        let mut ends: [Bench; 2] = [(); 2].map(|()| {
+            let mut bench = Bench::of(3, &[types::CH1_WAVES], &[]);
+            bench.run(
+                "COMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n\
+                 COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD",
+            );
+            bench
+        });
+        let (mut there, mut back) = (Line::new(forward), Line::new(backward));
+        let round_trip = forward + backward;
+        for tick in 0..3 * round_trip {
+            back.deliver(tick, &mut ends[0].dimsart);
+            ends[0].tick(&[0.0; 3]);
+            there.send(tick, &mut ends[0].dimsart);
+            there.deliver(tick, &mut ends[1].dimsart);
+            ends[1].tick(&[0.0; 3]);
+            back.send(tick, &mut ends[1].dimsart);
+            let expected = if tick < round_trip { 0 } else { u32::try_from(round_trip).unwrap() };
+            assert_eq!(ends[0].bits("LINK_ROUND_TRIP"), [expected], "{forward}+{backward}, {tick}");
+        }
+        assert_eq!(ends[1].bits("LINK_ROUND_TRIP"), [u32::try_from(round_trip).unwrap()]);
+    }
+}
+
+/// Random waves over a line that loses packets; `look` gets what was sent, whether it arrived, and what
+/// was given out.
+fn lossy_run(policy: &str, loss: f64, seed: u64, mut look: impl FnMut(f32, bool, f32)) -> Way {
+    let mut random = Pcg32::seed_from_u64(seed);
+    let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+    let mut slow = 0.0;
+    for _ in 0..100_000 {
+        // Slow motion with noise on it, so that what is owed adds up as well as cancels.
+        slow = 0.999 * slow + 0.05 * (chance(&mut random) - 0.5);
+        let wave = (3.0 * slow + 0.5 * (chance(&mut random) - 0.5)) as f32;
+        let packet = way.send(wave);
+        let arrives = chance(&mut random) >= loss;
+        let given = way.receive(arrives.then_some(&packet));
+        look(wave, arrives, given);
+    }
+    way
+}
+
+const LOSSES: [f64; 4] = [0.0, 0.01, 0.1, 0.5];
+
+#[test]
+fn zero_gives_out_no_more_energy_than_was_sent() {
+    for (loss, seed) in LOSSES.into_iter().zip(10..) {
+        let (mut sent, mut given_out) = (0.0, 0.0);
+        lossy_run("ZERO", loss, seed, |wave, arrives, given| {
+            assert_eq!(given, if arrives { wave } else { 0.0 });
+            sent += energy(wave);
+            given_out += energy(given);
+            assert!(given_out <= sent);
+        });
+        assert!(loss == 0.0 || given_out < (1.0 - loss / 2.0) * sent);
+    }
+}
+
+#[test]
+fn limited_never_gives_out_more_energy_than_it_has_received() {
+    for (loss, seed) in LOSSES.into_iter().zip(20..) {
+        let (mut sent, mut received, mut given_out) = (0.0, 0.0, 0.0);
+        lossy_run("LIMITED", loss, seed, |wave, arrives, given| {
+            sent += energy(wave);
+            if arrives {
+                received = sent;
+            }
+            given_out += energy(given);
+            assert!(given_out <= received, "loss {loss}: {given_out} J of {received} J");
+        });
+        assert!(given_out > 0.5 * received, "loss {loss}: it does give out, {given_out} J of {received} J");
+    }
+}
+
+#[test]
+fn limited_hands_waves_through_while_nothing_is_lost() {
+    // The wave whose energy in one tick is a single count, 2^-30 J: what is smaller may wait.
+    let smallest = (2.0 / 1_073_741_824.0 / f64::from(H)).sqrt();
+    let (mut owed, mut volume) = (0.0, 0.0);
+    lossy_run("LIMITED", 0.0, 25, |wave, _, given| {
+        owed += f64::from(wave) - f64::from(given);
+        volume += f64::from(wave).abs();
+        assert!((f64::from(given) - f64::from(wave)).abs() <= smallest, "{given} of {wave}");
+    });
+    assert!(owed.abs() < 1e-4 * volume, "{owed} of {volume}");
+}
+
+#[test]
+fn integral_gives_out_all_that_was_sent_to_the_counter_quantum() {
+    const QUANTUM: f64 = 1.0 / 268_435_456.0;
+    for (loss, seed) in LOSSES.into_iter().zip(30..) {
+        let (mut sent, mut given_out, mut volume) = (0.0, 0.0, 0.0);
+        let mut way = lossy_run("INTEGRAL", loss, seed, |wave, _, given| {
+            sent += f64::from(H) * f64::from(wave);
+            given_out += f64::from(H) * f64::from(given);
+            volume += f64::from(H) * f64::from(wave).abs();
+        });
+        let last = way.send(0.0);
+        given_out += f64::from(H) * f64::from(way.receive([&last]));
+        // One count, and what an f32 cannot say of each wave given out.
+        assert!((given_out - sent).abs() <= QUANTUM + 1e-8 * volume, "loss {loss}: {given_out} of {sent}");
+        assert_eq!(way.receive([]), 0.0, "and then nothing");
+    }
+}
+
+#[test]
+fn hold_holds_for_so_many_ticks_and_no_longer() {
+    for ticks in [0, 1, 20] {
+        let mut way = Way::new(&format!("COMM_RXMOD STALE HOLD\nCOMM_RXMOD HOLD_TICKS {ticks}"));
+        for start in [1.5, -2.5] {
+            let packet = way.send(start);
+            assert_eq!(way.receive([&packet]), start);
+            for tick in 1..=50 {
+                let expected = if tick <= ticks { start } else { 0.0 };
+                assert_eq!(way.receive([&packet]), expected, "HOLD_TICKS {ticks}, {tick}");
+            }
+        }
+    }
+}
+
+#[test]
+fn signals_that_are_no_waves_keep_their_last_value() {
+    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
+        let mut sender: Bench = Bench::of(2, &[types::POSITION, types::FORCE], &[]);
+        sender.run(
+            "COMM_TXMOD CTX_ADD_DATA FORCE\nCOMM_TXMOD CTX_ADD_DATA POSITION\nMOD_ENG MOD_ON COMM_TXMOD",
+        );
+        let mut receiver: Bench = Bench::of(2, &[], &[]);
+        receiver.run(&format!(
+            "COMM_RXMOD STALE {policy}\nCOMM_RXMOD CRX_ADD_DATA FORCE.2\nCOMM_RXMOD CRX_ADD_DATA DES_POSITION\n\
+             MOD_ENG MOD_ON COMM_RXMOD"
+        ));
+        sender.tick(&[1.0, 2.0, 3.0, 4.0]);
+        let packet = sender.dimsart.outgoing(0).unwrap();
+        receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+        for _ in 0..200 {
+            receiver.tick(&[]);
+            assert_eq!(receiver.signal("FORCE.2"), [3.0, 4.0], "{policy}");
+            assert_eq!(receiver.signal("DES_POSITION"), [1.0, 2.0], "{policy}");
+        }
+    }
+}
+
+#[test]
+fn a_sender_that_starts_anew_is_heard_again_and_owes_nothing() {
+    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
+        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+        for _ in 0..500 {
+            let packet = way.send(2.0);
+            way.receive([&packet]);
+        }
+        way.sender = sender();
+        let mut heard = None;
+        for tick in 0..300 {
+            let packet = way.send(0.25);
+            let wave = way.receive([&packet]);
+            if way.count("LINK_AGE") == 0 {
+                heard = heard.or(Some(tick));
+            }
+            let is_held = policy == "HOLD" && wave == 2.0;
+            assert!(is_held || (0.0..=0.2501).contains(&wave), "{policy}, {tick}: {wave}");
+        }
+        assert!((90..=110).contains(&heard.unwrap()), "{policy}: {heard:?}");
+        let packet = way.send(0.25);
+        assert!((way.receive([&packet]) - 0.25).abs() < 1e-4, "{policy}");
+    }
+}
+
+#[test]
+fn a_receiver_that_comes_late_or_is_reset_is_not_owed_what_it_did_not_hear() {
+    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
+        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
+        for start in 0..3 {
+            for _ in 0..1000 {
+                way.send(1.0);
+            }
+            for tick in 0..50 {
+                let packet = way.send(0.5);
+                let wave = way.receive([&packet]);
+                assert!((0.0..=0.5001).contains(&wave), "{policy}, start {start}, {tick}: {wave}");
+            }
+            way.receiver.rows("MOD_ENG MOD_RESET COMM_RXMOD");
+        }
+    }
+}
+
+#[test]
+fn damaged_and_foreign_packets_are_refused_and_counted() {
+    let mut way = Way::new("");
+    let good = way.send(1.0);
+    let mut damaged = good.to_bytes();
+    damaged[8] ^= 4;
+    let mut future = good.to_bytes();
+    future[0] = 2;
+    let dimsart = &mut way.receiver.dimsart;
+    assert_eq!(dimsart.receive(0, &damaged), Err(PacketError::Crc));
+    assert_eq!(dimsart.receive(0, &future), Err(PacketError::Version { found: 2 }));
+    assert_eq!(dimsart.receive(0, &[]), Err(PacketError::Length { bytes: 0 }));
+    let long = [1; MAX_PACKET_BYTES + 1];
+    assert_eq!(dimsart.receive(0, &long), Err(PacketError::Length { bytes: long.len() }));
+    assert_eq!(dimsart.receive(2, &good.to_bytes()), Err(PacketError::NoLink));
+    assert_eq!(way.receive([]), 0.0);
+    assert_eq!(way.count("LINK_REFUSED"), 4);
+    let mut short = good.clone();
+    short.words.pop();
+    assert_eq!(way.receive([&short]), 0.0, "not what was agreed on");
+    assert_eq!((way.count("LINK_REFUSED"), way.count("LINK_AGE")), (5, 2));
+    assert_eq!(way.receive([&good]), 1.0);
+}
+
+#[test]
+fn sequence_numbers_may_wrap() {
+    let mut way = Way::new("COMM_RXMOD STALE ZERO");
+    let mut packet = way.send(1.0);
+    for sequence in [u32::MAX - 2, u32::MAX - 1, u32::MAX, 1, 2] {
+        packet.sequence = sequence;
+        assert_eq!(way.receive([&packet]), 1.0, "{sequence}");
+    }
+    packet.sequence = u32::MAX;
+    assert_eq!(way.receive([&packet]), 0.0, "older than 2");
+}

@@ -1,0 +1,82 @@
+//! What the line holds is what is on its way in it.
+
+use std::collections::VecDeque;
+
+use dimsart_core::types;
+use hil_sim::energy::ChannelEnergy;
+use hil_sim::rig::Rig;
+
+use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, signal};
+
+/// One direction of the line: waves that have left and not arrived yet.
+struct InFlight(VecDeque<f64>);
+
+impl InFlight {
+    fn new(delay_ticks: u32) -> Self {
+        Self((0..delay_ticks).map(|_| 0.0).collect())
+    }
+
+    /// Takes the wave that leaves in this tick; gives the one that is to arrive in it.
+    fn pass(&mut self, wave: f64) -> f64 {
+        self.0.push_back(wave);
+        self.0.pop_front().unwrap()
+    }
+
+    fn energy_j(&self) -> f64 {
+        0.5 * TICK_S * self.0.iter().map(|wave| wave * wave).sum::<f64>()
+    }
+}
+
+/// Half a unit in the last place of an `f32`, as a share of the number.
+const ROUNDING: f64 = 0.5 * f32::EPSILON as f64;
+
+/// Energy that a port passes on to the line in this tick by force and velocity, and by both its waves, `J`.
+fn passed_j(rig: &Rig, side: usize) -> (f64, f64) {
+    let at = |data_type| signal(rig, side, data_type);
+    let waves = at(types::CH1_WAVES).powi(2) + at(types::CH2_WAVES).powi(2);
+    (TICK_S * at(types::LINE_FORCE) * at(types::LINE_VELOCITY), 0.5 * TICK_S * waves)
+}
+
+/// Lossless for any constant delay (Niemeyer and Slotine, 1991): on every tick
+///
+/// `sum h (F_m v_m - F_s v_s) = h/2 (sum of squares of the waves in flight, both ways) >= 0`
+///
+/// and a wave arrives bit for bit as it left, so many ticks later. The simulator's own account, which is made of
+/// waves alone, is the right side exactly; the left side is made of forces and velocities that were rounded, each
+/// by up to [`ROUNDING`], hence 4 of it of all the energy that was carried.
+#[test]
+fn the_line_holds_the_energy_of_the_waves_in_flight() {
+    for form in ["split", "implicit"] {
+        for (forward_ticks, backward_ticks) in [(0, 1), (1, 1), (10, 1), (3, 17), (40, 4), (100, 100)] {
+            let settings = format!("wave.form={form} {}", delays(forward_ticks, backward_ticks));
+            let hand = push(|t| 2.0 * libm::sin(9.0 * t) + if t < 0.5 { 1.0 } else { 0.0 });
+            let mut rig = rig(&settings, axis(0.1, 8.0, vec![hand]), axis(0.5, 8.0, vec![]));
+            let mut account = ChannelEnergy::new(&rig);
+            let (mut forward, mut backward) = (InFlight::new(forward_ticks), InFlight::new(backward_ticks));
+            let (mut through_ports_j, mut carried_j, mut largest_error) = (0.0, 0.0, 0.0_f64);
+            for _ in 0..5000 {
+                rig.tick();
+                for (line, from, to) in [(&mut forward, MASTER, SLAVE), (&mut backward, SLAVE, MASTER)] {
+                    let due = line.pass(signal(&rig, from, types::CH1_WAVES));
+                    let arrived = signal(&rig, to, types::CH2_WAVES);
+                    assert_eq!(due.to_bits(), arrived.to_bits(), "{arrived} arrived instead of {due}");
+                }
+                let [master_j, slave_j] = [MASTER, SLAVE].map(|side| passed_j(&rig, side));
+                through_ports_j += master_j.0 - slave_j.0;
+                carried_j += master_j.1 + slave_j.1;
+                let in_flight_j = forward.energy_j() + backward.energy_j();
+                assert!((account.add(&rig) - in_flight_j).abs() <= 1e-14, "the account has {in_flight_j} J");
+                let error = (through_ports_j - in_flight_j).abs() / carried_j.max(f64::MIN_POSITIVE);
+                largest_error = largest_error.max(error);
+                rig.advance();
+            }
+            println!(
+                "{form:8} {forward_ticks:3} + {backward_ticks:3} ticks: {largest_error:.1e} of {carried_j:.3} J"
+            );
+            assert!(
+                largest_error < 4.0 * ROUNDING,
+                "{largest_error:e} of the energy carried is not in the books"
+            );
+        }
+    }
+}

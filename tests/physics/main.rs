@@ -1,0 +1,11 @@
+//! The two-sided system against the closed forms of wave-variable teleoperation.
+//!
+//! Everything but hands and devices is what ships: schemes, modules, engine, packets, links.
+
+mod energy;
+mod felt_stiffness;
+#[path = "../common/loops.rs"]
+mod loops;
+mod lossy_link;
+mod motion;
+mod stability;

@@ -1,0 +1,55 @@
+//! Counts the instructions of a function with valgrind's callgrind.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use crate::setup::install;
+use crate::shell::{cargo, command, run, succeeds, top};
+
+/// Ticks of the shorter and of the longer run: their difference is free of start-up.
+const TICKS: [u32; 2] = [400, 1400];
+
+/// A built `step_cost` and a callgrind to run it under.
+pub(super) struct Counter {
+    program: PathBuf,
+}
+
+impl Counter {
+    /// Installs valgrind if it must, builds the programs and checks Table 1 bit by bit.
+    pub(super) fn new() -> Result<Self, String> {
+        if std::env::consts::ARCH != "x86_64" {
+            return Err("the budgets are counts of x86-64 instructions: run this on such a machine".into());
+        }
+        if !succeeds(&mut command("valgrind", ["--version"])) {
+            install(&["valgrind"], "counting instructions")?;
+        }
+        run(&mut cargo(&["build", "--release", "--package", "dimsart-core", "--example", "step_cost"]))?;
+        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| top().join("target"), PathBuf::from);
+        let program = top().join(target).join("release/examples/step_cost");
+        run(&mut command(&program, ["table1", "10000"]))?;
+        Ok(Self { program })
+    }
+
+    /// Instructions per tick of the functions whose names hold `function`, called ones included.
+    pub(super) fn per_tick(&self, function: &str, scheme: &[&str]) -> Result<f64, String> {
+        let [few, many] = TICKS;
+        eprint!("\r\x1b[Kcounting {}", scheme.join(" "));
+        let _ = std::io::stderr().flush();
+        let difference = self.total(function, scheme, many)? - self.total(function, scheme, few)?;
+        eprint!("\r\x1b[K");
+        Ok(difference / f64::from(many - few))
+    }
+
+    fn total(&self, function: &str, scheme: &[&str], ticks: u32) -> Result<f64, String> {
+        let mut valgrind = command("valgrind", ["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
+        valgrind.arg(format!("--toggle-collect=*{function}*")).arg(&self.program);
+        valgrind.args(scheme).arg(ticks.to_string());
+        let output = valgrind.output().map_err(|error| format!("valgrind could not be started: {error}"))?;
+        let report = String::from_utf8_lossy(&output.stderr);
+        let count = report.lines().find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
+        match count {
+            Some(count) if output.status.success() && count > 0.0 => Ok(count),
+            _ => Err(format!("callgrind counted nothing in `{function}` ({}):\n{report}", scheme.join(" "))),
+        }
+    }
+}

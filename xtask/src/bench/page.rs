@@ -1,0 +1,107 @@
+//! The tables of `docs/benchmarks.md`.
+
+use std::fmt::Write;
+
+use super::{LINUXCNC_CALL, Line, Results, USUAL};
+use crate::shell::{Outcome, command, top};
+
+const HEAD: &str = "\
+# What a tick costs
+
+Written by `cargo xtask bench`: instructions per tick on x86-64, counted by valgrind's callgrind in the
+release build (thin LTO, one codegen unit), the difference of two runs of different length. Counted and
+not timed, so the numbers do not depend on the machine's speed or load; another compiler version may
+move them by a few percent.
+";
+
+const TABLE1: &str = "
+`schemes/bilateral.scheme`, side master, 3 DoF, the whole `Dimsart::tick` with both frames. By hand: the
+same arithmetic as one function over plain arrays with constant parameters, the same packets and checks,
+and the same bits in every signal and packet over 10 000 ticks (`dimsart-core/examples/step_cost/by_hand.rs`).
+";
+
+/// The whole page.
+pub(super) fn text(results: &Results) -> String {
+    let rustc = command("rustc", ["--version"]).output().ok();
+    let rustc = rustc.and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
+    let (modules, axes) = USUAL;
+    let mut page = format!("{HEAD}\nCompiler: {}\n", rustc.trim());
+    let mut section = |title: &str, body: &str| {
+        let _ = write!(page, "\n## {title}\n{body}");
+    };
+    section("Budgets", &table(["Budget", "Counted", "At most"], &budgets(results)));
+    section("Table 1", &format!("{TABLE1}{}", table(["", "Engine", "By hand", "Ratio"], &table1(results))));
+    let what = format!(
+        "\nA step with modules whose `compute` is empty, among the kinds of the standard library.\n\
+         LinuxCNC HAL spends {LINUXCNC_CALL} instructions on calling a function.\n"
+    );
+    section("The engine alone", &(what + &series("Modules", &results.empty)));
+    let what = format!("\nA step with P controllers, {axes} DoF, 3 ports each.\n");
+    section("Over the number of modules", &(what + &series("Modules", &results.modules)));
+    let what = format!("\nA step with {modules} P controllers.\n");
+    section("Over the number of axes", &(what + &series("DoF", &results.axes)));
+    let what = format!("\nThe same {modules} P controllers, {axes} DoF.\n");
+    let rows: Vec<_> = results.idle.iter().map(|(what, cost)| [(*what).into(), number(*cost)]).collect();
+    section("What does not matter", &(what + &table(["", "Instructions"], &rows)));
+    page
+}
+
+/// Writes the page where the repository keeps it.
+pub(super) fn write(text: &str) -> Outcome {
+    let folder = top().join("docs");
+    let file = folder.join("benchmarks.md");
+    let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&file, text));
+    written.map_err(|error| format!("cannot write {}: {error}", file.display()))
+}
+
+fn budgets(results: &Results) -> Vec<[String; 3]> {
+    let rows = results.budgets().into_iter();
+    rows.map(|budget| [budget.what.into(), number(budget.found), number(budget.most)]).collect()
+}
+
+fn table1(results: &Results) -> Vec<[String; 4]> {
+    let rows = results.table1.iter();
+    rows.map(|(what, engine, by_hand)| {
+        [(*what).into(), number(*engine), number(*by_hand), number(engine / by_hand)]
+    })
+    .collect()
+}
+
+fn series(what: &str, points: &[(u8, f64)]) -> String {
+    let Line { slope, offset, residual } = Line::fit(points);
+    let (slope, offset, residual) = (number(slope), number(offset), number(residual));
+    let rows: Vec<_> = points.iter().map(|(n, cost)| [n.to_string(), number(*cost)]).collect();
+    let line = format!("\nStraight line: {offset} + {slope} n, largest distance from it {residual}.\n");
+    table([what, "Instructions"], &rows) + &line
+}
+
+/// A table that reads well as text and as Markdown.
+fn table<const N: usize>(head: [&str; N], rows: &[[String; N]]) -> String {
+    let mut widths = head.map(str::len);
+    for row in rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = (*width).max(cell.len());
+        }
+    }
+    let line = |cells: &mut dyn Iterator<Item = &str>| {
+        let cells = cells.zip(widths).enumerate().map(|(column, (cell, width))| match column {
+            0 => format!("{cell:<width$}"),
+            _ => format!("{cell:>width$}"),
+        });
+        format!("| {} |\n", cells.collect::<Vec<_>>().join(" | "))
+    };
+    let rule = widths.iter().enumerate().map(|(column, width)| match column {
+        0 => "-".repeat(width + 2),
+        _ => format!("{}:", "-".repeat(width + 1)),
+    });
+    let rule = format!("|{}|\n", rule.collect::<Vec<_>>().join("|"));
+    let body: String = rows.iter().map(|row| line(&mut row.iter().map(String::as_str))).collect();
+    format!("\n{}{rule}{body}", line(&mut head.into_iter()))
+}
+
+/// At most two decimals, none where there is nothing behind the point.
+fn number(value: f64) -> String {
+    let text = format!("{value:.2}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0".into() } else { text.into() }
+}
