@@ -1,12 +1,12 @@
 //! Boards that run DIMSART: one file each, one trait, one line to register.
 //!
-//! Machine units (counts, duty cycles, register bits) live below [`Board`] and never above it. A board
+//! Machine units (counts, duty cycles, register bits) live below the trait `Board` and never above it. A board
 //! knows its device's types; it knows nothing of modules, schemes or the Data Base.
 //!
 //! # Adding a board
 //!
-//! A file here that implements [`Board`], a line in [`boards!`](#registered-boards) below, a feature in
-//! `Cargo.toml` with the board's dependencies, and its memory map in `build.rs`.
+//! A file here that implements `Board`, its line in `boards!` below, its memory map in `build.rs`, and its
+//! feature with its dependencies in `Cargo.toml` (`firmware` passes the feature on).
 #![no_std]
 
 #[cfg(test)]
