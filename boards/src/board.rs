@@ -1,0 +1,111 @@
+//! What the firmware asks of a board, and what a board does when it cannot.
+
+use dimsart_core::{DeviceDescriptor, MAX_PACKET_BYTES, Tick, Word};
+use embassy_executor::SendSpawner;
+use embedded_io_async::{Read, Write};
+
+/// A board and the device on it.
+///
+/// Functions without `self` are needed before the board is started or after everything else has
+/// failed: they must work at any time, from any priority, and use no state that could be in use.
+pub trait Board: Sized {
+    /// Name, as in the build's feature.
+    const NAME: &'static str;
+    /// Words of the Data Base that the board's memory has room for.
+    const WORDS: usize;
+    /// Ticks per second. The board's time driver must be able to wake at this rate.
+    const TICK_HZ: u32;
+    /// Bits of [`cycles`](Self::cycles) that count; it wraps behind them.
+    const CYCLE_BITS: u32 = 32;
+
+    /// Sensors and actuators. Owned by the tick.
+    type Joints: Joints;
+    /// Where commands come in and answers go out.
+    type CommandPort: CommandPort;
+    /// Where packets of other controllers come in.
+    type LinkIn: LinkIn;
+    /// Where packets to other controllers go out.
+    type LinkOut: LinkOut;
+    /// What the processor does when no task has anything to do.
+    type Idle: Idle;
+
+    /// Starts clocks, pins, time driver and the two executors, and hands out the parts. Called once.
+    ///
+    /// The actuators are in their safe state afterwards. What keeps the device from being controlled at
+    /// all is a panic with the reason: the panic handler brings the device to rest and reports it.
+    fn start() -> Parts<Self>;
+
+    /// Puts the actuators into their safe state: no force, power stage off.
+    ///
+    /// Cannot fail and cannot wait. It stays that way until [`Joints::write`] is called again.
+    fn disarm();
+
+    /// A free-running counter of the processor's clock, if there is one.
+    fn cycles() -> Option<u32>;
+
+    /// Keeps the watchdog from resetting the board. Does nothing on a board without one.
+    fn feed_watchdog();
+
+    /// Starts the board over, after a panic or a fault was reported. On an emulated board: ends it.
+    fn reset() -> !;
+}
+
+/// What a started board is made of.
+pub struct Parts<B: Board> {
+    /// The device, as the controller sees it.
+    pub device: DeviceDescriptor,
+    /// Runs tasks above everything but the time driver: the tick.
+    pub tick: SendSpawner,
+    /// Runs tasks below the tick: commands, telemetry, links.
+    pub background: SendSpawner,
+    /// Sensors and actuators.
+    pub joints: B::Joints,
+    /// Where commands come in and answers go out.
+    pub command_port: B::CommandPort,
+    /// Where packets come in.
+    pub link_in: B::LinkIn,
+    /// Where packets go out.
+    pub link_out: B::LinkOut,
+    /// What the processor does when no task has anything to do.
+    pub idle: B::Idle,
+}
+
+/// Sensors and actuators, in SI units and in the layout of the device's types.
+pub trait Joints: Send + 'static {
+    /// Reads every sensor, in the order of the descriptor's outputs. Takes bounded time and never waits.
+    ///
+    /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe input.
+    fn read(&mut self, measured: &mut [Word]);
+
+    /// Commands every actuator, in the order of the descriptor's inputs. Takes bounded time and never
+    /// waits.
+    ///
+    /// `commanded` is finite, and all zero unless `tick` is [`Tick::Ran`]; a power stage is on only then.
+    /// An actuator that does not follow shows up in its sensors, or disarms itself.
+    fn write(&mut self, tick: Tick, commanded: &[Word]);
+}
+
+/// A byte stream to a host. Bytes that arrive faster than they are read are lost: the protocol above
+/// finds that out. Errors of the line are the same loss and are not reported.
+pub trait CommandPort: Read + Write + Send + 'static {}
+
+/// Packets that come in over the device's links.
+pub trait LinkIn: Send + 'static {
+    /// Waits for a packet on any link; gives the link's number and the packet's length in `packet`.
+    ///
+    /// What the line damaged is dropped or handed on as it is: packets carry a CRC.
+    fn receive(&mut self, packet: &mut [u8; MAX_PACKET_BYTES]) -> impl Future<Output = (usize, usize)>;
+}
+
+/// Packets that go out over the device's links.
+pub trait LinkOut: Send + 'static {
+    /// Sends a packet over link `link`. What cannot be sent, or has no such link, is dropped: a packet
+    /// that comes late is worth less than the next one.
+    fn send(&mut self, link: usize, packet: &[u8]) -> impl Future<Output = ()>;
+}
+
+/// What runs below every task.
+pub trait Idle {
+    /// Waits for interrupts, for ever.
+    fn run(self) -> !;
+}

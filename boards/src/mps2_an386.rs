@@ -1,0 +1,245 @@
+//! ARM's MPS2 with a Cortex-M4F (application note 386), as QEMU emulates it: no hardware needed.
+//!
+//! The device is whatever the host plays: a host exchanges one [frame](crate::exchange) per tick over two
+//! FIFOs named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
+//! also the clock: each frame of the host moves time on by one tick, no asynchronous interrupt happens,
+//! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
+//! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still.
+
+mod clock;
+mod host;
+mod uart;
+
+use core::ptr::{read_volatile, with_exposed_provenance, with_exposed_provenance_mut, write_volatile};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{MPU, Peripherals, SYST};
+use defmt_semihosting as _;
+use dimsart_core::{Tick, Word};
+use embassy_executor::InterruptExecutor;
+
+use crate::board::{Board, Joints, Parts};
+
+/// The board, with the host behind it.
+pub struct Mps2An386;
+
+/// Interrupts in use. The executors run in two that no peripheral of the board drives.
+#[derive(Clone, Copy)]
+#[repr(u16)]
+enum Interrupt {
+    Uart0Receive = 0,
+    Uart0Send = 1,
+    Timer0 = 8,
+    Tick = 27,
+    Background = 28,
+}
+
+const INTERRUPTS: usize = 32;
+
+// SAFETY: each number is the interrupt's place in the table below, smaller than INTERRUPTS.
+#[expect(unsafe_code, reason = "the numbers are the hardware's")]
+unsafe impl InterruptNumber for Interrupt {
+    fn number(self) -> u16 {
+        self as u16
+    }
+}
+
+/// Smaller is more urgent.
+const PRIORITIES: [(Interrupt, u8); 5] = [
+    (Interrupt::Timer0, 0x20),
+    (Interrupt::Tick, 0x40),
+    (Interrupt::Background, 0x80),
+    (Interrupt::Uart0Receive, 0x80),
+    (Interrupt::Uart0Send, 0x80),
+];
+
+static TICK: InterruptExecutor = InterruptExecutor::new();
+static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
+
+#[expect(unsafe_code, reason = "an executor polls in its own interrupt")]
+extern "C" fn run_tick() {
+    // SAFETY: called from this executor's interrupt alone, which `start` unmasks.
+    unsafe { TICK.on_interrupt() }
+}
+
+#[expect(unsafe_code, reason = "an executor polls in its own interrupt")]
+extern "C" fn run_background() {
+    // SAFETY: called from this executor's interrupt alone, which `start` unmasks.
+    unsafe { BACKGROUND.on_interrupt() }
+}
+
+#[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
+extern "C" fn unexpected() {
+    panic!("an interrupt came that nobody asked for");
+}
+
+type Handler = extern "C" fn();
+
+#[expect(unsafe_code, reason = "the processor reads the table at this place")]
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [Handler; INTERRUPTS] = {
+    let mut table: [Handler; INTERRUPTS] = [unexpected; INTERRUPTS];
+    let [receive, send, _, _, _, _, _, _, timer, .., tick, background, _, _, _] = &mut table;
+    *receive = uart::received;
+    *send = uart::sent;
+    *timer = clock::timer_interrupt;
+    *tick = run_tick;
+    *background = run_background;
+    table
+};
+
+impl Board for Mps2An386 {
+    const NAME: &'static str = "mps2-an386";
+    const WORDS: usize = 32_768;
+    const TICK_HZ: u32 = 1_000;
+    const CYCLE_BITS: u32 = 24;
+
+    type Joints = PlayedJoints;
+    type CommandPort = uart::CommandPort;
+    type LinkIn = host::FromHost;
+    type LinkOut = host::ToHost;
+    type Idle = host::Host;
+
+    #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
+    fn start() -> Parts<Self> {
+        let Some(mut peripherals) = Peripherals::take() else { panic!("the board was started twice") };
+        guard_below_stack(&mut peripherals.MPU);
+        // Counts instructions when the emulator runs with `-icount`; the part's own CYCCNT reads 0 there.
+        peripherals.SYST.set_clock_source(SystClkSource::Core);
+        peripherals.SYST.set_reload(CYCLE_MASK);
+        peripherals.SYST.clear_current();
+        peripherals.SYST.enable_counter();
+        for (interrupt, priority) in PRIORITIES {
+            #[expect(unsafe_code, reason = "priorities decide who may interrupt whom")]
+            // SAFETY: nothing is unmasked yet, and no mask by priority is in use.
+            unsafe {
+                peripherals.NVIC.set_priority(interrupt, priority);
+            }
+        }
+        let (host, device) = host::connect(Self::TICK_HZ);
+        let parts = Parts {
+            device,
+            tick: TICK.start(Interrupt::Tick),
+            background: BACKGROUND.start(Interrupt::Background),
+            joints: PlayedJoints,
+            command_port: uart::CommandPort,
+            link_in: host::FromHost,
+            link_out: host::ToHost,
+            idle: host,
+        };
+        if cfg!(feature = "timer-tick") {
+            uart::start();
+            clock::start_timer(Self::TICK_HZ);
+        }
+        parts
+    }
+
+    fn disarm() {
+        host::COMMANDED.fill(&[]);
+    }
+
+    fn cycles() -> Option<u32> {
+        // The counter counts down.
+        Some(CYCLE_MASK - SYST::get_current())
+    }
+
+    fn feed_watchdog() {
+        // The host waits for every answer: it is the watchdog.
+    }
+
+    fn reset() -> ! {
+        semihosting::process::exit(EXIT_RESET)
+    }
+}
+
+/// Lets every access below the stack trap: there the emulated board ignores what is written.
+fn guard_below_stack(mpu: &mut MPU) {
+    const BASE_OF_256_MIB: u32 = 0x1000_0000;
+    const NO_ACCESS_256_MIB: u32 = 1 << 28 | 27 << 1 | 1;
+    const ENABLE_WITH_DEFAULT_MAP: u32 = 0b101;
+    #[expect(unsafe_code, reason = "the memory protection unit is memory that only the hardware knows")]
+    // SAFETY: the region ends where RAM begins, and nothing the image uses lies in it.
+    unsafe {
+        mpu.rnr.write(0);
+        mpu.rbar.write(BASE_OF_256_MIB);
+        mpu.rasr.write(NO_ACCESS_256_MIB);
+        mpu.ctrl.write(ENABLE_WITH_DEFAULT_MAP);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
+}
+
+const CYCLE_MASK: u32 = (1 << Mps2An386::CYCLE_BITS) - 1;
+/// The emulator's exit code when the firmware asked for a reset: after a panic or a fault.
+const EXIT_RESET: i32 = 101;
+
+/// The device that the host plays.
+pub struct PlayedJoints;
+
+impl Joints for PlayedJoints {
+    fn read(&mut self, measured: &mut [Word]) {
+        host::STAMPS.set(0, Mps2An386::cycles());
+        host::MEASURED.copy_to(measured);
+    }
+
+    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+        host::COMMANDED.fill(commanded);
+        host::set_outcome(tick);
+        host::STAMPS.set(1, Mps2An386::cycles());
+    }
+}
+
+/// Words that one side writes and the other reads, never in the middle of a tick.
+struct SharedWords<const N: usize>([AtomicU32; N]);
+
+impl<const N: usize> SharedWords<N> {
+    const fn new() -> Self {
+        Self([const { AtomicU32::new(0) }; N])
+    }
+
+    /// Copies `words` in; what they do not reach becomes 0.
+    fn fill(&self, words: &[Word]) {
+        let words = words.iter().copied().chain(core::iter::repeat(Word(0)));
+        for (shared, word) in self.0.iter().zip(words) {
+            shared.store(word.0, Relaxed);
+        }
+    }
+
+    fn copy_to(&self, words: &mut [Word]) {
+        for (word, shared) in words.iter_mut().zip(&self.0) {
+            *word = Word(shared.load(Relaxed));
+        }
+    }
+
+    fn set(&self, index: usize, value: Option<u32>) {
+        if let Some(shared) = self.0.get(index) {
+            shared.store(value.unwrap_or_default(), Relaxed);
+        }
+    }
+}
+
+/// A register of one of the board's peripherals.
+#[derive(Clone, Copy)]
+struct Register(usize);
+
+#[expect(unsafe_code, reason = "registers are memory that only the hardware knows")]
+impl Register {
+    fn read(self) -> u32 {
+        // SAFETY: every Register of this board is a word-aligned register of the AN386's memory map.
+        unsafe { read_volatile(with_exposed_provenance(self.0)) }
+    }
+
+    fn write(self, value: u32) {
+        // SAFETY: as above; writing these registers has no effect on memory that Rust knows of.
+        unsafe { write_volatile(with_exposed_provenance_mut(self.0), value) }
+    }
+}
+
+#[expect(unsafe_code, reason = "an interrupt is unmasked once what it needs is there")]
+fn unmask(interrupt: Interrupt) {
+    // SAFETY: no critical section is built on masking single interrupts.
+    unsafe { cortex_m::peripheral::NVIC::unmask(interrupt) }
+}

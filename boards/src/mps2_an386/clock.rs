@@ -1,0 +1,72 @@
+//! Time in whole ticks: moved on by the host, or by a timer's interrupt.
+//!
+//! Because time is whole ticks, what is due is due in a tick, never between two.
+
+use core::cell::{Cell, RefCell};
+use core::task::Waker;
+
+use critical_section::{CriticalSection, Mutex};
+use embassy_time_driver::{Driver, TICK_HZ, time_driver_impl};
+use embassy_time_queue_utils::Queue;
+
+use super::{Interrupt, Register, unmask};
+
+const CORE_HZ: u32 = 25_000_000;
+const CONTROL: Register = Register(0x4000_0000);
+const RELOAD: Register = Register(0x4000_0008);
+const CLEAR: Register = Register(0x4000_000C);
+const ENABLE_AND_INTERRUPT: u32 = 0b1001;
+
+struct Clock {
+    now: Mutex<Cell<u64>>,
+    queue: Mutex<RefCell<Queue>>,
+}
+
+time_driver_impl!(static CLOCK: Clock = Clock {
+    now: Mutex::new(Cell::new(0)),
+    queue: Mutex::new(RefCell::new(Queue::new())),
+});
+
+impl Clock {
+    fn wake_what_is_due(&self, section: CriticalSection<'_>) {
+        let now = self.now.borrow(section).get();
+        // No alarm to set: every tick looks.
+        let _ = self.queue.borrow_ref_mut(section).next_expiration(now);
+    }
+}
+
+impl Driver for Clock {
+    fn now(&self) -> u64 {
+        critical_section::with(|section| self.now.borrow(section).get())
+    }
+
+    fn schedule_wake(&self, at: u64, waker: &Waker) {
+        critical_section::with(|section| {
+            if self.queue.borrow_ref_mut(section).schedule_wake(at, waker) {
+                self.wake_what_is_due(section);
+            }
+        });
+    }
+}
+
+/// Moves time on by one tick and wakes what is due.
+pub(super) fn advance() {
+    critical_section::with(|section| {
+        let now = CLOCK.now.borrow(section);
+        now.set(now.get() + 1);
+        CLOCK.wake_what_is_due(section);
+    });
+}
+
+/// Lets timer 0 move time on.
+pub(super) fn start_timer(tick_hz: u32) {
+    const { assert!(TICK_HZ == 1_000, "time is counted in ticks of the controller") };
+    RELOAD.write(CORE_HZ / tick_hz - 1);
+    CONTROL.write(ENABLE_AND_INTERRUPT);
+    unmask(Interrupt::Timer0);
+}
+
+pub(super) extern "C" fn timer_interrupt() {
+    CLEAR.write(1);
+    advance();
+}

@@ -1,0 +1,285 @@
+//! The host's end: what a frame brings is handed to the tasks, what a tick leaves goes back.
+
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
+
+use dimsart_core::{
+    AxisKind, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF, types,
+};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::channel::Channel;
+use heapless::Vec;
+use semihosting::fs::File;
+use semihosting::io::{Read, Write};
+use semihosting::process::exit;
+
+use super::{Mps2An386, SharedWords, clock, uart};
+use crate::board::{Board, Idle, LinkIn, LinkOut};
+use crate::exchange::{ExchangeError, Frame, Tag, VERSION};
+
+const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
+
+/// What the host measured.
+pub(super) static MEASURED: SharedWords<WORDS> = SharedWords::new();
+/// What the last tick commanded.
+pub(super) static COMMANDED: SharedWords<WORDS> = SharedWords::new();
+/// The cycle counter before and after the last tick.
+pub(super) static STAMPS: SharedWords<2> = SharedWords::new();
+static OUTCOME: AtomicU8 = AtomicU8::new(NO_TICK);
+static TICKS: AtomicU32 = AtomicU32::new(0);
+const NO_TICK: u8 = u8::MAX;
+
+/// Exit codes of the emulator.
+const EXIT_HOST_LEFT: i32 = 0;
+const EXIT_NO_HOST: i32 = 2;
+const EXIT_BAD_FRAME: i32 = 3;
+
+type Bytes = Vec<u8, MAX_PACKET_BYTES>;
+type Packets = Channel<CriticalSectionRawMutex, (usize, Bytes), 4>;
+static PACKETS_IN: Packets = Channel::new();
+static PACKETS_OUT: Packets = Channel::new();
+
+/// Packets that the host's frames bring.
+pub struct FromHost;
+/// Packets that go back in the host's frames.
+pub struct ToHost;
+
+impl LinkIn for FromHost {
+    async fn receive(&mut self, packet: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
+        let (link, bytes) = PACKETS_IN.receive().await;
+        for (to, from) in packet.iter_mut().zip(&bytes) {
+            *to = *from;
+        }
+        (link, bytes.len())
+    }
+}
+
+impl LinkOut for ToHost {
+    async fn send(&mut self, link: usize, packet: &[u8]) {
+        // What does not fit is dropped, as on every link.
+        if let Ok(bytes) = Vec::from_slice(packet) {
+            let _ = PACKETS_OUT.try_send((link, bytes));
+        }
+    }
+}
+
+/// Notes what a tick came to.
+pub(super) fn set_outcome(tick: Tick) {
+    let outcome = match tick {
+        Tick::Ran => 0,
+        Tick::Idle => 1,
+        Tick::MeasurementRefused(_) => 2,
+        Tick::CommandRefused(_) => 3,
+    };
+    OUTCOME.store(outcome, Relaxed);
+    TICKS.store(TICKS.load(Relaxed).wrapping_add(1), Relaxed);
+}
+
+/// The host, or the lack of one, and the device that it plays.
+pub struct Host {
+    streams: Option<Streams>,
+    frame: &'static mut Frame,
+    words_in: usize,
+    words_out: usize,
+}
+
+struct Streams {
+    to_board: File,
+    from_board: File,
+}
+
+impl Streams {
+    /// Opens both FIFOs; waits for a host that has made them and not opened them yet.
+    fn open() -> Option<Self> {
+        let to_board = File::open(c"to-board").ok()?;
+        let from_board = File::create(c"from-board").ok()?;
+        Some(Self { to_board, from_board })
+    }
+}
+
+enum Trouble {
+    HostLeft,
+    BadFrame,
+}
+
+impl From<ExchangeError> for Trouble {
+    fn from(_: ExchangeError) -> Self {
+        Self::BadFrame
+    }
+}
+
+impl From<semihosting::io::Error> for Trouble {
+    fn from(_: semihosting::io::Error) -> Self {
+        Self::HostLeft
+    }
+}
+
+/// Waits for the host and learns from it what device to drive; without a host, three linear axes.
+pub(super) fn connect(tick_hz: u32) -> (Host, DeviceDescriptor) {
+    static FRAME: static_cell::ConstStaticCell<Frame> = static_cell::ConstStaticCell::new(Frame::new());
+    let streams = Streams::open();
+    if streams.is_none() && !cfg!(feature = "timer-tick") {
+        defmt::error!("no host: it has to make the FIFOs to-board and from-board in the emulator's folder");
+        exit(EXIT_NO_HOST);
+    }
+    let mut host = Host { streams, frame: FRAME.take(), words_in: 0, words_out: 0 };
+    let axes = host.greet().unwrap_or_else(|trouble| give_up(&trouble));
+    let device = device(&axes, tick_hz);
+    let words = |types: &[&dimsart_core::DataType]| types.iter().map(|of| of.shape.words(device.dof())).sum();
+    host.words_in = words(device.outputs);
+    host.words_out = words(device.inputs);
+    (host, device)
+}
+
+type Axes = Vec<AxisKind, MAX_DOF>;
+
+fn device(axes: &Axes, tick_hz: u32) -> DeviceDescriptor {
+    #[expect(clippy::cast_precision_loss, reason = "a rate in hertz is exact")]
+    let period_s = 1.0 / tick_hz as f32;
+    let device = DeviceDescriptor::new("played", axes, period_s, &[types::POSITION], &[types::DES_FORCE]);
+    device.unwrap_or_else(|_| {
+        defmt::error!("the host plays a device of {} axes: 1 to {} are possible", axes.len(), MAX_DOF);
+        exit(EXIT_BAD_FRAME)
+    })
+}
+
+fn give_up(trouble: &Trouble) -> ! {
+    match trouble {
+        Trouble::HostLeft => exit(EXIT_HOST_LEFT),
+        Trouble::BadFrame => {
+            defmt::error!("the host sent no frame of this version, or one of another device");
+            exit(EXIT_BAD_FRAME)
+        }
+    }
+}
+
+impl Host {
+    /// The first exchange.
+    fn greet(&mut self) -> Result<Axes, Trouble> {
+        let mut axes = Vec::from_array([AxisKind::Linear; 3]);
+        if self.streams.is_none() {
+            return Ok(axes);
+        }
+        self.receive()?;
+        for section in self.frame.sections() {
+            match section? {
+                (Tag::Device, kinds) => {
+                    let kind = |kind: &u8| if *kind == 0 { AxisKind::Linear } else { AxisKind::Rotary };
+                    // Too many axes are refused with their number as far as it fits.
+                    axes = kinds.iter().take(MAX_DOF).map(kind).collect();
+                }
+                _ => return Err(Trouble::BadFrame),
+            }
+        }
+        self.frame.clear();
+        let mut hello: Vec<u8, 32> = Vec::from_array([VERSION]);
+        // Fits: the name is short.
+        let _ = hello.extend_from_slice(Mps2An386::NAME.as_bytes());
+        self.frame.push(Tag::Hello, &hello)?;
+        self.send()?;
+        Ok(axes)
+    }
+
+    fn exchange(&mut self) -> Result<(), Trouble> {
+        self.receive()?;
+        self.hand_over()?;
+        tick();
+        self.collect()?;
+        self.send()
+    }
+
+    fn receive(&mut self) -> Result<(), Trouble> {
+        let streams = self.streams.as_mut().ok_or(Trouble::HostLeft)?;
+        let is_whole = self.frame.receive(|bytes| streams.to_board.read(bytes).map_err(Trouble::from))?;
+        if is_whole { Ok(()) } else { Err(Trouble::HostLeft) }
+    }
+
+    fn send(&mut self) -> Result<(), Trouble> {
+        let streams = self.streams.as_mut().ok_or(Trouble::HostLeft)?;
+        Ok(streams.from_board.write_all(self.frame.as_bytes())?)
+    }
+
+    /// Gives the tasks what the frame brought. They run at once: they are more urgent than this.
+    fn hand_over(&self) -> Result<(), Trouble> {
+        for section in self.frame.sections() {
+            match section? {
+                (Tag::Words, bytes) if bytes.len() == 4 * self.words_in => {
+                    let (words, _) = bytes.as_chunks::<4>();
+                    let words: Vec<Word, WORDS> =
+                        words.iter().map(|word| Word(u32::from_le_bytes(*word))).collect();
+                    MEASURED.fill(&words);
+                }
+                (Tag::Command, mut bytes) => {
+                    while let Ok(taken) = uart::RECEIVED.try_write(bytes) {
+                        bytes = bytes.get(taken..).unwrap_or_default();
+                        if bytes.is_empty() {
+                            break;
+                        }
+                    }
+                }
+                (tag, packet) => {
+                    let link = tag.link().ok_or(Trouble::BadFrame)?;
+                    let packet = Vec::from_slice(packet).map_err(|_| Trouble::BadFrame)?;
+                    let _ = PACKETS_IN.try_send((link, packet));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes the frame that goes back.
+    fn collect(&mut self) -> Result<(), Trouble> {
+        let mut words = [Word(0); WORDS];
+        COMMANDED.copy_to(&mut words);
+        let words = words.iter().take(self.words_out).flat_map(|word| word.0.to_le_bytes());
+        let mut stamps = [Word(0); 2];
+        STAMPS.copy_to(&mut stamps);
+        let bits = u8::try_from(Mps2An386::CYCLE_BITS).unwrap_or(u8::MAX);
+        let stamps = stamps.iter().flat_map(|stamp| stamp.0.to_le_bytes()).chain([bits]);
+        self.frame.clear();
+        self.frame.push(Tag::Outcome, &[OUTCOME.swap(NO_TICK, Relaxed)])?;
+        self.frame.push(Tag::Words, &words.collect::<Vec<u8, { 4 * WORDS }>>())?;
+        self.frame.push(Tag::Stamps, &stamps.collect::<Vec<u8, 9>>())?;
+        while let Ok((link, packet)) = PACKETS_OUT.try_receive() {
+            let tag = Tag::of_link(link).ok_or(Trouble::BadFrame)?;
+            self.frame.push(tag, &packet)?;
+        }
+        if cfg!(feature = "timer-tick") {
+            return Ok(());
+        }
+        let mut bytes = [0; 256];
+        while self.frame.room() >= bytes.len()
+            && let Ok(length) = uart::TO_SEND.try_read(&mut bytes)
+        {
+            self.frame.push(Tag::Command, bytes.get(..length).unwrap_or_default())?;
+        }
+        Ok(())
+    }
+}
+
+/// Lets one tick happen: moves time on, or waits for the timer to do so.
+fn tick() {
+    if cfg!(feature = "timer-tick") {
+        let before = TICKS.load(Relaxed);
+        while TICKS.load(Relaxed) == before {
+            core::hint::spin_loop();
+        }
+    } else {
+        clock::advance();
+    }
+}
+
+impl Idle for Host {
+    fn run(mut self) -> ! {
+        if self.streams.is_none() {
+            // Not `wfi`: under the emulator's instruction-count time a spinning processor is repeatable.
+            loop {
+                core::hint::spin_loop();
+            }
+        }
+        loop {
+            if let Err(trouble) = self.exchange() {
+                give_up(&trouble);
+            }
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! The command line: bytes in, requests to the tick, answers back, bytes out.
+//!
+//! One request is with the tick at a time. A flood of them waits in the line and then is lost, as the
+//! protocol expects; the tick carries out one per period.
+
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use boards::Selected;
+use dimsart_core::protocol::{
+    DecodeError, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, decode_request, encode_response,
+};
+use embassy_time::{Duration, with_timeout};
+use embedded_io_async::{Read as _, Write as _};
+
+use crate::handover::{Giver, Taker};
+
+type CommandPort = <Selected as boards::Board>::CommandPort;
+
+/// What the tick makes of a request.
+pub(crate) type Answer = Response<'static>;
+
+/// Counts up as long as the task is alive.
+static HEARTBEAT: AtomicU32 = AtomicU32::new(0);
+const HEARTBEAT_PERIOD: Duration = Duration::from_millis(10);
+
+/// The task's heartbeat: another number as long as it is alive.
+pub(crate) fn heartbeat() -> u32 {
+    HEARTBEAT.load(Relaxed)
+}
+
+#[embassy_executor::task]
+pub(crate) async fn serve(mut port: CommandPort, mut requests: Giver<Request>, mut answers: Taker<Answer>) {
+    let mut receiver = Receiver::new();
+    let (mut bytes, mut frame) = ([0; 64], [0; MAX_FRAME_BYTES]);
+    loop {
+        HEARTBEAT.store(heartbeat().wrapping_add(1), Relaxed);
+        let read = with_timeout(HEARTBEAT_PERIOD, port.read(&mut bytes)).await;
+        let Ok(Ok(length)) = read else { continue };
+        for byte in bytes.iter().take(length) {
+            let Some(content) = receiver.take(*byte) else { continue };
+            let (id, answer) = match decode_request(content) {
+                Ok((id, request)) => {
+                    requests.give(request);
+                    (id, answers.next().await)
+                }
+                Err(DecodeError::NotUnderstood { id }) => (id, Response::Refused(Refusal::NotUnderstood)),
+                Err(DecodeError::OtherClass) => continue,
+            };
+            if let Ok(frame) = encode_response(&answer, id, &mut frame) {
+                // An error of the line is a lost answer: the host asks again.
+                let _ = port.write_all(frame).await;
+            }
+        }
+    }
+}

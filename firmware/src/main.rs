@@ -1,0 +1,85 @@
+//! DIMSART on a board: the tick in an interrupt, everything else below it.
+//!
+//! ```text
+//! tick executor        sensors -> Dimsart::tick -> actuators, once per period
+//!   ▲ commands, packets │ answers, packets, status      bounded lock-free queues, never waited for
+//! background executor  commands, links, telemetry
+//! thread               the board's idle loop
+//! ```
+#![no_std]
+#![no_main]
+
+mod commands;
+mod handover;
+mod links;
+mod rescue;
+mod telemetry;
+mod tick;
+
+use boards::{Board as _, Parts, Selected};
+use cortex_m_rt::entry;
+use dimsart_core::limits::MAX_LINKS;
+use dimsart_core::modules::Standard;
+use dimsart_core::{Dimsart, scheme};
+use static_cell::StaticCell;
+
+use crate::handover::Handover;
+
+type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
+
+const SCHEME: &str = include_str!("../../schemes/bilateral.scheme");
+const SIDES: [&str; 2] = ["master", "slave"];
+const SIDE: &str = if cfg!(feature = "slave") { "slave" } else { "master" };
+
+#[entry]
+fn main() -> ! {
+    let Parts { device, tick, background, joints, command_port, link_in, link_out, idle } = Selected::start();
+    static DIMSART: StaticCell<BoardDimsart> = StaticCell::new();
+    let dimsart = DIMSART.init_with(|| match Dimsart::new(device) {
+        Ok(dimsart) => dimsart,
+        Err(error) => defmt::panic!("the board's Data Base is too small for its device: {}", error),
+    });
+    load_default_scheme(dimsart);
+
+    static REQUESTS: StaticCell<Handover<dimsart_core::protocol::Request, 2>> = StaticCell::new();
+    static ANSWERS: StaticCell<Handover<commands::Answer, 2>> = StaticCell::new();
+    static PACKETS_IN: StaticCell<Handover<links::Received, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
+    static PACKETS_OUT: StaticCell<Handover<links::Outgoing, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
+    static STATUS: StaticCell<Handover<telemetry::Status, 3>> = StaticCell::new();
+    let (requests, requests_to_take) = REQUESTS.init(Handover::new()).split();
+    let (answers, answers_to_take) = ANSWERS.init(Handover::new()).split();
+    let (packets_in, packets_to_take) = PACKETS_IN.init(Handover::new()).split();
+    let (packets_out, packets_to_send) = PACKETS_OUT.init(Handover::new()).split();
+    let (status, status_to_take) = STATUS.init(Handover::new()).split();
+
+    let ends =
+        tick::Ends { requests: requests_to_take, answers, packets_in: packets_to_take, packets_out, status };
+    background.spawn(token(commands::serve(command_port, requests, answers_to_take)));
+    background.spawn(token(links::receive(link_in, packets_in)));
+    background.spawn(token(links::send(link_out, packets_to_send)));
+    background.spawn(token(telemetry::log(status_to_take)));
+    tick.spawn(token(tick::run(dimsart, joints, ends)));
+    boards::Idle::run(idle)
+}
+
+/// Starts the built-in scheme. One that does not match leaves the board idle, but answering.
+fn load_default_scheme(dimsart: &mut BoardDimsart) {
+    let failed = scheme::load(SCHEME, SIDE, &SIDES, dimsart, |error| {
+        defmt::error!("built-in scheme, line {}: {} was refused", error.place.line, error.place.word);
+    });
+    if failed == 0 {
+        defmt::info!("{}: the built-in scheme runs as {}", Selected::NAME, SIDE);
+    } else {
+        defmt::error!("{}: the built-in scheme does not run; the board stays idle", Selected::NAME);
+    }
+}
+
+/// A task that is started once; each is.
+fn token<S>(
+    task: Result<embassy_executor::SpawnToken<S>, embassy_executor::SpawnError>,
+) -> embassy_executor::SpawnToken<S> {
+    match task {
+        Ok(token) => token,
+        Err(_) => defmt::panic!("a task was started twice"),
+    }
+}

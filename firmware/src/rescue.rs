@@ -1,0 +1,48 @@
+//! The last word: actuators into their safe state, then say why, then start over.
+
+use core::fmt::Display;
+use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+use boards::{Board as _, Selected};
+
+#[panic_handler]
+fn panic(info: &PanicInfo<'_>) -> ! {
+    rescue(info)
+}
+
+/// What `defmt::panic!` ends in; it has logged its message by then.
+#[defmt::panic_handler]
+fn logged_panic() -> ! {
+    rescue(&"as just logged")
+}
+
+#[expect(unsafe_code, reason = "no stack to be trusted before the first instructions have set one")]
+mod hard_fault {
+    /// The processor's last exception. The stack may be what failed: it starts anew, nothing returns.
+    #[unsafe(naked)]
+    #[unsafe(no_mangle)]
+    unsafe extern "C" fn HardFault() -> ! {
+        core::arch::naked_asm!(
+            "ldr r0, =_stack_start",
+            "mov sp, r0",
+            "b {fault}",
+            fault = sym super::fault,
+        )
+    }
+}
+
+extern "C" fn fault() -> ! {
+    rescue(&"hard fault: a stack overflow, a bad memory access or an unknown instruction")
+}
+
+fn rescue(reason: &dyn Display) -> ! {
+    static IS_SAYING_WHY: AtomicBool = AtomicBool::new(false);
+    cortex_m::interrupt::disable();
+    Selected::disarm();
+    // Saying why can fail in its turn; once is enough.
+    if !IS_SAYING_WHY.swap(true, Relaxed) {
+        defmt::error!("stopped: {}", defmt::Display2Format(reason));
+    }
+    Selected::reset()
+}

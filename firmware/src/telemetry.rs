@@ -1,0 +1,36 @@
+//! What the tick says about itself, logged below it.
+
+use dimsart_core::Tick;
+use firmware::timing::Timing;
+
+use crate::handover::Taker;
+
+/// Copied out of the tick now and then.
+#[derive(Clone, Copy)]
+pub(crate) struct Status {
+    pub(crate) timing: Timing,
+    pub(crate) tick: Tick,
+    pub(crate) refused_ticks: u32,
+    /// Items that found a full queue on their way out of the tick.
+    pub(crate) dropped: u32,
+}
+
+#[embassy_executor::task]
+pub(crate) async fn log(mut status: Taker<Status>) {
+    loop {
+        let Status { timing, tick, refused_ticks, dropped } = status.next().await;
+        defmt::info!(
+            "tick {}: {}, {} late, {} overruns, {} refused, {} dropped",
+            timing.ticks,
+            tick,
+            timing.late,
+            timing.overruns,
+            refused_ticks,
+            dropped
+        );
+        if let Some(duration) = timing.duration {
+            let (last, mean, max) = (duration.last_cycles, duration.mean_cycles(), duration.max_cycles);
+            defmt::info!("cycles per tick: last {}, mean {}, max {}", last, mean, max);
+        }
+    }
+}

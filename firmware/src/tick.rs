@@ -1,0 +1,118 @@
+//! The tick, once per period, above everything but time itself.
+
+use boards::{Board as _, Joints as _, Selected};
+use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
+use dimsart_core::protocol::{self, DeviceInfo, Request};
+use dimsart_core::{MAX_DEVICE_TYPES, Tick, Word};
+use embassy_time::{Duration, Instant, Timer};
+use firmware::timing::Timing;
+
+use crate::BoardDimsart;
+use crate::commands::{self, Answer};
+use crate::handover::{Giver, Taker};
+use crate::links::{Outgoing, Received};
+use crate::telemetry::Status;
+
+type Joints = <Selected as boards::Board>::Joints;
+
+const PERIOD: Duration = Duration::from_hz(Selected::TICK_HZ as u64);
+/// A tick that begins later than this is late.
+const TOLERANCE: Duration = Duration::from_ticks(PERIOD.as_ticks() / 10);
+/// Ticks between two reports.
+const REPORT_EVERY: u32 = Selected::TICK_HZ;
+/// Ticks that the communication may be silent for before the watchdog is no longer fed.
+const PATIENCE: u32 = Selected::TICK_HZ / 10;
+/// Tells this image from every other one: board and version.
+const IMAGE: &str = env!("DIMSART_IMAGE");
+const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
+
+/// The tick's ends of the queues.
+pub(crate) struct Ends {
+    pub(crate) requests: Taker<Request>,
+    pub(crate) answers: Giver<Answer>,
+    pub(crate) packets_in: Taker<Received>,
+    pub(crate) packets_out: Giver<Outgoing>,
+    pub(crate) status: Giver<Status>,
+}
+
+#[embassy_executor::task]
+pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, mut ends: Ends) {
+    let (words_in, words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
+    let (mut measured, mut commanded) = ([Word(0); MAX_WORDS], [Word(0); MAX_WORDS]);
+    let (Some(measured), Some(commanded)) = (measured.get_mut(..words_in), commanded.get_mut(..words_out))
+    else {
+        defmt::panic!("a device of {} and {} words", words_in, words_out);
+    };
+    let mut timing = Timing::default();
+    let mut watchdog = Watchdog::default();
+    let mut info = DeviceInfo::new(IMAGE);
+    let mut due = Instant::now() + PERIOD;
+    loop {
+        Timer::at(due).await;
+        let is_late = Instant::now() > due + TOLERANCE;
+
+        let start = Selected::cycles();
+        joints.read(measured);
+        let tick = step(dimsart, measured, commanded, &mut info, &mut ends);
+        joints.write(tick, commanded);
+        if let (Some(start), Some(end)) = (start, Selected::cycles()) {
+            timing.measure(start, end, Selected::CYCLE_BITS);
+        }
+
+        due += PERIOD;
+        let has_overrun = Instant::now() >= due;
+        while Instant::now() >= due {
+            due += PERIOD;
+        }
+        timing.count(is_late, has_overrun);
+        watchdog.tick(!is_late && !has_overrun);
+        if timing.ticks % REPORT_EVERY == 0 {
+            let dropped = ends.answers.dropped() + ends.packets_out.dropped() + ends.status.dropped();
+            ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
+        }
+    }
+}
+
+/// At most one request, at most two packets per link, one tick.
+fn step(
+    dimsart: &mut BoardDimsart,
+    measured: &[Word],
+    commanded: &mut [Word],
+    info: &mut DeviceInfo,
+    ends: &mut Ends,
+) -> Tick {
+    if let Some(request) = ends.requests.take() {
+        ends.answers.give(protocol::serve(&request, dimsart, info));
+    }
+    for _ in 0..2 * MAX_LINKS {
+        let Some(Received { link, bytes }) = ends.packets_in.take() else { break };
+        // What is refused is counted by the controller.
+        let _ = dimsart.receive(link, &bytes);
+    }
+    let tick = dimsart.tick(measured, commanded);
+    info.count(tick);
+    for link in 0..MAX_LINKS {
+        if let Some(packet) = dimsart.outgoing(link) {
+            ends.packets_out.give(Outgoing { link, packet });
+        }
+    }
+    tick
+}
+
+/// Feeds the board's watchdog in ticks that kept their time while the communication is alive.
+#[derive(Default)]
+struct Watchdog {
+    heartbeat: u32,
+    silent_ticks: u32,
+}
+
+impl Watchdog {
+    fn tick(&mut self, is_in_time: bool) {
+        let heartbeat = commands::heartbeat();
+        self.silent_ticks = if heartbeat == self.heartbeat { self.silent_ticks.saturating_add(1) } else { 0 };
+        self.heartbeat = heartbeat;
+        if is_in_time && self.silent_ticks < PATIENCE {
+            Selected::feed_watchdog();
+        }
+    }
+}
