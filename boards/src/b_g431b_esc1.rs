@@ -70,7 +70,7 @@ pub struct BG431bEsc1;
 
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
-    const WORDS: usize = 1024;
+    const WORDS: usize = 512;
     const TICK_HZ: u32 = 1_000;
 
     type Joints = ThreePhaseMotor;
