@@ -1,6 +1,7 @@
 //! ST's B-G431B-ESC1: one three-phase motor, its inverter, CAN transceiver and ST-LINK on one board.
 //!
-//! Complete, linked, and never yet run on silicon.
+//! Complete, linked, and never yet run on silicon. It cannot start yet: the image makes the controller on
+//! the stack before it moves it into its place, and that takes more than this chip's 32 KiB hold.
 //!
 //! | What | Pins |
 //! |---|---|
@@ -70,6 +71,7 @@ pub struct BG431bEsc1;
 
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
+    /// What 25 KiB hold beside 16 modules, the queues and the log.
     const WORDS: usize = 512;
     const TICK_HZ: u32 = 1_000;
 
