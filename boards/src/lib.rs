@@ -14,7 +14,12 @@ extern crate std;
 
 #[cfg(target_os = "none")]
 mod board;
+pub mod chips;
+pub mod encoder;
 pub mod exchange;
+pub mod motor;
+#[cfg(all(target_os = "none", feature = "stm32g4"))]
+mod stm32g4;
 
 #[cfg(target_os = "none")]
 pub use board::{Board, CommandPort, Idle, Joints, LinkIn, LinkOut, Parts};
@@ -33,4 +38,6 @@ macro_rules! boards {
 
 boards! {
     "mps2-an386" mps2_an386 Mps2An386;
+    "nucleo-g474re" nucleo_g474re NucleoG474re;
+    "b-g431b-esc1" b_g431b_esc1 BG431bEsc1;
 }

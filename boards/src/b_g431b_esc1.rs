@@ -1,0 +1,211 @@
+//! ST's B-G431B-ESC1: one three-phase motor, its inverter, CAN transceiver and ST-LINK on one board.
+//!
+//! Complete, linked, and never yet run on silicon. It cannot start yet: the image makes the controller on
+//! the stack before it moves it into its place, and that takes more than this chip's 32 KiB hold.
+//!
+//! | What | Pins |
+//! |---|---|
+//! | Half bridges U, V, W, 20 kHz, 0.8 us dead time: timer 1 | high PA8, PA9, PA10; low PC13, PA12, PB15 |
+//! | Encoder A, B (pull-ups on): timer 4 | PB6, PB7 |
+//! | Command line: USART 2 at 921 600 baud, the ST-LINK's virtual serial port and J3 | PB3 out, PB4 in |
+//! | Link 0: FDCAN 1 at 1 Mbit/s | PA11 in, PB9 out |
+//! | CAN transceiver's shutdown, low when on | PC11 |
+//! | Crystal | 8 MHz |
+//!
+//! The half bridges have no enable pin: both transistors of each are held off by timer 1 instead. Timer 3
+//! is the time driver. The log goes out over RTT.
+//!
+//! The motor is driven by voltage (see [`motor`](crate::motor)): the current sensors are not used, and with
+//! an incremental encoder the rotor has to be aligned. That is done once, in the first half second that the
+//! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
+//! effect meanwhile. Its angle is 0 where the board was started.
+
+use cortex_m::Peripherals;
+use dimsart_core::{AxisKind, DeviceDescriptor, Scalar as _, Tick, Word, types};
+use embassy_stm32::bind_interrupts;
+use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
+use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::interrupt::{self, InterruptExt as _};
+use embassy_stm32::peripherals::{FDCAN1, TIM4, USART2};
+use embassy_stm32::rcc::PllPreDiv;
+use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwmPin};
+use embassy_stm32::timer::low_level::CountingMode;
+use embassy_stm32::timer::qei::{self, Qei};
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::usart::{self, BufferedUart};
+use static_cell::ConstStaticCell;
+
+use crate::board::{Board, Joints, Parts};
+use crate::encoder::Encoder;
+use crate::motor::{ALIGNING_ANGLE_RAD, Motor, phase_duties};
+use crate::stm32g4::power_stage::{self, PowerStage};
+use crate::stm32g4::{self, Sleep, UartPort, fdcan};
+
+/// The motor. Change it to what is connected: see the motor's and the supply's data sheets.
+const MOTOR: Motor = Motor {
+    torque_constant_nm_per_a: 0.05,
+    resistance_ohm: 0.6,
+    max_current_a: 5.0,
+    supply_v: 12.0,
+    counts_per_turn: 4096,
+    pole_pairs: 7,
+};
+/// Torque that aligning the rotor pulls with at most, `N·m`.
+const ALIGNING_TORQUE_NM: f32 = 0.1;
+/// Ticks that aligning takes.
+const ALIGNING_TICKS: u32 = BG431bEsc1::TICK_HZ / 2;
+const PWM_FREQUENCY: Hertz = Hertz(20_000);
+/// Cycles of 170 MHz.
+const DEAD_TIME: u16 = 136;
+const CRYSTAL: Hertz = Hertz(8_000_000);
+
+bind_interrupts!(struct Interrupts {
+    USART2 => usart::BufferedInterruptHandler<USART2>;
+    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
+    FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+});
+
+/// The board.
+pub struct BG431bEsc1;
+
+impl Board for BG431bEsc1 {
+    const NAME: &'static str = "b-g431b-esc1";
+    /// What 25 KiB hold beside 16 modules, the queues and the log.
+    const WORDS: usize = 512;
+    const TICK_HZ: u32 = 1_000;
+
+    type Joints = ThreePhaseMotor;
+    type CommandPort = UartPort;
+    type LinkIn = fdcan::FromCan;
+    type LinkOut = fdcan::ToCan;
+    type Idle = Sleep;
+
+    #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
+    fn start() -> Parts<Self> {
+        let Some(core) = Peripherals::take() else { panic!("the board was started twice") };
+        let chip = embassy_stm32::init(stm32g4::config(CRYSTAL, PllPreDiv::DIV2));
+        stm32g4::start_cycle_counter(core.DCB, core.DWT);
+        interrupt::USART2.set_priority(stm32g4::LINE_PRIORITY);
+        interrupt::FDCAN1_IT0.set_priority(stm32g4::LINE_PRIORITY);
+
+        let pull_ups = qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
+        let pwm = ComplementaryPwm::new(
+            chip.TIM1,
+            Some(PwmPin::new(chip.PA8, OutputType::PushPull)),
+            Some(ComplementaryPwmPin::new(chip.PC13, OutputType::PushPull)),
+            Some(PwmPin::new(chip.PA9, OutputType::PushPull)),
+            Some(ComplementaryPwmPin::new(chip.PA12, OutputType::PushPull)),
+            Some(PwmPin::new(chip.PA10, OutputType::PushPull)),
+            Some(ComplementaryPwmPin::new(chip.PB15, OutputType::PushPull)),
+            None,
+            None,
+            PWM_FREQUENCY,
+            CountingMode::CenterAlignedBothInterrupts,
+        );
+        let joints = ThreePhaseMotor {
+            counter: Qei::new(chip.TIM4, chip.PB6, chip.PB7, pull_ups),
+            shaft: Encoder::new(0, MOTOR.counts_per_turn),
+            rotor: Encoder::new(0, MOTOR.counts_per_turn),
+            aligned_ticks: 0,
+            power_stage: PowerStage::new(pwm, DEAD_TIME),
+        };
+
+        static SEND: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+        static RECEIVE: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+        let mut settings = usart::Config::default();
+        settings.baudrate = stm32g4::COMMAND_BAUD;
+        let port = BufferedUart::new(
+            chip.USART2,
+            chip.PB4,
+            chip.PB3,
+            SEND.take(),
+            RECEIVE.take(),
+            Interrupts,
+            settings,
+        );
+        let Ok(port) = port else { panic!("the command line's baud rate cannot be made") };
+        let shutdown = Output::new(chip.PC11, Level::Low, Speed::Low);
+        // Stays low for good: the pin would float if its owner went away.
+        core::mem::forget(shutdown);
+        let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
+        let (link_in, link_out) = fdcan::start(can);
+
+        let device = DeviceDescriptor::new(
+            Self::NAME,
+            &[AxisKind::Rotary],
+            1.0 / Self::TICK_HZ as f32,
+            &[types::POSITION],
+            &[types::DES_FORCE],
+        );
+        let Ok(device) = device else { panic!("the device has no axes or no sample period") };
+        let (tick, background) = stm32g4::start_executors();
+        stm32g4::start_watchdog(chip.IWDG);
+        Parts {
+            device,
+            tick,
+            background,
+            joints,
+            command_port: UartPort(port),
+            link_in,
+            link_out,
+            idle: Sleep,
+        }
+    }
+
+    fn disarm() {
+        power_stage::switch_off();
+    }
+
+    fn cycles() -> Option<u32> {
+        stm32g4::cycles()
+    }
+
+    fn feed_watchdog() {
+        stm32g4::feed_watchdog();
+    }
+
+    fn reset() -> ! {
+        stm32g4::reset()
+    }
+}
+
+/// A three-phase motor with permanent magnets and an encoder, driven by voltage.
+pub struct ThreePhaseMotor {
+    counter: Qei<'static, TIM4>,
+    /// Angle that is measured.
+    shaft: Encoder,
+    /// Angle that the magnets are at, once they were aligned.
+    rotor: Encoder,
+    aligned_ticks: u32,
+    power_stage: PowerStage,
+}
+
+impl Joints for ThreePhaseMotor {
+    fn read(&mut self, measured: &mut [Word]) {
+        let count = self.counter.count();
+        self.shaft.update(count);
+        self.rotor.update(count);
+        if let Some(word) = measured.first_mut() {
+            *word = self.shaft.angle_rad().into_word();
+        }
+    }
+
+    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+        let is_aligned = self.aligned_ticks >= ALIGNING_TICKS;
+        if tick != Tick::Ran {
+            BG431bEsc1::disarm();
+            if !is_aligned {
+                self.aligned_ticks = 0;
+            }
+        } else if is_aligned {
+            let torque_nm = commanded.first().map_or(0.0, |word| f32::from_word(*word));
+            let angle = self.rotor.electrical_angle_rad(MOTOR.pole_pairs);
+            self.power_stage.drive(phase_duties(MOTOR.drive(torque_nm), angle));
+        } else {
+            self.aligned_ticks += 1;
+            self.rotor.set_zero();
+            self.power_stage.drive(phase_duties(MOTOR.drive(ALIGNING_TORQUE_NM), ALIGNING_ANGLE_RAD));
+        }
+    }
+}

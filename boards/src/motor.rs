@@ -1,0 +1,106 @@
+//! From a torque to the voltage of a motor, and from there to duty cycles.
+//!
+//! current = torque / torque constant, limited; voltage = resistance · current
+//!
+//! That is the motor at rest and without inductance. A turning motor induces `torque constant · speed`
+//! against that voltage and nothing here makes up for it: the shaft feels a viscous friction of
+//! torque constant² / resistance, `N·m·s/rad`, and the torque is right at standstill. A torque that is right
+//! at every speed takes a current controller.
+
+use core::f32::consts::TAU;
+
+use dimsart_core::math::sin;
+
+/// A motor, its supply and its encoder.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motor {
+    /// Torque per current, `N·m/A`, at the shaft that the encoder measures.
+    pub torque_constant_nm_per_a: f32,
+    /// Resistance between the terminals (brushed), or of one phase to the star point (three-phase), `ohm`.
+    pub resistance_ohm: f32,
+    /// Current that a command may ask for, `A`, either sign.
+    pub max_current_a: f32,
+    /// Voltage of the supply, `V`.
+    pub supply_v: f32,
+    /// Counts of the encoder per turn, all four edges counted.
+    pub counts_per_turn: u16,
+    /// Pairs of poles; 1 for a brushed motor.
+    pub pole_pairs: u8,
+}
+
+impl Motor {
+    /// The voltage that makes `torque_nm` at standstill as a share of the supply, -1 to 1.
+    #[must_use]
+    pub fn drive(&self, torque_nm: f32) -> f32 {
+        let current_a = torque_nm / self.torque_constant_nm_per_a;
+        let current_a = current_a.min(self.max_current_a).max(-self.max_current_a);
+        (self.resistance_ohm * current_a / self.supply_v).clamp(-1.0, 1.0)
+    }
+}
+
+/// Duty cycles of the half bridges U, V, W, 0 to 1, for a voltage on the rotor's q axis.
+///
+/// `drive` is the voltage as a share of the supply; more than half of it, either sign, cannot be made by
+/// sinusoidal phases and is cut there. With the rotor's magnets at electrical angle `a` the phase `k` gets
+/// 1/2 - drive · sin(a - 2 pi k / 3): the inverse Park and Clarke transforms of (0, drive).
+#[must_use]
+pub fn phase_duties(drive: f32, electrical_angle_rad: f32) -> [f32; 3] {
+    let drive = drive.clamp(-0.5, 0.5);
+    [0.0, TAU / 3.0, 2.0 * TAU / 3.0]
+        .map(|phase| (0.5 - drive * sin(electrical_angle_rad - phase)).clamp(0.0, 1.0))
+}
+
+/// The electrical angle at which [`phase_duties`] with a positive `drive` pulls the rotor to angle 0.
+pub const ALIGNING_ANGLE_RAD: f32 = -TAU / 4.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MOTOR: Motor = Motor {
+        torque_constant_nm_per_a: 0.05,
+        resistance_ohm: 0.6,
+        max_current_a: 5.0,
+        supply_v: 12.0,
+        counts_per_turn: 4096,
+        pole_pairs: 7,
+    };
+
+    #[test]
+    fn the_stalled_motor_makes_the_torque_up_to_its_current_limit() {
+        let torque = |drive: f32| drive * MOTOR.supply_v / MOTOR.resistance_ohm * 0.05;
+        for wanted in [-0.2, 0.0, 0.1] {
+            assert!((torque(MOTOR.drive(wanted)) - wanted).abs() < 1e-6, "{wanted}");
+        }
+        assert!((torque(MOTOR.drive(1.0)) - 0.25).abs() < 1e-6);
+        assert!((torque(MOTOR.drive(f32::MIN)) + 0.25).abs() < 1e-6);
+        let weak_supply = Motor { supply_v: 1.0, ..MOTOR };
+        assert!((weak_supply.drive(1.0) - 1.0).abs() < f32::EPSILON);
+    }
+
+    /// The forward Clarke and Park transforms in f64, from the textbook.
+    fn d_and_q(duties: [f32; 3], angle_rad: f64) -> (f64, f64) {
+        let [u, v, w] = duties.map(f64::from);
+        let (alpha, beta) = ((2.0 * u - v - w) / 3.0, (v - w) / 3f64.sqrt());
+        let (sin, cos) = angle_rad.sin_cos();
+        (alpha * cos + beta * sin, beta * cos - alpha * sin)
+    }
+
+    #[test]
+    fn phases_make_the_drive_on_the_q_axis_and_nothing_on_the_d_axis() {
+        for step in 0..360 {
+            let angle = (step as f32).to_radians();
+            for drive in [-0.5, -0.1, 0.3] {
+                let (d, q) = d_and_q(phase_duties(drive, angle), f64::from(angle));
+                assert!(d.abs() < 2e-3 && (q - f64::from(drive)).abs() < 2e-3, "{drive} at {step}: {d} {q}");
+            }
+        }
+        assert!(phase_duties(7.0, 1.0).iter().all(|duty| (0.0..=1.0).contains(duty)));
+    }
+
+    #[test]
+    fn aligning_pulls_the_magnets_to_angle_zero() {
+        let (d, q) = d_and_q(phase_duties(0.1, ALIGNING_ANGLE_RAD), 0.0);
+        assert!((d - 0.1).abs() < 1e-3 && q.abs() < 1e-3, "{d} {q}");
+    }
+}

@@ -1,0 +1,216 @@
+//! ST's NUCLEO-G474RE with up to three brushed motors behind drivers of the PWM + direction kind.
+//!
+//! Complete, linked, and never yet run on silicon.
+//!
+//! | What | Axis 1 | Axis 2 | Axis 3 |
+//! |---|---|---|---|
+//! | Encoder A, B (pull-ups on) | PA0, PA1: timer 2 | PA6, PA7: timer 3 | PB6, PB7: timer 4 |
+//! | PWM, 20 kHz: timer 1 | PA8 | PA9 | PA10 |
+//! | Direction, high when the torque is positive | PC0 | PC1 | PC2 |
+//!
+//! | What | Pins |
+//! |---|---|
+//! | Enable of all drivers, high when on; give it a pull-down, it floats during a reset | PC3 |
+//! | Command line: LPUART 1 at 921 600 baud, the ST-LINK's virtual serial port | PA2 out, PA3 in |
+//! | Link 0: FDCAN 1 at 1 Mbit/s, needs a transceiver | PA11 in, PA12 out |
+//! | Crystal | 24 MHz |
+//!
+//! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
+
+use cortex_m::Peripherals;
+use dimsart_core::{AxisKind, DeviceDescriptor, Scalar as _, Tick, Word, types};
+use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
+use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::interrupt::{self, InterruptExt as _};
+use embassy_stm32::peripherals::{FDCAN1, LPUART1, TIM2, TIM3, TIM4};
+use embassy_stm32::rcc::PllPreDiv;
+use embassy_stm32::time::Hertz;
+use embassy_stm32::timer::complementary_pwm::ComplementaryPwm;
+use embassy_stm32::timer::low_level::CountingMode;
+use embassy_stm32::timer::qei::{self, Qei};
+use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::usart::{self, BufferedUart};
+use embassy_stm32::{bind_interrupts, pac};
+use static_cell::ConstStaticCell;
+
+use crate::board::{Board, Joints, Parts};
+use crate::encoder::Encoder;
+use crate::motor::Motor;
+use crate::stm32g4::power_stage::{self, PowerStage};
+use crate::stm32g4::{self, Sleep, UartPort, fdcan};
+
+const AXES: usize = 3;
+/// The motors. Change it to what is connected: see the motor's and the supply's data sheets.
+const MOTORS: [Motor; AXES] = [Motor {
+    torque_constant_nm_per_a: 0.05,
+    resistance_ohm: 1.0,
+    max_current_a: 2.0,
+    supply_v: 12.0,
+    counts_per_turn: 4096,
+    pole_pairs: 1,
+}; AXES];
+const PWM_FREQUENCY: Hertz = Hertz(20_000);
+const CRYSTAL: Hertz = Hertz(24_000_000);
+/// Of port C.
+const ENABLE_PIN: usize = 3;
+
+bind_interrupts!(struct Interrupts {
+    LPUART1 => usart::BufferedInterruptHandler<LPUART1>;
+    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
+    FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+});
+
+/// The board.
+pub struct NucleoG474re;
+
+impl Board for NucleoG474re {
+    const NAME: &'static str = "nucleo-g474re";
+    const WORDS: usize = 2048;
+    const TICK_HZ: u32 = 1_000;
+
+    type Joints = BrushedMotors;
+    type CommandPort = UartPort;
+    type LinkIn = fdcan::FromCan;
+    type LinkOut = fdcan::ToCan;
+    type Idle = Sleep;
+
+    #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
+    fn start() -> Parts<Self> {
+        let Some(core) = Peripherals::take() else { panic!("the board was started twice") };
+        let chip = embassy_stm32::init(stm32g4::config(CRYSTAL, PllPreDiv::DIV6));
+        let enable = Output::new(chip.PC3, Level::Low, Speed::Low);
+        stm32g4::start_cycle_counter(core.DCB, core.DWT);
+        interrupt::LPUART1.set_priority(stm32g4::LINE_PRIORITY);
+        interrupt::FDCAN1_IT0.set_priority(stm32g4::LINE_PRIORITY);
+
+        let pull_ups = || qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
+        let counters = Counters(
+            Qei::new(chip.TIM2, chip.PA0, chip.PA1, pull_ups()),
+            Qei::new(chip.TIM3, chip.PA6, chip.PA7, pull_ups()),
+            Qei::new(chip.TIM4, chip.PB6, chip.PB7, pull_ups()),
+        );
+        let pwm = ComplementaryPwm::new(
+            chip.TIM1,
+            Some(PwmPin::new(chip.PA8, OutputType::PushPull)),
+            None,
+            Some(PwmPin::new(chip.PA9, OutputType::PushPull)),
+            None,
+            Some(PwmPin::new(chip.PA10, OutputType::PushPull)),
+            None,
+            None,
+            None,
+            PWM_FREQUENCY,
+            CountingMode::CenterAlignedBothInterrupts,
+        );
+        let joints = BrushedMotors {
+            counters,
+            encoders: MOTORS.map(|motor| Encoder::new(0, motor.counts_per_turn)),
+            power_stage: PowerStage::new(pwm, 0),
+            directions: [
+                Output::new(chip.PC0, Level::Low, Speed::Low),
+                Output::new(chip.PC1, Level::Low, Speed::Low),
+                Output::new(chip.PC2, Level::Low, Speed::Low),
+            ],
+            enable,
+        };
+
+        static SEND: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+        static RECEIVE: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+        let mut settings = usart::Config::default();
+        settings.baudrate = stm32g4::COMMAND_BAUD;
+        let port = BufferedUart::new(
+            chip.LPUART1,
+            chip.PA3,
+            chip.PA2,
+            SEND.take(),
+            RECEIVE.take(),
+            Interrupts,
+            settings,
+        );
+        let Ok(port) = port else { panic!("the command line's baud rate cannot be made") };
+        let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PA12, Interrupts);
+        let (link_in, link_out) = fdcan::start(can);
+
+        let axes = [AxisKind::Rotary; AXES];
+        let device = DeviceDescriptor::new(
+            Self::NAME,
+            &axes,
+            1.0 / Self::TICK_HZ as f32,
+            &[types::POSITION],
+            &[types::DES_FORCE],
+        );
+        let Ok(device) = device else { panic!("the device has no axes or no sample period") };
+        let (tick, background) = stm32g4::start_executors();
+        stm32g4::start_watchdog(chip.IWDG);
+        Parts {
+            device,
+            tick,
+            background,
+            joints,
+            command_port: UartPort(port),
+            link_in,
+            link_out,
+            idle: Sleep,
+        }
+    }
+
+    fn disarm() {
+        power_stage::switch_off();
+        pac::GPIOC.bsrr().write(|pins| pins.set_br(ENABLE_PIN, true));
+    }
+
+    fn cycles() -> Option<u32> {
+        stm32g4::cycles()
+    }
+
+    fn feed_watchdog() {
+        stm32g4::feed_watchdog();
+    }
+
+    fn reset() -> ! {
+        stm32g4::reset()
+    }
+}
+
+struct Counters(Qei<'static, TIM2>, Qei<'static, TIM3>, Qei<'static, TIM4>);
+
+impl Counters {
+    fn read(&self) -> [u16; AXES] {
+        [self.0.count(), self.1.count(), self.2.count()]
+    }
+}
+
+/// Brushed motors with encoders.
+pub struct BrushedMotors {
+    counters: Counters,
+    encoders: [Encoder; AXES],
+    power_stage: PowerStage,
+    directions: [Output<'static>; AXES],
+    enable: Output<'static>,
+}
+
+impl Joints for BrushedMotors {
+    fn read(&mut self, measured: &mut [Word]) {
+        let counted = self.encoders.iter_mut().zip(self.counters.read());
+        for (word, (encoder, count)) in measured.iter_mut().zip(counted) {
+            encoder.update(count);
+            *word = encoder.angle_rad().into_word();
+        }
+    }
+
+    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+        if tick != Tick::Ran {
+            NucleoG474re::disarm();
+            return;
+        }
+        let mut duties = [0.0; AXES];
+        let axes = duties.iter_mut().zip(&mut self.directions).zip(MOTORS).zip(commanded);
+        for (((duty, direction), motor), word) in axes {
+            let drive = motor.drive(f32::from_word(*word));
+            direction.set_level(Level::from(drive >= 0.0));
+            *duty = drive.abs();
+        }
+        self.power_stage.drive(duties);
+        self.enable.set_high();
+    }
+}

@@ -1,0 +1,110 @@
+//! Chip names and memory maps against the data that the flashing tool itself uses.
+
+use std::fs::read_to_string;
+use std::ops::Range;
+use std::path::Path;
+
+use boards::chips::CHIPS;
+use probe_rs::config::{MemoryRegion, Registry};
+
+/// The `NAME (attributes) : ORIGIN = address, LENGTH = size` lines of a linker's memory map.
+fn regions(memory_map: &str) -> Option<Vec<(&str, Range<u64>)>> {
+    let lines = memory_map.lines().filter(|line| line.contains("ORIGIN =") && line.contains("LENGTH ="));
+    lines
+        .map(|line| {
+            let (name, rest) = line.split_once(':')?;
+            let (origin, length) = rest.split_once(',')?;
+            let value = |text: &str| number(text.split_once('=')?.1.trim());
+            let (origin, length) = (value(origin)?, value(length)?);
+            Some((name.split_whitespace().next()?, origin..origin + length))
+        })
+        .collect()
+}
+
+fn number(text: &str) -> Option<u64> {
+    if let Some(digits) = text.strip_prefix("0x") {
+        return u64::from_str_radix(digits, 16).ok();
+    }
+    let (digits, unit) = text.split_at(text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len()));
+    let unit = match unit {
+        "" => 1,
+        "K" => 1024,
+        "M" => 1024 * 1024,
+        _ => return None,
+    };
+    Some(digits.parse::<u64>().ok()? * unit)
+}
+
+/// Whether the chip's regions cover all of `range`, one behind the other.
+fn is_covered(mut range: Range<u64>, chip: &[Range<u64>]) -> bool {
+    while !range.is_empty() {
+        match chip.iter().find(|region| region.contains(&range.start)) {
+            Some(region) => range.start = region.end.min(range.end),
+            None => return false,
+        }
+    }
+    true
+}
+
+#[test]
+fn every_board_s_memory_map_is_its_chip_s() {
+    let registry = Registry::from_builtin_families();
+    for chip in CHIPS {
+        let target = registry.get_target_by_name(chip.name).unwrap();
+        assert_eq!(target.name, chip.name, "not the chip's full name");
+        let of_kind = |is_flash: bool| -> Vec<Range<u64>> {
+            let ranges = target.memory_map.iter().filter_map(|region| match region {
+                MemoryRegion::Nvm(flash) if is_flash && !flash.is_alias => Some(flash.range.clone()),
+                MemoryRegion::Ram(ram) if !is_flash => Some(ram.range.clone()),
+                _ => None,
+            });
+            ranges.collect()
+        };
+        let (flash, ram) = (of_kind(true), of_kind(false));
+        let mapped = regions(chip.memory_map).unwrap();
+        let names: Vec<_> = mapped.iter().map(|(name, _)| *name).collect();
+        assert_eq!(names, ["FLASH", "STACK", "RAM"], "{}", chip.board);
+        for (name, range) in &mapped {
+            let memory = if *name == "FLASH" { &flash } else { &ram };
+            assert!(is_covered(range.clone(), memory), "{}: {name} {range:x?} in {memory:x?}", chip.board);
+        }
+        // All the flash there is, and a stack that ends where no memory is.
+        assert!(flash.contains(&mapped[0].1), "{}: {:x?} in {flash:x?}", chip.board, mapped[0].1);
+        let below_stack = mapped[1].1.start - 1;
+        let is_memory = |regions: &[Range<u64>]| regions.iter().any(|region| region.contains(&below_stack));
+        assert!(!is_memory(&flash) && !is_memory(&ram), "{}: an overflowing stack overwrites", chip.board);
+    }
+}
+
+#[test]
+fn no_memory_is_used_through_both_of_its_addresses() {
+    // The CCM SRAM is there twice; whatever lies at one address must not be used at the other.
+    let registry = Registry::from_builtin_families();
+    for chip in CHIPS {
+        let target = registry.get_target_by_name(chip.name).unwrap();
+        let named = |name: &str| {
+            let mut ranges = target.memory_map.iter().filter_map(|region| match region {
+                MemoryRegion::Ram(ram) if ram.name.as_deref() == Some(name) => Some(ram.range.clone()),
+                _ => None,
+            });
+            ranges.next().unwrap()
+        };
+        let mapped = regions(chip.memory_map).unwrap();
+        let is_used = |memory: &Range<u64>| {
+            mapped.iter().any(|(_, range)| range.start < memory.end && memory.start < range.end)
+        };
+        let uses = [is_used(&named("CCMRAM_ICODE")), is_used(&named("CCMRAM_DCODE"))];
+        assert_eq!(uses, [false, true], "{}: only as part of the contiguous SRAM", chip.board);
+    }
+}
+
+#[test]
+fn every_memory_map_and_every_chip_belongs_to_a_board() {
+    let top = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let features = read_to_string(top.join("Cargo.toml")).unwrap();
+    let files = std::fs::read_dir(top.join("memory")).unwrap().map(|file| file.unwrap().path());
+    let names = files.map(|file| file.file_stem().unwrap().to_str().unwrap().to_owned());
+    for board in names.chain(CHIPS.iter().map(|chip| chip.board.to_owned())) {
+        assert!(features.contains(&format!("\n{board} = [")), "{board}: no such feature");
+    }
+}
