@@ -38,10 +38,10 @@ impl Recording {
         Self { columns, time_s: Vec::new(), values: Vec::new() }
     }
 
-    /// Makes room for `rows` more rows, so that taking them need not.
+    /// Makes room for `rows` more rows and touches it, so that taking them asks nothing of the system.
     pub fn reserve(&mut self, rows: usize) {
-        self.time_s.reserve(rows);
-        self.values.reserve(rows.saturating_mul(self.columns.len()));
+        touch(&mut self.time_s, rows);
+        touch(&mut self.values, rows.saturating_mul(self.columns.len()));
     }
 
     /// Adds one row: `fill` pushes exactly one value per column. Missing values become NaN, surplus is cut.
@@ -79,4 +79,11 @@ impl Recording {
     pub fn column(&self, index: usize) -> impl Iterator<Item = f64> + '_ {
         self.rows().filter_map(move |row| row.get(index).copied())
     }
+}
+
+/// Memory that was only reserved is handed over by the system page by page, at its first use.
+fn touch(values: &mut Vec<f64>, more: usize) {
+    let length = values.len();
+    values.resize(length.saturating_add(more), f64::NAN);
+    values.truncate(length);
 }
