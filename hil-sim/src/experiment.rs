@@ -178,6 +178,7 @@ impl Experiment {
     /// Runs to the end, until something leaves its range, or until `stop` is set. `progress` hears the
     /// virtual time, `s`, now and then.
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
+        let start = Instant::now();
         let end_s = self.duration_s();
         let mut recorder = Recorder::new(&self.rig, &self.scenario.record);
         recorder.reserve(end_s / self.scenario.sample_period_s);
@@ -188,7 +189,6 @@ impl Experiment {
         let mut faults = Vec::new();
         let mut is_stable = true;
         let settled = self.phases.settled();
-        let start = Instant::now();
         let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;

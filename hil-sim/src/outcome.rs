@@ -11,7 +11,7 @@ pub struct Outcome {
     pub ticks: u64,
     /// Virtual time that was run, `s`.
     pub simulated_s: f64,
-    /// Time it took, reports not counted, `s`.
+    /// Time it took, recording included, report not, `s`.
     pub wall_s: f64,
     /// Virtual time over the time it took.
     pub realtime_factor: f64,

@@ -59,10 +59,10 @@ impl Recorder {
         }
     }
 
-    /// Makes room for a run of `ticks` ticks, as far as that is a sensible amount of memory.
+    /// Makes room for the first 20 000 of `ticks` ticks; a longer run takes its memory as it goes.
     pub fn reserve(&mut self, ticks: f64) {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped")]
-        let ticks = ticks.clamp(0.0, 1e6) as u64;
+        let ticks = ticks.clamp(0.0, 20_000.0) as u64;
         let rows = ticks / self.every_ticks + 1;
         self.recording.reserve(usize::try_from(rows).unwrap_or_default());
     }
