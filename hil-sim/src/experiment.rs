@@ -12,20 +12,22 @@ use dimsart_core::{DataType, types};
 pub use error::ExperimentError;
 pub use station::device;
 
-use station::station;
+use station::{controller, station};
 
+use crate::chain::{Chain, Controller};
 use crate::energy::ChannelEnergy;
-use crate::felt::{self, FeltStiffness};
+use crate::felt::FeltStiffness;
 use crate::link::{InProcess, InProcessParameters, Link, Udp};
 use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::Pace;
+use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::recording::Recording;
 use crate::report::TickMap;
 use crate::rig::{End, Probe, Rig};
 use crate::round_trips::RoundTrips;
-use crate::scenario::{Phases, Scenario};
+use crate::scenario::{Scenario, SideSection};
 use crate::tick_map::tick_map;
 use crate::watch::Watch;
 
@@ -57,6 +59,15 @@ impl Side {
         }
     }
 
+    /// Its controller and device.
+    #[must_use]
+    pub fn section(self, scenario: &Scenario) -> &SideSection {
+        match self {
+            Self::Master => &scenario.master,
+            Self::Slave => &scenario.slave,
+        }
+    }
+
     /// Where it listens when it is a process of its own.
     #[must_use]
     pub fn address(self, scenario: &Scenario) -> SocketAddr {
@@ -78,6 +89,7 @@ const PROGRESS_TICKS: u64 = 512;
 #[derive(Debug)]
 pub struct Experiment {
     scenario: Scenario,
+    chain: Chain,
     phases: Phases,
     rig: Rig,
     /// None when both sides are simulated here.
@@ -111,10 +123,13 @@ impl Experiment {
     /// # Errors
     /// [`ExperimentError`] when device, plant or scheme cannot be made of the scenario.
     pub fn new(scenario: &Scenario) -> Result<Self, ExperimentError> {
-        let phases = Phases::from(scenario);
+        let mut master = controller(scenario, Side::Master)?;
+        let mut slave = controller(scenario, Side::Slave)?;
+        let chain = chain(scenario, Controller::read(&mut master), Controller::read(&mut slave))?;
+        let phases = Phases::new(scenario, &chain);
         let mut rig = Rig::new(scenario.sample_period_s);
-        let master = rig.add(station(scenario, &phases, Side::Master)?);
-        let slave = rig.add(station(scenario, &phases, Side::Slave)?);
+        let master = rig.add(station(scenario, &phases, Side::Master, master)?);
+        let slave = rig.add(station(scenario, &phases, Side::Slave, slave)?);
         let end = |station| End { station, link: 0 };
         let link = |delay_ticks, stream: u64| -> Box<dyn Link> {
             let link = &scenario.link;
@@ -129,7 +144,7 @@ impl Experiment {
         };
         rig.connect(end(master), end(slave), link(scenario.link.forward_delay_ticks, 0));
         rig.connect(end(slave), end(master), link(scenario.link.backward_delay_ticks, 1));
-        Ok(Self { scenario: scenario.clone(), phases, rig, alone: None })
+        Ok(Self { scenario: scenario.clone(), chain, phases, rig, alone: None })
     }
 
     /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
@@ -143,9 +158,18 @@ impl Experiment {
         wait: Duration,
         stop: &AtomicBool,
     ) -> Result<Self, ExperimentError> {
-        let phases = Phases::from(scenario);
+        let mut dimsart = controller(scenario, side)?;
+        let own = Controller::read(&mut dimsart);
+        // A scheme that is not at hand on this computer leaves figures unknown that are of both sides.
+        let other = controller(scenario, side.other());
+        let other = other.map(|mut other| Controller::read(&mut other)).unwrap_or_default();
+        let chain = match side {
+            Side::Master => chain(scenario, own, other)?,
+            Side::Slave => chain(scenario, other, own)?,
+        };
+        let phases = Phases::new(scenario, &chain);
         let mut rig = Rig::new(scenario.sample_period_s);
-        let station = rig.add(station(scenario, &phases, side)?);
+        let station = rig.add(station(scenario, &phases, side, dimsart)?);
         let end = End { station, link: 0 };
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
         let link =
@@ -161,12 +185,19 @@ impl Experiment {
                 Missed::Stopped => ExperimentError::Stopped { other },
             }
         })?;
-        Ok(Self { scenario: scenario.clone(), phases, rig, alone: Some(Alone { side, start }) })
+        Ok(Self { scenario: scenario.clone(), chain, phases, rig, alone: Some(Alone { side, start }) })
     }
 
     /// The rig, to look at or to change before it runs.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
+    }
+
+    /// Ticks of a round trip when nothing on the way is late: the link of the scenario and the delay modules of
+    /// both schemes; none when the other side's scheme is not at hand.
+    #[must_use]
+    pub fn round_trip_ticks(&self) -> Option<u32> {
+        Some(self.scenario.link.round_trip_ticks().saturating_add(self.chain.delay_ticks()?))
     }
 
     /// Length of the run, `s`.
@@ -184,7 +215,7 @@ impl Experiment {
         recorder.reserve(end_s / self.scenario.sample_period_s);
         let mut energy = ChannelEnergy::new(&self.rig);
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
-        let mut felt = FeltStiffness::new(self.scenario.dof, self.scenario.wall.position_m);
+        let mut felt = FeltStiffness::new(&self.chain.obstacles);
         let mut round_trips = RoundTrips::default();
         let mut faults = Vec::new();
         let mut is_stable = true;
@@ -207,12 +238,12 @@ impl Experiment {
             recorder.record(&self.rig, energy.add(&self.rig));
             round_trips.add(&self.rig);
             if settled.contains(&self.rig.time_s()) {
-                let wall = self.rig.stations().last();
-                let touches = |axis| match side {
-                    Some(Side::Master) => self.scenario.contact_force_n(axis) > 0.0,
-                    _ => wall
-                        .and_then(|slave| slave.plant.truth(axis))
-                        .is_some_and(|truth| truth.is_in_contact),
+                let is_pushed = |axis| self.scenario.contact_force_n(axis).abs() > 0.0;
+                let slave = self.rig.stations().last().filter(|_| side != Some(Side::Master));
+                let touches = |axis| {
+                    let truth = slave.map(|slave| slave.plant.truth(axis));
+                    is_pushed(axis)
+                        && truth.is_none_or(|truth| truth.is_some_and(|truth| truth.is_in_contact))
                 };
                 felt.add(&self.rig, touches);
             }
@@ -265,7 +296,7 @@ impl Experiment {
     }
 
     fn outcome(
-        &mut self,
+        &self,
         stable: bool,
         wall_s: f64,
         energy_min_j: f64,
@@ -274,30 +305,21 @@ impl Experiment {
         faults: Vec<String>,
     ) -> Outcome {
         let dof = self.scenario.dof;
-        let delays: Option<u32> = match self.rig.stations_mut() {
-            [master, slave] => {
-                Some([master, slave].map(|side| felt::time_delay_ticks(&mut side.dimsart)).iter().sum())
-            }
-            _ => Some(self.scenario.master.time_delay_ticks + self.scenario.slave.time_delay_ticks),
-        };
-        let round_trip_ticks = link_round_trip_ticks.zip(delays).map(|(link, delays)| link + delays);
-        let wall_n_per_m = self.scenario.wall.stiffness_n_per_m;
-        let round_trip_s = round_trip_ticks.map(|ticks| f64::from(ticks) * self.scenario.sample_period_s);
-        let predicted = match (self.rig.stations_mut(), round_trip_s) {
-            ([master, slave], Some(round_trip_s)) => {
-                felt::predicted(&mut master.dimsart, &mut slave.dimsart, dof, round_trip_s, wall_n_per_m)
-            }
-            _ => vec![None; dof],
+        let delay_ticks = self.chain.delay_ticks();
+        let round_trip_ticks = link_round_trip_ticks.zip(delay_ticks).map(|(link, delay)| link + delay);
+        let predicted = |axis| {
+            let round_trip_s = f64::from(round_trip_ticks?) * self.scenario.sample_period_s;
+            self.chain.stiffness_n_per_m(axis, round_trip_s)
         };
         let felt = if self.alone.is_some_and(|alone| alone.side == Side::Slave) {
             vec![None; dof]
         } else {
             felt.per_axis()
         };
-        let axes = felt.into_iter().zip(predicted).enumerate().map(|(axis, (felt, predicted))| AxisOutcome {
+        let axes = felt.into_iter().enumerate().map(|(axis, k_felt_n_per_m)| AxisOutcome {
             axis,
-            k_felt_n_per_m: felt,
-            k_predicted_n_per_m: predicted,
+            k_felt_n_per_m,
+            k_predicted_n_per_m: predicted(axis),
         });
         Outcome::new(
             self.rig.ticks(),
@@ -310,4 +332,9 @@ impl Experiment {
             faults,
         )
     }
+}
+
+fn chain(scenario: &Scenario, master: Controller, slave: Controller) -> Result<Chain, ExperimentError> {
+    let chain = Chain::new(scenario, master, slave);
+    chain.map_err(|error| ExperimentError::Plant { side: Side::Slave.name(), error })
 }

@@ -18,8 +18,8 @@ pub struct Outcome {
     /// Smallest energy in the channel over the run, `J`: below 0, the channel was not passive. NaN, in
     /// JSON null, when one side only was run: it takes the waves of both.
     pub energy_min_j: f64,
-    /// Ticks from a wave's departure at the master to its echo's arrival: measured on the link, and the
-    /// samples of the time-delay modules. None when nothing came back.
+    /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
+    /// None when nothing came back, or when one side was run and the other one's scheme is not known.
     pub round_trip_ticks: Option<u32>,
     /// Felt stiffness by axis, `N/m`; none for an axis that was not in settled contact.
     pub k_felt_n_per_m: Vec<Option<f64>>,

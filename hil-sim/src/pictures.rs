@@ -1,9 +1,11 @@
 //! The pictures of a bilateral run: positions, forces, energy in the channel.
 
+use crate::phases::Phases;
+use crate::plant::EnvironmentKind;
 use crate::recorder::CHANNEL_ENERGY;
 use crate::recording::Recording;
 use crate::report::{Figure, Level, Line, Panel, Span};
-use crate::scenario::{Phases, Scenario};
+use crate::scenario::Scenario;
 
 /// The figures that the recorded signals allow.
 #[must_use]
@@ -19,8 +21,9 @@ pub fn figures(recording: &Recording, phases: &Phases, scenario: &Scenario) -> V
             ("master", "world", "master.position"),
         ],
     );
-    for panel in &mut positions {
-        panel.levels.push(Level { label: "wall".to_owned(), value: scenario.wall.position_m });
+    if scenario.environment == EnvironmentKind::Wall {
+        let value = scenario.environments.wall.position_m;
+        positions.iter_mut().for_each(|panel| panel.levels.push(Level { label: "wall".to_owned(), value }));
     }
     let forces = per_axis(
         recording,

@@ -172,6 +172,7 @@ fn a_wrong_setting_is_named_with_what_is_right() {
              from 0 to 60000; set another master.time_delay_ticks",
         ),
         ("master.time_delay_ticks=50000", "needs 150000 words of the Data Base and "),
+        ("environment=sea", "`environment` cannot be \"sea\"; give it one of `nothing`, `wall`, `spring`"),
         (
             "slave.stiffness_n_per_m=1e9",
             "slave.stiffness_n_per_m = 1000000000 does not suit PDCTRL_MOD K_PARAM",

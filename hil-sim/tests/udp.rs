@@ -82,13 +82,16 @@ fn a_side_that_is_left_alone_runs_to_its_own_end() {
     let folder = tempfile::tempdir().unwrap();
     let addresses = free_addresses();
     let slave = start("slave", &addresses, 1.5, folder.path(), &["--no-report"]);
-    let master = start("master", &addresses, 0.5, folder.path(), &["--no-report"]);
+    // Its figures of both sides are not known where the other side's scheme is not at hand.
+    let unknown = ["--no-report", "--set", "slave.scheme=not/here.scheme"];
+    let master = start("master", &addresses, 0.5, folder.path(), &unknown);
     let started = Instant::now();
     let master = figures(&master.wait_with_output().unwrap());
     let slave = figures(&slave.wait_with_output().unwrap());
     assert!(started.elapsed() < Duration::from_secs(30));
     assert_eq!((&master["ticks"], &slave["ticks"]), (&500.into(), &1500.into()));
     assert_eq!(slave["stable"], true, "{slave}");
+    assert!(master["round_trip_ticks"].is_null() && slave["round_trip_ticks"].is_u64());
     let fault = "nothing came from the master in the last ";
     assert!(slave["faults"].to_string().contains(fault), "{slave}");
 }

@@ -121,11 +121,11 @@ fn without_waves_the_same_gains_fly_apart_after_a_few_ticks() {
 /// The whole experiment, hand and wall included, with the waves taken out of it.
 #[test]
 fn an_experiment_that_waves_carry_leaves_its_range_without_them() {
-    let link = "link.forward_delay_ticks=11 link.backward_delay_ticks=11 \
-                master.time_delay_ticks=0 slave.time_delay_ticks=0";
-    for (scheme, is_stable) in [("bilateral", true), ("position_position", false)] {
+    let link = "link.forward_delay_ticks=11 link.backward_delay_ticks=11";
+    let no_modules = "master.time_delay_ticks=0 slave.time_delay_ticks=0";
+    for (scheme, delays, is_stable) in [("bilateral", no_modules, true), ("position_position", "", false)] {
         let scheme = format!("master.scheme=builtin:{scheme} slave.scheme=builtin:{scheme}");
-        let experiment = Experiment::new(&scenario(&format!("{scheme} {link}"))).unwrap();
+        let experiment = Experiment::new(&scenario(&format!("{scheme} {link} {delays}"))).unwrap();
         let Run { outcome, .. } = experiment.run(&AtomicBool::new(false), |_| ());
         assert_eq!(outcome.stable, is_stable, "{scheme}: {:?}", outcome.faults);
     }

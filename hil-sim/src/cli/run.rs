@@ -50,6 +50,7 @@ const USUAL_SETTINGS: &[&str] = &[
     "seed",
     "duration_s",
     "dof",
+    "environment",
     "link.forward_delay_ticks",
     "link.backward_delay_ticks",
     "link.loss",

@@ -72,10 +72,9 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
 }
 
 fn round_trip(outcome: &Outcome) -> Fact {
-    let note = match (outcome.round_trip_ticks, &outcome.real_time) {
-        (None, _) => "nothing came back",
-        (Some(_), None) => "of the waves, measured",
-        (Some(_), Some(_)) => "of the waves: link measured, time delays of both sides from the settings",
+    let note = match outcome.round_trip_ticks {
+        None => "nothing came back, or the other side's scheme is not known here",
+        Some(_) => "link measured, plus the delay modules",
     };
     let ticks = outcome.round_trip_ticks.map_or(NONE.to_owned(), |ticks| ticks.to_string());
     fact("round trip", ticks, "ticks", note)
@@ -105,7 +104,6 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
         fact("late ticks", late_ticks.to_string(), "", &latest),
         fact("lost packets", packets_lost.to_string(), "", &refused),
         unknown("smallest channel energy", "J", "it takes the waves of both sides"),
-        unknown("predicted stiffness", "N/m", "it takes the controllers of both sides"),
     ];
     if outcome.k_felt_n_per_m.iter().all(Option::is_none) {
         facts.push(fact(
