@@ -151,6 +151,9 @@ pub struct RecordSection {
     pub data_base: bool,
 }
 
+/// How far a slave is thought to be pressed at most, `m`: the surface of what it meets is then exact to 1e-12 m.
+const FURTHEST_M: f64 = 1e3;
+
 /// Puts `argument` (`link.loss=0.1`) over `settings`. The value is TOML; a bare word is a text. A section that
 /// was left out (`master.motor`) comes with its defaults as soon as one of its keys is set.
 ///
@@ -205,7 +208,7 @@ impl Scenario {
     /// # Errors
     /// [`ParameterError`] for an environment that cannot exist.
     pub fn obstacle(&self, axis: usize) -> Result<Option<Obstacle>, ParameterError> {
-        let pressed_m = self.limits.position_m.copysign(self.contact_force_n(axis));
+        let pressed_m = self.limits.position_m.min(FURTHEST_M).copysign(self.contact_force_n(axis));
         self.environments.obstacle(self.environment, pressed_m)
     }
 }
