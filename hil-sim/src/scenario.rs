@@ -95,7 +95,7 @@ pub struct WaveSection {
 pub enum WaveForm {
     /// Decode, control, encode.
     Split,
-    /// Transformer and controller solved together.
+    /// Transformer and controller solved together: turns the controller's `LAW_OUTPUT` on as well.
     Implicit,
     /// The paper's order: control first. Diverges with the paper's gains.
     Printed,
