@@ -19,7 +19,7 @@ use crate::felt::{self, FeltStiffness};
 use crate::link::{InProcess, InProcessParameters, Link, Udp};
 use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
-use crate::pace::Pace;
+use crate::pace::{Pace, SystemClock};
 use crate::recorder::Recorder;
 use crate::recording::Recording;
 use crate::report::TickMap;
@@ -80,6 +80,8 @@ pub struct Experiment {
     scenario: Scenario,
     phases: Phases,
     rig: Rig,
+    /// None when nothing is to be kept.
+    recorder: Option<Recorder>,
     /// None when both sides are simulated here.
     alone: Option<Alone>,
 }
@@ -129,7 +131,8 @@ impl Experiment {
         };
         rig.connect(end(master), end(slave), link(scenario.link.forward_delay_ticks, 0));
         rig.connect(end(slave), end(master), link(scenario.link.backward_delay_ticks, 1));
-        Ok(Self { scenario: scenario.clone(), phases, rig, alone: None })
+        let recorder = Some(Recorder::new(&rig, &scenario.record)?);
+        Ok(Self { scenario: scenario.clone(), phases, rig, recorder, alone: None })
     }
 
     /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
@@ -146,6 +149,7 @@ impl Experiment {
         let phases = Phases::from(scenario);
         let mut rig = Rig::new(scenario.sample_period_s);
         let station = rig.add(station(scenario, &phases, side)?);
+        let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let end = End { station, link: 0 };
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
         let link =
@@ -161,12 +165,19 @@ impl Experiment {
                 Missed::Stopped => ExperimentError::Stopped { other },
             }
         })?;
-        Ok(Self { scenario: scenario.clone(), phases, rig, alone: Some(Alone { side, start }) })
+        let alone = Some(Alone { side, start });
+        Ok(Self { scenario: scenario.clone(), phases, rig, recorder, alone })
     }
 
     /// The rig, to look at or to change before it runs.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
+    }
+
+    /// Keeps no signals, and takes no memory for them: the run's [`recording`](Run::recording) will be empty.
+    #[must_use]
+    pub fn without_recording(self) -> Self {
+        Self { recorder: None, ..self }
     }
 
     /// Length of the run, `s`.
@@ -180,8 +191,10 @@ impl Experiment {
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
         let start = Instant::now();
         let end_s = self.duration_s();
-        let mut recorder = Recorder::new(&self.rig, &self.scenario.record);
-        recorder.reserve(end_s / self.scenario.sample_period_s);
+        let mut recorder = self.recorder.take();
+        if let Some(recorder) = &mut recorder {
+            recorder.reserve(end_s / self.scenario.sample_period_s);
+        }
         let mut energy = ChannelEnergy::new(&self.rig);
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
         let mut felt = FeltStiffness::new(self.scenario.dof, self.scenario.wall.position_m);
@@ -189,7 +202,7 @@ impl Experiment {
         let mut faults = Vec::new();
         let mut is_stable = true;
         let settled = self.phases.settled();
-        let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
+        let mut pace = self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
         while self.rig.time_s() < end_s - half_tick_s {
@@ -204,7 +217,10 @@ impl Experiment {
                 pace.wait_for(self.rig.time_s());
             }
             self.rig.tick();
-            recorder.record(&self.rig, energy.add(&self.rig));
+            let energy_j = energy.add(&self.rig);
+            if let Some(recorder) = &mut recorder {
+                recorder.record(&self.rig, energy_j);
+            }
             round_trips.add(&self.rig);
             if settled.contains(&self.rig.time_s()) {
                 let wall = self.rig.stations().last();
@@ -227,12 +243,12 @@ impl Experiment {
         progress(self.rig.time_s());
         let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
         // The channel's energy takes the waves of both ends.
-        let energy_min_j = if side.is_none() { energy.smallest_j() } else { f64::NAN };
+        let energy_min_j = energy.smallest_j().filter(|_| side.is_none());
         let tick_maps = self.rig.stations().iter();
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
         let outcome = Outcome { real_time, ..outcome };
-        Run { outcome, recording: recorder.finish(), tick_maps, phases: self.phases }
+        Run { outcome, recording: recorder.map(Recorder::finish).unwrap_or_default(), tick_maps, phases: self.phases }
     }
 
     /// What the clock and the other process did to the run.
@@ -268,7 +284,7 @@ impl Experiment {
         &mut self,
         stable: bool,
         wall_s: f64,
-        energy_min_j: f64,
+        energy_min_j: Option<f64>,
         link_round_trip_ticks: Option<u32>,
         felt: &FeltStiffness,
         faults: Vec<String>,

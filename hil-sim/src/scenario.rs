@@ -147,7 +147,7 @@ pub struct LimitsSection {
 #[serde(deny_unknown_fields)]
 pub struct RecordSection {
     pub every_ticks: u32,
-    pub data_base: bool,
+    pub signals: Vec<String>,
 }
 
 /// Puts `argument` (`link.loss=0.1`) over `settings`. The value is TOML; a bare word is a text. A section that

@@ -165,7 +165,7 @@ impl Run {
             summary: summary::facts(&run.outcome),
             axes: summary::axes(&run.outcome),
             faults: run.outcome.faults.clone(),
-            figures: figures(&run.recording, &run.phases, scenario),
+            figures: figures(&run.recording, &run.phases, scenario, self.side),
             tick_maps: run.tick_maps.clone(),
             settings_toml: scenario.to_toml(),
             recording: &run.recording,
