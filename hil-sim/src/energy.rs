@@ -23,7 +23,11 @@ impl ChannelEnergy {
     #[must_use]
     pub fn new(rig: &Rig) -> Self {
         let port = || (Probe::new(types::CH1_WAVES.first()), Probe::new(types::CH2_WAVES.first()));
-        Self { ports: rig.stations().iter().map(|_| port()).collect(), energy_j: Vec::new(), smallest_j: None }
+        Self {
+            ports: rig.stations().iter().map(|_| port()).collect(),
+            energy_j: Vec::new(),
+            smallest_j: None,
+        }
     }
 
     /// Adds the present tick of every station; gives the energy so far by axis, `J`: empty as long as no station's

@@ -27,7 +27,7 @@ use crate::rig::{End, Probe, Rig};
 use crate::round_trips::RoundTrips;
 use crate::scenario::{Phases, Scenario};
 use crate::tick_map::tick_map;
-use crate::watch::Watch;
+use crate::watch::{Alarm, Watch};
 
 /// One of the two ends of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -202,7 +202,8 @@ impl Experiment {
         let mut faults = Vec::new();
         let mut is_stable = true;
         let settled = self.phases.settled();
-        let mut pace = self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
+        let mut pace =
+            self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
         while self.rig.time_s() < end_s - half_tick_s {
@@ -232,10 +233,17 @@ impl Experiment {
                 };
                 felt.add(&self.rig, touches);
             }
-            if let Some(fault) = watch.look(&self.rig) {
-                faults.push(fault);
-                is_stable = false;
-                break;
+            match watch.look(&self.rig) {
+                None => {}
+                Some(Alarm::Grows(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                }
+                Some(Alarm::Left(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                    break;
+                }
             }
             self.rig.advance();
         }
@@ -248,7 +256,12 @@ impl Experiment {
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
         let outcome = Outcome { real_time, ..outcome };
-        Run { outcome, recording: recorder.map(Recorder::finish).unwrap_or_default(), tick_maps, phases: self.phases }
+        Run {
+            outcome,
+            recording: recorder.map(Recorder::finish).unwrap_or_default(),
+            tick_maps,
+            phases: self.phases,
+        }
     }
 
     /// What the clock and the other process did to the run.

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// What a run came to; printed whole by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Whether every position, force and wave stayed in its declared range.
+    /// Whether every position, force and wave stayed in its declared range and none grew without bound.
     pub stable: bool,
     /// Ticks that were run.
     pub ticks: u64,

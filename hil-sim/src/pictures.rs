@@ -78,12 +78,7 @@ fn energy(recording: &Recording, dof: usize, side: Option<Side>) -> Panel {
     });
     // Of one axis, it is the same twice.
     lines.extend(axes.filter(|_| dof > 1));
-    Panel {
-        title: title.to_owned(),
-        y_label: "energy (J)".to_owned(),
-        lines,
-        levels: Vec::new(),
-    }
+    Panel { title: title.to_owned(), y_label: "energy (J)".to_owned(), lines, levels: Vec::new() }
 }
 
 /// A label, and the source and signal of its column.

@@ -220,6 +220,15 @@ fn the_modules_are_readable_on_a_terminal_of_100_columns() {
 }
 
 #[test]
+fn the_page_of_the_modules_is_what_they_say_of_themselves() {
+    let page = include_str!("../../docs/modules.md");
+    assert!(
+        page == out(&["modules", "--markdown"]),
+        "docs/modules.md is out of date; run `cargo run -- modules --markdown > docs/modules.md` at the top"
+    );
+}
+
+#[test]
 fn a_new_module_is_written_once_and_never_over_another_file() {
     let folder = tempfile::tempdir().unwrap();
     let here = folder.path().to_str().unwrap();

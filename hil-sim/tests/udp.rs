@@ -31,7 +31,8 @@ struct Network {
 impl Network {
     /// Carries packets while `work`, which is told the two ends, goes on.
     fn carry<R>(work: impl FnOnce([SocketAddr; 2]) -> R) -> R {
-        let network = Self { ends: [held(), held()], peers: Default::default(), is_over: AtomicBool::new(false) };
+        let network =
+            Self { ends: [held(), held()], peers: Default::default(), is_over: AtomicBool::new(false) };
         std::thread::scope(|scope| {
             scope.spawn(|| network.pass(0, 1));
             scope.spawn(|| network.pass(1, 0));
@@ -101,7 +102,8 @@ fn two_processes_run_the_experiment_over_udp() {
     let outputs = Network::carry(|[to_slave, to_master]| {
         let slave = start("slave", to_master, folder.path(), &duration);
         let master = start("master", to_slave, folder.path(), &duration);
-        [("master", master), ("slave", slave)].map(|(side, process)| (side, process.wait_with_output().unwrap()))
+        [("master", master), ("slave", slave)]
+            .map(|(side, process)| (side, process.wait_with_output().unwrap()))
     });
     for (side, output) in outputs {
         let figures = figures(&output);
@@ -131,7 +133,8 @@ fn two_processes_run_the_experiment_over_udp() {
 fn a_side_that_is_left_alone_runs_to_its_own_end() {
     let folder = tempfile::tempdir().unwrap();
     let [master, slave] = Network::carry(|[to_slave, to_master]| {
-        let run = |side, peer, duration| start(side, peer, folder.path(), &["--no-report", "--set", duration]);
+        let run =
+            |side, peer, duration| start(side, peer, folder.path(), &["--no-report", "--set", duration]);
         let slave = run("slave", to_master, "duration_s=1.5");
         let master = run("master", to_slave, "duration_s=0.5");
         [master, slave].map(|process| figures(&process.wait_with_output().unwrap()))

@@ -65,7 +65,10 @@ fn the_line_holds_the_energy_of_the_waves_in_flight() {
                 through_ports_j += master_j.0 - slave_j.0;
                 carried_j += master_j.1 + slave_j.1;
                 let in_flight_j = forward.energy_j() + backward.energy_j();
-                assert!((account.add(&rig)[0] - in_flight_j).abs() <= 1e-14, "the account has {in_flight_j} J");
+                assert!(
+                    (account.add(&rig)[0] - in_flight_j).abs() <= 1e-14,
+                    "the account has {in_flight_j} J"
+                );
                 let error = (through_ports_j - in_flight_j).abs() / carried_j.max(f64::MIN_POSITIVE);
                 largest_error = largest_error.max(error);
                 rig.advance();

@@ -51,8 +51,11 @@ fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
 /// What a run came to as a whole.
 pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     let stable = if outcome.stable { "yes" } else { "NO" };
-    let range =
-        if outcome.stable { "every position, force and wave in its declared range" } else { "see the fault" };
+    let range = if outcome.stable {
+        "every position, force and wave in its range, none grows"
+    } else {
+        "see the fault"
+    };
     let ticks = format!("{} ticks", outcome.ticks);
     let factor = match outcome.realtime_factor {
         factor if factor < 10.0 => format!("{factor:.3} times real time"),

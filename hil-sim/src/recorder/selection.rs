@@ -26,10 +26,7 @@ pub(super) struct Selection(Vec<String>);
 
 impl Selection {
     /// The selection of `wanted`, each of which must be one of the `known` names or the first parts of one.
-    pub(super) fn new(
-        wanted: &[String],
-        known: impl Iterator<Item = String>,
-    ) -> Result<Self, UnknownSignal> {
+    pub(super) fn new(wanted: &[String], known: impl Iterator<Item = String>) -> Result<Self, UnknownSignal> {
         let known: Vec<String> = known.collect();
         let Some(name) = wanted.iter().find(|wanted| !known.iter().any(|known| begins(known, wanted))) else {
             return Ok(Self(wanted.to_vec()));

@@ -1,6 +1,9 @@
 use super::*;
 use crate::recording::Column;
 
+/// Nobody stops the report.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 fn recording() -> Recording {
     let column = |source: &str| Column {
         source: source.into(),
@@ -60,7 +63,7 @@ fn everything_said_to_be_written_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let recording = recording();
     let bar = ProgressBar::hidden();
-    let written = write(&folder.path().join("new/run"), &report(&recording), &bar).unwrap();
+    let written = write(&folder.path().join("new/run"), &report(&recording), &NEVER, &bar).unwrap();
     assert_eq!(bar.length(), Some(bar.position()), "the bar ends full");
     assert_eq!(written.pictures.len(), 4);
     for path in written.pictures.iter().chain([&written.page, &written.signals]) {
@@ -78,7 +81,7 @@ fn everything_said_to_be_written_is_there() {
 fn a_run_that_was_stopped_at_once_still_gets_its_report() {
     let folder = tempfile::tempdir().unwrap();
     let empty = Recording::new(vec![]);
-    let written = write(folder.path(), &report(&empty), &ProgressBar::hidden()).unwrap();
+    let written = write(folder.path(), &report(&empty), &NEVER, &ProgressBar::hidden()).unwrap();
     assert_eq!(fs::read_to_string(written.signals).unwrap(), "time_s (s)\n");
 }
 
@@ -111,7 +114,7 @@ fn a_folder_that_cannot_be_made_is_named_with_the_way_out() {
     fs::write(&file, "a regular file").unwrap();
     let below = file.join("run");
     let recording = recording();
-    let error = write(&below, &report(&recording), &ProgressBar::hidden()).unwrap_err();
+    let error = write(&below, &report(&recording), &NEVER, &ProgressBar::hidden()).unwrap_err();
     assert!(matches!(&error, ReportError::Folder { path, .. } if *path == below));
     let message = error.to_string();
     assert!(message.starts_with(&format!("cannot create {}: ", below.display())), "{message}");
@@ -124,7 +127,7 @@ fn a_file_that_cannot_be_written_is_named() {
     let occupied = folder.path().join("positions.png");
     fs::create_dir(&occupied).unwrap();
     let recording = recording();
-    let error = write(folder.path(), &report(&recording), &ProgressBar::hidden()).unwrap_err();
+    let error = write(folder.path(), &report(&recording), &NEVER, &ProgressBar::hidden()).unwrap_err();
     assert!(matches!(&error, ReportError::File { path, .. } if *path == occupied), "{error}");
     assert!(folder.path().join("positions.svg").exists(), "what was written before stays");
 }
