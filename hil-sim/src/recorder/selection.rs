@@ -37,7 +37,9 @@ impl Selection {
         sources.sort();
         sources.dedup();
         let names: Vec<String> = sources.iter().chain(&known).cloned().collect();
-        let nearest = nearest(name, &names).map(str::to_owned);
+        let last_part = format!(".{name}");
+        let without_station = known.iter().find(|known| known.ends_with(&last_part)).cloned();
+        let nearest = without_station.or_else(|| nearest(name, &names).map(str::to_owned));
         Err(UnknownSignal { name: name.clone(), nearest, sources })
     }
 
