@@ -75,6 +75,26 @@ fn an_unstable_run_says_no_and_ends_well() {
 }
 
 #[test]
+fn a_short_run_that_grows_is_not_stable_before_anything_leaves_its_range() {
+    let out = out(&["run", "--set", "wave.form=printed", "--set", "duration_s=0.4", "--no-report", "--json"]);
+    let figures = json(&out);
+    assert_eq!((&figures["stable"], &figures["ticks"]), (&false.into(), &400.into()));
+    assert!(figures["faults"].to_string().contains("grows without bound"), "{out}");
+}
+
+#[test]
+fn an_account_that_there_is_none_of_is_null() {
+    let scheme = ["master", "slave"].map(|side| format!("{side}.scheme=builtin:position_position"));
+    let delays = ["link.forward_delay_ticks=0", "link.backward_delay_ticks=0", "duration_s=0.1"];
+    let mut arguments = vec!["run", "--no-report", "--json"];
+    for setting in scheme.iter().map(String::as_str).chain(delays) {
+        arguments.extend(["--set", setting]);
+    }
+    let out = out(&arguments);
+    assert!(json(&out)["energy_min_j"].is_null() && out.contains("no waves were sent"), "{out}");
+}
+
+#[test]
 fn an_output_folder_that_cannot_be_made_is_known_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("occupied");

@@ -89,8 +89,8 @@ fn the_line_holds_the_energy_of_the_waves_in_flight() {
 }
 
 /// Axis 0 pushes the slave into a spring and keeps energy on its way all the time; axis 1 swings now and then, over
-/// a link that repeats what it loses, and takes out more than was put in. Together they have more than nothing, yet one is not
-/// passive.
+/// a link that repeats what it loses, and takes out more than was put in. Together they have more than nothing, yet
+/// one is not passive.
 #[test]
 fn an_axis_that_gives_energy_away_does_not_hide_behind_another() {
     let spring = SpringParameters { stiffness_n_per_m: 1e3, ..SpringParameters::default() };

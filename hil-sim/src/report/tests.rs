@@ -59,6 +59,29 @@ fn report(recording: &Recording) -> Report<'_> {
 }
 
 #[test]
+fn a_folder_that_was_tried_is_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    try_folder(&folder.path().join("new/run")).unwrap();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    let signals = folder.path().join(SIGNALS_FILE);
+    fs::write(&signals, "an older report").unwrap();
+    try_folder(folder.path()).unwrap();
+    assert_eq!(fs::read_to_string(&signals).unwrap(), "an older report");
+    let below = signals.join("run");
+    assert!(matches!(try_folder(&below), Err(ReportError::Folder { path, .. }) if path == below));
+}
+
+#[test]
+fn a_report_that_is_stopped_says_so_and_leaves_no_half_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = recording();
+    let stop = AtomicBool::new(true);
+    let error = write(folder.path(), &report(&recording), &stop, &ProgressBar::hidden()).unwrap_err();
+    assert!(matches!(error, ReportError::Stopped { .. }), "{error}");
+    assert!(!folder.path().join(SIGNALS_FILE).exists() && !folder.path().join(PAGE_FILE).exists());
+}
+
+#[test]
 fn everything_said_to_be_written_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let recording = recording();
