@@ -20,7 +20,7 @@ use crate::felt::FeltStiffness;
 use crate::link::{InProcess, InProcessParameters, Link, Udp};
 use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
-use crate::pace::Pace;
+use crate::pace::{Pace, SystemClock};
 use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::recording::Recording;
@@ -29,7 +29,7 @@ use crate::rig::{End, Probe, Rig};
 use crate::round_trips::RoundTrips;
 use crate::scenario::{Scenario, SideSection};
 use crate::tick_map::tick_map;
-use crate::watch::Watch;
+use crate::watch::{Alarm, Watch};
 
 /// One of the two ends of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -92,6 +92,8 @@ pub struct Experiment {
     chain: Chain,
     phases: Phases,
     rig: Rig,
+    /// None when nothing is to be kept.
+    recorder: Option<Recorder>,
     /// None when both sides are simulated here.
     alone: Option<Alone>,
 }
@@ -144,7 +146,8 @@ impl Experiment {
         };
         rig.connect(end(master), end(slave), link(scenario.link.forward_delay_ticks, 0));
         rig.connect(end(slave), end(master), link(scenario.link.backward_delay_ticks, 1));
-        Ok(Self { scenario: scenario.clone(), chain, phases, rig, alone: None })
+        let recorder = Some(Recorder::new(&rig, &scenario.record)?);
+        Ok(Self { scenario: scenario.clone(), chain, phases, rig, recorder, alone: None })
     }
 
     /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
@@ -170,6 +173,7 @@ impl Experiment {
         let phases = Phases::new(scenario, &chain);
         let mut rig = Rig::new(scenario.sample_period_s);
         let station = rig.add(station(scenario, &phases, side, dimsart)?);
+        let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let end = End { station, link: 0 };
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
         let link =
@@ -185,7 +189,8 @@ impl Experiment {
                 Missed::Stopped => ExperimentError::Stopped { other },
             }
         })?;
-        Ok(Self { scenario: scenario.clone(), chain, phases, rig, alone: Some(Alone { side, start }) })
+        let alone = Some(Alone { side, start });
+        Ok(Self { scenario: scenario.clone(), chain, phases, rig, recorder, alone })
     }
 
     /// The rig, to look at or to change before it runs.
@@ -200,6 +205,12 @@ impl Experiment {
         Some(self.scenario.link.round_trip_ticks().saturating_add(self.chain.delay_ticks()?))
     }
 
+    /// Keeps no signals, and takes no memory for them: the run's [`recording`](Run::recording) will be empty.
+    #[must_use]
+    pub fn without_recording(self) -> Self {
+        Self { recorder: None, ..self }
+    }
+
     /// Length of the run, `s`.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
@@ -211,8 +222,10 @@ impl Experiment {
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
         let start = Instant::now();
         let end_s = self.duration_s();
-        let mut recorder = Recorder::new(&self.rig, &self.scenario.record);
-        recorder.reserve(end_s / self.scenario.sample_period_s);
+        let mut recorder = self.recorder.take();
+        if let Some(recorder) = &mut recorder {
+            recorder.reserve(end_s / self.scenario.sample_period_s);
+        }
         let mut energy = ChannelEnergy::new(&self.rig);
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
         let mut felt = FeltStiffness::new(&self.chain.obstacles);
@@ -220,7 +233,8 @@ impl Experiment {
         let mut faults = Vec::new();
         let mut is_stable = true;
         let settled = self.phases.settled();
-        let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
+        let mut pace =
+            self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
         while self.rig.time_s() < end_s - half_tick_s {
@@ -235,7 +249,10 @@ impl Experiment {
                 pace.wait_for(self.rig.time_s());
             }
             self.rig.tick();
-            recorder.record(&self.rig, energy.add(&self.rig));
+            let energy_j = energy.add(&self.rig);
+            if let Some(recorder) = &mut recorder {
+                recorder.record(&self.rig, energy_j);
+            }
             round_trips.add(&self.rig);
             if settled.contains(&self.rig.time_s()) {
                 let is_pushed = |axis| self.scenario.contact_force_n(axis).abs() > 0.0;
@@ -247,10 +264,17 @@ impl Experiment {
                 };
                 felt.add(&self.rig, touches);
             }
-            if let Some(fault) = watch.look(&self.rig) {
-                faults.push(fault);
-                is_stable = false;
-                break;
+            match watch.look(&self.rig) {
+                None => {}
+                Some(Alarm::Grows(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                }
+                Some(Alarm::Left(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                    break;
+                }
             }
             self.rig.advance();
         }
@@ -258,12 +282,17 @@ impl Experiment {
         progress(self.rig.time_s());
         let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
         // The channel's energy takes the waves of both ends.
-        let energy_min_j = if side.is_none() { energy.smallest_j() } else { f64::NAN };
+        let energy_min_j = energy.smallest_j().filter(|_| side.is_none());
         let tick_maps = self.rig.stations().iter();
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
         let outcome = Outcome { real_time, ..outcome };
-        Run { outcome, recording: recorder.finish(), tick_maps, phases: self.phases }
+        Run {
+            outcome,
+            recording: recorder.map(Recorder::finish).unwrap_or_default(),
+            tick_maps,
+            phases: self.phases,
+        }
     }
 
     /// What the clock and the other process did to the run.
@@ -299,7 +328,7 @@ impl Experiment {
         &self,
         stable: bool,
         wall_s: f64,
-        energy_min_j: f64,
+        energy_min_j: Option<f64>,
         link_round_trip_ticks: Option<u32>,
         felt: &FeltStiffness,
         faults: Vec<String>,

@@ -54,6 +54,7 @@ pub mod connect;
 pub mod energy;
 pub mod experiment;
 pub mod felt;
+pub mod growth;
 pub mod link;
 pub mod meeting;
 pub mod outcome;

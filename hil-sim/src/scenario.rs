@@ -148,7 +148,7 @@ pub struct LimitsSection {
 #[serde(deny_unknown_fields)]
 pub struct RecordSection {
     pub every_ticks: u32,
-    pub data_base: bool,
+    pub signals: Vec<String>,
 }
 
 /// How far a slave is thought to be pressed at most, `m`: the surface of what it meets is then exact to 1e-12 m.

@@ -14,7 +14,7 @@ use hil_sim::rig::Rig;
 use crate::loops::{MASTER, TICK_S, axis, delays, push, rig, scenario, signal};
 
 /// The loop of this file, its slave `in_contact` or free, with a hand that pushes with a force of time.
-fn held(settings: &str, in_contact: bool, hand: Box<dyn Environment>) -> Rig {
+pub fn held(settings: &str, in_contact: bool, hand: Box<dyn Environment>) -> Rig {
     let spring = SpringParameters { stiffness_n_per_m: 1e4, ..SpringParameters::default() };
     let wall: Vec<Box<dyn Environment>> =
         if in_contact { vec![Box::new(spring.build().unwrap())] } else { vec![] };
@@ -73,7 +73,7 @@ fn the_printed_order_grows_as_its_spectral_radius_says() {
 }
 
 /// A push for a tenth of a second, `N`.
-fn nudge() -> Box<dyn Environment> {
+pub fn nudge() -> Box<dyn Environment> {
     push(|t| if t < 0.1 { 2.0 } else { 0.0 })
 }
 

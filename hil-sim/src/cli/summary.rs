@@ -51,8 +51,11 @@ fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
 /// What a run came to as a whole.
 pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     let stable = if outcome.stable { "yes" } else { "NO" };
-    let range =
-        if outcome.stable { "every position, force and wave in its declared range" } else { "see the fault" };
+    let range = if outcome.stable {
+        "every position, force and wave in its range, none grows"
+    } else {
+        "see the fault"
+    };
     let ticks = format!("{} ticks", outcome.ticks);
     let factor = match outcome.realtime_factor {
         factor if factor < 10.0 => format!("{factor:.3} times real time"),
@@ -80,9 +83,12 @@ fn round_trip(outcome: &Outcome) -> Fact {
     fact("round trip", ticks, "ticks", note)
 }
 
-fn channel_energy(energy_min_j: f64) -> Fact {
-    let note = if energy_min_j < 0.0 { "below 0: not passive" } else { "never below 0: passive" };
-    let value = if energy_min_j < 0.0 { format!("{energy_min_j:.3e}") } else { "0".to_owned() };
+fn channel_energy(energy_min_j: Option<f64>) -> Fact {
+    let (value, note) = match energy_min_j {
+        None => (NONE.to_owned(), "no waves were sent"),
+        Some(energy_j) if energy_j < 0.0 => (format!("{energy_j:.3e}"), "of any axis; below 0: not passive"),
+        Some(_) => ("0".to_owned(), "of any axis; never below 0: passive"),
+    };
     fact("smallest channel energy", value, "J", note)
 }
 

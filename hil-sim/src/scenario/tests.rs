@@ -145,7 +145,7 @@ fn words_lists_paths_and_left_out_sections_can_be_set() {
         "master.scheme=schemes/mine.scheme",
         "slave.scheme='2004'",
         "slave.motor.voltage_limit_v=12",
-        "record={every_ticks=10, data_base=false}",
+        "record={every_ticks=10, signals=['world']}",
     ])
     .unwrap();
     assert_eq!(scenario.link.stale, Some(Stale::Integral));
@@ -158,7 +158,7 @@ fn words_lists_paths_and_left_out_sections_can_be_set() {
     let motor = scenario.slave.motor.unwrap();
     assert_eq!((motor.voltage_limit_v, motor.resistance_ohm), (12.0, 2.32));
     assert_eq!(scenario.master.motor, None);
-    assert_eq!((scenario.record.every_ticks, scenario.record.data_base), (10, false));
+    assert_eq!((scenario.record.every_ticks, scenario.record.signals), (10, vec!["world".to_owned()]));
     assert!(with(&["master.motor={}"]).unwrap().master.motor.is_some());
 }
 
@@ -191,7 +191,11 @@ fn a_wrong_value_names_key_value_and_what_is_allowed() {
         ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
         ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
         ("dof=1.5", "`dof` cannot be 1.5; give it a whole number from 1 to 8"),
-        ("record.data_base=1", "`record.data_base` cannot be 1; give it true or false"),
+        (
+            "record.signals=world",
+            "`record.signals` cannot be \"world\"; give it a list of names, such as [\"world\"]",
+        ),
+        ("record.signals=[1]", "`record.signals` cannot be [1]; give it a string"),
         ("wave.form=splt", "`wave.form` cannot be \"splt\"; give it one of `split`, `implicit`, `printed`"),
         (
             "link=3",
