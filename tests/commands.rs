@@ -1,4 +1,6 @@
 //! Every command does what it says or is refused, and a refused one has changed nothing.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::cast_possible_truncation, reason = "numbers of a test, small by construction")]
 
 mod common;
 

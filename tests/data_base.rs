@@ -1,4 +1,11 @@
 //! The Data Base takes whatever fits, refuses the rest with the sizes, and never leaks.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
+#![expect(clippy::cast_possible_truncation, reason = "numbers of a test, small by construction")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! A frame is taken whole or not at all, and the device never gets anything but finite numbers.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 mod common;
 

@@ -1,4 +1,5 @@
 //! The types matching check names every fault of a scheme, and only those.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 mod common;
 

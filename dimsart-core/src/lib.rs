@@ -55,6 +55,7 @@
 extern crate std;
 
 mod command;
+mod content;
 mod data;
 mod data_base;
 mod data_type;
@@ -83,6 +84,7 @@ mod unit;
 mod word;
 
 pub use command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
+pub use content::Content;
 pub use data::Data;
 pub use data_base::{DataBase, Entry};
 pub use data_type::{DataType, Shape, TypeRef};
@@ -98,7 +100,7 @@ pub use module::{Kind, Module, ModuleList};
 pub use names::Name;
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, PACKET_VERSION, Packet, PacketError};
 pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};
-pub use port::{Direction, PortSpec, Ports, Stage};
+pub use port::{Direction, PortSpec, Ports, Stage, UnitRelation, UnitTie};
 pub use storage::StorageError;
 pub use unit::{AxisKind, Unit};
 pub use word::{Format, Scalar, Word};

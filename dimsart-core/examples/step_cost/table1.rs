@@ -76,7 +76,7 @@ fn to_hand(packet: &Packet) -> by_hand::Packet {
     for (to, from) in words.iter_mut().zip(&packet.words) {
         *to = *from;
     }
-    by_hand::Packet { sequence: packet.sequence, echo: packet.echo, words }
+    by_hand::Packet { content: packet.content, sequence: packet.sequence, echo: packet.echo, words }
 }
 
 fn compare(master: &Dimsart, by_hand: &Master, tick: u32) {

@@ -6,7 +6,10 @@ use std::process::ExitCode;
 use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use dimsart_core::modules::Standard;
-use dimsart_core::{Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Value};
+use dimsart_core::{
+    Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Unit, UnitRelation,
+    Value,
+};
 
 use super::Ending;
 use crate::experiment::device;
@@ -78,7 +81,7 @@ fn print_ports(out: &mut impl Write, ports: &[PortSpec]) -> io::Result<()> {
         table.add_row([
             port.name.to_owned(),
             format!("{verb} {}", data_type.name),
-            units(data_type.unit),
+            port_unit(port, ports),
             format!("{:?}", data_type.format).to_lowercase(),
             format!("{:?}", data_type.shape).to_lowercase(),
         ]);
@@ -105,8 +108,21 @@ fn print(out: &mut impl Write, table: &Table) -> io::Result<()> {
     if table.is_empty() { Ok(()) } else { writeln!(out, "{table}") }
 }
 
+/// The unit a port takes: its own, or what follows from the port that it is tied to.
+fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
+    let other = port.tie.and_then(|tie| Some((tie.relation, ports.get(usize::from(tie.port))?.name)));
+    match (other, port.data_type) {
+        (Some((UnitRelation::Same, other)), _) => format!("that of {other}"),
+        (Some((UnitRelation::Integral, other)), _) => format!("that of {other}, times s"),
+        (Some((UnitRelation::Derivative, other)), _) => format!("that of {other}, over s"),
+        (None, _) if port.takes_any_unit => units(Unit::Any),
+        (None, Some((data_type, _))) => units(data_type.unit),
+        (None, None) => String::new(),
+    }
+}
+
 /// The unit on a linear and, where it differs, on a rotary axis.
-fn units(unit: dimsart_core::Unit) -> String {
+fn units(unit: Unit) -> String {
     let (linear, rotary) = (unit.symbol(AxisKind::Linear), unit.symbol(AxisKind::Rotary));
     if linear == rotary { linear.to_owned() } else { format!("{linear} or {rotary}") }
 }
