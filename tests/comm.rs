@@ -304,12 +304,12 @@ fn damaged_and_foreign_packets_are_refused_and_counted() {
     let mut damaged = good.to_bytes();
     damaged[8] ^= 4;
     let mut future = good.to_bytes();
-    future[0] = 2;
+    future[0] = 3;
     let dimsart = &mut way.receiver.dimsart;
     assert_eq!(dimsart.receive(0, &damaged), Err(PacketError::Crc));
-    assert_eq!(dimsart.receive(0, &future), Err(PacketError::Version { found: 2 }));
+    assert_eq!(dimsart.receive(0, &future), Err(PacketError::Version { found: 3 }));
     assert_eq!(dimsart.receive(0, &[]), Err(PacketError::Length { bytes: 0 }));
-    let long = [1; MAX_PACKET_BYTES + 1];
+    let long = [2; MAX_PACKET_BYTES + 1];
     assert_eq!(dimsart.receive(0, &long), Err(PacketError::Length { bytes: long.len() }));
     assert_eq!(dimsart.receive(2, &good.to_bytes()), Err(PacketError::NoLink));
     assert_eq!(way.receive([]), 0.0);

@@ -269,6 +269,22 @@ fn a_place_outlives_a_refused_plug_in() {
 }
 
 #[test]
+fn a_place_is_forgotten_when_its_module_is_unplugged() {
+    for rows in ["MOD_ENG MOD_OFF PDCTRL_MOD", "MOD_ENG MOD_CLOSE PDCTRL_MOD"] {
+        let mut bench = robot();
+        bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON SUM_MOD\nMOD_ENG PLACE_BEFORE PDCTRL_MOD");
+        bench.rows(rows);
+        bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON VWALL_MOD");
+        assert_eq!(steps(&bench), ["SUM_MOD", "PDCTRL_MOD", "VWALL_MOD"]);
+    }
+    // The place before another module stays.
+    let mut bench = robot();
+    bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON SUM_MOD\nMOD_ENG PLACE_BEFORE PDCTRL_MOD");
+    bench.rows("MOD_ENG MOD_OFF SUM_MOD\nMOD_ENG MOD_ON VWALL_MOD");
+    assert_eq!(steps(&bench), ["VWALL_MOD", "PDCTRL_MOD"]);
+}
+
+#[test]
 fn a_module_can_be_swapped_in_while_the_scheme_runs() {
     let mut bench = robot();
     bench.rows(RUNNING);

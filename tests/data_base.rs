@@ -264,10 +264,15 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
 
 #[test]
 fn a_million_random_plug_ins_and_plug_outs_do_what_a_simple_model_says() {
-    let refused = [1, 2, 3, 6, 8].map(|dof| compare_with_model(dof, 200_000, dof as u64));
+    let refused = compare_with_model(3, 1_000_000, 3);
     // Every bound was met, so what is proved includes refusals of each kind.
-    for bound in 0..3 {
-        assert!(refused.iter().map(|counts| counts[bound]).sum::<u32>() > 0, "{refused:?}");
+    assert!(refused.iter().all(|count| *count > 0), "{refused:?}");
+}
+
+#[test]
+fn random_plug_ins_and_plug_outs_do_what_the_model_says_on_any_number_of_axes() {
+    for dof in [1, 2, 6, 8] {
+        compare_with_model(dof, 20_000, dof as u64);
     }
 }
 

@@ -16,6 +16,7 @@ pub struct Mailbox {
     echo: Cell<u32>,
     words: [Cell<u32>; MAX_PACKET_WORDS],
     content: Cell<Content>,
+    finite_words: Cell<u8>,
     is_full: Cell<bool>,
 }
 
@@ -26,6 +27,7 @@ impl Mailbox {
             echo: Cell::new(0),
             words: [const { Cell::new(0) }; MAX_PACKET_WORDS],
             content: Cell::new(Content::new(0, 0)),
+            finite_words: Cell::new(0),
             is_full: Cell::new(false),
         }
     }
@@ -65,6 +67,13 @@ impl Mailbox {
         self.content.get()
     }
 
+    /// How many words of a received packet, up to the first that is not, are finite numbers if they are
+    /// read as such. Looked at where the packet is put in, so that the tick need not.
+    #[must_use]
+    pub fn finite_words(&self) -> u8 {
+        self.finite_words.get()
+    }
+
     /// All there is room for, the packet's words first.
     #[must_use]
     pub fn room(&self) -> &[Cell<u32>; MAX_PACKET_WORDS] {
@@ -86,6 +95,9 @@ impl Mailbox {
         for (cell, word) in self.words.iter().zip(&packet.words) {
             cell.set(*word);
         }
+        let is_finite = |word: &u32| f32::from_bits(*word).is_finite();
+        let odd = packet.words.iter().position(|word| !is_finite(word)).unwrap_or(packet.words.len());
+        self.finite_words.set(u8::try_from(odd).unwrap_or(u8::MAX));
     }
 
     pub(crate) fn take(&self) -> Option<Packet> {

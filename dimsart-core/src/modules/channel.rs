@@ -18,11 +18,16 @@ pub(super) fn first_wave(device: &DeviceDescriptor, types: &[TypeRef]) -> Option
     types.iter().position(|signal| device.data_type(signal.id).is_some_and(is_wave))
 }
 
+/// Words of a packet that are samples.
+pub(super) fn samples(device: &DeviceDescriptor, types: &[TypeRef]) -> u8 {
+    u8::try_from(types.len() * device.dof()).unwrap_or(u8::MAX)
+}
+
 /// What a packet of the channel carries.
 pub(super) fn content(device: &DeviceDescriptor, types: &[TypeRef]) -> Content {
-    let samples = types.len() * device.dof();
     let counters = first_wave(device, types).map_or(0, |_| 2 * device.dof());
-    let words = u8::try_from(samples + counters).unwrap_or(u8::MAX);
+    let counters = u8::try_from(counters).unwrap_or(u8::MAX);
+    let words = samples(device, types).saturating_add(counters);
     let found = types.iter().filter_map(|signal| device.data_type(signal.id));
     let found: Vec<&DataType, MAX_CHANNEL_TYPES> = found.collect();
     Content::of_channel(words, &found, device.axes())

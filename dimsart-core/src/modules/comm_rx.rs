@@ -19,7 +19,7 @@ use core::cell::Cell;
 
 use heapless::Vec;
 
-use super::channel::{CHANNEL_PORTS, content, first_wave};
+use super::channel::{CHANNEL_PORTS, content, first_wave, samples};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
 use crate::parameter::TypeList;
@@ -39,6 +39,8 @@ pub struct CommRx {
     /// The channel's first wave; not connected when there is none.
     wave: Output,
     content: Content,
+    /// Words of the packet that are samples; counters follow.
+    samples: u8,
     age: Output<Single<u32>>,
     lost: Output<Single<u32>>,
     round_trip: Output<Single<u32>>,
@@ -123,15 +125,14 @@ impl Module for CommRx {
     fn prepare(&mut self, device: &DeviceDescriptor) {
         self.period_s = device.sample_period_s();
         self.content = content(device, &self.types);
+        self.samples = samples(device, &self.types);
     }
 
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
-        let samples = self.channels.len() * data.dof();
-        let Some((samples, counters)) = link.received.room().split_at_checked(samples) else { return };
-        if self.state.accept(link, self.content, samples) {
+        if self.state.accept(link, self.content, self.samples) {
             self.state.age_ticks = 0;
-            self.take(data, samples, counters);
+            self.take(data, link.received.room());
         } else {
             self.state.age_ticks = self.state.age_ticks.saturating_add(1);
             self.go_without(data);
@@ -149,7 +150,9 @@ impl Module for CommRx {
 
 impl CommRx {
     /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
-    fn take(&mut self, data: &Data<'_>, mut samples: &[Cell<u32>], counters: &[Cell<u32>]) {
+    fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
+        let mut samples = words;
+        let counters = usize::from(self.samples);
         let Self { stale, period_s, .. } = *self;
         // What was sent before this side listened is not owed.
         let settles = self.state.is_restart || !matches!(stale, Stale::Limited | Stale::Integral);
@@ -158,6 +161,7 @@ impl CommRx {
             let Some((values, rest)) = samples.split_at_checked(data.dof()) else { return };
             samples = rest;
             if channel.is_wave {
+                let Some(counters) = words.get(counters..counters + 2 * data.dof()) else { return };
                 let (counters, _) = counters.as_chunks::<2>();
                 let lanes = values.iter().zip(&mut self.state.received).zip(counters);
                 data.map_axes(lanes, [], [channel.output], |((value, received), [wave, energy]), []| {
@@ -200,14 +204,13 @@ impl Stale {
 
 impl State {
     /// Whether a new packet is there; takes note of its header.
-    fn accept(&mut self, link: &LinkPort, content: Content, samples: &[Cell<u32>]) -> bool {
+    fn accept(&mut self, link: &LinkPort, content: Content, samples: u8) -> bool {
         if !link.received.is_full() {
             return false;
         }
         link.received.clear();
         let sequence = link.received.sequence();
-        let is_finite = |sample: &Cell<u32>| f32::from_bits(sample.get()).is_finite();
-        if link.received.content() != content || !samples.iter().all(is_finite) {
+        if link.received.content() != content || link.received.finite_words() < samples {
             self.refused = self.refused.wrapping_add(1);
             return false;
         }

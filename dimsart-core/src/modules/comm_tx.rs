@@ -8,7 +8,7 @@
 
 use heapless::Vec;
 
-use super::channel::{CHANNEL_PORTS, content, first_wave};
+use super::channel::{CHANNEL_PORTS, content, first_wave, samples};
 use super::wave_integral::Sent;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
 use crate::parameter::TypeList;
@@ -21,6 +21,8 @@ pub struct CommTx {
     types: TypeList,
     channels: Vec<Channel, MAX_CHANNEL_TYPES>,
     content: Content,
+    /// Words of the packet that are samples; counters follow.
+    samples: u8,
     sequence: u32,
     period_s: f32,
     sent: [Sent; MAX_DOF],
@@ -55,6 +57,7 @@ impl Module for CommTx {
     fn prepare(&mut self, device: &DeviceDescriptor) {
         self.period_s = device.sample_period_s();
         self.content = content(device, &self.types);
+        self.samples = samples(device, &self.types);
     }
 
     fn compute(&mut self, data: &Data<'_>) {
@@ -63,13 +66,15 @@ impl Module for CommTx {
         link.sent_sequence.set(self.sequence);
         let echo = link.accepted_sequence.get();
         link.outgoing.open(self.sequence, echo, self.content);
-        let samples = self.channels.len() * data.dof();
-        let Some((mut cells, counters)) = link.outgoing.room().split_at_checked(samples) else { return };
+        let room = link.outgoing.room().as_slice();
+        let mut cells = room;
+        let counters = usize::from(self.samples);
         let period_s = self.period_s;
         for channel in &self.channels {
             let Some((values, rest)) = cells.split_at_checked(data.dof()) else { return };
             cells = rest;
             if channel.is_wave {
+                let Some(counters) = room.get(counters..counters + 2 * data.dof()) else { return };
                 let (counters, _) = counters.as_chunks::<2>();
                 let lanes = self.sent.iter_mut().zip(values).zip(counters);
                 data.map_axes(
