@@ -1,6 +1,6 @@
 //! What two ends of a link must agree on: a packet of another content is refused, and fits the channel.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
-#![expect(clippy::float_cmp, reason = "equal to the bit where values are handed on")]
+#![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 mod common;
 

@@ -178,7 +178,7 @@ fn any_module(random: &mut Pcg32, model: &Model) -> ModuleRef {
 
 /// A parameter that decides what a module takes, with a value now and then too large to fit.
 fn structural_parameter(random: &mut Pcg32, dof: usize) -> (&'static str, &'static str, Value) {
-    let largest = u32::try_from(DEFAULT_WORDS / dof / 6).unwrap();
+    let largest = u32::try_from(DEFAULT_WORDS / dof / 4).unwrap();
     let length = Value::Count(below(random, largest) + 1);
     let flag = Value::Flag(below(random, 2) == 0);
     let signal = Value::Type(types::ALL[below(random, 6) as usize].first());

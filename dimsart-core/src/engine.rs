@@ -13,9 +13,10 @@ use crate::matching::{Difference, Report, Scheme};
 use crate::module::ModuleList;
 use crate::modules::Standard;
 use crate::parameter::{Parameter, ParameterError, Parameters, Value};
-use crate::port::{Direction, LinkEnd, PortSpec, Ports, Stage, UnitTie};
+use crate::port::{Direction, LinkEnd, PortSpec, Ports, Stage};
 use crate::schedule::{MAX_CALLS, schedule};
 use crate::storage::Block;
+use crate::unit_tie::UnitTie;
 
 /// A module that exists, plugged in or not.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use crate::data_type::TypeRef;
 use crate::engine::Engine;
 use crate::matching::{Difference, Finding, Party};
 use crate::module::ModuleList;
-use crate::port::UnitRelation;
+use crate::unit_tie::UnitRelation;
 
 /// Prints a finding with its names; see [`Engine::explain`].
 #[derive(Debug)]

@@ -81,6 +81,7 @@ pub mod scheme;
 mod storage;
 pub mod types;
 mod unit;
+mod unit_tie;
 mod word;
 
 pub use command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
@@ -100,7 +101,8 @@ pub use module::{Kind, Module, ModuleList};
 pub use names::Name;
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, PACKET_VERSION, Packet, PacketError};
 pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};
-pub use port::{Direction, PortSpec, Ports, Stage, UnitRelation, UnitTie};
+pub use port::{Direction, PortSpec, Ports, Stage};
 pub use storage::StorageError;
 pub use unit::{AxisKind, Unit};
+pub use unit_tie::{UnitRelation, UnitTie};
 pub use word::{Format, Scalar, Word};

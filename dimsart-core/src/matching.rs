@@ -7,8 +7,9 @@ use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
 use crate::engine::{Call, Instance};
 use crate::limits::{MAX_FINDINGS, MAX_MODULES};
-use crate::port::{Direction, Stage, UnitRelation};
+use crate::port::{Direction, Stage};
 use crate::unit::Unit;
+use crate::unit_tie::UnitRelation;
 
 /// Who reads or writes a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]

@@ -151,8 +151,7 @@ impl Module for CommRx {
 impl CommRx {
     /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
     fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
-        let mut samples = words;
-        let counters = usize::from(self.samples);
+        let (mut samples, counters) = (words, usize::from(self.samples));
         let Self { stale, period_s, .. } = *self;
         // What was sent before this side listened is not owed.
         let settles = self.state.is_restart || !matches!(stale, Stale::Limited | Stale::Integral);

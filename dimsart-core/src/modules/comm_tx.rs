@@ -67,8 +67,7 @@ impl Module for CommTx {
         let echo = link.accepted_sequence.get();
         link.outgoing.open(self.sequence, echo, self.content);
         let room = link.outgoing.room().as_slice();
-        let mut cells = room;
-        let counters = usize::from(self.samples);
+        let (mut cells, counters) = (room, usize::from(self.samples));
         let period_s = self.period_s;
         for channel in &self.channels {
             let Some((values, rest)) = cells.split_at_checked(data.dof()) else { return };
