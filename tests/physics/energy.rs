@@ -1,4 +1,5 @@
 //! What the line holds is what is on its way in it.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::collections::VecDeque;
 use std::f64::consts::PI;

@@ -6,7 +6,10 @@ use std::process::ExitCode;
 use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use dimsart_core::modules::Standard;
-use dimsart_core::{Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Value};
+use dimsart_core::{
+    Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Unit, UnitRelation,
+    Value,
+};
 
 use super::Ending;
 use crate::experiment::device;
@@ -92,11 +95,11 @@ impl Description {
             lists: lists.map(|list| list.name).collect(),
             ports: rows(
                 ["port", "reads or writes", "unit", "format", "shape"],
-                ports.iter().filter_map(port),
+                ports.iter().filter_map(|port| port_row(port, &ports)),
             ),
             parameters: rows(
                 ["parameter", "unit", "range", "default", "meaning"],
-                parameters.iter().map(parameter),
+                parameters.iter().map(parameter_row),
             ),
         }
     }
@@ -128,19 +131,19 @@ fn rows<const COLUMNS: usize>(
     std::iter::once(header.map(str::to_owned)).chain(rows).collect()
 }
 
-fn port(port: &PortSpec) -> Option<[String; 5]> {
+fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<[String; 5]> {
     let (data_type, _) = port.data_type?;
     let verb = if port.direction == Direction::Read { "reads" } else { "writes" };
     Some([
         port.name.to_owned(),
         format!("{verb} {}", data_type.name),
-        units(data_type.unit),
+        port_unit(port, ports),
         format!("{:?}", data_type.format).to_lowercase(),
         format!("{:?}", data_type.shape).to_lowercase(),
     ])
 }
 
-fn parameter(parameter: &Parameter) -> [String; 5] {
+fn parameter_row(parameter: &Parameter) -> [String; 5] {
     let when = if parameter.is_structural { " Only while unplugged." } else { "" };
     [
         parameter.name.to_owned(),
@@ -173,8 +176,21 @@ fn markdown_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMN
     rows.iter().try_for_each(|row| writeln!(out, "{}", line(row)))
 }
 
+/// The unit a port takes: its own, or what follows from the port that it is tied to.
+fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
+    let other = port.tie.and_then(|tie| Some((tie.relation, ports.get(usize::from(tie.port))?.name)));
+    match (other, port.data_type) {
+        (Some((UnitRelation::Same, other)), _) => format!("that of {other}"),
+        (Some((UnitRelation::Integral, other)), _) => format!("that of {other}, times s"),
+        (Some((UnitRelation::Derivative, other)), _) => format!("that of {other}, over s"),
+        (None, _) if port.takes_any_unit => units(Unit::Any),
+        (None, Some((data_type, _))) => units(data_type.unit),
+        (None, None) => String::new(),
+    }
+}
+
 /// The unit on a linear and, where it differs, on a rotary axis.
-fn units(unit: dimsart_core::Unit) -> String {
+fn units(unit: Unit) -> String {
     let (linear, rotary) = (unit.symbol(AxisKind::Linear), unit.symbol(AxisKind::Rotary));
     if linear == rotary { linear.to_owned() } else { format!("{linear} or {rotary}") }
 }
