@@ -2,8 +2,8 @@
 //!
 //! Looked at is the fourth difference of a signal from tick to tick: it multiplies what oscillates at half the sample
 //! rate, where sampled loops come apart, by 16, and leaves nothing of a hand's motion. Its largest size in a window of
-//! `W` ticks is compared with that in the window before. **A signal grows without bound when [`RISES`] windows in a
-//! row are each at least [`RISE`] times as high as the one before, all of them above a floor.**
+//! `W` ticks is compared with that in the window before. **A signal grows without bound when six windows in a row are
+//! each at least twice as high as the one before, all of them above a floor.**
 //!
 //! A mode that grows by `g` per tick raises every window by `g^W`, for ever. An impact raises one window and dies out
 //! in the next ones. What grows with the power `n` of time, as the jumps that lost packets make in a motion from rest,

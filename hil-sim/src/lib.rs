@@ -18,8 +18,8 @@
 //! ```
 //!
 //! Data flows one way: what looks on never changes the rig, and nothing but the rig knows the order of a step. The
-//! same scenario and seed give the same bits on every machine; only a run of one side keeps step with the clock
-//! ([`pace`]).
+//! same scenario and seed give the same bits on every machine (`tests/bits.rs`); only a run of one side keeps step
+//! with the clock ([`pace`]).
 //!
 //! # What to add where
 //!

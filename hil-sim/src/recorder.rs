@@ -125,7 +125,9 @@ impl Recorder {
 impl Source {
     fn push(&self, rig: &Rig, channel_energy_j: &[f64], row: &mut Vec<f64>) {
         match *self {
-            Self::Energy(None) => row.push(channel_energy_j.iter().sum()),
+            Self::Energy(None) => {
+                row.push(channel_energy_j.iter().copied().reduce(|sum, axis| sum + axis).unwrap_or(f64::NAN));
+            }
             Self::Energy(Some(axis)) => row.push(channel_energy_j.get(axis).copied().unwrap_or(f64::NAN)),
             Self::Signal { station, slot: Some(slot), format, .. } => {
                 let Some(station) = rig.stations().get(station) else { return };
