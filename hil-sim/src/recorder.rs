@@ -32,8 +32,8 @@ enum Source {
     Energy(Option<usize>),
     /// A signal of a station's Data Base.
     Signal { station: usize, signal: TypeRef, slot: Option<u8>, words: usize, format: Format },
-    /// One of [`TRUTH`].
-    Truth { station: usize, axis: usize, number: usize },
+    /// Those of [`TRUTH`] that are kept.
+    Truth { station: usize, axis: usize, kept: [bool; TRUTH.len()] },
 }
 
 /// Truth signals of a station, with their units.
@@ -54,9 +54,10 @@ impl Recorder {
     /// # Errors
     /// [`UnknownSignal`] for a name that nothing there is now has.
     pub fn new(rig: &Rig, settings: &RecordSection) -> Result<Self, UnknownSignal> {
-        let all = sources(rig);
+        let all = sources(rig, &Selection::all());
         let names = all.iter().flat_map(|(_, columns)| columns).map(Column::name);
         let selection = Selection::new(&settings.signals, names)?;
+        let wanted = sources(rig, &selection);
         let mut recorder = Self {
             recording: Recording::default(),
             selection,
@@ -64,7 +65,7 @@ impl Recorder {
             revisions: revisions(rig),
             every_ticks: u64::from(settings.every_ticks.max(1)),
         };
-        recorder.add_new(all);
+        recorder.add_new(wanted);
         Ok(recorder)
     }
 
@@ -107,16 +108,16 @@ impl Recorder {
                 *slot = station.and_then(|station| station.dimsart.engine().data_base().slot(*signal));
             }
         }
-        self.add_new(sources(rig));
+        self.add_new(sources(rig, &self.selection));
     }
 
-    /// Adds what is wanted and not there yet.
-    fn add_new(&mut self, all: Vec<(Source, Vec<Column>)>) {
+    /// Adds what is not there yet.
+    fn add_new(&mut self, wanted: Vec<(Source, Vec<Column>)>) {
         let known = self.recording.columns();
         let is_new = |(_, columns): &(Source, Vec<Column>)| {
-            columns.first().is_some_and(|first| self.selection.holds(&first.name()) && !known.contains(first))
+            columns.first().is_some_and(|first| !known.contains(first))
         };
-        let (sources, columns): (Vec<_>, Vec<_>) = all.into_iter().filter(is_new).unzip();
+        let (sources, columns): (Vec<_>, Vec<_>) = wanted.into_iter().filter(is_new).unzip();
         self.sources.extend(sources);
         self.recording.add_columns(columns.into_iter().flatten().collect());
     }
@@ -139,9 +140,9 @@ impl Source {
                 }
             }
             Self::Signal { slot: None, words, .. } => row.extend(std::iter::repeat_n(f64::NAN, words)),
-            Self::Truth { station, axis, number } => {
+            Self::Truth { station, axis, kept } => {
                 let truth = rig.stations().get(station).and_then(|station| station.plant.truth(axis));
-                let values = truth.map(|truth| {
+                let values = truth.map_or([f64::NAN; TRUTH.len()], |truth| {
                     [
                         truth.position_m,
                         truth.velocity_m_per_s,
@@ -150,26 +151,35 @@ impl Source {
                         truth.wall_force_n,
                     ]
                 });
-                row.push(values.and_then(|values| values.get(number).copied()).unwrap_or(f64::NAN));
+                row.extend(
+                    values.into_iter().zip(kept).filter(|(_, is_kept)| *is_kept).map(|(value, _)| value),
+                );
             }
         }
     }
 }
 
-/// All that can be recorded of a rig as it is now.
-fn sources(rig: &Rig) -> Vec<(Source, Vec<Column>)> {
+/// All of a rig as it is now that is selected.
+fn sources(rig: &Rig, selection: &Selection) -> Vec<(Source, Vec<Column>)> {
     let mut sources = energies(rig);
     for (number, station) in rig.stations().iter().enumerate() {
         sources.extend(signals(number, station));
-        for axis in 0..station.plant.dof() {
-            for (truth, (name, unit)) in TRUTH.into_iter().enumerate() {
-                let name = format!("{}.{name}", station.name);
-                let source = Source::Truth { station: number, axis, number: truth };
-                sources.push((source, vec![column("world", &name, Some(axis), unit)]));
-            }
-        }
+    }
+    // A source's columns have one name.
+    sources.retain(|(_, columns)| columns.first().is_some_and(|first| selection.holds(&first.name())));
+    for (number, station) in rig.stations().iter().enumerate() {
+        sources.extend((0..station.plant.dof()).map(|axis| truth(number, station, axis, selection)));
     }
     sources
+}
+
+/// The selected part of a station's truth on one axis.
+fn truth(number: usize, station: &Station, axis: usize, selection: &Selection) -> (Source, Vec<Column>) {
+    let columns =
+        TRUTH.map(|(name, unit)| column("world", &format!("{}.{name}", station.name), Some(axis), unit));
+    let kept = columns.each_ref().map(|column| selection.holds(&column.name()));
+    let columns = columns.into_iter().zip(kept).filter(|(_, is_kept)| *is_kept);
+    (Source::Truth { station: number, axis, kept }, columns.map(|(column, _)| column).collect())
 }
 
 /// The energy in the channel, if there are waves in it.

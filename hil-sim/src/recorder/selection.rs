@@ -25,6 +25,11 @@ pub struct UnknownSignal {
 pub(super) struct Selection(Vec<String>);
 
 impl Selection {
+    /// Everything.
+    pub(super) fn all() -> Self {
+        Self(Vec::new())
+    }
+
     /// The selection of `wanted`, each of which must be one of the `known` names or the first parts of one.
     pub(super) fn new(wanted: &[String], known: impl Iterator<Item = String>) -> Result<Self, UnknownSignal> {
         let known: Vec<String> = known.collect();

@@ -78,10 +78,11 @@ fn simulator(found: &Simulator) -> String {
     let verdict =
         if simulated_s / recorded_s >= WANTED { "reached" } else { "missed on this machine, this time" };
     format!(
-        "\n`dimsart run`: {simulated_s:.3} s of both sides with hand, wall, devices and links, on one core, the best of {RUNS} \
-         runs.\nThe time is from the first tick to the last, without set-up and report. Wanted are {WANTED} times real \
-         time\nwith every signal recorded: {verdict}. A time depends on the machine and what else it does, so it breaks no\n\
-         budget; counted, a tick of the whole simulation takes {} instructions with nothing recorded.\n{}",
+        "\n`dimsart run`: {simulated_s:.3} s of both sides with hand, wall, devices and links, on one core, the best of\n\
+         {RUNS} runs, from the first tick to the last, without set-up and report. Wanted with every signal recorded:\n\
+         {WANTED} times real time; {verdict}. A time depends on the machine and on\n\
+         what else it does, so it breaks no budget. Counted: a tick of the whole simulation takes {}\n\
+         instructions with nothing recorded.\n{}",
         number(per_tick.round()),
         table(["", "Time (s)", "Times real time"], &rows),
     )
