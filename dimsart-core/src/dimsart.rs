@@ -40,9 +40,32 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base.
     pub fn new(device: DeviceDescriptor) -> Result<Self, StorageError> {
-        let mut engine = Engine::new(device.clone());
-        let frame = Frame::connect(engine.data_base_mut(), &device)?;
-        Ok(Self { engine, frame, refused_ticks: 0 })
+        let mut dimsart = Self::unconnected();
+        dimsart.connect(device)?;
+        Ok(dimsart)
+    }
+
+    /// A controller that has no device yet; its ticks are [`Tick::Idle`].
+    ///
+    /// All zero bits: a static one takes no room in an image, and none on the stack when it is
+    /// [connected](Self::connect) in its place.
+    #[must_use]
+    pub const fn unconnected() -> Self {
+        Self { engine: Engine::unconnected(), frame: Frame::unconnected(), refused_ticks: 0 }
+    }
+
+    /// Starts anew for a device, with its types in the Data Base and no module plugged in.
+    ///
+    /// # Errors
+    /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is
+    /// [unconnected](Self::unconnected) then.
+    pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
+        self.frame = Frame::unconnected();
+        self.refused_ticks = 0;
+        self.engine.connect(device.clone());
+        let frame = Frame::connect(self.engine.data_base_mut(), &device);
+        self.frame = frame.inspect_err(|_| self.engine.disconnect())?;
+        Ok(())
     }
 
     /// One tick: device to Data Base, every module, Data Base to device.

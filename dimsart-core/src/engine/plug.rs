@@ -51,11 +51,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 Ok(())
             }
             (Verb::Close | Verb::Init, Value::Nothing) => {
-                self.is_running = false;
-                while let Some(reference) = self.instances.last().map(|instance| instance.reference) {
-                    self.remove(reference);
-                }
-                self.place_before = None;
+                self.close_all();
                 Ok(())
             }
             _ => Err(CommandError::WrongValue),
@@ -191,6 +187,15 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         self.take_out(module);
         Ok(())
+    }
+
+    /// Stops and ends the existence of every module.
+    pub(super) fn close_all(&mut self) {
+        self.is_running = false;
+        while let Some(reference) = self.instances.last().map(|instance| instance.reference) {
+            self.remove(reference);
+        }
+        self.place_before = None;
     }
 
     fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
