@@ -71,8 +71,8 @@ pub struct BG431bEsc1;
 
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
-    /// What 25 KiB hold beside 16 modules, the queues and the log.
-    const WORDS: usize = 512;
+    /// What the memory holds beside 16 modules, the queues, the log and the stack.
+    const WORDS: usize = 384;
     const TICK_HZ: u32 = 1_000;
 
     type Joints = ThreePhaseMotor;

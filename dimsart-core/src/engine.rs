@@ -317,6 +317,8 @@ impl<M: ModuleList> Instance<M> {
     }
 }
 
+/// Apart from what is done with the ports: what collects them is off the stack by then.
+#[inline(never)]
 fn declare<M: ModuleList>(module: &mut M, device: &DeviceDescriptor) -> Option<Vec<PortSpec, MAX_PORTS>> {
     let mut ports = Ports::declare(device);
     module.activate(&mut ports);

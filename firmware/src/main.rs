@@ -33,6 +33,12 @@ const SIDE: &str = if cfg!(feature = "slave") { "slave" } else { "master" };
 
 #[entry]
 fn main() -> ! {
+    boards::Idle::run(start())
+}
+
+/// Apart from what comes after it, and never ends: what it needs is off the stack by then.
+#[inline(never)]
+fn start() -> <Selected as boards::Board>::Idle {
     let Parts { device, tick, background, joints, command_port, link_in, link_out, idle } = Selected::start();
     static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
     let dimsart = DIMSART.take();
@@ -62,7 +68,7 @@ fn main() -> ! {
     background.spawn(token(links::send(link_out, packets_to_send)));
     background.spawn(token(telemetry::log(status_to_take)));
     tick.spawn(token(tick::run(dimsart, joints, ends)));
-    boards::Idle::run(idle)
+    idle
 }
 
 /// Starts the built-in scheme. One that does not match leaves the board idle, but answering.
