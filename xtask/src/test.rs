@@ -8,7 +8,7 @@ use crate::{bench, boards, panic_free, setup};
 pub(crate) fn test() -> Outcome {
     let python = setup::python()?;
     setup::emulator()?;
-    boards::build_all(Toolchain::set_up()?)?;
+    boards::hold(&boards::build_all(Toolchain::set_up()?)?)?;
     let oracle = top().join("target/oracle");
     let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];
     run(command(python, script).arg(&oracle))?;

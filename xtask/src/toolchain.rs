@@ -10,6 +10,8 @@ use crate::shell::{cargo, command, succeeds};
 const TARGET: &str = "thumbv7em-none-eabihf";
 /// A Rust of Debian's with the sources of `core`, which is compiled along; the last one is its linker.
 const DEBIAN: [&str; 5] = ["rustc-web", "cargo-web", "rust-web-clippy", "rust-web-src", "lld-22"];
+/// What Debian's Rust looks for as `rust-lld`, and does not bring.
+const DEBIAN_LINKER: &str = "/usr/lib/llvm-22/bin/ld.lld";
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/core";
 
 /// Where the compiler comes from.
@@ -33,7 +35,9 @@ impl Toolchain {
                 return Ok(Self::Rustup);
             }
         }
-        if !Path::new(DEBIAN_SOURCES).exists() || !succeeds(&mut Self::Debian.cargo("clippy", &["--version"]))
+        let files = [DEBIAN_SOURCES, DEBIAN_LINKER];
+        if !files.iter().all(|file| Path::new(file).exists())
+            || !succeeds(&mut Self::Debian.cargo("clippy", &["--version"]))
         {
             let purpose = format!("building for the boards without `rustup target add {TARGET}`");
             install(&DEBIAN, &purpose)?;
@@ -54,6 +58,7 @@ impl Toolchain {
             cargo.args(["-Z", "build-std=core"]);
             let programs = [("CARGO", "cargo"), ("RUSTC", "rustc"), ("RUSTDOC", "rustdoc")];
             cargo.envs(programs.map(|(name, program)| (name, Path::new("/usr/bin").join(program))));
+            cargo.env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", DEBIAN_LINKER);
             // `build-std` is not stable.
             cargo.env("RUSTC_BOOTSTRAP", "1").env_remove("RUSTUP_TOOLCHAIN");
         }
