@@ -21,7 +21,7 @@ use cortex_m_rt::entry;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
 use dimsart_core::{Dimsart, scheme};
-use static_cell::StaticCell;
+use static_cell::ConstStaticCell;
 
 use crate::handover::Handover;
 
@@ -33,24 +33,33 @@ const SIDE: &str = if cfg!(feature = "slave") { "slave" } else { "master" };
 
 #[entry]
 fn main() -> ! {
+    boards::Idle::run(start())
+}
+
+/// Apart from what comes after it, and never ends: what it needs is off the stack by then.
+#[inline(never)]
+fn start() -> <Selected as boards::Board>::Idle {
     let Parts { device, tick, background, joints, command_port, link_in, link_out, idle } = Selected::start();
-    static DIMSART: StaticCell<BoardDimsart> = StaticCell::new();
-    let dimsart = DIMSART.init_with(|| match Dimsart::new(device) {
-        Ok(dimsart) => dimsart,
-        Err(error) => defmt::panic!("the board's Data Base is too small for its device: {}", error),
-    });
+    static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
+    let dimsart = DIMSART.take();
+    if let Err(error) = dimsart.connect(device) {
+        defmt::panic!("the board's Data Base is too small for its device: {}", error);
+    }
     load_default_scheme(dimsart);
 
-    static REQUESTS: StaticCell<Handover<dimsart_core::protocol::Request, 2>> = StaticCell::new();
-    static ANSWERS: StaticCell<Handover<commands::Answer, 2>> = StaticCell::new();
-    static PACKETS_IN: StaticCell<Handover<links::Received, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
-    static PACKETS_OUT: StaticCell<Handover<links::Outgoing, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
-    static STATUS: StaticCell<Handover<telemetry::Status, 3>> = StaticCell::new();
-    let (requests, requests_to_take) = REQUESTS.init(Handover::new()).split();
-    let (answers, answers_to_take) = ANSWERS.init(Handover::new()).split();
-    let (packets_in, packets_to_take) = PACKETS_IN.init(Handover::new()).split();
-    let (packets_out, packets_to_send) = PACKETS_OUT.init(Handover::new()).split();
-    let (status, status_to_take) = STATUS.init(Handover::new()).split();
+    static REQUESTS: ConstStaticCell<Handover<dimsart_core::protocol::Request, 2>> =
+        ConstStaticCell::new(Handover::new());
+    static ANSWERS: ConstStaticCell<Handover<commands::Answer, 2>> = ConstStaticCell::new(Handover::new());
+    static PACKETS_IN: ConstStaticCell<Handover<links::Received, { 2 * MAX_LINKS + 1 }>> =
+        ConstStaticCell::new(Handover::new());
+    static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { 2 * MAX_LINKS + 1 }>> =
+        ConstStaticCell::new(Handover::new());
+    static STATUS: ConstStaticCell<Handover<telemetry::Status, 3>> = ConstStaticCell::new(Handover::new());
+    let (requests, requests_to_take) = REQUESTS.take().split();
+    let (answers, answers_to_take) = ANSWERS.take().split();
+    let (packets_in, packets_to_take) = PACKETS_IN.take().split();
+    let (packets_out, packets_to_send) = PACKETS_OUT.take().split();
+    let (status, status_to_take) = STATUS.take().split();
 
     let ends =
         tick::Ends { requests: requests_to_take, answers, packets_in: packets_to_take, packets_out, status };
@@ -59,7 +68,7 @@ fn main() -> ! {
     background.spawn(token(links::send(link_out, packets_to_send)));
     background.spawn(token(telemetry::log(status_to_take)));
     tick.spawn(token(tick::run(dimsart, joints, ends)));
-    boards::Idle::run(idle)
+    idle
 }
 
 /// Starts the built-in scheme. One that does not match leaves the board idle, but answering.
