@@ -80,6 +80,7 @@ pub mod saved_scheme;
 mod schedule;
 pub mod scheme;
 mod storage;
+mod timing;
 pub mod types;
 mod unit;
 mod word;
@@ -102,5 +103,6 @@ pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, PACKET_VERSION, Packet, Pack
 pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};
 pub use port::{Direction, PortSpec, Ports, Stage};
 pub use storage::StorageError;
+pub use timing::{Duration, Timing};
 pub use unit::{AxisKind, Unit};
 pub use word::{Format, Scalar, Word};
