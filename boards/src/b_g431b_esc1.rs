@@ -21,7 +21,7 @@
 //! effect meanwhile. Its angle is 0 where the board was started.
 
 use cortex_m::Peripherals;
-use dimsart_core::{AxisKind, DeviceDescriptor, Scalar as _, Tick, Word, types};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Scalar as _, Tick, Word, types};
 use embassy_stm32::bind_interrupts;
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
@@ -40,6 +40,7 @@ use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::{ALIGNING_ANGLE_RAD, Motor, phase_duties};
 use crate::stm32g4::power_stage::{self, PowerStage};
+use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::{self, Sleep, UartPort, fdcan};
 
 /// The motor. Change it to what is connected: see the motor's and the supply's data sheets.
@@ -60,10 +61,19 @@ const PWM_FREQUENCY: Hertz = Hertz(20_000);
 const DEAD_TIME: u16 = 136;
 const CRYSTAL: Hertz = Hertz(8_000_000);
 
+/// The flash has one bank: while it is written, no instruction can be read from it.
+const STALLS_TICK: bool = true;
+/// What the board measures, its own ticks last.
+const OUTPUTS: [&DataType; 6] = {
+    let [cycles, mean, max, late, overruns] = types::TIMING;
+    [types::POSITION, cycles, mean, max, late, overruns]
+};
+
 bind_interrupts!(struct Interrupts {
     USART2 => usart::BufferedInterruptHandler<USART2>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+    FLASH => embassy_stm32::flash::InterruptHandler;
 });
 
 /// The board.
@@ -79,6 +89,7 @@ impl Board for BG431bEsc1 {
     type CommandPort = UartPort;
     type LinkIn = fdcan::FromCan;
     type LinkOut = fdcan::ToCan;
+    type Flash = SchemeFlash;
     type Idle = Sleep;
 
     #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
@@ -135,7 +146,7 @@ impl Board for BG431bEsc1 {
             Self::NAME,
             &[AxisKind::Rotary],
             1.0 / Self::TICK_HZ as f32,
-            &[types::POSITION],
+            &OUTPUTS,
             &[types::DES_FORCE],
         );
         let Ok(device) = device else { panic!("the device has no axes or no sample period") };
@@ -149,6 +160,7 @@ impl Board for BG431bEsc1 {
             command_port: UartPort(port),
             link_in,
             link_out,
+            storage: Some(flash::storage(chip.FLASH, Interrupts, STALLS_TICK)),
             idle: Sleep,
         }
     }

@@ -18,7 +18,7 @@
 //! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
 
 use cortex_m::Peripherals;
-use dimsart_core::{AxisKind, DeviceDescriptor, Scalar as _, Tick, Word, types};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Scalar as _, Tick, Word, types};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::interrupt::{self, InterruptExt as _};
@@ -37,6 +37,7 @@ use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::Motor;
 use crate::stm32g4::power_stage::{self, PowerStage};
+use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::{self, Sleep, UartPort, fdcan};
 
 const AXES: usize = 3;
@@ -54,10 +55,20 @@ const CRYSTAL: Hertz = Hertz(24_000_000);
 /// Of port C.
 const ENABLE_PIN: usize = 3;
 
+/// The image lies in the flash's first bank and the schemes in its second: one is read while the other is
+/// written.
+const STALLS_TICK: bool = false;
+/// What the board measures, its own ticks last.
+const OUTPUTS: [&DataType; 6] = {
+    let [cycles, mean, max, late, overruns] = types::TIMING;
+    [types::POSITION, cycles, mean, max, late, overruns]
+};
+
 bind_interrupts!(struct Interrupts {
     LPUART1 => usart::BufferedInterruptHandler<LPUART1>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+    FLASH => embassy_stm32::flash::InterruptHandler;
 });
 
 /// The board.
@@ -72,6 +83,7 @@ impl Board for NucleoG474re {
     type CommandPort = UartPort;
     type LinkIn = fdcan::FromCan;
     type LinkOut = fdcan::ToCan;
+    type Flash = SchemeFlash;
     type Idle = Sleep;
 
     #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
@@ -136,7 +148,7 @@ impl Board for NucleoG474re {
             Self::NAME,
             &axes,
             1.0 / Self::TICK_HZ as f32,
-            &[types::POSITION],
+            &OUTPUTS,
             &[types::DES_FORCE],
         );
         let Ok(device) = device else { panic!("the device has no axes or no sample period") };
@@ -150,6 +162,7 @@ impl Board for NucleoG474re {
             command_port: UartPort(port),
             link_in,
             link_out,
+            storage: Some(flash::storage(chip.FLASH, Interrupts, STALLS_TICK)),
             idle: Sleep,
         }
     }

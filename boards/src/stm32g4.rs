@@ -3,6 +3,7 @@
 //! 170 MHz from the board's crystal; an RC oscillator is too inaccurate for CAN.
 
 pub(crate) mod fdcan;
+pub(crate) mod flash;
 pub(crate) mod power_stage;
 
 use cortex_m::peripheral::{DCB, DWT, SCB};

@@ -11,35 +11,39 @@
 
 mod commands;
 mod handover;
+mod keeper;
 mod links;
 mod rescue;
 mod telemetry;
 mod tick;
 
-use boards::{Board as _, Parts, Selected};
+use boards::{Board as _, Parts, Selected, Storage};
 use cortex_m_rt::entry;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
-use dimsart_core::{Dimsart, scheme};
+use dimsart_core::{Dimsart, saved_scheme};
+use embassy_futures::block_on;
+use firmware::SchemeStore;
 use static_cell::StaticCell;
 
 use crate::handover::Handover;
+use crate::keeper::Keeper;
 
 type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
 
-const SCHEME: &str = include_str!("../../schemes/bilateral.scheme");
-const SIDES: [&str; 2] = ["master", "slave"];
-const SIDE: &str = if cfg!(feature = "slave") { "slave" } else { "master" };
+/// The built-in scheme, as the build has made it of its text.
+const BUILT_IN: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-scheme"));
 
 #[entry]
 fn main() -> ! {
-    let Parts { device, tick, background, joints, command_port, link_in, link_out, idle } = Selected::start();
+    let Parts { device, tick, background, joints, command_port, link_in, link_out, storage, idle } =
+        Selected::start();
     static DIMSART: StaticCell<BoardDimsart> = StaticCell::new();
     let dimsart = DIMSART.init_with(|| match Dimsart::new(device) {
         Ok(dimsart) => dimsart,
         Err(error) => defmt::panic!("the board's Data Base is too small for its device: {}", error),
     });
-    load_default_scheme(dimsart);
+    let keeper = start_scheme(storage, dimsart);
 
     static REQUESTS: StaticCell<Handover<dimsart_core::protocol::Request, 2>> = StaticCell::new();
     static ANSWERS: StaticCell<Handover<commands::Answer, 2>> = StaticCell::new();
@@ -54,7 +58,11 @@ fn main() -> ! {
 
     let ends =
         tick::Ends { requests: requests_to_take, answers, packets_in: packets_to_take, packets_out, status };
-    background.spawn(token(commands::serve(command_port, requests, answers_to_take)));
+    background.spawn(token(commands::serve(
+        command_port,
+        commands::Link { requests, answers: answers_to_take },
+        keeper,
+    )));
     background.spawn(token(links::receive(link_in, packets_in)));
     background.spawn(token(links::send(link_out, packets_to_send)));
     background.spawn(token(telemetry::log(status_to_take)));
@@ -62,16 +70,17 @@ fn main() -> ! {
     boards::Idle::run(idle)
 }
 
-/// Starts the built-in scheme. One that does not match leaves the board idle, but answering.
-fn load_default_scheme(dimsart: &mut BoardDimsart) {
-    let failed = scheme::load(SCHEME, SIDE, &SIDES, dimsart, |error| {
-        defmt::error!("built-in scheme, line {}: {} was refused", error.place.line, error.place.word);
-    });
-    if failed == 0 {
-        defmt::info!("{}: the built-in scheme runs as {}", Selected::NAME, SIDE);
-    } else {
-        defmt::error!("{}: the built-in scheme does not run; the board stays idle", Selected::NAME);
-    }
+/// Starts a kept scheme or the built-in one. If none matches, the board is idle, but answers.
+fn start_scheme(
+    storage: Option<Storage<<Selected as boards::Board>::Flash>>,
+    dimsart: &mut BoardDimsart,
+) -> Keeper {
+    let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
+    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
+    let status = block_on(firmware::start(store.as_mut(), BUILT_IN, dimsart));
+    defmt::info!("{}: {}", Selected::NAME, status);
+    let fingerprint = saved_scheme::fingerprint(dimsart.engine_mut());
+    Keeper { store, stalls_tick, status, fingerprint }
 }
 
 /// A task that is started once; each is.

@@ -305,7 +305,7 @@ fn after_a_cut_at_any_write_the_old_or_the_new_scheme_runs_whole_and_commands_ar
         flash = act(step, flash).0;
         model = next;
     }
-    assert!(flash.erasures.iter().all(|erasures| *erasures > 1), "{:?}", flash.erasures);
+    assert!(flash.erasures.iter().all(|erasures| *erasures > 0), "{:?}", flash.erasures);
     assert!(cuts > 1000, "{cuts} cuts: too little was written");
 }
 
