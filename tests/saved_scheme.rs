@@ -5,7 +5,7 @@ mod common;
 use common::{Bench, words};
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{
-    LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, TooLong, Writer, fingerprint, load, save,
+    LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
 };
 use dimsart_core::{
     Accepts, Command, CommandError, Dimsart, ModuleList, ModuleRef, Target, TypeRef, Value, Verb, types,
@@ -158,7 +158,8 @@ fn what_is_damaged_cut_or_of_another_image_is_refused_before_any_command() {
     for length in 0..bytes.len() {
         assert_eq!(load(&bytes[..length], &mut dimsart), Err(LoadError::Damaged), "cut to {length}");
     }
-    let other = Writer::new(fingerprint(shipped.engine_mut()) ^ 1).finish().unwrap();
+    let mut other = SchemeBytes::new();
+    Writer::new(&mut other, fingerprint(shipped.engine_mut()) ^ 1).finish().unwrap();
     assert_eq!(load(&other, &mut dimsart), Err(LoadError::OtherImage));
     assert_eq!(format!("{dimsart:?}"), nothing);
     assert_eq!(bytes[0], SAVED_SCHEME_VERSION);
@@ -169,12 +170,14 @@ fn what_is_damaged_cut_or_of_another_image_is_refused_before_any_command() {
 #[test]
 fn a_scheme_that_does_not_load_leaves_no_module_behind() {
     let mut dimsart = shipped();
-    let mut writer = Writer::new(fingerprint(dimsart.engine_mut()));
+    let mut bytes = SchemeBytes::new();
+    let mut writer = Writer::new(&mut bytes, fingerprint(dimsart.engine_mut()));
     let pd = dimsart_core::Engine::<Standard>::module("PDCTRL_MOD").unwrap();
     let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
     commands.retain(|command| *command != Command::engine(Verb::ModOn, pd));
     commands.iter().for_each(|command| writer.push(command).unwrap());
-    let error = load(&writer.finish().unwrap(), &mut dimsart).unwrap_err();
+    writer.finish().unwrap();
+    let error = load(&bytes, &mut dimsart).unwrap_err();
     let LoadError::Refused { command, error: CommandError::DoesNotMatch { .. } } = error else {
         panic!("{error}")
     };
@@ -190,7 +193,8 @@ fn a_scheme_that_fits_no_page_is_refused() {
         axis: None,
         value: Value::Real(1.0),
     };
-    let mut writer = Writer::new(0);
+    let mut bytes = SchemeBytes::new();
+    let mut writer = Writer::new(&mut bytes, 0);
     let gains = (0..).take_while(|_| writer.push(&gain).is_ok()).count();
     assert_eq!(gains, (MAX_SCHEME_BYTES - 5) / 10);
     while writer.push(&Command::plain(Verb::Stop)).is_ok() {}

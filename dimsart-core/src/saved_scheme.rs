@@ -78,16 +78,17 @@ impl core::error::Error for LoadError {}
 
 /// Puts the commands of a scheme together.
 #[derive(Debug)]
-pub struct Writer {
-    bytes: SchemeBytes,
+pub struct Writer<'b> {
+    bytes: &'b mut SchemeBytes,
 }
 
-impl Writer {
-    /// A scheme without commands, for images with this [`fingerprint`].
+impl<'b> Writer<'b> {
+    /// A scheme without commands in place of what `bytes` were, for images with this [`fingerprint`].
     #[must_use]
-    pub fn new(fingerprint: u32) -> Self {
-        let mut bytes = Vec::from_array([SAVED_SCHEME_VERSION]);
-        // Fits: nothing else is in yet.
+    pub fn new(bytes: &'b mut SchemeBytes, fingerprint: u32) -> Self {
+        bytes.clear();
+        // Both fit: nothing else is in yet.
+        let _ = bytes.push(SAVED_SCHEME_VERSION);
         let _ = bytes.extend_from_slice(&fingerprint.to_le_bytes());
         Self { bytes }
     }
@@ -102,15 +103,14 @@ impl Writer {
         self.bytes.extend_from_slice(bytes).map_err(|_| TooLong)
     }
 
-    /// The whole scheme, with the command that starts it.
+    /// Ends the scheme with the command that starts it.
     ///
     /// # Errors
-    /// [`TooLong`] when there is no room for it.
-    pub fn finish(mut self) -> Result<SchemeBytes, TooLong> {
+    /// [`TooLong`] when there is no room for it; the bytes are of no use then.
+    pub fn finish(mut self) -> Result<(), TooLong> {
         self.push(&Command::plain(Verb::MatchingCheck))?;
-        let crc = CRC.checksum(&self.bytes).to_le_bytes();
-        self.bytes.extend_from_slice(&crc).map_err(|_| TooLong)?;
-        Ok(self.bytes)
+        let crc = CRC.checksum(self.bytes).to_le_bytes();
+        self.bytes.extend_from_slice(&crc).map_err(|_| TooLong)
     }
 }
 
@@ -124,9 +124,11 @@ const MAX_COMMAND_BYTES: usize = 24;
 pub fn save<M: ModuleList, const WORDS: usize>(
     engine: &mut Engine<M, WORDS>,
 ) -> Result<SchemeBytes, TooLong> {
-    let mut writer = Writer::new(fingerprint(engine));
+    let mut bytes = SchemeBytes::new();
+    let mut writer = Writer::new(&mut bytes, fingerprint(engine));
     engine.commands().try_for_each(|command| writer.push(&command))?;
-    writer.finish()
+    writer.finish()?;
+    Ok(bytes)
 }
 
 /// Replaces the scheme by a saved one and starts it.

@@ -20,6 +20,8 @@ pub(crate) struct Keeper {
     pub(crate) stalls_tick: bool,
     pub(crate) status: SchemeStatus,
     pub(crate) fingerprint: u32,
+    /// The scheme that is being saved.
+    pub(crate) scheme: SchemeBytes,
 }
 
 impl Keeper {
@@ -39,7 +41,10 @@ impl Keeper {
         }
         let is_tried = self.status.origin == Origin::Trial;
         let result = match action {
-            SchemeAction::Save => store.save(&collect(self.fingerprint, tick).await?).await,
+            SchemeAction::Save => {
+                collect(&mut self.scheme, self.fingerprint, tick).await?;
+                store.save(&self.scheme).await
+            }
             SchemeAction::Confirm if is_tried && store.trial() == Trial::Tried => store.confirm().await,
             // Confirmed already, and the answer was lost.
             SchemeAction::Confirm if is_tried && store.trial() == Trial::None && store.is_saved() => Ok(()),
@@ -61,13 +66,13 @@ async fn runs(tick: &mut Link) -> bool {
 }
 
 /// The scheme as it is, a command per tick. It cannot change meanwhile: who changes it waits for this.
-async fn collect(fingerprint: u32, tick: &mut Link) -> Result<SchemeBytes, Refusal> {
+async fn collect(scheme: &mut SchemeBytes, fingerprint: u32, tick: &mut Link) -> Result<(), Refusal> {
     if let Response::Finding { faults: faults @ 1.., .. } = tick.ask(Request::Finding { index: 0 }).await {
         let faults = usize::try_from(faults).unwrap_or(usize::MAX);
         return Err(Refusal::Engine(CommandError::DoesNotMatch { faults }));
     }
     let too_long = |_| refused(StoreError::TooLong);
-    let (mut writer, mut cursor) = (Writer::new(fingerprint), Cursor::default());
+    let (mut writer, mut cursor) = (Writer::new(scheme, fingerprint), Cursor::default());
     loop {
         let (place, index) = cursor.place_and_index();
         let answer = tick.ask(Request::SchemeCommand { place, index }).await;

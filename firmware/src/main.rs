@@ -19,9 +19,10 @@ mod tick;
 
 use boards::{Board as _, Parts, Selected, Storage};
 use cortex_m_rt::entry;
+use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
-use dimsart_core::{Dimsart, saved_scheme};
+use dimsart_core::saved_scheme::{SchemeBytes, fingerprint};
 use embassy_futures::block_on;
 use firmware::SchemeStore;
 use static_cell::StaticCell;
@@ -79,8 +80,8 @@ fn start_scheme(
     let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
     let status = block_on(firmware::start(store.as_mut(), BUILT_IN, dimsart));
     defmt::info!("{}: {}", Selected::NAME, status);
-    let fingerprint = saved_scheme::fingerprint(dimsart.engine_mut());
-    Keeper { store, stalls_tick, status, fingerprint }
+    let fingerprint = fingerprint(dimsart.engine_mut());
+    Keeper { store, stalls_tick, status, fingerprint, scheme: SchemeBytes::new() }
 }
 
 /// A task that is started once; each is.

@@ -8,7 +8,7 @@ use dimsart_core::protocol::{
     DeviceInfo, Fallback, MAX_FRAME_BYTES, Origin, Receiver, Request, Response, SchemeStatus, Trial, answer,
     decode_response, encode_request,
 };
-use dimsart_core::saved_scheme::{LoadError, Writer, fingerprint, save};
+use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, save};
 use dimsart_core::{
     AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Engine, ModuleRef, Value, Verb, types,
 };
@@ -333,6 +333,13 @@ fn ten_thousand_saved_schemes_lose_nothing_and_wear_every_page_alike() {
     assert!(*most < 2_000 && most - least <= 1, "{:?}", flash.erasures);
 }
 
+/// A scheme without modules.
+fn nothing(fingerprint: u32) -> SchemeBytes {
+    let mut bytes = SchemeBytes::new();
+    Writer::new(&mut bytes, fingerprint).finish().unwrap();
+    bytes
+}
+
 /// A board that finds these bytes on trial.
 fn with_trial(bytes: &[u8]) -> Board {
     let mut board = Board::start(Flash::new());
@@ -346,14 +353,12 @@ fn with_trial(bytes: &[u8]) -> Board {
 #[test]
 fn a_scheme_on_trial_that_does_not_load_gives_way_to_the_saved_one_with_the_reason() {
     let print = fingerprint(controller().engine_mut());
-    let nothing = Writer::new(print).finish().unwrap();
-    let other_image = Writer::new(print ^ 1).finish().unwrap();
     let mut damaged = scheme(6);
     damaged[10] ^= 1;
     let faults = CommandError::DoesNotMatch { faults: 1 };
     for (bytes, reason) in [
-        (nothing.as_slice(), LoadError::Refused { command: 0, error: faults }),
-        (&other_image, LoadError::OtherImage),
+        (nothing(print).as_slice(), LoadError::Refused { command: 0, error: faults }),
+        (&nothing(print ^ 1), LoadError::OtherImage),
         (&damaged, LoadError::Damaged),
         (&[], LoadError::Damaged),
     ] {
@@ -377,7 +382,7 @@ fn a_scheme_on_trial_that_does_not_load_gives_way_to_the_saved_one_with_the_reas
 fn a_saved_scheme_of_another_image_gives_way_to_the_built_in_one() {
     let print = fingerprint(controller().engine_mut());
     let mut board = Board::start(Flash::new());
-    block_on(board.store.save(&Writer::new(print ^ 1).finish().unwrap())).unwrap();
+    block_on(board.store.save(&nothing(print ^ 1))).unwrap();
     block_on(board.store.confirm()).unwrap();
     let mut board = Board::start(board.store.into_flash());
     let fallback = Some(Fallback::Saved(LoadError::OtherImage));

@@ -27,7 +27,8 @@ pub(crate) fn storage(
 
 /// As an offset from the start of the flash.
 fn range() -> Range<u32> {
-    #[expect(unsafe_code, reason = "the linker's symbols are declared so; nothing is read")]
+    #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
+    // SAFETY: the memory map defines both.
     unsafe extern "C" {
         safe static _storage_start: u8;
         safe static _storage_end: u8;
@@ -78,11 +79,7 @@ impl NorFlash for SchemeFlash {
 /// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and raises
 /// this. The reader's own checksum finds out; here the error is only acknowledged.
 #[exception]
-#[expect(
-    unsafe_code,
-    clippy::panic,
-    reason = "an exception of the processor; anything else that raises it is fatal"
-)]
+#[expect(clippy::panic, reason = "anything else that raises it is fatal")]
 unsafe fn NonMaskableInt() {
     let errors = FLASH.eccr().read();
     if !(errors.eccd() || errors.eccd2()) {
