@@ -88,7 +88,10 @@ impl NorFlash for Flash {
     const ERASE_SIZE: usize = PAGE;
 
     async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerGone> {
-        assert!(offset as usize % WORD == 0 && bytes.len() % WORD == 0, "not whole words");
+        assert!(
+            (offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD),
+            "not whole words"
+        );
         for (word, content) in (offset as usize / WORD..).zip(bytes.chunks(WORD)) {
             let is_zero = content.iter().all(|byte| *byte == 0);
             assert!(is_zero || !self.is_written[word], "word {word} is written twice");
@@ -161,7 +164,7 @@ struct Board {
     status: SchemeStatus,
 }
 
-const ALL: Range<u32> = 0..(PAGES * PAGE) as u32;
+const ALL: Range<u32> = 0..8192;
 
 impl Board {
     fn start(flash: Flash) -> Self {
@@ -174,8 +177,8 @@ impl Board {
     /// The gain by which the running scheme is known; it is whole and commands are answered.
     fn running(&mut self) -> u16 {
         assert!(self.dimsart.engine().is_running());
-        let Ok(Value::Real(gain)) = self.dimsart.engine_mut().get(pd(), 0, 0) else { panic!("no gain") };
-        let gain = gain as u16;
+        let value = self.dimsart.engine_mut().get(pd(), 0, 0).unwrap();
+        let gain = (0..=u16::MAX).find(|gain| value == Value::Real(f32::from(*gain))).unwrap();
         assert_eq!(
             save(self.dimsart.engine_mut()).unwrap().as_slice(),
             scheme(gain),

@@ -2,10 +2,8 @@
 
 use core::ops::Range;
 
-use cortex_m_rt::exception;
 use embassy_stm32::flash::{Async, Error, Flash, InterruptHandler};
 use embassy_stm32::interrupt::{self, typelevel::Binding};
-use embassy_stm32::pac::FLASH;
 use embassy_stm32::{Peri, interrupt::InterruptExt as _, peripherals};
 use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
@@ -76,15 +74,21 @@ impl NorFlash for SchemeFlash {
     }
 }
 
-/// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and raises
-/// this. The reader's own checksum finds out; here the error is only acknowledged.
-#[exception]
-#[expect(clippy::panic, reason = "anything else that raises it is fatal")]
-unsafe fn NonMaskableInt() {
-    let errors = FLASH.eccr().read();
-    if !(errors.eccd() || errors.eccd2()) {
-        panic!("the processor's clock or supply failed");
+#[expect(unsafe_code, reason = "an exception of the processor may come at any time")]
+mod ecc {
+    use cortex_m_rt::exception;
+    use embassy_stm32::pac::FLASH;
+
+    /// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and
+    /// raises this. The reader's own checksum finds out; here the error is only acknowledged.
+    #[exception]
+    #[expect(clippy::panic, reason = "anything else that raises it is fatal")]
+    unsafe fn NonMaskableInt() {
+        let errors = FLASH.eccr().read();
+        if !(errors.eccd() || errors.eccd2()) {
+            panic!("the processor's clock or supply failed");
+        }
+        // Written back, the flags that are set are cleared.
+        FLASH.eccr().write_value(errors);
     }
-    // Written back, the flags that are set are cleared.
-    FLASH.eccr().write_value(errors);
 }
