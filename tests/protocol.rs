@@ -458,7 +458,7 @@ fn a_scheme_is_told_command_by_command() {
         found.extend(of_module.into_iter().map(|answer| unwrap!(SchemeCommand, answer)));
     }
     assert_eq!(found, expected);
-    assert!(found.len() > 10, "{found:?}");
+    assert!(found.len() >= 10, "{found:?}");
 }
 
 #[test]
