@@ -1,7 +1,6 @@
 //! ST's B-G431B-ESC1: one three-phase motor, its inverter, CAN transceiver and ST-LINK on one board.
 //!
-//! Complete, linked, and never yet run on silicon. It cannot start yet: the image makes the controller on
-//! the stack before it moves it into its place, and that takes more than this chip's 32 KiB hold.
+//! Complete, linked, and never yet run on silicon.
 //!
 //! | What | Pins |
 //! |---|---|
@@ -20,12 +19,10 @@
 //! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
 //! effect meanwhile. Its angle is 0 where the board was started.
 
-use cortex_m::Peripherals;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Scalar as _, Tick, Word, types};
+use dimsart_core::{AxisKind, Scalar as _, Tick, Word};
 use embassy_stm32::bind_interrupts;
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::interrupt::{self, InterruptExt as _};
 use embassy_stm32::peripherals::{FDCAN1, TIM4, USART2};
 use embassy_stm32::rcc::PllPreDiv;
 use embassy_stm32::time::Hertz;
@@ -33,8 +30,7 @@ use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwm
 use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::qei::{self, Qei};
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::usart::{self, BufferedUart};
-use static_cell::ConstStaticCell;
+use embassy_stm32::usart::BufferedInterruptHandler;
 
 use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
@@ -63,14 +59,9 @@ const CRYSTAL: Hertz = Hertz(8_000_000);
 
 /// The flash has one bank: while it is written, no instruction can be read from it.
 const STALLS_TICK: bool = true;
-/// What the board measures, its own ticks last.
-const OUTPUTS: [&DataType; 6] = {
-    let [cycles, mean, max, late, overruns] = types::TIMING;
-    [types::POSITION, cycles, mean, max, late, overruns]
-};
 
 bind_interrupts!(struct Interrupts {
-    USART2 => usart::BufferedInterruptHandler<USART2>;
+    USART2 => BufferedInterruptHandler<USART2>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
     FLASH => embassy_stm32::flash::InterruptHandler;
@@ -81,8 +72,8 @@ pub struct BG431bEsc1;
 
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
-    /// What 25 KiB hold beside 16 modules, the queues and the log.
-    const WORDS: usize = 512;
+    /// What the memory holds beside 16 modules, the queues, the log and the stack.
+    const WORDS: usize = 192;
     const TICK_HZ: u32 = 1_000;
 
     type Joints = ThreePhaseMotor;
@@ -92,13 +83,8 @@ impl Board for BG431bEsc1 {
     type Flash = SchemeFlash;
     type Idle = Sleep;
 
-    #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
     fn start() -> Parts<Self> {
-        let Some(core) = Peripherals::take() else { panic!("the board was started twice") };
-        let chip = embassy_stm32::init(stm32g4::config(CRYSTAL, PllPreDiv::DIV2));
-        stm32g4::start_cycle_counter(core.DCB, core.DWT);
-        interrupt::USART2.set_priority(stm32g4::LINE_PRIORITY);
-        interrupt::FDCAN1_IT0.set_priority(stm32g4::LINE_PRIORITY);
+        let chip = stm32g4::start(CRYSTAL, PllPreDiv::DIV2);
 
         let pull_ups = qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
         let pwm = ComplementaryPwm::new(
@@ -122,47 +108,13 @@ impl Board for BG431bEsc1 {
             power_stage: PowerStage::new(pwm, DEAD_TIME),
         };
 
-        static SEND: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
-        static RECEIVE: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
-        let mut settings = usart::Config::default();
-        settings.baudrate = stm32g4::COMMAND_BAUD;
-        let port = BufferedUart::new(
-            chip.USART2,
-            chip.PB4,
-            chip.PB3,
-            SEND.take(),
-            RECEIVE.take(),
-            Interrupts,
-            settings,
-        );
-        let Ok(port) = port else { panic!("the command line's baud rate cannot be made") };
+        let command_port = UartPort::open(chip.USART2, chip.PB4, chip.PB3, Interrupts);
         let shutdown = Output::new(chip.PC11, Level::Low, Speed::Low);
         // Stays low for good: the pin would float if its owner went away.
         core::mem::forget(shutdown);
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
-        let (link_in, link_out) = fdcan::start(can);
-
-        let device = DeviceDescriptor::new(
-            Self::NAME,
-            &[AxisKind::Rotary],
-            1.0 / Self::TICK_HZ as f32,
-            &OUTPUTS,
-            &[types::DES_FORCE],
-        );
-        let Ok(device) = device else { panic!("the device has no axes or no sample period") };
-        let (tick, background) = stm32g4::start_executors();
-        stm32g4::start_watchdog(chip.IWDG);
-        Parts {
-            device,
-            tick,
-            background,
-            joints,
-            command_port: UartPort(port),
-            link_in,
-            link_out,
-            storage: Some(flash::storage(chip.FLASH, Interrupts, STALLS_TICK)),
-            idle: Sleep,
-        }
+        let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
+        stm32g4::parts(&[AxisKind::Rotary], joints, command_port, can, storage, chip.IWDG)
     }
 
     fn disarm() {

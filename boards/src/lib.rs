@@ -6,7 +6,8 @@
 //! # Adding a board
 //!
 //! A file here that implements `Board`, its line in `boards!` below, its memory map in `build.rs`, and its
-//! feature with its dependencies in `Cargo.toml` (`firmware` passes the feature on).
+//! feature with its dependencies in `Cargo.toml` (`firmware` passes the feature on). For `cargo xtask`, its
+//! budget in `xtask/src/boards.rs`, and for flashing, its chip in `chips.rs`.
 #![no_std]
 
 #[cfg(test)]

@@ -17,11 +17,9 @@
 //!
 //! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
 
-use cortex_m::Peripherals;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Scalar as _, Tick, Word, types};
+use dimsart_core::{AxisKind, Scalar as _, Tick, Word};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::interrupt::{self, InterruptExt as _};
 use embassy_stm32::peripherals::{FDCAN1, LPUART1, TIM2, TIM3, TIM4};
 use embassy_stm32::rcc::PllPreDiv;
 use embassy_stm32::time::Hertz;
@@ -29,9 +27,8 @@ use embassy_stm32::timer::complementary_pwm::ComplementaryPwm;
 use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::qei::{self, Qei};
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::usart::{self, BufferedUart};
+use embassy_stm32::usart::BufferedInterruptHandler;
 use embassy_stm32::{bind_interrupts, pac};
-use static_cell::ConstStaticCell;
 
 use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
@@ -58,14 +55,9 @@ const ENABLE_PIN: usize = 3;
 /// The image lies in the flash's first bank and the schemes in its second: one is read while the other is
 /// written.
 const STALLS_TICK: bool = false;
-/// What the board measures, its own ticks last.
-const OUTPUTS: [&DataType; 6] = {
-    let [cycles, mean, max, late, overruns] = types::TIMING;
-    [types::POSITION, cycles, mean, max, late, overruns]
-};
 
 bind_interrupts!(struct Interrupts {
-    LPUART1 => usart::BufferedInterruptHandler<LPUART1>;
+    LPUART1 => BufferedInterruptHandler<LPUART1>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
     FLASH => embassy_stm32::flash::InterruptHandler;
@@ -86,14 +78,9 @@ impl Board for NucleoG474re {
     type Flash = SchemeFlash;
     type Idle = Sleep;
 
-    #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
     fn start() -> Parts<Self> {
-        let Some(core) = Peripherals::take() else { panic!("the board was started twice") };
-        let chip = embassy_stm32::init(stm32g4::config(CRYSTAL, PllPreDiv::DIV6));
+        let chip = stm32g4::start(CRYSTAL, PllPreDiv::DIV6);
         let enable = Output::new(chip.PC3, Level::Low, Speed::Low);
-        stm32g4::start_cycle_counter(core.DCB, core.DWT);
-        interrupt::LPUART1.set_priority(stm32g4::LINE_PRIORITY);
-        interrupt::FDCAN1_IT0.set_priority(stm32g4::LINE_PRIORITY);
 
         let pull_ups = || qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
         let counters = Counters(
@@ -126,45 +113,10 @@ impl Board for NucleoG474re {
             enable,
         };
 
-        static SEND: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
-        static RECEIVE: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
-        let mut settings = usart::Config::default();
-        settings.baudrate = stm32g4::COMMAND_BAUD;
-        let port = BufferedUart::new(
-            chip.LPUART1,
-            chip.PA3,
-            chip.PA2,
-            SEND.take(),
-            RECEIVE.take(),
-            Interrupts,
-            settings,
-        );
-        let Ok(port) = port else { panic!("the command line's baud rate cannot be made") };
+        let command_port = UartPort::open(chip.LPUART1, chip.PA3, chip.PA2, Interrupts);
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PA12, Interrupts);
-        let (link_in, link_out) = fdcan::start(can);
-
-        let axes = [AxisKind::Rotary; AXES];
-        let device = DeviceDescriptor::new(
-            Self::NAME,
-            &axes,
-            1.0 / Self::TICK_HZ as f32,
-            &OUTPUTS,
-            &[types::DES_FORCE],
-        );
-        let Ok(device) = device else { panic!("the device has no axes or no sample period") };
-        let (tick, background) = stm32g4::start_executors();
-        stm32g4::start_watchdog(chip.IWDG);
-        Parts {
-            device,
-            tick,
-            background,
-            joints,
-            command_port: UartPort(port),
-            link_in,
-            link_out,
-            storage: Some(flash::storage(chip.FLASH, Interrupts, STALLS_TICK)),
-            idle: Sleep,
-        }
+        let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
+        stm32g4::parts(&[AxisKind::Rotary; AXES], joints, command_port, can, storage, chip.IWDG)
     }
 
     fn disarm() {

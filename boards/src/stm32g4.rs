@@ -6,23 +6,29 @@ pub(crate) mod fdcan;
 pub(crate) mod flash;
 pub(crate) mod power_stage;
 
-use cortex_m::peripheral::{DCB, DWT, SCB};
+use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
+use embassy_stm32::can::CanConfigurator;
+use embassy_stm32::interrupt::typelevel::{Binding, Interrupt as _};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::IWDG;
 use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux::Fdcansel};
 use embassy_stm32::time::Hertz;
-use embassy_stm32::usart::{BufferedUart, Error};
+use embassy_stm32::usart::{self, BufferedInterruptHandler, BufferedUart, Error, RxPin, TxPin};
 use embassy_stm32::wdg::IndependentWatchdog;
-use embassy_stm32::{Config, Peri, interrupt, peripherals};
+use embassy_stm32::{Config, Peri, Peripherals, interrupt, peripherals};
 use embedded_io_async::{ErrorType, Read, Write};
 
-use crate::board::{CommandPort, Idle};
+use static_cell::ConstStaticCell;
+
+use self::flash::SchemeFlash;
+use crate::board::{Board, CommandPort, Idle, Parts, Storage};
 
 /// Bits per second of the command line.
-pub(crate) const COMMAND_BAUD: u32 = 921_600;
+const COMMAND_BAUD: u32 = 921_600;
 /// Time the watchdog waits, `us`. Longer than loading the built-in scheme takes before the first tick.
 const WATCHDOG_US: u32 = 50_000;
 
@@ -33,7 +39,7 @@ static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 /// Smaller is more urgent; the time driver has the most urgent one of all.
 const TICK_PRIORITY: Priority = Priority::P2;
 /// Of the UART and the CAN controller: their load must not reach the tick.
-pub(crate) const LINE_PRIORITY: Priority = Priority::P4;
+const LINE_PRIORITY: Priority = Priority::P4;
 const BACKGROUND_PRIORITY: Priority = Priority::P6;
 
 #[interrupt]
@@ -54,8 +60,18 @@ fn FMAC() {
     }
 }
 
-/// Settings for 170 MHz from a crystal of `crystal`, which `divider` brings down to 4 MHz.
-pub(crate) fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
+/// Starts the chip, once: 170 MHz from a crystal of `crystal`, which `divider` brings down to 4 MHz, and the
+/// counter of the processor's cycles.
+pub(crate) fn start(crystal: Hertz, divider: PllPreDiv) -> Peripherals {
+    let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
+    let chip = embassy_stm32::init(config(crystal, divider));
+    core.DCB.enable_trace();
+    core.DWT.set_cycle_count(0);
+    core.DWT.enable_cycle_counter();
+    chip
+}
+
+fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
     let mut config = Config::default();
     config.rcc.hse = Some(Hse { freq: crystal, mode: HseMode::Oscillator });
     config.rcc.pll = Some(Pll {
@@ -72,23 +88,45 @@ pub(crate) fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
     config
 }
 
-/// Starts the executors: the tick's and the background's.
-pub(crate) fn start_executors() -> (SendSpawner, SendSpawner) {
+/// What a board measures, its own ticks last.
+const OUTPUTS: [&DataType; 6] = {
+    let [cycles, mean, max, late, overruns] = types::TIMING;
+    [types::POSITION, cycles, mean, max, late, overruns]
+};
+
+/// The parts of a board whose axes turn and measure their angle. Last of all that is started: the watchdog
+/// runs from here on, on its own oscillator, and nothing but a reset stops it.
+pub(crate) fn parts<B>(
+    axes: &[AxisKind],
+    joints: B::Joints,
+    command_port: UartPort,
+    can: CanConfigurator<'static>,
+    storage: Storage<SchemeFlash>,
+    watchdog: Peri<'static, peripherals::IWDG>,
+) -> Parts<B>
+where
+    B: Board<
+            CommandPort = UartPort,
+            LinkIn = fdcan::FromCan,
+            LinkOut = fdcan::ToCan,
+            Flash = SchemeFlash,
+            Idle = Sleep,
+        >,
+{
+    let period_s = 1.0 / B::TICK_HZ as f32;
+    let device = DeviceDescriptor::new(B::NAME, axes, period_s, &OUTPUTS, &[types::DES_FORCE]);
+    let Ok(device) = device else { defmt::panic!("the device has no axes or no sample period") };
+    let (link_in, link_out) = fdcan::start(can);
+    let (tick, background) = start_executors();
+    IndependentWatchdog::new(watchdog, WATCHDOG_US).unleash();
+    let storage = Some(storage);
+    Parts { device, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
+}
+
+fn start_executors() -> (SendSpawner, SendSpawner) {
     line::CORDIC.set_priority(TICK_PRIORITY);
     line::FMAC.set_priority(BACKGROUND_PRIORITY);
     (TICK.start(line::CORDIC), BACKGROUND.start(line::FMAC))
-}
-
-/// Starts the counter of the processor's cycles.
-pub(crate) fn start_cycle_counter(mut debug: DCB, mut counter: DWT) {
-    debug.enable_trace();
-    counter.set_cycle_count(0);
-    counter.enable_cycle_counter();
-}
-
-/// Starts the independent watchdog: it runs on its own oscillator and nothing but a reset stops it.
-pub(crate) fn start_watchdog(watchdog: Peri<'static, peripherals::IWDG>) {
-    IndependentWatchdog::new(watchdog, WATCHDOG_US).unleash();
 }
 
 pub(crate) fn feed_watchdog() {
@@ -115,7 +153,28 @@ impl Idle for Sleep {
 }
 
 /// The command line over a UART.
-pub struct UartPort(pub(crate) BufferedUart<'static>);
+pub struct UartPort(BufferedUart<'static>);
+
+impl UartPort {
+    /// Opens the board's command line, once.
+    pub(crate) fn open<T: usart::Instance>(
+        uart: Peri<'static, T>,
+        receive: Peri<'static, impl RxPin<T>>,
+        send: Peri<'static, impl TxPin<T>>,
+        interrupts: impl Binding<T::Interrupt, BufferedInterruptHandler<T>> + 'static,
+    ) -> Self {
+        static SEND: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+        static RECEIVE: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
+        T::Interrupt::set_priority(LINE_PRIORITY);
+        let mut settings = usart::Config::default();
+        settings.baudrate = COMMAND_BAUD;
+        let (to_send, received) = (SEND.take(), RECEIVE.take());
+        match BufferedUart::new(uart, receive, send, to_send, received, interrupts, settings) {
+            Ok(port) => Self(port),
+            Err(_) => defmt::panic!("the command line's baud rate cannot be made"),
+        }
+    }
+}
 
 impl CommandPort for UartPort {}
 

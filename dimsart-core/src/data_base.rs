@@ -41,6 +41,14 @@ impl<const WORDS: usize> DataBase<WORDS> {
         }
     }
 
+    /// Takes everything back that anybody holds.
+    pub(crate) fn clear(&mut self) {
+        self.storage.clear();
+        self.entries.fill(None);
+        self.links.fill_with(LinkPort::new);
+        self.revision = self.revision.wrapping_add(1);
+    }
+
     /// Every signal, with its slot.
     pub fn signals(&self) -> impl Iterator<Item = (u8, Entry)> + '_ {
         (0..).zip(&self.entries).filter_map(|(slot, entry)| entry.map(|entry| (slot, entry)))

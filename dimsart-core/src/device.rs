@@ -19,6 +19,18 @@ pub struct DeviceDescriptor {
     pub inputs: &'static [&'static DataType],
 }
 
+/// The device that is served, once there is one; until then it has no axes and types.
+#[derive(Debug)]
+pub(crate) struct Served(pub(crate) Option<DeviceDescriptor>);
+
+impl core::ops::Deref for Served {
+    type Target = DeviceDescriptor;
+
+    fn deref(&self) -> &DeviceDescriptor {
+        self.0.as_ref().unwrap_or(DeviceDescriptor::NONE)
+    }
+}
+
 /// Why a descriptor was refused.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -51,6 +63,10 @@ impl core::fmt::Display for DescriptorError {
 impl core::error::Error for DescriptorError {}
 
 impl DeviceDescriptor {
+    /// What stands in until there is a device: no axes, no types, no period.
+    const NONE: &'static Self =
+        &Self { name: "", axes: heapless::Vec::new(), sample_period_s: 0.0, outputs: &[], inputs: &[] };
+
     /// Describes a device with one entry of `axes` per degree of freedom.
     ///
     /// # Errors

@@ -40,9 +40,32 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// # Errors
     /// [`StorageError`] when the device's types do not fit into the Data Base.
     pub fn new(device: DeviceDescriptor) -> Result<Self, StorageError> {
-        let mut engine = Engine::new(device.clone());
-        let frame = Frame::connect(engine.data_base_mut(), &device)?;
-        Ok(Self { engine, frame, refused_ticks: 0 })
+        let mut dimsart = Self::unconnected();
+        dimsart.connect(device)?;
+        Ok(dimsart)
+    }
+
+    /// A controller that has no device yet; its ticks are [`Tick::Idle`].
+    ///
+    /// All zero bits: a static one takes no room in an image, and none on the stack when it is
+    /// [connected](Self::connect) in its place.
+    #[must_use]
+    pub const fn unconnected() -> Self {
+        Self { engine: Engine::unconnected(), frame: Frame::unconnected(), refused_ticks: 0 }
+    }
+
+    /// Starts anew for a device, with its types in the Data Base and no module plugged in.
+    ///
+    /// # Errors
+    /// [`StorageError`] when the device's types do not fit into the Data Base; the controller is
+    /// [unconnected](Self::unconnected) then.
+    pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
+        self.frame = Frame::unconnected();
+        self.refused_ticks = 0;
+        self.engine.connect(device.clone());
+        let frame = Frame::connect(self.engine.data_base_mut(), &device);
+        self.frame = frame.inspect_err(|_| self.engine.disconnect())?;
+        Ok(())
     }
 
     /// One tick: device to Data Base, every module, Data Base to device.
@@ -136,5 +159,58 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     #[must_use]
     pub fn frame(&self) -> &Frame {
         &self.frame
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::command::{PORT, Target, Verb};
+    use crate::parameter::Value;
+    use crate::types;
+    use crate::unit::AxisKind;
+
+    fn device(axes: usize) -> DeviceDescriptor {
+        let axes = &[AxisKind::Linear; 8][..axes];
+        DeviceDescriptor::new("arm", axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]).unwrap()
+    }
+
+    fn run<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Result<(), CommandError> {
+        let pd = Engine::<Standard>::module("PDCTRL_MOD").unwrap();
+        let engine =
+            |verb: Verb, value| Command { module: Target::Engine, param: verb as u8, axis: None, value };
+        let bind = Value::Type(types::POSITION.first());
+        dimsart.command(Command { module: Target::Module(pd), param: PORT + 1, axis: None, value: bind })?;
+        dimsart.command(engine(Verb::ModOn, Value::Module(pd)))?;
+        dimsart.command(engine(Verb::MatchingCheck, Value::Nothing))
+    }
+
+    #[test]
+    fn a_tick_without_a_device_is_idle() {
+        let mut dimsart = Dimsart::<Standard>::unconnected();
+        assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
+        assert_eq!(dimsart.engine().usage().slots, 0);
+    }
+
+    #[test]
+    fn connecting_again_starts_anew() {
+        let mut dimsart = Dimsart::<Standard>::new(device(3)).unwrap();
+        run(&mut dimsart).unwrap();
+        assert_eq!(dimsart.tick(&[Word(0); 3], &mut [Word(0); 3]), Tick::Ran);
+        dimsart.connect(device(2)).unwrap();
+        assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Idle);
+        assert_eq!(dimsart.engine().usage(), Dimsart::<Standard>::new(device(2)).unwrap().engine().usage());
+        run(&mut dimsart).unwrap();
+        assert_eq!(dimsart.tick(&[Word(0); 2], &mut [Word(0); 2]), Tick::Ran);
+    }
+
+    #[test]
+    fn a_device_that_does_not_fit_leaves_the_controller_unconnected() {
+        let mut dimsart = Dimsart::<Standard, 4>::new(device(2)).unwrap();
+        let no_room = StorageError::NoRoom { wanted: 3, free: 1 };
+        assert_eq!(dimsart.connect(device(3)), Err(no_room));
+        assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
+        assert_eq!((dimsart.engine().usage().words, dimsart.engine().device().dof()), (0, 0));
+        dimsart.connect(device(2)).unwrap();
     }
 }

@@ -9,7 +9,7 @@ use heapless::Vec;
 use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
-use crate::device::DeviceDescriptor;
+use crate::device::{DeviceDescriptor, Served};
 use crate::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_PORTS};
 use crate::matching::{Difference, Report, Scheme};
 use crate::module::ModuleList;
@@ -78,7 +78,7 @@ pub struct Usage {
 /// given between ticks and take bounded time; [`step`](Self::step) cannot fail.
 #[derive(Debug)]
 pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
-    device: DeviceDescriptor,
+    device: Served,
     data_base: DataBase<WORDS>,
     instances: Vec<Instance<M>, MAX_MODULES>,
     plug_in_order: Vec<u8, MAX_MODULES>,
@@ -91,8 +91,16 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// An engine without modules, for a device.
     #[must_use]
     pub fn new(device: DeviceDescriptor) -> Self {
+        let mut engine = Self::unconnected();
+        engine.connect(device);
+        engine
+    }
+
+    /// An engine that serves no device yet. All zero bits: a static one takes no room in an image.
+    #[must_use]
+    pub const fn unconnected() -> Self {
         Self {
-            device,
+            device: Served(None),
             data_base: DataBase::new(),
             instances: Vec::new(),
             plug_in_order: Vec::new(),
@@ -108,7 +116,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if !self.is_running {
             return;
         }
-        let data = self.data_base.view(&self.device);
+        let Some(device) = &self.device.0 else { return };
+        let data = self.data_base.view(device);
         for call in &self.schedule {
             if let Some(instance) = self.instances.get_mut(usize::from(call.instance)) {
                 match call.stage {
@@ -163,10 +172,23 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.is_running
     }
 
-    /// The device.
+    /// The device; before it is connected, one without axes and types.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         &self.device
+    }
+
+    /// Starts anew for a device: no modules, and nothing in the Data Base.
+    pub(crate) fn connect(&mut self, device: DeviceDescriptor) {
+        self.disconnect();
+        self.device = Served(Some(device));
+    }
+
+    /// Serves no device any more.
+    pub(crate) fn disconnect(&mut self) {
+        self.close_all();
+        self.data_base.clear();
+        self.device = Served(None);
     }
 
     /// The Data Base.
@@ -297,6 +319,8 @@ impl<M: ModuleList> Instance<M> {
     }
 }
 
+/// Apart from what is done with the ports: what collects them is off the stack by then.
+#[inline(never)]
 fn declare<M: ModuleList>(module: &mut M, device: &DeviceDescriptor) -> Option<Vec<PortSpec, MAX_PORTS>> {
     let mut ports = Ports::declare(device);
     module.activate(&mut ports);

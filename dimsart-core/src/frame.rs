@@ -63,6 +63,11 @@ struct Side {
 }
 
 impl Frame {
+    /// The frame of a device without types.
+    pub(crate) const fn unconnected() -> Self {
+        Self { outputs: Side::EMPTY, inputs: Side::EMPTY }
+    }
+
     /// Inserts the device's types into the Data Base.
     ///
     /// # Errors
@@ -72,7 +77,7 @@ impl Frame {
         device: &DeviceDescriptor,
     ) -> Result<Self, StorageError> {
         let mut side = |types: &[&'static DataType]| {
-            let mut side = Side { types: Vec::new(), words: 0 };
+            let mut side = Side::EMPTY;
             for data_type in types {
                 let slot = data_base.insert(data_type, data_type.first(), device.dof())?;
                 let block = data_base.storage().block(slot);
@@ -154,6 +159,8 @@ impl Frame {
 }
 
 impl Side {
+    const EMPTY: Self = Self { types: Vec::new(), words: 0 };
+
     fn check(&self, words: &[Word]) -> Result<(), FrameError> {
         let mut rest = words;
         for (block, data_type) in &self.types {

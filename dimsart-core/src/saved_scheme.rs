@@ -1,7 +1,7 @@
 //! A scheme as bytes that are kept: checked before the first of its commands is given.
 //!
 //! ```text
-//! version u8 | fingerprint u32 | commands | CRC-32 (poly 0xF4ACFB13) u32     at most 1024 bytes
+//! version u8 | fingerprint u32 | commands | CRC-32 (poly 0xF4ACFB13) u32     at most 512 bytes
 //! ```
 //! Little endian; the commands are one behind the other in postcard's format, `MATCHING_CHECK` last. The
 //! fingerprint is that of the image's modules and data types: commands are numbers, and mean something
@@ -22,7 +22,7 @@ use crate::types;
 /// Version of the layout.
 pub const SAVED_SCHEME_VERSION: u8 = 1;
 /// Most bytes of a scheme; one module with one gain takes 18.
-pub const MAX_SCHEME_BYTES: usize = 1024;
+pub const MAX_SCHEME_BYTES: usize = 512;
 
 const CRC_BYTES: usize = 4;
 

@@ -31,10 +31,6 @@ impl Block {
     /// That of a free slot: beyond the last word of any storage, so that there is nothing to reach.
     pub(crate) const FREE: Self = Self { offset: u16::MAX, words: 0 };
 
-    fn is_taken(&self) -> bool {
-        *self != Self::FREE
-    }
-
     #[inline]
     fn range(self) -> core::ops::Range<usize> {
         let start = usize::from(self.offset);
@@ -42,18 +38,24 @@ impl Block {
     }
 }
 
-/// `WORDS` words shared by at most [`MAX_SLOTS`] blocks.
+/// `WORDS` words shared by at most [`MAX_SLOTS`] blocks. Fresh, it is all zero bits.
 #[derive(Debug, Clone)]
 pub(crate) struct Storage<const WORDS: usize> {
     pub(crate) words: [u32; WORDS],
-    blocks: [Block; MAX_SLOTS],
+    blocks: [Option<Block>; MAX_SLOTS],
     used: usize,
 }
 
 impl<const WORDS: usize> Storage<WORDS> {
     pub(crate) const fn new() -> Self {
         const { assert!(WORDS < u16::MAX as usize, "a Data Base holds at most 65534 words") };
-        Self { words: [0; WORDS], blocks: [Block::FREE; MAX_SLOTS], used: 0 }
+        Self { words: [0; WORDS], blocks: [None; MAX_SLOTS], used: 0 }
+    }
+
+    /// Takes every block back.
+    pub(crate) fn clear(&mut self) {
+        self.blocks.fill(None);
+        self.used = 0;
     }
 
     /// Words not taken.
@@ -63,14 +65,14 @@ impl<const WORDS: usize> Storage<WORDS> {
 
     /// Slots taken.
     pub(crate) fn taken_slots(&self) -> usize {
-        self.blocks.iter().filter(|block| block.is_taken()).count()
+        self.blocks.iter().flatten().count()
     }
 
     /// Takes `words` words, all zero. Nothing changes on an error.
     pub(crate) fn take(&mut self, words: usize) -> Result<u8, StorageError> {
         let free = self.free_words();
         let no_room = StorageError::NoRoom { wanted: words, free };
-        let index = self.blocks.iter().position(|block| !block.is_taken()).ok_or(StorageError::NoSlot)?;
+        let index = self.blocks.iter().position(Option::is_none).ok_or(StorageError::NoSlot)?;
         let (Ok(offset), Ok(length), Ok(index)) =
             (u16::try_from(self.used), u16::try_from(words), u8::try_from(index))
         else {
@@ -80,7 +82,7 @@ impl<const WORDS: usize> Storage<WORDS> {
             return Err(no_room);
         }
         let block = self.blocks.get_mut(usize::from(index)).ok_or(StorageError::NoSlot)?;
-        *block = Block { offset, words: length };
+        *block = Some(Block { offset, words: length });
         if let Some(fresh) = self.words.get_mut(self.used..self.used + words) {
             fresh.fill(0);
         }
@@ -90,23 +92,20 @@ impl<const WORDS: usize> Storage<WORDS> {
 
     /// Gives a block back and closes the gap it leaves. A free index is ignored.
     pub(crate) fn give_back(&mut self, index: u8) {
-        let Some(block) = self.blocks.get_mut(usize::from(index)).filter(|block| block.is_taken()) else {
-            return;
-        };
-        let gone = core::mem::replace(block, Block::FREE);
+        let Some(gone) = self.blocks.get_mut(usize::from(index)).and_then(Option::take) else { return };
         let (start, length) = (usize::from(gone.offset), usize::from(gone.words));
         if let Some(tail) = self.words.get_mut(start..self.used) {
             tail.rotate_left(length.min(tail.len()));
         }
         self.used -= length;
-        for block in self.blocks.iter_mut().filter(|block| block.is_taken() && block.offset > gone.offset) {
+        for block in self.blocks.iter_mut().flatten().filter(|block| block.offset > gone.offset) {
             block.offset -= gone.words;
         }
     }
 
     /// Where a block lies; [`Block::FREE`] for a free index.
     pub(crate) fn block(&self, index: u8) -> Block {
-        self.blocks.get(usize::from(index)).copied().unwrap_or(Block::FREE)
+        self.blocks.get(usize::from(index)).copied().flatten().unwrap_or(Block::FREE)
     }
 
     /// The words of a block; none for a free one.

@@ -10,7 +10,7 @@ use firmware::{Broken, SchemeStore};
 
 use crate::commands::{Answer, Link};
 
-pub(crate) type Store = SchemeStore<<Selected as boards::Board>::Flash>;
+pub(crate) type Store = SchemeStore<'static, <Selected as boards::Board>::Flash>;
 
 /// The schemes that the board keeps, and what came of the last start.
 pub(crate) struct Keeper {
@@ -21,7 +21,7 @@ pub(crate) struct Keeper {
     pub(crate) status: SchemeStatus,
     pub(crate) fingerprint: u32,
     /// The scheme that is being saved.
-    pub(crate) scheme: SchemeBytes,
+    pub(crate) scheme: &'static mut SchemeBytes,
 }
 
 impl Keeper {
@@ -42,8 +42,8 @@ impl Keeper {
         let is_tried = self.status.origin == Origin::Trial;
         let result = match action {
             SchemeAction::Save => {
-                collect(&mut self.scheme, self.fingerprint, tick).await?;
-                store.save(&self.scheme).await
+                collect(self.scheme, self.fingerprint, tick).await?;
+                store.save(self.scheme).await
             }
             SchemeAction::Confirm if is_tried && store.trial() == Trial::Tried => store.confirm().await,
             // Confirmed already, and the answer was lost.

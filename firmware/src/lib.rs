@@ -6,6 +6,6 @@ mod scheme_store;
 mod start;
 mod watchdog;
 
-pub use scheme_store::{Broken, SchemeStore};
+pub use scheme_store::{BUFFER_BYTES, Broken, SchemeStore};
 pub use start::start;
 pub use watchdog::Watchdog;

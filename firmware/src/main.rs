@@ -24,8 +24,8 @@ use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{SchemeBytes, fingerprint};
 use embassy_futures::block_on;
-use firmware::SchemeStore;
-use static_cell::StaticCell;
+use firmware::{BUFFER_BYTES, SchemeStore};
+use static_cell::ConstStaticCell;
 
 use crate::handover::Handover;
 use crate::keeper::Keeper;
@@ -37,25 +37,34 @@ const BUILT_IN: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-schem
 
 #[entry]
 fn main() -> ! {
+    boards::Idle::run(start())
+}
+
+/// Apart from what comes after it, and never ends: what it needs is off the stack by then.
+#[inline(never)]
+fn start() -> <Selected as boards::Board>::Idle {
     let Parts { device, tick, background, joints, command_port, link_in, link_out, storage, idle } =
         Selected::start();
-    static DIMSART: StaticCell<BoardDimsart> = StaticCell::new();
-    let dimsart = DIMSART.init_with(|| match Dimsart::new(device) {
-        Ok(dimsart) => dimsart,
-        Err(error) => defmt::panic!("the board's Data Base is too small for its device: {}", error),
-    });
+    static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
+    let dimsart = DIMSART.take();
+    if let Err(error) = dimsart.connect(device) {
+        defmt::panic!("the board's Data Base is too small for its device: {}", error);
+    }
     let keeper = start_scheme(storage, dimsart);
 
-    static REQUESTS: StaticCell<Handover<dimsart_core::protocol::Request, 2>> = StaticCell::new();
-    static ANSWERS: StaticCell<Handover<commands::Answer, 2>> = StaticCell::new();
-    static PACKETS_IN: StaticCell<Handover<links::Received, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
-    static PACKETS_OUT: StaticCell<Handover<links::Outgoing, { 2 * MAX_LINKS + 1 }>> = StaticCell::new();
-    static STATUS: StaticCell<Handover<telemetry::Status, 3>> = StaticCell::new();
-    let (requests, requests_to_take) = REQUESTS.init(Handover::new()).split();
-    let (answers, answers_to_take) = ANSWERS.init(Handover::new()).split();
-    let (packets_in, packets_to_take) = PACKETS_IN.init(Handover::new()).split();
-    let (packets_out, packets_to_send) = PACKETS_OUT.init(Handover::new()).split();
-    let (status, status_to_take) = STATUS.init(Handover::new()).split();
+    static REQUESTS: ConstStaticCell<Handover<dimsart_core::protocol::Request, 2>> =
+        ConstStaticCell::new(Handover::new());
+    static ANSWERS: ConstStaticCell<Handover<commands::Answer, 2>> = ConstStaticCell::new(Handover::new());
+    static PACKETS_IN: ConstStaticCell<Handover<links::Received, { MAX_LINKS + 2 }>> =
+        ConstStaticCell::new(Handover::new());
+    static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { MAX_LINKS + 1 }>> =
+        ConstStaticCell::new(Handover::new());
+    static STATUS: ConstStaticCell<Handover<telemetry::Status, 3>> = ConstStaticCell::new(Handover::new());
+    let (requests, requests_to_take) = REQUESTS.take().split();
+    let (answers, answers_to_take) = ANSWERS.take().split();
+    let (packets_in, packets_to_take) = PACKETS_IN.take().split();
+    let (packets_out, packets_to_send) = PACKETS_OUT.take().split();
+    let (status, status_to_take) = STATUS.take().split();
 
     let ends =
         tick::Ends { requests: requests_to_take, answers, packets_in: packets_to_take, packets_out, status };
@@ -68,7 +77,7 @@ fn main() -> ! {
     background.spawn(token(links::send(link_out, packets_to_send)));
     background.spawn(token(telemetry::log(status_to_take)));
     tick.spawn(token(tick::run(dimsart, joints, ends)));
-    boards::Idle::run(idle)
+    idle
 }
 
 /// Starts a kept scheme or the built-in one. If none matches, the board is idle, but answers.
@@ -77,11 +86,13 @@ fn start_scheme(
     dimsart: &mut BoardDimsart,
 ) -> Keeper {
     let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
-    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
+    static BUFFER: ConstStaticCell<[u8; BUFFER_BYTES]> = ConstStaticCell::new([0; BUFFER_BYTES]);
+    static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
+    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
     let status = block_on(firmware::start(store.as_mut(), BUILT_IN, dimsart));
     defmt::info!("{}: {}", Selected::NAME, status);
     let fingerprint = fingerprint(dimsart.engine_mut());
-    Keeper { store, stalls_tick, status, fingerprint, scheme: SchemeBytes::new() }
+    Keeper { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }
 }
 
 /// A task that is started once; each is.

@@ -1,20 +1,23 @@
 //! The last word: actuators into their safe state, then say why, then start over.
 
-use core::fmt::Display;
 use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use boards::{Board as _, Selected};
 
+/// With the feature `panic-text` it says which panic: the texts and what formats them are 15 KB of flash.
 #[panic_handler]
-fn panic(info: &PanicInfo<'_>) -> ! {
-    rescue(info)
+fn panic(_info: &PanicInfo<'_>) -> ! {
+    #[cfg(feature = "panic-text")]
+    rescue(|| defmt::error!("stopped: {}", defmt::Display2Format(_info)));
+    #[cfg(not(feature = "panic-text"))]
+    rescue(|| defmt::error!("stopped by a panic: an image built with the feature panic-text says which"))
 }
 
 /// What `defmt::panic!` ends in; it has logged its message by then.
 #[defmt::panic_handler]
 fn logged_panic() -> ! {
-    rescue(&"as just logged")
+    rescue(|| ())
 }
 
 #[expect(unsafe_code, reason = "no stack to be trusted before the first instructions have set one")]
@@ -33,16 +36,16 @@ mod hard_fault {
 }
 
 extern "C" fn fault() -> ! {
-    rescue(&"hard fault: a stack overflow, a bad memory access or an unknown instruction")
+    rescue(|| defmt::error!("stopped: a stack overflow, a bad memory access or an unknown instruction"))
 }
 
-fn rescue(reason: &dyn Display) -> ! {
+fn rescue(say_why: impl FnOnce()) -> ! {
     static IS_SAYING_WHY: AtomicBool = AtomicBool::new(false);
     cortex_m::interrupt::disable();
     Selected::disarm();
     // Saying why can fail in its turn; once is enough.
     if !IS_SAYING_WHY.swap(true, Relaxed) {
-        defmt::error!("stopped: {}", defmt::Display2Format(reason));
+        say_why();
     }
     Selected::reset()
 }

@@ -17,8 +17,8 @@ use sequential_storage::map::{MapConfig, MapStorage};
 /// Keys of the items. A scheme's is its place.
 const RECORD: u8 = 0;
 const PLACES: [u8; 2] = [1, 2];
-/// A scheme, its key, and what rounding up to a word of the flash adds.
-const BUFFER_BYTES: usize = MAX_SCHEME_BYTES + 32;
+/// What a store works in: a scheme, its key, and what rounding up to a word of the flash adds.
+pub const BUFFER_BYTES: usize = MAX_SCHEME_BYTES + 32;
 
 /// The storage cannot be read or written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,10 +31,10 @@ impl<E> From<Error<E>> for Broken {
 }
 
 /// Schemes in a range of a flash.
-pub struct SchemeStore<F: NorFlash> {
+pub struct SchemeStore<'b, F: NorFlash> {
     map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
     record: Record,
-    buffer: [u8; BUFFER_BYTES],
+    buffer: &'b mut [u8; BUFFER_BYTES],
 }
 
 /// Which scheme is which.
@@ -45,13 +45,13 @@ struct Record {
     trial: Trial,
 }
 
-impl<F: NorFlash> SchemeStore<F> {
+impl<'b, F: NorFlash> SchemeStore<'b, F> {
     /// A store in `range` of a flash, two pages at least, four for schemes of any size.
     ///
     /// None when the range is not made of whole pages. [`open`](Self::open) it before anything else.
-    pub fn new(flash: F, range: Range<u32>) -> Option<Self> {
+    pub fn new(flash: F, range: Range<u32>, buffer: &'b mut [u8; BUFFER_BYTES]) -> Option<Self> {
         let map = MapStorage::new(flash, MapConfig::try_new(range).ok()?, Cache::new_uncached());
-        Some(Self { map, record: Record::default(), buffer: [0; BUFFER_BYTES] })
+        Some(Self { map, record: Record::default(), buffer })
     }
 
     /// Reads which schemes there are. None at all in a flash that was never written.
@@ -60,7 +60,7 @@ impl<F: NorFlash> SchemeStore<F> {
     /// [`Broken`]; it is as if no scheme was kept then.
     pub async fn open(&mut self) -> Result<(), Broken> {
         self.record = Record::default();
-        let found = self.map.fetch_item::<&[u8]>(&mut self.buffer, &RECORD).await?;
+        let found = self.map.fetch_item::<&[u8]>(self.buffer, &RECORD).await?;
         self.record = found.map_or(Ok(Record::default()), Record::from_bytes)?;
         Ok(())
     }
@@ -89,13 +89,13 @@ impl<F: NorFlash> SchemeStore<F> {
     /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
     pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
         let place = self.record.other_place();
-        match self.map.store_item(&mut self.buffer, &place, &scheme).await {
+        match self.map.store_item(self.buffer, &place, &scheme).await {
             // Nothing in it can be read, so nothing is lost with it.
             Err(Error::Corrupted { .. }) => {
                 self.record = Record::default();
                 self.map.erase_all().await?;
                 let place = self.record.other_place();
-                self.map.store_item(&mut self.buffer, &place, &scheme).await?;
+                self.map.store_item(self.buffer, &place, &scheme).await?;
             }
             result => result?,
         }
@@ -137,13 +137,13 @@ impl<F: NorFlash> SchemeStore<F> {
     ) -> Result<(), LoadError> {
         let place = if is_trial { Some(self.record.other_place()) } else { self.record.confirmed };
         let place = place.ok_or(LoadError::Damaged)?;
-        let found = self.map.fetch_item::<&[u8]>(&mut self.buffer, &place).await;
+        let found = self.map.fetch_item::<&[u8]>(self.buffer, &place).await;
         saved_scheme::load(found.ok().flatten().unwrap_or_default(), dimsart)
     }
 
     async fn set(&mut self, record: Record) -> Result<(), Broken> {
         if record != self.record {
-            self.map.store_item(&mut self.buffer, &RECORD, &record.to_bytes().as_slice()).await?;
+            self.map.store_item(self.buffer, &RECORD, &record.to_bytes().as_slice()).await?;
             self.record = record;
         }
         Ok(())

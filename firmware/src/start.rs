@@ -11,7 +11,7 @@ use crate::scheme_store::SchemeStore;
 /// Whatever the storage holds, it ends with the controller running one of them or none, and says why it
 /// is not the first.
 pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
-    store: Option<&mut SchemeStore<F>>,
+    store: Option<&mut SchemeStore<'_, F>>,
     built_in: &[u8],
     dimsart: &mut Dimsart<M, WORDS>,
 ) -> SchemeStatus {
@@ -36,7 +36,7 @@ pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
 }
 
 async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
-    store: &mut SchemeStore<F>,
+    store: &mut SchemeStore<'_, F>,
     dimsart: &mut Dimsart<M, WORDS>,
     note: &mut impl FnMut(Fallback),
 ) -> Option<Origin> {

@@ -16,7 +16,7 @@ use embassy_futures::block_on;
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
-use firmware::{SchemeStore, start};
+use firmware::{BUFFER_BYTES, SchemeStore, start};
 
 const WORD: usize = 8;
 const PAGE: usize = 2048;
@@ -157,9 +157,14 @@ fn scheme(gain: u16) -> Vec<u8> {
 
 const BUILT_IN: u16 = 9;
 
+/// Leaked, so that a board can own what a board's memory holds.
+fn buffer() -> &'static mut [u8; BUFFER_BYTES] {
+    Box::leak(Box::new([0; BUFFER_BYTES]))
+}
+
 /// A board with the flash in it.
 struct Board {
-    store: SchemeStore<Flash>,
+    store: SchemeStore<'static, Flash>,
     dimsart: Dimsart,
     status: SchemeStatus,
 }
@@ -168,7 +173,7 @@ const ALL: Range<u32> = 0..8192;
 
 impl Board {
     fn start(flash: Flash) -> Self {
-        let mut store = SchemeStore::new(flash, ALL).unwrap();
+        let mut store = SchemeStore::new(flash, ALL, buffer()).unwrap();
         let mut dimsart = controller();
         let status = block_on(start(Some(&mut store), &scheme(BUILT_IN), &mut dimsart));
         Self { store, dimsart, status }
@@ -270,7 +275,7 @@ fn act(step: Step, flash: Flash) -> (Flash, bool) {
         let board = Board::start(flash);
         return (board.store.into_flash(), board.status.fallback != Some(Fallback::Storage));
     }
-    let mut store = SchemeStore::new(flash, ALL).unwrap();
+    let mut store = SchemeStore::new(flash, ALL, buffer()).unwrap();
     block_on(store.open()).unwrap();
     let result = match step {
         Step::Save(gain) => block_on(store.save(&scheme(gain))),
@@ -414,7 +419,7 @@ fn a_flash_full_of_something_else_is_put_up_with_and_taken_over_by_a_save() {
 #[test]
 fn without_any_scheme_that_loads_the_board_is_empty_and_answers() {
     let mut dimsart = controller();
-    let status = block_on(start(None::<&mut SchemeStore<Flash>>, &[1, 2, 3], &mut dimsart));
+    let status = block_on(start(None::<&mut SchemeStore<'_, Flash>>, &[1, 2, 3], &mut dimsart));
     let fallback = Some(Fallback::BuiltIn(LoadError::Damaged));
     let expected = SchemeStatus { origin: Origin::Empty, fallback, trial: Trial::None, is_saved: false };
     assert_eq!((status, dimsart.engine().usage().modules), (expected, 0));

@@ -2,6 +2,7 @@
 
 mod check;
 mod connect;
+mod doctor;
 mod modules;
 mod new_module;
 mod run;
@@ -38,6 +39,7 @@ enum Command {
     Modules(modules::Modules),
     NewModule(new_module::NewModule),
     Connect(connect::Connect),
+    Doctor(doctor::Doctor),
 }
 
 /// What a sub-command ends with: its exit status, or what went wrong.
@@ -54,6 +56,7 @@ pub fn main() -> ExitCode {
         Command::Modules(modules) => modules.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
         Command::Connect(connect) => connect.execute(&mut out),
+        Command::Doctor(doctor) => doctor.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
         // The reader has seen enough, as `head` has: that is no failure of ours.

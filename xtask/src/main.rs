@@ -1,30 +1,42 @@
 //! The repository's own chores: `cargo xtask test` sets up what is missing and passes all tests.
 
 mod bench;
+mod boards;
+mod figures;
+mod flash;
 mod panic_free;
 mod setup;
 mod shell;
+mod table;
 mod test;
+mod toolchain;
 
 use std::process::ExitCode;
 
 const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
-  test        set up what is missing (Python packages of the oracle), then run every test
+  test        set up what is missing, build every board's image, run every test
+  flash BOARD [master|slave]
+              build a board's image, flash it through its debug probe and show its log
+  figures     what the images take of their boards (docs/firmware.md)
   bench       count the instructions of a tick and hold them to their budgets (docs/benchmarks.md)
   panic-free  show that nothing a tick reaches in the machine code can panic
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args().skip(1);
-    let result = match (arguments.next().as_deref(), arguments.next()) {
-        (Some("test"), None) => test::test(),
-        (Some("bench"), None) => bench::run(),
-        (Some("panic-free"), None) => panic_free::run(),
-        (Some("ci"), None) => test::ci(),
-        (Some("help" | "-h" | "--help"), _) => {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let result = match arguments.as_slice() {
+        ["test"] => test::test(),
+        ["flash", board] => flash::flash(board, "master"),
+        ["flash", board, side] => flash::flash(board, side),
+        ["figures"] => figures::run(),
+        ["bench"] => bench::run(),
+        ["panic-free"] => panic_free::run(),
+        ["ci"] => test::ci(),
+        ["help" | "-h" | "--help", ..] => {
             print!("{USAGE}");
             return ExitCode::SUCCESS;
         }

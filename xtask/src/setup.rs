@@ -45,6 +45,23 @@ pub(crate) fn python() -> Result<PathBuf, String> {
     Ok(python)
 }
 
+/// An emulator that has the emulated board.
+pub(crate) fn emulator() -> Outcome {
+    let has_board = || {
+        let machines = command("qemu-system-arm", ["-machine", "help"]).output();
+        machines.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).contains("mps2-an386"))
+    };
+    if has_board() {
+        return Ok(());
+    }
+    install(&["qemu-system-arm"], "running firmware without a board")?;
+    if has_board() {
+        Ok(())
+    } else {
+        Err("qemu-system-arm knows no board mps2-an386: install QEMU 8 or later".into())
+    }
+}
+
 fn is_root() -> bool {
     command("id", ["-u"]).output().is_ok_and(|output| output.stdout.trim_ascii() == b"0")
 }

@@ -1,24 +1,30 @@
 //! All tests, with everything they need.
 
 use crate::shell::{Outcome, cargo, command, run, top};
-use crate::{bench, panic_free, setup};
+use crate::toolchain::Toolchain;
+use crate::{bench, boards, panic_free, setup};
 
-/// Sets up what is missing and runs every test.
+/// Sets up what is missing, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
     let python = setup::python()?;
+    setup::emulator()?;
+    boards::build_all(Toolchain::set_up()?)?;
     let oracle = top().join("target/oracle");
     let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];
     run(command(python, script).arg(&oracle))?;
-    run(cargo(&["test", "--workspace", "--exclude", "boards", "--exclude", "firmware"])
-        .env("DIMSART_ORACLE", &oracle))
+    run(cargo(&["test", "--workspace"])
+        .env("DIMSART_ORACLE", &oracle)
+        .env("DIMSART_FIRMWARE", boards::folder()))
 }
 
 /// What continuous integration runs.
 pub(crate) fn ci() -> Outcome {
+    let toolchain = Toolchain::set_up()?;
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
-    let host = ["--workspace", "--exclude", "boards", "--exclude", "firmware"];
-    run(cargo(&["clippy", "--all-targets", "--quiet"]).args(host).args(["--", "--deny", "warnings"]))?;
-    run(cargo(&["doc", "--no-deps", "--quiet"]).args(host).env("RUSTDOCFLAGS", "--deny warnings"))?;
+    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
+    boards::lint(toolchain)?;
+    run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
+    boards::document(toolchain)?;
     test()?;
     panic_free::run()?;
     bench::run()

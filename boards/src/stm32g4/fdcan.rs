@@ -12,6 +12,7 @@ use embassy_stm32::can::config::FrameTransmissionConfig;
 use embassy_stm32::can::enums::BusErrorMode;
 use embassy_stm32::can::frame::{FdFrame, Header};
 use embassy_stm32::can::{CanConfigurator, CanRx, CanTx, Properties};
+use embassy_stm32::interrupt::{self, InterruptExt as _};
 use embassy_stm32::pac;
 use embassy_time::{Duration, Instant, Timer, with_timeout};
 
@@ -46,6 +47,7 @@ pub struct ToCan {
 
 /// Joins the bus.
 pub(crate) fn start(mut can: CanConfigurator<'static>) -> (FromCan, ToCan) {
+    interrupt::FDCAN1_IT0.set_priority(super::LINE_PRIORITY);
     can.set_bitrate(BITS_PER_S);
     let config = can
         .config()

@@ -1,12 +1,9 @@
 //! Commands that build and change a scheme: each is carried out whole or not at all.
 
-use heapless::Vec;
-
 use super::{Engine, Instance, Port};
 use crate::command::{CommandError, ModuleRef, Verb};
 use crate::data_type::{DataType, TypeRef};
-use crate::limits::MAX_PORTS;
-use crate::matching::Difference;
+use crate::matching::{Difference, Finding};
 use crate::module::ModuleList;
 use crate::parameter::{ParameterError, Value};
 use crate::port::{Direction, PortSpec};
@@ -51,11 +48,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 Ok(())
             }
             (Verb::Close | Verb::Init, Value::Nothing) => {
-                self.is_running = false;
-                while let Some(reference) = self.instances.last().map(|instance| instance.reference) {
-                    self.remove(reference);
-                }
-                self.place_before = None;
+                self.close_all();
                 Ok(())
             }
             _ => Err(CommandError::WrongValue),
@@ -114,10 +107,16 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if let Some(index) = self.index(module) {
             return action(self, index);
         }
-        let fresh = Instance::new(module).ok_or(CommandError::UnknownModule(module))?;
         let index = self.instances.len();
-        self.instances.push(fresh).map_err(|_| CommandError::TooManyModules)?;
-        action(self, index).inspect_err(|_| drop(self.instances.pop()))
+        self.create(module)?;
+        action(self, index).inspect_err(|_| self.instances.truncate(index))
+    }
+
+    /// Apart from what is done with the instance: its copy is off the stack by then.
+    #[inline(never)]
+    fn create(&mut self, module: ModuleRef) -> Result<(), CommandError> {
+        let fresh = Instance::new(module).ok_or(CommandError::UnknownModule(module))?;
+        self.instances.push(fresh).map_err(|_| CommandError::TooManyModules)
     }
 
     /// Starts from rest, as after power-up: what modules and signals held may be long past.
@@ -147,20 +146,19 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             return Err(CommandError::PluggedIn(module));
         }
         let specs = instance.declare(&self.device, &self.data_base).ok_or(CommandError::TooManyPorts)?;
-        let mut ports = Vec::<Port, MAX_PORTS>::new();
         for spec in &specs {
             let bound = instance.bound(spec.name);
             match self.data_base.insert_port(&self.device, spec, bound) {
                 Ok(port) => {
-                    let _ = ports.push(port);
+                    let _ = instance.ports.push(port);
                 }
                 Err(error) => {
-                    ports.iter().rev().for_each(|port| self.data_base.remove(port.slot));
+                    instance.ports.iter().rev().for_each(|port| self.data_base.remove(port.slot));
+                    instance.ports.clear();
                     return Err(error);
                 }
             }
         }
-        instance.ports = ports;
         instance.is_active = true;
         instance.connect(&self.device, &self.data_base);
         instance.module.prepare(&self.device);
@@ -171,9 +169,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let _ = self.plug_in_order.insert(place, entry);
         self.reschedule();
         if self.is_running
-            && let Some(fault) = self.check().findings().iter().find(|finding| finding.is_fault())
+            && let Some(fault) = self.first_fault(None)
         {
-            let fault = *fault;
             self.take_out(module);
             return Err(CommandError::WouldBreak(fault));
         }
@@ -183,14 +180,26 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     fn unplug(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         self.active_index(module)?;
-        if self.is_running {
-            let report = self.check_without(Some(module));
-            if let Some(fault) = report.findings().iter().find(|finding| finding.is_fault()) {
-                return Err(CommandError::WouldBreak(*fault));
-            }
+        if self.is_running
+            && let Some(fault) = self.first_fault(Some(module))
+        {
+            return Err(CommandError::WouldBreak(fault));
         }
         self.take_out(module);
         Ok(())
+    }
+
+    /// Stops and ends the existence of every module.
+    pub(super) fn close_all(&mut self) {
+        self.is_running = false;
+        while let Some(reference) = self.instances.last().map(|instance| instance.reference) {
+            self.remove(reference);
+        }
+        self.place_before = None;
+    }
+
+    fn first_fault(&self, without: Option<ModuleRef>) -> Option<Finding> {
+        self.check_without(without).findings().iter().copied().find(Finding::is_fault)
     }
 
     fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
@@ -208,8 +217,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.plug_in_order.remove(place);
         if let Some(instance) = self.instances.iter_mut().find(|instance| instance.reference == module) {
             instance.is_active = false;
-            let ports = core::mem::take(&mut instance.ports);
-            ports.iter().rev().for_each(|port| self.data_base.remove(port.slot));
+            instance.ports.iter().rev().for_each(|port| self.data_base.remove(port.slot));
+            instance.ports.clear();
         }
         // What lay behind the slots given back has moved.
         for instance in &mut self.instances {

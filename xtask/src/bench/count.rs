@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use crate::setup::install;
-use crate::shell::{cargo, command, run, succeeds, top};
+use crate::shell::{cargo, command, run, succeeds, target};
 
 /// Ticks of the shorter and of the longer run: their difference is free of start-up.
 const TICKS: [u32; 2] = [400, 1400];
@@ -24,8 +24,7 @@ impl Counter {
             install(&["valgrind"], "counting instructions")?;
         }
         run(&mut cargo(&["build", "--release", "--package", "dimsart-core", "--example", "step_cost"]))?;
-        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| top().join("target"), PathBuf::from);
-        let program = top().join(target).join("release/examples/step_cost");
+        let program = target().join("release/examples/step_cost");
         run(&mut command(&program, ["table1", "10000"]))?;
         Ok(Self { program })
     }

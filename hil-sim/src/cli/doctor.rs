@@ -1,0 +1,131 @@
+//! `dimsart doctor`: whether what boards and emulated firmware need is there, and what to do if not.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+use clap::Args;
+
+use super::Ending;
+
+/// Look for what firmware needs: compiler, emulator, probe-rs, udev rule and debug probe.
+///
+/// A line per thing, with the next step where it is missing. Exit status 0 when all of it is there, 1 when not.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "The simulator needs none of it; the emulated board needs no probe-rs, rule and probe."
+)]
+pub(super) struct Doctor {}
+
+/// What is there, or what is wrong and the next step.
+type Finding = Result<String, String>;
+
+const TARGET: &str = "thumbv7em-none-eabihf";
+/// Debian's Rust brings the sources of `core` instead of compiled targets.
+const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/core";
+const INSTALL_PROBE_RS: &str = "cargo install probe-rs-tools --locked";
+/// The oldest ones that this was tried with.
+const OLDEST_QEMU: [u32; 2] = [8, 0];
+const OLDEST_PROBE_RS: [u32; 2] = [0, 32];
+const UDEV_FOLDERS: [&str; 3] = ["/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"];
+
+impl Doctor {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let findings = [
+            ("compiler", compiler()),
+            ("emulator", emulator()),
+            ("probe-rs", probe_rs()),
+            ("udev rule", udev_rule(&UDEV_FOLDERS.map(Path::new))),
+            ("probe", probe()),
+        ];
+        for (what, finding) in &findings {
+            match finding {
+                Ok(there) => writeln!(out, "ok       {what}: {there}")?,
+                Err(wrong) => writeln!(out, "missing  {what}: {wrong}")?,
+            }
+        }
+        let is_well = findings.iter().all(|(_, finding)| finding.is_ok());
+        Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+}
+
+fn compiler() -> Finding {
+    let library = output("rustc", &["--print", "target-libdir", "--target", TARGET]);
+    if library.is_some_and(|folder| Path::new(folder.trim()).is_dir()) {
+        return Ok(format!("target {TARGET}"));
+    }
+    if Path::new(DEBIAN_SOURCES).is_dir() {
+        return Ok("Debian's, which compiles core along (cargo xtask)".to_owned());
+    }
+    Err(format!("no target {TARGET}: rustup target add {TARGET}, or cargo xtask test installs what it can"))
+}
+
+fn emulator() -> Finding {
+    let install = "install QEMU 8 or later (Debian: apt-get install qemu-system-arm)";
+    let version =
+        output("qemu-system-arm", &["--version"]).ok_or(format!("no qemu-system-arm: {install}"))?;
+    let is_known =
+        output("qemu-system-arm", &["-machine", "help"]).is_some_and(|all| all.contains("mps2-an386"));
+    if !is_known {
+        return Err(format!("qemu-system-arm knows no board mps2-an386: {install}"));
+    }
+    at_least(&version, OLDEST_QEMU).map_err(|old| format!("{old}: {install}"))
+}
+
+fn probe_rs() -> Finding {
+    let version = output("probe-rs", &["--version"]).ok_or(format!("not installed: {INSTALL_PROBE_RS}"))?;
+    at_least(&version, OLDEST_PROBE_RS).map_err(|old| format!("{old}: {INSTALL_PROBE_RS}"))
+}
+
+/// Without a rule, only root may use a debug probe.
+fn udev_rule(folders: &[&Path]) -> Finding {
+    if !cfg!(target_os = "linux") {
+        return Ok("not needed on this system".to_owned());
+    }
+    let rules = folders.iter().filter_map(|folder| fs::read_dir(folder).ok()).flatten().flatten();
+    let is_for_probes = |text: String| text.contains("ID_DEBUG_PROBE") || text.contains("\"0483\"");
+    let mut found = rules.filter(|rule| fs::read_to_string(rule.path()).is_ok_and(is_for_probes));
+    found.next().map(|rule| rule.path().display().to_string()).ok_or_else(|| {
+        "only root may use a probe: save https://probe.rs/files/69-probe-rs.rules into /etc/udev/rules.d, run \
+         `sudo udevadm control --reload` and plug the board in again"
+            .to_owned()
+    })
+}
+
+fn probe() -> Finding {
+    let probes =
+        output("probe-rs", &["list"]).ok_or(format!("probe-rs has to look for it: {INSTALL_PROBE_RS}"))?;
+    let probe = probes.lines().find(|line| line.starts_with('['));
+    probe.map(str::to_owned).ok_or("none seen: connect the board's debug port by USB".to_owned())
+}
+
+/// What a program prints, if it runs and succeeds.
+fn output(program: &str, arguments: &[&str]) -> Option<String> {
+    let output =
+        Command::new(program).args(arguments).output().ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// The first line of what a program says of its version, if that is not older than `oldest`.
+fn at_least(says: &str, oldest: [u32; 2]) -> Finding {
+    let line = says.lines().next().unwrap_or_default().to_owned();
+    let version = line.split_whitespace().find(|word| word.starts_with(|first: char| first.is_ascii_digit()));
+    let numbers: Vec<u32> =
+        version.unwrap_or_default().split('.').map_while(|number| number.parse().ok()).take(2).collect();
+    if numbers.as_slice() >= oldest.as_slice() { Ok(line) } else { Err(format!("{line} is too old")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rule_for_probes_is_found_among_others() {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("10-disks.rules"), "KERNEL==\"sd*\"").unwrap();
+        assert!(udev_rule(&[folder.path()]).unwrap_err().contains("69-probe-rs.rules"));
+        fs::write(folder.path().join("69-probe-rs.rules"), "ENV{ID_DEBUG_PROBE}=\"1\"").unwrap();
+        assert!(udev_rule(&[Path::new("/nowhere"), folder.path()]).unwrap().ends_with("69-probe-rs.rules"));
+    }
+}

@@ -1,0 +1,179 @@
+//! The boards: their images, what these may weigh, and how they are built and checked.
+
+use std::path::{Path, PathBuf};
+
+use object::elf::FileHeader32;
+use object::read::elf::{FileHeader, SectionHeader};
+use object::{Endianness, elf};
+
+use crate::shell::{Outcome, run, target};
+use crate::toolchain::{Toolchain, output};
+
+/// A board, as its feature of `firmware` is named.
+pub(crate) struct Board {
+    pub(crate) name: &'static str,
+    /// None for an emulated board: it has room.
+    pub(crate) budget: Option<Size>,
+    /// Builds of it that differ in features, next to the plain one.
+    variants: &'static [&'static str],
+}
+
+/// Bytes of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Size {
+    /// Code and data, as they lie in flash.
+    pub(crate) flash: u64,
+    /// Variables; the stack is apart.
+    pub(crate) ram: u64,
+}
+
+/// Every board.
+pub(crate) const BOARDS: [Board; 3] = [
+    Board { name: "mps2-an386", budget: None, variants: &["timer-tick"] },
+    Board { name: "nucleo-g474re", budget: Some(Size { flash: 96 * 1024, ram: 32 * 1024 }), variants: &[] },
+    Board {
+        name: "b-g431b-esc1",
+        // A quarter of its flash to spare; the linker keeps the RAM.
+        budget: Some(Size { flash: 96 * 1024, ram: 25_344 }),
+        variants: &[],
+    },
+];
+
+impl Board {
+    /// Name of the chip in probe-rs; none for an emulated board.
+    pub(crate) fn chip(&self) -> Option<&'static str> {
+        let chip = ::boards::chips::CHIPS.iter().find(|chip| chip.board == self.name)?;
+        Some(chip.name)
+    }
+}
+
+/// The scheme's sides, each with the feature that chooses it.
+pub(crate) const SIDES: [(&str, Option<&str>); 2] = [("master", None), ("slave", Some("slave"))];
+
+/// An image that was built.
+pub(crate) struct Image {
+    pub(crate) board: &'static Board,
+    /// As its file is named: `BOARD[-VARIANT]-SIDE`.
+    pub(crate) name: String,
+    pub(crate) size: Size,
+}
+
+/// Where images are collected.
+pub(crate) fn folder() -> PathBuf {
+    target().join("images")
+}
+
+/// Builds every image of every board into [`folder`], and holds it to its board's budget.
+pub(crate) fn build_all(toolchain: Toolchain) -> Result<Vec<Image>, String> {
+    let mut images = Vec::new();
+    for board in &BOARDS {
+        for variant in std::iter::once(None).chain(board.variants.iter().copied().map(Some)) {
+            for side in SIDES {
+                images.push(build(toolchain, board, variant, side)?);
+            }
+        }
+    }
+    let over: Vec<String> = images.iter().filter_map(over_budget).collect();
+    if over.is_empty() { Ok(images) } else { Err(over.join("\n")) }
+}
+
+/// Builds one image.
+pub(crate) fn build(
+    toolchain: Toolchain,
+    board: &'static Board,
+    variant: Option<&str>,
+    (side, side_feature): (&str, Option<&str>),
+) -> Result<Image, String> {
+    let features: Vec<&str> = [Some(board.name), variant, side_feature].into_iter().flatten().collect();
+    let arguments = ["--package", "firmware", "--profile", "firmware", "--features", &features.join(",")];
+    run(&mut toolchain.cargo("build", &arguments))?;
+    let name: Vec<&str> = [Some(board.name), variant, Some(side)].into_iter().flatten().collect();
+    let (name, built) = (name.join("-"), output("firmware").join("firmware"));
+    let image = folder().join(&name);
+    let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(&built, &image));
+    copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
+    let size = size(&image)?;
+    Ok(Image { board, name, size })
+}
+
+/// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest.
+pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
+    for board in &BOARDS {
+        let feature = format!("firmware/{}", board.name);
+        let arguments = ["--quiet", "--package", "boards", "--package", "firmware", "--features", &feature];
+        run(toolchain.cargo("clippy", &arguments).args(["--", "--deny", "warnings"]))?;
+    }
+    Ok(())
+}
+
+/// Documentation of what is compiled for boards alone.
+pub(crate) fn document(toolchain: Toolchain) -> Outcome {
+    for board in &BOARDS {
+        let arguments = ["--no-deps", "--quiet", "--package", "boards", "--features", board.name];
+        run(toolchain.cargo("doc", &arguments).env("RUSTDOCFLAGS", "--deny warnings"))?;
+    }
+    Ok(())
+}
+
+fn over_budget(image: &Image) -> Option<String> {
+    let (size, most) = (image.size, image.board.budget?);
+    let is_over = size.flash > most.flash || size.ram > most.ram;
+    is_over.then(|| {
+        format!(
+            "{} takes {} bytes of flash (at most {}) and {} of RAM (at most {})",
+            image.name, size.flash, most.flash, size.ram, most.ram
+        )
+    })
+}
+
+fn size(image: &Path) -> Result<Size, String> {
+    let unreadable = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", image.display());
+    let bytes = std::fs::read(image).map_err(|error| unreadable(&error))?;
+    size_of(&bytes).map_err(|error| unreadable(&error))
+}
+
+fn size_of(bytes: &[u8]) -> object::Result<Size> {
+    let header = FileHeader32::<Endianness>::parse(bytes)?;
+    let endian = header.endian()?;
+    let mut size = Size { flash: 0, ram: 0 };
+    for section in header.sections(endian, bytes)?.iter() {
+        let (flags, bytes) = (section.sh_flags(endian), u64::from(section.sh_size(endian)));
+        if flags & elf::SHF_ALLOC != 0 {
+            size.flash += if section.sh_type(endian) == elf::SHT_NOBITS { 0 } else { bytes };
+            size.ram += if flags & elf::SHF_WRITE == 0 { 0 } else { bytes };
+        }
+    }
+    Ok(size)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_chip_belongs_to_a_board_with_a_budget() {
+        for chip in ::boards::chips::CHIPS {
+            let board = BOARDS.iter().find(|board| board.name == chip.board).unwrap();
+            assert!(board.budget.is_some(), "{}", board.name);
+        }
+    }
+
+    #[test]
+    fn an_image_over_its_budget_is_named_with_both_sizes() {
+        let board = BOARDS.iter().find(|board| board.budget.is_some()).unwrap();
+        let most = board.budget.unwrap();
+        let image = |flash| Image { board, name: "big".into(), size: Size { flash, ..most } };
+        assert_eq!(over_budget(&image(most.flash)), None);
+        let message = over_budget(&image(most.flash + 1)).unwrap();
+        assert!(message.starts_with(&format!(
+            "big takes {} bytes of flash (at most {})",
+            most.flash + 1,
+            most.flash
+        )));
+    }
+
+    #[test]
+    fn what_is_no_image_has_no_size() {
+        assert!(size_of(b"no image").is_err());
+    }
+}

@@ -1,0 +1,44 @@
+//! `cargo xtask flash BOARD [master|slave]`: builds a board's image, flashes it and shows its log.
+
+use crate::boards::{BOARDS, Board, SIDES, build, folder};
+use crate::shell::{Outcome, command, run, succeeds};
+use crate::toolchain::Toolchain;
+
+/// Builds, flashes and stays with the board's log until Ctrl-C.
+pub(crate) fn flash(board: &str, side: &str) -> Outcome {
+    let (board, chip) = flashable(board)?;
+    let side = SIDES.into_iter().find(|(name, _)| *name == side);
+    let side = side.ok_or("the side is master or slave")?;
+    if !succeeds(&mut command("probe-rs", ["--version"])) {
+        return Err("probe-rs is not there: cargo install probe-rs-tools --locked".into());
+    }
+    let image = build(Toolchain::set_up()?, board, None, side)?;
+    let mut flash = command("probe-rs", ["run", "--chip", chip]);
+    run(flash.arg(folder().join(image.name))).map_err(|error| {
+        format!("{error}\nIs the board connected? `cargo run --release -- doctor` looks for its probe.")
+    })
+}
+
+fn flashable(name: &str) -> Result<(&'static Board, &'static str), String> {
+    let found = BOARDS.iter().find(|board| board.name == name);
+    found.and_then(|board| Some((board, board.chip()?))).ok_or_else(|| {
+        let names: Vec<&str> =
+            BOARDS.iter().filter(|board| board.chip().is_some()).map(|board| board.name).collect();
+        let why = if found.is_some() { "is emulated and has nothing to flash" } else { "is no board" };
+        format!("{name} {why}; boards to flash: {}", names.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::flashable;
+
+    #[test]
+    fn what_cannot_be_flashed_is_refused_with_what_can() {
+        for name in ["mps2-an386", "nucleo"] {
+            let message = flashable(name).err().unwrap();
+            assert!(message.contains(name) && message.ends_with("nucleo-g474re, b-g431b-esc1"), "{message}");
+        }
+        assert_eq!(flashable("b-g431b-esc1").unwrap().1, "STM32G431CBUx");
+    }
+}
