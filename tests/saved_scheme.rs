@@ -89,7 +89,7 @@ fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
         let mut made = any_scheme(dof, &mut random);
         let bytes = save(made.dimsart.engine_mut()).unwrap();
         let mut copy = Bench::of(dof, MEASURED, &[]);
-        assert_eq!(load(&bytes, &mut copy.dimsart), Ok(()), "round {round}");
+        assert_eq!(reload(&bytes, &mut copy.dimsart), Ok(()), "round {round}");
         assert_eq!(save(copy.dimsart.engine_mut()), Ok(bytes), "round {round}");
         let (mut expected, mut found) = (made.snapshot(), copy.snapshot());
         // Instances are listed in the order they were made; values of axes that the device lacks do not count.
@@ -131,6 +131,12 @@ fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
     assert!(modules > 400 && bindings > 400, "{modules} {bindings}: too little was tried");
 }
 
+/// Loads as an image does that knows its fingerprint.
+fn reload(bytes: &[u8], dimsart: &mut Dimsart) -> Result<(), LoadError> {
+    let print = fingerprint(dimsart.engine_mut());
+    load(bytes, print, dimsart)
+}
+
 /// One side of the shipped scheme.
 fn shipped() -> Dimsart {
     let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
@@ -153,17 +159,17 @@ fn what_is_damaged_cut_or_of_another_image_is_refused_before_any_command() {
     for bit in 0..bytes.len() * 8 {
         let mut damaged = bytes.clone();
         damaged[bit / 8] ^= 1 << (bit % 8);
-        assert_eq!(load(&damaged, &mut dimsart), Err(LoadError::Damaged), "bit {bit}");
+        assert_eq!(reload(&damaged, &mut dimsart), Err(LoadError::Damaged), "bit {bit}");
     }
     for length in 0..bytes.len() {
-        assert_eq!(load(&bytes[..length], &mut dimsart), Err(LoadError::Damaged), "cut to {length}");
+        assert_eq!(reload(&bytes[..length], &mut dimsart), Err(LoadError::Damaged), "cut to {length}");
     }
     let mut other = SchemeBytes::new();
     Writer::new(&mut other, fingerprint(shipped.engine_mut()) ^ 1).finish().unwrap();
-    assert_eq!(load(&other, &mut dimsart), Err(LoadError::OtherImage));
+    assert_eq!(reload(&other, &mut dimsart), Err(LoadError::OtherImage));
     assert_eq!(format!("{dimsart:?}"), nothing);
     assert_eq!(bytes[0], SAVED_SCHEME_VERSION);
-    assert_eq!(load(&bytes, &mut dimsart), Ok(()));
+    assert_eq!(reload(&bytes, &mut dimsart), Ok(()));
     assert!(dimsart.engine().is_running());
 }
 
@@ -177,7 +183,7 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
     commands.retain(|command| *command != Command::engine(Verb::ModOn, pd));
     commands.iter().for_each(|command| writer.push(command).unwrap());
     writer.finish().unwrap();
-    let error = load(&bytes, &mut dimsart).unwrap_err();
+    let error = reload(&bytes, &mut dimsart).unwrap_err();
     let LoadError::Refused { command, error: CommandError::DoesNotMatch { .. } } = error else {
         panic!("{error}")
     };

@@ -35,7 +35,6 @@ pub struct TooLong;
 
 /// Why a scheme was not loaded.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum LoadError {
     /// Its bytes are not what was saved.
@@ -131,18 +130,28 @@ pub fn save<M: ModuleList, const WORDS: usize>(
     Ok(bytes)
 }
 
-/// Replaces the scheme by a saved one and starts it.
+/// The fingerprint that a scheme was saved with; 0 for what is too short to be one.
+///
+/// An image knows its own by its built-in scheme, and need not work it out.
+#[must_use]
+pub fn fingerprint_of(bytes: &[u8]) -> u32 {
+    let found = bytes.get(1..).and_then(<[u8]>::first_chunk);
+    found.map_or(0, |bytes| u32::from_le_bytes(*bytes))
+}
+
+/// Replaces the scheme by a saved one and starts it. `fingerprint` is the image's own.
 ///
 /// # Errors
 /// [`LoadError`] when it is not whole, of another image, or does not match; no module exists then.
 pub fn load<M: ModuleList, const WORDS: usize>(
     bytes: &[u8],
+    fingerprint: u32,
     dimsart: &mut Dimsart<M, WORDS>,
 ) -> Result<(), LoadError> {
     let close = Command::plain(Verb::Close);
     let refused = |command| move |error| LoadError::Refused { command, error };
     dimsart.command(close).map_err(refused(0))?;
-    let mut rest = check(bytes, fingerprint(dimsart.engine_mut()))?;
+    let mut rest = check(bytes, fingerprint)?;
     let mut count = 0;
     while !rest.is_empty() {
         let given = postcard::take_from_bytes(rest).map_err(|_| LoadError::Damaged);

@@ -22,7 +22,7 @@ use cortex_m_rt::entry;
 use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
-use dimsart_core::saved_scheme::{SchemeBytes, fingerprint};
+use dimsart_core::saved_scheme::{SchemeBytes, fingerprint_of};
 use embassy_futures::block_on;
 use firmware::{BUFFER_BYTES, SchemeStore};
 use static_cell::ConstStaticCell;
@@ -90,9 +90,11 @@ fn start_scheme(
     static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
     let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
     let status = block_on(firmware::start(store.as_mut(), BUILT_IN, dimsart));
-    defmt::info!("{}: {}", Selected::NAME, status);
-    let fingerprint = fingerprint(dimsart.engine_mut());
-    Keeper { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }
+    defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);
+    if status.fallback.is_some() {
+        defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
+    }
+    Keeper { store, stalls_tick, status, fingerprint: fingerprint_of(BUILT_IN), scheme: SCHEME.take() }
 }
 
 /// A task that is started once; each is.

@@ -126,19 +126,20 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
         self.set(Record { trial: Trial::None, ..self.record }).await
     }
 
-    /// Loads the scheme on trial, or else the confirmed one.
+    /// Loads the scheme on trial, or else the confirmed one; `fingerprint` is the image's.
     ///
     /// # Errors
     /// Why it does not load, [`LoadError::Damaged`] if it is not there; no module exists then.
     pub async fn load<M: ModuleList, const WORDS: usize>(
         &mut self,
         is_trial: bool,
+        fingerprint: u32,
         dimsart: &mut Dimsart<M, WORDS>,
     ) -> Result<(), LoadError> {
         let place = if is_trial { Some(self.record.other_place()) } else { self.record.confirmed };
         let place = place.ok_or(LoadError::Damaged)?;
         let found = self.map.fetch_item::<&[u8]>(self.buffer, &place).await;
-        saved_scheme::load(found.ok().flatten().unwrap_or_default(), dimsart)
+        saved_scheme::load(found.ok().flatten().unwrap_or_default(), fingerprint, dimsart)
     }
 
     async fn set(&mut self, record: Record) -> Result<(), Broken> {

@@ -15,17 +15,18 @@ pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
     built_in: &[u8],
     dimsart: &mut Dimsart<M, WORDS>,
 ) -> SchemeStatus {
+    let fingerprint = saved_scheme::fingerprint_of(built_in);
     let mut fallback = None;
     let (mut trial, mut is_saved) = (Trial::None, false);
     let mut origin = None;
     if let Some(store) = store {
-        origin = start_kept(store, dimsart, &mut |reason| {
+        origin = start_kept(store, fingerprint, dimsart, &mut |reason| {
             fallback.get_or_insert(reason);
         })
         .await;
         (trial, is_saved) = (store.trial(), store.is_saved());
     }
-    let origin = origin.unwrap_or_else(|| match saved_scheme::load(built_in, dimsart) {
+    let origin = origin.unwrap_or_else(|| match saved_scheme::load(built_in, fingerprint, dimsart) {
         Ok(()) => Origin::BuiltIn,
         Err(error) => {
             fallback.get_or_insert(Fallback::BuiltIn(error));
@@ -37,6 +38,7 @@ pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
 
 async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
     store: &mut SchemeStore<'_, F>,
+    fingerprint: u32,
     dimsart: &mut Dimsart<M, WORDS>,
     note: &mut impl FnMut(Fallback),
 ) -> Option<Origin> {
@@ -49,14 +51,14 @@ async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
         // Before it is run: it may be what ends this start.
         Trial::Waits => match store.begin_trial().await {
             Err(_) => note(Fallback::Storage),
-            Ok(()) => match store.load(true, dimsart).await {
+            Ok(()) => match store.load(true, fingerprint, dimsart).await {
                 Ok(()) => return Some(Origin::Trial),
                 Err(error) => note(Fallback::Trial(error)),
             },
         },
     }
     if store.is_saved() {
-        match store.load(false, dimsart).await {
+        match store.load(false, fingerprint, dimsart).await {
             Ok(()) => return Some(Origin::Saved),
             Err(error) => note(Fallback::Saved(error)),
         }

@@ -28,7 +28,6 @@ pub enum SchemeAction {
 
 /// How the schemes of a board stand.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SchemeStatus {
     /// What the last start loaded; commands may have changed it since.
     pub origin: Origin,
@@ -56,7 +55,6 @@ pub enum Origin {
 
 /// Why a start did not load the scheme that comes first.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Fallback {
     /// The storage cannot be read or written.
