@@ -3,13 +3,13 @@
 
 use dimsart_core::protocol::{
     Accepted, Blocked, Counters, DataTypeText, DeviceInfo, Effect, MAX_FRAME_BYTES, MAX_SIGNAL_WORDS,
-    PROTOCOL_VERSION, ParameterText, PortText, Receiver, Refusal, Request, Response, answer, decode_response,
-    encode_request,
+    PROTOCOL_VERSION, ParameterText, PortText, Receiver, Refusal, Request, Response, SchemeAction,
+    StoreError, TimingReport, answer, decode_response, encode_request,
 };
 use dimsart_core::{
     Accepts, AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, Finding, Format,
-    FrameError, ModuleList, ModuleRef, PORT, ParameterError, Party, Shape, Target, TypeRef, Unit, Value,
-    Verb, Word, modules::Standard, scheme, types,
+    FrameError, ModuleList, ModuleRef, PORT, ParameterError, Party, Shape, Target, Timing, TypeRef, Unit,
+    Value, Verb, Word, modules::Standard, scheme, types,
 };
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -441,4 +441,38 @@ fn signals_are_read_in_pieces_as_the_last_tick_left_them() {
     for (signal, from) in [(MAP.first(), 41), (missing, 0)] {
         assert_eq!(line.ask(Request::Signal { signal, from }), Response::Refused(Refusal::NotThere));
     }
+}
+
+#[test]
+fn a_scheme_is_told_command_by_command() {
+    let mut line = Line::new();
+    assert_eq!(scheme::load(SCHEME, "slave", SIDES, &mut line.dimsart, |error| panic!("{error:?}")), 0);
+    let expected: Vec<Command> = line.dimsart.engine_mut().commands().collect();
+    let mut found = Vec::new();
+    for place in 0..=u8::MAX {
+        let of_module = (0..=u16::MAX).map(|index| line.ask(Request::SchemeCommand { place, index }));
+        let of_module: Vec<_> =
+            of_module.take_while(|answer| *answer != Response::Refused(Refusal::NotThere)).collect();
+        if of_module.is_empty() {
+            break;
+        }
+        found.extend(of_module.into_iter().map(|answer| unwrap!(SchemeCommand, answer)));
+    }
+    assert_eq!(found, expected);
+    assert!(found.len() >= 10, "{found:?}");
+}
+
+#[test]
+fn timing_is_told_by_a_device_that_has_a_clock_and_a_controller_alone_keeps_no_schemes() {
+    let mut line = Line::new();
+    assert_eq!(line.ask(Request::Timing), Response::Refused(Refusal::NotThere));
+    let mut timing = Timing::default();
+    timing.count(true, false);
+    timing.count(false, true);
+    timing.measure(5, 30, 32);
+    line.info.set_timing(timing);
+    let report = TimingReport { ticks: 2, late: 1, overruns: 1, last_mean_max_cycles: Some([25; 3]) };
+    assert_eq!(unwrap!(Timing, line.ask(Request::Timing)), report);
+    let refused = Response::Refused(Refusal::Store(StoreError::NoStorage));
+    assert_eq!(line.ask(Request::Schemes(SchemeAction::Save)), refused);
 }

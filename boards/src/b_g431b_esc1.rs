@@ -36,6 +36,7 @@ use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::{ALIGNING_ANGLE_RAD, Motor, phase_duties};
 use crate::stm32g4::power_stage::{self, PowerStage};
+use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::{self, Sleep, UartPort, fdcan};
 
 /// The motor. Change it to what is connected: see the motor's and the supply's data sheets.
@@ -56,10 +57,14 @@ const PWM_FREQUENCY: Hertz = Hertz(20_000);
 const DEAD_TIME: u16 = 136;
 const CRYSTAL: Hertz = Hertz(8_000_000);
 
+/// The flash has one bank: while it is written, no instruction can be read from it.
+const STALLS_TICK: bool = true;
+
 bind_interrupts!(struct Interrupts {
     USART2 => BufferedInterruptHandler<USART2>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+    FLASH => embassy_stm32::flash::InterruptHandler;
 });
 
 /// The board.
@@ -68,13 +73,14 @@ pub struct BG431bEsc1;
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
-    const WORDS: usize = 384;
+    const WORDS: usize = 192;
     const TICK_HZ: u32 = 1_000;
 
     type Joints = ThreePhaseMotor;
     type CommandPort = UartPort;
     type LinkIn = fdcan::FromCan;
     type LinkOut = fdcan::ToCan;
+    type Flash = SchemeFlash;
     type Idle = Sleep;
 
     fn start() -> Parts<Self> {
@@ -107,7 +113,8 @@ impl Board for BG431bEsc1 {
         // Stays low for good: the pin would float if its owner went away.
         core::mem::forget(shutdown);
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
-        stm32g4::parts(&[AxisKind::Rotary], joints, command_port, can, chip.IWDG)
+        let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
+        stm32g4::parts(&[AxisKind::Rotary], joints, command_port, can, storage, chip.IWDG)
     }
 
     fn disarm() {

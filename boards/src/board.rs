@@ -1,8 +1,11 @@
 //! What the firmware asks of a board, and what a board does when it cannot.
 
+use core::ops::Range;
+
 use dimsart_core::{DeviceDescriptor, MAX_PACKET_BYTES, Tick, Word};
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
+use embedded_storage_async::nor_flash::NorFlash;
 
 /// A board and the device on it.
 ///
@@ -26,6 +29,8 @@ pub trait Board: Sized {
     type LinkIn: LinkIn;
     /// Where packets to other controllers go out.
     type LinkOut: LinkOut;
+    /// Flash that schemes are kept in.
+    type Flash: NorFlash + 'static;
     /// What the processor does when no task has anything to do.
     type Idle: Idle;
 
@@ -66,13 +71,29 @@ pub struct Parts<B: Board> {
     pub link_in: B::LinkIn,
     /// Where packets go out.
     pub link_out: B::LinkOut,
+    /// Where schemes are kept; none on a board that has no place for them.
+    pub storage: Option<Storage<B::Flash>>,
     /// What the processor does when no task has anything to do.
     pub idle: B::Idle,
+}
+
+/// Flash to keep schemes in.
+pub struct Storage<F> {
+    /// The flash. It may wait in the background, but never holds up what is above it, unless it
+    /// [stalls the tick](Self::stalls_tick).
+    pub flash: F,
+    /// The part to be used: whole pages, four at least, and none of the image's.
+    pub range: Range<u32>,
+    /// Whether the processor stands still while the flash is written.
+    pub stalls_tick: bool,
 }
 
 /// Sensors and actuators, in SI units and in the layout of the device's types.
 pub trait Joints: Send + 'static {
     /// Reads every sensor, in the order of the descriptor's outputs. Takes bounded time and never waits.
+    ///
+    /// `measured` ends before [`types::TIMING`](dimsart_core::types::TIMING), if the device has them: the tick
+    /// measures these itself.
     ///
     /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe input.
     fn read(&mut self, measured: &mut [Word]);

@@ -23,7 +23,7 @@ pub mod motor;
 mod stm32g4;
 
 #[cfg(target_os = "none")]
-pub use board::{Board, CommandPort, Idle, Joints, LinkIn, LinkOut, Parts};
+pub use board::{Board, CommandPort, Idle, Joints, LinkIn, LinkOut, Parts, Storage};
 
 /// Registers the boards; `Selected` is the one that the build chose.
 macro_rules! boards {

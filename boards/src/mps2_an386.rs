@@ -4,9 +4,11 @@
 //! FIFOs named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
 //! also the clock: each frame of the host moves time on by one tick, no asynchronous interrupt happens,
 //! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
-//! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still.
+//! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still;
+//! then it measures its own ticks too. Schemes are kept in a file named `flash` in the same folder.
 
 mod clock;
+mod flash;
 mod host;
 mod uart;
 
@@ -101,6 +103,7 @@ impl Board for Mps2An386 {
     type CommandPort = uart::CommandPort;
     type LinkIn = host::FromHost;
     type LinkOut = host::ToHost;
+    type Flash = flash::FileFlash;
     type Idle = host::Host;
 
     #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
@@ -128,6 +131,7 @@ impl Board for Mps2An386 {
             command_port: uart::CommandPort,
             link_in: host::FromHost,
             link_out: host::ToHost,
+            storage: flash::storage(),
             idle: host,
         };
         if cfg!(feature = "timer-tick") {

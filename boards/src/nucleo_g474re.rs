@@ -34,6 +34,7 @@ use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::Motor;
 use crate::stm32g4::power_stage::{self, PowerStage};
+use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::{self, Sleep, UartPort, fdcan};
 
 const AXES: usize = 3;
@@ -51,10 +52,15 @@ const CRYSTAL: Hertz = Hertz(24_000_000);
 /// Of port C.
 const ENABLE_PIN: usize = 3;
 
+/// The image lies in the flash's first bank and the schemes in its second: one is read while the other is
+/// written.
+const STALLS_TICK: bool = false;
+
 bind_interrupts!(struct Interrupts {
     LPUART1 => BufferedInterruptHandler<LPUART1>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+    FLASH => embassy_stm32::flash::InterruptHandler;
 });
 
 /// The board.
@@ -69,6 +75,7 @@ impl Board for NucleoG474re {
     type CommandPort = UartPort;
     type LinkIn = fdcan::FromCan;
     type LinkOut = fdcan::ToCan;
+    type Flash = SchemeFlash;
     type Idle = Sleep;
 
     fn start() -> Parts<Self> {
@@ -108,7 +115,8 @@ impl Board for NucleoG474re {
 
         let command_port = UartPort::open(chip.LPUART1, chip.PA3, chip.PA2, Interrupts);
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PA12, Interrupts);
-        stm32g4::parts(&[AxisKind::Rotary; AXES], joints, command_port, can, chip.IWDG)
+        let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
+        stm32g4::parts(&[AxisKind::Rotary; AXES], joints, command_port, can, storage, chip.IWDG)
     }
 
     fn disarm() {

@@ -3,11 +3,12 @@
 //! 170 MHz from the board's crystal; an RC oscillator is too inaccurate for CAN.
 
 pub(crate) mod fdcan;
+pub(crate) mod flash;
 pub(crate) mod power_stage;
 
 use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
-use dimsart_core::{AxisKind, DeviceDescriptor, types};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::can::CanConfigurator;
 use embassy_stm32::interrupt::typelevel::{Binding, Interrupt as _};
@@ -23,7 +24,8 @@ use embedded_io_async::{ErrorType, Read, Write};
 
 use static_cell::ConstStaticCell;
 
-use crate::board::{Board, CommandPort, Idle, Parts};
+use self::flash::SchemeFlash;
+use crate::board::{Board, CommandPort, Idle, Parts, Storage};
 
 /// Bits per second of the command line.
 const COMMAND_BAUD: u32 = 921_600;
@@ -86,6 +88,12 @@ fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
     config
 }
 
+/// What a board measures, its own ticks last.
+const OUTPUTS: [&DataType; 6] = {
+    let [cycles, mean, max, late, overruns] = types::TIMING;
+    [types::POSITION, cycles, mean, max, late, overruns]
+};
+
 /// The parts of a board whose axes turn and measure their angle. Last of all that is started: the watchdog
 /// runs from here on, on its own oscillator, and nothing but a reset stops it.
 pub(crate) fn parts<B>(
@@ -93,18 +101,26 @@ pub(crate) fn parts<B>(
     joints: B::Joints,
     command_port: UartPort,
     can: CanConfigurator<'static>,
+    storage: Storage<SchemeFlash>,
     watchdog: Peri<'static, peripherals::IWDG>,
 ) -> Parts<B>
 where
-    B: Board<CommandPort = UartPort, LinkIn = fdcan::FromCan, LinkOut = fdcan::ToCan, Idle = Sleep>,
+    B: Board<
+            CommandPort = UartPort,
+            LinkIn = fdcan::FromCan,
+            LinkOut = fdcan::ToCan,
+            Flash = SchemeFlash,
+            Idle = Sleep,
+        >,
 {
     let period_s = 1.0 / B::TICK_HZ as f32;
-    let device = DeviceDescriptor::new(B::NAME, axes, period_s, &[types::POSITION], &[types::DES_FORCE]);
+    let device = DeviceDescriptor::new(B::NAME, axes, period_s, &OUTPUTS, &[types::DES_FORCE]);
     let Ok(device) = device else { defmt::panic!("the device has no axes or no sample period") };
     let (link_in, link_out) = fdcan::start(can);
     let (tick, background) = start_executors();
     IndependentWatchdog::new(watchdog, WATCHDOG_US).unleash();
-    Parts { device, tick, background, joints, command_port, link_in, link_out, idle: Sleep }
+    let storage = Some(storage);
+    Parts { device, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
 }
 
 fn start_executors() -> (SendSpawner, SendSpawner) {

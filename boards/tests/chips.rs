@@ -46,6 +46,9 @@ fn is_covered(mut range: Range<u64>, chip: &[Range<u64>]) -> bool {
     true
 }
 
+/// What an STM32G4 erases at a time, in each of its banks.
+const PAGE_BYTES: u64 = 2048;
+
 #[test]
 fn every_board_s_memory_map_is_its_chip_s() {
     let registry = Registry::from_builtin_families();
@@ -63,14 +66,20 @@ fn every_board_s_memory_map_is_its_chip_s() {
         let (flash, ram) = (of_kind(true), of_kind(false));
         let mapped = regions(chip.memory_map).unwrap();
         let names: Vec<_> = mapped.iter().map(|(name, _)| *name).collect();
-        assert_eq!(names, ["FLASH", "STACK", "RAM"], "{}", chip.board);
+        assert_eq!(names, ["FLASH", "STORAGE", "STACK", "RAM"], "{}", chip.board);
         for (name, range) in &mapped {
-            let memory = if *name == "FLASH" { &flash } else { &ram };
+            let memory = if ["FLASH", "STORAGE"].contains(name) { &flash } else { &ram };
             assert!(is_covered(range.clone(), memory), "{}: {name} {range:x?} in {memory:x?}", chip.board);
         }
-        // All the flash there is, and a stack that ends where no memory is.
-        assert!(flash.contains(&mapped[0].1), "{}: {:x?} in {flash:x?}", chip.board, mapped[0].1);
-        let below_stack = mapped[1].1.start - 1;
+        // An image at the start of the flash and schemes behind it, in whole pages, enough to take turns.
+        let (image, storage) = (&mapped[0].1, &mapped[1].1);
+        assert!(flash.iter().any(|flash| flash.start == image.start), "{}: {image:x?}", chip.board);
+        assert!(image.end <= storage.start, "{}: {image:x?} reaches into {storage:x?}", chip.board);
+        let pages = (storage.start % PAGE_BYTES, storage.end % PAGE_BYTES);
+        assert_eq!(pages, (0, 0), "{}: {storage:x?} is not made of whole pages", chip.board);
+        assert!(storage.end - storage.start >= 4 * PAGE_BYTES, "{}: {storage:x?}", chip.board);
+        // A stack that ends where no memory is.
+        let below_stack = mapped[2].1.start - 1;
         let is_memory = |regions: &[Range<u64>]| regions.iter().any(|region| region.contains(&below_stack));
         assert!(!is_memory(&flash) && !is_memory(&ram), "{}: an overflowing stack overwrites", chip.board);
     }

@@ -1,7 +1,7 @@
 //! What a packet carries, as one number that both ends work out for themselves.
 
+use crate::checksum::CRC;
 use crate::data_type::DataType;
-use crate::packet::CRC;
 use crate::unit::AxisKind;
 
 /// Number of words of a packet, and an id that stands for what they mean.

@@ -147,6 +147,12 @@ impl DeviceDescriptor {
         self.own_types().find(|data_type| data_type.name == name).or_else(|| crate::types::by_name(name))
     }
 
+    /// Whether its outputs end with [`types::TIMING`](crate::types::TIMING).
+    #[must_use]
+    pub fn measures_timing(&self) -> bool {
+        self.outputs.ends_with(&crate::types::TIMING)
+    }
+
     fn own_types(&self) -> impl Iterator<Item = &'static DataType> {
         self.outputs.iter().chain(self.inputs).copied()
     }

@@ -111,16 +111,24 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// # Errors
     /// [`PacketError`] when the bytes are no packet; what waits already stays.
     pub fn receive(&mut self, link: usize, bytes: &[u8]) -> Result<(), PacketError> {
+        self.deliver(link, &Packet::from_bytes(bytes))
+    }
+
+    /// As [`receive`](Self::receive), for a caller that has read the packet already, or tried to.
+    ///
+    /// # Errors
+    /// The [`PacketError`] that is delivered, which is counted; or that there is no such link.
+    pub fn deliver(&mut self, link: usize, packet: &Result<Packet, PacketError>) -> Result<(), PacketError> {
         let port = self.engine.data_base().links().get(link).ok_or(PacketError::NoLink)?;
         let count = || port.superseded.set(port.superseded.get().wrapping_add(1));
-        let packet = Packet::from_bytes(bytes).inspect_err(|_| count())?;
+        let packet = packet.as_ref().map_err(|error| *error).inspect_err(|_| count())?;
         if port.received.is_full() {
             count();
             if !is_newer(packet.sequence, port.received.sequence()) {
                 return Ok(());
             }
         }
-        port.received.put(&packet);
+        port.received.put(packet);
         Ok(())
     }
 

@@ -54,6 +54,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod checksum;
 mod command;
 mod content;
 mod data;
@@ -76,9 +77,11 @@ mod packet;
 pub mod parameter;
 mod port;
 pub mod protocol;
+pub mod saved_scheme;
 mod schedule;
 pub mod scheme;
 mod storage;
+mod timing;
 pub mod types;
 mod unit;
 mod unit_tie;
@@ -91,7 +94,7 @@ pub use data_base::{DataBase, Entry};
 pub use data_type::{DataType, Shape, TypeRef};
 pub use device::{DescriptorError, DeviceDescriptor};
 pub use dimsart::{Dimsart, Tick};
-pub use engine::{Engine, Step, Usage};
+pub use engine::{Cursor, Engine, Step, Usage};
 pub use explain::Explanation;
 pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
@@ -103,6 +106,7 @@ pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, PACKET_VERSION, Packet, Pack
 pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};
 pub use port::{Direction, PortSpec, Ports, Stage};
 pub use storage::StorageError;
+pub use timing::{Duration, Timing};
 pub use unit::{AxisKind, Unit};
 pub use unit_tie::{UnitRelation, UnitTie};
 pub use word::{Format, Scalar, Word};

@@ -39,6 +39,7 @@ mod frame;
 mod receiver;
 mod request;
 mod response;
+mod schemes;
 mod serve;
 #[cfg(test)]
 mod snapshot;
@@ -52,9 +53,11 @@ pub use frame::{DecodeError, MAX_CONTENT_BYTES, MAX_FRAME_BYTES, NoRoom};
 pub use receiver::{Counters, Receiver};
 pub use request::{Request, decode_request, encode_request};
 pub use response::{
-    Effect, MAX_SIGNAL_WORDS, Refusal, Response, SignalText, Status, decode_response, encode_response,
+    Effect, MAX_SIGNAL_WORDS, Refusal, Response, SignalText, Status, TimingReport, decode_response,
+    encode_response,
 };
+pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};
 pub use serve::{answer, serve};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;

@@ -38,7 +38,16 @@ catalogue! {
     40 SIGNAL             Any       F32 Vector "A signal of any unit.";
     41 SIGNAL_OUT         Any       F32 Vector "What a module made of a signal of any unit.";
     42 RECORDED_ROWS      One       U32 Scalar "Rows a recorder has taken since it was reset.";
+    48 TICK_CYCLES        One       U32 Scalar "Processor cycles that the last tick took.";
+    49 TICK_CYCLES_MEAN   One       U32 Scalar "Processor cycles that ticks take on average.";
+    50 TICK_CYCLES_MAX    One       U32 Scalar "Processor cycles that the longest tick took.";
+    51 LATE_TICKS         Tick      U32 Scalar "Ticks that began late.";
+    52 OVERRUN_TICKS      Tick      U32 Scalar "Ticks that were not done when the next one was due.";
 }
+
+/// What a device with a clock measures of its own ticks: the last ones of its outputs, in this order.
+pub const TIMING: [&DataType; 5] =
+    [TICK_CYCLES, TICK_CYCLES_MEAN, TICK_CYCLES_MAX, LATE_TICKS, OVERRUN_TICKS];
 
 /// Finds a standard type by its number.
 #[must_use]

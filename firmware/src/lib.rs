@@ -1,8 +1,11 @@
-//! What the firmware keeps that needs no board: the measure of its ticks and its hand-overs.
+//! What the firmware keeps that needs no board: the schemes it starts with, and when a watchdog is fed.
 #![no_std]
 #![forbid(unsafe_code)]
 
-#[cfg(test)]
-extern crate std;
+mod scheme_store;
+mod start;
+mod watchdog;
 
-pub mod timing;
+pub use scheme_store::{BUFFER_BYTES, Broken, SchemeStore};
+pub use start::start;
+pub use watchdog::Watchdog;

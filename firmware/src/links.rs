@@ -1,18 +1,17 @@
 //! Packets between the links and the tick.
 
 use boards::{LinkIn as _, LinkOut as _, Selected};
-use dimsart_core::{MAX_PACKET_BYTES, Packet};
-use heapless::Vec;
+use dimsart_core::{MAX_PACKET_BYTES, Packet, PacketError};
 
 use crate::handover::{Giver, Taker};
 
 type LinkIn = <Selected as boards::Board>::LinkIn;
 type LinkOut = <Selected as boards::Board>::LinkOut;
 
-/// A packet's bytes as they came in.
+/// A packet that came in, or why it is none.
 pub(crate) struct Received {
     pub(crate) link: usize,
-    pub(crate) bytes: Vec<u8, MAX_PACKET_BYTES>,
+    pub(crate) packet: Result<Packet, PacketError>,
 }
 
 /// A packet that a tick left to be sent.
@@ -26,8 +25,8 @@ pub(crate) async fn receive(mut link_in: LinkIn, mut packets: Giver<Received>) {
     let mut buffer = [0; MAX_PACKET_BYTES];
     loop {
         let (link, length) = link_in.receive(&mut buffer).await;
-        if let Some(Ok(bytes)) = buffer.get(..length).map(Vec::from_slice) {
-            packets.give(Received { link, bytes });
+        if let Some(bytes) = buffer.get(..length) {
+            packets.give(Received { link, packet: Packet::from_bytes(bytes) });
         }
     }
 }

@@ -11,25 +11,29 @@
 
 mod commands;
 mod handover;
+mod keeper;
 mod links;
 mod rescue;
 mod telemetry;
 mod tick;
 
-use boards::{Board as _, Parts, Selected};
+use boards::{Board as _, Parts, Selected, Storage};
 use cortex_m_rt::entry;
+use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
-use dimsart_core::{Dimsart, scheme};
+use dimsart_core::saved_scheme::{SchemeBytes, fingerprint_of};
+use embassy_futures::block_on;
+use firmware::{BUFFER_BYTES, SchemeStore};
 use static_cell::ConstStaticCell;
 
 use crate::handover::Handover;
+use crate::keeper::Keeper;
 
 type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
 
-const SCHEME: &str = include_str!("../../schemes/bilateral.scheme");
-const SIDES: [&str; 2] = ["master", "slave"];
-const SIDE: &str = if cfg!(feature = "slave") { "slave" } else { "master" };
+/// The built-in scheme, as the build has made it of its text.
+const BUILT_IN: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-scheme"));
 
 #[entry]
 fn main() -> ! {
@@ -39,20 +43,21 @@ fn main() -> ! {
 /// Apart from what comes after it, and never ends: what it needs is off the stack by then.
 #[inline(never)]
 fn start() -> <Selected as boards::Board>::Idle {
-    let Parts { device, tick, background, joints, command_port, link_in, link_out, idle } = Selected::start();
+    let Parts { device, tick, background, joints, command_port, link_in, link_out, storage, idle } =
+        Selected::start();
     static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
     let dimsart = DIMSART.take();
     if let Err(error) = dimsart.connect(device) {
         defmt::panic!("the board's Data Base is too small for its device: {}", error);
     }
-    load_default_scheme(dimsart);
+    let keeper = start_scheme(storage, dimsart);
 
     static REQUESTS: ConstStaticCell<Handover<dimsart_core::protocol::Request, 2>> =
         ConstStaticCell::new(Handover::new());
     static ANSWERS: ConstStaticCell<Handover<commands::Answer, 2>> = ConstStaticCell::new(Handover::new());
-    static PACKETS_IN: ConstStaticCell<Handover<links::Received, { 2 * MAX_LINKS + 1 }>> =
+    static PACKETS_IN: ConstStaticCell<Handover<links::Received, { MAX_LINKS + 2 }>> =
         ConstStaticCell::new(Handover::new());
-    static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { 2 * MAX_LINKS + 1 }>> =
+    static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { MAX_LINKS + 1 }>> =
         ConstStaticCell::new(Handover::new());
     static STATUS: ConstStaticCell<Handover<telemetry::Status, 3>> = ConstStaticCell::new(Handover::new());
     let (requests, requests_to_take) = REQUESTS.take().split();
@@ -63,7 +68,11 @@ fn start() -> <Selected as boards::Board>::Idle {
 
     let ends =
         tick::Ends { requests: requests_to_take, answers, packets_in: packets_to_take, packets_out, status };
-    background.spawn(token(commands::serve(command_port, requests, answers_to_take)));
+    background.spawn(token(commands::serve(
+        command_port,
+        commands::Link { requests, answers: answers_to_take },
+        keeper,
+    )));
     background.spawn(token(links::receive(link_in, packets_in)));
     background.spawn(token(links::send(link_out, packets_to_send)));
     background.spawn(token(telemetry::log(status_to_take)));
@@ -71,16 +80,21 @@ fn start() -> <Selected as boards::Board>::Idle {
     idle
 }
 
-/// Starts the built-in scheme. One that does not match leaves the board idle, but answering.
-fn load_default_scheme(dimsart: &mut BoardDimsart) {
-    let failed = scheme::load(SCHEME, SIDE, &SIDES, dimsart, |error| {
-        defmt::error!("built-in scheme, line {}: {} was refused", error.place.line, error.place.word);
-    });
-    if failed == 0 {
-        defmt::info!("{}: the built-in scheme runs as {}", Selected::NAME, SIDE);
-    } else {
-        defmt::error!("{}: the built-in scheme does not run; the board stays idle", Selected::NAME);
+/// Starts a kept scheme or the built-in one. If none matches, the board is idle, but answers.
+fn start_scheme(
+    storage: Option<Storage<<Selected as boards::Board>::Flash>>,
+    dimsart: &mut BoardDimsart,
+) -> Keeper {
+    let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
+    static BUFFER: ConstStaticCell<[u8; BUFFER_BYTES]> = ConstStaticCell::new([0; BUFFER_BYTES]);
+    static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
+    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
+    let status = block_on(firmware::start(store.as_mut(), BUILT_IN, dimsart));
+    defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);
+    if status.fallback.is_some() {
+        defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
     }
+    Keeper { store, stalls_tick, status, fingerprint: fingerprint_of(BUILT_IN), scheme: SCHEME.take() }
 }
 
 /// A task that is started once; each is.

@@ -1,7 +1,6 @@
 //! What the tick says about itself, logged below it.
 
-use dimsart_core::Tick;
-use firmware::timing::Timing;
+use dimsart_core::{Tick, Timing};
 
 use crate::handover::Taker;
 

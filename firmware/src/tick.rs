@@ -3,9 +3,9 @@
 use boards::{Board as _, Joints as _, Selected};
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
 use dimsart_core::protocol::{self, DeviceInfo, Request};
-use dimsart_core::{MAX_DEVICE_TYPES, Tick, Word};
+use dimsart_core::{MAX_DEVICE_TYPES, Tick, Timing, Word, types};
 use embassy_time::{Duration, Instant, Timer};
-use firmware::timing::Timing;
+use firmware::Watchdog;
 
 use crate::BoardDimsart;
 use crate::commands::{self, Answer};
@@ -43,8 +43,11 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
     else {
         defmt::panic!("a device of {} and {} words", words_in, words_out);
     };
+    // The words behind the sensors' are the tick's own.
+    let timed = if dimsart.engine().device().measures_timing() { types::TIMING.len() } else { 0 };
+    let sensed = measured.len().saturating_sub(timed);
     let mut timing = Timing::default();
-    let mut watchdog = Watchdog::default();
+    let mut watchdog = Watchdog::new(PATIENCE);
     let mut info = DeviceInfo::new(IMAGE);
     let mut due = Instant::now() + PERIOD;
     loop {
@@ -52,7 +55,12 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
         let is_late = Instant::now() > due + TOLERANCE;
 
         let start = Selected::cycles();
-        joints.read(measured);
+        if let Some((sensors, timings)) = measured.split_at_mut_checked(sensed) {
+            joints.read(sensors);
+            for (word, value) in timings.iter_mut().zip(timing.words()) {
+                *word = value;
+            }
+        }
         let tick = step(dimsart, measured, commanded, &mut info, &mut ends);
         joints.write(tick, commanded);
         if let (Some(start), Some(end)) = (start, Selected::cycles()) {
@@ -65,7 +73,10 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
             due += PERIOD;
         }
         timing.count(is_late, has_overrun);
-        watchdog.tick(!is_late && !has_overrun);
+        info.set_timing(timing);
+        if watchdog.tick(!is_late && !has_overrun, commands::heartbeat()) {
+            Selected::feed_watchdog();
+        }
         if timing.ticks % REPORT_EVERY == 0 {
             let dropped = ends.answers.dropped() + ends.packets_out.dropped() + ends.status.dropped();
             ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
@@ -85,9 +96,9 @@ fn step(
         ends.answers.give(protocol::serve(&request, dimsart, info));
     }
     for _ in 0..2 * MAX_LINKS {
-        let Some(Received { link, bytes }) = ends.packets_in.take() else { break };
+        let Some(Received { link, packet }) = ends.packets_in.take() else { break };
         // What is refused is counted by the controller.
-        let _ = dimsart.receive(link, &bytes);
+        let _ = dimsart.deliver(link, &packet);
     }
     let tick = dimsart.tick(measured, commanded);
     info.count(tick);
@@ -97,22 +108,4 @@ fn step(
         }
     }
     tick
-}
-
-/// Feeds the board's watchdog in ticks that kept their time while the communication is alive.
-#[derive(Default)]
-struct Watchdog {
-    heartbeat: u32,
-    silent_ticks: u32,
-}
-
-impl Watchdog {
-    fn tick(&mut self, is_in_time: bool) {
-        let heartbeat = commands::heartbeat();
-        self.silent_ticks = if heartbeat == self.heartbeat { self.silent_ticks.saturating_add(1) } else { 0 };
-        self.heartbeat = heartbeat;
-        if is_in_time && self.silent_ticks < PATIENCE {
-            Selected::feed_watchdog();
-        }
-    }
 }

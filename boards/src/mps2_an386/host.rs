@@ -3,7 +3,7 @@
 use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
-    AxisKind, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF, types,
+    AxisKind, DataType, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF, types,
 };
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -125,17 +125,28 @@ pub(super) fn connect(tick_hz: u32) -> (Host, DeviceDescriptor) {
     let axes = host.greet().unwrap_or_else(|trouble| give_up(&trouble));
     let device = device(&axes, tick_hz);
     let words = |types: &[&dimsart_core::DataType]| types.iter().map(|of| of.shape.words(device.dof())).sum();
-    host.words_in = words(device.outputs);
+    host.words_in = words(&[PLAYED]);
     host.words_out = words(device.inputs);
     (host, device)
 }
 
 type Axes = Vec<AxisKind, MAX_DOF>;
+/// What the host measures.
+const PLAYED: &DataType = types::POSITION;
 
 fn device(axes: &Axes, tick_hz: u32) -> DeviceDescriptor {
     #[expect(clippy::cast_precision_loss, reason = "a rate in hertz is exact")]
     let period_s = 1.0 / tick_hz as f32;
-    let device = DeviceDescriptor::new("played", axes, period_s, &[types::POSITION], &[types::DES_FORCE]);
+    // Host-clocked, every tick is in time: the device is the host's alone.
+    let outputs: &[&DataType] = if cfg!(feature = "timer-tick") {
+        &const {
+            let [cycles, mean, max, late, overruns] = types::TIMING;
+            [PLAYED, cycles, mean, max, late, overruns]
+        }
+    } else {
+        &[PLAYED]
+    };
+    let device = DeviceDescriptor::new("played", axes, period_s, outputs, &[types::DES_FORCE]);
     device.unwrap_or_else(|_| {
         defmt::error!("the host plays a device of {} axes: 1 to {} are possible", axes.len(), MAX_DOF);
         exit(EXIT_BAD_FRAME)

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::dimsart::Tick;
 use crate::frame::FrameError;
 use crate::matching::Finding;
+use crate::timing::Timing;
 
 /// Why the device is not commanded by the scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,6 +40,7 @@ pub struct DeviceInfo {
     pub(super) ticks: u64,
     pub(super) refused: Option<Blocked>,
     pub(super) first_fault: Option<FirstFault>,
+    pub(super) timing: Option<Timing>,
 }
 
 impl DeviceInfo {
@@ -46,7 +48,12 @@ impl DeviceInfo {
     /// version and commit; a host may remember descriptions by it. At most 100 bytes.
     #[must_use]
     pub const fn new(image: &'static str) -> Self {
-        Self { image, ticks: 0, refused: None, first_fault: None }
+        Self { image, ticks: 0, refused: None, first_fault: None, timing: None }
+    }
+
+    /// Takes note of how well the ticks keep their time, where there is a clock to tell.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.timing = Some(timing);
     }
 
     /// Counts a tick.

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::SchemeAction;
 use super::frame::{Class, DecodeError, NoRoom, decode, encode};
 use crate::command::{Command, ModuleRef};
 use crate::data_type::TypeRef;
@@ -72,6 +73,18 @@ pub enum Request {
     },
     /// How the controller is doing.
     Status,
+    /// A command of those that would build the scheme; see
+    /// [`Engine::command_of`](crate::Engine::command_of).
+    SchemeCommand {
+        /// Place of the module.
+        place: u8,
+        /// Which of its commands.
+        index: u16,
+    },
+    /// How well the ticks keep their time.
+    Timing,
+    /// Schemes that the board keeps; for whoever has the storage, [`serve`](super::serve) has none.
+    Schemes(SchemeAction),
 }
 
 /// Writes the frame of a request to the start of `out` and gives it; its answer has the same `id`.

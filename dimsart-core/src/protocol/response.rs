@@ -8,11 +8,13 @@ use super::description::{
 };
 use super::device_info::{Blocked, FirstFault};
 use super::frame::{Class, DecodeError, EncodeError, NoRoom, decode, encode};
-use crate::command::CommandError;
+use super::schemes::{SchemeStatus, StoreError};
+use crate::command::{Command, CommandError};
 use crate::data_type::TypeRef;
 use crate::engine::Usage;
 use crate::matching::Finding;
 use crate::parameter::Value;
+use crate::timing::Timing;
 use crate::word::Format;
 
 /// Most words of a signal in one response.
@@ -54,6 +56,12 @@ pub enum Response<'a> {
     },
     /// How the controller is doing.
     Status(Status),
+    /// A command of those that would build the scheme.
+    SchemeCommand(Command),
+    /// How well the ticks keep their time.
+    Timing(TimingReport),
+    /// Schemes that the board keeps.
+    Schemes(SchemeStatus),
 }
 
 /// Why a request was refused.
@@ -69,6 +77,8 @@ pub enum Refusal {
     TooLong,
     /// The engine refused.
     Engine(CommandError),
+    /// The keeper of schemes refused.
+    Store(StoreError),
 }
 
 impl core::fmt::Display for Refusal {
@@ -78,6 +88,7 @@ impl core::fmt::Display for Refusal {
             Self::NotThere => write!(f, "the device has nothing of this number"),
             Self::TooLong => write!(f, "the answer does not fit a frame: shorten the texts in the image"),
             Self::Engine(error) => error.fmt(f),
+            Self::Store(error) => error.fmt(f),
         }
     }
 }
@@ -125,6 +136,27 @@ pub struct Status {
     pub first_fault: Option<FirstFault>,
     /// What is taken of the static storage.
     pub usage: Usage,
+}
+
+/// How well the ticks keep their time; see [`Timing`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TimingReport {
+    /// Ticks.
+    pub ticks: u32,
+    /// Ticks that began late.
+    pub late: u32,
+    /// Ticks that were not done when the next one was due.
+    pub overruns: u32,
+    /// Processor cycles of the last tick, of ticks on average, and of the longest one, if they are known.
+    pub last_mean_max_cycles: Option<[u32; 3]>,
+}
+
+impl From<Timing> for TimingReport {
+    fn from(timing: Timing) -> Self {
+        let Timing { ticks, late, overruns, duration } = timing;
+        let cycles = duration.map(|found| [found.last_cycles, found.mean_cycles(), found.max_cycles]);
+        Self { ticks, late, overruns, last_mean_max_cycles: cycles }
+    }
 }
 
 /// Writes the frame of a response to the start of `out` and gives it. A response that does not fit a

@@ -7,6 +7,7 @@ use super::device_info::{Blocked, DeviceInfo};
 use super::frame::{DecodeError, NoRoom};
 use super::request::{Request, decode_request};
 use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
+use super::schemes::StoreError;
 use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
 use crate::command::{Command, ModuleRef, PORT, Target};
 use crate::data_type::{DataType, TypeRef};
@@ -86,6 +87,11 @@ fn respond<M: ModuleList, const WORDS: usize>(
             first_fault: info.first_fault,
             usage: engine.usage(),
         }),
+        Request::SchemeCommand { place, index } => {
+            Response::SchemeCommand(found(engine.command_of(place, index))?)
+        }
+        Request::Timing => Response::Timing(found(info.timing)?.into()),
+        Request::Schemes(_) => return Err(Refusal::Store(StoreError::NoStorage)),
     };
     Ok(response)
 }

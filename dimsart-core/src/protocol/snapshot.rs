@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::frame::{Class, decode, encode};
 use super::*;
 use crate::limits::MAX_DOF;
+use crate::saved_scheme::LoadError;
 use crate::*;
 
 const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
@@ -39,7 +40,7 @@ fn assert_bytes<T: Serialize + Deserialize<'static> + PartialEq + Debug>(values:
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 1);
+    assert_eq!(PROTOCOL_VERSION, 2);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -53,6 +54,12 @@ fn requests() {
         Request::Signal { signal: SIGNAL, from: 7 },
         Request::Finding { index: 8 },
         Request::Status,
+        Request::SchemeCommand { place: 1, index: 300 },
+        Request::Timing,
+        Request::Schemes(SchemeAction::Look),
+        Request::Schemes(SchemeAction::Save),
+        Request::Schemes(SchemeAction::Confirm),
+        Request::Schemes(SchemeAction::RollBack),
     ];
     let expected = [
         "00",
@@ -67,6 +74,12 @@ fn requests() {
         "09 ac 02 01 07",
         "0a 08",
         "0b",
+        "0c 01 ac 02",
+        "0d",
+        "0e 00",
+        "0e 01",
+        "0e 02",
+        "0e 03",
     ];
     assert_bytes(&requests, &expected);
 }
@@ -166,8 +179,13 @@ fn refusals() {
         Refusal::NotThere,
         Refusal::TooLong,
         Refusal::Engine(CommandError::WrongValue),
+        Refusal::Store(StoreError::NoStorage),
+        Refusal::Store(StoreError::SchemeRuns),
+        Refusal::Store(StoreError::TooLong),
+        Refusal::Store(StoreError::NotTried),
+        Refusal::Store(StoreError::Storage),
     ];
-    let expected = ["00", "01", "02", "03 04"];
+    let expected = ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04"];
     assert_bytes(&refusals, &expected);
 }
 
@@ -226,6 +244,12 @@ fn responses() {
     let port = |direction, stage, bound| {
         Response::Port(PortText { name: "P", direction, stage, is_delayed: true, default: bound, bound })
     };
+    let timing = |last_mean_max_cycles| {
+        Response::Timing(TimingReport { ticks: 300, late: 1, overruns: 2, last_mean_max_cycles })
+    };
+    let schemes =
+        |origin, fallback, trial| Response::Schemes(SchemeStatus { origin, fallback, trial, is_saved: true });
+    let refused = LoadError::Refused { command: 300, error: CommandError::WrongValue };
     let data_type = |format, shape| {
         Response::DataType(DataTypeText { id: 300, name: "N", unit, format, shape, summary: "S" })
     };
@@ -274,6 +298,16 @@ fn responses() {
             first_fault,
             usage,
         }),
+        Response::SchemeCommand(Command::plain(Verb::Stop)),
+        timing(Some([1, 2, 300])),
+        timing(None),
+        schemes(Origin::Empty, None, Trial::None),
+        schemes(Origin::BuiltIn, Some(Fallback::Storage), Trial::Waits),
+        schemes(Origin::Saved, Some(Fallback::Unconfirmed), Trial::Tried),
+        schemes(Origin::Trial, Some(Fallback::Trial(LoadError::Damaged)), Trial::Tried),
+        schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::Version { found: 9 })), Trial::None),
+        schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::OtherImage)), Trial::None),
+        schemes(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None),
     ];
     let expected = [
         "00 01",
@@ -298,6 +332,16 @@ fn responses() {
         "0a 00 01 6d 03 72 61 64 02 02 00 80 80 80 fc 03",
         "0b 00 ac 02 01 00 01",
         "0c ac 02 01 00 01 01 01 ac 02 01 01 02 03 80 10",
+        "0d 00 11 00 06",
+        "0e ac 02 01 02 01 01 02 ac 02",
+        "0e ac 02 01 02 00",
+        "0f 00 00 00 01",
+        "0f 01 01 00 01 01",
+        "0f 02 01 01 02 01",
+        "0f 03 01 02 00 02 01",
+        "0f 01 01 03 01 09 00 01",
+        "0f 01 01 03 02 00 01",
+        "0f 00 01 04 03 ac 02 04 00 01",
     ];
     assert_bytes(&responses, &expected);
 }

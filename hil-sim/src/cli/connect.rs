@@ -45,6 +45,7 @@ Examples:
   dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
   dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
   dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, row by row
+  dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
   dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program
 
@@ -98,6 +99,12 @@ enum Action {
         #[arg(long)]
         side: Side,
     },
+    /// Keep the scheme as it is now, ON TRIAL: the device's next start runs it, once, unless it is confirmed.
+    Save(Json),
+    /// Keep the scheme on trial, which the last start has run, for every start.
+    Confirm(Json),
+    /// Forget the scheme on trial: the next start runs the one that was saved before, or the built-in one.
+    Rollback(Json),
     /// Show signals live, until Ctrl-C.
     Watch {
         /// Signals, such as `POSITION`; all that are in the Data Base when none is named.
@@ -173,6 +180,9 @@ impl Action {
                 let sent = device.send_scheme(&SchemeText::read(&file)?, side.name())?;
                 writeln!(out, "{file}: {} rows for the {}; {}", sent.rows, side.name(), sent.state)?;
             }
+            Self::Save(json) => json.print(out, &device.save()?)?,
+            Self::Confirm(json) => json.print(out, &device.confirm()?)?,
+            Self::Rollback(json) => json.print(out, &device.roll_back()?)?,
             Self::Watch { signals, once: true, .. } => {
                 writeln!(out, "{}", lines(&device.signals(&signals)?))?;
             }

@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::description::{Identity, Range, ValueText, axis_name, joined};
 use super::faults::FirstFaultText;
+use super::kept::{KeptReport, TimingText};
 use super::signals::SignalReport;
 use super::words::Named;
 use super::{ConnectError, Device};
@@ -89,6 +90,10 @@ pub struct StatusReport {
     pub first_fault: Option<FirstFaultText>,
     /// What is taken of the static storage.
     pub usage: Usage,
+    /// How well the ticks keep their time; none on a device that cannot tell.
+    pub timing: Option<TimingText>,
+    /// Schemes that it keeps; none on a device that keeps none.
+    pub schemes: Option<KeptReport>,
 }
 
 /// Everything that a device is at the moment.
@@ -123,6 +128,12 @@ impl fmt::Display for Overview {
         }
         let Usage { modules: count, slots, words, words_in_all } = status.usage;
         writeln!(f, "\ntakes {count} modules, {slots} slots, {words} of {words_in_all} words")?;
+        if let Some(timing) = &status.timing {
+            writeln!(f, "{timing}")?;
+        }
+        if let Some(schemes) = &status.schemes {
+            writeln!(f, "{schemes}")?;
+        }
         writeln!(f, "\nmodules{}", if modules.is_empty() { ": none" } else { "" })?;
         for module in modules {
             writeln!(f, "{module}")?;
@@ -160,6 +171,8 @@ impl<S: Read + Write> Device<S> {
             state: self.state_text(status.blocked)?,
             first_fault,
             usage: status.usage,
+            timing: self.timing()?,
+            schemes: self.kept()?,
         })
     }
 

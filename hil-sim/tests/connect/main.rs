@@ -3,5 +3,6 @@
 
 mod asking;
 mod emulated;
+mod kept;
 mod lines;
 mod ports;

@@ -1,4 +1,6 @@
-//! How well the ticks keep their time.
+//! How well ticks keep their time, as measured by whoever calls them.
+
+use crate::word::Word;
 
 /// Ticks counted and measured since the start.
 ///
@@ -23,16 +25,18 @@ pub struct Duration {
     pub last_cycles: u32,
     /// Of the longest tick.
     pub max_cycles: u32,
-    sum_cycles: u64,
-    measured: u32,
+    /// The mean, times `MEMORY_TICKS`.
+    scaled_mean: u64,
 }
 
+/// Ticks after which a duration has mostly left the mean.
+const MEMORY_TICKS: u64 = 1024;
+
 impl Duration {
-    /// Of all ticks on average.
+    /// Mean of the last thousand ticks or so: older ones count less and less.
     #[must_use]
     pub fn mean_cycles(&self) -> u32 {
-        let mean = self.sum_cycles.checked_div(u64::from(self.measured)).unwrap_or_default();
-        u32::try_from(mean).unwrap_or(u32::MAX)
+        u32::try_from(self.scaled_mean / MEMORY_TICKS).unwrap_or(u32::MAX)
     }
 }
 
@@ -47,14 +51,28 @@ impl Timing {
     /// Takes a tick's duration from two readings of a counter whose lowest `bits` bits count.
     pub fn measure(&mut self, start: u32, end: u32, bits: u32) {
         let last_cycles = end.wrapping_sub(start) & u32::MAX.checked_shr(32 - bits.min(32)).unwrap_or(0);
-        let before =
-            self.duration.unwrap_or(Duration { last_cycles, max_cycles: 0, sum_cycles: 0, measured: 0 });
-        self.duration = Some(Duration {
-            last_cycles,
-            max_cycles: before.max_cycles.max(last_cycles),
-            sum_cycles: before.sum_cycles.saturating_add(u64::from(last_cycles)),
-            measured: before.measured.saturating_add(1),
+        self.duration = Some(match self.duration {
+            None => Duration {
+                last_cycles,
+                max_cycles: last_cycles,
+                scaled_mean: MEMORY_TICKS * u64::from(last_cycles),
+            },
+            Some(Duration { max_cycles, scaled_mean, .. }) => Duration {
+                last_cycles,
+                max_cycles: max_cycles.max(last_cycles),
+                scaled_mean: scaled_mean - scaled_mean / MEMORY_TICKS + u64::from(last_cycles),
+            },
         });
+    }
+
+    /// The words of [`types::TIMING`](crate::types::TIMING); durations that are not known are 0.
+    #[must_use]
+    pub fn words(&self) -> [Word; 5] {
+        let Self { late, overruns, duration, .. } = *self;
+        let cycles =
+            duration.map_or([0; 3], |found| [found.last_cycles, found.mean_cycles(), found.max_cycles]);
+        let [last, mean, max] = cycles;
+        [last, mean, max, late, overruns].map(Word)
     }
 }
 
@@ -68,9 +86,23 @@ mod tests {
         timing.measure(0xff_fff0, 0x10, 24);
         timing.measure(100, 200, 24);
         let duration = timing.duration.unwrap();
-        assert_eq!((duration.last_cycles, duration.max_cycles, duration.mean_cycles()), (100, 100, 66));
+        assert_eq!((duration.last_cycles, duration.max_cycles, duration.mean_cycles()), (100, 100, 32));
         timing.measure(u32::MAX, 3, 32);
         assert_eq!(timing.duration.unwrap().last_cycles, 4);
+    }
+
+    #[test]
+    fn the_mean_follows_the_last_thousand_ticks() {
+        let mut timing = Timing::default();
+        timing.measure(0, 4000, 32);
+        for _ in 0..1024 {
+            timing.measure(0, 1000, 32);
+        }
+        // 1000 + 3000 / e
+        assert_eq!(timing.duration.unwrap().mean_cycles(), 2103);
+        (0..20_000).for_each(|_| timing.measure(0, u32::MAX, 32));
+        let duration = timing.duration.unwrap();
+        assert!(duration.mean_cycles() > u32::MAX - 20, "{}", duration.mean_cycles());
     }
 
     #[test]
@@ -80,6 +112,6 @@ mod tests {
         timing.count(false, true);
         timing.count(false, false);
         assert_eq!((timing.ticks, timing.late, timing.overruns), (3, 1, 1));
-        assert_eq!(timing.duration, None);
+        assert_eq!(timing.words().map(|word| word.0), [0, 0, 0, 1, 1]);
     }
 }

@@ -1,0 +1,94 @@
+//! The chip's own flash, as a place to keep schemes in.
+
+use core::ops::Range;
+
+use embassy_stm32::flash::{Async, Error, Flash, InterruptHandler};
+use embassy_stm32::interrupt::{self, typelevel::Binding};
+use embassy_stm32::{Peri, interrupt::InterruptExt as _, peripherals};
+use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
+
+use super::{LINE_PRIORITY, feed_watchdog};
+use crate::board::Storage;
+
+/// Flash pages that the memory map leaves free.
+pub struct SchemeFlash(Flash<'static, Async>);
+
+/// The pages that the memory map calls STORAGE.
+pub(crate) fn storage(
+    flash: Peri<'static, peripherals::FLASH>,
+    interrupts: impl Binding<interrupt::typelevel::FLASH, InterruptHandler> + 'static,
+    stalls_tick: bool,
+) -> Storage<SchemeFlash> {
+    interrupt::FLASH.set_priority(LINE_PRIORITY);
+    Storage { flash: SchemeFlash(Flash::new(flash, interrupts)), range: range(), stalls_tick }
+}
+
+/// As an offset from the start of the flash.
+fn range() -> Range<u32> {
+    #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
+    // SAFETY: the memory map defines both.
+    unsafe extern "C" {
+        safe static _storage_start: u8;
+        safe static _storage_end: u8;
+    }
+    let offset = |symbol: *const u8| {
+        u32::try_from(symbol.addr().wrapping_sub(embassy_stm32::flash::FLASH_BASE)).unwrap_or(u32::MAX)
+    };
+    offset(&raw const _storage_start)..offset(&raw const _storage_end)
+}
+
+impl ErrorType for SchemeFlash {
+    type Error = Error;
+}
+
+impl ReadNorFlash for SchemeFlash {
+    const READ_SIZE: usize = <Flash<'static, Async> as ReadNorFlash>::READ_SIZE;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        ReadNorFlash::read(&mut self.0, offset, bytes).await
+    }
+
+    fn capacity(&self) -> usize {
+        ReadNorFlash::capacity(&self.0)
+    }
+}
+
+impl NorFlash for SchemeFlash {
+    const WRITE_SIZE: usize = <Flash<'static, Async> as NorFlash>::WRITE_SIZE;
+    const ERASE_SIZE: usize = <Flash<'static, Async> as NorFlash>::ERASE_SIZE;
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Error> {
+        self.0.write(offset, bytes).await
+    }
+
+    /// A page takes up to 25 ms. Before the first tick, or on a chip that stands still meanwhile, no tick
+    /// feeds the watchdog: it is fed here.
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
+        for page in (from..to).step_by(Self::ERASE_SIZE) {
+            feed_watchdog();
+            let end = page.saturating_add(u32::try_from(Self::ERASE_SIZE).unwrap_or(u32::MAX));
+            self.0.erase(page, end.min(to)).await?;
+        }
+        feed_watchdog();
+        Ok(())
+    }
+}
+
+#[expect(unsafe_code, reason = "an exception of the processor may come at any time")]
+mod ecc {
+    use cortex_m_rt::exception;
+    use embassy_stm32::pac::FLASH;
+
+    /// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and
+    /// raises this. The reader's own checksum finds out; here the error is only acknowledged.
+    #[exception]
+    #[expect(clippy::panic, reason = "anything else that raises it is fatal")]
+    unsafe fn NonMaskableInt() {
+        let errors = FLASH.eccr().read();
+        if !(errors.eccd() || errors.eccd2()) {
+            panic!("the processor's clock or supply failed");
+        }
+        // Written back, the flags that are set are cleared.
+        FLASH.eccr().write_value(errors);
+    }
+}

@@ -1,0 +1,89 @@
+//! Keeps schemes, beside the tick.
+
+use boards::Selected;
+use dimsart_core::protocol::{
+    Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, Trial,
+};
+use dimsart_core::saved_scheme::{SchemeBytes, Writer};
+use dimsart_core::{CommandError, Cursor};
+use firmware::{Broken, SchemeStore};
+
+use crate::commands::{Answer, Link};
+
+pub(crate) type Store = SchemeStore<'static, <Selected as boards::Board>::Flash>;
+
+/// The schemes that the board keeps, and what came of the last start.
+pub(crate) struct Keeper {
+    /// None on a board that keeps none.
+    pub(crate) store: Option<Store>,
+    /// Whether writing holds the tick up.
+    pub(crate) stalls_tick: bool,
+    pub(crate) status: SchemeStatus,
+    pub(crate) fingerprint: u32,
+    /// The scheme that is being saved.
+    pub(crate) scheme: &'static mut SchemeBytes,
+}
+
+impl Keeper {
+    pub(crate) async fn carry_out(&mut self, action: SchemeAction, tick: &mut Link) -> Answer {
+        match self.try_to(action, tick).await {
+            Ok(()) => Response::Schemes(self.status),
+            Err(refusal) => Response::Refused(refusal),
+        }
+    }
+
+    async fn try_to(&mut self, action: SchemeAction, tick: &mut Link) -> Result<(), Refusal> {
+        let Some(store) = &mut self.store else {
+            return if action == SchemeAction::Look { Ok(()) } else { Err(refused(StoreError::NoStorage)) };
+        };
+        if self.stalls_tick && action != SchemeAction::Look && runs(tick).await {
+            return Err(refused(StoreError::SchemeRuns));
+        }
+        let is_tried = self.status.origin == Origin::Trial;
+        let result = match action {
+            SchemeAction::Save => {
+                collect(self.scheme, self.fingerprint, tick).await?;
+                store.save(self.scheme).await
+            }
+            SchemeAction::Confirm if is_tried && store.trial() == Trial::Tried => store.confirm().await,
+            // Confirmed already, and the answer was lost.
+            SchemeAction::Confirm if is_tried && store.trial() == Trial::None && store.is_saved() => Ok(()),
+            SchemeAction::Confirm => return Err(refused(StoreError::NotTried)),
+            SchemeAction::RollBack => store.roll_back().await,
+            _ => Ok(()),
+        };
+        (self.status.trial, self.status.is_saved) = (store.trial(), store.is_saved());
+        result.map_err(|Broken| refused(StoreError::Storage))
+    }
+}
+
+fn refused(error: StoreError) -> Refusal {
+    Refusal::Store(error)
+}
+
+async fn runs(tick: &mut Link) -> bool {
+    matches!(tick.ask(Request::Status).await, Response::Status(status) if status.is_running)
+}
+
+/// The scheme as it is, a command per tick. It cannot change meanwhile: who changes it waits for this.
+async fn collect(scheme: &mut SchemeBytes, fingerprint: u32, tick: &mut Link) -> Result<(), Refusal> {
+    if let Response::Finding { faults: faults @ 1.., .. } = tick.ask(Request::Finding { index: 0 }).await {
+        let faults = usize::try_from(faults).unwrap_or(usize::MAX);
+        return Err(Refusal::Engine(CommandError::DoesNotMatch { faults }));
+    }
+    let too_long = |_| refused(StoreError::TooLong);
+    let (mut writer, mut cursor) = (Writer::new(scheme, fingerprint), Cursor::default());
+    loop {
+        let (place, index) = cursor.place_and_index();
+        let answer = tick.ask(Request::SchemeCommand { place, index }).await;
+        let is_there = if let Response::SchemeCommand(command) = answer {
+            writer.push(&command).map_err(too_long)?;
+            true
+        } else {
+            false
+        };
+        if !cursor.advance(is_there) {
+            return writer.finish().map_err(too_long);
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! Schemes in flash, whole whenever the power goes.
+//!
+//! Three items of a map that `sequential-storage` keeps: two places for schemes, and a record of which one
+//! is confirmed. A new scheme goes to the place that is not confirmed. Every item is replaced whole or not
+//! at all, and every step is one item, so a cut leaves the state before it or the one after it.
+
+use core::ops::Range;
+
+use dimsart_core::protocol::Trial;
+use dimsart_core::saved_scheme::{self, LoadError, MAX_SCHEME_BYTES};
+use dimsart_core::{Dimsart, ModuleList};
+use embedded_storage_async::nor_flash::NorFlash;
+use sequential_storage::Error;
+use sequential_storage::cache::{Cache, Uncached};
+use sequential_storage::map::{MapConfig, MapStorage};
+
+/// Keys of the items. A scheme's is its place.
+const RECORD: u8 = 0;
+const PLACES: [u8; 2] = [1, 2];
+/// What a store works in: a scheme, its key, and what rounding up to a word of the flash adds.
+pub const BUFFER_BYTES: usize = MAX_SCHEME_BYTES + 32;
+
+/// The storage cannot be read or written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Broken;
+
+impl<E> From<Error<E>> for Broken {
+    fn from(_: Error<E>) -> Self {
+        Self
+    }
+}
+
+/// Schemes in a range of a flash.
+pub struct SchemeStore<'b, F: NorFlash> {
+    map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
+    record: Record,
+    buffer: &'b mut [u8; BUFFER_BYTES],
+}
+
+/// Which scheme is which.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Record {
+    /// Place of the confirmed scheme.
+    confirmed: Option<u8>,
+    trial: Trial,
+}
+
+impl<'b, F: NorFlash> SchemeStore<'b, F> {
+    /// A store in `range` of a flash, two pages at least, four for schemes of any size.
+    ///
+    /// None when the range is not made of whole pages. [`open`](Self::open) it before anything else.
+    pub fn new(flash: F, range: Range<u32>, buffer: &'b mut [u8; BUFFER_BYTES]) -> Option<Self> {
+        let map = MapStorage::new(flash, MapConfig::try_new(range).ok()?, Cache::new_uncached());
+        Some(Self { map, record: Record::default(), buffer })
+    }
+
+    /// Reads which schemes there are. None at all in a flash that was never written.
+    ///
+    /// # Errors
+    /// [`Broken`]; it is as if no scheme was kept then.
+    pub async fn open(&mut self) -> Result<(), Broken> {
+        self.record = Record::default();
+        let found = self.map.fetch_item::<&[u8]>(self.buffer, &RECORD).await?;
+        self.record = found.map_or(Ok(Record::default()), Record::from_bytes)?;
+        Ok(())
+    }
+
+    /// Gives the flash back.
+    #[must_use]
+    pub fn into_flash(self) -> F {
+        self.map.destroy().0
+    }
+
+    /// How the trial stands.
+    #[must_use]
+    pub fn trial(&self) -> Trial {
+        self.record.trial
+    }
+
+    /// Whether a confirmed scheme is kept.
+    #[must_use]
+    pub fn is_saved(&self) -> bool {
+        self.record.confirmed.is_some()
+    }
+
+    /// Keeps a scheme for a trial at the next start, in place of the last one on trial.
+    ///
+    /// # Errors
+    /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
+    pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
+        let place = self.record.other_place();
+        match self.map.store_item(self.buffer, &place, &scheme).await {
+            // Nothing in it can be read, so nothing is lost with it.
+            Err(Error::Corrupted { .. }) => {
+                self.record = Record::default();
+                self.map.erase_all().await?;
+                let place = self.record.other_place();
+                self.map.store_item(self.buffer, &place, &scheme).await?;
+            }
+            result => result?,
+        }
+        self.set(Record { trial: Trial::Waits, ..self.record }).await
+    }
+
+    /// Notes that the scheme on trial is tried: to be called before it is run.
+    ///
+    /// # Errors
+    /// [`Broken`]; it must not be run then.
+    pub async fn begin_trial(&mut self) -> Result<(), Broken> {
+        self.set(Record { trial: Trial::Tried, ..self.record }).await
+    }
+
+    /// Confirms the scheme on trial.
+    ///
+    /// # Errors
+    /// [`Broken`]; nothing has changed.
+    pub async fn confirm(&mut self) -> Result<(), Broken> {
+        self.set(Record { confirmed: Some(self.record.other_place()), trial: Trial::None }).await
+    }
+
+    /// Forgets the scheme on trial.
+    ///
+    /// # Errors
+    /// [`Broken`]; nothing has changed.
+    pub async fn roll_back(&mut self) -> Result<(), Broken> {
+        self.set(Record { trial: Trial::None, ..self.record }).await
+    }
+
+    /// Loads the scheme on trial, or else the confirmed one; `fingerprint` is the image's.
+    ///
+    /// # Errors
+    /// Why it does not load, [`LoadError::Damaged`] if it is not there; no module exists then.
+    pub async fn load<M: ModuleList, const WORDS: usize>(
+        &mut self,
+        is_trial: bool,
+        fingerprint: u32,
+        dimsart: &mut Dimsart<M, WORDS>,
+    ) -> Result<(), LoadError> {
+        let place = if is_trial { Some(self.record.other_place()) } else { self.record.confirmed };
+        let place = place.ok_or(LoadError::Damaged)?;
+        let found = self.map.fetch_item::<&[u8]>(self.buffer, &place).await;
+        saved_scheme::load(found.ok().flatten().unwrap_or_default(), fingerprint, dimsart)
+    }
+
+    async fn set(&mut self, record: Record) -> Result<(), Broken> {
+        if record != self.record {
+            self.map.store_item(self.buffer, &RECORD, &record.to_bytes().as_slice()).await?;
+            self.record = record;
+        }
+        Ok(())
+    }
+}
+
+impl Record {
+    /// The place that a scheme on trial has, or will have.
+    fn other_place(self) -> u8 {
+        let [first, second] = PLACES;
+        if self.confirmed == Some(first) { second } else { first }
+    }
+
+    fn to_bytes(self) -> [u8; 2] {
+        let trial = match self.trial {
+            Trial::None => 0,
+            Trial::Waits => 1,
+            Trial::Tried => 2,
+        };
+        [self.confirmed.unwrap_or(0), trial]
+    }
+
+    fn from_bytes(bytes: &[u8]) -> Result<Self, Broken> {
+        let &[confirmed, trial] = bytes else { return Err(Broken) };
+        let trial = match trial {
+            0 => Trial::None,
+            1 => Trial::Waits,
+            2 => Trial::Tried,
+            _ => return Err(Broken),
+        };
+        Ok(Self { confirmed: PLACES.contains(&confirmed).then_some(confirmed), trial })
+    }
+}

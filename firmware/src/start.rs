@@ -1,0 +1,67 @@
+//! Which scheme a board starts with.
+
+use dimsart_core::protocol::{Fallback, Origin, SchemeStatus, Trial};
+use dimsart_core::{Dimsart, ModuleList, saved_scheme};
+use embedded_storage_async::nor_flash::NorFlash;
+
+use crate::scheme_store::SchemeStore;
+
+/// Starts the scheme that waits for its trial, or else the saved one, or else the built-in one.
+///
+/// Whatever the storage holds, it ends with the controller running one of them or none, and says why it
+/// is not the first.
+pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
+    store: Option<&mut SchemeStore<'_, F>>,
+    built_in: &[u8],
+    dimsart: &mut Dimsart<M, WORDS>,
+) -> SchemeStatus {
+    let fingerprint = saved_scheme::fingerprint_of(built_in);
+    let mut fallback = None;
+    let (mut trial, mut is_saved) = (Trial::None, false);
+    let mut origin = None;
+    if let Some(store) = store {
+        origin = start_kept(store, fingerprint, dimsart, &mut |reason| {
+            fallback.get_or_insert(reason);
+        })
+        .await;
+        (trial, is_saved) = (store.trial(), store.is_saved());
+    }
+    let origin = origin.unwrap_or_else(|| match saved_scheme::load(built_in, fingerprint, dimsart) {
+        Ok(()) => Origin::BuiltIn,
+        Err(error) => {
+            fallback.get_or_insert(Fallback::BuiltIn(error));
+            Origin::Empty
+        }
+    });
+    SchemeStatus { origin, fallback, trial, is_saved }
+}
+
+async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
+    store: &mut SchemeStore<'_, F>,
+    fingerprint: u32,
+    dimsart: &mut Dimsart<M, WORDS>,
+    note: &mut impl FnMut(Fallback),
+) -> Option<Origin> {
+    if store.open().await.is_err() {
+        note(Fallback::Storage);
+    }
+    match store.trial() {
+        Trial::None => {}
+        Trial::Tried => note(Fallback::Unconfirmed),
+        // Before it is run: it may be what ends this start.
+        Trial::Waits => match store.begin_trial().await {
+            Err(_) => note(Fallback::Storage),
+            Ok(()) => match store.load(true, fingerprint, dimsart).await {
+                Ok(()) => return Some(Origin::Trial),
+                Err(error) => note(Fallback::Trial(error)),
+            },
+        },
+    }
+    if store.is_saved() {
+        match store.load(false, fingerprint, dimsart).await {
+            Ok(()) => return Some(Origin::Saved),
+            Err(error) => note(Fallback::Saved(error)),
+        }
+    }
+    None
+}

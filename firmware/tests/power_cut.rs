@@ -1,0 +1,426 @@
+//! Schemes in a flash whose power goes at every write, and in one that is worn.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+
+use std::ops::Range;
+
+use dimsart_core::modules::Standard;
+use dimsart_core::protocol::{
+    DeviceInfo, Fallback, MAX_FRAME_BYTES, Origin, Receiver, Request, Response, SchemeStatus, Trial, answer,
+    decode_response, encode_request,
+};
+use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, save};
+use dimsart_core::{
+    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Engine, ModuleRef, Value, Verb, types,
+};
+use embassy_futures::block_on;
+use embedded_storage_async::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
+};
+use firmware::{BUFFER_BYTES, SchemeStore, start};
+
+const WORD: usize = 8;
+const PAGE: usize = 2048;
+const PAGES: usize = 4;
+
+/// Flash that takes each word once between two erasures, but zeros at any time, as an STM32G4's does; and
+/// whose power can go.
+#[derive(Clone)]
+struct Flash {
+    bytes: Vec<u8>,
+    is_written: Vec<bool>,
+    erasures: Vec<u32>,
+    /// Words and pages that are still begun to be written or erased; the last one is left half done.
+    power: Option<usize>,
+}
+
+#[derive(Debug)]
+struct PowerGone;
+
+impl NorFlashError for PowerGone {
+    fn kind(&self) -> NorFlashErrorKind {
+        NorFlashErrorKind::Other
+    }
+}
+
+impl Flash {
+    fn new() -> Self {
+        Self {
+            bytes: vec![0xFF; PAGES * PAGE],
+            is_written: vec![false; PAGES * PAGE / WORD],
+            erasures: vec![0; PAGES],
+            power: None,
+        }
+    }
+
+    /// Whether there is power for another word or page.
+    fn has_power(&mut self) -> Option<bool> {
+        match &mut self.power {
+            None => Some(true),
+            Some(0) => None,
+            Some(left) => {
+                *left -= 1;
+                Some(*left > 0)
+            }
+        }
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = PowerGone;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerGone> {
+        let offset = offset as usize;
+        bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        self.bytes.len()
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = WORD;
+    const ERASE_SIZE: usize = PAGE;
+
+    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerGone> {
+        assert!(
+            (offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD),
+            "not whole words"
+        );
+        for (word, content) in (offset as usize / WORD..).zip(bytes.chunks(WORD)) {
+            let is_zero = content.iter().all(|byte| *byte == 0);
+            assert!(is_zero || !self.is_written[word], "word {word} is written twice");
+            let is_whole = self.has_power().ok_or(PowerGone)?;
+            let length = if is_whole { WORD } else { WORD / 2 };
+            self.is_written[word] = true;
+            self.bytes[word * WORD..][..length].copy_from_slice(&content[..length]);
+            if !is_whole {
+                return Err(PowerGone);
+            }
+        }
+        Ok(())
+    }
+
+    async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerGone> {
+        for page in from as usize / PAGE..to as usize / PAGE {
+            let is_whole = self.has_power().ok_or(PowerGone)?;
+            let length = if is_whole { PAGE } else { PAGE / 2 };
+            self.bytes[page * PAGE..][..length].fill(0xFF);
+            self.is_written[page * PAGE / WORD..][..length / WORD].fill(false);
+            self.erasures[page] += 1;
+            if !is_whole {
+                return Err(PowerGone);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn pd() -> ModuleRef {
+    Engine::<Standard>::module("PDCTRL_MOD").unwrap()
+}
+
+fn controller() -> Dimsart {
+    let device = DeviceDescriptor::new(
+        "arm",
+        &[AxisKind::Linear; 3],
+        1e-3,
+        &[types::POSITION, types::DES_POSITION],
+        &[types::DES_FORCE],
+    );
+    Dimsart::new(device.unwrap()).unwrap()
+}
+
+/// A scheme that is told from others by its gain; larger ones have more modules.
+fn scheme(gain: u16) -> Vec<u8> {
+    let mut dimsart = controller();
+    let modules = 1 + gain % 10;
+    for number in (1..=u8::try_from(modules).unwrap()).rev() {
+        let module = ModuleRef { number, ..pd() };
+        dimsart.command(Command::set(module, 0, Value::Real(gain.into()))).unwrap();
+        if number > 1 {
+            for axis in 0..3 {
+                let set = Command::set(module, 1, Value::Real(f32::from(axis) + 1.0));
+                dimsart.command(Command { axis: Some(axis), ..set }).unwrap();
+            }
+        }
+    }
+    dimsart.command(Command::engine(Verb::ModOn, pd())).unwrap();
+    dimsart.command(Command::plain(Verb::MatchingCheck)).unwrap();
+    save(dimsart.engine_mut()).unwrap().to_vec()
+}
+
+const BUILT_IN: u16 = 9;
+
+/// Leaked, so that a board can own what a board's memory holds.
+fn buffer() -> &'static mut [u8; BUFFER_BYTES] {
+    Box::leak(Box::new([0; BUFFER_BYTES]))
+}
+
+/// A board with the flash in it.
+struct Board {
+    store: SchemeStore<'static, Flash>,
+    dimsart: Dimsart,
+    status: SchemeStatus,
+}
+
+const ALL: Range<u32> = 0..8192;
+
+impl Board {
+    fn start(flash: Flash) -> Self {
+        let mut store = SchemeStore::new(flash, ALL, buffer()).unwrap();
+        let mut dimsart = controller();
+        let status = block_on(start(Some(&mut store), &scheme(BUILT_IN), &mut dimsart));
+        Self { store, dimsart, status }
+    }
+
+    /// The gain by which the running scheme is known; it is whole and commands are answered.
+    fn running(&mut self) -> u16 {
+        assert!(self.dimsart.engine().is_running());
+        let value = self.dimsart.engine_mut().get(pd(), 0, 0).unwrap();
+        let gain = (0..=u16::MAX).find(|gain| value == Value::Real(f32::from(*gain))).unwrap();
+        assert_eq!(
+            save(self.dimsart.engine_mut()).unwrap().as_slice(),
+            scheme(gain),
+            "a part of scheme {gain}"
+        );
+        let mut frame = [0; MAX_FRAME_BYTES];
+        let frame = encode_request(&Request::Identify, 7, &mut frame).unwrap();
+        let (mut receiver, mut answers) = (Receiver::new(), 0);
+        receiver.take_all(frame, |content| {
+            let mut buffer = [0; MAX_FRAME_BYTES];
+            let info = DeviceInfo::new("test");
+            let frame = answer(content, &mut self.dimsart, &info, &mut buffer).unwrap().unwrap();
+            Receiver::new().take_all(frame, |content| {
+                let response = decode_response(content).unwrap();
+                assert!(matches!(response, (7, Response::Identity(_))));
+                answers += 1;
+            });
+        });
+        assert_eq!(answers, 1);
+        gain
+    }
+}
+
+/// What a user does to a board.
+#[derive(Debug, Clone, Copy)]
+enum Step {
+    Save(u16),
+    Confirm,
+    RollBack,
+    Restart,
+}
+
+/// What is kept, as plainly as it can be written.
+#[derive(Debug, Clone, Copy, Default)]
+struct Model {
+    saved: Option<u16>,
+    trial: Option<(u16, bool)>,
+}
+
+impl Model {
+    fn step(self, step: Step) -> Self {
+        match step {
+            Step::Save(gain) => Self { trial: Some((gain, false)), ..self },
+            Step::Confirm => Self { saved: self.trial.map(|(gain, _)| gain), trial: None },
+            Step::RollBack => Self { trial: None, ..self },
+            Step::Restart => Self { trial: self.trial.map(|(gain, _)| (gain, true)), ..self },
+        }
+    }
+
+    /// What the next start runs.
+    fn next(self) -> (u16, Origin) {
+        match (self.trial, self.saved) {
+            (Some((gain, false)), _) => (gain, Origin::Trial),
+            (_, Some(gain)) => (gain, Origin::Saved),
+            _ => (BUILT_IN, Origin::BuiltIn),
+        }
+    }
+}
+
+/// Long enough to turn over every page.
+fn script() -> Vec<Step> {
+    use Step::{Confirm, Restart, RollBack, Save};
+    let round = |gain: u16| {
+        vec![
+            Save(gain),
+            Restart,
+            Confirm,
+            Restart,
+            Save(gain + 1),
+            Restart,
+            Restart,
+            Save(gain + 2),
+            Save(gain + 3),
+            RollBack,
+            Restart,
+            Save(gain + 4),
+            Restart,
+            Save(gain + 5),
+            Restart,
+            Confirm,
+        ]
+    };
+    (0..8).flat_map(|number| round(10 + 7 * number)).collect()
+}
+
+/// Carries out a step; gives the flash, and whether the step was done.
+fn act(step: Step, flash: Flash) -> (Flash, bool) {
+    if matches!(step, Step::Restart) {
+        let board = Board::start(flash);
+        return (board.store.into_flash(), board.status.fallback != Some(Fallback::Storage));
+    }
+    let mut store = SchemeStore::new(flash, ALL, buffer()).unwrap();
+    block_on(store.open()).unwrap();
+    let result = match step {
+        Step::Save(gain) => block_on(store.save(&scheme(gain))),
+        Step::Confirm => block_on(store.confirm()),
+        Step::RollBack | Step::Restart => block_on(store.roll_back()),
+    };
+    (store.into_flash(), result.is_ok())
+}
+
+#[test]
+fn after_a_cut_at_any_write_the_old_or_the_new_scheme_runs_whole_and_commands_are_answered() {
+    let (mut flash, mut model, mut cuts) = (Flash::new(), Model::default(), 0);
+    for step in script() {
+        let next = model.step(step);
+        for power in 0.. {
+            let (mut cut, is_done) = act(step, Flash { power: Some(power), ..flash.clone() });
+            if is_done {
+                break;
+            }
+            cuts += 1;
+            cut.power = None;
+            let mut board = Board::start(cut);
+            let found = (board.running(), board.status.origin);
+            let allowed = [model.next(), next.next()];
+            assert!(allowed.contains(&found), "{step:?} cut at {power}: {found:?} is none of {allowed:?}");
+            // The store is as good as new.
+            block_on(board.store.save(&scheme(77))).unwrap();
+            let mut board = Board::start(board.store.into_flash());
+            assert_eq!(
+                (board.running(), board.status.origin),
+                (77, Origin::Trial),
+                "{step:?} cut at {power}"
+            );
+        }
+        flash = act(step, flash).0;
+        model = next;
+    }
+    assert!(flash.erasures.iter().all(|erasures| *erasures > 0), "{:?}", flash.erasures);
+    assert!(cuts > 1000, "{cuts} cuts: too little was written");
+}
+
+#[test]
+fn ten_thousand_saved_schemes_lose_nothing_and_wear_every_page_alike() {
+    let schemes: Vec<_> = (0..100).map(scheme).collect();
+    let mut board = Board::start(Flash::new());
+    for cycle in 0..10_000_u16 {
+        block_on(board.store.save(&schemes[usize::from(cycle % 100)])).unwrap();
+        if cycle % 100 == 50 {
+            board = Board::start(board.store.into_flash());
+            assert_eq!((board.running(), board.status.origin), (50, Origin::Trial), "cycle {cycle}");
+        } else {
+            block_on(board.store.begin_trial()).unwrap();
+        }
+        block_on(board.store.confirm()).unwrap();
+        if cycle % 100 == 99 {
+            board = Board::start(board.store.into_flash());
+            assert_eq!((board.running(), board.status.origin), (99, Origin::Saved), "cycle {cycle}");
+        }
+    }
+    let flash = board.store.into_flash();
+    let (least, most) = (flash.erasures.iter().min().unwrap(), flash.erasures.iter().max().unwrap());
+    // A page of an STM32G4 takes 10 000 erasures.
+    assert!(*most < 2_000 && most - least <= 1, "{:?}", flash.erasures);
+}
+
+/// A scheme without modules.
+fn nothing(fingerprint: u32) -> SchemeBytes {
+    let mut bytes = SchemeBytes::new();
+    Writer::new(&mut bytes, fingerprint).finish().unwrap();
+    bytes
+}
+
+/// A board that finds these bytes on trial.
+fn with_trial(bytes: &[u8]) -> Board {
+    let mut board = Board::start(Flash::new());
+    block_on(board.store.save(&scheme(5))).unwrap();
+    let mut board = Board::start(board.store.into_flash());
+    block_on(board.store.confirm()).unwrap();
+    block_on(board.store.save(bytes)).unwrap();
+    Board::start(board.store.into_flash())
+}
+
+#[test]
+fn a_scheme_on_trial_that_does_not_load_gives_way_to_the_saved_one_with_the_reason() {
+    let print = fingerprint(controller().engine_mut());
+    let mut damaged = scheme(6);
+    damaged[10] ^= 1;
+    let faults = CommandError::DoesNotMatch { faults: 1 };
+    for (bytes, reason) in [
+        (nothing(print).as_slice(), LoadError::Refused { command: 0, error: faults }),
+        (&nothing(print ^ 1), LoadError::OtherImage),
+        (&damaged, LoadError::Damaged),
+        (&[], LoadError::Damaged),
+    ] {
+        let mut board = with_trial(bytes);
+        let expected = SchemeStatus {
+            origin: Origin::Saved,
+            fallback: Some(Fallback::Trial(reason)),
+            trial: Trial::Tried,
+            is_saved: true,
+        };
+        assert_eq!((board.status, board.running()), (expected, 5));
+        let board = Board::start(board.store.into_flash());
+        assert_eq!(
+            (board.status.origin, board.status.fallback),
+            (Origin::Saved, Some(Fallback::Unconfirmed))
+        );
+    }
+}
+
+#[test]
+fn a_saved_scheme_of_another_image_gives_way_to_the_built_in_one() {
+    let print = fingerprint(controller().engine_mut());
+    let mut board = Board::start(Flash::new());
+    block_on(board.store.save(&nothing(print ^ 1))).unwrap();
+    block_on(board.store.confirm()).unwrap();
+    let mut board = Board::start(board.store.into_flash());
+    let fallback = Some(Fallback::Saved(LoadError::OtherImage));
+    let expected = SchemeStatus { origin: Origin::BuiltIn, fallback, trial: Trial::None, is_saved: true };
+    assert_eq!((board.status, board.running()), (expected, BUILT_IN));
+}
+
+#[test]
+fn a_flash_full_of_something_else_is_put_up_with_and_taken_over_by_a_save() {
+    for seed in 0..50_u32 {
+        let mut flash = Flash::new();
+        let mut state = seed;
+        flash.bytes.fill_with(|| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        });
+        flash.is_written.fill(true);
+        let mut board = Board::start(flash);
+        assert_eq!((board.running(), board.status.origin), (BUILT_IN, Origin::BuiltIn), "seed {seed}");
+        block_on(board.store.save(&scheme(3))).unwrap();
+        let mut board = Board::start(board.store.into_flash());
+        assert_eq!((board.running(), board.status.origin), (3, Origin::Trial), "seed {seed}");
+    }
+}
+
+#[test]
+fn without_any_scheme_that_loads_the_board_is_empty_and_answers() {
+    let mut dimsart = controller();
+    let status = block_on(start(None::<&mut SchemeStore<'_, Flash>>, &[1, 2, 3], &mut dimsart));
+    let fallback = Some(Fallback::BuiltIn(LoadError::Damaged));
+    let expected = SchemeStatus { origin: Origin::Empty, fallback, trial: Trial::None, is_saved: false };
+    assert_eq!((status, dimsart.engine().usage().modules), (expected, 0));
+}

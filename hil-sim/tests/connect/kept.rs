@@ -1,0 +1,127 @@
+//! Kept schemes and timing, of devices that answer as a board does.
+
+use std::sync::{Arc, Mutex};
+
+use dimsart_core::protocol::{
+    Fallback, MAX_FRAME_BYTES, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError,
+    Trial, decode_request, encode_response,
+};
+use dimsart_core::saved_scheme::LoadError;
+use dimsart_core::{CommandError, Timing};
+
+use crate::emulated::{Emulated, Robot, dimsart, listen, message};
+
+/// A device that gives these answers to what is asked of its schemes, and notes what that was.
+fn keeping(answer: Result<SchemeStatus, Refusal>) -> (String, Arc<Mutex<Vec<SchemeAction>>>) {
+    let (mut robot, asked) = (Robot::new(), Arc::new(Mutex::new(Vec::new())));
+    let mut timing = Timing::default();
+    timing.count(true, false);
+    timing.measure(100, 4_100, 32);
+    robot.info.set_timing(timing);
+    let notes = Arc::clone(&asked);
+    let port = listen(move |content| match decode_request(content) {
+        Ok((id, Request::Schemes(action))) => {
+            notes.lock().unwrap().push(action);
+            let response = answer.map_or_else(Response::Refused, Response::Schemes);
+            encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
+        }
+        _ => robot.answer(content),
+    });
+    (port, asked)
+}
+
+fn status(origin: Origin, fallback: Option<Fallback>, trial: Trial, is_saved: bool) -> SchemeStatus {
+    SchemeStatus { origin, fallback, trial, is_saved }
+}
+
+fn out(port: &str, action: &str) -> String {
+    let output = dimsart(&["connect", port, action]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what_comes_next() {
+    let not_confirmed = Some(Fallback::Unconfirmed);
+    let other_image = Some(Fallback::Trial(LoadError::OtherImage));
+    let refused = LoadError::Refused { command: 4, error: CommandError::DoesNotMatch { faults: 2 } };
+    for (action, expected, found, lines) in [
+        (
+            "save",
+            SchemeAction::Save,
+            status(Origin::BuiltIn, None, Trial::Waits, false),
+            "started with the built-in scheme\na scheme waits for its trial: the next start runs it, once\n",
+        ),
+        (
+            "confirm",
+            SchemeAction::Confirm,
+            status(Origin::Trial, None, Trial::None, true),
+            "started with the scheme on trial\n",
+        ),
+        (
+            "rollback",
+            SchemeAction::RollBack,
+            status(Origin::Saved, not_confirmed, Trial::None, true),
+            "started with the saved scheme: the one on trial was started before and nobody confirmed it\n",
+        ),
+        (
+            "save",
+            SchemeAction::Save,
+            status(Origin::Trial, None, Trial::Tried, true),
+            "started with the scheme on trial\n`confirm` keeps it for every start; else the next one runs the saved \
+             scheme\n",
+        ),
+        (
+            "save",
+            SchemeAction::Save,
+            status(Origin::BuiltIn, other_image, Trial::Tried, false),
+            "started with the built-in scheme: the one on trial does not load: it was saved by an image with other \
+             modules, parameters or data types: save it again\nthe scheme on trial is not run again: `save` another \
+             one\n",
+        ),
+        (
+            "rollback",
+            SchemeAction::RollBack,
+            status(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None, false),
+            "started without a scheme: the built-in one does not load: its command 5 was refused: the scheme does not \
+             match, it has 2 fault(s); `faults` names them\n",
+        ),
+    ] {
+        let (port, asked) = keeping(Ok(found));
+        assert_eq!(out(&port, action), lines);
+        assert_eq!(*asked.lock().unwrap(), [expected]);
+    }
+}
+
+#[test]
+fn what_a_board_refuses_is_told_with_what_to_do() {
+    for (refusal, expected) in [
+        (Refusal::Store(StoreError::NoStorage), "the device has nowhere to keep a scheme"),
+        (Refusal::Store(StoreError::SchemeRuns), "`stop` it first"),
+        (Refusal::Store(StoreError::TooLong), "more than 512 bytes"),
+        (Refusal::Store(StoreError::NotTried), "restart the device"),
+        (Refusal::Store(StoreError::Storage), "what was kept before still is"),
+        (Refusal::Engine(CommandError::DoesNotMatch { faults: 1 }), "`faults` names them"),
+    ] {
+        let (port, _) = keeping(Err(refusal));
+        let found = message(&dimsart(&["connect", &port, "save"]));
+        assert!(found.contains(expected), "{found}");
+    }
+}
+
+#[test]
+fn show_has_timing_and_schemes_where_the_device_has_them() {
+    let (port, _) = keeping(Ok(status(Origin::Saved, None, Trial::None, true)));
+    let text = out(&port, "show");
+    let lines = "1 ticks began late, 0 overran; a tick took 4000 cycles last, 4000 on average, 4000 at most\n\
+                 started with the saved scheme\n";
+    assert!(text.contains(lines), "{text}");
+    let json = dimsart(&["connect", &port, "show", "--json"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["status"]["timing"]["max_cycles"], 4000);
+    assert_eq!(json["status"]["schemes"]["origin"], "saved");
+
+    let without = Emulated::start();
+    let json = without.json(&["show", "--json"], 0);
+    assert!(json["status"]["timing"].is_null() && json["status"]["schemes"].is_null(), "{json}");
+}
