@@ -3,6 +3,7 @@
 mod error;
 mod station;
 
+use std::fs::File;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -14,6 +15,7 @@ pub use station::device;
 
 use station::station;
 
+use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
 use crate::felt::{self, FeltStiffness};
 use crate::link::{InProcess, InProcessParameters, Link, Udp};
@@ -103,6 +105,8 @@ pub struct Run {
     pub tick_maps: Vec<TickMap>,
     /// When what happened.
     pub phases: Phases,
+    /// What broke the run off before its end, beyond what can happen in it.
+    pub broken: Option<ExperimentError>,
 }
 
 impl Experiment {
@@ -164,6 +168,26 @@ impl Experiment {
         Ok(Self { scenario: scenario.clone(), phases, rig, alone: Some(Alone { side, start }) })
     }
 
+    /// Lets the controller of a side run as firmware on an emulated board. The firmware's log goes to `log`.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Emulated`] when image or emulator are not there or not the right ones.
+    pub fn emulate(
+        &mut self,
+        side: Side,
+        image: &Image,
+        mut log: Option<File>,
+    ) -> Result<(), ExperimentError> {
+        let stations = self.rig.stations_mut();
+        for station in stations.iter_mut().filter(|station| station.name == side.name()) {
+            let board = Board::start(image, &mut station.dimsart, log.take());
+            let board =
+                board.map_err(|source| ExperimentError::Emulated { side: side.name().to_owned(), source })?;
+            station.move_to(board);
+        }
+        Ok(())
+    }
+
     /// The rig, to look at or to change before it runs.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
@@ -187,7 +211,7 @@ impl Experiment {
         let mut felt = FeltStiffness::new(self.scenario.dof, self.scenario.wall.position_m);
         let mut round_trips = RoundTrips::default();
         let mut faults = Vec::new();
-        let mut is_stable = true;
+        let (mut is_stable, mut broken) = (true, None);
         let settled = self.phases.settled();
         let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
@@ -204,6 +228,12 @@ impl Experiment {
                 pace.wait_for(self.rig.time_s());
             }
             self.rig.tick();
+            if let Some((side, source)) = self.rig.trouble() {
+                broken = Some(ExperimentError::Emulated { side, source });
+                faults.push(format!("broken off at {:.3} s", self.rig.time_s()));
+                is_stable = false;
+                break;
+            }
             recorder.record(&self.rig, energy.add(&self.rig));
             round_trips.add(&self.rig);
             if settled.contains(&self.rig.time_s()) {
@@ -232,7 +262,7 @@ impl Experiment {
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
         let outcome = Outcome { real_time, ..outcome };
-        Run { outcome, recording: recorder.finish(), tick_maps, phases: self.phases }
+        Run { outcome, recording: recorder.finish(), tick_maps, phases: self.phases, broken }
     }
 
     /// What the clock and the other process did to the run.

@@ -49,6 +49,7 @@
 
 pub mod cli;
 pub mod connect;
+pub mod emulated;
 pub mod energy;
 pub mod experiment;
 pub mod felt;

@@ -8,15 +8,23 @@
 //! device the board is to drive ([`Tag::Device`], one byte per axis: 0 linear, 1 rotary) and is answered
 //! by a [`Tag::Hello`]. From then on every frame of the host is one tick, and every answer is what
 //! came of that tick: nothing is ever in flight, so results do not depend on how fast either side is.
+//!
+//! A host that has nothing to measure yet sends NaN: the [tick](crate::Dimsart::tick) is refused and
+//! computes nothing, while commands are carried out as in every tick.
 
 use heapless::Vec;
 
+use crate::dimsart::Tick;
+
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Longest frame.
 pub const MAX_FRAME_BYTES: usize = 4096;
+/// Longest Data Base that fits a frame beside everything else, words.
+pub const MAX_SIGNAL_WORDS: usize = 640;
 const LENGTH_BYTES: usize = 2;
 const HEADER_BYTES: usize = 3;
+const MAX_OUTCOME_BYTES: usize = 24;
 
 /// What a section holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,10 +38,13 @@ pub enum Tag {
     Words = 3,
     /// Bytes of the command line: requests to the board, answers back.
     Command = 4,
-    /// Board to host: 0 ran, 1 idle, 2 measurement refused, 3 command refused, 255 no tick happened.
+    /// Board to host: what the tick came to, as [`Frame::push_outcome`] writes it.
     Outcome = 5,
     /// Board to host: the cycle counter before and after the tick, two u32, and the bits that count, u8.
     Stamps = 6,
+    /// Host to board, empty: shows the Data Base in the answer. Board to host: its revision, u32, then
+    /// the words of every signal, u32 each, in the order of [`Request::Entry`](crate::protocol::Request).
+    Signals = 7,
     /// A whole packet of link 0.
     Link0 = 16,
     /// A whole packet of link 1.
@@ -41,13 +52,14 @@ pub enum Tag {
 }
 
 impl Tag {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Device,
         Self::Hello,
         Self::Words,
         Self::Command,
         Self::Outcome,
         Self::Stamps,
+        Self::Signals,
         Self::Link0,
         Self::Link1,
     ];
@@ -74,6 +86,8 @@ pub enum ExchangeError {
     Truncated,
     /// No section has this tag: the two sides are of different versions.
     UnknownTag(u8),
+    /// An outcome that is none.
+    Outcome,
 }
 
 impl core::fmt::Display for ExchangeError {
@@ -86,6 +100,7 @@ impl core::fmt::Display for ExchangeError {
             Self::UnknownTag(tag) => {
                 write!(f, "a section of unknown kind {tag}: build both sides from one version")
             }
+            Self::Outcome => write!(f, "an unknown outcome of a tick: build both sides from one version"),
         }
     }
 }
@@ -132,6 +147,16 @@ impl Frame {
             *start = body;
         }
         Ok(())
+    }
+
+    /// Adds what the tick came to; none when there was no tick.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn push_outcome(&mut self, outcome: Option<Tick>) -> Result<(), ExchangeError> {
+        let mut bytes = [0; MAX_OUTCOME_BYTES];
+        let bytes = postcard::to_slice(&outcome, &mut bytes).map_err(|_| ExchangeError::Outcome)?;
+        self.push(Tag::Outcome, bytes)
     }
 
     /// Bytes that one more section can hold.
@@ -192,6 +217,14 @@ impl Frame {
     }
 }
 
+/// Reads the content of a [`Tag::Outcome`].
+///
+/// # Errors
+/// [`ExchangeError::Outcome`] when it is none that this version knows.
+pub fn outcome(content: &[u8]) -> Result<Option<Tick>, ExchangeError> {
+    postcard::from_bytes(content).map_err(|_| ExchangeError::Outcome)
+}
+
 fn split<'a>(rest: &mut &'a [u8]) -> Option<Result<(Tag, &'a [u8]), ExchangeError>> {
     if rest.is_empty() {
         return None;
@@ -211,6 +244,8 @@ fn split<'a>(rest: &mut &'a [u8]) -> Option<Result<(Tag, &'a [u8]), ExchangeErro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::FrameError;
+    use crate::types;
     use std::vec::Vec;
 
     /// What is sent arrives whole, however the stream cuts it.
@@ -269,6 +304,21 @@ mod tests {
         assert_eq!(errors(&[3, 0, 3, 1, 0]), Some(ExchangeError::Truncated));
         assert_eq!(errors(&[3, 0, 99, 0, 0]), Some(ExchangeError::UnknownTag(99)));
         assert_eq!(errors(&[0, 0]), None);
+    }
+
+    #[test]
+    fn an_outcome_comes_back_as_it_was() {
+        let refused = FrameError::NotFinite { signal: types::POSITION.first(), word: u16::MAX };
+        let longest = FrameError::Length { expected: usize::MAX, found: usize::MAX };
+        let ticks = [Tick::Ran, Tick::Idle, Tick::MeasurementRefused(refused), Tick::CommandRefused(longest)];
+        for sent in ticks.map(Some).into_iter().chain([None]) {
+            let mut frame = Frame::new();
+            frame.clear();
+            frame.push_outcome(sent).unwrap();
+            let (tag, content) = frame.sections().next().unwrap().unwrap();
+            assert_eq!((tag, outcome(content)), (Tag::Outcome, Ok(sent)));
+        }
+        assert_eq!(outcome(&[1, 9]), Err(ExchangeError::Outcome));
     }
 
     #[test]
