@@ -1,7 +1,9 @@
 //! The Module Engine: keeps the modules, steps them, takes commands.
 
+mod commands;
 mod plug;
 
+pub use commands::Cursor;
 use heapless::Vec;
 
 use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};

@@ -54,6 +54,7 @@
 #[cfg(test)]
 extern crate std;
 
+mod checksum;
 mod command;
 mod data;
 mod data_base;
@@ -76,6 +77,7 @@ mod packet;
 pub mod parameter;
 mod port;
 pub mod protocol;
+pub mod saved_scheme;
 mod schedule;
 pub mod scheme;
 mod storage;
@@ -89,7 +91,7 @@ pub use data_base::{DataBase, Entry};
 pub use data_type::{DataType, Shape, TypeRef};
 pub use device::{DescriptorError, DeviceDescriptor};
 pub use dimsart::{Dimsart, Tick};
-pub use engine::{Engine, Step, Usage};
+pub use engine::{Cursor, Engine, Step, Usage};
 pub use explain::Explanation;
 pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};

@@ -7,6 +7,7 @@
 
 use heapless::Vec;
 
+use crate::checksum::CRC;
 use crate::limits::MAX_PACKET_WORDS;
 
 /// Version of the byte layout; a receiver refuses any other.
@@ -15,8 +16,6 @@ pub const PACKET_VERSION: u8 = 1;
 pub const PACKET_OVERHEAD: usize = 14;
 /// Longest packet in bytes.
 pub const MAX_PACKET_BYTES: usize = PACKET_OVERHEAD + 4 * MAX_PACKET_WORDS;
-
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR);
 
 /// A packet between two controllers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]

@@ -131,6 +131,22 @@ enum Request<'a> {
         may_restructure: bool,
         result: &'a mut Result<(), ParameterError>,
     },
+    Changed {
+        dof: u8,
+        skip: &'a mut u16,
+        found: &'a mut Option<Change>,
+    },
+}
+
+/// A value that is not the default one, and how to set it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Change {
+    /// Number of the parameter.
+    pub index: u8,
+    /// Axis; none for all axes.
+    pub axis: Option<u8>,
+    /// The value; for a list, one of its entries.
+    pub value: Value,
 }
 
 impl<'a> Parameters<'a> {
@@ -161,6 +177,12 @@ impl<'a> Parameters<'a> {
     ) -> Self {
         *result = Err(ParameterError::Unknown);
         Self { request: Request::Set { index, axis, value, may_restructure, result }, index: 0 }
+    }
+
+    /// Fills `found` with a value that is not the default one, or an entry of a list: the first one after
+    /// `skip` others, which are counted down. Axes from `dof` on are not looked at.
+    pub fn changed(dof: u8, skip: &'a mut u16, found: &'a mut Option<Change>) -> Self {
+        Self { request: Request::Changed { dof, skip, found }, index: 0 }
     }
 
     /// A real number, the same for all axes.
@@ -263,6 +285,12 @@ impl<'a> Parameters<'a> {
         if matches!(self.request, Request::Defaults) {
             field.clear();
         }
+        if let Request::Changed { skip, found, .. } = &mut self.request {
+            for signal in field.iter() {
+                let change = Change { index: self.index, axis: None, value: Value::Type(*signal) };
+                change.put(skip, found);
+            }
+        }
         let is_full = field.is_full();
         let is_mine = matches!(self.request, Request::Set { index, .. } if index == self.index);
         self.visit(name, Unit::Any, Accepts::Types, None, true, summary, |access| match access {
@@ -350,7 +378,7 @@ impl<'a> Parameters<'a> {
         default: Option<Value>,
         is_structural: bool,
         summary: &'static str,
-        field: impl FnOnce(Access<'_>),
+        mut field: impl FnMut(Access<'_>),
     ) {
         let mine = self.index;
         self.index = self.index.saturating_add(1);
@@ -371,6 +399,23 @@ impl<'a> Parameters<'a> {
                 }
                 if result.is_ok() {
                     field(Access::Set(*axis, *value));
+                }
+            }
+            Request::Changed { dof, skip, found } => {
+                let Some(default) = default else { return };
+                let mut value_of = |axis| {
+                    let mut found = None;
+                    field(Access::Get(axis, &mut found));
+                    found.unwrap_or(default)
+                };
+                let first = value_of(0);
+                let is_per_axis = matches!(accepts, Accepts::Real { per_axis: true, .. });
+                let is_uniform = !is_per_axis || (1..*dof).all(|axis| value_of(axis).is_same(first));
+                for axis in 0..if is_uniform { 1 } else { *dof } {
+                    let value = value_of(axis);
+                    if !value.is_same(default) {
+                        Change { index: mine, axis: (!is_uniform).then_some(axis), value }.put(skip, found);
+                    }
                 }
             }
             _ => {}
@@ -397,5 +442,26 @@ impl Accepts {
             _ => return Err(ParameterError::WrongKind),
         };
         if is_inside { Ok(()) } else { Err(ParameterError::OutOfRange) }
+    }
+}
+
+impl Change {
+    fn put(self, skip: &mut u16, found: &mut Option<Self>) {
+        match skip.checked_sub(1) {
+            Some(rest) => *skip = rest,
+            None => {
+                found.get_or_insert(self);
+            }
+        }
+    }
+}
+
+impl Value {
+    /// Whether it is the same, bit by bit.
+    fn is_same(self, other: Self) -> bool {
+        match (self, other) {
+            (Self::Real(one), Self::Real(other)) => one.to_bits() == other.to_bits(),
+            _ => self == other,
+        }
     }
 }

@@ -2,12 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::checksum::CRC;
+
 /// Longest content of a frame, CRC included: the CRC's Hamming distance is 6 up to here.
 pub const MAX_CONTENT_BYTES: usize = 256;
 /// Longest frame, with a zero at both ends.
 pub const MAX_FRAME_BYTES: usize = cobs::max_encoding_length(MAX_CONTENT_BYTES) + 2;
 
-const CRC: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR);
 const HEADER_BYTES: usize = 3;
 const CRC_BYTES: usize = 4;
 

@@ -1,0 +1,225 @@
+//! A scheme as bytes that are kept: checked before the first of its commands is given.
+//!
+//! ```text
+//! version u8 | fingerprint u32 | commands | CRC-32 (poly 0xF4ACFB13) u32     at most 1024 bytes
+//! ```
+//! Little endian; the commands are one behind the other in postcard's format, `MATCHING_CHECK` last. The
+//! fingerprint is that of the image's modules and data types: commands are numbers, and mean something
+//! else in an image with other lists.
+
+use heapless::Vec;
+use postcard::ser_flavors::Flavor;
+use serde::{Deserialize, Serialize};
+
+use crate::checksum::CRC;
+use crate::command::{Command, CommandError, ModuleRef, Verb};
+use crate::dimsart::Dimsart;
+use crate::engine::Engine;
+use crate::module::ModuleList;
+use crate::protocol::ParameterText;
+use crate::types;
+
+/// Version of the layout.
+pub const SAVED_SCHEME_VERSION: u8 = 1;
+/// Most bytes of a scheme; one module with one gain takes 18.
+pub const MAX_SCHEME_BYTES: usize = 1024;
+
+const CRC_BYTES: usize = 4;
+
+/// The bytes of a scheme.
+pub type SchemeBytes = Vec<u8, MAX_SCHEME_BYTES>;
+
+/// The scheme takes more than [`MAX_SCHEME_BYTES`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooLong;
+
+/// Why a scheme was not loaded.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum LoadError {
+    /// Its bytes are not what was saved.
+    Damaged,
+    /// Another version of the layout.
+    Version {
+        /// The version found.
+        found: u8,
+    },
+    /// Saved by an image with other modules or data types.
+    OtherImage,
+    /// A command was refused.
+    Refused {
+        /// Which one, from 0.
+        command: u16,
+        /// Why.
+        error: CommandError,
+    },
+}
+
+impl core::fmt::Display for LoadError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Damaged => write!(f, "its bytes are damaged: save it again"),
+            Self::Version { found } => {
+                write!(f, "it has layout {found}, this image reads {SAVED_SCHEME_VERSION}: save it again")
+            }
+            Self::OtherImage => {
+                write!(
+                    f,
+                    "it was saved by an image with other modules, parameters or data types: save it again"
+                )
+            }
+            Self::Refused { command, error } => write!(f, "its command {command} was refused: {error}"),
+        }
+    }
+}
+
+impl core::error::Error for LoadError {}
+
+/// Puts the commands of a scheme together.
+#[derive(Debug)]
+pub struct Writer {
+    bytes: SchemeBytes,
+}
+
+impl Writer {
+    /// A scheme without commands, for images with this [`fingerprint`].
+    #[must_use]
+    pub fn new(fingerprint: u32) -> Self {
+        let mut bytes = Vec::from_array([SAVED_SCHEME_VERSION]);
+        // Fits: nothing else is in yet.
+        let _ = bytes.extend_from_slice(&fingerprint.to_le_bytes());
+        Self { bytes }
+    }
+
+    /// Adds a command.
+    ///
+    /// # Errors
+    /// [`TooLong`] when there is no room for it; the scheme is as before.
+    pub fn push(&mut self, command: &Command) -> Result<(), TooLong> {
+        let mut buffer = [0; MAX_COMMAND_BYTES];
+        let bytes = postcard::to_slice(command, &mut buffer).map_err(|_| TooLong)?;
+        self.bytes.extend_from_slice(bytes).map_err(|_| TooLong)
+    }
+
+    /// The whole scheme, with the command that starts it.
+    ///
+    /// # Errors
+    /// [`TooLong`] when there is no room for it.
+    pub fn finish(mut self) -> Result<SchemeBytes, TooLong> {
+        self.push(&Command::plain(Verb::MatchingCheck))?;
+        let crc = CRC.checksum(&self.bytes).to_le_bytes();
+        self.bytes.extend_from_slice(&crc).map_err(|_| TooLong)?;
+        Ok(self.bytes)
+    }
+}
+
+/// Of any command in postcard's format: each of its numbers takes at most 5 bytes.
+const MAX_COMMAND_BYTES: usize = 24;
+
+/// The bytes of the scheme as it is now.
+///
+/// # Errors
+/// [`TooLong`] when they are more than [`MAX_SCHEME_BYTES`].
+pub fn save<M: ModuleList, const WORDS: usize>(
+    engine: &mut Engine<M, WORDS>,
+) -> Result<SchemeBytes, TooLong> {
+    let mut writer = Writer::new(fingerprint(engine));
+    engine.commands().try_for_each(|command| writer.push(&command))?;
+    writer.finish()
+}
+
+/// Replaces the scheme by a saved one and starts it.
+///
+/// # Errors
+/// [`LoadError`] when it is not whole, of another image, or does not match; no module exists then.
+pub fn load<M: ModuleList, const WORDS: usize>(
+    bytes: &[u8],
+    dimsart: &mut Dimsart<M, WORDS>,
+) -> Result<(), LoadError> {
+    let close = Command::plain(Verb::Close);
+    let refused = |command| move |error| LoadError::Refused { command, error };
+    dimsart.command(close).map_err(refused(0))?;
+    let mut rest = check(bytes, fingerprint(dimsart.engine_mut()))?;
+    let mut count = 0;
+    while !rest.is_empty() {
+        let given = postcard::take_from_bytes(rest).map_err(|_| LoadError::Damaged);
+        let given = given.and_then(|(command, behind)| {
+            rest = behind;
+            dimsart.command(command).map_err(refused(count))
+        });
+        if let Err(error) = given {
+            dimsart.command(close).map_err(refused(0))?;
+            return Err(error);
+        }
+        count = count.saturating_add(1);
+    }
+    Ok(())
+}
+
+/// The commands, if the bytes are whole and the image is the right one.
+fn check(bytes: &[u8], fingerprint: u32) -> Result<&[u8], LoadError> {
+    let (content, crc) = bytes.split_last_chunk::<CRC_BYTES>().ok_or(LoadError::Damaged)?;
+    if CRC.checksum(content) != u32::from_le_bytes(*crc) {
+        return Err(LoadError::Damaged);
+    }
+    let (version, content) = content.split_first().ok_or(LoadError::Damaged)?;
+    if *version != SAVED_SCHEME_VERSION {
+        return Err(LoadError::Version { found: *version });
+    }
+    let (found, commands) = content.split_first_chunk().ok_or(LoadError::Damaged)?;
+    if u32::from_le_bytes(*found) != fingerprint {
+        return Err(LoadError::OtherImage);
+    }
+    Ok(commands)
+}
+
+/// A number that differs between images whose commands mean different things.
+///
+/// It covers modules, parameters, their ranges and defaults, ports and data types; not the texts that
+/// explain them.
+#[must_use]
+pub fn fingerprint<M: ModuleList, const WORDS: usize>(engine: &mut Engine<M, WORDS>) -> u32 {
+    let mut digest = Fingerprint(CRC.digest());
+    for (kind, found) in (0..).zip(M::KINDS) {
+        digest = digest.with(&found.name);
+        let parameters = (0..).map_while(|index| Engine::<M, WORDS>::describe_parameter(kind, index));
+        for text in parameters.map(ParameterText::try_from) {
+            let content =
+                text.as_ref().map(|text| (text.name, &text.accepts, text.default, text.is_structural));
+            digest = digest.with(&content.ok());
+        }
+        // No module has number 0: these are the ports by default.
+        for port in engine.ports(ModuleRef { kind, number: 0 }).unwrap_or_default() {
+            digest = digest.with(&(port.name, port.data_type.map(|(_, signal)| signal)));
+        }
+    }
+    for found in types::ALL {
+        let unit = found.unit.symbol(crate::AxisKind::Linear);
+        digest = digest.with(&(found.id, found.name, unit, found.format, found.shape));
+    }
+    digest.0.finalize()
+}
+
+/// Takes the bytes of what is described.
+struct Fingerprint(crc::Digest<'static, u32>);
+
+impl Fingerprint {
+    fn with(self, content: &impl Serialize) -> Self {
+        // Cannot fail: nothing is kept.
+        postcard::serialize_with_flavor(content, self).unwrap_or_else(|_| Self(CRC.digest()))
+    }
+}
+
+impl Flavor for Fingerprint {
+    type Output = Self;
+
+    fn try_push(&mut self, byte: u8) -> postcard::Result<()> {
+        self.0.update(&[byte]);
+        Ok(())
+    }
+
+    fn finalize(self) -> postcard::Result<Self> {
+        Ok(self)
+    }
+}
