@@ -11,8 +11,8 @@ use super::upload::{self, Layout};
 use super::{EmulatedError, Image};
 use crate::rig::SimulatedDimsart;
 
-/// Packets of one link that the firmware takes per tick.
-const PACKETS_PER_TICK: usize = 2;
+/// Packets that the firmware takes per tick.
+const PACKETS_PER_TICK: usize = 2 * MAX_LINKS;
 
 /// A controller that runs as firmware on an emulated board, in lockstep with this process.
 ///
@@ -31,8 +31,8 @@ pub(super) struct Wire {
     /// Grows until it is sent.
     request: Frame,
     answer: Frame,
-    /// Packets of each link that the next tick takes.
-    packets: [usize; MAX_LINKS],
+    /// Packets in it.
+    packets: usize,
 }
 
 impl Board {
@@ -52,12 +52,11 @@ impl Board {
         Ok(Self { wire, layout })
     }
 
-    /// Gives a packet that came in over `link` to the next tick. The firmware takes two per link and tick;
-    /// more are lost, as in a receiver that is not emptied in time.
+    /// Gives a packet that came in over `link` to the next tick. The firmware takes four per tick; more are
+    /// lost, as in a receiver that is not emptied in time.
     pub fn receive(&mut self, link: usize, bytes: &[u8]) {
-        let (Some(tag), Some(count)) = (Tag::of_link(link), self.wire.packets.get_mut(link)) else { return };
-        if *count < PACKETS_PER_TICK {
-            *count += 1;
+        if let Some(tag) = Tag::of_link(link).filter(|_| self.wire.packets < PACKETS_PER_TICK) {
+            self.wire.packets += 1;
             self.wire.send(tag, bytes);
         }
     }
@@ -127,7 +126,7 @@ impl Wire {
         let emulator = Emulator::start(image, log)?;
         let (mut request, answer) = (Frame::new(), Frame::new());
         request.clear();
-        let mut wire = Self { emulator, request, answer, packets: [0; MAX_LINKS] };
+        let mut wire = Self { emulator, request, answer, packets: 0 };
         let kinds: Vec<u8> = axes.iter().map(|axis| u8::from(*axis == AxisKind::Rotary)).collect();
         wire.send(Tag::Device, &kinds);
         wire.swap()?;
@@ -156,7 +155,7 @@ impl Wire {
     fn swap(&mut self) -> Result<(), EmulatedError> {
         self.emulator.exchange(&self.request, &mut self.answer)?;
         self.request.clear();
-        self.packets = [0; MAX_LINKS];
+        self.packets = 0;
         // What came is looked at more than once: be sure that it is whole.
         self.answer.sections().find_map(Result::err).map_or(Ok(()), |error| Err(error.into()))
     }

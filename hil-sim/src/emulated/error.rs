@@ -66,7 +66,8 @@ pub enum EmulatedError {
     Exchange(#[from] ExchangeError),
     /// Firmware of another version.
     #[error(
-        "the image speaks version {found:?} of the exchange and this command {}; build the image anew with `{BUILD}`",
+        "the image speaks {} of the exchange and this command version {}; build the image anew with `{BUILD}`",
+        version(.found),
         exchange::VERSION
     )]
     Version {
@@ -110,6 +111,10 @@ pub enum EmulatedError {
         /// Bytes.
         found: usize,
     },
+}
+
+fn version(found: &Option<u8>) -> String {
+    found.map_or_else(|| "no version".to_owned(), |version| format!("version {version}"))
 }
 
 fn paths(paths: &[PathBuf]) -> String {
