@@ -12,8 +12,6 @@
 //! A host that has nothing to measure yet sends NaN: the [tick](crate::Dimsart::tick) is refused and
 //! computes nothing, while commands are carried out as in every tick.
 
-use heapless::Vec;
-
 use crate::dimsart::Tick;
 
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
@@ -108,23 +106,28 @@ impl core::fmt::Display for ExchangeError {
 impl core::error::Error for ExchangeError {}
 
 /// A frame, on its way out or as far as it has come in.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Frame {
-    bytes: Vec<u8, MAX_FRAME_BYTES>,
+    bytes: [u8; MAX_FRAME_BYTES],
+    length: usize,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Frame {
     /// A frame that has not come in yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { bytes: Vec::new() }
+        Self { bytes: [0; MAX_FRAME_BYTES], length: 0 }
     }
 
     /// Makes it a frame without sections, to be sent.
     pub fn clear(&mut self) {
-        self.bytes.clear();
-        // Fits: the frame is empty.
-        let _ = self.bytes.extend_from_slice(&[0; LENGTH_BYTES]);
+        self.put_length(LENGTH_BYTES);
     }
 
     /// Adds a section.
@@ -132,21 +135,27 @@ impl Frame {
     /// # Errors
     /// [`ExchangeError::TooLong`] when it does not fit; the frame is as it was.
     pub fn push(&mut self, tag: Tag, content: &[u8]) -> Result<(), ExchangeError> {
-        let length = self.bytes.len() + HEADER_BYTES + content.len();
+        let length = self.length + HEADER_BYTES + content.len();
         let too_long = ExchangeError::TooLong(length);
-        let bytes = u16::try_from(content.len()).map_err(|_| too_long)?.to_le_bytes();
-        let body = u16::try_from(length - LENGTH_BYTES).map_err(|_| too_long)?.to_le_bytes();
-        if length > MAX_FRAME_BYTES {
-            return Err(too_long);
+        let [low, high] = u16::try_from(content.len()).map_err(|_| too_long)?.to_le_bytes();
+        let space = self.bytes.get_mut(self.length..length).ok_or(too_long)?;
+        let (header, body) = space.split_first_chunk_mut::<HEADER_BYTES>().ok_or(too_long)?;
+        *header = [tag as u8, low, high];
+        for (to, from) in body.iter_mut().zip(content) {
+            *to = *from;
         }
-        // Fit: the length was checked.
-        let _ = self.bytes.push(tag as u8);
-        let _ = self.bytes.extend_from_slice(&bytes);
-        let _ = self.bytes.extend_from_slice(content);
-        if let Some(start) = self.bytes.first_chunk_mut() {
-            *start = body;
-        }
+        self.put_length(length);
         Ok(())
+    }
+
+    /// Makes it `length` bytes long, its own two included.
+    fn put_length(&mut self, length: usize) {
+        self.length = length;
+        // Fits: no frame is longer than 4096 bytes.
+        let body = u16::try_from(length.saturating_sub(LENGTH_BYTES)).unwrap_or(u16::MAX);
+        if let Some(start) = self.bytes.first_chunk_mut() {
+            *start = body.to_le_bytes();
+        }
     }
 
     /// Adds what the tick came to; none when there was no tick.
@@ -162,13 +171,13 @@ impl Frame {
     /// Bytes that one more section can hold.
     #[must_use]
     pub fn room(&self) -> usize {
-        MAX_FRAME_BYTES.saturating_sub(self.bytes.len() + HEADER_BYTES)
+        MAX_FRAME_BYTES.saturating_sub(self.length + HEADER_BYTES)
     }
 
     /// The frame's bytes, to be sent.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
-        &self.bytes
+        self.bytes.get(..self.length).unwrap_or_default()
     }
 
     /// Takes in one frame by calling `read` until it is whole; `read` gives the number of bytes it has
@@ -180,7 +189,7 @@ impl Frame {
         &mut self,
         mut read: impl FnMut(&mut [u8]) -> Result<usize, E>,
     ) -> Result<bool, E> {
-        self.bytes.resize_default(MAX_FRAME_BYTES).map_err(|_| ExchangeError::TooLong(MAX_FRAME_BYTES))?;
+        self.length = 0;
         let mut filled = 0;
         loop {
             // Nothing of a next frame can be there before this one is answered.
@@ -198,7 +207,7 @@ impl Frame {
                 return Err(ExchangeError::TooLong(whole).into());
             }
             if filled >= whole {
-                self.bytes.truncate(whole);
+                self.length = whole;
                 return Ok(true);
             }
         }
@@ -206,7 +215,7 @@ impl Frame {
 
     /// The sections, in order; the first error ends them.
     pub fn sections(&self) -> impl Iterator<Item = Result<(Tag, &[u8]), ExchangeError>> {
-        let mut rest = self.bytes.get(LENGTH_BYTES..).unwrap_or_default();
+        let mut rest = self.as_bytes().get(LENGTH_BYTES..).unwrap_or_default();
         core::iter::from_fn(move || {
             let section = split(&mut rest)?;
             if section.is_err() {

@@ -21,7 +21,3 @@ mod upload;
 pub use board::Board;
 pub use error::EmulatedError;
 pub use image::{BOARD, BUILD, FOLDER_VARIABLE, Image};
-
-/// Cycles that the board's counter counts in 40 of: in the emulator's instruction-count time an instruction takes
-/// 1024 ns, and a cycle 40 ns.
-pub const NS_PER_INSTRUCTION: u32 = 1024;

@@ -7,9 +7,13 @@ use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{AxisKind, Tick, Word};
 
 use super::emulator::Emulator;
+use super::process::NS_PER_INSTRUCTION;
 use super::upload::{self, Layout};
 use super::{EmulatedError, Image};
 use crate::rig::SimulatedDimsart;
+
+/// Of the board's processor, 25 MHz.
+const NS_PER_CYCLE: u64 = 40;
 
 /// Packets that the firmware takes per tick.
 const PACKETS_PER_TICK: usize = 2 * MAX_LINKS;
@@ -101,13 +105,16 @@ impl Board {
         self.wire.sections(move |tag| tag.link() == Some(link))
     }
 
-    /// The cycle counter before and after the last tick; in instruction-count time it counts
-    /// [`INSTRUCTIONS_PER_CYCLE`](super::INSTRUCTIONS_PER_CYCLE).
+    /// Instructions from reading the sensors to commanding the actuators in the last tick, to one in a hundred
+    /// thousand: the emulator's time counts them.
     #[must_use]
-    pub fn cycles(&self) -> Option<[u32; 2]> {
+    pub fn instructions(&self) -> Option<u32> {
         let stamps = self.wire.sections(|tag| tag == Tag::Stamps).next()?;
-        let mut stamps = words(stamps);
-        Some([stamps.next()?, stamps.next()?])
+        let mut cycles = words(stamps);
+        let mask = u32::MAX.checked_shr(32 - u32::from(*stamps.get(8)?))?;
+        let (before, after) = (cycles.next()?, cycles.next()?);
+        let cycles = after.wrapping_sub(before) & mask;
+        u32::try_from(u64::from(cycles) * NS_PER_CYCLE / NS_PER_INSTRUCTION).ok()
     }
 
     /// Puts bytes on the command line, for the next tick.

@@ -11,6 +11,8 @@ use super::{EmulatedError, Image};
 
 /// The emulator.
 pub(super) const PROGRAM: &str = "qemu-system-arm";
+/// What an instruction takes in the emulator's time: 2^10, the shift below.
+pub(super) const NS_PER_INSTRUCTION: u64 = 1 << 10;
 /// In instruction-count time a run is the same instruction by instruction, and faster than against a clock.
 const ARGUMENTS: &[&str] = &[
     "-M",

@@ -5,4 +5,5 @@
 
 mod common;
 mod same_bits;
+mod timer_tick;
 mod trouble;
