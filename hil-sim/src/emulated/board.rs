@@ -7,9 +7,8 @@ use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{AxisKind, Tick, Word};
 
 use super::emulator::Emulator;
-use super::process::NS_PER_INSTRUCTION;
 use super::upload::{self, Layout};
-use super::{EmulatedError, Image};
+use super::{EmulatedError, Image, NS_PER_INSTRUCTION};
 use crate::rig::SimulatedDimsart;
 
 /// Of the board's processor, 25 MHz.

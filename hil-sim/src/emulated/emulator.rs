@@ -13,10 +13,8 @@ use rustix::io::Errno;
 use tempfile::TempDir;
 
 use super::process::Process;
-use super::{EmulatedError, Image};
+use super::{EmulatedError, Image, PATIENCE};
 
-/// Longest time that one exchange may take: far more than one takes on any loaded machine.
-pub(super) const PATIENCE: Duration = Duration::from_secs(8);
 const A_MOMENT: Duration = Duration::from_millis(1);
 /// Between two looks at a process that says nothing.
 const A_WHILE: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };

@@ -7,9 +7,8 @@ use std::process::ExitStatus;
 use dimsart_core::exchange::{self, ExchangeError};
 use dimsart_core::protocol::Refusal;
 
-use super::emulator::PATIENCE;
 use super::image::BUILD;
-use super::process::PROGRAM;
+use super::{PATIENCE, PROGRAM};
 
 /// Why a controller does not run, or no longer runs, on an emulated board.
 #[derive(Debug, thiserror::Error)]

