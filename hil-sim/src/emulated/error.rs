@@ -14,10 +14,10 @@ use super::{PATIENCE, PROGRAM};
 #[derive(Debug, thiserror::Error)]
 pub enum EmulatedError {
     /// Nothing to run.
-    #[error("there is no firmware image {}; build it with `{BUILD}`, or give its path with --image", paths(.searched))]
+    #[error("there is no firmware image {}; build it with `{BUILD}`, or give its path with --image", path.display())]
     NoImage {
         /// Where it was looked for.
-        searched: Vec<PathBuf>,
+        path: PathBuf,
     },
     /// A file that cannot be read.
     #[error("cannot read the firmware image {}: {source}; give another path with --image", path.display())]
@@ -114,10 +114,6 @@ pub enum EmulatedError {
 
 fn version(found: &Option<u8>) -> String {
     found.map_or_else(|| "no version".to_owned(), |version| format!("version {version}"))
-}
-
-fn paths(paths: &[PathBuf]) -> String {
-    paths.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(" or ")
 }
 
 /// The firmware's and the emulator's exit codes.

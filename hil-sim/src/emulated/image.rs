@@ -8,7 +8,7 @@ use super::EmulatedError;
 
 /// The board that is emulated, by the name that its image has.
 pub const BOARD: &str = "mps2-an386";
-/// Folder of images, each named after its board.
+/// Folder of images, each named after its board and side.
 pub const FOLDER_VARIABLE: &str = "DIMSART_FIRMWARE";
 /// Builds the image.
 pub const BUILD: &str = "cargo board mps2-an386";
@@ -29,19 +29,15 @@ impl Image {
     /// # Errors
     /// [`EmulatedError::NoImage`], [`EmulatedError::Image`] or [`EmulatedError::WrongImage`].
     pub fn find(given: Option<&Path>) -> Result<Self, EmulatedError> {
-        let folder = env::var_os(FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(BOARD));
-        let searched = match given.map(Path::to_owned).or(folder) {
-            Some(path) => vec![path],
-            None => built(),
+        let path = match (given, env::var_os(FOLDER_VARIABLE)) {
+            (Some(path), _) => path.to_owned(),
+            // Which side's makes no difference: the scheme is brought to it.
+            (None, Some(folder)) => Path::new(&folder).join(format!("{BOARD}-master")),
+            (None, None) => built(),
         };
-        match searched.iter().find(|path| path.is_file()) {
-            Some(path) => Self::read(path),
-            None => Err(EmulatedError::NoImage { searched }),
+        if !path.is_file() {
+            return Err(EmulatedError::NoImage { path });
         }
-    }
-
-    fn read(path: &Path) -> Result<Self, EmulatedError> {
-        let path = path.to_owned();
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
             Err(source) => return Err(EmulatedError::Image { path, source }),
@@ -69,8 +65,8 @@ impl Image {
 }
 
 /// Where a build leaves the image: in the folder that this program was built in, or in `target`.
-fn built() -> Vec<PathBuf> {
+fn built() -> PathBuf {
     let program = env::current_exe().unwrap_or_default();
     let beside = program.ancestors().map(|folder| folder.join(BUILT)).find(|path| path.is_file());
-    vec![beside.unwrap_or_else(|| Path::new("target").join(BUILT))]
+    beside.unwrap_or_else(|| Path::new("target").join(BUILT))
 }

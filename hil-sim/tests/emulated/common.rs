@@ -14,7 +14,7 @@ pub(crate) fn timer_image() -> Option<PathBuf> {
         );
         return None;
     };
-    let path = folder.join(format!("{BOARD}-timer-tick"));
+    let path = folder.join(format!("{BOARD}-timer-tick-master"));
     assert!(path.is_file(), "no image {}: `{BUILD} --features timer-tick` builds it", path.display());
     Some(path)
 }
