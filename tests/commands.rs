@@ -1,4 +1,6 @@
 //! Every command does what it says or is refused, and a refused one has changed nothing.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::cast_possible_truncation, reason = "numbers of a test, small by construction")]
 
 mod common;
 
@@ -263,6 +265,22 @@ fn a_place_outlives_a_refused_plug_in() {
     bench.rows(TOO_LONG);
     assert!(bench.order("MOD_ENG MOD_ON TIMEDELAY_MOD").is_err());
     bench.rows("MOD_ENG MOD_ON VWALL_MOD");
+    assert_eq!(steps(&bench), ["VWALL_MOD", "PDCTRL_MOD"]);
+}
+
+#[test]
+fn a_place_is_forgotten_when_its_module_is_unplugged() {
+    for rows in ["MOD_ENG MOD_OFF PDCTRL_MOD", "MOD_ENG MOD_CLOSE PDCTRL_MOD"] {
+        let mut bench = robot();
+        bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON SUM_MOD\nMOD_ENG PLACE_BEFORE PDCTRL_MOD");
+        bench.rows(rows);
+        bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON VWALL_MOD");
+        assert_eq!(steps(&bench), ["SUM_MOD", "PDCTRL_MOD", "VWALL_MOD"]);
+    }
+    // The place before another module stays.
+    let mut bench = robot();
+    bench.rows("MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON SUM_MOD\nMOD_ENG PLACE_BEFORE PDCTRL_MOD");
+    bench.rows("MOD_ENG MOD_OFF SUM_MOD\nMOD_ENG MOD_ON VWALL_MOD");
     assert_eq!(steps(&bench), ["VWALL_MOD", "PDCTRL_MOD"]);
 }
 

@@ -1,4 +1,11 @@
 //! The Data Base takes whatever fits, refuses the rest with the sizes, and never leaks.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
+#![expect(clippy::cast_possible_truncation, reason = "numbers of a test, small by construction")]
 
 mod common;
 
@@ -171,7 +178,7 @@ fn any_module(random: &mut Pcg32, model: &Model) -> ModuleRef {
 
 /// A parameter that decides what a module takes, with a value now and then too large to fit.
 fn structural_parameter(random: &mut Pcg32, dof: usize) -> (&'static str, &'static str, Value) {
-    let largest = u32::try_from(DEFAULT_WORDS / dof / 6).unwrap();
+    let largest = u32::try_from(DEFAULT_WORDS / dof / 4).unwrap();
     let length = Value::Count(below(random, largest) + 1);
     let flag = Value::Flag(below(random, 2) == 0);
     let signal = Value::Type(types::ALL[below(random, 6) as usize].first());
@@ -257,10 +264,15 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
 
 #[test]
 fn a_million_random_plug_ins_and_plug_outs_do_what_a_simple_model_says() {
-    let refused = [1, 2, 3, 6, 8].map(|dof| compare_with_model(dof, 200_000, dof as u64));
+    let refused = compare_with_model(3, 1_000_000, 3);
     // Every bound was met, so what is proved includes refusals of each kind.
-    for bound in 0..3 {
-        assert!(refused.iter().map(|counts| counts[bound]).sum::<u32>() > 0, "{refused:?}");
+    assert!(refused.iter().all(|count| *count > 0), "{refused:?}");
+}
+
+#[test]
+fn random_plug_ins_and_plug_outs_do_what_the_model_says_on_any_number_of_axes() {
+    for dof in [1, 2, 6, 8] {
+        compare_with_model(dof, 20_000, dof as u64);
     }
 }
 

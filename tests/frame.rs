@@ -1,12 +1,13 @@
 //! A frame is taken whole or not at all, and the device never gets anything but finite numbers.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 mod common;
 
-use common::Bench;
+use common::{Bench, Types};
 use dimsart_core::{
-    AxisKind, Data, DataType, DescriptorError, DeviceDescriptor, Dimsart, Format, FrameError, Input, Matrix,
-    Module, Output, Parameters, Ports, Shape, Single, Tick, Unit, Vector, Word, limits::MAX_DOF,
-    modules::Standard, types,
+    AxisKind, Data, DataType, DescriptorError, DeviceDescriptor, Dimsart, Format, FrameError, Input,
+    MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Ports, Shape, Single, Tick, Unit, Vector, Word,
+    limits::MAX_DOF, modules::Standard, types,
 };
 
 macro_rules! own_types {
@@ -242,11 +243,25 @@ fn impossible_devices_are_refused_with_what_was_asked_for() {
 }
 
 #[test]
+fn too_many_types_and_one_type_twice_are_refused_with_the_numbers() {
+    let (most, nine) = (&types::ALL[..MAX_DEVICE_TYPES], &types::ALL[..=MAX_DEVICE_TYPES]);
+    let twice: Types = &[types::FORCE, types::POSITION, types::VELOCITY, types::POSITION];
+    let describe = |outputs, inputs| {
+        DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, outputs, inputs).map(|device| device.dof())
+    };
+    assert_eq!(describe(most, most), Ok(1));
+    let too_many = Err(DescriptorError::TooManyTypes { wanted: MAX_DEVICE_TYPES + 1 });
+    let same = Err(DescriptorError::SameType { id: types::POSITION.id, first: 1, second: 3 });
+    for (types, refused) in [(nine, too_many), (twice, same)] {
+        assert_eq!(describe(types, &[]), refused);
+        assert_eq!(describe(&[], types), refused);
+        assert!(refused.unwrap_err().to_string().contains(['9', '3']));
+    }
+}
+
+#[test]
 fn a_device_whose_types_do_not_fit_is_refused() {
     let axes = [AxisKind::Linear; 3];
-    let nine: &'static [_] = &[types::POSITION; 9];
-    for outputs in [&[IMAGE, TEMPERATURES][..], nine] {
-        let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[]).unwrap();
-        assert!(Dimsart::<Standard, 322>::new(device).is_err());
-    }
+    let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[IMAGE, TEMPERATURES], &[]).unwrap();
+    assert!(Dimsart::<Standard, 322>::new(device).is_err());
 }

@@ -1,11 +1,12 @@
 //! The types matching check names every fault of a scheme, and only those.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 mod common;
 
 use common::Bench;
 use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, Dimsart, Engine, Finding, Format, Party, Shape, Unit, limits,
-    modules::Standard, scheme, types,
+    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, Finding, Format, ParameterError,
+    Party, Shape, Unit, UnitRelation, limits, modules::Standard, scheme, types,
 };
 
 const SIDES: &[&str] = &["master", "slave"];
@@ -192,6 +193,133 @@ fn instances_of_one_kind_live_side_by_side_on_numbered_signals() {
     assert_eq!(bench.signal("FORCE.3"), [10.0, -20.0]);
 }
 
+/// Plugs in a module whose ports are bound to these signals; gives what the check finds of its units.
+fn unit_faults(module: &str, bindings: &[(&str, &str)]) -> Vec<String> {
+    let mut bench: Bench = Bench::of(3, &[], &[]);
+    for (port, signal) in bindings {
+        bench.rows(&format!("{module} PORT_{port} {signal}"));
+    }
+    bench.rows(&format!("MOD_ENG MOD_ON {module}"));
+    bench.findings().into_iter().filter(|finding| finding.contains("unit")).collect()
+}
+
+#[test]
+fn a_sum_of_different_units_is_a_fault() {
+    let sum = |a, b, out| unit_faults("SUM_MOD", &[("A", a), ("B", b), ("SIGNAL_OUT", out)]);
+    let fault = |first: &str, second: &str| {
+        format!(
+            "SUM_MOD has {first} and {second}, but the second must have the same unit as the first: \
+             bind one of them to a signal that fits (PORT_... command)"
+        )
+    };
+    assert_eq!(sum("FORCE", "LINE_FORCE", "DES_FORCE.2"), [""; 0]);
+    assert_eq!(sum("FORCE", "LINE_FORCE", "SIGNAL_OUT.2"), [""; 0]);
+    assert_eq!(
+        sum("POSITION", "CH1_WAVES", "DES_FORCE.2"),
+        [
+            fault("A bound to POSITION (m)", "B bound to CH1_WAVES (sqrt(W))"),
+            fault("A bound to POSITION (m)", "SIGNAL_OUT bound to DES_FORCE.2 (N)")
+        ]
+    );
+    // Through an input of any unit, too.
+    let through = [fault("B bound to POSITION (m)", "SIGNAL_OUT bound to DES_FORCE.2 (N)")];
+    assert_eq!(sum("SIGNAL", "POSITION", "DES_FORCE.2"), through);
+}
+
+#[test]
+fn a_delay_gives_back_the_unit_it_takes_and_takes_any() {
+    let delay = |input, output| unit_faults("TIMEDELAY_MOD", &[("SIGNAL_IN", input), ("SIGNAL_OUT", output)]);
+    assert_eq!(unit_faults("TIMEDELAY_MOD", &[]), [""; 0]);
+    for (signal, other) in [("POSITION", "DES_POSITION.2"), ("CH2_WAVES", "CH2_TD_WAVES.2")] {
+        assert_eq!(delay(signal, other), [""; 0]);
+        assert_eq!(delay(signal, "DES_FORCE.2").len(), 1);
+    }
+}
+
+#[test]
+fn integrals_and_derivatives_have_the_unit_that_follows() {
+    let sound = |module, input, output| {
+        unit_faults(module, &[("SIGNAL_IN", input), ("SIGNAL_OUT", output)]).is_empty()
+    };
+    let vectors = types::ALL.iter().filter(|found| found.shape == Shape::Vector && found.unit != Unit::Any);
+    for input in vectors.map(|data_type| data_type.name) {
+        let is_velocity = input.ends_with("VELOCITY");
+        let is_position = input.ends_with("POSITION");
+        assert_eq!(sound("INTEGRATOR_MOD", input, "POSITION.2"), is_velocity, "{input}");
+        assert_eq!(sound("DIFFERENTIATOR_MOD", input, "VELOCITY.2"), is_position, "{input}");
+        for module in ["INTEGRATOR_MOD", "DIFFERENTIATOR_MOD"] {
+            assert!(sound(module, input, "SIGNAL_OUT"), "{input}");
+            assert!(!sound(module, input, "FORCE.2") && !sound(module, input, "CH1_WAVES.2"), "{input}");
+        }
+    }
+}
+
+#[test]
+fn what_is_an_integral_one_way_is_a_derivative_the_other() {
+    let units = [
+        Unit::One,
+        Unit::Position,
+        Unit::Velocity,
+        Unit::Force,
+        Unit::Stiffness,
+        Unit::Damping,
+        Unit::IntegralGain,
+        Unit::Wave,
+        Unit::Energy,
+        Unit::Second,
+        Unit::Hertz,
+        Unit::Tick,
+    ];
+    for (unit, other) in units.into_iter().flat_map(|unit| units.map(|other| (unit, other))) {
+        assert_eq!(unit.integral() == Some(other), other.derivative() == Some(unit), "{unit:?}, {other:?}");
+        assert!(UnitRelation::Same.admits(unit, Unit::Any) && UnitRelation::Integral.admits(Unit::Any, unit));
+    }
+}
+
+#[test]
+fn a_module_whose_units_differ_is_not_plugged_into_a_running_scheme() {
+    let mut bench = bilateral("");
+    let before = bench.snapshot();
+    bench.rows("SUM_MOD PORT_A POSITION\nSUM_MOD PORT_B DES_FORCE\nSUM_MOD PORT_SIGNAL_OUT FORCE.2");
+    let refused = bench.order("MOD_ENG MOD_ON SUM_MOD");
+    let Err(CommandError::WouldBreak(Finding::UnitsDiffer { port: 1, other_port: 0, .. })) = refused else {
+        panic!("{refused:?}")
+    };
+    assert!(bench.dimsart.engine().is_running());
+    assert_eq!(bench.snapshot().steps, before.steps);
+}
+
+#[test]
+fn two_modules_at_one_end_of_a_link_are_a_fault() {
+    let two = "COMM_TXMOD CTX_ADD_DATA CH1_WAVES
+         MOD_ENG MOD_ON COMM_TXMOD
+         COMM_TXMOD.2 CTX_ADD_DATA CH1_WAVES";
+    let mut bench: Bench = Bench::of(3, &[types::CH1_WAVES], &[]);
+    bench.rows(two);
+    bench.rows("MOD_ENG MOD_ON COMM_TXMOD.2\nMOD_ENG MOD_ON COMM_RXMOD");
+    assert_eq!(
+        bench.findings(),
+        [
+            "COMM_TXMOD and COMM_TXMOD.2 are both at the same end of link 0 and take the packets from each other: \
+          give one of them another link or unplug it"
+        ]
+    );
+    // While the scheme runs, neither plugging it in nor changing its link lets it in.
+    let mut bench: Bench = Bench::of(3, &[types::CH1_WAVES], &[]);
+    bench.run(two);
+    let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD.2");
+    assert!(
+        matches!(refused, Err(CommandError::WouldBreak(Finding::LinkTaken { link: 0, .. }))),
+        "{refused:?}"
+    );
+    bench.rows("COMM_TXMOD.2 CTX_LINK 1\nMOD_ENG MOD_ON COMM_TXMOD.2");
+    let refused = bench.order("COMM_TXMOD.2 CTX_LINK 0");
+    assert_eq!(refused, Err(CommandError::Parameter(ParameterError::WhilePluggedIn)));
+    bench.tick(&[1.0, 2.0, 3.0]);
+    let sent = [0, 1].map(|link| bench.dimsart.outgoing(link).unwrap());
+    assert_eq!(sent[0], sent[1]);
+}
+
 /// The bilateral scheme on the master, with more rows before the transformer or controller comes in.
 fn bilateral(first: &str) -> Bench {
     let mut bench: Bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
@@ -271,7 +399,7 @@ fn a_loop_within_the_tick_is_a_fault() {
     assert_eq!(
         bench.findings(),
         ["WTRANSF_MOD reads LINE_FORCE before WTRANSF_MOD writes it, so it sees the last tick's value: \
-         plug in the writer first"]
+         no order changes that; bind one of its two ports to another signal (PORT_... command)"]
     );
 }
 

@@ -8,6 +8,12 @@
 //! the force of a controller of stiffness `K` by up to `K ulp(x)`: 1.9e-5 N at 38 mm and 5000 `N/m`, or 1e-5 of the
 //! forces here. Waves carry it to the other side. Free devices wander farthest and differ most, by up to 3.4e-5;
 //! those at a wall by 2e-6.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
 
 #[path = "common/loops.rs"]
 mod loops;

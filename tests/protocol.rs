@@ -1,4 +1,5 @@
 //! The command protocol: what goes wrong on a line, and what a host can do with nothing but answers.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::protocol::{
     Accepted, Blocked, Counters, DataTypeText, DeviceInfo, Effect, MAX_FRAME_BYTES, MAX_SIGNAL_WORDS,

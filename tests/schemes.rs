@@ -1,4 +1,5 @@
 //! A scheme is read word by word; what is wrong is named with its line, column and word.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 mod common;
 

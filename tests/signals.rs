@@ -1,4 +1,6 @@
 //! Modules that make, delay and keep signals: to the tick, and the same in every run.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 mod common;
 

@@ -1,4 +1,6 @@
 //! Wave variables: power on every tick, and the line transients of theory, to the tick.
+#![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 mod common;
 

@@ -38,7 +38,8 @@ pub enum Verb {
     ModOn = 1,
     /// Unplugs the module; it keeps its parameters.
     ModOff = 2,
-    /// The next `MOD_ON` puts its module before this one instead of at the end.
+    /// The next `MOD_ON` puts its module before this one instead of at the end. Forgotten as soon as this
+    /// one is unplugged, plugged in again or not.
     PlaceBefore = 3,
     /// The module forgets its state and keeps its parameters.
     ModReset = 4,

@@ -1,6 +1,7 @@
 //! What a device is, as far as a control scheme needs to know.
 
 use crate::data_type::DataType;
+use crate::frame::MAX_DEVICE_TYPES;
 use crate::limits::MAX_DOF;
 use crate::unit::AxisKind;
 
@@ -33,6 +34,20 @@ pub enum DescriptorError {
         /// Period asked for, `s`.
         wanted_s: f32,
     },
+    /// More than [`MAX_DEVICE_TYPES`] outputs, or inputs.
+    TooManyTypes {
+        /// Types asked for.
+        wanted: usize,
+    },
+    /// The same type is twice among the outputs, or the inputs.
+    SameType {
+        /// Its number.
+        id: u16,
+        /// Place of the first one, from 0.
+        first: usize,
+        /// Place of the second one.
+        second: usize,
+    },
 }
 
 impl core::fmt::Display for DescriptorError {
@@ -44,6 +59,13 @@ impl core::fmt::Display for DescriptorError {
             Self::SamplePeriod { wanted_s } => {
                 write!(f, "a sample period of {wanted_s} s: it must be finite and above 0")
             }
+            Self::TooManyTypes { wanted } => {
+                write!(f, "a device with {wanted} types one way: at most {MAX_DEVICE_TYPES} are possible")
+            }
+            Self::SameType { id, first, second } => write!(
+                f,
+                "the device's type {id} is at place {first} and again at place {second}: each type can be there once"
+            ),
         }
     }
 }
@@ -54,7 +76,8 @@ impl DeviceDescriptor {
     /// Describes a device with one entry of `axes` per degree of freedom.
     ///
     /// # Errors
-    /// [`DescriptorError`] when there are 0 or more than [`MAX_DOF`] axes, or the period is unusable.
+    /// [`DescriptorError`] when there are 0 or more than [`MAX_DOF`] axes, the period is unusable, or one
+    /// way has more than [`MAX_DEVICE_TYPES`] types or one of them twice.
     pub fn new(
         name: &'static str,
         axes: &[AxisKind],
@@ -67,6 +90,8 @@ impl DeviceDescriptor {
         if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
             return Err(DescriptorError::SamplePeriod { wanted_s: sample_period_s });
         }
+        check_types(outputs)?;
+        check_types(inputs)?;
         Ok(Self { name, axes, sample_period_s, outputs, inputs })
     }
 
@@ -109,4 +134,17 @@ impl DeviceDescriptor {
     fn own_types(&self) -> impl Iterator<Item = &'static DataType> {
         self.outputs.iter().chain(self.inputs).copied()
     }
+}
+
+fn check_types(types: &[&'static DataType]) -> Result<(), DescriptorError> {
+    if types.len() > MAX_DEVICE_TYPES {
+        return Err(DescriptorError::TooManyTypes { wanted: types.len() });
+    }
+    for (second, data_type) in types.iter().enumerate() {
+        let id = data_type.id;
+        if let Some(first) = types.iter().take(second).position(|found| found.id == id) {
+            return Err(DescriptorError::SameType { id, first, second });
+        }
+    }
+    Ok(())
 }

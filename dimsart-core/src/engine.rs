@@ -15,9 +15,10 @@ use crate::matching::{Difference, Report, Scheme};
 use crate::module::ModuleList;
 use crate::modules::Standard;
 use crate::parameter::{Parameter, ParameterError, Parameters, Value};
-use crate::port::{Direction, PortSpec, Ports, Stage};
+use crate::port::{Direction, LinkEnd, PortSpec, Ports, Stage};
 use crate::schedule::{MAX_CALLS, schedule};
 use crate::storage::Block;
+use crate::unit_tie::UnitTie;
 
 /// A module that exists, plugged in or not.
 #[derive(Debug)]
@@ -25,6 +26,7 @@ pub(crate) struct Instance<M> {
     pub(crate) reference: ModuleRef,
     module: M,
     bindings: Vec<(&'static str, TypeRef), MAX_PORTS>,
+    pub(crate) link_end: Option<LinkEnd>,
     /// Empty while the module is not plugged in.
     pub(crate) ports: Vec<Port, MAX_PORTS>,
     is_active: bool,
@@ -41,6 +43,7 @@ pub(crate) struct Port {
     pub(crate) stage: Stage,
     pub(crate) is_delayed: bool,
     pub(crate) difference: Option<Difference>,
+    pub(crate) tie: Option<UnitTie>,
 }
 
 /// One call of a module in a tick.
@@ -271,7 +274,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 impl<M: ModuleList> Instance<M> {
     fn new(reference: ModuleRef) -> Option<Self> {
         let module = M::create(reference.kind).filter(|_| reference.number > 0)?;
-        Some(Self { reference, module, bindings: Vec::new(), ports: Vec::new(), is_active: false })
+        let (bindings, ports) = (Vec::new(), Vec::new());
+        Some(Self { reference, module, bindings, link_end: None, ports, is_active: false })
     }
 
     /// Asks the module for its ports; its handles stay as they are.
@@ -289,7 +293,9 @@ impl<M: ModuleList> Instance<M> {
     fn connect<const WORDS: usize>(&mut self, device: &DeviceDescriptor, data_base: &DataBase<WORDS>) {
         let blocks: Vec<Block, MAX_PORTS> =
             self.ports.iter().map(|port| data_base.storage().block(port.slot)).collect();
-        self.module.activate(&mut Ports::connect(device, &blocks));
+        let mut ports = Ports::connect(device, &blocks);
+        self.module.activate(&mut ports);
+        self.link_end = ports.link_end();
     }
 
     fn bound(&self, port_name: &str) -> Option<TypeRef> {

@@ -2,9 +2,12 @@
 
 use core::fmt;
 
+use crate::command::ModuleRef;
+use crate::data_type::TypeRef;
 use crate::engine::Engine;
 use crate::matching::{Difference, Finding, Party};
 use crate::module::ModuleList;
+use crate::unit_tie::UnitRelation;
 
 /// Prints a finding with its names; see [`Engine::explain`].
 #[derive(Debug)]
@@ -53,7 +56,37 @@ impl<M: ModuleList, const WORDS: usize> fmt::Display for Explanation<'_, M, WORD
                 write!(f, " reads {} before ", device.signal_name(signal))?;
                 self.party(f, writer)?;
                 write!(f, " writes it, so it sees the last tick's value")?;
-                if is_declared { write!(f, " (declared)") } else { write!(f, ": plug in the writer first") }
+                if is_declared {
+                    write!(f, " (declared)")
+                } else if writer == reader {
+                    write!(
+                        f,
+                        ": no order changes that; bind one of its two ports to another signal (PORT_... command)"
+                    )
+                } else {
+                    write!(f, ": plug in the writer first")
+                }
+            }
+            Finding::UnitsDiffer { module, port, signal, other_port, other_signal, relation } => {
+                write!(f, "{} has ", Engine::<M, WORDS>::module_name(module))?;
+                self.bound_port(f, module, other_port, other_signal)?;
+                write!(f, " and ")?;
+                self.bound_port(f, module, port, signal)?;
+                let expected = match relation {
+                    UnitRelation::Same => "the same unit as",
+                    UnitRelation::Integral => "the unit, times s, of",
+                    UnitRelation::Derivative => "the unit, over s, of",
+                };
+                write!(f, ", but the second must have {expected} the first: ")?;
+                write!(f, "bind one of them to a signal that fits (PORT_... command)")
+            }
+            Finding::LinkTaken { link, first, second } => {
+                let [first, second] = [first, second].map(Engine::<M, WORDS>::module_name);
+                write!(
+                    f,
+                    "{first} and {second} are both at the same end of link {link} and take the packets "
+                )?;
+                write!(f, "from each other: give one of them another link or unplug it")
             }
         }
     }
@@ -67,12 +100,22 @@ impl<M: ModuleList, const WORDS: usize> Explanation<'_, M, WORDS> {
         }
     }
 
-    fn difference(
+    fn bound_port(
         &self,
         f: &mut fmt::Formatter<'_>,
-        signal: crate::data_type::TypeRef,
-        difference: Difference,
+        module: ModuleRef,
+        port: u8,
+        signal: TypeRef,
     ) -> fmt::Result {
+        let device = self.engine.device();
+        let port = self.engine.port_name(module, port).unwrap_or("?");
+        let axis = device.axes().first().copied().unwrap_or_default();
+        let unit = device.data_type(signal.id).map_or("?", |found| found.unit.symbol(axis));
+        write!(f, "{port} bound to {}", device.signal_name(signal))?;
+        if unit.is_empty() { Ok(()) } else { write!(f, " ({unit})") }
+    }
+
+    fn difference(&self, f: &mut fmt::Formatter<'_>, signal: TypeRef, difference: Difference) -> fmt::Result {
         let device = self.engine.device();
         let Some(found) = device.data_type(signal.id) else {
             return write!(f, "which does not exist");

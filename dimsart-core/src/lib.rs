@@ -56,6 +56,7 @@ extern crate std;
 
 mod checksum;
 mod command;
+mod content;
 mod data;
 mod data_base;
 mod data_type;
@@ -83,9 +84,11 @@ pub mod scheme;
 mod storage;
 pub mod types;
 mod unit;
+mod unit_tie;
 mod word;
 
 pub use command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
+pub use content::Content;
 pub use data::Data;
 pub use data_base::{DataBase, Entry};
 pub use data_type::{DataType, Shape, TypeRef};
@@ -104,4 +107,5 @@ pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerA
 pub use port::{Direction, PortSpec, Ports, Stage};
 pub use storage::StorageError;
 pub use unit::{AxisKind, Unit};
+pub use unit_tie::{UnitRelation, UnitTie};
 pub use word::{Format, Scalar, Word};

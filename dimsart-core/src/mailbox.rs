@@ -5,6 +5,7 @@
 
 use core::cell::Cell;
 
+use crate::content::Content;
 use crate::limits::MAX_PACKET_WORDS;
 use crate::packet::Packet;
 
@@ -14,7 +15,8 @@ pub struct Mailbox {
     sequence: Cell<u32>,
     echo: Cell<u32>,
     words: [Cell<u32>; MAX_PACKET_WORDS],
-    length: Cell<u8>,
+    content: Cell<Content>,
+    finite_words: Cell<u8>,
     is_full: Cell<bool>,
 }
 
@@ -24,7 +26,8 @@ impl Mailbox {
             sequence: Cell::new(0),
             echo: Cell::new(0),
             words: [const { Cell::new(0) }; MAX_PACKET_WORDS],
-            length: Cell::new(0),
+            content: Cell::new(Content::new(0, 0)),
+            finite_words: Cell::new(0),
             is_full: Cell::new(false),
         }
     }
@@ -50,7 +53,7 @@ impl Mailbox {
     /// The packet's words.
     #[must_use]
     pub fn words(&self) -> &[Cell<u32>] {
-        self.words.get(..usize::from(self.length.get())).unwrap_or_default()
+        self.words.get(..usize::from(self.content().words())).unwrap_or_default()
     }
 
     /// Marks the waiting packet as used.
@@ -58,10 +61,17 @@ impl Mailbox {
         self.is_full.set(false);
     }
 
-    /// Number of words of the packet.
+    /// What the packet carries.
     #[must_use]
-    pub fn length(&self) -> u8 {
-        self.length.get()
+    pub fn content(&self) -> Content {
+        self.content.get()
+    }
+
+    /// How many words of a received packet, up to the first that is not, are finite numbers if they are
+    /// read as such. Looked at where the packet is put in, so that the tick need not.
+    #[must_use]
+    pub fn finite_words(&self) -> u8 {
+        self.finite_words.get()
     }
 
     /// All there is room for, the packet's words first.
@@ -70,25 +80,29 @@ impl Mailbox {
         &self.words
     }
 
-    /// Opens the mailbox for a packet of `length` words (at most [`MAX_PACKET_WORDS`]), to be put into
+    /// Opens the mailbox for a packet of this content (at most [`MAX_PACKET_WORDS`]), to be put into
     /// its [`room`](Self::room).
-    pub fn open(&self, sequence: u32, echo: u32, length: u8) {
+    pub fn open(&self, sequence: u32, echo: u32, content: Content) {
         self.sequence.set(sequence);
         self.echo.set(echo);
-        self.length.set(length);
+        self.content.set(content);
         self.is_full.set(true);
     }
 
     pub(crate) fn put(&self, packet: &Packet) {
         let length = u8::try_from(packet.words.len()).unwrap_or(u8::MAX);
-        self.open(packet.sequence, packet.echo, length);
+        self.open(packet.sequence, packet.echo, Content::new(length, packet.content));
         for (cell, word) in self.words.iter().zip(&packet.words) {
             cell.set(*word);
         }
+        let is_finite = |word: &u32| f32::from_bits(*word).is_finite();
+        let odd = packet.words.iter().position(|word| !is_finite(word)).unwrap_or(packet.words.len());
+        self.finite_words.set(u8::try_from(odd).unwrap_or(u8::MAX));
     }
 
     pub(crate) fn take(&self) -> Option<Packet> {
         self.is_full.replace(false).then(|| Packet {
+            content: self.content().id(),
             sequence: self.sequence(),
             echo: self.echo(),
             words: self.words().iter().map(Cell::get).collect(),

@@ -8,6 +8,8 @@ use crate::device::DeviceDescriptor;
 use crate::engine::{Call, Instance};
 use crate::limits::{MAX_FINDINGS, MAX_MODULES};
 use crate::port::{Direction, Stage};
+use crate::unit::Unit;
+use crate::unit_tie::UnitRelation;
 
 /// Who reads or writes a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -62,6 +64,30 @@ pub enum Finding {
         reader: Party,
         /// Whether it is meant to be so.
         is_declared: bool,
+    },
+    /// A fault: the units of two signals are not as the module's ports are [tied](crate::Ports::tie).
+    UnitsDiffer {
+        /// The module.
+        module: ModuleRef,
+        /// Number of the port whose unit follows from the other's.
+        port: u8,
+        /// The signal it is bound to.
+        signal: TypeRef,
+        /// Number of the other port.
+        other_port: u8,
+        /// The signal that one is bound to.
+        other_signal: TypeRef,
+        /// What they should be to each other.
+        relation: UnitRelation,
+    },
+    /// A fault: two modules send over the same link, or listen to it.
+    LinkTaken {
+        /// The link.
+        link: u8,
+        /// Who comes first in a tick.
+        first: ModuleRef,
+        /// Who takes its packets away, or overwrites them.
+        second: ModuleRef,
     },
 }
 
@@ -157,6 +183,8 @@ impl<M> Scheme<'_, M> {
     pub(crate) fn check(&self, signals: impl Iterator<Item = TypeRef>) -> Report {
         let mut report = Report::default();
         self.check_bindings(&mut report);
+        self.check_ties(&mut report);
+        self.check_links(&mut report);
         for signal in signals {
             self.check_signal(signal, &mut report);
         }
@@ -171,6 +199,51 @@ impl<M> Scheme<'_, M> {
                 }
             }
         }
+    }
+
+    fn check_ties(&self, report: &mut Report) {
+        for instance in self.active() {
+            for (index, port) in instance.ports.iter().enumerate() {
+                let (Some(tie), Some(signal)) = (port.tie, port.signal) else { continue };
+                let unit = self.unit(signal);
+                // Where the port it follows takes a signal of any unit, those tied alike agree all the same.
+                let wrong = (0..).zip(&instance.ports).take(index).find_map(|(number, other)| {
+                    let relation = match other.tie {
+                        _ if number == tie.port => tie.relation,
+                        found if found == port.tie => UnitRelation::Same,
+                        _ => return None,
+                    };
+                    let other_signal = other.signal?;
+                    let fits = relation.admits(unit, self.unit(other_signal));
+                    (!fits).then_some((number, other_signal, relation))
+                });
+                if let (Some((other_port, other_signal, relation)), Ok(port)) = (wrong, u8::try_from(index)) {
+                    let module = instance.reference;
+                    report.add(Finding::UnitsDiffer {
+                        module,
+                        port,
+                        signal,
+                        other_port,
+                        other_signal,
+                        relation,
+                    });
+                }
+            }
+        }
+    }
+
+    fn check_links(&self, report: &mut Report) {
+        for (place, second) in self.active().enumerate() {
+            let Some(end) = second.link_end else { continue };
+            if let Some(first) = self.active().take(place).find(|first| first.link_end == Some(end)) {
+                let (first, second) = (first.reference, second.reference);
+                report.add(Finding::LinkTaken { link: end.link, first, second });
+            }
+        }
+    }
+
+    fn unit(&self, signal: TypeRef) -> Unit {
+        self.device.data_type(signal.id).map_or(Unit::Any, |data_type| data_type.unit)
     }
 
     fn check_signal(&self, signal: TypeRef, report: &mut Report) {

@@ -1,5 +1,6 @@
 //! The module library, one file per kind.
 
+mod channel;
 pub mod comm_rx;
 pub mod comm_tx;
 pub mod differentiator;

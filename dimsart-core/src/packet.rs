@@ -1,7 +1,7 @@
 //! What one side sends to the other in a tick, and its bytes on a link.
 //!
 //! ```text
-//! version u8 | words u8 | sequence u32 | echo u32 | words × u32 | CRC-32 (poly 0xF4ACFB13) u32
+//! version u8 | words u8 | content u16 | sequence u32 | echo u32 | words × u32 | CRC-32 (poly 0xF4ACFB13) u32
 //! ```
 //! Little endian. The CRC (AUTOSAR's CRC-32, Hamming distance 6 up to 256 bytes) covers all before it.
 
@@ -11,15 +11,17 @@ use crate::checksum::CRC;
 use crate::limits::MAX_PACKET_WORDS;
 
 /// Version of the byte layout; a receiver refuses any other.
-pub const PACKET_VERSION: u8 = 1;
+pub const PACKET_VERSION: u8 = 2;
 /// Bytes around the words: header and CRC.
-pub const PACKET_OVERHEAD: usize = 14;
+pub const PACKET_OVERHEAD: usize = 16;
 /// Longest packet in bytes.
 pub const MAX_PACKET_BYTES: usize = PACKET_OVERHEAD + 4 * MAX_PACKET_WORDS;
 
 /// A packet between two controllers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Packet {
+    /// Stands for what the words mean: [`Content::id`](crate::Content::id).
+    pub content: u16,
     /// Counts up by one per packet, from 1, wrapping.
     pub sequence: u32,
     /// Newest sequence number received from the other side; 0 for none.
@@ -79,8 +81,9 @@ impl Packet {
     }
 
     fn write_content(&self, content: &mut [u8]) {
-        let Some((header, body)) = content.split_first_chunk_mut::<2>() else { return };
-        *header = [PACKET_VERSION, u8::try_from(self.words.len()).unwrap_or(u8::MAX)];
+        let Some((header, body)) = content.split_first_chunk_mut::<4>() else { return };
+        let [low, high] = self.content.to_le_bytes();
+        *header = [PACKET_VERSION, u8::try_from(self.words.len()).unwrap_or(u8::MAX), low, high];
         let words = [self.sequence, self.echo].into_iter().chain(self.words.iter().copied());
         let (chunks, _) = body.as_chunks_mut::<4>();
         for (chunk, word) in chunks.iter_mut().zip(words) {
@@ -95,7 +98,7 @@ impl Packet {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, PacketError> {
         let length = PacketError::Length { bytes: bytes.len() };
         let (content, crc) = bytes.split_last_chunk::<4>().ok_or(length)?;
-        let (&[version, words], body) = content.split_first_chunk::<2>().ok_or(length)?;
+        let (&[version, words, low, high], body) = content.split_first_chunk::<4>().ok_or(length)?;
         if version != PACKET_VERSION {
             return Err(PacketError::Version { found: version });
         }
@@ -110,7 +113,7 @@ impl Packet {
         let (Some(sequence), Some(echo)) = (numbers.next(), numbers.next()) else {
             return Err(length);
         };
-        Ok(Self { sequence, echo, words: numbers.collect() })
+        Ok(Self { content: u16::from_le_bytes([low, high]), sequence, echo, words: numbers.collect() })
     }
 }
 
@@ -119,14 +122,15 @@ mod tests {
     use super::*;
 
     fn sample() -> Packet {
-        Packet { sequence: 7, echo: 0xFFFF_FFFF, words: [1, 0x8000_0000, 3].into_iter().collect() }
+        let words = [1, 0x8000_0000, 3].into_iter().collect();
+        Packet { content: 0x1234, sequence: 7, echo: 0xFFFF_FFFF, words }
     }
 
     #[test]
     fn bytes_are_as_documented_and_read_back() {
         let bytes = sample().to_bytes();
         assert_eq!(bytes.len(), PACKET_OVERHEAD + 12);
-        assert_eq!(bytes[..6], [1, 3, 7, 0, 0, 0]);
+        assert_eq!(bytes[..8], [2, 3, 0x34, 0x12, 7, 0, 0, 0]);
         assert_eq!(Packet::from_bytes(&bytes), Ok(sample()));
     }
 

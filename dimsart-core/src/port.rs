@@ -8,6 +8,7 @@ use crate::handle::{Input, Memory, Output, Signal};
 use crate::limits::MAX_PORTS;
 use crate::matching::Difference;
 use crate::storage::Block;
+use crate::unit_tie::{UnitRelation, UnitTie};
 
 /// What a port is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -35,6 +36,13 @@ pub enum Stage {
     Late,
 }
 
+/// The sending or the receiving end of a link. Only one module can have it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct LinkEnd {
+    pub(crate) link: u8,
+    is_sending: bool,
+}
+
 /// A port as its module declares it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PortSpec {
@@ -52,6 +60,8 @@ pub struct PortSpec {
     pub misfit: Option<Difference>,
     /// Whether it can be bound to a signal of another unit.
     pub takes_any_unit: bool,
+    /// What its unit follows from, if that of another port.
+    pub tie: Option<UnitTie>,
 }
 
 /// Takes a module's port declarations; see [`Module::activate`](crate::Module::activate).
@@ -64,17 +74,18 @@ pub struct Ports<'a> {
     specs: Vec<PortSpec, MAX_PORTS>,
     blocks: Option<&'a [Block]>,
     count: usize,
+    link_end: Option<LinkEnd>,
 }
 
 impl<'a> Ports<'a> {
     /// A visit that only collects.
     #[must_use]
     pub fn declare(device: &'a DeviceDescriptor) -> Self {
-        Self { device, specs: Vec::new(), blocks: None, count: 0 }
+        Self { device, specs: Vec::new(), blocks: None, count: 0, link_end: None }
     }
 
     pub(crate) fn connect(device: &'a DeviceDescriptor, blocks: &'a [Block]) -> Self {
-        Self { device, specs: Vec::new(), blocks: Some(blocks), count: 0 }
+        Self { device, specs: Vec::new(), blocks: Some(blocks), count: 0, link_end: None }
     }
 
     /// The device the module is plugged in for.
@@ -110,7 +121,7 @@ impl<'a> Ports<'a> {
     }
 
     /// Reads a signal of any unit, unless bound elsewhere of `data_type`: for a module that moves values
-    /// and does not look at them.
+    /// and does not look at them. What it makes of them is [tied](Self::tie) to it.
     pub fn any_input<S: Signal>(
         &mut self,
         port: &mut Input<S>,
@@ -189,6 +200,35 @@ impl<'a> Ports<'a> {
         }
     }
 
+    /// Ties the unit of `port` to that of `other`, both declared before, `other` first: a sum has the unit
+    /// of what is added. The matching check holds the signals they are bound to against it, and those of
+    /// ports tied to `other` in the same way against each other. A name no port has ties nothing.
+    pub fn tie(&mut self, port: &'static str, relation: UnitRelation, other: &'static str) {
+        let place = |name| self.specs.iter().position(|spec: &PortSpec| spec.name == name);
+        let (Some(place), Some(other)) = (place(port), place(other)) else { return };
+        if let (Some(spec), Ok(port)) = (self.specs.get_mut(place), u8::try_from(other)) {
+            spec.tie = Some(UnitTie { relation, port });
+        }
+    }
+
+    /// Says which link the module sends over. A second one that does is a fault.
+    pub fn sends_over(&mut self, link: u32) {
+        self.take_link_end(link, true);
+    }
+
+    /// Says which link the module listens to. A second one that does is a fault.
+    pub fn listens_to(&mut self, link: u32) {
+        self.take_link_end(link, false);
+    }
+
+    fn take_link_end(&mut self, link: u32, is_sending: bool) {
+        self.link_end = u8::try_from(link).ok().map(|link| LinkEnd { link, is_sending });
+    }
+
+    pub(crate) fn link_end(&self) -> Option<LinkEnd> {
+        self.link_end
+    }
+
     /// Takes `words` words of memory of the module's own, all zero at first.
     pub fn memory(&mut self, memory: &mut Memory, name: &'static str, words: usize) {
         let block = self.add(PortSpec {
@@ -199,6 +239,7 @@ impl<'a> Ports<'a> {
             is_delayed: false,
             misfit: None,
             takes_any_unit: false,
+            tie: None,
         });
         *memory = Memory { block };
     }
@@ -228,7 +269,7 @@ impl<'a> Ports<'a> {
             (!S::takes(data_type.shape)).then_some(Difference::Shape)
         };
         let data_type = Some((data_type, signal));
-        PortSpec { name, data_type, direction, stage, is_delayed, misfit, takes_any_unit: false }
+        PortSpec { name, data_type, direction, stage, is_delayed, misfit, takes_any_unit: false, tie: None }
     }
 
     fn add(&mut self, spec: PortSpec) -> Block {

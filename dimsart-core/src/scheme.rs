@@ -102,6 +102,18 @@ fn is_blank(character: char) -> bool {
     character.is_whitespace() || character == '\u{feff}'
 }
 
+/// The rows of a scheme that are for `side`, one of `sides`, and those that do not say so rightly.
+pub fn rows_for<'a>(
+    text: &'a str,
+    side: &str,
+    sides: &[&str],
+) -> impl Iterator<Item = Result<Row<'a>, SchemeError<'a>>> {
+    rows(text).filter_map(move |row| match row.is_for(side, sides) {
+        Ok(is_mine) => is_mine.then_some(Ok(row)),
+        Err(error) => Some(Err(error)),
+    })
+}
+
 /// Gives every row for `side` to a controller, in order. Rows that fail are reported and skipped.
 ///
 /// Returns the number of rows that failed.
@@ -113,10 +125,8 @@ pub fn load<'a, M: ModuleList, const WORDS: usize>(
     mut report: impl FnMut(SchemeError<'a>),
 ) -> usize {
     let mut failed = 0;
-    for row in rows(text) {
-        let result =
-            row.is_for(side, sides).and_then(|is_mine| if is_mine { row.apply(dimsart) } else { Ok(()) });
-        if let Err(error) = result {
+    for row in rows_for(text, side, sides) {
+        if let Err(error) = row.and_then(|row| row.apply(dimsart)) {
             report(error);
             failed += 1;
         }
@@ -195,13 +205,6 @@ impl<'a> Row<'a> {
     #[must_use]
     pub fn word(&self, index: usize) -> &'a str {
         self.place(index).word
-    }
-
-    /// Name of the module that the row plugs in, if it does.
-    #[must_use]
-    pub fn plugs_in(&self) -> Option<&'a str> {
-        let is_mod_on = self.word(1) == ENGINE && self.word(2) == "MOD_ON";
-        is_mod_on.then(|| self.word(3))
     }
 
     /// An error of the row's last word.

@@ -74,6 +74,34 @@ impl Unit {
         }
     }
 
+    /// The unit of an integral over time, this one times `s`; none when it has no name here.
+    #[must_use]
+    pub const fn integral(self) -> Option<Self> {
+        match self {
+            Self::Any => Some(Self::Any),
+            Self::One => Some(Self::Second),
+            Self::Hertz => Some(Self::One),
+            Self::Velocity => Some(Self::Position),
+            Self::Stiffness => Some(Self::Damping),
+            Self::IntegralGain => Some(Self::Stiffness),
+            _ => None,
+        }
+    }
+
+    /// The unit of a derivative by time, this one over `s`; none when it has no name here.
+    #[must_use]
+    pub const fn derivative(self) -> Option<Self> {
+        match self {
+            Self::Any => Some(Self::Any),
+            Self::One => Some(Self::Hertz),
+            Self::Second => Some(Self::One),
+            Self::Position => Some(Self::Velocity),
+            Self::Stiffness => Some(Self::IntegralGain),
+            Self::Damping => Some(Self::Stiffness),
+            _ => None,
+        }
+    }
+
     /// Whether a signal of this unit may be bound where `other` is expected.
     #[must_use]
     pub fn fits(self, other: Self) -> bool {

@@ -13,23 +13,25 @@ use dimsart_core::{DataType, types};
 pub use error::ExperimentError;
 pub use station::device;
 
-use station::station;
+use station::{controller, station};
 
+use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
-use crate::felt::{self, FeltStiffness};
+use crate::felt::FeltStiffness;
 use crate::link::{InProcess, InProcessParameters, Link, Udp};
 use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
-use crate::pace::Pace;
+use crate::pace::{Pace, SystemClock};
+use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::recording::Recording;
 use crate::report::TickMap;
 use crate::rig::{End, Probe, Rig};
 use crate::round_trips::RoundTrips;
-use crate::scenario::{Phases, Scenario};
+use crate::scenario::{Scenario, SideSection};
 use crate::tick_map::tick_map;
-use crate::watch::Watch;
+use crate::watch::{Alarm, Watch};
 
 /// One of the two ends of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -59,6 +61,15 @@ impl Side {
         }
     }
 
+    /// Its controller and device.
+    #[must_use]
+    pub fn section(self, scenario: &Scenario) -> &SideSection {
+        match self {
+            Self::Master => &scenario.master,
+            Self::Slave => &scenario.slave,
+        }
+    }
+
     /// Where it listens when it is a process of its own.
     #[must_use]
     pub fn address(self, scenario: &Scenario) -> SocketAddr {
@@ -80,8 +91,11 @@ const PROGRESS_TICKS: u64 = 512;
 #[derive(Debug)]
 pub struct Experiment {
     scenario: Scenario,
+    chain: Chain,
     phases: Phases,
     rig: Rig,
+    /// None when nothing is to be kept.
+    recorder: Option<Recorder>,
     /// None when both sides are simulated here.
     alone: Option<Alone>,
 }
@@ -115,10 +129,13 @@ impl Experiment {
     /// # Errors
     /// [`ExperimentError`] when device, plant or scheme cannot be made of the scenario.
     pub fn new(scenario: &Scenario) -> Result<Self, ExperimentError> {
-        let phases = Phases::from(scenario);
+        let mut master = controller(scenario, Side::Master)?;
+        let mut slave = controller(scenario, Side::Slave)?;
+        let chain = chain(scenario, Controller::read(&mut master), Controller::read(&mut slave))?;
+        let phases = Phases::new(scenario, &chain);
         let mut rig = Rig::new(scenario.sample_period_s);
-        let master = rig.add(station(scenario, &phases, Side::Master)?);
-        let slave = rig.add(station(scenario, &phases, Side::Slave)?);
+        let master = rig.add(station(scenario, &phases, Side::Master, master)?);
+        let slave = rig.add(station(scenario, &phases, Side::Slave, slave)?);
         let end = |station| End { station, link: 0 };
         let link = |delay_ticks, stream: u64| -> Box<dyn Link> {
             let link = &scenario.link;
@@ -133,7 +150,8 @@ impl Experiment {
         };
         rig.connect(end(master), end(slave), link(scenario.link.forward_delay_ticks, 0));
         rig.connect(end(slave), end(master), link(scenario.link.backward_delay_ticks, 1));
-        Ok(Self { scenario: scenario.clone(), phases, rig, alone: None })
+        let recorder = Some(Recorder::new(&rig, &scenario.record)?);
+        Ok(Self { scenario: scenario.clone(), chain, phases, rig, recorder, alone: None })
     }
 
     /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
@@ -147,9 +165,19 @@ impl Experiment {
         wait: Duration,
         stop: &AtomicBool,
     ) -> Result<Self, ExperimentError> {
-        let phases = Phases::from(scenario);
+        let mut dimsart = controller(scenario, side)?;
+        let own = Controller::read(&mut dimsart);
+        // A scheme that is not at hand on this computer leaves figures unknown that are of both sides.
+        let other = controller(scenario, side.other());
+        let other = other.map(|mut other| Controller::read(&mut other)).unwrap_or_default();
+        let chain = match side {
+            Side::Master => chain(scenario, own, other)?,
+            Side::Slave => chain(scenario, other, own)?,
+        };
+        let phases = Phases::new(scenario, &chain);
         let mut rig = Rig::new(scenario.sample_period_s);
-        let station = rig.add(station(scenario, &phases, side)?);
+        let station = rig.add(station(scenario, &phases, side, dimsart)?);
+        let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let end = End { station, link: 0 };
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
         let link =
@@ -165,7 +193,8 @@ impl Experiment {
                 Missed::Stopped => ExperimentError::Stopped { other },
             }
         })?;
-        Ok(Self { scenario: scenario.clone(), phases, rig, alone: Some(Alone { side, start }) })
+        let alone = Some(Alone { side, start });
+        Ok(Self { scenario: scenario.clone(), chain, phases, rig, recorder, alone })
     }
 
     /// Lets the controller of a side run as firmware on an emulated board. The firmware's log goes to `log`.
@@ -193,6 +222,19 @@ impl Experiment {
         &mut self.rig
     }
 
+    /// Ticks of a round trip when nothing on the way is late: the link of the scenario and the delay modules of
+    /// both schemes; none when the other side's scheme is not at hand.
+    #[must_use]
+    pub fn round_trip_ticks(&self) -> Option<u32> {
+        Some(self.scenario.link.round_trip_ticks().saturating_add(self.chain.delay_ticks()?))
+    }
+
+    /// Keeps no signals, and takes no memory for them: the run's [`recording`](Run::recording) will be empty.
+    #[must_use]
+    pub fn without_recording(self) -> Self {
+        Self { recorder: None, ..self }
+    }
+
     /// Length of the run, `s`.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
@@ -204,16 +246,19 @@ impl Experiment {
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
         let start = Instant::now();
         let end_s = self.duration_s();
-        let mut recorder = Recorder::new(&self.rig, &self.scenario.record);
-        recorder.reserve(end_s / self.scenario.sample_period_s);
+        let mut recorder = self.recorder.take();
+        if let Some(recorder) = &mut recorder {
+            recorder.reserve(end_s / self.scenario.sample_period_s);
+        }
         let mut energy = ChannelEnergy::new(&self.rig);
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
-        let mut felt = FeltStiffness::new(self.scenario.dof, self.scenario.wall.position_m);
+        let mut felt = FeltStiffness::new(&self.chain.obstacles);
         let mut round_trips = RoundTrips::default();
         let mut faults = Vec::new();
         let (mut is_stable, mut broken) = (true, None);
         let settled = self.phases.settled();
-        let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
+        let mut pace =
+            self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
         while self.rig.time_s() < end_s - half_tick_s {
@@ -234,22 +279,32 @@ impl Experiment {
                 is_stable = false;
                 break;
             }
-            recorder.record(&self.rig, energy.add(&self.rig));
+            let energy_j = energy.add(&self.rig);
+            if let Some(recorder) = &mut recorder {
+                recorder.record(&self.rig, energy_j);
+            }
             round_trips.add(&self.rig);
             if settled.contains(&self.rig.time_s()) {
-                let wall = self.rig.stations().last();
-                let touches = |axis| match side {
-                    Some(Side::Master) => self.scenario.contact_force_n(axis) > 0.0,
-                    _ => wall
-                        .and_then(|slave| slave.plant.truth(axis))
-                        .is_some_and(|truth| truth.is_in_contact),
+                let is_pushed = |axis| self.scenario.contact_force_n(axis).abs() > 0.0;
+                let slave = self.rig.stations().last().filter(|_| side != Some(Side::Master));
+                let touches = |axis| {
+                    let truth = slave.map(|slave| slave.plant.truth(axis));
+                    is_pushed(axis)
+                        && truth.is_none_or(|truth| truth.is_some_and(|truth| truth.is_in_contact))
                 };
                 felt.add(&self.rig, touches);
             }
-            if let Some(fault) = watch.look(&self.rig) {
-                faults.push(fault);
-                is_stable = false;
-                break;
+            match watch.look(&self.rig) {
+                None => {}
+                Some(Alarm::Grows(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                }
+                Some(Alarm::Left(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                    break;
+                }
             }
             self.rig.advance();
         }
@@ -257,12 +312,18 @@ impl Experiment {
         progress(self.rig.time_s());
         let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
         // The channel's energy takes the waves of both ends.
-        let energy_min_j = if side.is_none() { energy.smallest_j() } else { f64::NAN };
+        let energy_min_j = energy.smallest_j().filter(|_| side.is_none());
         let tick_maps = self.rig.stations().iter();
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
         let outcome = Outcome { real_time, ..outcome };
-        Run { outcome, recording: recorder.finish(), tick_maps, phases: self.phases, broken }
+        Run {
+            outcome,
+            recording: recorder.map(Recorder::finish).unwrap_or_default(),
+            tick_maps,
+            phases: self.phases,
+            broken,
+        }
     }
 
     /// What the clock and the other process did to the run.
@@ -295,39 +356,30 @@ impl Experiment {
     }
 
     fn outcome(
-        &mut self,
+        &self,
         stable: bool,
         wall_s: f64,
-        energy_min_j: f64,
+        energy_min_j: Option<f64>,
         link_round_trip_ticks: Option<u32>,
         felt: &FeltStiffness,
         faults: Vec<String>,
     ) -> Outcome {
         let dof = self.scenario.dof;
-        let delays: Option<u32> = match self.rig.stations_mut() {
-            [master, slave] => {
-                Some([master, slave].map(|side| felt::time_delay_ticks(&mut side.dimsart)).iter().sum())
-            }
-            _ => Some(self.scenario.master.time_delay_ticks + self.scenario.slave.time_delay_ticks),
-        };
-        let round_trip_ticks = link_round_trip_ticks.zip(delays).map(|(link, delays)| link + delays);
-        let wall_n_per_m = self.scenario.wall.stiffness_n_per_m;
-        let round_trip_s = round_trip_ticks.map(|ticks| f64::from(ticks) * self.scenario.sample_period_s);
-        let predicted = match (self.rig.stations_mut(), round_trip_s) {
-            ([master, slave], Some(round_trip_s)) => {
-                felt::predicted(&mut master.dimsart, &mut slave.dimsart, dof, round_trip_s, wall_n_per_m)
-            }
-            _ => vec![None; dof],
+        let delay_ticks = self.chain.delay_ticks();
+        let round_trip_ticks = link_round_trip_ticks.zip(delay_ticks).map(|(link, delay)| link + delay);
+        let predicted = |axis| {
+            let round_trip_s = f64::from(round_trip_ticks?) * self.scenario.sample_period_s;
+            self.chain.stiffness_n_per_m(axis, round_trip_s)
         };
         let felt = if self.alone.is_some_and(|alone| alone.side == Side::Slave) {
             vec![None; dof]
         } else {
             felt.per_axis()
         };
-        let axes = felt.into_iter().zip(predicted).enumerate().map(|(axis, (felt, predicted))| AxisOutcome {
+        let axes = felt.into_iter().enumerate().map(|(axis, k_felt_n_per_m)| AxisOutcome {
             axis,
-            k_felt_n_per_m: felt,
-            k_predicted_n_per_m: predicted,
+            k_felt_n_per_m,
+            k_predicted_n_per_m: predicted(axis),
         });
         Outcome::new(
             self.rig.ticks(),
@@ -340,4 +392,9 @@ impl Experiment {
             faults,
         )
     }
+}
+
+fn chain(scenario: &Scenario, master: Controller, slave: Controller) -> Result<Chain, ExperimentError> {
+    let chain = Chain::new(scenario, master, slave);
+    chain.map_err(|error| ExperimentError::Plant { side: Side::Slave.name(), error })
 }

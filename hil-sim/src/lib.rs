@@ -7,7 +7,7 @@
 //!  scenarios/*.toml        schemes/*.scheme
 //!        │                        │
 //!        ▼                        ▼
-//!  Scenario, Phases ──▶ Experiment ──▶ Rig: one virtual time for all of it
+//!     Scenario ────────▶ Experiment (Chain, Phases) ──▶ Rig: one virtual time for all of it
 //!                            │           ├─ Station "master": controller ◀─▶ Plant (device, motor, hand)
 //!                            │           ├─ Station "slave":  controller ◀─▶ Plant (device, motor, wall)
 //!                            │           │    (a controller here, or as firmware on an emulated board)
@@ -19,14 +19,15 @@
 //! ```
 //!
 //! Data flows one way: what looks on never changes the rig, and nothing but the rig knows the order of a step. The
-//! same scenario and seed give the same bits on every machine; only a run of one side keeps step with the clock
-//! ([`pace`]).
+//! same scenario and seed give the same bits on every machine (`tests/bits.rs`); only a run of one side keeps step
+//! with the clock ([`pace`]).
 //!
 //! # What to add where
 //!
 //! | To add | Write | Register it |
 //! |---|---|---|
-//! | a plant part | a file in [`plant`] | where the experiment builds its plants, in [`experiment`] |
+//! | an environment, such as a wall | a file in [`plant`] | a line in `plant.rs`, its keys in `scenarios/bilateral.toml` |
+//! | a plant of another kind | a file in [`plant`] that implements [`Plant`](plant::Plant) | a line in `experiment/station.rs` |
 //! | a link | a file in [`link`] that implements [`Link`](link::Link) | where the experiment connects stations |
 //! | a setting | a field in [`scenario`] | a line with its meaning in `scenarios/bilateral.toml`, its range in `range.rs` |
 //! | a scheme | a file in `schemes/` | a line in [`schemes::BUILT_IN`], if it is to come with the command |
@@ -48,16 +49,19 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod chain;
 pub mod cli;
 pub mod connect;
 pub mod emulated;
 pub mod energy;
 pub mod experiment;
 pub mod felt;
+pub mod growth;
 pub mod link;
 pub mod meeting;
 pub mod outcome;
 pub mod pace;
+pub mod phases;
 pub mod pictures;
 pub mod plant;
 pub mod recorder;

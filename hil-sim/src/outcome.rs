@@ -5,7 +5,7 @@ use serde::Serialize;
 /// What a run came to; printed whole by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Whether every position, force and wave stayed in its declared range.
+    /// Whether every position, force and wave stayed in its declared range and none grew without bound.
     pub stable: bool,
     /// Ticks that were run.
     pub ticks: u64,
@@ -15,11 +15,11 @@ pub struct Outcome {
     pub wall_s: f64,
     /// Virtual time over the time it took.
     pub realtime_factor: f64,
-    /// Smallest energy in the channel over the run, `J`: below 0, the channel was not passive. NaN, in
-    /// JSON null, when one side only was run: it takes the waves of both.
-    pub energy_min_j: f64,
-    /// Ticks from a wave's departure at the master to its echo's arrival: measured on the link, and the
-    /// samples of the time-delay modules. None when nothing came back.
+    /// Smallest energy in the channel of any axis over the run, `J`: below 0, the channel was not passive. None
+    /// when no tick was run, when there are no waves, and when one side only was run: it takes those of both.
+    pub energy_min_j: Option<f64>,
+    /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
+    /// None when nothing came back, or when one side was run and the other one's scheme is not known.
     pub round_trip_ticks: Option<u32>,
     /// Felt stiffness by axis, `N/m`; none for an axis that was not in settled contact.
     pub k_felt_n_per_m: Vec<Option<f64>>,
@@ -68,7 +68,7 @@ impl Outcome {
         simulated_s: f64,
         wall_s: f64,
         stable: bool,
-        energy_min_j: f64,
+        energy_min_j: Option<f64>,
         round_trip_ticks: Option<u32>,
         axes: Vec<AxisOutcome>,
         faults: Vec<String>,

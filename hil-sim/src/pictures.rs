@@ -1,13 +1,21 @@
 //! The pictures of a bilateral run: positions, forces, energy in the channel.
 
+use crate::experiment::Side;
+use crate::phases::Phases;
+use crate::plant::EnvironmentKind;
 use crate::recorder::CHANNEL_ENERGY;
 use crate::recording::Recording;
 use crate::report::{Figure, Level, Line, Panel, Span};
-use crate::scenario::{Phases, Scenario};
+use crate::scenario::Scenario;
 
-/// The figures that the recorded signals allow.
+/// The figures that the recorded signals allow, of a run of both sides or of one.
 #[must_use]
-pub fn figures(recording: &Recording, phases: &Phases, scenario: &Scenario) -> Vec<Figure> {
+pub fn figures(
+    recording: &Recording,
+    phases: &Phases,
+    scenario: &Scenario,
+    side: Option<Side>,
+) -> Vec<Figure> {
     let dof = scenario.dof;
     let mut positions = per_axis(
         recording,
@@ -19,8 +27,9 @@ pub fn figures(recording: &Recording, phases: &Phases, scenario: &Scenario) -> V
             ("master", "world", "master.position"),
         ],
     );
-    for panel in &mut positions {
-        panel.levels.push(Level { label: "wall".to_owned(), value: scenario.wall.position_m });
+    if scenario.environment == EnvironmentKind::Wall {
+        let value = scenario.environments.wall.position_m;
+        positions.iter_mut().for_each(|panel| panel.levels.push(Level { label: "wall".to_owned(), value }));
     }
     let forces = per_axis(
         recording,
@@ -44,9 +53,11 @@ pub fn figures(recording: &Recording, phases: &Phases, scenario: &Scenario) -> V
             ("reaches master", "master", "CH2_WAVES"),
         ],
     );
-    let energy = std::iter::once(energy(recording)).chain(waves).collect();
+    let energy = std::iter::once(energy(recording, dof, side)).chain(waves);
+    let energy = energy.filter(|panel| !panel.lines.is_empty()).collect::<Vec<_>>();
     [("positions", "Positions", positions), ("forces", "Forces", forces), ("energy", "Wave energy", energy)]
         .into_iter()
+        .filter(|(_, _, panels)| !panels.is_empty())
         .map(|(file_stem, title, panels)| Figure {
             file_stem: file_stem.to_owned(),
             title: title.to_owned(),
@@ -57,23 +68,20 @@ pub fn figures(recording: &Recording, phases: &Phases, scenario: &Scenario) -> V
 }
 
 /// The energy in the channel, as far as the waves at its ends are known here.
-fn energy(recording: &Recording) -> Panel {
-    let is_here = |side: &str| recording.find("world", &format!("{side}.position"), Some(0)).is_some();
-    let (title, label) = match (is_here("master"), is_here("slave")) {
-        (true, false) => {
-            ("Energy that the master gave the channel and has not got back", "given by the master")
-        }
-        (false, true) => {
-            ("Energy that the slave gave the channel and has not got back", "given by the slave")
-        }
-        _ => ("Energy in the channel: sent into it at both ends and not come out yet", "in the channel"),
+fn energy(recording: &Recording, dof: usize, side: Option<Side>) -> Panel {
+    let title = match side {
+        Some(Side::Master) => "Energy that the master gave the channel and has not got back",
+        Some(Side::Slave) => "Energy that the slave gave the channel and has not got back",
+        None => "Energy in the channel: sent into it at both ends and not come out yet",
     };
-    Panel {
-        title: title.to_owned(),
-        y_label: "energy (J)".to_owned(),
-        lines: lines(recording, &[(label, "world", CHANNEL_ENERGY)], None),
-        levels: Vec::new(),
-    }
+    let mut lines = lines(recording, &[("all axes", "world", CHANNEL_ENERGY)], None);
+    let axes = (0..dof).filter_map(|axis| {
+        let column = recording.find("world", CHANNEL_ENERGY, Some(axis))?;
+        Some(Line { label: format!("axis {axis}"), column })
+    });
+    // Of one axis, it is the same twice.
+    lines.extend(axes.filter(|_| dof > 1));
+    Panel { title: title.to_owned(), y_label: "energy (J)".to_owned(), lines, levels: Vec::new() }
 }
 
 /// A label, and the source and signal of its column.

@@ -5,7 +5,10 @@
 //! ```
 //! Every force is linear between events (contact, release, friction reversal, voltage limit), so each sub-step is
 //! taken with the exact zero-order-hold matrix of the linear regime it is in, and only events are approximated.
-//! A new plant or environment is one file here and one line in its registry below.
+//!
+//! A new environment is a file here, a line in the registry below, and its keys in `scenarios/bilateral.toml`, in a
+//! section of its name; a scenario chooses it by `environment = "name"`. A plant of another kind than independent
+//! axes is a file here that implements [`Plant`], and a line in `experiment/station.rs`, which builds it.
 
 mod axis;
 mod axis_wise;
@@ -14,6 +17,7 @@ mod environment;
 mod hand;
 mod hand_phase;
 mod motor;
+mod obstacle;
 mod parameter;
 #[cfg(test)]
 mod physics;
@@ -24,13 +28,14 @@ mod transition;
 mod transitions;
 mod wall;
 
-pub use axis::{Axis, AxisParameters};
-pub use axis_wise::{AxisWise, AxisWiseParameters};
+pub use axis::Axis;
+pub use axis_wise::AxisWise;
 pub use device::DeviceParameters;
 pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
 pub use hand_phase::HandPhase;
 pub use motor::{MotorParameters, MotorTruth};
+pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
 pub use spring::{Spring, SpringParameters};
 pub use wall::{RIGID_STIFFNESS_N_PER_M, Wall, WallParameters, WallSide};
@@ -79,22 +84,9 @@ pub struct AxisTruth {
     pub motor: Option<MotorTruth>,
 }
 
-registry::registry! {
-    /// Parameters of any environment, told apart by `kind`, as a scenario file writes them.
-    pub enum EnvironmentParameters builds dyn Environment {
-        /// `kind = "hand"`: a human hand following a script of phases.
-        Hand(HandParameters),
-        /// `kind = "wall"`: a one-sided spring-damper.
-        Wall(WallParameters),
-        /// `kind = "spring"`: a two-sided spring-damper, always attached.
-        Spring(SpringParameters),
-    }
-}
-
-registry::registry! {
-    /// Parameters of any plant, told apart by `kind`, as a scenario file writes them.
-    pub enum PlantParameters builds dyn Plant {
-        /// `kind = "axis_wise"`: independent axes.
-        AxisWise(AxisWiseParameters),
-    }
+registry::environments! {
+    /// A one-sided spring-damper.
+    wall: Wall(WallParameters),
+    /// A two-sided spring-damper, always attached.
+    spring: Spring(SpringParameters),
 }

@@ -1,33 +1,39 @@
-//! Takes a row of every signal per tick: each Data Base, the world's truth, the channel's energy.
+//! Takes a row of signals per tick: each Data Base, the world's truth, the channel's energy.
+//!
+//! Which ones is said by `record.signals`; what comes into a Data Base during the run is recorded from then on.
 
-use dimsart_core::{Format, Scalar, TypeRef, Word};
+mod selection;
+
+pub use selection::UnknownSignal;
+
+use dimsart_core::{Format, Scalar, TypeRef, Word, types};
 
 use crate::recording::{Column, Recording};
 use crate::rig::{Rig, Station};
 use crate::scenario::RecordSection;
+use selection::Selection;
 
 /// Records a rig.
 #[derive(Debug)]
 pub struct Recorder {
     recording: Recording,
-    stations: Vec<StationSignals>,
+    selection: Selection,
+    /// What fills the columns, in their order.
+    sources: Vec<Source>,
+    /// Revisions of the stations' Data Bases that the sources are of.
+    revisions: Vec<u32>,
     every_ticks: u64,
 }
 
+/// What fills one or several columns.
 #[derive(Debug)]
-struct StationSignals {
-    signals: Vec<Recorded>,
-    /// Revision of the Data Base that the slots are of.
-    revision: u32,
-    dof: usize,
-}
-
-#[derive(Debug)]
-struct Recorded {
-    signal: TypeRef,
-    slot: Option<u8>,
-    words: usize,
-    format: Format,
+enum Source {
+    /// The energy in the channel: of all axes together, or of one.
+    Energy(Option<usize>),
+    /// A signal of a station's Data Base.
+    Signal { station: usize, signal: TypeRef, slot: Option<u8>, words: usize, format: Format },
+    /// Those of [`TRUTH`] that are kept.
+    Truth { station: usize, axis: usize, kept: [bool; TRUTH.len()] },
 }
 
 /// Truth signals of a station, with their units.
@@ -39,24 +45,28 @@ const TRUTH: [(&str, &str); 5] = [
     ("wall_force", "N"),
 ];
 
-/// Name of the column with the energy in the channel.
+/// Name of the columns with the energy in the channel: of all axes together, and by axis.
 pub const CHANNEL_ENERGY: &str = "channel_energy";
 
 impl Recorder {
-    /// A recorder for what the settings name of the signals that the stations' Data Bases hold now.
-    #[must_use]
-    pub fn new(rig: &Rig, settings: &RecordSection) -> Self {
-        let mut columns = vec![column("world", CHANNEL_ENERGY, None, "J")];
-        let stations = rig
-            .stations()
-            .iter()
-            .map(|station| StationSignals::new(station, settings.data_base, &mut columns))
-            .collect();
-        Self {
-            recording: Recording::new(columns),
-            stations,
+    /// A recorder for what the settings name.
+    ///
+    /// # Errors
+    /// [`UnknownSignal`] for a name that nothing there is now has.
+    pub fn new(rig: &Rig, settings: &RecordSection) -> Result<Self, UnknownSignal> {
+        let all = sources(rig, &Selection::all());
+        let names = all.iter().flat_map(|(_, columns)| columns).map(Column::name);
+        let selection = Selection::new(&settings.signals, names)?;
+        let wanted = sources(rig, &selection);
+        let mut recorder = Self {
+            recording: Recording::default(),
+            selection,
+            sources: Vec::new(),
+            revisions: revisions(rig),
             every_ticks: u64::from(settings.every_ticks.max(1)),
-        }
+        };
+        recorder.add_new(wanted);
+        Ok(recorder)
     }
 
     /// Makes room for the first 20 000 of `ticks` ticks; a longer run takes its memory as it goes.
@@ -67,16 +77,18 @@ impl Recorder {
         self.recording.reserve(usize::try_from(rows).unwrap_or_default());
     }
 
-    /// Takes a row of the present tick, if it is one of those wanted.
-    pub fn record(&mut self, rig: &Rig, channel_energy_j: f64) {
+    /// Takes a row of the present tick, if it is one of those wanted. `channel_energy_j` is by axis.
+    pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
         if !rig.ticks().is_multiple_of(self.every_ticks) {
             return;
         }
-        let stations = &mut self.stations;
+        if !self.revisions.iter().copied().eq(rig.stations().iter().map(revision)) {
+            self.find_again(rig);
+        }
+        let sources = &self.sources;
         self.recording.push_row(rig.time_s(), |row| {
-            row.push(channel_energy_j);
-            for (signals, station) in stations.iter_mut().zip(rig.stations()) {
-                signals.push(station, row);
+            for source in sources {
+                source.push(rig, channel_energy_j, row);
             }
         });
     }
@@ -86,70 +98,127 @@ impl Recorder {
     pub fn finish(self) -> Recording {
         self.recording
     }
+
+    /// Modules were plugged in or out: signals have come, gone or moved.
+    fn find_again(&mut self, rig: &Rig) {
+        self.revisions = revisions(rig);
+        for source in &mut self.sources {
+            if let Source::Signal { station, signal, slot, .. } = source {
+                let station = rig.stations().get(*station);
+                *slot = station.and_then(|station| station.dimsart.engine().data_base().slot(*signal));
+            }
+        }
+        self.add_new(sources(rig, &self.selection));
+    }
+
+    /// Adds what is not there yet.
+    fn add_new(&mut self, wanted: Vec<(Source, Vec<Column>)>) {
+        let known = self.recording.columns();
+        let is_new = |(_, columns): &(Source, Vec<Column>)| {
+            columns.first().is_some_and(|first| !known.contains(first))
+        };
+        let (sources, columns): (Vec<_>, Vec<_>) = wanted.into_iter().filter(is_new).unzip();
+        self.sources.extend(sources);
+        self.recording.add_columns(columns.into_iter().flatten().collect());
+    }
 }
 
-impl StationSignals {
-    fn new(station: &Station, with_data_base: bool, columns: &mut Vec<Column>) -> Self {
-        let engine = station.dimsart.engine();
-        let device = engine.device();
-        let axes = device.axes();
-        let mut signals = Vec::new();
-        for (slot, entry) in engine.data_base().signals().filter(|_| with_data_base) {
-            let words = engine.data_base().words(slot).len();
-            let name = device.signal_name(entry.signal).to_string();
-            for word in 0..words {
-                let kind = axes.get(word).copied().unwrap_or_default();
-                let axis = (words > 1).then_some(word);
-                columns.push(column(&station.name, &name, axis, entry.data_type.unit.symbol(kind)));
+impl Source {
+    fn push(&self, rig: &Rig, channel_energy_j: &[f64], row: &mut Vec<f64>) {
+        match *self {
+            Self::Energy(None) => {
+                row.push(channel_energy_j.iter().copied().reduce(|sum, axis| sum + axis).unwrap_or(f64::NAN));
             }
-            signals.push(Recorded {
-                signal: entry.signal,
-                slot: Some(slot),
-                words,
-                format: entry.data_type.format,
-            });
-        }
-        for axis in 0..axes.len() {
-            for (name, unit) in TRUTH {
-                columns.push(column("world", &format!("{}.{name}", station.name), Some(axis), unit));
+            Self::Energy(Some(axis)) => row.push(channel_energy_j.get(axis).copied().unwrap_or(f64::NAN)),
+            Self::Signal { station, slot: Some(slot), format, .. } => {
+                let Some(station) = rig.stations().get(station) else { return };
+                let words = station.dimsart.engine().data_base().words(slot).iter();
+                match format {
+                    Format::F32 => row.extend(words.map(|word| f64::from(f32::from_bits(*word)))),
+                    Format::I32 => row.extend(words.map(|word| f64::from(i32::from_word(Word(*word))))),
+                    Format::U32 | Format::Bool => row.extend(words.map(|word| f64::from(*word))),
+                }
+            }
+            Self::Signal { slot: None, words, .. } => row.extend(std::iter::repeat_n(f64::NAN, words)),
+            Self::Truth { station, axis, kept } => {
+                let truth = rig.stations().get(station).and_then(|station| station.plant.truth(axis));
+                let values = truth.map_or([f64::NAN; TRUTH.len()], |truth| {
+                    [
+                        truth.position_m,
+                        truth.velocity_m_per_s,
+                        truth.actuator_force_n,
+                        truth.hand_force_n,
+                        truth.wall_force_n,
+                    ]
+                });
+                row.extend(
+                    values.into_iter().zip(kept).filter(|(_, is_kept)| *is_kept).map(|(value, _)| value),
+                );
             }
         }
-        Self { signals, revision: engine.data_base().revision(), dof: axes.len() }
     }
+}
 
-    fn push(&mut self, station: &Station, row: &mut Vec<f64>) {
-        let data_base = station.dimsart.engine().data_base();
-        if self.revision != data_base.revision() {
-            self.revision = data_base.revision();
-            for recorded in &mut self.signals {
-                recorded.slot = data_base.slot(recorded.signal);
-            }
-        }
-        for recorded in &self.signals {
-            let Some(slot) = recorded.slot else {
-                row.extend(std::iter::repeat_n(f64::NAN, recorded.words));
-                continue;
-            };
-            let words = data_base.words(slot).iter();
-            match recorded.format {
-                Format::F32 => row.extend(words.map(|word| f64::from(f32::from_bits(*word)))),
-                Format::I32 => row.extend(words.map(|word| f64::from(i32::from_word(Word(*word))))),
-                Format::U32 | Format::Bool => row.extend(words.map(|word| f64::from(*word))),
-            }
-        }
-        for axis in 0..self.dof {
-            match station.plant.truth(axis) {
-                Some(truth) => row.extend([
-                    truth.position_m,
-                    truth.velocity_m_per_s,
-                    truth.actuator_force_n,
-                    truth.hand_force_n,
-                    truth.wall_force_n,
-                ]),
-                None => row.extend([f64::NAN; TRUTH.len()]),
-            }
-        }
+/// All of a rig as it is now that is selected.
+fn sources(rig: &Rig, selection: &Selection) -> Vec<(Source, Vec<Column>)> {
+    let mut sources = energies(rig);
+    for (number, station) in rig.stations().iter().enumerate() {
+        sources.extend(signals(number, station));
     }
+    // A source's columns have one name.
+    sources.retain(|(_, columns)| columns.first().is_some_and(|first| selection.holds(&first.name())));
+    for (number, station) in rig.stations().iter().enumerate() {
+        sources.extend((0..station.plant.dof()).map(|axis| truth(number, station, axis, selection)));
+    }
+    sources
+}
+
+/// The selected part of a station's truth on one axis.
+fn truth(number: usize, station: &Station, axis: usize, selection: &Selection) -> (Source, Vec<Column>) {
+    let columns =
+        TRUTH.map(|(name, unit)| column("world", &format!("{}.{name}", station.name), Some(axis), unit));
+    let kept = columns.each_ref().map(|column| selection.holds(&column.name()));
+    let columns = columns.into_iter().zip(kept).filter(|(_, is_kept)| *is_kept);
+    (Source::Truth { station: number, axis, kept }, columns.map(|(column, _)| column).collect())
+}
+
+/// The energy in the channel, if there are waves in it.
+fn energies(rig: &Rig) -> Vec<(Source, Vec<Column>)> {
+    let axes = |station: &Station| {
+        let data_base = station.dimsart.engine().data_base();
+        data_base.slot(types::CH1_WAVES.first()).map_or(0, |slot| data_base.words(slot).len())
+    };
+    let axes = rig.stations().iter().map(axes).max().unwrap_or_default();
+    let total = (axes > 0).then_some(None);
+    let energy = |axis| (Source::Energy(axis), vec![column("world", CHANNEL_ENERGY, axis, "J")]);
+    total.into_iter().chain((0..axes).map(Some)).map(energy).collect()
+}
+
+/// The signals of a station's Data Base.
+fn signals(number: usize, station: &Station) -> Vec<(Source, Vec<Column>)> {
+    let engine = station.dimsart.engine();
+    let (device, data_base) = (engine.device(), engine.data_base());
+    let signal = |(slot, entry): (u8, dimsart_core::Entry)| {
+        let words = data_base.words(slot).len();
+        let name = device.signal_name(entry.signal).to_string();
+        let column = |word: usize| {
+            let kind = device.axes().get(word).copied().unwrap_or_default();
+            let axis = (words > 1).then_some(word);
+            column(&station.name, &name, axis, entry.data_type.unit.symbol(kind))
+        };
+        let columns = (0..words).map(column).collect();
+        let format = entry.data_type.format;
+        (Source::Signal { station: number, signal: entry.signal, slot: Some(slot), words, format }, columns)
+    };
+    data_base.signals().map(signal).collect()
+}
+
+fn revision(station: &Station) -> u32 {
+    station.dimsart.engine().data_base().revision()
+}
+
+fn revisions(rig: &Rig) -> Vec<u32> {
+    rig.stations().iter().map(revision).collect()
 }
 
 fn column(source: &str, signal: &str, axis: Option<usize>, unit: &str) -> Column {

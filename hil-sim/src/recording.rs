@@ -14,6 +14,12 @@ pub struct Column {
 }
 
 impl Column {
+    /// Source and signal: `master.POSITION`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{}.{}", self.source, self.signal)
+    }
+
     /// Header text: `master.POSITION[0] (m)`.
     #[must_use]
     pub fn header(&self) -> String {
@@ -36,6 +42,21 @@ impl Recording {
     #[must_use]
     pub fn new(columns: Vec<Column>) -> Self {
         Self { columns, time_s: Vec::new(), values: Vec::new() }
+    }
+
+    /// Adds columns behind those there are; the rows so far have NaN in them.
+    pub fn add_columns(&mut self, columns: Vec<Column>) {
+        if columns.is_empty() {
+            return;
+        }
+        let missing = columns.len();
+        let mut values = Vec::new();
+        for row in self.rows() {
+            values.extend_from_slice(row);
+            values.extend(std::iter::repeat_n(f64::NAN, missing));
+        }
+        self.values = values;
+        self.columns.extend(columns);
     }
 
     /// Makes room for `rows` more rows and touches it, so that taking them asks nothing of the system.

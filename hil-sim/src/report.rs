@@ -17,6 +17,7 @@ mod tick_map;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -107,6 +108,12 @@ pub enum ReportError {
         /// What the system says.
         source: io::Error,
     },
+    /// The user gave up waiting for it.
+    #[error("stopped while the report was written; {} has a part of it", folder.display())]
+    Stopped {
+        /// The report's folder.
+        folder: PathBuf,
+    },
     /// A picture or the page cannot be made from what the run left.
     #[error("cannot make {}: {reason}; the other files are good, please report this as a bug", path.display())]
     Content {
@@ -117,34 +124,54 @@ pub enum ReportError {
     },
 }
 
-/// Makes `folder` if it is missing and tries to write there, so that a run is not made in vain. An older report in
-/// it stays as it is.
+/// Tries whether a report can be written to `folder`, so that a run is not made in vain. Leaves everything as it
+/// was: an older report in it, and no folder that was not there.
 ///
 /// # Errors
 /// [`ReportError`] names the folder or file and what to do.
-pub fn prepare(folder: &Path) -> Result<(), ReportError> {
-    fs::create_dir_all(folder).map_err(|source| ReportError::Folder { path: folder.to_owned(), source })?;
-    let path = folder.join(SIGNALS_FILE);
-    match fs::OpenOptions::new().append(true).create(true).open(&path) {
-        Ok(_) => Ok(()),
+pub fn try_folder(folder: &Path) -> Result<(), ReportError> {
+    let is_missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+    let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
+    let result = make_folder(folder).and_then(|()| try_file(folder.join(SIGNALS_FILE)));
+    for made in missing {
+        // One that could not be made is not there to be removed.
+        let _ = fs::remove_dir(made);
+    }
+    result
+}
+
+pub(crate) fn make_folder(folder: &Path) -> Result<(), ReportError> {
+    fs::create_dir_all(folder).map_err(|source| ReportError::Folder { path: folder.to_owned(), source })
+}
+
+fn try_file(path: PathBuf) -> Result<(), ReportError> {
+    let is_new = !path.exists();
+    let opened = fs::OpenOptions::new().append(true).create(true).open(&path);
+    match opened.and_then(|_| if is_new { fs::remove_file(&path) } else { Ok(()) }) {
+        Ok(()) => Ok(()),
         Err(source) => Err(ReportError::File { path, source }),
     }
 }
 
 /// Writes `report` into `folder`, made if missing, replacing files of the same names; `bar` counts the files written
-/// ([`ProgressBar::hidden`] for silence).
+/// ([`ProgressBar::hidden`] for silence). Gives up soon after `stop` is set.
 ///
 /// # Errors
-/// [`ReportError`] names the file and what to do. Files already written stay.
-pub fn write(folder: &Path, report: &Report<'_>, bar: &ProgressBar) -> Result<Written, ReportError> {
-    prepare(folder)?;
+/// [`ReportError`] names the file and what to do. Files that were finished stay.
+pub fn write(
+    folder: &Path,
+    report: &Report<'_>,
+    stop: &AtomicBool,
+    bar: &ProgressBar,
+) -> Result<Written, ReportError> {
+    make_folder(folder)?;
     let images = images(report);
     bar.set_length(2 + 2 * images.len() as u64);
 
     // The signals take about as long as all pictures together.
     let (signals, pictures) = std::thread::scope(|scope| {
-        let signals = scope.spawn(|| write_signals(folder, report.recording, bar));
-        let pictures = write_pictures(folder, report, bar);
+        let signals = scope.spawn(|| write_signals(folder, report.recording, stop, bar));
+        let pictures = write_pictures(folder, report, stop, bar);
         (signals.join(), pictures)
     });
     let signals = signals.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
@@ -171,12 +198,22 @@ fn images(report: &Report<'_>) -> Vec<PageImage> {
     figures.chain(timeline).collect()
 }
 
-fn write_signals(folder: &Path, recording: &Recording, bar: &ProgressBar) -> Result<PathBuf, ReportError> {
+fn write_signals(
+    folder: &Path,
+    recording: &Recording,
+    stop: &AtomicBool,
+    bar: &ProgressBar,
+) -> Result<PathBuf, ReportError> {
     let path = folder.join(SIGNALS_FILE);
-    let written = fs::File::create(&path).and_then(|file| csv::write(recording, file));
+    let written = fs::File::create(&path).and_then(|file| csv::write(recording, stop, file));
     bar.inc(1);
     match written {
         Ok(()) => Ok(path),
+        Err(_) if is_stopped(stop) => {
+            // Half a table looks like a whole one.
+            let _ = fs::remove_file(path);
+            Err(ReportError::Stopped { folder: folder.to_owned() })
+        }
         Err(source) => Err(ReportError::File { path, source }),
     }
 }
@@ -184,10 +221,14 @@ fn write_signals(folder: &Path, recording: &Recording, bar: &ProgressBar) -> Res
 fn write_pictures(
     folder: &Path,
     report: &Report<'_>,
+    stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> Result<Vec<PathBuf>, ReportError> {
     let mut written = Vec::new();
     for figure in &report.figures {
+        if is_stopped(stop) {
+            return Err(ReportError::Stopped { folder: folder.to_owned() });
+        }
         let picture = FigurePicture::new(figure, report.recording);
         written.extend(write_picture(folder, &figure.file_stem, &picture, bar)?);
     }
@@ -215,6 +256,10 @@ fn write_picture(
 fn write_file(path: PathBuf, bytes: &[u8], bar: &ProgressBar) -> Result<(), ReportError> {
     bar.inc(1);
     fs::write(&path, bytes).map_err(|source| ReportError::File { path, source })
+}
+
+fn is_stopped(stop: &AtomicBool) -> bool {
+    stop.load(Ordering::Relaxed)
 }
 
 fn content(path: &Path, reason: &impl ToString) -> ReportError {

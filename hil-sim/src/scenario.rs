@@ -1,19 +1,20 @@
 //! Scenario files: the paper's bilateral experiment, in SI units.
 //!
 //! Settings are laid over each other in this order: the shipped scenario, then a file, then each `--set`.
-//! Every one is checked as it comes, so an error names the line or the argument that is wrong.
+//! Every one is checked as it comes, so an error names the line or the argument that is wrong. What a scheme says for
+//! itself, such as its gains, is in none of them unless somebody gives it: it then goes over the scheme's rows.
 
 mod change;
 mod error;
-mod phases;
 mod range;
 mod reference;
 
 pub use error::{Origin, ScenarioError};
-pub use phases::Phases;
 pub use reference::{Key, SHIPPED};
 
-use crate::plant::{DeviceParameters, HandPhase, MotorParameters};
+use crate::plant::{
+    DeviceParameters, EnvironmentKind, Environments, MotorParameters, Obstacle, ParameterError,
+};
 use change::Change;
 use serde::{Deserialize, Serialize};
 use std::net::SocketAddr;
@@ -23,21 +24,25 @@ use toml::Table;
 /// Everything that decides a run. Meanings, units and defaults: [`Scenario::keys`] or [`SHIPPED`].
 ///
 /// A scenario from [`load`](Self::load) holds only numbers in their ranges.
+// Without deny_unknown_fields, which does not go with flatten: every key is first looked up in the shipped file.
 #[expect(missing_docs, reason = "the shipped file has a line for every key")]
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
 pub struct Scenario {
     pub seed: u64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub duration_s: Option<f64>,
     pub sample_period_s: f64,
     pub dof: usize,
+    /// Which of the environments the slave meets.
+    pub environment: EnvironmentKind,
     pub link: LinkSection,
     pub wave: WaveSection,
     pub master: SideSection,
     pub slave: SideSection,
     pub hand: HandSection,
-    pub wall: WallSection,
+    /// `[wall]`, `[spring]`, ...: of what the slave can meet.
+    #[serde(flatten)]
+    pub environments: Environments,
     pub limits: LimitsSection,
     pub record: RecordSection,
 }
@@ -53,7 +58,8 @@ pub struct LinkSection {
     pub loss: f64,
     pub duplication: f64,
     pub reordering: f64,
-    pub stale: Stale,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stale: Option<Stale>,
     pub master_address: SocketAddr,
     pub slave_address: SocketAddr,
 }
@@ -72,13 +78,15 @@ pub enum Stale {
     Integral,
 }
 
-/// `[wave]`: the wave transformers of both sides.
+/// `[wave]`: the wave transformers of both sides, as far as the schemes are not to decide.
 #[expect(missing_docs, reason = "the shipped file has a line for every key")]
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct WaveSection {
-    pub impedance_ns_per_m: f64,
-    pub form: WaveForm,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impedance_ns_per_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub form: Option<WaveForm>,
 }
 
 /// In which order wave transformer and controller compute.
@@ -87,21 +95,24 @@ pub struct WaveSection {
 pub enum WaveForm {
     /// Decode, control, encode.
     Split,
-    /// Transformer and controller solved together.
+    /// Transformer and controller solved together: turns the controller's `LAW_OUTPUT` on as well.
     Implicit,
     /// The paper's order: control first. Diverges with the paper's gains.
     Printed,
 }
 
-/// `[master]` or `[slave]`: a controller and its device.
+/// `[master]` or `[slave]`: a controller and its device. A gain or delay of none is the scheme's own.
 #[expect(missing_docs, reason = "the shipped file has a line for every key")]
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct SideSection {
     pub scheme: String,
-    pub stiffness_n_per_m: f64,
-    pub damping_ns_per_m: f64,
-    pub time_delay_ticks: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stiffness_n_per_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub damping_ns_per_m: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time_delay_ticks: Option<u32>,
     pub device: DeviceParameters,
     /// None: the device is an ideal force source.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -121,16 +132,6 @@ pub struct HandSection {
     pub contact_force_n: Vec<f64>,
 }
 
-/// `[wall]`: what the slave meets.
-#[expect(missing_docs, reason = "the shipped file has a line for every key")]
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct WallSection {
-    pub position_m: f64,
-    pub stiffness_n_per_m: f64,
-    pub damping_ns_per_m: f64,
-}
-
 /// `[limits]`: declared ranges, symmetric around 0.
 #[expect(missing_docs, reason = "the shipped file has a line for every key")]
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
@@ -147,8 +148,11 @@ pub struct LimitsSection {
 #[serde(deny_unknown_fields)]
 pub struct RecordSection {
     pub every_ticks: u32,
-    pub data_base: bool,
+    pub signals: Vec<String>,
 }
+
+/// How far a slave is thought to be pressed at most, `m`: the surface of what it meets is then exact to 1e-12 m.
+const FURTHEST_M: f64 = 1e3;
 
 /// Puts `argument` (`link.loss=0.1`) over `settings`. The value is TOML; a bare word is a text. A section that
 /// was left out (`master.motor`) comes with its defaults as soon as one of its keys is set.
@@ -189,22 +193,34 @@ impl Scenario {
         reference::keys()
     }
 
-    /// Ticks from a wave's departure to its echo's arrival when nothing on the way is late: link and modules.
-    #[must_use]
-    pub fn round_trip_ticks(&self) -> u32 {
-        let delays = [
-            self.link.forward_delay_ticks,
-            self.link.backward_delay_ticks,
-            self.master.time_delay_ticks,
-            self.slave.time_delay_ticks,
-        ];
-        delays.into_iter().fold(0, u32::saturating_add)
-    }
-
-    /// Constant push of the hand on `axis` in contact, `N`; 0 for an axis that has none.
+    /// Constant push of the hand on `axis` in contact, `N`; 0 for an axis that has none, and on every axis when
+    /// there is nothing to push against.
     #[must_use]
     pub fn contact_force_n(&self, axis: usize) -> f64 {
-        self.hand.contact_force_n.get(axis).copied().unwrap_or(0.0)
+        match self.environment {
+            EnvironmentKind::Nothing => 0.0,
+            _ => self.hand.contact_force_n.get(axis).copied().unwrap_or(0.0),
+        }
+    }
+
+    /// What the hand's push on `axis` presses the slave against; none when it meets nothing in its range.
+    ///
+    /// # Errors
+    /// [`ParameterError`] for an environment that cannot exist.
+    pub fn obstacle(&self, axis: usize) -> Result<Option<Obstacle>, ParameterError> {
+        let pressed_m = self.limits.position_m.min(FURTHEST_M).copysign(self.contact_force_n(axis));
+        self.environments.obstacle(self.environment, pressed_m)
+    }
+}
+
+impl LinkSection {
+    /// Ticks from a packet's departure at the master to its echo's arrival when nothing on the way is late.
+    ///
+    /// The slave is stepped after the master: it gets what took 0 ticks in the same tick, the master what came
+    /// back in 0 ticks in the next one.
+    #[must_use]
+    pub fn round_trip_ticks(&self) -> u32 {
+        self.forward_delay_ticks.saturating_add(self.backward_delay_ticks.max(1))
     }
 }
 

@@ -75,6 +75,26 @@ fn an_unstable_run_says_no_and_ends_well() {
 }
 
 #[test]
+fn a_short_run_that_grows_is_not_stable_before_anything_leaves_its_range() {
+    let out = out(&["run", "--set", "wave.form=printed", "--set", "duration_s=0.4", "--no-report", "--json"]);
+    let figures = json(&out);
+    assert_eq!((&figures["stable"], &figures["ticks"]), (&false.into(), &400.into()));
+    assert!(figures["faults"].to_string().contains("grows without bound"), "{out}");
+}
+
+#[test]
+fn an_account_that_there_is_none_of_is_null() {
+    let scheme = ["master", "slave"].map(|side| format!("{side}.scheme=builtin:position_position"));
+    let delays = ["link.forward_delay_ticks=0", "link.backward_delay_ticks=0", "duration_s=0.1"];
+    let mut arguments = vec!["run", "--no-report", "--json"];
+    for setting in scheme.iter().map(String::as_str).chain(delays) {
+        arguments.extend(["--set", setting]);
+    }
+    let out = out(&arguments);
+    assert!(json(&out)["energy_min_j"].is_null() && out.contains("no waves were sent"), "{out}");
+}
+
+#[test]
 fn an_output_folder_that_cannot_be_made_is_known_before_the_run() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("occupied");
@@ -162,7 +182,9 @@ fn a_wrong_setting_is_named_with_what_is_right() {
         ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
         ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
         ("link.loss=lots", "give it a number from 0 to 1"),
-        ("record.data_base=7", "give it true or false"),
+        ("record.signals=['mastr']", "record.signals: nothing is called 'mastr'; did you mean 'master'?"),
+        ("record.signals=['master.DES_FORC']", "did you mean 'master.DES_FORCE'?"),
+        ("record.signals=['world', '']", "there is master, slave, world, and STATION.SIGNAL in each"),
         ("link.loss", "write it as key=value"),
         ("master.scheme=no.scheme", "cannot read the scheme file no.scheme"),
         ("master.scheme=builtin:tabel1", "choose one of builtin:bilateral, "),
@@ -172,6 +194,7 @@ fn a_wrong_setting_is_named_with_what_is_right() {
              from 0 to 60000; set another master.time_delay_ticks",
         ),
         ("master.time_delay_ticks=50000", "needs 150000 words of the Data Base and "),
+        ("environment=sea", "`environment` cannot be \"sea\"; give it one of `nothing`, `wall`, `spring`"),
         (
             "slave.stiffness_n_per_m=1e9",
             "slave.stiffness_n_per_m = 1000000000 does not suit PDCTRL_MOD K_PARAM",
@@ -215,6 +238,15 @@ fn the_modules_are_readable_on_a_terminal_of_100_columns() {
     }
     let message = refused(&["modules", "PDCTL_MOD"], 1);
     assert!(message.contains("there is no module 'PDCTL_MOD'; did you mean 'PDCTRL_MOD'?"), "{message}");
+}
+
+#[test]
+fn the_page_of_the_modules_is_what_they_say_of_themselves() {
+    let page = include_str!("../../docs/modules.md");
+    assert!(
+        page == out(&["modules", "--markdown"]),
+        "docs/modules.md is out of date; run `cargo run -- modules --markdown > docs/modules.md` at the top"
+    );
 }
 
 #[test]

@@ -1,4 +1,10 @@
 //! Two-sided loops of one axis: the real controllers and links, with plants of a test's own.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
 
 use dimsart_core::DataType;
 use hil_sim::experiment::Experiment;
@@ -7,20 +13,20 @@ use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;
 
 /// Sample period of both controllers, `s`.
-pub const TICK_S: f64 = 1e-3;
+pub(crate) const TICK_S: f64 = 1e-3;
 /// Index of the operator's station in a rig.
-pub const MASTER: usize = 0;
+pub(crate) const MASTER: usize = 0;
 /// Index of the remote station in a rig.
-pub const SLAVE: usize = 1;
+pub(crate) const SLAVE: usize = 1;
 
 /// The shipped scenario with one axis and `settings` over it, such as `wave.form=split link.loss=0.1`.
-pub fn scenario(settings: &str) -> Scenario {
+pub(crate) fn scenario(settings: &str) -> Scenario {
     let settings = ["dof=1"].into_iter().chain(settings.split_whitespace());
     Scenario::load(None, &settings.map(str::to_owned).collect::<Vec<_>>()).unwrap()
 }
 
 /// The rig of a [`scenario`], moving these axes instead of the scenario's own.
-pub fn rig(settings: &str, master: Axis, slave: Axis) -> Rig {
+pub(crate) fn rig(settings: &str, master: Axis, slave: Axis) -> Rig {
     let mut experiment = Experiment::new(&scenario(settings)).unwrap();
     for (station, axis) in experiment.rig_mut().stations_mut().iter_mut().zip([master, slave]) {
         station.plant = Box::new(AxisWise::new(vec![axis]));
@@ -30,7 +36,7 @@ pub fn rig(settings: &str, master: Axis, slave: Axis) -> Rig {
 
 /// Settings that delay the waves by exactly so many ticks, on a link that adds as little as it can: none
 /// to the slave, which is stepped after the master, one back.
-pub fn delays(forward_ticks: u32, backward_ticks: u32) -> String {
+pub(crate) fn delays(forward_ticks: u32, backward_ticks: u32) -> String {
     let behind_link_ticks = backward_ticks - 1;
     format!(
         "link.forward_delay_ticks=0 link.backward_delay_ticks=1 \
@@ -39,13 +45,13 @@ pub fn delays(forward_ticks: u32, backward_ticks: u32) -> String {
 }
 
 /// A mass with a damper to ground, at rest at 0, and what else acts on it.
-pub fn axis(mass_kg: f64, damping_ns_per_m: f64, environments: Vec<Box<dyn Environment>>) -> Axis {
+pub(crate) fn axis(mass_kg: f64, damping_ns_per_m: f64, environments: Vec<Box<dyn Environment>>) -> Axis {
     let device = DeviceParameters { mass_kg, damping_ns_per_m, ..DeviceParameters::default() };
     Axis::new(&device, None, environments).unwrap()
 }
 
 /// A massless hand that pushes with a force of time, held for each tick.
-pub fn push(force_n: impl Fn(f64) -> f64 + Send + 'static) -> Box<dyn Environment> {
+pub(crate) fn push(force_n: impl Fn(f64) -> f64 + Send + 'static) -> Box<dyn Environment> {
     Box::new(Push { script: force_n, now_n: 0.0 })
 }
 
@@ -76,7 +82,7 @@ impl<F: Fn(f64) -> f64 + Send> Environment for Push<F> {
 }
 
 /// What a signal of one station is in the present tick.
-pub fn signal(rig: &Rig, side: usize, data_type: &DataType) -> f64 {
+pub(crate) fn signal(rig: &Rig, side: usize, data_type: &DataType) -> f64 {
     let data_base = rig.stations()[side].dimsart.engine().data_base();
     let slot = data_base.slot(data_type.first()).unwrap_or_else(|| panic!("no {} there", data_type.name));
     f64::from(f32::from_bits(data_base.words(slot)[0]))

@@ -1,4 +1,5 @@
 //! What the behaviour tests share: a controller on a bench, fed and read in plain numbers.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(dead_code, reason = "every test file uses another part of it")]
 
 use std::collections::VecDeque;
@@ -9,32 +10,32 @@ use dimsart_core::{
 };
 
 /// Sample period of every bench, `s`.
-pub const H: f32 = 1e-3;
+pub(crate) const H: f32 = 1e-3;
 
 /// The types of a device, one after the other.
-pub type Types = &'static [&'static DataType];
+pub(crate) type Types = &'static [&'static DataType];
 
 /// A controller without a robot: the test is the device.
-pub struct Bench<M: ModuleList = Standard> {
-    pub dimsart: Dimsart<M>,
+pub(crate) struct Bench<M: ModuleList = Standard> {
+    pub(crate) dimsart: Dimsart<M>,
 }
 
 impl<M: ModuleList> Bench<M> {
     /// A controller of `dof` linear axes, for a device that measures `outputs` and takes `inputs`.
-    pub fn of(dof: usize, outputs: Types, inputs: Types) -> Self {
+    pub(crate) fn of(dof: usize, outputs: Types, inputs: Types) -> Self {
         let axes = vec![AxisKind::Linear; dof];
         let device = DeviceDescriptor::new("bench", &axes, H, outputs, inputs).unwrap();
         Self { dimsart: Dimsart::new(device).unwrap() }
     }
 
     /// Gives it rows `module command value`; all must be taken.
-    pub fn rows(&mut self, rows: &str) {
+    pub(crate) fn rows(&mut self, rows: &str) {
         let errors = self.load(rows);
         assert_eq!(errors, [""; 0], "{:?}", self.findings());
     }
 
     /// Gives it rows and says what went wrong, as `line:problem`.
-    pub fn load(&mut self, rows: &str) -> Vec<String> {
+    pub(crate) fn load(&mut self, rows: &str) -> Vec<String> {
         let text: String = rows.lines().map(|row| prefixed(row) + "\n").collect();
         let mut errors = Vec::new();
         scheme::load(&text, "bench", &["bench"], &mut self.dimsart, |error| {
@@ -44,13 +45,13 @@ impl<M: ModuleList> Bench<M> {
     }
 
     /// Gives it rows and lets the scheme run.
-    pub fn run(&mut self, rows: &str) {
+    pub(crate) fn run(&mut self, rows: &str) {
         self.rows(rows);
         self.rows("MOD_ENG MATCHING_CHECK");
     }
 
     /// Gives it one row, which must be well formed, and the engine's answer.
-    pub fn order(&mut self, row: &str) -> Result<(), CommandError> {
+    pub(crate) fn order(&mut self, row: &str) -> Result<(), CommandError> {
         let text = prefixed(row);
         let row = scheme::rows(&text).next().unwrap();
         let command = row.command(self.dimsart.engine_mut()).unwrap();
@@ -58,14 +59,14 @@ impl<M: ModuleList> Bench<M> {
     }
 
     /// A tick that must run; gives what the device is commanded.
-    pub fn tick(&mut self, measured: &[f32]) -> Vec<f32> {
+    pub(crate) fn tick(&mut self, measured: &[f32]) -> Vec<f32> {
         let (tick, commanded) = self.try_tick(&words(measured));
         assert_eq!(tick, Tick::Ran);
         commanded.into_iter().map(|word| f32::from_bits(word.0)).collect()
     }
 
     /// A tick with frames of the right size.
-    pub fn try_tick(&mut self, measured: &[Word]) -> (Tick, Vec<Word>) {
+    pub(crate) fn try_tick(&mut self, measured: &[Word]) -> (Tick, Vec<Word>) {
         // Something that is not zero, so that a frame nobody fills is seen.
         let mut commanded = vec![Word(0xDEAD); self.dimsart.frame().input_words()];
         let tick = self.dimsart.tick(measured, &mut commanded);
@@ -73,32 +74,32 @@ impl<M: ModuleList> Bench<M> {
     }
 
     /// The words of a signal, `NAME` or `NAME.2`.
-    pub fn bits(&self, name: &str) -> &[u32] {
+    pub(crate) fn bits(&self, name: &str) -> &[u32] {
         let engine = self.dimsart.engine();
         let signal = engine.device().signal(name).unwrap();
         engine.data_base().words(engine.data_base().slot(signal).unwrap())
     }
 
     /// A signal of real numbers.
-    pub fn signal(&self, name: &str) -> Vec<f32> {
+    pub(crate) fn signal(&self, name: &str) -> Vec<f32> {
         self.bits(name).iter().map(|word| f32::from_bits(*word)).collect()
     }
 
     /// What the matching check finds, in words.
-    pub fn findings(&self) -> Vec<String> {
+    pub(crate) fn findings(&self) -> Vec<String> {
         let engine = self.dimsart.engine();
         let report = engine.check();
         report.findings().iter().map(|finding| engine.explain(*finding).to_string()).collect()
     }
 
     /// The calls of a tick, late ones marked.
-    pub fn steps(&self) -> Vec<String> {
+    pub(crate) fn steps(&self) -> Vec<String> {
         let steps = self.dimsart.engine().steps();
         steps.map(|step| format!("{} {:?}", Engine::<M>::module_name(step.module), step.stage)).collect()
     }
 
     /// All that a refused command must leave as it is.
-    pub fn snapshot(&mut self) -> Snapshot {
+    pub(crate) fn snapshot(&mut self) -> Snapshot {
         let engine = self.dimsart.engine_mut();
         let kinds = 0..u8::try_from(M::KINDS.len()).unwrap();
         let modules = kinds.flat_map(|kind| (1..=17).map(move |number| ModuleRef { kind, number }));
@@ -129,59 +130,59 @@ impl<M: ModuleList> Bench<M> {
 }
 
 /// One module alone, fed by the device, and the signal of it that matters.
-pub struct Alone {
-    pub bench: Bench,
-    pub output: &'static str,
+pub(crate) struct Alone {
+    pub(crate) bench: Bench,
+    pub(crate) output: &'static str,
 }
 
 impl Alone {
-    pub fn new(dof: usize, inputs: Types, output: &'static str, rows: &str) -> Self {
+    pub(crate) fn new(dof: usize, inputs: Types, output: &'static str, rows: &str) -> Self {
         let mut bench = Bench::of(dof, inputs, &[]);
         bench.run(rows);
         Self { bench, output }
     }
 
     /// A tick; gives every axis of the output.
-    pub fn axes(&mut self, measured: &[f32]) -> Vec<f32> {
+    pub(crate) fn axes(&mut self, measured: &[f32]) -> Vec<f32> {
         self.bench.tick(measured);
         self.bench.signal(self.output)
     }
 
     /// A tick; gives the first axis of the output.
-    pub fn step(&mut self, measured: &[f32]) -> f32 {
+    pub(crate) fn step(&mut self, measured: &[f32]) -> f32 {
         self.axes(measured)[0]
     }
 }
 
 /// What a controller is at one moment, as far as it can be seen from outside.
 #[derive(Debug, PartialEq)]
-pub struct Snapshot {
-    pub usage: Usage,
-    pub is_running: bool,
-    pub steps: Vec<Step>,
-    pub signals: Vec<(TypeRef, Vec<u32>)>,
-    pub parameters: Vec<(ModuleRef, u8, Option<Value>)>,
-    pub bindings: Vec<(ModuleRef, &'static str, Option<TypeRef>)>,
+pub(crate) struct Snapshot {
+    pub(crate) usage: Usage,
+    pub(crate) is_running: bool,
+    pub(crate) steps: Vec<Step>,
+    pub(crate) signals: Vec<(TypeRef, Vec<u32>)>,
+    pub(crate) parameters: Vec<(ModuleRef, u8, Option<Value>)>,
+    pub(crate) bindings: Vec<(ModuleRef, &'static str, Option<TypeRef>)>,
 }
 
 /// One direction of a link: what is sent comes out so many ticks later.
-pub struct Line {
+pub(crate) struct Line {
     delay_ticks: usize,
     packets: VecDeque<(usize, Packet)>,
 }
 
 impl Line {
-    pub fn new(delay_ticks: usize) -> Self {
+    pub(crate) fn new(delay_ticks: usize) -> Self {
         Self { delay_ticks, packets: VecDeque::new() }
     }
 
     /// Takes the packet of tick `now`.
-    pub fn send<M: ModuleList>(&mut self, now: usize, from: &mut Dimsart<M>) {
+    pub(crate) fn send<M: ModuleList>(&mut self, now: usize, from: &mut Dimsart<M>) {
         self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
     }
 
     /// Hands over what is there before tick `now`.
-    pub fn deliver<M: ModuleList>(&mut self, now: usize, to: &mut Dimsart<M>) {
+    pub(crate) fn deliver<M: ModuleList>(&mut self, now: usize, to: &mut Dimsart<M>) {
         while let Some((_, packet)) = self.packets.pop_front_if(|(due, _)| *due <= now) {
             to.receive(0, &packet.to_bytes()).unwrap();
         }
@@ -189,13 +190,13 @@ impl Line {
 }
 
 /// Numbers as a frame carries them.
-pub fn words(values: &[f32]) -> Vec<Word> {
+pub(crate) fn words(values: &[f32]) -> Vec<Word> {
     values.iter().map(|value| Word::from(*value)).collect()
 }
 
 /// Whether `found` is `expected` within `relative` of it, and of 1 when it is smaller than that.
 #[track_caller]
-pub fn assert_close(found: impl Into<f64>, expected: impl Into<f64>, relative: f64) {
+pub(crate) fn assert_close(found: impl Into<f64>, expected: impl Into<f64>, relative: f64) {
     let (found, expected) = (found.into(), expected.into());
     let error = (found - expected).abs();
     assert!(error <= relative * expected.abs().max(1.0), "{found} should be {expected}, off by {error}");

@@ -4,6 +4,7 @@
 
 mod energy;
 mod felt_stiffness;
+mod growth;
 #[path = "../common/loops.rs"]
 mod loops;
 mod lossy_link;

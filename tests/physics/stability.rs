@@ -2,6 +2,7 @@
 //!
 //! Master 0.1 kg, slave 0.5 kg, 8 `N s/m` on each, `K = 3000` and `5000 N/m`, `b = 10 N s/m`, no damping in the
 //! controllers; in contact, the slave hangs on a spring of 10 kN/m.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;
@@ -14,7 +15,7 @@ use hil_sim::rig::Rig;
 use crate::loops::{MASTER, TICK_S, axis, delays, push, rig, scenario, signal};
 
 /// The loop of this file, its slave `in_contact` or free, with a hand that pushes with a force of time.
-fn held(settings: &str, in_contact: bool, hand: Box<dyn Environment>) -> Rig {
+pub(crate) fn held(settings: &str, in_contact: bool, hand: Box<dyn Environment>) -> Rig {
     let spring = SpringParameters { stiffness_n_per_m: 1e4, ..SpringParameters::default() };
     let wall: Vec<Box<dyn Environment>> =
         if in_contact { vec![Box::new(spring.build().unwrap())] } else { vec![] };
@@ -73,7 +74,7 @@ fn the_printed_order_grows_as_its_spectral_radius_says() {
 }
 
 /// A push for a tenth of a second, `N`.
-fn nudge() -> Box<dyn Environment> {
+pub(crate) fn nudge() -> Box<dyn Environment> {
     push(|t| if t < 0.1 { 2.0 } else { 0.0 })
 }
 
@@ -121,11 +122,11 @@ fn without_waves_the_same_gains_fly_apart_after_a_few_ticks() {
 /// The whole experiment, hand and wall included, with the waves taken out of it.
 #[test]
 fn an_experiment_that_waves_carry_leaves_its_range_without_them() {
-    let link = "link.forward_delay_ticks=11 link.backward_delay_ticks=11 \
-                master.time_delay_ticks=0 slave.time_delay_ticks=0";
-    for (scheme, is_stable) in [("bilateral", true), ("position_position", false)] {
+    let link = "link.forward_delay_ticks=11 link.backward_delay_ticks=11";
+    let no_modules = "master.time_delay_ticks=0 slave.time_delay_ticks=0";
+    for (scheme, delays, is_stable) in [("bilateral", no_modules, true), ("position_position", "", false)] {
         let scheme = format!("master.scheme=builtin:{scheme} slave.scheme=builtin:{scheme}");
-        let experiment = Experiment::new(&scenario(&format!("{scheme} {link}"))).unwrap();
+        let experiment = Experiment::new(&scenario(&format!("{scheme} {link} {delays}"))).unwrap();
         let Run { outcome, .. } = experiment.run(&AtomicBool::new(false), |_| ());
         assert_eq!(outcome.stable, is_stable, "{scheme}: {:?}", outcome.faults);
     }

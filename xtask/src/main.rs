@@ -12,7 +12,8 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   test        set up what is missing (Python packages of the oracle), then run every test
-  bench       count the instructions of a tick and hold them to their budgets (docs/benchmarks.md)
+  bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
+              (docs/benchmarks.md)
   panic-free  show that nothing a tick reaches in the machine code can panic
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";

@@ -10,6 +10,9 @@ pub(crate) const DOF: usize = 3;
 /// Words of a packet: a wave and its two counters per axis.
 pub(crate) const PACKET_WORDS: usize = 3 * DOF;
 
+/// What a packet carries: one wave on three linear axes.
+const CONTENT: u16 = 0xFC57;
+
 const PERIOD_S: f32 = 1e-3;
 const STIFFNESS: f32 = 3000.0;
 const DAMPING_PER_TICK: f32 = 0.0 / PERIOD_S;
@@ -25,9 +28,12 @@ const ENERGY_COUNTS: f32 = PERIOD_S / (1.0 / 1_073_741_824.0);
 /// A packet, in or out.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Packet {
+    pub(crate) content: u16,
     pub(crate) sequence: u32,
     pub(crate) echo: u32,
     pub(crate) words: [u32; PACKET_WORDS],
+    /// Whether the samples are finite: looked at outside the tick, as the engine does.
+    pub(crate) is_finite: bool,
 }
 
 /// Every signal of the scheme; the modular one has them in its Data Base.
@@ -116,8 +122,10 @@ impl Master {
         let mut is_new = false;
         if let Some(packet) = received {
             let missed = packet.sequence.wrapping_sub(self.received_sequence).wrapping_sub(1);
-            is_new = true;
-            if missed != 0 {
+            is_new = packet.content == CONTENT && packet.is_finite;
+            if !is_new {
+                signals.refused = signals.refused.wrapping_add(1);
+            } else if missed != 0 {
                 let is_old = !is_newer(packet.sequence, self.received_sequence);
                 let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_sequence == 0;
                 if is_old && !is_restart {
@@ -148,6 +156,7 @@ impl Master {
         let is_first = self.is_running_in;
         self.is_running_in = false;
         self.sequence = self.sequence.wrapping_add(1).max(1);
+        send.content = CONTENT;
         send.sequence = self.sequence;
         send.echo = self.accepted_sequence;
         let mut is_finite = true;

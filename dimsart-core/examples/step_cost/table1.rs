@@ -28,7 +28,7 @@ fn counted_table1(master: &mut Dimsart, measured: &[Word; DOF], commanded: &mut 
 pub(crate) fn run(ticks: u32, packets: bool) {
     let (mut master, mut slave) = (side("master"), side("slave"));
     let mut by_hand = Master::new();
-    let mut hand_packet = by_hand::Packet::default();
+    let mut hand_packet = by_hand::Packet { is_finite: true, ..by_hand::Packet::default() };
     let mut slave_axes = [(0.0_f32, 0.0_f32); DOF];
     for tick in 0..ticks {
         let position = master_position(tick);
@@ -76,7 +76,14 @@ fn to_hand(packet: &Packet) -> by_hand::Packet {
     for (to, from) in words.iter_mut().zip(&packet.words) {
         *to = *from;
     }
-    by_hand::Packet { sequence: packet.sequence, echo: packet.echo, words }
+    let is_finite = words.iter().take(DOF).all(|word| f32::from_bits(*word).is_finite());
+    by_hand::Packet {
+        content: packet.content,
+        sequence: packet.sequence,
+        echo: packet.echo,
+        words,
+        is_finite,
+    }
 }
 
 fn compare(master: &Dimsart, by_hand: &Master, tick: u32) {

@@ -206,6 +206,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn take_out(&mut self, module: ModuleRef) {
         let Some(place) = self.place_of(module) else { return };
         self.plug_in_order.remove(place);
+        self.place_before = self.place_before.filter(|before| *before != module);
         if let Some(instance) = self.instances.iter_mut().find(|instance| instance.reference == module) {
             instance.is_active = false;
             let ports = core::mem::take(&mut instance.ports);
@@ -258,9 +259,17 @@ impl<const WORDS: usize> crate::data_base::DataBase<WORDS> {
         spec: &PortSpec,
         bound: Option<TypeRef>,
     ) -> Result<Port, CommandError> {
-        let PortSpec { name, direction, stage, is_delayed, .. } = *spec;
-        let port =
-            |slot, signal, difference| Port { name, slot, signal, direction, stage, is_delayed, difference };
+        let PortSpec { name, direction, stage, is_delayed, tie, .. } = *spec;
+        let port = |slot, signal, difference| Port {
+            name,
+            slot,
+            signal,
+            direction,
+            stage,
+            is_delayed,
+            difference,
+            tie,
+        };
         match (spec.data_type, direction) {
             (Some((expected, default)), _) => {
                 let signal = bound.unwrap_or(default);

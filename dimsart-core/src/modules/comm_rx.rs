@@ -1,6 +1,8 @@
 //! `COMM_RX`: takes the newest packet from its link and gives its data to the Data Base.
 //!
-//! A packet is used once: old and repeated ones are refused and counted. `STALE` says what a wave is
+//! A packet is used once: old and repeated ones are refused and counted. So are those of another
+//! [`Content`] than that of the types added here, and those with a sample that is no finite number: to the
+//! rest of the scheme they never came. `STALE` says what a wave is
 //! in a tick without a new packet, and how what got lost is made up for:
 //!
 //! | Policy | Wave without a new packet | Passive | Drift after loss |
@@ -17,13 +19,13 @@ use core::cell::Cell;
 
 use heapless::Vec;
 
-use super::comm_tx::CHANNEL_PORTS;
+use super::channel::{CHANNEL_PORTS, content, first_wave, samples};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
 use crate::parameter::TypeList;
 use crate::{
-    Choice, Data, DeviceDescriptor, LinkPort, Module, Output, Parameters, Ports, Single, Unit, is_newer,
-    types,
+    Choice, Content, Data, DeviceDescriptor, LinkPort, Module, Output, Parameters, Ports, Single, Unit,
+    is_newer, types,
 };
 
 /// See the [module docs](self).
@@ -36,7 +38,9 @@ pub struct CommRx {
     channels: Vec<Channel, MAX_CHANNEL_TYPES>,
     /// The channel's first wave; not connected when there is none.
     wave: Output,
-    packet_words: u8,
+    content: Content,
+    /// Words of the packet that are samples; counters follow.
+    samples: u8,
     age: Output<Single<u32>>,
     lost: Output<Single<u32>>,
     round_trip: Output<Single<u32>>,
@@ -92,7 +96,7 @@ impl Module for CommRx {
 
     fn parameters(&mut self, visit: &mut Parameters<'_>) {
         visit.types(&mut self.types, "CRX_ADD_DATA", "Adds a signal that the packet brings.");
-        visit.count(&mut self.link, "CRX_LINK", Unit::One, 0..=1, 0, "Link it listens to.");
+        visit.structural_count(&mut self.link, "CRX_LINK", Unit::One, 0..=1, 0, "Link it listens to.");
         visit.choice(&mut self.stale, "STALE", "What a wave is while nothing new comes.");
         let summary = "Longest time a wave is held by STALE HOLD.";
         visit.count(&mut self.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
@@ -101,21 +105,17 @@ impl Module for CommRx {
     fn activate(&mut self, ports: &mut Ports<'_>) {
         self.wave = Output::default();
         self.channels.clear();
-        let mut wave_found = false;
-        for (signal, name) in self.types.iter().zip(CHANNEL_PORTS) {
+        let wave = first_wave(ports.device(), &self.types);
+        for (place, (signal, name)) in self.types.iter().zip(CHANNEL_PORTS).enumerate() {
             let mut output = Output::default();
             ports.named_output(&mut output, name, *signal);
-            let is_wave = ports.device().data_type(signal.id).is_some_and(|found| found.unit == Unit::Wave);
-            let is_wave = is_wave && !wave_found;
+            let is_wave = wave == Some(place);
             if is_wave {
-                wave_found = true;
                 self.wave = output;
             }
             let _ = self.channels.push(Channel { output, is_wave });
         }
-        let dof = ports.device().dof();
-        let words = self.types.len() * dof + if wave_found { 2 * dof } else { 0 };
-        self.packet_words = u8::try_from(words).unwrap_or(u8::MAX);
+        ports.listens_to(self.link);
         ports.output(&mut self.age, "AGE", types::LINK_AGE);
         ports.output(&mut self.lost, "LOST", types::LINK_LOST);
         ports.output(&mut self.round_trip, "ROUND_TRIP", types::LINK_ROUND_TRIP);
@@ -124,11 +124,13 @@ impl Module for CommRx {
 
     fn prepare(&mut self, device: &DeviceDescriptor) {
         self.period_s = device.sample_period_s();
+        self.content = content(device, &self.types);
+        self.samples = samples(device, &self.types);
     }
 
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
-        if self.state.accept(link, self.packet_words) {
+        if self.state.accept(link, self.content, self.samples) {
             self.state.age_ticks = 0;
             self.take(data, link.received.room());
         } else {
@@ -148,17 +150,17 @@ impl Module for CommRx {
 
 impl CommRx {
     /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
-    fn take(&mut self, data: &Data<'_>, mut words: &[Cell<u32>]) {
+    fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
+        let (mut samples, counters) = (words, usize::from(self.samples));
         let Self { stale, period_s, .. } = *self;
         // What was sent before this side listened is not owed.
         let settles = self.state.is_restart || !matches!(stale, Stale::Limited | Stale::Integral);
         let is_next = self.state.is_next;
         for channel in &self.channels {
-            let Some((values, rest)) = words.split_at_checked(data.dof()) else { return };
-            words = rest;
+            let Some((values, rest)) = samples.split_at_checked(data.dof()) else { return };
+            samples = rest;
             if channel.is_wave {
-                let Some((counters, rest)) = rest.split_at_checked(2 * data.dof()) else { return };
-                words = rest;
+                let Some(counters) = words.get(counters..counters + 2 * data.dof()) else { return };
                 let (counters, _) = counters.as_chunks::<2>();
                 let lanes = values.iter().zip(&mut self.state.received).zip(counters);
                 data.map_axes(lanes, [], [channel.output], |((value, received), [wave, energy]), []| {
@@ -201,13 +203,13 @@ impl Stale {
 
 impl State {
     /// Whether a new packet is there; takes note of its header.
-    fn accept(&mut self, link: &LinkPort, packet_words: u8) -> bool {
+    fn accept(&mut self, link: &LinkPort, content: Content, samples: u8) -> bool {
         if !link.received.is_full() {
             return false;
         }
         link.received.clear();
         let sequence = link.received.sequence();
-        if link.received.length() != packet_words {
+        if link.received.content() != content || link.received.finite_words() < samples {
             self.refused = self.refused.wrapping_add(1);
             return false;
         }

@@ -1,9 +1,11 @@
 //! Differentiator: backward difference through a first-order low-pass.
 //!
 //! `y += (1 - p) ((x - x[k-1]) / h - y)`, `p = T/(T + h)` with the filter's time constant `T`;
-//! the first output is 0.
+//! the first output is 0. Its unit is the input's over `s`; where that has no name, the output is a signal of
+//! any unit.
 
-use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, Ports, Unit, limits::MAX_DOF, types};
+use crate::limits::MAX_DOF;
+use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, Ports, Unit, UnitRelation, types};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
@@ -35,6 +37,7 @@ impl Module for Differentiator {
     fn activate(&mut self, ports: &mut Ports<'_>) {
         ports.input(&mut self.input, "SIGNAL_IN", types::SIGNAL);
         ports.output(&mut self.output, "SIGNAL_OUT", types::SIGNAL_OUT);
+        ports.tie("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
     }
 
     fn prepare(&mut self, device: &DeviceDescriptor) {

@@ -1,10 +1,13 @@
 //! Integrator of a signal, by the trapezoidal rule.
 //!
 //! `y += h (x + x[k-1]) / 2`, held inside `±LIMIT`; `x[-1] = 0`. The sum is compensated (Kahan).
+//! The output's unit is the input's times `s`; where that has no name, the output is a signal of any unit.
 
 use crate::limits::MAX_DOF;
 use crate::math::{self, CompensatedSum};
-use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use crate::{
+    Data, DeviceDescriptor, Input, Module, Output, Parameters, PerAxis, Ports, Unit, UnitRelation, types,
+};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
@@ -33,6 +36,7 @@ impl Module for Integrator {
     fn activate(&mut self, ports: &mut Ports<'_>) {
         ports.input(&mut self.input, "SIGNAL_IN", types::SIGNAL);
         ports.output(&mut self.output, "SIGNAL_OUT", types::SIGNAL_OUT);
+        ports.tie("SIGNAL_OUT", UnitRelation::Integral, "SIGNAL_IN");
     }
 
     fn prepare(&mut self, device: &DeviceDescriptor) {

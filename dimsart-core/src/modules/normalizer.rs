@@ -1,6 +1,6 @@
 //! Normalizer: scale, offset and limit, for unit conversion or for a channel of limited range.
 //!
-//! `out = clamp((in - OFFSET) SCALE, -LIMIT, LIMIT)`
+//! `out = clamp((in - OFFSET) SCALE, -LIMIT, LIMIT)`; `SCALE` may change the unit, so the output's is free.
 
 use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, math, types};
 

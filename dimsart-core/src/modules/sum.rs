@@ -1,8 +1,8 @@
 //! Sum of two signals, for example the forces of a controller and of a wall.
 //!
-//! `out = A_GAIN a + B_GAIN b`
+//! `out = A_GAIN a + B_GAIN b`; the gains are pure numbers, so all three have the same unit.
 
-use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, UnitRelation, types};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
@@ -27,6 +27,8 @@ impl Module for Sum {
         ports.input(&mut self.a, "A", types::SIGNAL);
         ports.input(&mut self.b, "B", types::SIGNAL);
         ports.output(&mut self.output, "SIGNAL_OUT", types::SIGNAL_OUT);
+        ports.tie("B", UnitRelation::Same, "A");
+        ports.tie("SIGNAL_OUT", UnitRelation::Same, "A");
     }
 
     fn compute(&mut self, data: &Data<'_>) {

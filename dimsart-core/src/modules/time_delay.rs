@@ -3,7 +3,9 @@
 //! The line of `TD_PARAM × DoF` words is taken from the Data Base when the module is plugged in and
 //! gives zero until the first sample comes through, after a reset too. `TD_PARAM 0` hands the signal through.
 
-use crate::{Data, Input, Memory, Module, Output, Parameters, Ports, Unit, limits::MAX_DOF, types};
+use crate::{
+    Data, Input, Memory, Module, Output, Parameters, Ports, Unit, UnitRelation, limits::MAX_DOF, types,
+};
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
@@ -33,6 +35,7 @@ impl Module for TimeDelay {
     fn activate(&mut self, ports: &mut Ports<'_>) {
         ports.any_input(&mut self.input, "SIGNAL_IN", types::CH1_WAVES);
         ports.any_output(&mut self.output, "SIGNAL_OUT", types::CH1_TD_WAVES);
+        ports.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
         let ticks = usize::try_from(self.delay_ticks).unwrap_or(usize::MAX);
         let words = ticks.saturating_mul(ports.device().dof());
         ports.memory(&mut self.line, "LINE", words);

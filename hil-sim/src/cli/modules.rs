@@ -6,7 +6,10 @@ use std::process::ExitCode;
 use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use dimsart_core::modules::Standard;
-use dimsart_core::{Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Value};
+use dimsart_core::{
+    Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Unit, UnitRelation,
+    Value,
+};
 
 use super::Ending;
 use crate::experiment::device;
@@ -18,6 +21,9 @@ use crate::schemes::nearest;
 pub(super) struct Modules {
     /// Only this module, such as `PDCTRL_MOD`.
     name: Option<String>,
+    /// Prints a page of Markdown, as `docs/modules.md` is one.
+    #[arg(long)]
+    markdown: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -31,6 +37,27 @@ In a scheme:
 /// Columns of a terminal that everything fits into.
 const WIDTH: u16 = 100;
 
+/// Head of the page.
+const MARKDOWN_HEAD: &str = "\
+# The modules
+
+Written by `dimsart modules --markdown > docs/modules.md`, from what the modules say of themselves: change a module
+and run it again. Ports can be bound to other data types of the same unit and shape (`PORT_NAME TYPE` in a scheme).
+";
+
+/// What a module says of itself.
+struct Description {
+    name: &'static str,
+    summary: &'static str,
+    ports: Rows<5>,
+    /// Parameters that add a port for each type they are given.
+    lists: Vec<&'static str>,
+    parameters: Rows<5>,
+}
+
+/// A table, its head first.
+type Rows<const COLUMNS: usize> = Vec<[String; COLUMNS]>;
+
 impl Modules {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let names: Vec<String> = Standard::KINDS.iter().map(|kind| kind.name.to_owned()).collect();
@@ -43,70 +70,127 @@ impl Modules {
             };
             return Err(format!("there is no module '{name}'; {hint}").into());
         }
+        if self.markdown && self.name.is_none() {
+            write!(out, "{MARKDOWN_HEAD}")?;
+        }
         let mut engine: Engine = Engine::new(device("device", 1, 1e-3)?);
-        for (number, kind) in (0..).zip(Standard::KINDS) {
-            if self.name.as_deref().is_some_and(|name| name != kind.name) {
-                continue;
-            }
-            writeln!(out, "{}: {}", kind.name, kind.summary)?;
-            let ports = engine.ports(ModuleRef { kind: number, number: 1 }).unwrap_or_default();
-            let parameters: Vec<_> =
-                (0..).map_while(|index| <Engine>::describe_parameter(number, index)).collect();
-            print_ports(out, &ports)?;
-            for list in parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types) {
-                writeln!(out, "Every {} adds a port for its type.", list.name)?;
-            }
-            print_parameters(out, &parameters)?;
-            writeln!(out)?;
+        let is_wanted = |name: &str| self.name.as_deref().is_none_or(|wanted| wanted == name);
+        for (number, kind) in (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind.name)) {
+            let description = Description::new(&mut engine, number, kind.name, kind.summary);
+            if self.markdown { description.markdown(out) } else { description.print(out) }?;
         }
         Ok(ExitCode::SUCCESS)
     }
 }
 
-fn table<const COLUMNS: usize>(header: [&str; COLUMNS]) -> Table {
+impl Description {
+    fn new(engine: &mut Engine, number: u8, name: &'static str, summary: &'static str) -> Self {
+        let ports = engine.ports(ModuleRef { kind: number, number: 1 }).unwrap_or_default();
+        let parameters: Vec<_> =
+            (0..).map_while(|index| <Engine>::describe_parameter(number, index)).collect();
+        let lists = parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types);
+        Self {
+            name,
+            summary,
+            lists: lists.map(|list| list.name).collect(),
+            ports: rows(
+                ["port", "reads or writes", "unit", "format", "shape"],
+                ports.iter().filter_map(|port| port_row(port, &ports)),
+            ),
+            parameters: rows(
+                ["parameter", "unit", "range", "default", "meaning"],
+                parameters.iter().map(parameter_row),
+            ),
+        }
+    }
+
+    fn print(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "{}: {}", self.name, self.summary)?;
+        print_table(out, &self.ports)?;
+        for list in &self.lists {
+            writeln!(out, "Every {list} adds a port for its type.")?;
+        }
+        print_table(out, &self.parameters)?;
+        writeln!(out)
+    }
+
+    fn markdown(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "\n## {}\n\n{}", self.name, self.summary)?;
+        markdown_table(out, &self.ports)?;
+        for list in &self.lists {
+            writeln!(out, "\nEvery `{list}` adds a port for its type.")?;
+        }
+        markdown_table(out, &self.parameters)
+    }
+}
+
+fn rows<const COLUMNS: usize>(
+    header: [&str; COLUMNS],
+    rows: impl Iterator<Item = [String; COLUMNS]>,
+) -> Rows<COLUMNS> {
+    std::iter::once(header.map(str::to_owned)).chain(rows).collect()
+}
+
+fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<[String; 5]> {
+    let (data_type, _) = port.data_type?;
+    let verb = if port.direction == Direction::Read { "reads" } else { "writes" };
+    Some([
+        port.name.to_owned(),
+        format!("{verb} {}", data_type.name),
+        port_unit(port, ports),
+        format!("{:?}", data_type.format).to_lowercase(),
+        format!("{:?}", data_type.shape).to_lowercase(),
+    ])
+}
+
+fn parameter_row(parameter: &Parameter) -> [String; 5] {
+    let when = if parameter.is_structural { " Only while unplugged." } else { "" };
+    [
+        parameter.name.to_owned(),
+        if parameter.accepts == Accepts::Types { String::new() } else { units(parameter.unit) },
+        range(parameter),
+        default(parameter),
+        format!("{}{when}", parameter.summary),
+    ]
+}
+
+fn print_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMNS>) -> io::Result<()> {
+    let [header, rows @ ..] = rows.as_slice() else { return Ok(()) };
+    if rows.is_empty() {
+        return Ok(());
+    }
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH).set_header(header);
-    table
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
+    writeln!(out, "{}", table.set_header(header).add_rows(rows))
 }
 
-fn print_ports(out: &mut impl Write, ports: &[PortSpec]) -> io::Result<()> {
-    let mut table = table(["port", "reads or writes", "unit", "format", "shape"]);
-    for port in ports {
-        let Some((data_type, _)) = port.data_type else { continue };
-        let verb = if port.direction == Direction::Read { "reads" } else { "writes" };
-        table.add_row([
-            port.name.to_owned(),
-            format!("{verb} {}", data_type.name),
-            units(data_type.unit),
-            format!("{:?}", data_type.format).to_lowercase(),
-            format!("{:?}", data_type.shape).to_lowercase(),
-        ]);
+fn markdown_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMNS>) -> io::Result<()> {
+    let [header, rows @ ..] = rows.as_slice() else { return Ok(()) };
+    if rows.is_empty() {
+        return Ok(());
     }
-    print(out, &table)
+    let line = |cells: &[String]| format!("| {} |", cells.join(" | ").trim_end());
+    let rule = ["---"; COLUMNS].map(str::to_owned);
+    writeln!(out, "\n{}\n{}", line(header), line(&rule))?;
+    rows.iter().try_for_each(|row| writeln!(out, "{}", line(row)))
 }
 
-fn print_parameters(out: &mut impl Write, parameters: &[Parameter]) -> io::Result<()> {
-    let mut table = table(["parameter", "unit", "range", "default", "meaning"]);
-    for parameter in parameters {
-        let when = if parameter.is_structural { " Only while unplugged." } else { "" };
-        table.add_row([
-            parameter.name.to_owned(),
-            if parameter.accepts == Accepts::Types { String::new() } else { units(parameter.unit) },
-            range(parameter),
-            default(parameter),
-            format!("{}{when}", parameter.summary),
-        ]);
+/// The unit a port takes: its own, or what follows from the port that it is tied to.
+fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
+    let other = port.tie.and_then(|tie| Some((tie.relation, ports.get(usize::from(tie.port))?.name)));
+    match (other, port.data_type) {
+        (Some((UnitRelation::Same, other)), _) => format!("that of {other}"),
+        (Some((UnitRelation::Integral, other)), _) => format!("that of {other}, times s"),
+        (Some((UnitRelation::Derivative, other)), _) => format!("that of {other}, over s"),
+        (None, _) if port.takes_any_unit => units(Unit::Any),
+        (None, Some((data_type, _))) => units(data_type.unit),
+        (None, None) => String::new(),
     }
-    print(out, &table)
-}
-
-fn print(out: &mut impl Write, table: &Table) -> io::Result<()> {
-    if table.is_empty() { Ok(()) } else { writeln!(out, "{table}") }
 }
 
 /// The unit on a linear and, where it differs, on a rotary axis.
-fn units(unit: dimsart_core::Unit) -> String {
+fn units(unit: Unit) -> String {
     let (linear, rotary) = (unit.symbol(AxisKind::Linear), unit.symbol(AxisKind::Rotary));
     if linear == rotary { linear.to_owned() } else { format!("{linear} or {rotary}") }
 }

@@ -80,6 +80,7 @@ const USUAL_SETTINGS: &[&str] = &[
     "seed",
     "duration_s",
     "dof",
+    "environment",
     "link.forward_delay_ticks",
     "link.backward_delay_ticks",
     "link.loss",
@@ -105,7 +106,7 @@ Examples:
   dimsart run --side slave                                   real time over UDP
   dimsart run --target mps2-an386                            both sides as firmware on emulated boards
 
-Ctrl-C ends a run early; what was recorded until then is reported. A run that does not stay stable says so and ends
+Ctrl-C ends a run early; what was recorded until then is reported. A second one ends the report. A run that does not stay stable says so and ends
 with exit status 0 all the same: 1 is for a run that could not be made or reported, 2 for wrong usage.";
 
 fn help() -> String {
@@ -145,22 +146,32 @@ impl Run {
         let folder = self.folder();
         if !self.no_report {
             // A folder that cannot be written is better known before the run than after it.
-            report::prepare(&folder)?;
+            report::try_folder(&folder)?;
         }
         let stop = stop_on_interrupt()?;
         let mut experiment = self.experiment(&scenario, &stop)?;
+        if self.no_report {
+            experiment = experiment.without_recording();
+        }
+        if stop.load(Ordering::Relaxed) {
+            return Err("stopped before the run began; nothing was run".into());
+        }
         self.move_to_target(&mut experiment, &folder)?;
         let bar = progress_bar(experiment.duration_s());
         let run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
         bar.finish_and_clear();
-        let written = (!self.no_report).then(|| self.write_report(&folder, &scenario, &run)).transpose();
+        // The run has ended; the next Ctrl-C is meant for the report.
+        stop.store(false, Ordering::Relaxed);
+        let written =
+            (!self.no_report).then(|| self.write_report(&folder, &scenario, &run, &stop)).transpose();
         summary::print(out, &run.outcome)?;
-        if let Some(written) = written? {
+        if let Ok(Some(written)) = &written {
             writeln!(out, "report: {}", written.page.display())?;
         }
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
         }
+        written?;
         run.broken.map_or(Ok(ExitCode::SUCCESS), |broken| Err(broken.into()))
     }
 
@@ -191,6 +202,9 @@ impl Run {
             return Ok(());
         }
         let image = Image::find(self.image.as_deref())?;
+        if !self.no_report {
+            report::make_folder(folder)?;
+        }
         for side in self.target_side.sides() {
             let path = folder.join(format!("firmware-{}.log", side.name()));
             let log = (!self.no_report).then(|| File::create(path)).transpose()?;
@@ -204,6 +218,7 @@ impl Run {
         folder: &Path,
         scenario: &Scenario,
         run: &experiment::Run,
+        stop: &AtomicBool,
     ) -> Result<Written, ReportError> {
         let sides = self.side.map_or("both sides", Side::name);
         let report = Report {
@@ -211,20 +226,20 @@ impl Run {
             summary: summary::facts(&run.outcome),
             axes: summary::axes(&run.outcome),
             faults: run.outcome.faults.clone(),
-            figures: figures(&run.recording, &run.phases, scenario),
+            figures: figures(&run.recording, &run.phases, scenario, self.side),
             tick_maps: run.tick_maps.clone(),
             settings_toml: scenario.to_toml(),
             recording: &run.recording,
         };
         let bar = ProgressBar::new(0);
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
-        let written = report::write(folder, &report, &bar);
+        let written = report::write(folder, &report, stop, &bar);
         bar.finish_and_clear();
         written
     }
 }
 
-/// A flag that the first Ctrl-C sets; the second one ends the process at once.
+/// A flag that Ctrl-C sets: what goes on ends. A second one before that has happened ends the process at once.
 fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);

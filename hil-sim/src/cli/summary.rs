@@ -51,8 +51,11 @@ fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
 /// What a run came to as a whole.
 pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     let stable = if outcome.stable { "yes" } else { "NO" };
-    let range =
-        if outcome.stable { "every position, force and wave in its declared range" } else { "see the fault" };
+    let range = if outcome.stable {
+        "every position, force and wave in its range, none grows"
+    } else {
+        "see the fault"
+    };
     let ticks = format!("{} ticks", outcome.ticks);
     let factor = match outcome.realtime_factor {
         factor if factor < 10.0 => format!("{factor:.3} times real time"),
@@ -72,18 +75,20 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
 }
 
 fn round_trip(outcome: &Outcome) -> Fact {
-    let note = match (outcome.round_trip_ticks, &outcome.real_time) {
-        (None, _) => "nothing came back",
-        (Some(_), None) => "of the waves, measured",
-        (Some(_), Some(_)) => "of the waves: link measured, time delays of both sides from the settings",
+    let note = match outcome.round_trip_ticks {
+        None => "nothing came back, or the other side's scheme is not known here",
+        Some(_) => "link measured, plus the delay modules",
     };
     let ticks = outcome.round_trip_ticks.map_or(NONE.to_owned(), |ticks| ticks.to_string());
     fact("round trip", ticks, "ticks", note)
 }
 
-fn channel_energy(energy_min_j: f64) -> Fact {
-    let note = if energy_min_j < 0.0 { "below 0: not passive" } else { "never below 0: passive" };
-    let value = if energy_min_j < 0.0 { format!("{energy_min_j:.3e}") } else { "0".to_owned() };
+fn channel_energy(energy_min_j: Option<f64>) -> Fact {
+    let (value, note) = match energy_min_j {
+        None => (NONE.to_owned(), "no waves were sent"),
+        Some(energy_j) if energy_j < 0.0 => (format!("{energy_j:.3e}"), "of any axis; below 0: not passive"),
+        Some(_) => ("0".to_owned(), "of any axis; never below 0: passive"),
+    };
     fact("smallest channel energy", value, "J", note)
 }
 
@@ -105,7 +110,6 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
         fact("late ticks", late_ticks.to_string(), "", &latest),
         fact("lost packets", packets_lost.to_string(), "", &refused),
         unknown("smallest channel energy", "J", "it takes the waves of both sides"),
-        unknown("predicted stiffness", "N/m", "it takes the controllers of both sides"),
     ];
     if outcome.k_felt_n_per_m.iter().all(Option::is_none) {
         facts.push(fact(

@@ -3,7 +3,9 @@
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::Blocked;
-use dimsart_core::{CommandError, Difference, Finding, FrameError, ParameterError, Party};
+use dimsart_core::{
+    CommandError, Difference, Finding, FrameError, ModuleRef, ParameterError, Party, TypeRef, UnitRelation,
+};
 
 use super::description::Parameter;
 use super::{ConnectError, Device};
@@ -76,10 +78,41 @@ impl<S: Read + Write> Device<S> {
                 self.party(reader)?,
                 self.signal_name(signal)?,
                 self.party(writer)?,
-                if is_declared { " (as declared)" } else { ": plug in the writer first" }
+                match is_declared {
+                    true => " (as declared)",
+                    false if writer == reader => {
+                        ": no order changes that; bind one of its two ports to another signal (PORT_... command)"
+                    }
+                    false => ": plug in the writer first",
+                }
+            ),
+            Finding::UnitsDiffer { module, port, signal, other_port, other_signal, relation } => {
+                let expected = match relation {
+                    UnitRelation::Same => "the same unit as",
+                    UnitRelation::Integral => "the unit, times s, of",
+                    UnitRelation::Derivative => "the unit, over s, of",
+                };
+                format!(
+                    "{} has {} and {}, but the second must have {expected} the first: bind one of them to a signal \
+                     that fits (PORT_... command)",
+                    self.module_name(module)?,
+                    self.bound_port(module, other_port, other_signal)?,
+                    self.bound_port(module, port, signal)?,
+                )
+            }
+            Finding::LinkTaken { link, first, second } => format!(
+                "{} and {} are both at the same end of link {link} and take the packets from each other: \
+                 give one of them another link or unplug it",
+                self.module_name(first)?,
+                self.module_name(second)?
             ),
             other => format!("{other:?}"),
         })
+    }
+
+    fn bound_port(&mut self, module: ModuleRef, port: u8, signal: TypeRef) -> Text {
+        let port = self.port(module, port)?.map_or("?".to_owned(), |port| port.name);
+        Ok(format!("{port} bound to {} ({})", self.signal_name(signal)?, self.unit(signal.id)?))
     }
 
     fn party(&mut self, party: Party) -> Text {

@@ -7,6 +7,7 @@ use dimsart_core::{DescriptorError, StorageError};
 use crate::emulated::EmulatedError;
 use crate::link::UdpError;
 use crate::plant::ParameterError;
+use crate::recorder::UnknownSignal;
 use crate::schemes::{Loaded, SchemeFileError};
 
 /// Why an experiment could not be set up or run.
@@ -39,6 +40,9 @@ pub enum ExperimentError {
         /// What is wrong.
         loaded: Loaded,
     },
+    /// What `record.signals` names.
+    #[error(transparent)]
+    Record(#[from] UnknownSignal),
     /// The side's socket.
     #[error(
         "{source}; end the program that uses it, or give both sides another one with --set link.{side}_address=IP:PORT"

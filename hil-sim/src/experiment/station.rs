@@ -3,34 +3,30 @@
 use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
 
 use super::{ExperimentError, Side};
-use crate::plant::{
-    Axis, AxisWise, Environment, HandParameters, ParameterError, Plant, WallParameters, WallSide,
-};
+use crate::phases::Phases;
+use crate::plant::{Axis, AxisWise, Environment, HandParameters, ParameterError, Plant};
 use crate::rig::{SimulatedDimsart, Station};
-use crate::scenario::{Phases, Scenario, SideSection, Stale, WaveForm};
+use crate::scenario::{Scenario, Stale, WaveForm};
 use crate::schemes::{self, SchemeText, Setting};
 
-/// The side's controller and plant, joined.
-pub(super) fn station(scenario: &Scenario, phases: &Phases, side: Side) -> Result<Station, ExperimentError> {
-    let section = match side {
-        Side::Master => &scenario.master,
-        Side::Slave => &scenario.slave,
-    };
-    let dimsart = dimsart(scenario, section, side)?;
-    let plant = plant(scenario, phases, section, side);
+/// The side's plant, joined to its controller.
+pub(super) fn station(
+    scenario: &Scenario,
+    phases: &Phases,
+    side: Side,
+    dimsart: Box<SimulatedDimsart>,
+) -> Result<Station, ExperimentError> {
+    let plant = plant(scenario, phases, side);
     let plant = plant.map_err(|error| ExperimentError::Plant { side: side.name(), error })?;
     Ok(Station::new(side.name(), dimsart, plant))
 }
 
-fn dimsart(
-    scenario: &Scenario,
-    section: &SideSection,
-    side: Side,
-) -> Result<Box<SimulatedDimsart>, ExperimentError> {
+/// The side's controller, with its scheme loaded.
+pub(super) fn controller(scenario: &Scenario, side: Side) -> Result<Box<SimulatedDimsart>, ExperimentError> {
     let device = device(side.name(), scenario.dof, scenario.sample_period_s)?;
     let mut dimsart = Box::new(SimulatedDimsart::new(device).map_err(ExperimentError::Storage)?);
-    let scheme = SchemeText::read(&section.scheme)?;
-    let loaded = schemes::load(&scheme, side.name(), &settings(scenario, section, side), &mut dimsart);
+    let scheme = SchemeText::read(&side.section(scenario).scheme)?;
+    let loaded = schemes::load(&scheme, side.name(), &settings(scenario, side), &mut dimsart);
     if !loaded.is_sound() {
         return Err(ExperimentError::Scheme { name: scheme.name, side: side.name(), loaded });
     }
@@ -53,47 +49,51 @@ pub fn device(
     DeviceDescriptor::new(name, axes, sample_period_s, &[types::POSITION], &[types::DES_FORCE])
 }
 
-/// What the scenario says about the schemes' parameters.
-fn settings(scenario: &Scenario, section: &SideSection, side: Side) -> Vec<Setting> {
-    let form = match scenario.wave.form {
+/// What the scenario was given to put over the schemes' parameters.
+fn settings(scenario: &Scenario, side: Side) -> Vec<Setting> {
+    let Scenario { link, wave, .. } = scenario;
+    let section = side.section(scenario);
+    let form = wave.form.map(|form| match form {
         WaveForm::Split => "SPLIT",
         WaveForm::Implicit => "IMPLICIT",
         WaveForm::Printed => "PRINTED",
-    };
-    let law = if scenario.wave.form == WaveForm::Implicit { "ON" } else { "OFF" };
-    let stale = match scenario.link.stale {
+    });
+    let law = (wave.form == Some(WaveForm::Implicit)).then_some("ON");
+    let stale = link.stale.map(|stale| match stale {
         Stale::Zero => "ZERO",
         Stale::Hold => "HOLD",
         Stale::Limited => "LIMITED",
         Stale::Integral => "INTEGRAL",
-    };
-    let setting = |module, command, value: &dyn ToString, key: &str| Setting {
-        module,
-        command,
-        value: value.to_string(),
-        key: key.to_owned(),
-    };
+    });
     let of_side = |key| format!("{}.{key}", side.name());
-    vec![
-        setting("COMM_RXMOD", "STALE", &stale, "link.stale"),
-        setting("WTRANSF_MOD", "B_PARAM", &scenario.wave.impedance_ns_per_m, "wave.impedance_ns_per_m"),
-        setting("WTRANSF_MOD", "FORM", &form, "wave.form"),
-        setting("PDCTRL_MOD", "K_PARAM", &section.stiffness_n_per_m, &of_side("stiffness_n_per_m")),
-        setting("PDCTRL_MOD", "D_PARAM", &section.damping_ns_per_m, &of_side("damping_ns_per_m")),
-        setting("PDCTRL_MOD", "LAW_OUTPUT", &law, "wave.form"),
-        setting("TIMEDELAY_MOD", "TD_PARAM", &section.time_delay_ticks, &of_side("time_delay_ticks")),
+    [
+        setting("COMM_RXMOD", "STALE", stale, "link.stale".to_owned()),
+        setting("WTRANSF_MOD", "B_PARAM", wave.impedance_ns_per_m, "wave.impedance_ns_per_m".to_owned()),
+        setting("WTRANSF_MOD", "FORM", form, "wave.form".to_owned()),
+        setting("PDCTRL_MOD", "LAW_OUTPUT", law, "wave.form".to_owned()),
+        setting("PDCTRL_MOD", "K_PARAM", section.stiffness_n_per_m, of_side("stiffness_n_per_m")),
+        setting("PDCTRL_MOD", "D_PARAM", section.damping_ns_per_m, of_side("damping_ns_per_m")),
+        setting("TIMEDELAY_MOD", "TD_PARAM", section.time_delay_ticks, of_side("time_delay_ticks")),
     ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
-fn plant(
-    scenario: &Scenario,
-    phases: &Phases,
-    section: &SideSection,
-    side: Side,
-) -> Result<Box<dyn Plant>, ParameterError> {
+fn setting(
+    module: &'static str,
+    command: &'static str,
+    value: Option<impl ToString>,
+    key: String,
+) -> Option<Setting> {
+    value.map(|value| Setting { module, command, value: value.to_string(), key })
+}
+
+fn plant(scenario: &Scenario, phases: &Phases, side: Side) -> Result<Box<dyn Plant>, ParameterError> {
+    let section = side.section(scenario);
     let axis = |axis| {
-        let environment: Box<dyn Environment> = match side {
-            Side::Master => Box::new(
+        let environment: Option<Box<dyn Environment>> = match side {
+            Side::Master => Some(Box::new(
                 HandParameters {
                     mass_kg: scenario.hand.mass_kg,
                     damping_ns_per_m: scenario.hand.damping_ns_per_m,
@@ -101,18 +101,10 @@ fn plant(
                     phases: phases.hand(scenario, axis),
                 }
                 .build()?,
-            ),
-            Side::Slave => Box::new(
-                WallParameters {
-                    position_m: scenario.wall.position_m,
-                    stiffness_n_per_m: scenario.wall.stiffness_n_per_m,
-                    damping_ns_per_m: scenario.wall.damping_ns_per_m,
-                    solid: WallSide::Above,
-                }
-                .build()?,
-            ),
+            )),
+            Side::Slave => scenario.environments.build(scenario.environment)?,
         };
-        Axis::new(&section.device, section.motor.as_ref(), vec![environment])
+        Axis::new(&section.device, section.motor.as_ref(), environment.into_iter().collect())
     };
     Ok(Box::new(AxisWise::new((0..scenario.dof).map(axis).collect::<Result<_, _>>()?)))
 }

@@ -12,37 +12,10 @@ use super::parameter::ParameterError;
 use super::scene::{Regime, Scene, Slide};
 use super::transition::Motion;
 use super::transitions::{Span, Transitions};
-use super::{AxisTruth, DeviceParameters, EnvironmentParameters, SUB_STEPS_MIN};
-use serde::{Deserialize, Serialize};
+use super::{AxisTruth, DeviceParameters, SUB_STEPS_MIN};
 
 /// How often a sub-step may be halved.
 const HALVINGS_MAX: u8 = 10;
-
-/// Everything about one axis.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct AxisParameters {
-    /// The device itself.
-    pub device: DeviceParameters,
-    /// Its motor; none for an ideal force source.
-    pub motor: Option<MotorParameters>,
-    /// What acts on it.
-    pub environments: Vec<EnvironmentParameters>,
-}
-
-impl AxisParameters {
-    /// The axis these parameters describe.
-    ///
-    /// # Errors
-    /// The first parameter outside its range.
-    pub fn build(&self) -> Result<Axis, ParameterError> {
-        let build = |(index, environment): (usize, &EnvironmentParameters)| {
-            environment.build().map_err(|error| error.within(&format!("environments[{index}]")))
-        };
-        let environments = self.environments.iter().enumerate().map(build).collect::<Result<_, _>>()?;
-        Axis::new(&self.device, self.motor.as_ref(), environments)
-    }
-}
 
 /// One moving mass.
 #[derive(Debug)]
@@ -204,7 +177,6 @@ impl Axis {
                     wall_force_n += force_n;
                     is_in_contact |= force_n.abs() > 0.0;
                 }
-                Role::Mechanism => {}
             }
         }
         AxisTruth {

@@ -1,31 +1,7 @@
 //! A plant of independent axes.
 
-use super::axis::{Axis, AxisParameters};
-use super::parameter::{ParameterError, require};
+use super::axis::Axis;
 use super::{AxisTruth, Plant};
-use serde::{Deserialize, Serialize};
-
-/// One entry per axis.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct AxisWiseParameters {
-    /// At least one.
-    pub axes: Vec<AxisParameters>,
-}
-
-impl AxisWiseParameters {
-    /// The plant these parameters describe.
-    ///
-    /// # Errors
-    /// No axis, or the first parameter outside its range.
-    pub fn build(&self) -> Result<AxisWise, ParameterError> {
-        require("axes", 0.0, !self.axes.is_empty(), "at least one axis")?;
-        let build = |(index, axis): (usize, &AxisParameters)| {
-            axis.build().map_err(|error| error.within(&format!("axes[{index}]")))
-        };
-        Ok(AxisWise::new(self.axes.iter().enumerate().map(build).collect::<Result<_, _>>()?))
-    }
-}
 
 /// Axes that share a period and nothing else.
 #[derive(Debug)]

@@ -56,8 +56,6 @@ pub enum Role {
     Hand,
     /// An obstacle: counted in `wall_force_n`.
     Wall,
-    /// Part of the mechanics: in no sum.
-    Mechanism,
 }
 
 /// Something that pushes on one moving mass.

@@ -6,11 +6,9 @@
 use super::environment::{Environment, Law, Role};
 use super::hand_phase::HandPhase;
 use super::parameter::{ParameterError, not_negative, require};
-use serde::{Deserialize, Serialize};
 
 /// One hand on one axis. The numbers are assumptions in the usual range, not measurements.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(default, deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct HandParameters {
     /// `M`, `kg`, >= 0.
     pub mass_kg: f64,
@@ -231,13 +229,5 @@ mod tests {
             let refused = HandParameters { phases, ..HandParameters::default() }.build().unwrap_err();
             assert_eq!(refused.path, path);
         }
-    }
-
-    #[test]
-    fn a_script_reads_as_toml() {
-        let text = "stiffness_n_per_m = 100.0\n[[phases]]\naction = \"push\"\nstart_s = 0.0\nend_s = 1.0\nforce_n = 2.0";
-        let hand: HandParameters = toml::from_str(text).unwrap();
-        assert_eq!(hand.phases, [HandPhase::Push { start_s: 0.0, end_s: 1.0, force_n: 2.0 }]);
-        assert!(toml::from_str::<HandParameters>(&text.replace("force_n", "force")).is_err());
     }
 }

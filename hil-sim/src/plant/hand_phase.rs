@@ -3,15 +3,13 @@
 //! A least-jerk move: `from + (to - from) (10 t³ - 15 t⁴ + 6 t⁵)`, `t` from 0 to 1 (Flash and Hogan 1985).
 
 use super::parameter::{ParameterError, finite, not_negative, require};
-use serde::{Deserialize, Serialize};
 
 /// What the hand does from `start_s` to `end_s`, `s`. In no phase, it is as in [`Release`](Self::Release).
 ///
 /// A phase acts in whole periods: those whose middle lies in `start_s <= t < end_s`. Within a period the target
 /// moves on a straight line between where the script has it at both ends.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 #[expect(missing_docs, reason = "the fields are named in full, and in their variant's line")]
-#[serde(tag = "action", rename_all = "snake_case", deny_unknown_fields)]
 pub enum HandPhase {
     /// Moves the target from `from_m` to `to_m` with the least jerk: at rest at both ends, peak speed
     /// `1.875 (to_m - from_m)/(end_s - start_s)` (Flash and Hogan 1985).

@@ -1,9 +1,8 @@
 //! The plants against closed forms and conservation laws.
 
-use super::axis::{Axis, AxisParameters};
 use super::{
-    AxisTruth, AxisWiseParameters, DeviceParameters, EnvironmentParameters, HandParameters, HandPhase,
-    MotorParameters, Plant, PlantParameters, SpringParameters, WallParameters,
+    Axis, AxisTruth, AxisWise, DeviceParameters, Environment, HandParameters, HandPhase, MotorParameters,
+    Plant, SpringParameters, WallParameters,
 };
 
 const PERIOD_S: f64 = 1e-3;
@@ -12,8 +11,8 @@ fn device(mass_kg: f64, damping_ns_per_m: f64) -> DeviceParameters {
     DeviceParameters { mass_kg, damping_ns_per_m, ..DeviceParameters::default() }
 }
 
-fn axis(device: DeviceParameters, environments: Vec<EnvironmentParameters>) -> Axis {
-    AxisParameters { device, motor: None, environments }.build().unwrap()
+fn axis(device: DeviceParameters, environments: Vec<Box<dyn Environment>>) -> Axis {
+    Axis::new(&device, None, environments).unwrap()
 }
 
 /// An axis with nothing around it but a motor.
@@ -69,8 +68,8 @@ fn a_spring_swings_as_its_closed_form_says() {
     let rate = 2.0 / (2.0 * 0.5);
     let damped = (natural * natural - rate * rate).sqrt();
     for mut axis in [
-        axis(device(0.5, 2.0), vec![EnvironmentParameters::Spring(spring)]),
-        axis(device(0.2, 0.5), vec![EnvironmentParameters::Hand(hand)]),
+        axis(device(0.5, 2.0), vec![Box::new(spring.build().unwrap())]),
+        axis(device(0.2, 0.5), vec![Box::new(hand.build().unwrap())]),
     ] {
         hold(&mut axis, 2000, 3.0, |t, truth| {
             let end_m = 0.02 + 3.0 / 400.0;
@@ -91,7 +90,7 @@ fn what_a_hand_exerts_is_felt_behind_its_own_mass() {
         phases: vec![push],
         ..HandParameters::default()
     };
-    let mut axis = axis(device(0.2, 0.0), vec![EnvironmentParameters::Hand(hand)]);
+    let mut axis = axis(device(0.2, 0.0), vec![Box::new(hand.build().unwrap())]);
     hold(&mut axis, 1000, 0.0, |t, truth| {
         close(truth.velocity_m_per_s, 5.0 * t, 1e-12);
         close(truth.hand_force_n, 1.0, 1e-12);
@@ -105,7 +104,7 @@ fn what_a_hand_exerts_is_felt_behind_its_own_mass() {
 fn a_moving_hand_does_not_feel_the_sub_steps() {
     let to = HandPhase::Move { start_s: 0.0, end_s: 0.1, from_m: 0.0, to_m: 0.1 };
     let hand = HandParameters { phases: vec![to], ..HandParameters::default() };
-    let mut axis = axis(device(0.1, 0.0), vec![EnvironmentParameters::Hand(hand)]);
+    let mut axis = axis(device(0.1, 0.0), vec![Box::new(hand.build().unwrap())]);
     let (mass, damping, stiffness) = (0.6, 8.0, 300.0);
     let target = |t: f64| 0.1 * (t * t * t * (10.0 + t * (-15.0 + 6.0 * t)));
     let (mut x, mut v) = (0.0_f64, 0.0_f64);
@@ -125,7 +124,7 @@ fn a_moving_hand_does_not_feel_the_sub_steps() {
 
 /// Throws `mass_kg` at 0.1 m/s against a wall; what the wall did, and the speed after it.
 fn bounce(mass_kg: f64, wall: WallParameters) -> (f64, f64) {
-    let mut axis = axis(device(mass_kg, 0.0), vec![EnvironmentParameters::Wall(wall)]);
+    let mut axis = axis(device(mass_kg, 0.0), vec![Box::new(wall.build().unwrap())]);
     hold(&mut axis, 100, mass_kg, |_, _| {});
     close(axis.truth().velocity_m_per_s, 0.1, 1e-14);
     let mut largest_n: f64 = 0.0;
@@ -171,7 +170,7 @@ fn a_damped_wall_keeps_what_it_dissipates() {
 fn a_push_on_a_rigid_wall_settles() {
     let wall =
         WallParameters { stiffness_n_per_m: f64::INFINITY, position_m: 0.001, ..WallParameters::default() };
-    let mut axis = axis(device(0.5, 8.0), vec![EnvironmentParameters::Wall(wall)]);
+    let mut axis = axis(device(0.5, 8.0), vec![Box::new(wall.build().unwrap())]);
     hold(&mut axis, 6000, 2.0, |_, _| {});
     let truth = axis.truth();
     close(truth.wall_force_n, -2.0, 1e-6);
@@ -201,7 +200,7 @@ fn friction_stops_a_mass_after_v2_m_over_2_fc_for_good() {
 fn friction_shortens_each_swing_by_the_same_amount() {
     let spring = SpringParameters { stiffness_n_per_m: 100.0, ..SpringParameters::default() };
     let device = DeviceParameters { start_position_m: 0.0525, coulomb_friction_n: 0.5, ..device(0.1, 0.0) };
-    let mut axis = axis(device, vec![EnvironmentParameters::Spring(spring)]);
+    let mut axis = axis(device, vec![Box::new(spring.build().unwrap())]);
     let half_swing_s = core::f64::consts::PI * (0.1_f64 / 100.0).sqrt();
     for swing in 1..=10_u32 {
         for _ in 0..100 {
@@ -223,7 +222,7 @@ fn friction_is_not_lost_between_sub_steps() {
     let spring = SpringParameters { stiffness_n_per_m: 1e9, ..SpringParameters::default() };
     let device =
         DeviceParameters { start_position_m: 5.25e-9, coulomb_friction_n: 0.5, ..device(0.0525, 0.0) };
-    let mut axis = axis(device, vec![EnvironmentParameters::Spring(spring)]);
+    let mut axis = axis(device, vec![Box::new(spring.build().unwrap())]);
     hold(&mut axis, 1, 0.0, |_, truth| {
         close(truth.position_m, -2.5e-10, 1e-12);
         assert_eq!(truth.velocity_m_per_s.to_bits(), 0.0_f64.to_bits());
@@ -303,7 +302,7 @@ fn a_motor_makes_no_energy() {
     assert!((1000..39_000).contains(&saturated), "{saturated} of 40000 saturated");
 }
 
-fn busy_scene() -> Box<dyn Plant> {
+fn busy_scene() -> AxisWise {
     let hand = HandParameters {
         phases: vec![
             HandPhase::Move { start_s: 0.0, end_s: 0.3, from_m: 0.0, to_m: 0.06 },
@@ -317,12 +316,14 @@ fn busy_scene() -> Box<dyn Plant> {
         ],
         ..HandParameters::default()
     };
-    let environments =
-        vec![EnvironmentParameters::Hand(hand), EnvironmentParameters::Wall(WallParameters::default())];
     let device =
         DeviceParameters { coulomb_friction_n: 0.2, encoder_step_m: 3e-5, ..DeviceParameters::default() };
-    let axis = AxisParameters { device, motor: Some(MotorParameters::default()), environments };
-    PlantParameters::AxisWise(AxisWiseParameters { axes: vec![axis; 2] }).build().unwrap()
+    let axis = |()| {
+        let wall = WallParameters::default().build().unwrap();
+        let environments: Vec<Box<dyn Environment>> = vec![Box::new(hand.build().unwrap()), Box::new(wall)];
+        Axis::new(&device, Some(&MotorParameters::default()), environments).unwrap()
+    };
+    AxisWise::new([(); 2].map(axis).into())
 }
 
 #[test]
@@ -363,7 +364,7 @@ fn a_plant_takes_any_number_of_commands_and_readings() {
 fn a_faulty_command_stays_visible() {
     let wall = WallParameters { stiffness_n_per_m: f64::INFINITY, ..WallParameters::default() };
     for command_n in [f64::NAN, f64::INFINITY] {
-        let mut axis = axis(device(0.1, 1.0), vec![EnvironmentParameters::Wall(wall.clone())]);
+        let mut axis = axis(device(0.1, 1.0), vec![Box::new(wall.build().unwrap())]);
         hold(&mut axis, 3, command_n, |_, truth| {
             assert!(!truth.position_m.is_finite() && !truth.actuator_force_n.is_finite(), "{truth:?}");
         });
@@ -371,34 +372,10 @@ fn a_faulty_command_stays_visible() {
 }
 
 #[test]
-fn a_scenario_describes_a_plant_and_an_impossible_one_is_refused_by_place() {
-    let text = r#"
-        kind = "axis_wise"
-        [[axes]]
-        device = { mass_kg = 0.2, encoder_step_m = 3e-5 }
-        motor = { voltage_limit_v = inf }
-        [[axes.environments]]
-        kind = "hand"
-        phases = [{ action = "push", start_s = 0.0, end_s = 1.0, force_n = 2.0 }]
-        [[axes.environments]]
-        kind = "wall"
-        stiffness_n_per_m = inf
-    "#;
-    let parameters: PlantParameters = toml::from_str(text).unwrap();
-    assert_eq!(parameters.build().unwrap().dof(), 1);
-    for (from, to, path) in [
-        ("mass_kg = 0.2", "mass_kg = -0.2", "axes[0].device.mass_kg"),
-        ("voltage_limit_v = inf", "voltage_limit_v = nan", "axes[0].motor.voltage_limit_v"),
-        ("force_n = 2.0", "force_n = nan", "axes[0].environments[0].phases[0].force_n"),
-        ("stiffness_n_per_m = inf", "stiffness_n_per_m = -1.0", "axes[0].environments[1].stiffness_n_per_m"),
-    ] {
-        let parameters: PlantParameters = toml::from_str(&text.replace(from, to)).unwrap();
-        assert_eq!(parameters.build().unwrap_err().path, path);
-    }
-    for (from, to) in
-        [("force_n", "force"), ("stiffness_n_per_m", "stiffness"), ("encoder_step_m", "encoder")]
-    {
-        let refused = toml::from_str::<PlantParameters>(&text.replace(from, to)).unwrap_err();
-        assert!(refused.to_string().contains(&format!("`{to}`")), "{refused}");
-    }
+fn an_impossible_axis_is_refused_by_place() {
+    let refused =
+        |device, motor: Option<&MotorParameters>| Axis::new(&device, motor, vec![]).unwrap_err().path;
+    assert_eq!(refused(device(-0.2, 0.0), None), "device.mass_kg");
+    let motor = MotorParameters { voltage_limit_v: f64::NAN, ..MotorParameters::default() };
+    assert_eq!(refused(device(0.2, 0.0), Some(&motor)), "motor.voltage_limit_v");
 }

@@ -47,7 +47,7 @@ pub struct Spring {
 
 impl Environment for Spring {
     fn role(&self) -> Role {
-        Role::Mechanism
+        Role::Wall
     }
 
     fn law(&self, _elapsed_s: f64, position_m: f64, velocity_m_per_s: f64) -> Law {

@@ -4,6 +4,7 @@
 //! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
 
 use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::recording::Recording;
 
@@ -13,11 +14,11 @@ const TIME_HEADER: &str = "time_s (s)";
 /// Integers up to here are exact in `f64`.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 
-/// Writes header and rows of `recording` to `out`.
+/// Writes header and rows of `recording` to `out`, until `stop` is set.
 ///
 /// # Errors
-/// Whatever `out` reports; the rows before it may have been written.
-pub(super) fn write(recording: &Recording, out: impl io::Write) -> io::Result<()> {
+/// Whatever `out` reports, or that it was stopped; the rows before it may have been written.
+pub(super) fn write(recording: &Recording, stop: &AtomicBool, out: impl io::Write) -> io::Result<()> {
     let mut table = csv::WriterBuilder::new().buffer_capacity(1 << 20).from_writer(out);
     table.write_field(TIME_HEADER)?;
     for column in recording.columns() {
@@ -26,6 +27,9 @@ pub(super) fn write(recording: &Recording, out: impl io::Write) -> io::Result<()
     table.write_record(None::<&[u8]>)?;
     let mut number = NumberText::default();
     for (time_s, row) in recording.time_s().iter().zip(recording.rows()) {
+        if stop.load(Ordering::Relaxed) {
+            return Err(io::Error::other("stopped"));
+        }
         table.write_field(number.text(*time_s))?;
         for value in row {
             table.write_field(number.text(*value))?;
@@ -74,7 +78,7 @@ mod tests {
 
     fn csv_of(recording: &Recording) -> Vec<u8> {
         let mut bytes = Vec::new();
-        write(recording, &mut bytes).unwrap();
+        write(recording, &AtomicBool::new(false), &mut bytes).unwrap();
         bytes
     }
 

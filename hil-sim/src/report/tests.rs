@@ -1,6 +1,9 @@
 use super::*;
 use crate::recording::Column;
 
+/// Nobody stops the report.
+static NEVER: AtomicBool = AtomicBool::new(false);
+
 fn recording() -> Recording {
     let column = |source: &str| Column {
         source: source.into(),
@@ -56,11 +59,34 @@ fn report(recording: &Recording) -> Report<'_> {
 }
 
 #[test]
+fn a_folder_that_was_tried_is_as_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    try_folder(&folder.path().join("new/run")).unwrap();
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+    let signals = folder.path().join(SIGNALS_FILE);
+    fs::write(&signals, "an older report").unwrap();
+    try_folder(folder.path()).unwrap();
+    assert_eq!(fs::read_to_string(&signals).unwrap(), "an older report");
+    let below = signals.join("run");
+    assert!(matches!(try_folder(&below), Err(ReportError::Folder { path, .. }) if path == below));
+}
+
+#[test]
+fn a_report_that_is_stopped_says_so_and_leaves_no_half_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = recording();
+    let stop = AtomicBool::new(true);
+    let error = write(folder.path(), &report(&recording), &stop, &ProgressBar::hidden()).unwrap_err();
+    assert!(matches!(error, ReportError::Stopped { .. }), "{error}");
+    assert!(!folder.path().join(SIGNALS_FILE).exists() && !folder.path().join(PAGE_FILE).exists());
+}
+
+#[test]
 fn everything_said_to_be_written_is_there() {
     let folder = tempfile::tempdir().unwrap();
     let recording = recording();
     let bar = ProgressBar::hidden();
-    let written = write(&folder.path().join("new/run"), &report(&recording), &bar).unwrap();
+    let written = write(&folder.path().join("new/run"), &report(&recording), &NEVER, &bar).unwrap();
     assert_eq!(bar.length(), Some(bar.position()), "the bar ends full");
     assert_eq!(written.pictures.len(), 4);
     for path in written.pictures.iter().chain([&written.page, &written.signals]) {
@@ -78,7 +104,7 @@ fn everything_said_to_be_written_is_there() {
 fn a_run_that_was_stopped_at_once_still_gets_its_report() {
     let folder = tempfile::tempdir().unwrap();
     let empty = Recording::new(vec![]);
-    let written = write(folder.path(), &report(&empty), &ProgressBar::hidden()).unwrap();
+    let written = write(folder.path(), &report(&empty), &NEVER, &ProgressBar::hidden()).unwrap();
     assert_eq!(fs::read_to_string(written.signals).unwrap(), "time_s (s)\n");
 }
 
@@ -111,7 +137,7 @@ fn a_folder_that_cannot_be_made_is_named_with_the_way_out() {
     fs::write(&file, "a regular file").unwrap();
     let below = file.join("run");
     let recording = recording();
-    let error = write(&below, &report(&recording), &ProgressBar::hidden()).unwrap_err();
+    let error = write(&below, &report(&recording), &NEVER, &ProgressBar::hidden()).unwrap_err();
     assert!(matches!(&error, ReportError::Folder { path, .. } if *path == below));
     let message = error.to_string();
     assert!(message.starts_with(&format!("cannot create {}: ", below.display())), "{message}");
@@ -124,7 +150,7 @@ fn a_file_that_cannot_be_written_is_named() {
     let occupied = folder.path().join("positions.png");
     fs::create_dir(&occupied).unwrap();
     let recording = recording();
-    let error = write(folder.path(), &report(&recording), &ProgressBar::hidden()).unwrap_err();
+    let error = write(folder.path(), &report(&recording), &NEVER, &ProgressBar::hidden()).unwrap_err();
     assert!(matches!(&error, ReportError::File { path, .. } if *path == occupied), "{error}");
     assert!(folder.path().join("positions.svg").exists(), "what was written before stays");
 }

@@ -120,6 +120,7 @@ fn refusal(example: &Value, value: &Value, range: Option<Range>) -> Option<Strin
         (Value::Table(_), Value::Table(_)) => None,
         (Value::Float(_), _) => Some(number()),
         (Value::Integer(_), _) => Some(number().replacen("number", "whole number", 1)),
+        (Value::Array(_), _) if range.is_none() => Some("a list of names, such as [\"world\"]".to_owned()),
         (Value::Array(_), _) => Some(format!("a list, each entry {}", number())),
         (Value::String(_), _) => Some("a text in quotes".to_owned()),
         (Value::Boolean(_), _) => Some("true or false".to_owned()),

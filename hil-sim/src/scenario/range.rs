@@ -57,6 +57,7 @@ const RANGES: &[(&str, Range)] = &[
     ("contact_force_n", Finite),
     ("limits.position_m", Positive),
     ("position_m", Finite),
+    ("rest_position_m", Finite),
     ("force_n", Positive),
     ("wave", Positive),
     ("every_ticks", Between(1.0, MAX_TICKS)),

@@ -1,6 +1,7 @@
 #![expect(clippy::float_cmp, reason = "settings are copied, not computed")]
 
-use super::{Scenario, ScenarioError, Stale, WaveForm, apply, reference};
+use super::range::Range;
+use super::{Key, Scenario, ScenarioError, Stale, WaveForm, apply, reference};
 use proptest::prelude::{ProptestConfig, any, prop_assert, prop_assert_eq, proptest};
 use std::path::PathBuf;
 use toml::Value;
@@ -41,14 +42,17 @@ impl Drop for File {
 }
 
 #[test]
-fn the_shipped_scenario_is_table_1_on_a_22_tick_round_trip() {
+fn the_shipped_scenario_says_nothing_that_a_scheme_can_say_for_itself() {
     let scenario = Scenario::default();
     assert_eq!(scenario, with(&[]).unwrap());
-    assert_eq!(scenario.master.stiffness_n_per_m, 3000.0);
-    assert_eq!(scenario.slave.stiffness_n_per_m, 5000.0);
-    assert_eq!(scenario.wave.impedance_ns_per_m, 10.0);
-    assert_eq!((scenario.master.time_delay_ticks, scenario.slave.time_delay_ticks), (10, 10));
-    assert_eq!(scenario.round_trip_ticks(), 22);
+    assert_eq!(
+        (scenario.wave.impedance_ns_per_m, scenario.wave.form, scenario.link.stale),
+        (None, None, None)
+    );
+    for side in [&scenario.master, &scenario.slave] {
+        let gains = (side.stiffness_n_per_m, side.damping_ns_per_m, side.time_delay_ticks);
+        assert_eq!(gains, (None, None, None));
+    }
     assert_eq!((scenario.duration_s, &scenario.master.motor), (None, &None));
 }
 
@@ -69,10 +73,13 @@ fn every_promised_key_can_be_set() {
     .unwrap();
     assert_eq!((scenario.seed, scenario.duration_s), (7, Some(2.5)));
     assert_eq!((scenario.link.forward_delay_ticks, scenario.link.backward_delay_ticks), (3, 4));
-    assert_eq!((scenario.link.loss, scenario.wave.impedance_ns_per_m), (0.1, 12.0));
-    assert_eq!(scenario.wave.form, WaveForm::Implicit);
-    assert_eq!((scenario.master.stiffness_n_per_m, scenario.slave.stiffness_n_per_m), (1000.0, 2000.0));
-    assert_eq!(scenario.wall.stiffness_n_per_m, f64::INFINITY);
+    assert_eq!((scenario.link.loss, scenario.wave.impedance_ns_per_m), (0.1, Some(12.0)));
+    assert_eq!(scenario.wave.form, Some(WaveForm::Implicit));
+    assert_eq!(
+        (scenario.master.stiffness_n_per_m, scenario.slave.stiffness_n_per_m),
+        (Some(1000.0), Some(2000.0))
+    );
+    assert_eq!(scenario.environments.wall.stiffness_n_per_m, f64::INFINITY);
 }
 
 #[test]
@@ -109,16 +116,24 @@ fn the_shipped_file_shows_every_key_of_the_struct() {
 
 #[test]
 fn every_number_has_a_range_without_nan() {
-    for key in Scenario::keys() {
-        let path: Vec<String> = key.path.split('.').map(str::to_owned).collect();
-        let complete = reference::complete();
-        if matches!(reference::find(&complete, &path), Some(Value::Float(_) | Value::Integer(_))) {
-            assert!(refused(&format!("{}=nan", key.path)).contains("cannot be nan"), "{}", key.path);
+    let complete = reference::complete();
+    let is_number = |value: &Value| matches!(value, Value::Float(_) | Value::Integer(_));
+    let mut numbers = 0;
+    for Key { path: key, .. } in Scenario::keys() {
+        let path: Vec<String> = key.split('.').map(str::to_owned).collect();
+        let example = reference::find(&complete, &path).unwrap();
+        let is_list = example.as_array().is_some_and(|entries| entries.iter().any(is_number));
+        if !is_number(example) && !is_list {
+            continue;
         }
+        numbers += 1;
+        let range = Range::of(&key).unwrap_or_else(|| panic!("{key} has no line in range.rs"));
+        assert!(!range.holds(f64::NAN), "{key}");
+        let nan = if is_list { "[nan]" } else { "nan" };
+        let message = refused(&format!("{key}={nan}"));
+        assert!(message.contains(&format!("`{key}` cannot be {nan}; give it ")), "{message}");
     }
-    assert!(
-        refused("hand.contact_force_n=[1.0, nan]").contains("`hand.contact_force_n` cannot be [1.0, nan]")
-    );
+    assert!(numbers > 40, "{numbers} numbers");
 }
 
 #[test]
@@ -130,10 +145,10 @@ fn words_lists_paths_and_left_out_sections_can_be_set() {
         "master.scheme=schemes/mine.scheme",
         "slave.scheme='2004'",
         "slave.motor.voltage_limit_v=12",
-        "record={every_ticks=10, data_base=false}",
+        "record={every_ticks=10, signals=['world']}",
     ])
     .unwrap();
-    assert_eq!(scenario.link.stale, Stale::Integral);
+    assert_eq!(scenario.link.stale, Some(Stale::Integral));
     assert_eq!(scenario.link.slave_address.port(), 5000);
     assert_eq!([0, 1, 2].map(|axis| scenario.contact_force_n(axis)), [1.0, 0.5, 0.0]);
     assert_eq!(
@@ -143,7 +158,7 @@ fn words_lists_paths_and_left_out_sections_can_be_set() {
     let motor = scenario.slave.motor.unwrap();
     assert_eq!((motor.voltage_limit_v, motor.resistance_ohm), (12.0, 2.32));
     assert_eq!(scenario.master.motor, None);
-    assert_eq!((scenario.record.every_ticks, scenario.record.data_base), (10, false));
+    assert_eq!((scenario.record.every_ticks, scenario.record.signals), (10, vec!["world".to_owned()]));
     assert!(with(&["master.motor={}"]).unwrap().master.motor.is_some());
 }
 
@@ -176,7 +191,11 @@ fn a_wrong_value_names_key_value_and_what_is_allowed() {
         ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
         ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
         ("dof=1.5", "`dof` cannot be 1.5; give it a whole number from 1 to 8"),
-        ("record.data_base=1", "`record.data_base` cannot be 1; give it true or false"),
+        (
+            "record.signals=world",
+            "`record.signals` cannot be \"world\"; give it a list of names, such as [\"world\"]",
+        ),
+        ("record.signals=[1]", "`record.signals` cannot be [1]; give it a string"),
         ("wave.form=splt", "`wave.form` cannot be \"splt\"; give it one of `split`, `implicit`, `printed`"),
         (
             "link=3",
@@ -254,7 +273,8 @@ proptest! {
             Ok(scenario) => {
                 let (master, slave) = (&scenario.master.device, &scenario.slave.device);
                 prop_assert!(master.mass_kg > 0.0 && slave.mass_kg > 0.0 && scenario.hand.mass_kg >= 0.0);
-                prop_assert!(scenario.wave.impedance_ns_per_m > 0.0 && scenario.wall.stiffness_n_per_m > 0.0);
+                prop_assert!(scenario.wave.impedance_ns_per_m.is_none_or(|b| b > 0.0));
+                prop_assert!(scenario.environments.wall.stiffness_n_per_m > 0.0);
                 prop_assert!((0.0..=1.0).contains(&scenario.link.loss));
                 prop_assert!(scenario.duration_s.is_none_or(|s| s > 0.0 && s.is_finite()));
                 prop_assert_eq!(toml::from_str::<Scenario>(&scenario.to_toml()).unwrap(), scenario);

@@ -58,7 +58,7 @@ fn compare<const COUNT: usize>(settings: [&str; COUNT]) -> Option<Rig> {
         here.advance();
         there.advance();
     }
-    assert!(changed_ticks.iter().all(|ticks| *ticks == TICKS), "signals stood still: {changed_ticks:?}");
+    assert!(changed_ticks.iter().all(|ticks| *ticks > TICKS / 2), "signals stood still: {changed_ticks:?}");
     Some(there)
 }
 

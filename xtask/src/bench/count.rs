@@ -1,10 +1,10 @@
 //! Counts the instructions of a function with valgrind's callgrind.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use crate::setup::install;
-use crate::shell::{cargo, command, run, succeeds, top};
+use crate::shell::{cargo, command, run, succeeds, target};
 
 /// Ticks of the shorter and of the longer run: their difference is free of start-up.
 const TICKS: [u32; 2] = [400, 1400];
@@ -24,8 +24,7 @@ impl Counter {
             install(&["valgrind"], "counting instructions")?;
         }
         run(&mut cargo(&["build", "--release", "--package", "dimsart-core", "--example", "step_cost"]))?;
-        let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| top().join("target"), PathBuf::from);
-        let program = top().join(target).join("release/examples/step_cost");
+        let program = target().join("release/examples/step_cost");
         run(&mut command(&program, ["table1", "10000"]))?;
         Ok(Self { program })
     }
@@ -41,15 +40,32 @@ impl Counter {
     }
 
     fn total(&self, function: &str, scheme: &[&str], ticks: u32) -> Result<f64, String> {
-        let mut valgrind = command("valgrind", ["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
-        valgrind.arg(format!("--toggle-collect=*{function}*")).arg(&self.program);
-        valgrind.args(scheme).arg(ticks.to_string());
-        let output = valgrind.output().map_err(|error| format!("valgrind could not be started: {error}"))?;
-        let report = String::from_utf8_lossy(&output.stderr);
-        let count = report.lines().find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
-        match count {
-            Some(count) if output.status.success() && count > 0.0 => Ok(count),
-            _ => Err(format!("callgrind counted nothing in `{function}` ({}):\n{report}", scheme.join(" "))),
+        let toggle = format!("--toggle-collect=*{function}*");
+        let arguments: Vec<String> =
+            scheme.iter().map(ToString::to_string).chain([ticks.to_string()]).collect();
+        Ok(instructions(&self.program, &[&toggle], &arguments)?.0)
+    }
+}
+
+/// Instructions of a program as callgrind counts them with `options`, and what the program printed.
+pub(super) fn instructions(
+    program: &Path,
+    options: &[&str],
+    arguments: &[String],
+) -> Result<(f64, String), String> {
+    let mut valgrind = command("valgrind", ["--tool=callgrind", "--callgrind-out-file=/dev/null"]);
+    valgrind.args(options).arg(program).args(arguments);
+    let output = valgrind.output().map_err(|error| format!("valgrind could not be started: {error}"))?;
+    let report = String::from_utf8_lossy(&output.stderr);
+    let count = report.lines().find_map(|line| line.split_once("Collected :")?.1.trim().parse().ok());
+    match count {
+        Some(count) if output.status.success() && count > 0.0 => {
+            Ok((count, String::from_utf8_lossy(&output.stdout).into_owned()))
         }
+        _ => Err(format!(
+            "callgrind counted nothing ({} {}):\n{report}",
+            options.join(" "),
+            arguments.join(" ")
+        )),
     }
 }

@@ -17,8 +17,11 @@
 //! Passive to the robot (split form) is what damps each port by at least `h K/(2 (1 - h K/b))`: 2.1 and 5.0 `N s/m`
 //! with the paper's gains. The shipped hand and slave have 10.5 and 10.
 
-use super::{HandPhase, Scenario};
 use std::ops::Range;
+
+use crate::chain::{Chain, Controller};
+use crate::plant::HandPhase;
+use crate::scenario::Scenario;
 
 /// Settled means within 1e-5: `ln(1e5)` time constants.
 const TIME_CONSTANTS: f64 = 11.513;
@@ -54,15 +57,20 @@ pub struct Phases {
     pub end_s: f64,
 }
 
-impl From<&Scenario> for Phases {
-    fn from(scenario: &Scenario) -> Self {
-        let late_ticks =
-            scenario.round_trip_ticks().saturating_add(scenario.link.jitter_ticks.saturating_mul(2));
+impl Phases {
+    /// The phases of a scenario whose schemes make this chain.
+    #[must_use]
+    pub fn new(scenario: &Scenario, chain: &Chain) -> Self {
+        let Scenario { link, .. } = scenario;
+        let late_ticks = [link.jitter_ticks.saturating_mul(2), chain.delay_ticks().unwrap_or(0)]
+            .into_iter()
+            .fold(link.round_trip_ticks(), u32::saturating_add);
         let round_trip_s = f64::from(late_ticks) * scenario.sample_period_s;
         let leg_s = LEG_S + round_trip_s;
         let contact_start_s = 3.0 * leg_s + REST_S + 2.0 * round_trip_s;
-        let settled_s =
-            contact_start_s + approach_s(scenario, round_trip_s) + settling_s(scenario, round_trip_s);
+        let settled_s = contact_start_s
+            + approach_s(scenario, chain, round_trip_s)
+            + settling_s(scenario, chain, round_trip_s);
         let release_s = settled_s + WATCH_S + round_trip_s;
         Self {
             leg_s,
@@ -72,9 +80,7 @@ impl From<&Scenario> for Phases {
             end_s: release_s + RELEASE_S + 4.0 * round_trip_s,
         }
     }
-}
 
-impl Phases {
     /// When the settled contact can be measured, `s`.
     #[must_use]
     pub fn settled(&self) -> Range<f64> {
@@ -112,36 +118,48 @@ fn held(scenario: &Scenario) -> (f64, f64) {
     (hand.mass_kg + device.mass_kg, hand.damping_ns_per_m + device.damping_ns_per_m)
 }
 
-/// From the first push until every pushed axis has crossed to the wall, at the speed `F/(B + Bs)`.
-fn approach_s(scenario: &Scenario, round_trip_s: f64) -> f64 {
+/// From the first push until every pushed axis has crossed to what it meets, at the speed `F/(B + Bs)`.
+fn approach_s(scenario: &Scenario, chain: &Chain, round_trip_s: f64) -> f64 {
     let (mass_kg, damping_ns_per_m) = held(scenario);
     let drag_ns_per_m = damping_ns_per_m + scenario.slave.device.damping_ns_per_m;
-    let pushes =
-        (0..scenario.dof).map(|axis| scenario.contact_force_n(axis)).filter(|force_n| *force_n > 0.0);
-    let crossing_s = pushes.map(|force_n| scenario.wall.position_m.max(0.0) * drag_ns_per_m / force_n);
+    let crossing_s = chain.obstacles.iter().enumerate().filter_map(|(axis, obstacle)| {
+        let force_n = scenario.contact_force_n(axis);
+        let distance_m = obstacle.as_ref()?.surface_m * force_n.signum();
+        (force_n.abs() > 0.0).then(|| distance_m.max(0.0) * drag_ns_per_m / force_n.abs())
+    });
     let start_s = 2.0 * ratio(mass_kg, damping_ns_per_m);
     crossing_s.fold(start_s, |longest_s, s| longest_s.max(start_s + s)).min(LONGEST_APPROACH_S)
         + 3.0 * round_trip_s
 }
 
-/// The formula at the head of this file.
-fn settling_s(scenario: &Scenario, round_trip_s: f64) -> f64 {
+/// The formula at the head of this file, for the axis that takes longest.
+fn settling_s(scenario: &Scenario, chain: &Chain, round_trip_s: f64) -> f64 {
+    let longest_s = (0..scenario.dof).map(|axis| axis_settling_s(scenario, chain, axis, round_trip_s));
+    longest_s.fold(0.0, f64::max).min(LONGEST_SETTLING_S)
+}
+
+/// What a chain lacks adds nothing; without waves, echoes die as on a matched line.
+fn axis_settling_s(scenario: &Scenario, chain: &Chain, axis: usize, round_trip_s: f64) -> f64 {
     let (mass_kg, damping_ns_per_m) = held(scenario);
-    let (slave, wall) = (&scenario.slave, &scenario.wall);
-    let stiffness_n_per_m = scenario.master.stiffness_n_per_m;
-    let impedance_ns_per_m = scenario.wave.impedance_ns_per_m;
-    let felt_m_per_n = ratio(1.0, stiffness_n_per_m)
-        + 0.5 * round_trip_s / impedance_ns_per_m
-        + ratio(1.0, slave.stiffness_n_per_m)
-        + ratio(1.0, wall.stiffness_n_per_m);
+    let stiffness = |controller: &Controller| controller.stiffness_n_per_m.get(axis).copied();
+    let (master, slave) = (stiffness(&chain.master), stiffness(&chain.slave));
+    let obstacle = chain.obstacles.get(axis).copied().flatten();
+    let impedance_ns_per_m = chain.master.impedance_ns_per_m;
+    let springs = [master, slave, obstacle.map(|obstacle| obstacle.stiffness_n_per_m)];
+    let springs_m_per_n: f64 = springs.into_iter().flatten().map(|n_per_m| ratio(1.0, n_per_m)).sum();
+    let felt_m_per_n = springs_m_per_n + impedance_ns_per_m.map_or(0.0, |b| 0.5 * round_trip_s / b);
+    let slave_damping_ns_per_m =
+        scenario.slave.device.damping_ns_per_m + obstacle.map_or(0.0, |obstacle| obstacle.damping_ns_per_m);
     let time_constants_s = 2.0 * ratio(mass_kg, damping_ns_per_m)
-        + 2.0 * ratio(slave.device.mass_kg, slave.device.damping_ns_per_m + wall.damping_ns_per_m)
+        + 2.0 * ratio(scenario.slave.device.mass_kg, slave_damping_ns_per_m)
         + damping_ns_per_m * felt_m_per_n;
-    let slow = ratio(damping_ns_per_m, impedance_ns_per_m);
-    let resonant = ratio(stiffness_n_per_m * mass_kg, damping_ns_per_m * impedance_ns_per_m);
-    let mismatch = slow.max(ratio(1.0, slow)).max(resonant);
+    let mismatch = impedance_ns_per_m.map_or(1.0, |b| {
+        let slow = ratio(damping_ns_per_m, b);
+        let resonant = ratio(master.unwrap_or(0.0) * mass_kg, damping_ns_per_m * b);
+        slow.max(ratio(1.0, slow)).max(resonant)
+    });
     let echoes_s = round_trip_s * (ROUND_TRIPS + ROUND_TRIPS_PER_MISMATCH * mismatch);
-    (TIME_CONSTANTS * time_constants_s + echoes_s).min(LONGEST_SETTLING_S)
+    TIME_CONSTANTS * time_constants_s + echoes_s
 }
 
 /// A quotient that is a number even for 0/0.
@@ -152,12 +170,20 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
 #[cfg(test)]
 #[expect(clippy::float_cmp, reason = "neighbouring phases share the number")]
 mod tests {
-    use super::{HandPhase, Phases, Scenario};
+    use super::{Chain, Controller, HandPhase, Phases, Scenario};
+
+    /// The shipped gains, without delay modules.
+    fn phases(scenario: &Scenario) -> Phases {
+        let controller = |stiffness_n_per_m| Controller {
+            stiffness_n_per_m: vec![stiffness_n_per_m; scenario.dof],
+            impedance_ns_per_m: Some(10.0),
+            delay_ticks: Some(0),
+        };
+        Phases::new(scenario, &Chain::new(scenario, controller(3000.0), controller(5000.0)).unwrap())
+    }
 
     fn with_round_trip(ticks: u32) -> Scenario {
         let mut scenario = Scenario::default();
-        scenario.master.time_delay_ticks = 0;
-        scenario.slave.time_delay_ticks = 0;
         scenario.link.forward_delay_ticks = ticks / 2;
         scenario.link.backward_delay_ticks = ticks - ticks / 2;
         scenario
@@ -165,10 +191,10 @@ mod tests {
 
     #[test]
     fn the_usual_run_is_short_and_a_second_of_delay_stretches_it() {
-        let usual_s = Phases::from(&Scenario::default()).end_s;
+        let usual_s = phases(&with_round_trip(22)).end_s;
         assert!((8.0..15.0).contains(&usual_s), "{usual_s}");
         let ends: Vec<f64> =
-            [2, 11, 20, 22, 100, 200, 1000].map(|ticks| Phases::from(&with_round_trip(ticks)).end_s).to_vec();
+            [2, 11, 20, 22, 100, 200, 1000].map(|ticks| phases(&with_round_trip(ticks)).end_s).to_vec();
         assert!(ends.is_sorted(), "{ends:?}");
         assert!(ends.iter().all(|end_s| *end_s < 120.0), "{ends:?}");
     }
@@ -181,8 +207,8 @@ mod tests {
         for (ticks, settled_s) in simulated {
             for (stiffness_n_per_m, settled_s) in [1e3, 1e4, f64::INFINITY].into_iter().zip(settled_s) {
                 let mut scenario = with_round_trip(ticks);
-                scenario.wall.stiffness_n_per_m = stiffness_n_per_m;
-                let phases = Phases::from(&scenario);
+                scenario.environments.wall.stiffness_n_per_m = stiffness_n_per_m;
+                let phases = phases(&scenario);
                 let given_s = phases.settled_s - phases.contact_start_s;
                 assert!(given_s > settled_s, "{ticks} ticks: {given_s} s for {settled_s} s");
             }
@@ -194,16 +220,17 @@ mod tests {
         let mut scenario = Scenario::default();
         scenario.hand.damping_ns_per_m = 0.0;
         scenario.master.device.damping_ns_per_m = 0.0;
-        scenario.master.stiffness_n_per_m = 0.0;
         scenario.hand.contact_force_n = vec![1e-9];
-        let end_s = Phases::from(&scenario).end_s;
+        let limp = Controller { stiffness_n_per_m: vec![0.0], ..Controller::default() };
+        let chain = Chain::new(&scenario, limp.clone(), limp).unwrap();
+        let end_s = Phases::new(&scenario, &chain).end_s;
         assert!(end_s < 700.0, "{end_s}");
     }
 
     #[test]
     fn the_hand_acts_without_a_gap_and_pushes_only_where_it_should() {
         let scenario = Scenario::default();
-        let phases = Phases::from(&scenario);
+        let phases = phases(&scenario);
         let push = |axis: usize| {
             phases.hand(&scenario, axis).into_iter().find_map(|phase| match phase {
                 HandPhase::Push { start_s, end_s, force_n } => Some((start_s, end_s, force_n)),

@@ -1,0 +1,54 @@
+//! What a packet carries, as one number that both ends work out for themselves.
+
+use crate::checksum::CRC;
+use crate::data_type::DataType;
+use crate::unit::AxisKind;
+
+/// Number of words of a packet, and an id that stands for what they mean.
+///
+/// Two ends agree on a channel when their contents are equal; the receiver refuses any other packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Content(u32);
+
+impl Content {
+    /// A content of `words` words with a known id.
+    #[must_use]
+    pub const fn new(words: u8, id: u16) -> Self {
+        // One number, so that a tick compares once.
+        Self((id as u32) << 8 | words as u32)
+    }
+
+    /// The content of a channel of `types`, in this order, on a device with these axes.
+    ///
+    /// The id is the low half of a CRC-32 over the unit of every type on every axis, as text. It does not
+    /// hold the types themselves: what leaves as `CH1_WAVES` arrives as `CH2_WAVES`. Types of one unit are
+    /// therefore told apart by their order alone.
+    #[must_use]
+    pub fn of_channel(words: u8, types: &[&DataType], axes: &[AxisKind]) -> Self {
+        let mut digest = CRC.digest();
+        for data_type in types {
+            for axis in axes {
+                digest.update(data_type.unit.symbol(*axis).as_bytes());
+                digest.update(b",");
+            }
+            digest.update(b";");
+        }
+        let [low, high, ..] = digest.finalize().to_le_bytes();
+        Self::new(words, u16::from_le_bytes([low, high]))
+    }
+
+    /// Number of words.
+    #[must_use]
+    pub const fn words(self) -> u8 {
+        let [words, ..] = self.0.to_le_bytes();
+        words
+    }
+
+    /// What stands for their meaning.
+    #[must_use]
+    pub const fn id(self) -> u16 {
+        let [_, low, high, _] = self.0.to_le_bytes();
+        u16::from_le_bytes([low, high])
+    }
+}

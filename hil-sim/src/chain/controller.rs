@@ -1,0 +1,59 @@
+//! What a scheme makes of one side's controller.
+
+use dimsart_core::modules::Standard;
+use dimsart_core::{Engine, ModuleRef, Value};
+
+use super::delay;
+use crate::rig::{DATA_BASE_WORDS, SimulatedDimsart};
+
+pub(super) type SimulatedEngine = Engine<Standard, DATA_BASE_WORDS>;
+
+/// One end of the line. [`default`](Default::default) is one of which nothing is known.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Controller {
+    /// `K_PARAM` of `PDCTRL_MOD` by axis, `N/m`; empty without one.
+    pub stiffness_n_per_m: Vec<f64>,
+    /// `B_PARAM` of `WTRANSF_MOD`, `N s/m`; none without one.
+    pub impedance_ns_per_m: Option<f64>,
+    /// Samples of the delay modules between the link and what its signals come from and go to, both ways.
+    pub delay_ticks: Option<u32>,
+}
+
+impl Controller {
+    /// Reads what a scheme has set; the controller need never have ticked.
+    pub fn read(dimsart: &mut SimulatedDimsart) -> Self {
+        let delay_ticks = Some(delay::delay_ticks(dimsart));
+        let engine = dimsart.engine_mut();
+        let dof = u8::try_from(engine.device().dof()).unwrap_or(u8::MAX);
+        let stiffness = |axis| real(engine, "PDCTRL_MOD", "K_PARAM", axis);
+        Self {
+            stiffness_n_per_m: (0..dof).map_while(stiffness).collect(),
+            impedance_ns_per_m: real(engine, "WTRANSF_MOD", "B_PARAM", 0),
+            delay_ticks,
+        }
+    }
+}
+
+/// A real parameter of a module, if the scheme plugs the module in.
+fn real(engine: &mut SimulatedEngine, module: &str, parameter: &str, axis: u8) -> Option<f64> {
+    match value(engine, SimulatedEngine::module(module)?, parameter, axis)? {
+        Value::Real(value) => Some(f64::from(value)),
+        _ => None,
+    }
+}
+
+/// A whole parameter of a module, if the scheme plugs the module in.
+pub(super) fn count(engine: &mut SimulatedEngine, module: ModuleRef, parameter: &str) -> Option<u32> {
+    match value(engine, module, parameter, 0)? {
+        Value::Count(value) => Some(value),
+        _ => None,
+    }
+}
+
+fn value(engine: &mut SimulatedEngine, module: ModuleRef, parameter: &str, axis: u8) -> Option<Value> {
+    let parameter = SimulatedEngine::parameter(module.kind, parameter)?;
+    if !engine.is_plugged_in(module) {
+        return None;
+    }
+    engine.get(module, parameter, axis).ok()
+}

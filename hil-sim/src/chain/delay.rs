@@ -1,0 +1,167 @@
+//! What the delay modules of a scheme add to a round trip.
+//!
+//! Only those on the way count, whatever their number and however their ports are bound: from where the signal that
+//! leaves on link 0 is made to its packet, and from the packet that comes in to what uses its signal. Of several
+//! signals in a packet the first wave is followed, or the first signal of a packet without waves.
+
+use dimsart_core::{Direction, ModuleRef, TypeRef, Unit};
+
+use super::controller::{SimulatedEngine, count};
+use crate::rig::SimulatedDimsart;
+
+/// A delay module between two signals.
+struct Delay {
+    from: TypeRef,
+    to: TypeRef,
+    ticks: u32,
+}
+
+/// Samples between the link and what its signals come from and go to, both ways together.
+pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
+    let engine = dimsart.engine_mut();
+    let sent = carried(engine, "COMM_TXMOD", "CTX_LINK", Direction::Read);
+    let received = carried(engine, "COMM_RXMOD", "CRX_LINK", Direction::Write);
+    let line = Line { delays: delays(engine), used: used(engine) };
+    let before = sent.map_or(0, |signal| line.ticks_before(signal));
+    let behind = received.and_then(|signal| line.ticks_behind(signal, line.delays.len()));
+    before.saturating_add(behind.unwrap_or(0))
+}
+
+/// The delay modules of a scheme, and the signals that anything else makes use of.
+struct Line {
+    delays: Vec<Delay>,
+    used: Vec<TypeRef>,
+}
+
+impl Line {
+    /// From where `signal` is made: a signal has one provider.
+    fn ticks_before(&self, mut signal: TypeRef) -> u32 {
+        let mut ticks = 0_u32;
+        // As many steps as there are delays: bindings can make a circle.
+        for _ in &self.delays {
+            let Some(delay) = self.delays.iter().find(|delay| delay.to == signal) else { break };
+            ticks = ticks.saturating_add(delay.ticks);
+            signal = delay.from;
+        }
+        ticks
+    }
+
+    /// To the nearest use of `signal`, by way of `most` delays at most; none when nothing uses it.
+    fn ticks_behind(&self, signal: TypeRef, most: usize) -> Option<u32> {
+        if self.used.contains(&signal) {
+            return Some(0);
+        }
+        let most = most.checked_sub(1)?;
+        let ways = self.delays.iter().filter(|delay| delay.from == signal);
+        ways.filter_map(|delay| Some(delay.ticks.saturating_add(self.ticks_behind(delay.to, most)?))).min()
+    }
+}
+
+/// The signal of a comm module's packets on link 0 that is followed.
+fn carried(engine: &mut SimulatedEngine, kind: &str, link: &str, direction: Direction) -> Option<TypeRef> {
+    let modules: Vec<ModuleRef> = engine.instances().filter(|module| is_of(*module, kind)).collect();
+    let module = modules.into_iter().find(|module| count(engine, *module, link) == Some(0))?;
+    let signals = signals(engine, module, direction);
+    let is_wave = |signal: &&TypeRef| {
+        engine.device().data_type(signal.id).is_some_and(|data_type| data_type.unit == Unit::Wave)
+    };
+    signals.iter().find(is_wave).or(signals.first()).copied()
+}
+
+fn delays(engine: &mut SimulatedEngine) -> Vec<Delay> {
+    let modules: Vec<ModuleRef> =
+        engine.instances().filter(|module| is_of(*module, "TIMEDELAY_MOD")).collect();
+    let delay = |module| {
+        Some(Delay {
+            ticks: count(engine, module, "TD_PARAM")?,
+            from: *signals(engine, module, Direction::Read).first()?,
+            to: *signals(engine, module, Direction::Write).first()?,
+        })
+    };
+    modules.into_iter().filter_map(delay).collect()
+}
+
+/// What the device or a module reads that neither delays nor records.
+fn used(engine: &SimulatedEngine) -> Vec<TypeRef> {
+    let uses = |module: &ModuleRef| !is_of(*module, "TIMEDELAY_MOD") && !is_of(*module, "RECORDER_MOD");
+    let modules = engine.instances().filter(uses);
+    let read = modules.flat_map(|module| signals(engine, module, Direction::Read));
+    read.chain(engine.device().inputs.iter().map(|data_type| data_type.first())).collect()
+}
+
+fn is_of(module: ModuleRef, kind: &str) -> bool {
+    SimulatedEngine::module(kind).is_some_and(|known| known.kind == module.kind)
+}
+
+/// Signals that a module reads or writes, in the order of its ports; none when it is not plugged in.
+fn signals(engine: &SimulatedEngine, module: ModuleRef, direction: Direction) -> Vec<TypeRef> {
+    let steps = engine.steps().filter(|step| step.module == module);
+    let signals = steps.flat_map(|step| engine.step_signals(step));
+    signals.filter(|(_, found)| *found == direction).map(|(signal, _)| signal).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiment::device;
+    use crate::schemes::{SchemeText, load};
+
+    /// Delay of the shipped scheme on the master with rows, named by their words, replaced.
+    fn delay_of(replaced: &[(&str, &str)]) -> u32 {
+        let mut scheme = SchemeText::read("builtin:bilateral").unwrap();
+        for (row, by) in replaced {
+            let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+            assert!(scheme.text.lines().any(|line| words(line).contains(row)), "no row {row}");
+            let lines = scheme.text.lines().map(|line| if words(line).contains(row) { by } else { line });
+            scheme.text = lines.collect::<Vec<_>>().join("\n");
+        }
+        let mut dimsart = Box::new(SimulatedDimsart::new(device("master", 2, 1e-3).unwrap()).unwrap());
+        let loaded = load(&scheme, "master", &[], &mut dimsart);
+        assert!(loaded.is_sound(), "{loaded:?}");
+        delay_ticks(&mut dimsart)
+    }
+
+    #[test]
+    fn every_delay_on_the_way_counts_whatever_its_number() {
+        assert_eq!(delay_of(&[]), 10);
+        let no_delay = [("TIMEDELAY_MOD", ""), ("CTX_ADD_DATA", "all COMM_TXMOD CTX_ADD_DATA CH1_WAVES")];
+        assert_eq!(delay_of(&no_delay), 0);
+        let incoming = "all TIMEDELAY_MOD.3 PORT_SIGNAL_IN CH2_WAVES
+            all TIMEDELAY_MOD.3 PORT_SIGNAL_OUT CH2_TD_WAVES
+            all TIMEDELAY_MOD.3 TD_PARAM 4
+            all MOD_ENG MOD_ON TIMEDELAY_MOD.3
+            all WTRANSF_MOD PORT_WAVES_IN CH2_TD_WAVES
+            all MOD_ENG MOD_ON WTRANSF_MOD";
+        assert_eq!(delay_of(&[("MOD_ON WTRANSF_MOD", incoming)]), 14);
+        let second = "all MOD_ENG MOD_ON TIMEDELAY_MOD
+            all TIMEDELAY_MOD.2 PORT_SIGNAL_IN CH1_TD_WAVES
+            all TIMEDELAY_MOD.2 PORT_SIGNAL_OUT CH1_TD_WAVES.2
+            all TIMEDELAY_MOD.2 TD_PARAM 7
+            all MOD_ENG MOD_ON TIMEDELAY_MOD.2";
+        let sent = "all COMM_TXMOD CTX_ADD_DATA CH1_TD_WAVES.2";
+        assert_eq!(delay_of(&[("MOD_ON TIMEDELAY_MOD", second), ("CTX_ADD_DATA", sent)]), 17);
+    }
+
+    #[test]
+    fn a_delay_beside_the_way_does_not_count() {
+        let beside = "all TIMEDELAY_MOD.2 PORT_SIGNAL_IN CH2_WAVES
+            all TIMEDELAY_MOD.2 PORT_SIGNAL_OUT SIGNAL
+            all TIMEDELAY_MOD.2 TD_PARAM 30
+            all MOD_ENG MOD_ON TIMEDELAY_MOD.2
+            all MOD_ENG MOD_ON RECORDER_MOD
+            all MOD_ENG MOD_ON WTRANSF_MOD";
+        assert_eq!(delay_of(&[("MOD_ON WTRANSF_MOD", beside)]), 10);
+    }
+
+    /// The wave is followed, not the position that goes with it.
+    #[test]
+    fn of_several_signals_the_wave_is_followed() {
+        let both = "all TIMEDELAY_MOD.2 PORT_SIGNAL_IN POSITION
+            all TIMEDELAY_MOD.2 PORT_SIGNAL_OUT POSITION.2
+            all TIMEDELAY_MOD.2 TD_PARAM 3
+            all MOD_ENG MOD_ON TIMEDELAY_MOD.2
+            all COMM_TXMOD CTX_ADD_DATA POSITION.2
+            all COMM_TXMOD CTX_ADD_DATA CH1_TD_WAVES";
+        assert_eq!(delay_of(&[("CTX_ADD_DATA", both)]), 10);
+    }
+}

@@ -1,0 +1,163 @@
+//! Tells a signal that grows exponentially from all that a stable loop does.
+//!
+//! Looked at is the fourth difference of a signal from tick to tick: it multiplies what oscillates at half the sample
+//! rate, where sampled loops come apart, by 16, and leaves nothing of a hand's motion. Its largest size in a window of
+//! `W` ticks is compared with that in the window before. **A signal grows without bound when six windows in a row are
+//! each at least twice as high as the one before, all of them above a floor.**
+//!
+//! A mode that grows by `g` per tick raises every window by `g^W`, for ever. An impact raises one window and dies out
+//! in the next ones. What grows with the power `n` of time, as the jumps that lost packets make in a motion from rest,
+//! raises its `k`-th window by `(1 + 1/k)^n`: for `n = 3`, three windows by 2 and more. Over scenarios with any delay,
+//! loss, wall, friction and encoder, four windows rose in a row at most.
+//!
+//! Windows of 16, 32, ... 4096 ticks are watched side by side: the short ones see fast growth before the signal has
+//! left its range, the long ones slow growth, and growth from one round trip of a long delay to the next.
+
+/// Windows in a row that rise before it counts as growth.
+const RISES: u32 = 6;
+/// How many times as high as the one before a window is, at least, to be rising.
+const RISE: f64 = 2.0;
+/// Order of the difference that is looked at.
+const ORDER: usize = 4;
+/// Length of the shortest window, ticks; each further one is twice as long.
+const SHORTEST_TICKS: u32 = 16;
+/// How many lengths of windows there are.
+const LENGTHS: usize = 9;
+
+/// Watches one signal.
+#[derive(Debug, Clone)]
+pub struct Growth {
+    /// Smallest difference that counts.
+    floor: f64,
+    /// The last differences of each order below [`ORDER`], from the signal itself on.
+    last: [f64; ORDER],
+    ticks: u32,
+    windows: [Window; LENGTHS],
+}
+
+/// The windows of one length.
+#[derive(Debug, Clone, Copy, Default)]
+struct Window {
+    /// Height of the one that is not over yet.
+    height: f64,
+    /// Height of the one before it.
+    previous: f64,
+    /// How many have risen in a row.
+    rises: u32,
+    /// The height they rose from.
+    from: f64,
+}
+
+impl Growth {
+    /// A watch that takes differences below `floor`, in the unit of the signal, for noise.
+    #[must_use]
+    pub fn new(floor: f64) -> Self {
+        Self { floor, last: [0.0; ORDER], ticks: 0, windows: [Window::default(); LENGTHS] }
+    }
+
+    /// Adds the present tick's value. Gives the growth per tick (`1.04`) whenever a window is over with which it has
+    /// been seen for long enough.
+    pub fn add(&mut self, value: f64) -> Option<f64> {
+        let mut difference = value;
+        for last in &mut self.last {
+            difference -= std::mem::replace(last, difference);
+        }
+        let mut height = difference.abs();
+        self.ticks = self.ticks.wrapping_add(1);
+        let mut ticks = SHORTEST_TICKS;
+        let mut growth = None;
+        for window in &mut self.windows {
+            window.height = window.height.max(height);
+            if !self.ticks.is_multiple_of(ticks) {
+                break;
+            }
+            height = window.height;
+            growth = growth.or(window.close(self.floor, ticks));
+            ticks *= 2;
+        }
+        growth
+    }
+}
+
+impl Window {
+    /// Compares the window that is over with the one before it.
+    fn close(&mut self, floor: f64, ticks: u32) -> Option<f64> {
+        let (previous, height) = (self.previous, self.height);
+        if previous < floor || height < RISE * previous {
+            self.rises = 0;
+        } else {
+            if self.rises == 0 {
+                self.from = previous;
+            }
+            self.rises += 1;
+        }
+        (self.previous, self.height) = (height, 0.0);
+        let per_tick = || libm::pow(height / self.from, 1.0 / (f64::from(self.rises) * f64::from(ticks)));
+        (self.rises >= RISES).then(per_tick)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Growth per tick and the tick it is seen in, of a signal over ticks.
+    fn seen(ticks: u32, signal: impl Fn(f64) -> f64) -> Option<(f64, u32)> {
+        let mut growth = Growth::new(1e-6);
+        (0..ticks).find_map(|tick| Some((growth.add(signal(f64::from(tick)))?, tick)))
+    }
+
+    #[test]
+    fn exponential_growth_is_seen_with_its_rate() {
+        for rate in [1.0005, 1.002, 1.01, 1.04, 1.1] {
+            for period_ticks in [2.0, 3.3, 10.0] {
+                let oscillation = |t: f64| libm::cos(std::f64::consts::TAU * t / period_ticks);
+                let found = seen(50_000, |t| 1e-5 * libm::pow(rate, t) * oscillation(t));
+                let (found, tick) = found.unwrap_or_else(|| panic!("{rate} is not seen"));
+                assert!((found - rate).abs() < 0.05 * (rate - 1.0), "{found} instead of {rate}");
+                // Each rise takes at most twice the ticks in which the signal doubles, and 16 at least.
+                let doubles_ticks = libm::log(2.0) / libm::log(rate);
+                assert!(
+                    f64::from(tick) < 8.0 * (2.0 * doubles_ticks).max(16.0) + 16.0,
+                    "{rate}: {tick} ticks"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn growth_from_one_round_trip_to_the_next_is_seen() {
+        // A pulse of three ticks that comes back after 700 ticks, 1.5 times as high.
+        let echo = |t: f64| if t % 700.0 < 3.0 { 1e-3 * libm::pow(1.5, libm::floor(t / 700.0)) } else { 0.0 };
+        assert!(seen(50_000, echo).is_some());
+    }
+
+    #[test]
+    fn nothing_that_stays_bounded_is_taken_for_growth() {
+        let sine = |t: f64| libm::sin(0.3 * t);
+        let decays = |t: f64, rate: f64| libm::pow(rate, t);
+        assert_eq!(seen(50_000, |t| 1e-3 * t * t * t), None, "a power of time");
+        assert_eq!(
+            seen(50_000, |t| 1e-6 * t * t * sine(t)),
+            None,
+            "an oscillation that grows with a power of time"
+        );
+        assert_eq!(seen(50_000, |t| f64::from(u8::from(t > 5000.0))), None, "a step");
+        assert_eq!(
+            seen(50_000, |t| if t < 5000.0 { 0.0 } else { sine(t) * decays(t - 5000.0, 0.999) }),
+            None,
+            "ringing"
+        );
+        assert_eq!(seen(50_000, |t| sine(t) * libm::sin(1e-3 * t)), None, "a beat");
+        assert_eq!(
+            seen(50_000, |t| 1e-8 * libm::pow(1.01, t.min(500.0)) * sine(t)),
+            None,
+            "growth below the floor"
+        );
+        assert_eq!(
+            seen(50_000, |t| sine(t) * (1.0 - decays(t, 0.99))),
+            None,
+            "an oscillation that comes to its height"
+        );
+    }
+}

@@ -1,0 +1,152 @@
+//! A scheme's rows given to a controller, with the scenario's settings over them.
+
+use dimsart_core::modules::Standard;
+use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
+use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef};
+
+use super::explain::Explained;
+use super::{SIDES, SchemeText, Setting};
+
+/// What a scheme came to on a controller.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Loaded {
+    /// Rows that were not understood or refused, as messages with file, row and column.
+    pub errors: Vec<String>,
+    /// Faults of the scheme as a whole.
+    pub faults: Vec<String>,
+    /// One-tick delays that are declared and therefore allowed.
+    pub delays: Vec<String>,
+}
+
+impl Loaded {
+    /// Whether the scheme can run.
+    #[must_use]
+    pub fn is_sound(&self) -> bool {
+        self.errors.is_empty() && self.faults.is_empty()
+    }
+
+    /// Everything that is wrong, a line each: rows first, then what is wrong with the whole.
+    pub fn problems(&self) -> impl Iterator<Item = String> {
+        let hint = if self.errors.is_empty() { "" } else { " (perhaps because of a row above)" };
+        self.errors.iter().cloned().chain(self.faults.iter().map(move |fault| format!("{fault}{hint}")))
+    }
+}
+
+/// Gives a scheme's rows for `side` to a controller and checks what came of it.
+///
+/// Every row counts. A setting goes over the rows of its parameter: it is given right before its module is
+/// plugged in, and after each row that sets the parameter later. A setting whose module the scheme does not plug
+/// in is a fault.
+pub fn load<const WORDS: usize>(
+    scheme: &SchemeText,
+    side: &str,
+    settings: &[Setting],
+    dimsart: &mut Dimsart<Standard, WORDS>,
+) -> Loaded {
+    let mut errors = Vec::new();
+    for row in scheme::rows_for(&scheme.text, side, SIDES) {
+        match row.map_err(Refusal::from).and_then(|row| apply(&row, settings, dimsart)) {
+            // The faults say more than this refusal does.
+            Ok(())
+            | Err(Refusal {
+                error: SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. },
+                ..
+            }) => {}
+            Err(refusal) => errors.push(refusal.explain(&scheme.name, dimsart.engine())),
+        }
+    }
+    let engine = dimsart.engine();
+    let report = engine.check();
+    let (faults, delays): (Vec<&Finding>, Vec<&Finding>) =
+        report.findings().iter().partition(|finding| finding.is_fault());
+    let mut faults: Vec<String> = faults.into_iter().map(|fault| fault_text(engine, *fault)).collect();
+    if report.unlisted() > 0 {
+        faults.push(format!("and {} more", report.unlisted()));
+    }
+    if faults.is_empty() && errors.is_empty() && !engine.is_running() {
+        faults.push(format!(
+            "its last row leaves it stopped: end it with the row `all {ENGINE} MATCHING_CHECK`"
+        ));
+    }
+    let has_effect =
+        |setting: &&Setting| setting.module_ref().is_some_and(|module| engine.is_plugged_in(module));
+    faults.extend(settings.iter().filter(|setting| !has_effect(setting)).map(
+        |Setting { key, module, .. }| {
+            format!("the setting {key} has no effect: the scheme plugs in no {module}; leave {key} out")
+        },
+    ));
+    let delays = delays.into_iter().map(|delay| engine.explain(*delay).to_string()).collect();
+    Loaded { errors, faults, delays }
+}
+
+fn fault_text<const WORDS: usize>(engine: &Engine<Standard, WORDS>, fault: Finding) -> String {
+    let text = engine.explain(fault);
+    match fault {
+        Finding::Mismatch { module, port, .. } => {
+            let kind = Engine::<Standard, WORDS>::module_name(ModuleRef { number: 1, ..module });
+            let port = engine.port_name(module, port).unwrap_or_default();
+            format!("{text} (PORT_{port} command); `dimsart modules {kind}` shows what does")
+        }
+        _ => text.to_string(),
+    }
+}
+
+/// A row that was refused, or a setting that was to be given with it.
+struct Refusal<'a> {
+    error: SchemeError<'a>,
+    by: Option<&'a Setting>,
+}
+
+impl<'a> From<SchemeError<'a>> for Refusal<'a> {
+    fn from(error: SchemeError<'a>) -> Self {
+        Self { error, by: None }
+    }
+}
+
+impl Refusal<'_> {
+    fn explain<const WORDS: usize>(&self, name: &str, engine: &Engine<Standard, WORDS>) -> String {
+        let Self { error, by } = self;
+        let place = error.place;
+        let explained = Explained { error, engine };
+        match by {
+            None => format!("{name}:{}:{}: {explained}", place.line, place.column),
+            Some(Setting { module, command, value, key }) => format!(
+                "{name}:{}: {key} = {value} does not suit {module} {command}: {explained}; set another {key}",
+                place.line
+            ),
+        }
+    }
+}
+
+/// Gives a row to the controller, and with it the settings that are due.
+fn apply<'a, const WORDS: usize>(
+    row: &Row<'a>,
+    settings: &'a [Setting],
+    dimsart: &mut Dimsart<Standard, WORDS>,
+) -> Result<(), Refusal<'a>> {
+    let command = row.command(dimsart.engine_mut())?;
+    for setting in settings.iter().filter(|setting| setting.is_due_before(command)) {
+        give(setting, row, dimsart)?;
+    }
+    row.apply(dimsart)?;
+    for setting in settings.iter().filter(|setting| setting.is_due_after(command)) {
+        if setting.module_ref().is_some_and(|module| dimsart.engine().is_plugged_in(module)) {
+            give(setting, row, dimsart)?;
+        }
+    }
+    Ok(())
+}
+
+fn give<'a, const WORDS: usize>(
+    setting: &'a Setting,
+    row: &Row<'a>,
+    dimsart: &mut Dimsart<Standard, WORDS>,
+) -> Result<(), Refusal<'a>> {
+    scheme::rows(&setting.row()).try_for_each(|given| {
+        given.apply(dimsart).map_err(|SchemeError { problem, .. }| {
+            let mut error = row.blame(problem);
+            error.place.word = &setting.value;
+            Refusal { error, by: Some(setting) }
+        })
+    })
+}

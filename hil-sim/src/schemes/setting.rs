@@ -1,0 +1,44 @@
+//! Settings of a scenario that are put over a scheme's own parameters.
+
+use dimsart_core::modules::Standard;
+use dimsart_core::{Command, Engine, ModuleRef, Target, Verb, limits};
+
+/// A value that somebody asked for by a scenario key: it stands in the scheme, whatever the rows say.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// The module.
+    pub module: &'static str,
+    /// The parameter.
+    pub command: &'static str,
+    /// The value as a scheme would write it.
+    pub value: String,
+    /// The scenario key it comes from.
+    pub key: String,
+}
+
+/// Names do not depend on how large a Data Base is.
+type AnyEngine = Engine<Standard, { limits::DEFAULT_WORDS }>;
+
+impl Setting {
+    pub(super) fn row(&self) -> String {
+        format!("all {} {} {}", self.module, self.command, self.value)
+    }
+
+    /// Whether `command` plugs the module in: the last moment for a parameter that decides ports or memory.
+    pub(super) fn is_due_before(&self, command: Command) -> bool {
+        self.module_ref().is_some_and(|module| command == Command::engine(Verb::ModOn, module))
+    }
+
+    /// Whether `command` set this very parameter, on one axis or on all.
+    pub(super) fn is_due_after(&self, command: Command) -> bool {
+        self.module_ref().is_some_and(|module| {
+            command.module == Target::Module(module)
+                && AnyEngine::parameter(module.kind, self.command) == Some(command.param)
+        })
+    }
+
+    /// The module's number, if the library has it.
+    pub(super) fn module_ref(&self) -> Option<ModuleRef> {
+        AnyEngine::module(self.module)
+    }
+}
