@@ -48,6 +48,10 @@ pub trait Board: Sized {
     /// A free-running counter of the processor's clock, if there is one.
     fn cycles() -> Option<u32>;
 
+    /// Shows what the tick has left in the Data Base to whoever looks on: its revision and the words of every
+    /// signal. Called after every tick; a board that nobody looks at does nothing.
+    fn show(_revision: u32, _words: impl Iterator<Item = u32>) {}
+
     /// Keeps the watchdog from resetting the board. Does nothing on a board without one.
     fn feed_watchdog();
 

@@ -17,7 +17,6 @@ extern crate std;
 mod board;
 pub mod chips;
 pub mod encoder;
-pub mod exchange;
 pub mod motor;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;

@@ -1,6 +1,6 @@
 //! ARM's MPS2 with a Cortex-M4F (application note 386), as QEMU emulates it: no hardware needed.
 //!
-//! The device is whatever the host plays: a host exchanges one [frame](crate::exchange) per tick over two
+//! The device is whatever the host plays: a host exchanges one [frame](dimsart_core::exchange) per tick over two
 //! FIFOs named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
 //! also the clock: each frame of the host moves time on by one tick, no asynchronous interrupt happens,
 //! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
@@ -148,6 +148,10 @@ impl Board for Mps2An386 {
     fn cycles() -> Option<u32> {
         // The counter counts down.
         Some(CYCLE_MASK - SYST::get_current())
+    }
+
+    fn show(revision: u32, words: impl Iterator<Item = u32>) {
+        host::show(revision, words);
     }
 
     fn feed_watchdog() {

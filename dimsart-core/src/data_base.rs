@@ -66,6 +66,18 @@ impl<const WORDS: usize> DataBase<WORDS> {
         self.storage.words(self.storage.block(slot)).unwrap_or_default()
     }
 
+    pub(crate) fn overwrite(&mut self, slot: u8, words: impl IntoIterator<Item = u32>) {
+        let block = self.storage.block(slot);
+        for (target, word) in self.storage.words_mut(block).into_iter().flatten().zip(words) {
+            *target = word;
+        }
+    }
+
+    /// The words of every signal, in the order of [`signals`](Self::signals).
+    pub fn all_words(&self) -> impl Iterator<Item = u32> + '_ {
+        self.signals().flat_map(|(slot, _)| self.words(slot).iter().copied())
+    }
+
     /// Counts up whenever signals come or go: what was looked up before may have moved.
     #[must_use]
     pub fn revision(&self) -> u32 {

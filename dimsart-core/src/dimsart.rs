@@ -13,7 +13,7 @@ use crate::storage::StorageError;
 use crate::word::Word;
 
 /// What a tick came to. It always leaves a usable frame for the device.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Tick {
     /// The scheme ran and commands the device.
@@ -130,6 +130,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         }
         port.received.put(packet);
         Ok(())
+    }
+
+    /// Overwrites a signal, word by word as far as both go: for the copy of a controller that runs elsewhere
+    /// and is looked at here.
+    pub fn overwrite(&mut self, slot: u8, words: impl IntoIterator<Item = u32>) {
+        self.engine.data_base_mut().overwrite(slot, words);
     }
 
     /// Takes the packet that the last tick left for link `link`, if any.

@@ -63,6 +63,7 @@ mod data_type;
 mod device;
 mod dimsart;
 mod engine;
+pub mod exchange;
 mod explain;
 mod frame;
 mod handle;

@@ -66,6 +66,8 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
         if let (Some(start), Some(end)) = (start, Selected::cycles()) {
             timing.measure(start, end, Selected::CYCLE_BITS);
         }
+        let data_base = dimsart.engine().data_base();
+        Selected::show(data_base.revision(), data_base.all_words());
 
         due += PERIOD;
         let has_overrun = Instant::now() >= due;

@@ -3,6 +3,7 @@
 mod error;
 mod station;
 
+use std::fs::File;
 use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -15,6 +16,7 @@ pub use station::device;
 use station::{controller, station};
 
 use crate::chain::{Chain, Controller};
+use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
 use crate::felt::FeltStiffness;
 use crate::link::{InProcess, InProcessParameters, Link, Udp};
@@ -117,6 +119,8 @@ pub struct Run {
     pub tick_maps: Vec<TickMap>,
     /// When what happened.
     pub phases: Phases,
+    /// What broke the run off before its end, beyond what can happen in it.
+    pub broken: Option<ExperimentError>,
 }
 
 impl Experiment {
@@ -193,6 +197,26 @@ impl Experiment {
         Ok(Self { scenario: scenario.clone(), chain, phases, rig, recorder, alone })
     }
 
+    /// Lets the controller of a side run as firmware on an emulated board. The firmware's log goes to `log`.
+    ///
+    /// # Errors
+    /// [`ExperimentError::Emulated`] when image or emulator are not there or not the right ones.
+    pub fn emulate(
+        &mut self,
+        side: Side,
+        image: &Image,
+        mut log: Option<File>,
+    ) -> Result<(), ExperimentError> {
+        let stations = self.rig.stations_mut();
+        for station in stations.iter_mut().filter(|station| station.name == side.name()) {
+            let board = Board::start(image, &mut station.dimsart, log.take());
+            let board =
+                board.map_err(|source| ExperimentError::Emulated { side: side.name().to_owned(), source })?;
+            station.move_to(board);
+        }
+        Ok(())
+    }
+
     /// The rig, to look at or to change before it runs.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
@@ -231,7 +255,7 @@ impl Experiment {
         let mut felt = FeltStiffness::new(&self.chain.obstacles);
         let mut round_trips = RoundTrips::default();
         let mut faults = Vec::new();
-        let mut is_stable = true;
+        let (mut is_stable, mut broken) = (true, None);
         let settled = self.phases.settled();
         let mut pace =
             self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
@@ -249,6 +273,12 @@ impl Experiment {
                 pace.wait_for(self.rig.time_s());
             }
             self.rig.tick();
+            if let Some((side, source)) = self.rig.trouble() {
+                broken = Some(ExperimentError::Emulated { side, source });
+                faults.push(format!("broken off at {:.3} s", self.rig.time_s()));
+                is_stable = false;
+                break;
+            }
             let energy_j = energy.add(&self.rig);
             if let Some(recorder) = &mut recorder {
                 recorder.record(&self.rig, energy_j);
@@ -292,6 +322,7 @@ impl Experiment {
             recording: recorder.map(Recorder::finish).unwrap_or_default(),
             tick_maps,
             phases: self.phases,
+            broken,
         }
     }
 

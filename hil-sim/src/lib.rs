@@ -10,6 +10,7 @@
 //!     Scenario ────────▶ Experiment (Chain, Phases) ──▶ Rig: one virtual time for all of it
 //!                            │           ├─ Station "master": controller ◀─▶ Plant (device, motor, hand)
 //!                            │           ├─ Station "slave":  controller ◀─▶ Plant (device, motor, wall)
+//!                            │           │    (a controller here, or as firmware on an emulated board)
 //!                            │           └─ Link per direction: in this process, or UDP to another one
 //!                            │
 //!                            │  every tick: Recorder, ChannelEnergy, FeltStiffness, RoundTrips, Watch look on
@@ -51,6 +52,7 @@
 pub mod chain;
 pub mod cli;
 pub mod connect;
+pub mod emulated;
 pub mod energy;
 pub mod experiment;
 pub mod felt;

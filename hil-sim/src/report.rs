@@ -140,7 +140,7 @@ pub fn try_folder(folder: &Path) -> Result<(), ReportError> {
     result
 }
 
-fn make_folder(folder: &Path) -> Result<(), ReportError> {
+pub(crate) fn make_folder(folder: &Path) -> Result<(), ReportError> {
     fs::create_dir_all(folder).map_err(|source| ReportError::Folder { path: folder.to_owned(), source })
 }
 

@@ -5,7 +5,7 @@
 //!                                        link ◀──bytes── Dimsart ──forces─────▶ plant (held for a tick)
 //! ```
 //! The controller is the very code that runs on a board; what a tick is, is said by
-//! [`Dimsart::tick`](dimsart_core::Dimsart::tick) alone.
+//! [`Dimsart::tick`](dimsart_core::Dimsart::tick) alone. It can also run [there](Station::move_to).
 
 mod probe;
 
@@ -14,6 +14,7 @@ pub use probe::Probe;
 use dimsart_core::modules::Standard;
 use dimsart_core::{Dimsart, Tick, Word};
 
+use crate::emulated::{Board, EmulatedError};
 use crate::link::Link;
 use crate::plant::Plant;
 
@@ -28,12 +29,15 @@ pub type SimulatedDimsart = Dimsart<Standard, DATA_BASE_WORDS>;
 pub struct Station {
     /// Name, such as `master`.
     pub name: String,
-    /// The controller.
+    /// The controller, or the copy of one that runs on a board: then it is not ticked, but shows the board's
+    /// Data Base.
     pub dimsart: Box<SimulatedDimsart>,
     /// The plant.
     pub plant: Box<dyn Plant>,
     /// What the last tick came to.
     pub last_tick: Tick,
+    board: Option<Box<Board>>,
+    trouble: Option<EmulatedError>,
     position_m: Vec<f32>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
@@ -50,6 +54,8 @@ impl Station {
             dimsart,
             plant,
             last_tick: Tick::Idle,
+            board: None,
+            trouble: None,
             position_m: vec![0.0; words_in],
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
@@ -63,12 +69,57 @@ impl Station {
         &self.position_m
     }
 
+    /// Lets a board that was [started](Board::start) with this station's controller be the controller.
+    pub fn move_to(&mut self, board: Board) {
+        self.board = Some(Box::new(board));
+    }
+
+    /// The board that the controller runs on; none when it runs here.
+    #[must_use]
+    pub fn board(&self) -> Option<&Board> {
+        self.board.as_deref()
+    }
+
+    /// The same, to give it bytes of its command line.
+    pub fn board_mut(&mut self) -> Option<&mut Board> {
+        self.board.as_deref_mut()
+    }
+
+    fn receive(&mut self, link: usize, bytes: &[u8]) {
+        match &mut self.board {
+            Some(board) => board.receive(link, bytes),
+            // What is refused is counted by the controller.
+            None => drop(self.dimsart.receive(link, bytes)),
+        }
+    }
+
+    fn send(&mut self, link: usize, mut carry: impl FnMut(&[u8])) {
+        match &self.board {
+            Some(board) => board.outgoing(link).for_each(carry),
+            None => {
+                if let Some(packet) = self.dimsart.outgoing(link) {
+                    carry(&packet.to_bytes());
+                }
+            }
+        }
+    }
+
     fn tick(&mut self) {
         self.plant.sense(&mut self.position_m);
         for (word, position_m) in self.measured.iter_mut().zip(&self.position_m) {
             *word = Word::from(*position_m);
         }
-        self.last_tick = self.dimsart.tick(&self.measured, &mut self.commanded);
+        self.last_tick = match &mut self.board {
+            None => self.dimsart.tick(&self.measured, &mut self.commanded),
+            Some(board) => match board.tick(&self.measured, &mut self.commanded, &mut self.dimsart) {
+                Ok(tick) => tick,
+                Err(trouble) => {
+                    self.commanded.fill(Word(0));
+                    self.trouble.get_or_insert(trouble);
+                    Tick::Idle
+                }
+            },
+        };
         for (command_n, word) in self.command_n.iter_mut().zip(&self.commanded) {
             *command_n = f32::from_bits(word.0);
         }
@@ -150,6 +201,13 @@ impl Rig {
         ticks * self.period_s
     }
 
+    /// Takes what went wrong with the board of a station, by the station's name; its device then gets no force.
+    pub fn trouble(&mut self) -> Option<(String, EmulatedError)> {
+        let taken =
+            |station: &mut Station| station.trouble.take().map(|trouble| (station.name.clone(), trouble));
+        self.stations.iter_mut().find_map(taken)
+    }
+
     /// One tick of every controller. The world stands still: what the controllers saw and commanded
     /// can be looked at before [`advance`](Self::advance).
     pub fn tick(&mut self) {
@@ -157,18 +215,14 @@ impl Rig {
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
             {
                 let end = connection.to.link;
-                connection.link.receive(self.tick, &mut |bytes| {
-                    // What is refused is counted by the controller.
-                    let _ = station.dimsart.receive(end, bytes);
-                });
+                connection.link.receive(self.tick, &mut |bytes| station.receive(end, bytes));
             }
             station.tick();
             for connection in
                 self.connections.iter_mut().filter(|connection| connection.from.station == index)
             {
-                if let Some(packet) = station.dimsart.outgoing(connection.from.link) {
-                    connection.link.send(self.tick, &packet.to_bytes());
-                }
+                let (tick, link) = (self.tick, &mut connection.link);
+                station.send(connection.from.link, |bytes| link.send(tick, bytes));
             }
         }
     }

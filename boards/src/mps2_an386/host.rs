@@ -1,7 +1,9 @@
 //! The host's end: what a frame brings is handed to the tasks, what a tick leaves goes back.
 
-use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
+use core::cell::{Cell, RefCell};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
+use critical_section::Mutex;
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF, types,
 };
@@ -14,7 +16,7 @@ use semihosting::process::exit;
 
 use super::{Mps2An386, SharedWords, clock, uart};
 use crate::board::{Board, Idle, LinkIn, LinkOut};
-use crate::exchange::{ExchangeError, Frame, Tag, VERSION};
+use dimsart_core::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
 
 const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
@@ -24,9 +26,13 @@ pub(super) static MEASURED: SharedWords<WORDS> = SharedWords::new();
 pub(super) static COMMANDED: SharedWords<WORDS> = SharedWords::new();
 /// The cycle counter before and after the last tick.
 pub(super) static STAMPS: SharedWords<2> = SharedWords::new();
-static OUTCOME: AtomicU8 = AtomicU8::new(NO_TICK);
+/// What the last tick came to, until the host is told.
+static OUTCOME: Mutex<Cell<Option<Tick>>> = Mutex::new(Cell::new(None));
 static TICKS: AtomicU32 = AtomicU32::new(0);
-const NO_TICK: u8 = u8::MAX;
+/// Whether the host wants to see the Data Base.
+static IS_WATCHED: AtomicBool = AtomicBool::new(false);
+/// Revision and words of the Data Base, as bytes.
+static SIGNALS: Mutex<RefCell<Vec<u8, { 4 * (1 + MAX_SIGNAL_WORDS) }>>> = Mutex::new(RefCell::new(Vec::new()));
 
 /// Exit codes of the emulator.
 const EXIT_HOST_LEFT: i32 = 0;
@@ -64,14 +70,24 @@ impl LinkOut for ToHost {
 
 /// Notes what a tick came to.
 pub(super) fn set_outcome(tick: Tick) {
-    let outcome = match tick {
-        Tick::Ran => 0,
-        Tick::Idle => 1,
-        Tick::MeasurementRefused(_) => 2,
-        Tick::CommandRefused(_) => 3,
-    };
-    OUTCOME.store(outcome, Relaxed);
+    critical_section::with(|section| OUTCOME.borrow(section).set(Some(tick)));
     TICKS.store(TICKS.load(Relaxed).wrapping_add(1), Relaxed);
+}
+
+/// Keeps what the host wants to see of the Data Base. What does not fit is cut off, and the host sees that.
+pub(super) fn show(revision: u32, words: impl Iterator<Item = u32>) {
+    if !IS_WATCHED.load(Relaxed) {
+        return;
+    }
+    critical_section::with(|section| {
+        let mut bytes = SIGNALS.borrow_ref_mut(section);
+        bytes.clear();
+        for word in core::iter::once(revision).chain(words) {
+            if bytes.extend_from_slice(&word.to_le_bytes()).is_err() {
+                break;
+            }
+        }
+    });
 }
 
 /// The host, or the lack of one, and the device that it plays.
@@ -211,6 +227,7 @@ impl Host {
 
     /// Gives the tasks what the frame brought. They run at once: they are more urgent than this.
     fn hand_over(&self) -> Result<(), Trouble> {
+        IS_WATCHED.store(false, Relaxed);
         for section in self.frame.sections() {
             match section? {
                 (Tag::Words, bytes) if bytes.len() == 4 * self.words_in => {
@@ -219,6 +236,7 @@ impl Host {
                         words.iter().map(|word| Word(u32::from_le_bytes(*word))).collect();
                     MEASURED.fill(&words);
                 }
+                (Tag::Signals, _) => IS_WATCHED.store(true, Relaxed),
                 (Tag::Command, mut bytes) => {
                     while let Ok(taken) = uart::RECEIVED.try_write(bytes) {
                         bytes = bytes.get(taken..).unwrap_or_default();
@@ -247,9 +265,14 @@ impl Host {
         let bits = u8::try_from(Mps2An386::CYCLE_BITS).unwrap_or(u8::MAX);
         let stamps = stamps.iter().flat_map(|stamp| stamp.0.to_le_bytes()).chain([bits]);
         self.frame.clear();
-        self.frame.push(Tag::Outcome, &[OUTCOME.swap(NO_TICK, Relaxed)])?;
+        self.frame.push_outcome(critical_section::with(|section| OUTCOME.borrow(section).take()))?;
         self.frame.push(Tag::Words, &words.collect::<Vec<u8, { 4 * WORDS }>>())?;
         self.frame.push(Tag::Stamps, &stamps.collect::<Vec<u8, 9>>())?;
+        if IS_WATCHED.load(Relaxed) {
+            critical_section::with(|section| {
+                self.frame.push(Tag::Signals, &SIGNALS.borrow_ref(section))
+            })?;
+        }
         while let Ok((link, packet)) = PACKETS_OUT.try_receive() {
             let tag = Tag::of_link(link).ok_or(Trouble::BadFrame)?;
             self.frame.push(tag, &packet)?;

@@ -1,5 +1,7 @@
 //! `dimsart run`: runs a scenario and writes its report.
 
+use std::error::Error;
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -7,10 +9,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use clap::{Args, Parser};
+use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Ending, summary};
+use crate::emulated::{self, Image};
 use crate::experiment::{self, Experiment, Side};
 use crate::pictures::figures;
 use crate::report::{self, Report, ReportError, Written};
@@ -34,6 +37,15 @@ pub(super) struct Run {
     /// How long a side waits for the other one to start, s.
     #[arg(long, value_name = "SECONDS", default_value = "60", requires = "side", value_parser = seconds)]
     wait_s: Duration,
+    /// Runs controllers as firmware on an emulated board, in lockstep with the simulated devices.
+    #[arg(long, value_name = "BOARD", conflicts_with = "side", value_parser = [emulated::BOARD])]
+    target: Option<String>,
+    /// Which controllers run on the board; the others run here.
+    #[arg(long, value_name = "SIDE", default_value = "both", requires = "target")]
+    target_side: TargetSide,
+    /// Firmware image for the board, instead of the one that `cargo board mps2-an386` has built.
+    #[arg(long, value_name = "PATH", requires = "target")]
+    image: Option<PathBuf>,
     /// Prints the figures as one JSON object, the last line of standard output.
     #[arg(long)]
     json: bool,
@@ -43,6 +55,24 @@ pub(super) struct Run {
     /// Prints the shipped scenario, which has every setting with its default and meaning, and runs nothing.
     #[arg(long)]
     keys: bool,
+}
+
+/// Controllers that run on the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TargetSide {
+    Master,
+    Slave,
+    Both,
+}
+
+impl TargetSide {
+    fn sides(self) -> &'static [Side] {
+        match self {
+            Self::Master => &[Side::Master],
+            Self::Slave => &[Side::Slave],
+            Self::Both => &[Side::Master, Side::Slave],
+        }
+    }
 }
 
 /// Settings that are changed most often.
@@ -74,6 +104,7 @@ Examples:
   dimsart run my.toml --set seed=7 --no-report --json        figures for a program
   dimsart run --side master                                  two processes, in two terminals:
   dimsart run --side slave                                   real time over UDP
+  dimsart run --target mps2-an386                            both sides as firmware on emulated boards
 
 Ctrl-C ends a run early; what was recorded until then is reported. A second one ends the report. A run that does not stay stable says so and ends
 with exit status 0 all the same: 1 is for a run that could not be made or reported, 2 for wrong usage.";
@@ -125,6 +156,7 @@ impl Run {
         if stop.load(Ordering::Relaxed) {
             return Err("stopped before the run began; nothing was run".into());
         }
+        self.move_to_target(&mut experiment, &folder)?;
         let bar = progress_bar(experiment.duration_s());
         let run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
         bar.finish_and_clear();
@@ -140,7 +172,7 @@ impl Run {
             writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
         }
         written?;
-        Ok(ExitCode::SUCCESS)
+        run.broken.map_or(Ok(ExitCode::SUCCESS), |broken| Err(broken.into()))
     }
 
     fn folder(&self) -> PathBuf {
@@ -162,6 +194,23 @@ impl Run {
             side.other().address(scenario),
         );
         Experiment::one_side(scenario, side, self.wait_s, stop)
+    }
+
+    /// Starts the firmware of every side that is to run on the target. Its log goes beside the report.
+    fn move_to_target(&self, experiment: &mut Experiment, folder: &Path) -> Result<(), Box<dyn Error>> {
+        if self.target.is_none() {
+            return Ok(());
+        }
+        let image = Image::find(self.image.as_deref())?;
+        if !self.no_report {
+            report::make_folder(folder)?;
+        }
+        for side in self.target_side.sides() {
+            let path = folder.join(format!("firmware-{}.log", side.name()));
+            let log = (!self.no_report).then(|| File::create(path)).transpose()?;
+            experiment.emulate(*side, &image, log)?;
+        }
+        Ok(())
     }
 
     fn write_report(

@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 
 use dimsart_core::{DescriptorError, StorageError};
 
+use crate::emulated::EmulatedError;
 use crate::link::UdpError;
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
@@ -75,6 +76,14 @@ pub enum ExperimentError {
         peer: SocketAddr,
         /// The other side's name.
         other: &'static str,
+    },
+    /// The firmware of a side does not run, or no longer runs.
+    #[error("{side} as firmware: {source}")]
+    Emulated {
+        /// The side.
+        side: String,
+        /// What is wrong.
+        source: EmulatedError,
     },
     /// The user gave up waiting.
     #[error("stopped while waiting for the {other}; nothing was run")]

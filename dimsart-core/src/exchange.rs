@@ -8,15 +8,21 @@
 //! device the board is to drive ([`Tag::Device`], one byte per axis: 0 linear, 1 rotary) and is answered
 //! by a [`Tag::Hello`]. From then on every frame of the host is one tick, and every answer is what
 //! came of that tick: nothing is ever in flight, so results do not depend on how fast either side is.
+//!
+//! A host that has nothing to measure yet sends NaN: the [tick](crate::Dimsart::tick) is refused and
+//! computes nothing, while commands are carried out as in every tick.
 
-use heapless::Vec;
+use crate::dimsart::Tick;
 
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 /// Longest frame.
 pub const MAX_FRAME_BYTES: usize = 4096;
+/// Longest Data Base that fits a frame beside everything else, words.
+pub const MAX_SIGNAL_WORDS: usize = 640;
 const LENGTH_BYTES: usize = 2;
 const HEADER_BYTES: usize = 3;
+const MAX_OUTCOME_BYTES: usize = 24;
 
 /// What a section holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,10 +36,13 @@ pub enum Tag {
     Words = 3,
     /// Bytes of the command line: requests to the board, answers back.
     Command = 4,
-    /// Board to host: 0 ran, 1 idle, 2 measurement refused, 3 command refused, 255 no tick happened.
+    /// Board to host: what the tick came to, as [`Frame::push_outcome`] writes it.
     Outcome = 5,
     /// Board to host: the cycle counter before and after the tick, two u32, and the bits that count, u8.
     Stamps = 6,
+    /// Host to board, empty: shows the Data Base in the answer. Board to host: its revision, u32, then
+    /// the words of every signal, u32 each, in the order of [`Request::Entry`](crate::protocol::Request).
+    Signals = 7,
     /// A whole packet of link 0.
     Link0 = 16,
     /// A whole packet of link 1.
@@ -41,13 +50,14 @@ pub enum Tag {
 }
 
 impl Tag {
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Device,
         Self::Hello,
         Self::Words,
         Self::Command,
         Self::Outcome,
         Self::Stamps,
+        Self::Signals,
         Self::Link0,
         Self::Link1,
     ];
@@ -74,6 +84,8 @@ pub enum ExchangeError {
     Truncated,
     /// No section has this tag: the two sides are of different versions.
     UnknownTag(u8),
+    /// An outcome that is none.
+    Outcome,
 }
 
 impl core::fmt::Display for ExchangeError {
@@ -86,6 +98,7 @@ impl core::fmt::Display for ExchangeError {
             Self::UnknownTag(tag) => {
                 write!(f, "a section of unknown kind {tag}: build both sides from one version")
             }
+            Self::Outcome => write!(f, "an unknown outcome of a tick: build both sides from one version"),
         }
     }
 }
@@ -93,23 +106,28 @@ impl core::fmt::Display for ExchangeError {
 impl core::error::Error for ExchangeError {}
 
 /// A frame, on its way out or as far as it has come in.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Frame {
-    bytes: Vec<u8, MAX_FRAME_BYTES>,
+    bytes: [u8; MAX_FRAME_BYTES],
+    length: usize,
+}
+
+impl Default for Frame {
+    fn default() -> Self {
+        Self::new()
+    }
 }
 
 impl Frame {
     /// A frame that has not come in yet.
     #[must_use]
     pub const fn new() -> Self {
-        Self { bytes: Vec::new() }
+        Self { bytes: [0; MAX_FRAME_BYTES], length: 0 }
     }
 
     /// Makes it a frame without sections, to be sent.
     pub fn clear(&mut self) {
-        self.bytes.clear();
-        // Fits: the frame is empty.
-        let _ = self.bytes.extend_from_slice(&[0; LENGTH_BYTES]);
+        self.put_length(LENGTH_BYTES);
     }
 
     /// Adds a section.
@@ -117,33 +135,49 @@ impl Frame {
     /// # Errors
     /// [`ExchangeError::TooLong`] when it does not fit; the frame is as it was.
     pub fn push(&mut self, tag: Tag, content: &[u8]) -> Result<(), ExchangeError> {
-        let length = self.bytes.len() + HEADER_BYTES + content.len();
+        let length = self.length + HEADER_BYTES + content.len();
         let too_long = ExchangeError::TooLong(length);
-        let bytes = u16::try_from(content.len()).map_err(|_| too_long)?.to_le_bytes();
-        let body = u16::try_from(length - LENGTH_BYTES).map_err(|_| too_long)?.to_le_bytes();
-        if length > MAX_FRAME_BYTES {
-            return Err(too_long);
+        let [low, high] = u16::try_from(content.len()).map_err(|_| too_long)?.to_le_bytes();
+        let space = self.bytes.get_mut(self.length..length).ok_or(too_long)?;
+        let (header, body) = space.split_first_chunk_mut::<HEADER_BYTES>().ok_or(too_long)?;
+        *header = [tag as u8, low, high];
+        for (to, from) in body.iter_mut().zip(content) {
+            *to = *from;
         }
-        // Fit: the length was checked.
-        let _ = self.bytes.push(tag as u8);
-        let _ = self.bytes.extend_from_slice(&bytes);
-        let _ = self.bytes.extend_from_slice(content);
-        if let Some(start) = self.bytes.first_chunk_mut() {
-            *start = body;
-        }
+        self.put_length(length);
         Ok(())
+    }
+
+    /// Makes it `length` bytes long, its own two included.
+    fn put_length(&mut self, length: usize) {
+        self.length = length;
+        // Fits: no frame is longer than 4096 bytes.
+        let body = u16::try_from(length.saturating_sub(LENGTH_BYTES)).unwrap_or(u16::MAX);
+        if let Some(start) = self.bytes.first_chunk_mut() {
+            *start = body.to_le_bytes();
+        }
+    }
+
+    /// Adds what the tick came to; none when there was no tick.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    pub fn push_outcome(&mut self, outcome: Option<Tick>) -> Result<(), ExchangeError> {
+        let mut bytes = [0; MAX_OUTCOME_BYTES];
+        let bytes = postcard::to_slice(&outcome, &mut bytes).map_err(|_| ExchangeError::Outcome)?;
+        self.push(Tag::Outcome, bytes)
     }
 
     /// Bytes that one more section can hold.
     #[must_use]
     pub fn room(&self) -> usize {
-        MAX_FRAME_BYTES.saturating_sub(self.bytes.len() + HEADER_BYTES)
+        MAX_FRAME_BYTES.saturating_sub(self.length + HEADER_BYTES)
     }
 
     /// The frame's bytes, to be sent.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
-        &self.bytes
+        self.bytes.get(..self.length).unwrap_or_default()
     }
 
     /// Takes in one frame by calling `read` until it is whole; `read` gives the number of bytes it has
@@ -155,7 +189,7 @@ impl Frame {
         &mut self,
         mut read: impl FnMut(&mut [u8]) -> Result<usize, E>,
     ) -> Result<bool, E> {
-        self.bytes.resize_default(MAX_FRAME_BYTES).map_err(|_| ExchangeError::TooLong(MAX_FRAME_BYTES))?;
+        self.length = 0;
         let mut filled = 0;
         loop {
             // Nothing of a next frame can be there before this one is answered.
@@ -173,7 +207,7 @@ impl Frame {
                 return Err(ExchangeError::TooLong(whole).into());
             }
             if filled >= whole {
-                self.bytes.truncate(whole);
+                self.length = whole;
                 return Ok(true);
             }
         }
@@ -181,7 +215,7 @@ impl Frame {
 
     /// The sections, in order; the first error ends them.
     pub fn sections(&self) -> impl Iterator<Item = Result<(Tag, &[u8]), ExchangeError>> {
-        let mut rest = self.bytes.get(LENGTH_BYTES..).unwrap_or_default();
+        let mut rest = self.as_bytes().get(LENGTH_BYTES..).unwrap_or_default();
         core::iter::from_fn(move || {
             let section = split(&mut rest)?;
             if section.is_err() {
@@ -190,6 +224,14 @@ impl Frame {
             Some(section)
         })
     }
+}
+
+/// Reads the content of a [`Tag::Outcome`].
+///
+/// # Errors
+/// [`ExchangeError::Outcome`] when it is none that this version knows.
+pub fn outcome(content: &[u8]) -> Result<Option<Tick>, ExchangeError> {
+    postcard::from_bytes(content).map_err(|_| ExchangeError::Outcome)
 }
 
 fn split<'a>(rest: &mut &'a [u8]) -> Option<Result<(Tag, &'a [u8]), ExchangeError>> {
@@ -211,6 +253,8 @@ fn split<'a>(rest: &mut &'a [u8]) -> Option<Result<(Tag, &'a [u8]), ExchangeErro
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::FrameError;
+    use crate::types;
     use std::vec::Vec;
 
     /// What is sent arrives whole, however the stream cuts it.
@@ -269,6 +313,21 @@ mod tests {
         assert_eq!(errors(&[3, 0, 3, 1, 0]), Some(ExchangeError::Truncated));
         assert_eq!(errors(&[3, 0, 99, 0, 0]), Some(ExchangeError::UnknownTag(99)));
         assert_eq!(errors(&[0, 0]), None);
+    }
+
+    #[test]
+    fn an_outcome_comes_back_as_it_was() {
+        let refused = FrameError::NotFinite { signal: types::POSITION.first(), word: u16::MAX };
+        let longest = FrameError::Length { expected: usize::MAX, found: usize::MAX };
+        let ticks = [Tick::Ran, Tick::Idle, Tick::MeasurementRefused(refused), Tick::CommandRefused(longest)];
+        for sent in ticks.map(Some).into_iter().chain([None]) {
+            let mut frame = Frame::new();
+            frame.clear();
+            frame.push_outcome(sent).unwrap();
+            let (tag, content) = frame.sections().next().unwrap().unwrap();
+            assert_eq!((tag, outcome(content)), (Tag::Outcome, Ok(sent)));
+        }
+        assert_eq!(outcome(&[1, 9]), Err(ExchangeError::Outcome));
     }
 
     #[test]

@@ -1,0 +1,179 @@
+//! A controller on an emulated board: one exchange per tick.
+
+use std::fs::File;
+
+use dimsart_core::exchange::{self, Frame, Tag};
+use dimsart_core::limits::MAX_LINKS;
+use dimsart_core::{AxisKind, Tick, Word};
+
+use super::emulator::Emulator;
+use super::upload::{self, Layout};
+use super::{EmulatedError, Image, NS_PER_INSTRUCTION};
+use crate::rig::SimulatedDimsart;
+
+/// Of the board's processor, 25 MHz.
+const NS_PER_CYCLE: u64 = 40;
+
+/// Packets that the firmware takes per tick.
+const PACKETS_PER_TICK: usize = 2 * MAX_LINKS;
+
+/// A controller that runs as firmware on an emulated board, in lockstep with this process.
+///
+/// It carries out the scheme of a controller of this process, its *copy*, which is never ticked: its Data Base is
+/// overwritten with the board's after every tick.
+#[derive(Debug)]
+pub struct Board {
+    wire: Wire,
+    layout: Layout,
+}
+
+/// What goes there and back in one exchange.
+#[derive(Debug)]
+pub(super) struct Wire {
+    emulator: Emulator,
+    /// Grows until it is sent.
+    request: Frame,
+    answer: Frame,
+    /// Packets in it.
+    packets: usize,
+}
+
+impl Board {
+    /// Starts the image, and on it the scheme of `copy` for a device with the same axes. The firmware's log goes
+    /// to `log`.
+    ///
+    /// # Errors
+    /// [`EmulatedError`] says what is missing or differs; no process is left.
+    pub fn start(
+        image: &Image,
+        copy: &mut SimulatedDimsart,
+        log: Option<File>,
+    ) -> Result<Self, EmulatedError> {
+        let device = copy.engine().device().clone();
+        let mut wire = Wire::open(image, device.axes(), log)?;
+        let layout = upload::upload(&mut wire, copy)?;
+        Ok(Self { wire, layout })
+    }
+
+    /// Gives a packet that came in over `link` to the next tick. The firmware takes four per tick; more are
+    /// lost, as in a receiver that is not emptied in time.
+    pub fn receive(&mut self, link: usize, bytes: &[u8]) {
+        if let Some(tag) = Tag::of_link(link).filter(|_| self.wire.packets < PACKETS_PER_TICK) {
+            self.wire.packets += 1;
+            self.wire.send(tag, bytes);
+        }
+    }
+
+    /// One tick: the words that are measured there, those that are commanded back. `copy` holds the board's
+    /// Data Base afterwards.
+    ///
+    /// # Errors
+    /// [`EmulatedError`] when the board does not answer as it should; it is of no further use then.
+    pub fn tick(
+        &mut self,
+        measured: &[Word],
+        commanded: &mut [Word],
+        copy: &mut SimulatedDimsart,
+    ) -> Result<Tick, EmulatedError> {
+        let Self { wire, layout } = self;
+        wire.send(Tag::Signals, &[]);
+        wire.exchange(measured)?;
+        let mut tick = None;
+        for section in wire.answer.sections() {
+            match section? {
+                (Tag::Outcome, content) => tick = exchange::outcome(content)?,
+                (Tag::Words, content) => {
+                    let expected = 4 * commanded.len();
+                    if content.len() != expected {
+                        let found = content.len();
+                        return Err(EmulatedError::OtherAnswer { what: "commanded words", expected, found });
+                    }
+                    for (word, bits) in commanded.iter_mut().zip(words(content)) {
+                        *word = Word(bits);
+                    }
+                }
+                (Tag::Signals, content) => layout.show(content, copy)?,
+                _ => {}
+            }
+        }
+        tick.ok_or(EmulatedError::NoAnswer { ticks: 1 })
+    }
+
+    /// The packets that the last tick left for `link`.
+    pub fn outgoing(&self, link: usize) -> impl Iterator<Item = &[u8]> {
+        self.wire.sections(move |tag| tag.link() == Some(link))
+    }
+
+    /// Instructions from reading the sensors to commanding the actuators in the last tick, to one in a hundred
+    /// thousand: the emulator's time counts them.
+    #[must_use]
+    pub fn instructions(&self) -> Option<u32> {
+        let stamps = self.wire.sections(|tag| tag == Tag::Stamps).next()?;
+        let mut cycles = words(stamps);
+        let mask = u32::MAX.checked_shr(32 - u32::from(*stamps.get(8)?))?;
+        let (before, after) = (cycles.next()?, cycles.next()?);
+        let cycles = after.wrapping_sub(before) & mask;
+        u32::try_from(u64::from(cycles) * NS_PER_CYCLE / NS_PER_INSTRUCTION).ok()
+    }
+
+    /// Puts bytes on the command line, for the next tick.
+    pub fn send_command_bytes(&mut self, bytes: &[u8]) {
+        self.wire.send(Tag::Command, bytes);
+    }
+
+    /// Bytes of the command line that came with the last tick.
+    pub fn command_bytes(&self) -> impl Iterator<Item = &[u8]> {
+        self.wire.sections(|tag| tag == Tag::Command)
+    }
+}
+
+impl Wire {
+    fn open(image: &Image, axes: &[AxisKind], log: Option<File>) -> Result<Self, EmulatedError> {
+        let emulator = Emulator::start(image, log)?;
+        let (mut request, answer) = (Frame::new(), Frame::new());
+        request.clear();
+        let mut wire = Self { emulator, request, answer, packets: 0 };
+        let kinds: Vec<u8> = axes.iter().map(|axis| u8::from(*axis == AxisKind::Rotary)).collect();
+        wire.send(Tag::Device, &kinds);
+        wire.swap()?;
+        let hello = wire.sections(|tag| tag == Tag::Hello).next();
+        match hello.and_then(<[u8]>::first) {
+            Some(&exchange::VERSION) => Ok(wire),
+            found => Err(EmulatedError::Version { found: found.copied() }),
+        }
+    }
+
+    /// Adds a section to the next request. One that does not fit is lost, as on a line that is full.
+    pub(super) fn send(&mut self, tag: Tag, content: &[u8]) {
+        let _ = self.request.push(tag, content);
+    }
+
+    /// One tick of the board.
+    pub(super) fn exchange(&mut self, measured: &[Word]) -> Result<(), EmulatedError> {
+        let mut bytes = [0; 4 * dimsart_core::MAX_DEVICE_TYPES * dimsart_core::limits::MAX_DOF];
+        for (bytes, word) in bytes.chunks_exact_mut(4).zip(measured) {
+            bytes.copy_from_slice(&word.0.to_le_bytes());
+        }
+        self.send(Tag::Words, bytes.get(..4 * measured.len()).unwrap_or_default());
+        self.swap()
+    }
+
+    fn swap(&mut self) -> Result<(), EmulatedError> {
+        self.emulator.exchange(&self.request, &mut self.answer)?;
+        self.request.clear();
+        self.packets = 0;
+        // What came is looked at more than once: be sure that it is whole.
+        self.answer.sections().find_map(Result::err).map_or(Ok(()), |error| Err(error.into()))
+    }
+
+    /// Contents of the sections of the last answer that `is_wanted`.
+    pub(super) fn sections(&self, is_wanted: impl Fn(Tag) -> bool) -> impl Iterator<Item = &[u8]> {
+        let is_wanted = move |(tag, content)| is_wanted(tag).then_some(content);
+        self.answer.sections().filter_map(Result::ok).filter_map(is_wanted)
+    }
+}
+
+/// The words that bytes hold.
+pub(super) fn words(bytes: &[u8]) -> impl Iterator<Item = u32> {
+    bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word))
+}

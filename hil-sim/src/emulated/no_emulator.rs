@@ -1,0 +1,22 @@
+//! In place of the emulator where there are no FIFOs.
+
+use std::fs::File;
+use std::io::ErrorKind;
+
+use dimsart_core::exchange::Frame;
+
+use super::{EmulatedError, Image};
+
+/// There is none.
+#[derive(Debug)]
+pub(super) enum Emulator {}
+
+impl Emulator {
+    pub(super) fn start(_: &Image, _: Option<File>) -> Result<Self, EmulatedError> {
+        Err(EmulatedError::NoEmulator(ErrorKind::Unsupported.into()))
+    }
+
+    pub(super) fn exchange(&mut self, _: &Frame, _: &mut Frame) -> Result<(), EmulatedError> {
+        match *self {}
+    }
+}

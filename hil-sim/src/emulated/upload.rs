@@ -1,0 +1,175 @@
+//! Brings a controller's scheme to the board, by commands, and learns where the board keeps its signals.
+
+use dimsart_core::exchange::Tag;
+use dimsart_core::protocol::{
+    self, DeviceInfo, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Refusal, Request, Response,
+    decode_response, encode_request,
+};
+use dimsart_core::{Command, TypeRef, Verb, Word};
+
+use super::EmulatedError;
+use super::board::{Wire, words};
+use crate::rig::SimulatedDimsart;
+
+/// Ticks in which a request is answered: it is carried out in the one that it comes with.
+const ANSWER_TICKS: u32 = 8;
+
+/// Where the board's signals are in the copy's Data Base, in the order in which the board shows them.
+#[derive(Debug)]
+pub(super) struct Layout {
+    /// Slot of the copy, none for a signal that it lacks, and words.
+    signals: Vec<(Option<u8>, usize)>,
+    words: usize,
+}
+
+impl Layout {
+    /// Overwrites the copy with what the board shows: a revision, then the words.
+    pub(super) fn show(&self, content: &[u8], copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
+        let (expected, found) = (4 * (1 + self.words), content.len());
+        if found != expected {
+            return Err(EmulatedError::OtherAnswer { what: "the Data Base", expected, found });
+        }
+        let mut words = words(content).skip(1);
+        for (slot, count) in &self.signals {
+            let words = words.by_ref().take(*count);
+            match slot {
+                Some(slot) => copy.overwrite(*slot, words),
+                None => words.for_each(drop),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Gives the board the scheme of `copy`. Nothing is measured meanwhile, so nothing is computed.
+pub(super) fn upload(wire: &mut Wire, copy: &mut SimulatedDimsart) -> Result<Layout, EmulatedError> {
+    let nothing_measured = vec![Word::from(f32::NAN); copy.frame().output_words()];
+    let mut line = Line { wire, nothing_measured, id: 0, content: Vec::new() };
+    line.compare_devices(copy)?;
+    line.compare_libraries(copy)?;
+    let mut commands = vec![Command::plain(Verb::Close)];
+    commands.extend(copy.engine_mut().commands());
+    commands.push(Command::plain(Verb::MatchingCheck));
+    for command in commands {
+        match line.ask(&Request::Command(command))? {
+            Response::Effect(protocol::Effect { refused: None, .. }) => {}
+            Response::Effect(protocol::Effect { refused: Some(error), .. }) => {
+                return Err(EmulatedError::Refused(Refusal::Engine(error)));
+            }
+            answer => return Err(unexpected(&answer)),
+        }
+    }
+    line.layout(copy)
+}
+
+fn unexpected(answer: &Response<'_>) -> EmulatedError {
+    match answer {
+        Response::Refused(refusal) => EmulatedError::Refused(*refusal),
+        _ => EmulatedError::NoAnswer { ticks: ANSWER_TICKS },
+    }
+}
+
+/// The board's command line, one request at a time.
+struct Line<'a> {
+    wire: &'a mut Wire,
+    nothing_measured: Vec<Word>,
+    id: u16,
+    content: Vec<u8>,
+}
+
+impl Line<'_> {
+    fn ask(&mut self, request: &Request) -> Result<Response<'_>, EmulatedError> {
+        self.id = self.id.wrapping_add(1);
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        // Fits: the buffer is as long as a frame can be.
+        let frame = encode_request(request, self.id, &mut buffer).unwrap_or_default();
+        self.wire.send(Tag::Command, frame);
+        let mut receiver = Receiver::new();
+        let mut is_there = false;
+        for _ in 0..ANSWER_TICKS {
+            self.wire.exchange(&self.nothing_measured)?;
+            for bytes in self.wire.sections(|tag| tag == Tag::Command) {
+                receiver.take_all(bytes, |content| {
+                    is_there = true;
+                    content.clone_into(&mut self.content);
+                });
+            }
+            if is_there {
+                break;
+            }
+        }
+        match decode_response(&self.content) {
+            Ok((id, response)) if is_there && id == self.id => Ok(response),
+            _ => Err(EmulatedError::NoAnswer { ticks: ANSWER_TICKS }),
+        }
+    }
+
+    fn compare_devices(&mut self, copy: &SimulatedDimsart) -> Result<(), EmulatedError> {
+        let scenario_s = copy.engine().device().sample_period_s();
+        match self.ask(&Request::Identify)? {
+            Response::Identity(board) if board.protocol_version != PROTOCOL_VERSION => {
+                Err(EmulatedError::OtherLibrary { what: "protocol".to_owned() })
+            }
+            Response::Identity(board) if board.sample_period_s.to_bits() != scenario_s.to_bits() => {
+                Err(EmulatedError::SamplePeriod { board_s: board.sample_period_s, scenario_s })
+            }
+            Response::Identity(_) => Ok(()),
+            answer => Err(unexpected(&answer)),
+        }
+    }
+
+    /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers.
+    fn compare_libraries(&mut self, copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
+        let info = DeviceInfo::new("");
+        let mut same = |request: Request, what: &str| {
+            let here = protocol::serve(&request, copy, &info);
+            let is_there = !matches!(here, Response::Refused(_));
+            match self.ask(&request)? == here {
+                true => Ok(is_there),
+                false => Err(EmulatedError::OtherLibrary { what: what.to_owned() }),
+            }
+        };
+        for kind in 0..=u8::MAX {
+            if !same(Request::Module { kind }, "list of modules")? {
+                break;
+            }
+            for index in 0..=u8::MAX {
+                if !same(Request::Parameter { kind, index }, "list of parameters")? {
+                    break;
+                }
+            }
+        }
+        for index in 0..=u16::MAX {
+            if !same(Request::DataType { index }, "list of data types")? {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn layout(&mut self, copy: &SimulatedDimsart) -> Result<Layout, EmulatedError> {
+        let data_base = copy.engine().data_base();
+        let mut signals = Vec::new();
+        for index in 0..=u8::MAX {
+            let signal = match self.ask(&Request::Entry { index })? {
+                Response::Entry(signal) => signal,
+                Response::Refused(Refusal::NotThere) => break,
+                answer => return Err(unexpected(&answer)),
+            };
+            signals.push((data_base.slot(signal), self.words(signal)?));
+        }
+        let shown = signals.iter().filter(|(slot, _)| slot.is_some()).count();
+        if shown != data_base.signals().count() {
+            return Err(EmulatedError::OtherLibrary { what: "set of signals for this scheme".to_owned() });
+        }
+        let words = signals.iter().map(|(_, words)| words).sum();
+        Ok(Layout { signals, words })
+    }
+
+    fn words(&mut self, signal: TypeRef) -> Result<usize, EmulatedError> {
+        match self.ask(&Request::Signal { signal, from: 0 })? {
+            Response::Signal(found) => Ok(found.words_in_all.into()),
+            answer => Err(unexpected(&answer)),
+        }
+    }
+}

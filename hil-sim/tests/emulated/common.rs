@@ -1,0 +1,39 @@
+//! Image and emulator, or the reason to skip.
+
+use std::env;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use hil_sim::emulated::{BOARD, BUILD, FOLDER_VARIABLE, Image};
+
+/// The image whose tick comes from a timer, beside the other one; none, after a line that says so, without it.
+pub(crate) fn timer_image() -> Option<PathBuf> {
+    let Some(folder) = env::var_os(FOLDER_VARIABLE).map(PathBuf::from) else {
+        eprintln!(
+            "not run: the timer's tick on the emulated board; put `{BUILD} --features timer-tick` into {FOLDER_VARIABLE}"
+        );
+        return None;
+    };
+    let path = folder.join(format!("{BOARD}-timer-tick-master"));
+    assert!(path.is_file(), "no image {}: `{BUILD} --features timer-tick` builds it", path.display());
+    Some(path)
+}
+
+/// The image to be run; none, after a line that says so, where there is no image or no emulator.
+pub(crate) fn image() -> Option<Image> {
+    let emulator = Command::new("qemu-system-arm").arg("--version").stdout(Stdio::null()).status();
+    let found = match emulator {
+        Ok(_) => Image::find(None).map_err(|error| error.to_string()),
+        Err(error) => Err(format!("qemu-system-arm: {error}")),
+    };
+    match found {
+        Ok(image) => Some(image),
+        Err(reason) if env::var_os(FOLDER_VARIABLE).is_some() => panic!("{reason}"),
+        Err(reason) => {
+            eprintln!(
+                "not run: firmware on the emulated board; install qemu-system-arm, `{BUILD}` ({reason})"
+            );
+            None
+        }
+    }
+}

@@ -1,0 +1,17 @@
+//! Controllers as firmware on the emulated board.
+//!
+//! Without image or emulator these tests run nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of
+//! images, both have to be there. What goes wrong is tested with a stand-in for the emulator, everywhere.
+#![cfg(unix)]
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
+
+mod common;
+mod run;
+mod same_bits;
+mod timer_tick;
+mod trouble;

@@ -1,0 +1,78 @@
+//! `dimsart run --target mps2-an386`, as it is typed.
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use crate::common::image;
+
+fn dimsart() -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    command.arg("run");
+    command
+}
+
+/// The figures without those of the clock.
+fn figures(command: &mut Command) -> serde_json::Value {
+    let output = command.arg("--json").output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let text = String::from_utf8(output.stdout).unwrap();
+    let mut figures: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    for of_the_clock in ["wall_s", "realtime_factor"] {
+        figures.as_object_mut().unwrap().remove(of_the_clock);
+    }
+    figures
+}
+
+#[test]
+fn figures_and_report_are_those_of_a_run_on_the_host() {
+    let Some(image) = image() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let [here, there] = ["here", "there"].map(|name| folder.path().join(name));
+    let expected = figures(dimsart().arg("--out").arg(&here));
+    for side in ["master", "slave", "both"] {
+        let target = ["--target", "mps2-an386", "--target-side", side, "--image"];
+        let found = figures(dimsart().args(target).arg(image.path()).arg("--out").arg(&there));
+        assert_eq!(found, expected, "{side}");
+        for file in ["signals.csv", "positions.svg", "timeline.svg"] {
+            assert!(
+                fs::read(here.join(file)).unwrap() == fs::read(there.join(file)).unwrap(),
+                "{side}: {file}"
+            );
+        }
+    }
+    for side in ["master", "slave"] {
+        let log = fs::read_to_string(there.join(format!("firmware-{side}.log"))).unwrap();
+        assert!(log.contains("tick 9000: Ran, 0 late, 0 overruns"), "{log}");
+    }
+}
+
+#[test]
+fn an_interrupt_ends_the_run_and_its_emulators() {
+    let Some(image) = image() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let child = dimsart()
+        .args(["--target", "mps2-an386", "--no-report", "--set", "duration_s=1e6", "--image"])
+        .arg(image.path())
+        .env("TMPDIR", folder.path())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let id = child.id().to_string();
+    // Before the run, while it is set up, or in it: it ends either way.
+    thread::sleep(Duration::from_secs(3));
+    let emulators = || {
+        let listed = Command::new("ps").args(["-o", "pid=", "--ppid", &id]).output().unwrap();
+        String::from_utf8(listed.stdout).unwrap().split_whitespace().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let started = emulators();
+    assert!(!started.is_empty());
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && text.contains("stopped by the user at"), "{output:?}");
+    let is_left = |pid: &String| std::path::Path::new("/proc").join(pid).exists();
+    assert!(!started.iter().any(is_left), "a process is left");
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "a folder is left");
+}

@@ -1,0 +1,107 @@
+//! What can go wrong with an emulator, played by a script in its place.
+
+use std::fs;
+use std::os::unix::fs::PermissionsExt;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+/// A folder with a stand-in for the emulator, an image by name, and room for temporary files.
+struct Stage(TempDir);
+
+impl Stage {
+    fn new(script: Option<&str>) -> Self {
+        let stage = Self(tempfile::tempdir().unwrap());
+        fs::create_dir(stage.path("bin")).unwrap();
+        fs::create_dir(stage.path("tmp")).unwrap();
+        fs::write(stage.path("image"), format!("dimsart {} mps2-an386", env!("CARGO_PKG_VERSION"))).unwrap();
+        if let Some(script) = script {
+            let emulator = stage.path("bin/qemu-system-arm");
+            let pid = stage.path("pid");
+            fs::write(&emulator, format!("#!/bin/sh\necho $$ > {}\n{script}\n", pid.display())).unwrap();
+            fs::set_permissions(emulator, fs::Permissions::from_mode(0o755)).unwrap();
+        }
+        stage
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// What a run says that comes to nothing and leaves nothing behind.
+    fn run(&self, image: &Path) -> String {
+        let start = Instant::now();
+        let output = Command::new(env!("CARGO_BIN_EXE_dimsart"))
+            .args(["run", "--no-report", "--target", "mps2-an386", "--image"])
+            .arg(image)
+            .env("PATH", self.path("bin"))
+            .env("TMPDIR", self.path("tmp"))
+            .output()
+            .unwrap();
+        assert!(start.elapsed() < Duration::from_secs(10));
+        assert_eq!(fs::read_dir(self.path("tmp")).unwrap().count(), 0, "a folder is left");
+        if let Ok(pid) = fs::read_to_string(self.path("pid")) {
+            assert!(!Path::new("/proc").join(pid.trim()).exists(), "a process is left");
+        }
+        message(&output)
+    }
+}
+
+/// With a script as the emulator; its folder is the one with the FIFOs.
+fn run_with(script: &str) -> String {
+    let stage = Stage::new(Some(script));
+    stage.run(&stage.path("image"))
+}
+
+fn message(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn assert_says(message: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(message.contains(part), "{part}: {message}");
+    }
+}
+
+#[test]
+fn without_an_emulator_it_says_what_to_install() {
+    let stage = Stage::new(None);
+    assert_says(&stage.run(&stage.path("image")), &["qemu-system-arm does not start", "install it"]);
+}
+
+#[test]
+fn without_an_image_or_with_another_board_s_it_says_how_to_build_one() {
+    let stage = Stage::new(None);
+    assert_says(&stage.run(&stage.path("none")), &["no firmware image", "cargo board mps2-an386", "--image"]);
+    let another = stage.path("another");
+    fs::write(&another, "dimsart 0.1.0 nucleo-g474re").unwrap();
+    assert_says(&stage.run(&another), &["another is no image of dimsart", "cargo board mps2-an386"]);
+}
+
+#[test]
+fn an_emulator_that_hangs_is_ended() {
+    // Before it opens the line, and behind that.
+    assert_says(&run_with("exec /bin/sleep 100"), &["has not answered for 8 s"]);
+    assert_says(&run_with("exec /bin/sleep 100 < to-board > from-board"), &["has not answered for 8 s"]);
+}
+
+#[test]
+fn an_emulator_that_ends_is_reported_with_its_last_words() {
+    let message = run_with("echo no such machine >&2; exit 1");
+    assert_says(&message, &["ended: exit status: 1", "its last words:\n  no such machine"]);
+    let panicked = "exec < to-board; exec > from-board; exit 101";
+    assert_says(&run_with(panicked), &["a panic or a fault (exit status 101), without a word"]);
+}
+
+#[test]
+fn garbage_is_told_from_an_answer() {
+    let answer = |bytes: &str| {
+        run_with(&format!("exec 3< to-board; exec 4> from-board; printf '{bytes}' >&4; exec /bin/sleep 100"))
+    };
+    assert_says(&answer(r"\377\377garbage"), &["a frame of 65537 bytes", "build the image anew"]);
+    assert_says(&answer(r"\004\000\143\001\000x"), &["a section of unknown kind 99"]);
+    assert_says(&answer(r"\004\000\002\001\000\001"), &["speaks version 1 of the exchange"]);
+}
