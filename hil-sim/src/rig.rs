@@ -75,12 +75,6 @@ impl Station {
     }
 
     /// The board that the controller runs on; none when it runs here.
-    #[must_use]
-    pub fn board(&self) -> Option<&Board> {
-        self.board.as_deref()
-    }
-
-    /// The same, to give it bytes of its command line.
     pub fn board_mut(&mut self) -> Option<&mut Board> {
         self.board.as_deref_mut()
     }

@@ -120,11 +120,6 @@ impl Board {
     pub fn send_command_bytes(&mut self, bytes: &[u8]) {
         self.wire.send(Tag::Command, bytes);
     }
-
-    /// Bytes of the command line that came with the last tick.
-    pub fn command_bytes(&self) -> impl Iterator<Item = &[u8]> {
-        self.wire.sections(|tag| tag == Tag::Command)
-    }
 }
 
 impl Wire {

@@ -1,17 +1,17 @@
 //! Image and emulator, or the reason to skip.
 
 use std::env;
+use std::io::Write;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::Once;
 
 use hil_sim::emulated::{BOARD, BUILD, FOLDER_VARIABLE, Image};
 
 /// The image whose tick comes from a timer, beside the other one; none, after a line that says so, without it.
 pub(crate) fn timer_image() -> Option<PathBuf> {
     let Some(folder) = env::var_os(FOLDER_VARIABLE).map(PathBuf::from) else {
-        eprintln!(
-            "not run: the timer's tick on the emulated board; put `{BUILD} --features timer-tick` into {FOLDER_VARIABLE}"
-        );
+        say_once("the timer's tick", &format!("{FOLDER_VARIABLE} names no folder of images"));
         return None;
     };
     let path = folder.join(format!("{BOARD}-timer-tick-master"));
@@ -30,10 +30,17 @@ pub(crate) fn image() -> Option<Image> {
         Ok(image) => Some(image),
         Err(reason) if env::var_os(FOLDER_VARIABLE).is_some() => panic!("{reason}"),
         Err(reason) => {
-            eprintln!(
-                "not run: firmware on the emulated board; install qemu-system-arm, `{BUILD}` ({reason})"
-            );
+            say_once("the firmware", &reason);
             None
         }
     }
+}
+
+/// Past the capture of what passing tests print; one line, however many tests it is true of.
+fn say_once(what: &str, reason: &str) {
+    static SAID: Once = Once::new();
+    SAID.call_once(|| {
+        let line = format!("{what} was not run on the emulated board: {reason}; run `cargo xtask test`\n");
+        std::io::stderr().write_all(line.as_bytes()).unwrap();
+    });
 }
