@@ -3,11 +3,15 @@
 
 mod common;
 
+use std::collections::BTreeSet;
+
 use common::Bench;
 use dimsart_core::{
-    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, Finding, Format, ParameterError,
-    Party, Shape, Unit, UnitRelation, limits, modules::Standard, scheme, types,
+    AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
+    ModuleList, ModuleRef, ParameterError, Party, Shape, Unit, UnitRelation, Verb, limits, modules::Standard,
+    scheme, types,
 };
+use rand_core::{Rng, SeedableRng};
 
 const SIDES: &[&str] = &["master", "slave"];
 
@@ -415,4 +419,55 @@ fn the_implicit_form_needs_the_law_of_a_controller() {
             )
         })
     );
+}
+
+/// Signals that are not written once and read after that: looked for one by one, in the order of the tick.
+fn out_of_order(engine: &Engine) -> BTreeSet<u16> {
+    let of_frame = |types: &[&DataType], direction| {
+        types.iter().map(|data_type| (data_type.first(), direction)).collect::<Vec<_>>()
+    };
+    let mut calls = vec![of_frame(engine.device().outputs, Direction::Write)];
+    calls.extend(engine.steps().map(|step| engine.step_signals(step).collect()));
+    calls.push(of_frame(engine.device().inputs, Direction::Read));
+    let signals = engine.data_base().signals().map(|(_, entry)| entry.signal);
+    let is_wrong = |signal: &dimsart_core::TypeRef| {
+        let places = |wanted: Direction| -> Vec<usize> {
+            let uses =
+                calls.iter().enumerate().flat_map(|(place, call)| call.iter().map(move |of| (place, of)));
+            uses.filter(|(_, of)| **of == (*signal, wanted)).map(|(place, _)| place).collect()
+        };
+        let (writes, reads) = (places(Direction::Write), places(Direction::Read));
+        let first = writes.first().copied().unwrap_or(usize::MAX);
+        writes.len() > 1 || reads.iter().any(|read| *read <= first)
+    };
+    signals.filter(is_wrong).map(|signal| signal.id).collect()
+}
+
+#[test]
+fn whatever_is_plugged_in_each_signal_out_of_order_is_named_and_no_other() {
+    let mut random = rand_pcg::Pcg32::seed_from_u64(11);
+    let (mut dimsart, mut seen) = (robot(), [0; 3]);
+    for _ in 0..5_000 {
+        let kind = u8::try_from(random.next_u32() as usize % Standard::KINDS.len()).unwrap();
+        let module = ModuleRef { kind, number: u8::try_from(random.next_u32() % 2 + 1).unwrap() };
+        let verb = if random.next_u32() % 5 < 2 { Verb::ModOff } else { Verb::ModOn };
+        // What has no room is refused and changes nothing.
+        let _ = dimsart.command(Command::engine(verb, module));
+        let report = dimsart.engine().check();
+        if report.unlisted() > 0 {
+            continue;
+        }
+        let named = report.findings().iter().filter_map(|finding| {
+            let (kind, signal) = match finding {
+                Finding::NoProvider { signal, .. } => (0, signal),
+                Finding::TwoProviders { signal, .. } => (1, signal),
+                Finding::Delay { signal, .. } => (2, signal),
+                _ => return None,
+            };
+            seen[kind] += 1;
+            Some(signal.id)
+        });
+        assert_eq!(named.collect::<BTreeSet<_>>(), out_of_order(dimsart.engine()));
+    }
+    assert!(seen.iter().all(|count| *count > 100), "{seen:?}");
 }

@@ -50,7 +50,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
     }
 
     /// Every signal, with its slot.
-    pub fn signals(&self) -> impl Iterator<Item = (u8, Entry)> + '_ {
+    pub fn signals(&self) -> impl Iterator<Item = (u8, Entry)> + Clone + '_ {
         (0..).zip(&self.entries).filter_map(|(slot, entry)| entry.map(|entry| (slot, entry)))
     }
 

@@ -284,7 +284,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     fn check_without(&self, without: Option<ModuleRef>) -> Report {
         let Self { device, instances, schedule, .. } = self;
-        let signals = self.data_base.signals().map(|(_, entry)| entry.signal);
+        let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
         Scheme { device, instances, schedule, without }.check(signals)
     }
 

@@ -3,10 +3,10 @@
 use heapless::Vec;
 
 use crate::command::ModuleRef;
-use crate::data_type::TypeRef;
+use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::engine::{Call, Instance};
-use crate::limits::{MAX_FINDINGS, MAX_MODULES};
+use crate::limits::{MAX_FINDINGS, MAX_MODULES, MAX_SLOTS};
 use crate::port::{Direction, Stage};
 use crate::unit::Unit;
 use crate::unit_tie::UnitRelation;
@@ -169,6 +169,12 @@ struct Use {
     is_delayed: bool,
 }
 
+/// A slot as one of 64 bits.
+fn bit(slot: u8) -> u64 {
+    const { assert!(MAX_SLOTS <= 64, "a set of slots is 64 bits") };
+    1_u64.checked_shl(u32::from(slot)).unwrap_or(0)
+}
+
 /// A scheme to be checked: the modules that are plugged in and the order of their calls.
 pub(crate) struct Scheme<'a, M> {
     pub(crate) device: &'a DeviceDescriptor,
@@ -179,16 +185,50 @@ pub(crate) struct Scheme<'a, M> {
 }
 
 impl<M> Scheme<'_, M> {
-    /// Checks the scheme; `signals` are those in the Data Base.
-    pub(crate) fn check(&self, signals: impl Iterator<Item = TypeRef>) -> Report {
+    /// Checks the scheme; `signals` are those in the Data Base, with their slots.
+    pub(crate) fn check(&self, signals: impl Iterator<Item = (u8, TypeRef)> + Clone) -> Report {
         let mut report = Report::default();
         self.check_bindings(&mut report);
         self.check_ties(&mut report);
         self.check_links(&mut report);
-        for signal in signals {
+        let suspects = self.suspects(signals.clone());
+        for (_, signal) in signals.filter(|(slot, _)| suspects & bit(*slot) != 0) {
             self.check_signal(signal, &mut report);
         }
         report
+    }
+
+    /// Slots of the signals that are not simply written once in a tick and read after that, a bit each.
+    ///
+    /// One look at every port: a check is made between two ticks, and most signals are in order.
+    fn suspects(&self, signals: impl Iterator<Item = (u8, TypeRef)> + Clone) -> u64 {
+        let of_frame = |types: &[&DataType]| {
+            let is_frame_s = |signal: TypeRef| types.iter().any(|data_type| data_type.first() == signal);
+            let slots = signals.clone().filter(|(_, signal)| is_frame_s(*signal)).map(|(slot, _)| bit(slot));
+            slots.fold(0, |slots, slot| slots | slot)
+        };
+        let (mut written, mut suspects) = (of_frame(self.device.outputs), 0);
+        for call in self.schedule {
+            let instance = self.instances.get(usize::from(call.instance));
+            let Some(instance) = instance.filter(|instance| Some(instance.reference) != self.without) else {
+                continue;
+            };
+            let (mut reads, mut writes) = (0, 0);
+            for port in instance.ports.iter().filter(|port| port.stage == call.stage) {
+                let slot = bit(port.slot);
+                match port.direction {
+                    Direction::Memory(_) => {}
+                    Direction::Read => reads |= slot,
+                    Direction::Write => {
+                        suspects |= writes & slot;
+                        writes |= slot;
+                    }
+                }
+            }
+            suspects |= (reads & !written) | (writes & written);
+            written |= writes;
+        }
+        suspects | (of_frame(self.device.inputs) & !written)
     }
 
     fn check_bindings(&self, report: &mut Report) {
