@@ -8,6 +8,7 @@ pub(crate) mod power_stage;
 
 use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
+use dimsart_core::protocol::DEFAULT_BAUD;
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::can::CanConfigurator;
@@ -27,8 +28,6 @@ use static_cell::ConstStaticCell;
 use self::flash::SchemeFlash;
 use crate::board::{Board, CommandPort, Idle, Parts, Storage};
 
-/// Bits per second of the command line.
-const COMMAND_BAUD: u32 = 921_600;
 /// Time the watchdog waits, `us`. Longer than loading the built-in scheme takes before the first tick.
 const WATCHDOG_US: u32 = 50_000;
 
@@ -167,7 +166,7 @@ impl UartPort {
         static RECEIVE: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
         T::Interrupt::set_priority(LINE_PRIORITY);
         let mut settings = usart::Config::default();
-        settings.baudrate = COMMAND_BAUD;
+        settings.baudrate = DEFAULT_BAUD;
         let (to_send, received) = (SEND.take(), RECEIVE.take());
         match BufferedUart::new(uart, receive, send, to_send, received, interrupts, settings) {
             Ok(port) => Self(port),

@@ -9,10 +9,11 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand, value_parser};
+use dimsart_core::protocol::DEFAULT_BAUD;
 use serde::Serialize;
 
 use super::Ending;
-use crate::connect::{self, ConnectError, DEFAULT_BAUD, Patience, SignalReport, Stream};
+use crate::connect::{self, ConnectError, Patience, SignalReport, Stream};
 use crate::experiment::Side;
 use crate::schemes::SchemeText;
 

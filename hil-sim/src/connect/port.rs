@@ -6,9 +6,6 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::time::Duration;
 
-/// Bits per second of a serial port unless said otherwise.
-pub const DEFAULT_BAUD: u32 = 115_200;
-
 /// Longest time that a read waits for a byte.
 const READ_WAIT: Duration = Duration::from_millis(10);
 /// Longest time that a write or the opening of a socket waits.
