@@ -24,6 +24,7 @@ mod upload;
 use std::time::Duration;
 
 pub use board::Board;
+pub(crate) use emulator::end_all;
 pub use error::EmulatedError;
 pub use image::{BOARD, BUILD, FOLDER_VARIABLE, Image};
 

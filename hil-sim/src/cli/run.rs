@@ -57,6 +57,9 @@ pub(super) struct Run {
     keys: bool,
 }
 
+/// Time to remove the files of an emulator that was ended.
+const TO_CLEAN_UP: Duration = Duration::from_millis(500);
+
 /// Controllers that run on the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TargetSide {
@@ -239,12 +242,16 @@ impl Run {
     }
 }
 
-/// A flag that Ctrl-C sets: what goes on ends. A second one before that has happened ends the process at once.
+/// A flag that Ctrl-C (or a request to terminate) sets: what goes on ends. A second one before that has happened
+/// ends the process at once, and an emulator before it.
 fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || {
         if flag.swap(true, Ordering::Relaxed) {
+            if emulated::end_all() {
+                std::thread::sleep(TO_CLEAN_UP);
+            }
             std::process::exit(130);
         }
     })?;

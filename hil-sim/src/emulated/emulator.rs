@@ -13,6 +13,7 @@ use rustix::io::Errno;
 use tempfile::TempDir;
 
 use super::process::Process;
+pub(crate) use super::process::end_all;
 use super::{EmulatedError, Image, PATIENCE};
 
 const A_MOMENT: Duration = Duration::from_millis(1);

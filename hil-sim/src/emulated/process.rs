@@ -4,8 +4,11 @@ use std::fs::File;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
 
 use super::log::Log;
 use super::{EmulatedError, Image, PROGRAM};
@@ -29,6 +32,19 @@ const ARGUMENTS: &[&str] = &[
 const LAST_MOMENTS: Duration = Duration::from_secs(1);
 const A_MOMENT: Duration = Duration::from_millis(5);
 
+/// Those that run, for who cannot wait for their owner to end them.
+static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
+
+/// Ends every emulator of this process; their owners find out. False when there was none.
+pub(crate) fn end_all() -> bool {
+    let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+    for pid in running.iter() {
+        // Fails only where it has ended.
+        let _ = kill_process(*pid, Signal::KILL);
+    }
+    !running.is_empty()
+}
+
 /// A process that ends with this value.
 #[derive(Debug)]
 pub(super) struct Process {
@@ -45,7 +61,10 @@ impl Process {
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         // Ctrl-C is for this process, which then ends the emulator.
         command.process_group(0);
+        let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
         let mut child = command.spawn().map_err(EmulatedError::NoEmulator)?;
+        running.push(Pid::from_child(&child));
+        drop(running);
         let log = Log::follow(child.stdout.take(), child.stderr.take(), image.bytes().to_vec(), log);
         Ok(Self { child, log })
     }
@@ -72,9 +91,11 @@ impl Process {
     }
 
     fn end(&mut self) {
+        let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
         // Either fails only where there is nothing left to be ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
+        running.retain(|pid| *pid != Pid::from_child(&self.child));
     }
 }
 

@@ -3,7 +3,8 @@
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use tempfile::TempDir;
@@ -33,19 +34,24 @@ impl Stage {
     /// What a run says that comes to nothing and leaves nothing behind.
     fn run(&self, image: &Path) -> String {
         let start = Instant::now();
-        let output = Command::new(env!("CARGO_BIN_EXE_dimsart"))
-            .args(["run", "--no-report", "--target", "mps2-an386", "--image"])
-            .arg(image)
-            .env("PATH", self.path("bin"))
-            .env("TMPDIR", self.path("tmp"))
-            .output()
-            .unwrap();
+        let output = self.command(image).output().unwrap();
         assert!(start.elapsed() < Duration::from_secs(10));
+        self.assert_clean();
+        message(&output)
+    }
+
+    fn command(&self, image: &Path) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command.args(["run", "--no-report", "--target", "mps2-an386", "--image"]).arg(image);
+        command.env("PATH", self.path("bin")).env("TMPDIR", self.path("tmp"));
+        command
+    }
+
+    fn assert_clean(&self) {
         assert_eq!(fs::read_dir(self.path("tmp")).unwrap().count(), 0, "a folder is left");
         if let Ok(pid) = fs::read_to_string(self.path("pid")) {
             assert!(!Path::new("/proc").join(pid.trim()).exists(), "a process is left");
         }
-        message(&output)
     }
 }
 
@@ -86,6 +92,26 @@ fn an_emulator_that_hangs_is_ended() {
     // Before it opens the line, and behind that.
     assert_says(&run_with("exec /bin/sleep 100"), &["has not answered for 8 s"]);
     assert_says(&run_with("exec /bin/sleep 100 < to-board > from-board"), &["has not answered for 8 s"]);
+}
+
+#[test]
+fn who_cannot_wait_for_an_emulator_that_hangs_leaves_nothing_behind() {
+    for signal in ["-INT", "-TERM"] {
+        let stage = Stage::new(Some("exec /bin/sleep 100"));
+        let start = Instant::now();
+        let mut run = stage.command(&stage.path("image")).stderr(Stdio::null()).spawn().unwrap();
+        while fs::read_to_string(stage.path("pid")).unwrap_or_default().is_empty() {
+            thread::sleep(Duration::from_millis(10));
+        }
+        for _ in 0..2 {
+            let id = run.id().to_string();
+            assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());
+            thread::sleep(Duration::from_millis(300));
+        }
+        assert!(!run.wait().unwrap().success());
+        assert!(start.elapsed() < Duration::from_secs(7), "{signal} is not waited for");
+        stage.assert_clean();
+    }
 }
 
 #[test]
