@@ -233,12 +233,16 @@ impl Model {
         }
     }
 
+    /// What a start runs that finds nothing new to try.
+    fn confirmed(self) -> (u16, Origin) {
+        self.saved.map_or((BUILT_IN, Origin::BuiltIn), |gain| (gain, Origin::Saved))
+    }
+
     /// What the next start runs.
     fn next(self) -> (u16, Origin) {
-        match (self.trial, self.saved) {
-            (Some((gain, false)), _) => (gain, Origin::Trial),
-            (_, Some(gain)) => (gain, Origin::Saved),
-            _ => (BUILT_IN, Origin::BuiltIn),
+        match self.trial {
+            Some((gain, false)) => (gain, Origin::Trial),
+            _ => self.confirmed(),
         }
     }
 }
@@ -309,6 +313,11 @@ fn after_a_cut_at_any_write_the_old_or_the_new_scheme_runs_whole_and_commands_ar
                 (77, Origin::Trial),
                 "{step:?} cut at {power}"
             );
+            // And what was confirmed is still there when nobody confirms the new one.
+            let mut board = Board::start(board.store.into_flash());
+            let found = (board.running(), board.status.origin);
+            let allowed = [model.confirmed(), next.confirmed()];
+            assert!(allowed.contains(&found), "{step:?} cut at {power}: {found:?} is none of {allowed:?}");
         }
         flash = act(step, flash).0;
         model = next;
