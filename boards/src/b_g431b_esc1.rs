@@ -35,8 +35,8 @@ use embassy_stm32::usart::BufferedInterruptHandler;
 use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::{ALIGNING_ANGLE_RAD, Motor, phase_duties};
-use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::flash::{self, SchemeFlash};
+use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::{self, Sleep, UartPort, fdcan};
 
 /// The motor. Change it to what is connected: see the motor's and the supply's data sheets.

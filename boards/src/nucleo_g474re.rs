@@ -33,8 +33,8 @@ use embassy_stm32::{bind_interrupts, pac};
 use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::Motor;
-use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::flash::{self, SchemeFlash};
+use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::{self, Sleep, UartPort, fdcan};
 
 const AXES: usize = 3;

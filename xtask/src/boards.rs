@@ -6,7 +6,7 @@ use object::elf::FileHeader32;
 use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
 
-use crate::shell::{Outcome, run, target};
+use crate::shell::{Outcome, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
 /// A board, as its feature of `firmware` is named.
@@ -99,6 +99,12 @@ pub(crate) fn build(
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
     let size = size(&image)?;
     Ok(Image { board, name, size })
+}
+
+/// The format of the boards' files: behind a macro, `cargo fmt` does not find them.
+pub(crate) fn check_format() -> Outcome {
+    let files = BOARDS.iter().map(|board| format!("boards/src/{}.rs", board.name.replace('-', "_")));
+    run(command("rustfmt", ["--check", "--edition", "2024"]).args(files))
 }
 
 /// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest.

@@ -21,6 +21,7 @@ pub(crate) fn test() -> Outcome {
 pub(crate) fn ci() -> Outcome {
     let toolchain = Toolchain::set_up()?;
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    boards::check_format()?;
     run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
     boards::lint(toolchain)?;
     run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;

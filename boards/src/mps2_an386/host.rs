@@ -5,7 +5,8 @@ use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
 use critical_section::Mutex;
 use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF, types,
+    AxisKind, DataType, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF,
+    types,
 };
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::channel::Channel;
@@ -32,7 +33,8 @@ static TICKS: AtomicU32 = AtomicU32::new(0);
 /// Whether the host wants to see the Data Base.
 static IS_WATCHED: AtomicBool = AtomicBool::new(false);
 /// Revision and words of the Data Base, as bytes.
-static SIGNALS: Mutex<RefCell<Vec<u8, { 4 * (1 + MAX_SIGNAL_WORDS) }>>> = Mutex::new(RefCell::new(Vec::new()));
+static SIGNALS: Mutex<RefCell<Vec<u8, { 4 * (1 + MAX_SIGNAL_WORDS) }>>> =
+    Mutex::new(RefCell::new(Vec::new()));
 
 /// Exit codes of the emulator.
 const EXIT_HOST_LEFT: i32 = 0;
@@ -269,9 +271,7 @@ impl Host {
         self.frame.push(Tag::Words, &words.collect::<Vec<u8, { 4 * WORDS }>>())?;
         self.frame.push(Tag::Stamps, &stamps.collect::<Vec<u8, 9>>())?;
         if IS_WATCHED.load(Relaxed) {
-            critical_section::with(|section| {
-                self.frame.push(Tag::Signals, &SIGNALS.borrow_ref(section))
-            })?;
+            critical_section::with(|section| self.frame.push(Tag::Signals, &SIGNALS.borrow_ref(section)))?;
         }
         while let Ok((link, packet)) = PACKETS_OUT.try_receive() {
             let tag = Tag::of_link(link).ok_or(Trouble::BadFrame)?;
