@@ -38,7 +38,10 @@ const QEMU: (&str, &str) = ("qemu-system-arm", "QEMU emulator version 10.0.2 (De
 fn what_is_missing_is_named_with_the_next_step() {
     let programs = Programs::new(&[]);
     for (what, step) in [
-        ("emulator", "no qemu-system-arm: install QEMU 8 or later (Debian: apt-get install qemu-system-arm)"),
+        (
+            "emulator",
+            "no qemu-system-arm: install QEMU 8 or later (Debian: apt-get install qemu-system-arm, on bookworm with -t bookworm-backports)",
+        ),
         ("probe-rs", "not installed: cargo install probe-rs-tools --locked"),
         ("probe", "probe-rs has to look for it: cargo install probe-rs-tools --locked"),
     ] {

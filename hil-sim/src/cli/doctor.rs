@@ -62,7 +62,7 @@ fn compiler() -> Finding {
 }
 
 fn emulator() -> Finding {
-    let install = "install QEMU 8 or later (Debian: apt-get install qemu-system-arm)";
+    let install = "install QEMU 8 or later (Debian: apt-get install qemu-system-arm, on bookworm with -t bookworm-backports)";
     let version =
         output("qemu-system-arm", &["--version"]).ok_or(format!("no qemu-system-arm: {install}"))?;
     let is_known =
