@@ -75,6 +75,7 @@ impl NorFlash for SchemeFlash {
 }
 
 #[expect(unsafe_code, reason = "an exception of the processor may come at any time")]
+#[expect(clippy::panic, reason = "anything else that raises it is fatal")]
 mod ecc {
     use cortex_m_rt::exception;
     use embassy_stm32::pac::FLASH;
@@ -82,7 +83,6 @@ mod ecc {
     /// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and
     /// raises this. The reader's own checksum finds out; here the error is only acknowledged.
     #[exception]
-    #[expect(clippy::panic, reason = "anything else that raises it is fatal")]
     unsafe fn NonMaskableInt() {
         let errors = FLASH.eccr().read();
         if !(errors.eccd() || errors.eccd2()) {
