@@ -91,7 +91,7 @@ fn an_account_that_there_is_none_of_is_null() {
         arguments.extend(["--set", setting]);
     }
     let out = out(&arguments);
-    assert!(json(&out)["energy_min_j"].is_null() && out.contains("no waves were sent"), "{out}");
+    assert!(json(&out)["energy_min_j"].is_null() && out.contains("not both sides have waves"), "{out}");
 }
 
 #[test]

@@ -75,8 +75,9 @@ Examples:
   dimsart run --side master                                  two processes, in two terminals:
   dimsart run --side slave                                   real time over UDP
 
-Ctrl-C ends a run early; what was recorded until then is reported. A second one ends the report. A run that does not stay stable says so and ends
-with exit status 0 all the same: 1 is for a run that could not be made or reported, 2 for wrong usage.";
+Ctrl-C ends a run early; what was recorded until then is reported. A second one ends the
+report. A run that does not stay stable says so and ends with exit status 0 all the same: 1 is for a run that
+could not be made or reported, 2 for wrong usage.";
 
 fn help() -> String {
     let keys = Scenario::keys();
