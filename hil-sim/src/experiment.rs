@@ -211,6 +211,13 @@ impl Experiment {
         Self { recorder: None, ..self }
     }
 
+    /// Memory that the signals of the whole run will take, bytes.
+    #[must_use]
+    pub fn recording_bytes(&self) -> f64 {
+        let ticks = self.duration_s() / self.scenario.sample_period_s;
+        self.recorder.as_ref().map_or(0.0, |recorder| recorder.bytes(ticks))
+    }
+
     /// Length of the run, `s`.
     #[must_use]
     pub fn duration_s(&self) -> f64 {

@@ -45,6 +45,9 @@ pub(super) struct Run {
     keys: bool,
 }
 
+/// Most memory for signals, bytes: a run that takes all there is would be ended by the system, and nothing be kept.
+const MOST_BYTES: f64 = 4e9;
+
 /// Settings that are changed most often.
 const USUAL_SETTINGS: &[&str] = &[
     "seed",
@@ -122,6 +125,17 @@ impl Run {
         let mut experiment = self.experiment(&scenario, &stop)?;
         if self.no_report {
             experiment = experiment.without_recording();
+        }
+        let bytes = experiment.recording_bytes();
+        if bytes > MOST_BYTES {
+            return Err(format!(
+                "the signals of {} s would take {:.0} GB of memory, and {:.0} are the most: keep a row in more ticks \
+                 (record.every_ticks) or fewer signals (record.signals), shorten the run, or use --no-report",
+                experiment.duration_s(),
+                (1e-9 * bytes).ceil(),
+                1e-9 * MOST_BYTES,
+            )
+            .into());
         }
         if stop.load(Ordering::Relaxed) {
             return Err("stopped before the run began; nothing was run".into());
