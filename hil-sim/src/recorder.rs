@@ -77,6 +77,15 @@ impl Recorder {
         self.recording.reserve(usize::try_from(rows).unwrap_or_default());
     }
 
+    /// Memory for `ticks` ticks with the columns there are now, bytes.
+    #[must_use]
+    pub fn bytes(&self, ticks: f64) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let rows = ticks / self.every_ticks as f64;
+        // A time beside the columns.
+        rows * (f64::from(u32::try_from(self.recording.columns().len()).unwrap_or(u32::MAX)) + 1.0) * 8.0
+    }
+
     /// Takes a row of the present tick, if it is one of those wanted. `channel_energy_j` is by axis.
     pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
         if !rig.ticks().is_multiple_of(self.every_ticks) {
