@@ -1,4 +1,5 @@
 //! A scheme is the commands that build it: as bytes it comes back the same, or not at all.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 mod common;
 
