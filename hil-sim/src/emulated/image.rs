@@ -45,7 +45,7 @@ impl Image {
         let wanted = format!("dimsart {} {BOARD}", env!("CARGO_PKG_VERSION"));
         let has = |text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
         // An image whose tick comes from a timer does not wait for a host.
-        if !has(&wanted) || has(&format!("{wanted}+timer-tick")) {
+        if !has(&wanted) || has("+timer-tick") {
             return Err(EmulatedError::WrongImage { path, wanted });
         }
         Ok(Self { path, bytes })

@@ -85,6 +85,9 @@ fn without_an_image_or_with_another_board_s_it_says_how_to_build_one() {
     let another = stage.path("another");
     fs::write(&another, "dimsart 0.1.0 nucleo-g474re").unwrap();
     assert_says(&stage.run(&another), &["another is no image of dimsart", "cargo board mps2-an386"]);
+    let timer = format!("dimsart {} mps2-an386+panic-text+timer-tick", env!("CARGO_PKG_VERSION"));
+    fs::write(&another, timer).unwrap();
+    assert_says(&stage.run(&another), &["another is no image of dimsart"]);
 }
 
 #[test]
