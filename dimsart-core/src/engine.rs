@@ -39,11 +39,18 @@ pub(crate) struct Port {
     pub(crate) slot: u8,
     /// None for memory.
     pub(crate) signal: Option<TypeRef>,
-    pub(crate) direction: Direction,
+    pub(crate) is_written: bool,
     pub(crate) stage: Stage,
     pub(crate) is_delayed: bool,
     pub(crate) difference: Option<Difference>,
     pub(crate) tie: Option<UnitTie>,
+}
+
+impl Port {
+    /// How it uses its signal.
+    pub(crate) fn direction(&self) -> Direction {
+        if self.is_written { Direction::Write } else { Direction::Read }
+    }
 }
 
 /// One call of a module in a tick.
@@ -218,7 +225,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let ports = instance.map(|instance| instance.ports.iter()).into_iter().flatten();
         ports
             .filter(move |port| port.stage == step.stage)
-            .filter_map(|port| port.signal.map(|signal| (signal, port.direction)))
+            .filter_map(|port| port.signal.map(|signal| (signal, port.direction())))
     }
 
     /// Every module that exists, plugged in or not.
@@ -236,7 +243,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {
         let instance = self.instances.iter().find(|instance| instance.reference == module)?;
-        let port = instance.ports.iter().find(|port| matches!(port.direction, Direction::Memory(_)))?;
+        let port = instance.ports.iter().find(|port| port.signal.is_none())?;
         Some(self.data_base.words(port.slot))
     }
 

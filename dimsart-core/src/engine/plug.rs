@@ -273,7 +273,7 @@ impl<const WORDS: usize> crate::data_base::DataBase<WORDS> {
             name,
             slot,
             signal,
-            direction,
+            is_written: direction == Direction::Write,
             stage,
             is_delayed,
             difference,
