@@ -179,16 +179,14 @@ pub(crate) struct Scheme<'a, M> {
 }
 
 impl<M> Scheme<'_, M> {
-    /// Checks the scheme; `signals` are those in the Data Base.
-    pub(crate) fn check(&self, signals: impl Iterator<Item = TypeRef>) -> Report {
-        let mut report = Report::default();
-        self.check_bindings(&mut report);
-        self.check_ties(&mut report);
-        self.check_links(&mut report);
+    /// Checks the scheme into an empty report; `signals` are those in the Data Base.
+    pub(crate) fn check(&self, signals: impl Iterator<Item = TypeRef>, report: &mut Report) {
+        self.check_bindings(report);
+        self.check_ties(report);
+        self.check_links(report);
         for signal in signals {
-            self.check_signal(signal, &mut report);
+            self.check_signal(signal, report);
         }
-        report
     }
 
     fn check_bindings(&self, report: &mut Report) {
