@@ -82,11 +82,10 @@ mod ecc {
     /// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and
     /// raises this. The reader's own checksum finds out; here the error is only acknowledged.
     #[exception]
-    #[expect(clippy::panic, reason = "anything else that raises it is fatal")]
     unsafe fn NonMaskableInt() {
         let errors = FLASH.eccr().read();
         if !(errors.eccd() || errors.eccd2()) {
-            panic!("the processor's clock or supply failed");
+            defmt::panic!("the processor's clock or supply failed");
         }
         // Written back, the flags that are set are cleared.
         FLASH.eccr().write_value(errors);
