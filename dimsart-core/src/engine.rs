@@ -11,11 +11,11 @@ use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
 use crate::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_PORTS};
-use crate::matching::{Difference, Report, Scheme};
+use crate::matching::{Difference, Finding, Report, Scheme};
 use crate::module::ModuleList;
 use crate::modules::Standard;
 use crate::parameter::{Parameter, ParameterError, Parameters, Value};
-use crate::port::{Direction, LinkEnd, PortSpec, Ports, Stage};
+use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Ports, Stage};
 use crate::schedule::{MAX_CALLS, schedule};
 use crate::storage::Block;
 use crate::unit_tie::UnitTie;
@@ -39,11 +39,18 @@ pub(crate) struct Port {
     pub(crate) slot: u8,
     /// None for memory.
     pub(crate) signal: Option<TypeRef>,
-    pub(crate) direction: Direction,
+    pub(crate) is_written: bool,
     pub(crate) stage: Stage,
     pub(crate) is_delayed: bool,
     pub(crate) difference: Option<Difference>,
     pub(crate) tie: Option<UnitTie>,
+}
+
+impl Port {
+    /// How it uses its signal.
+    pub(crate) fn direction(&self) -> Direction {
+        if self.is_written { Direction::Write } else { Direction::Read }
+    }
 }
 
 /// One call of a module in a tick.
@@ -166,7 +173,26 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[doc(alias = "Types matching check")]
     #[must_use]
     pub fn check(&self) -> Report {
-        self.check_without(None)
+        let mut report = Report::default();
+        self.check_without(None, &mut report);
+        report
+    }
+
+    /// The first fault of the scheme without a module, or with all. Apart from what is done with it: the report
+    /// is off the stack by then.
+    #[inline(never)]
+    pub(crate) fn first_fault(&self, without: Option<ModuleRef>) -> Option<Finding> {
+        let mut report = Report::default();
+        self.check_without(without, &mut report);
+        report.findings().iter().copied().find(Finding::is_fault)
+    }
+
+    /// Finding `index` of the scheme, and the number of its faults.
+    #[inline(never)]
+    pub(crate) fn finding(&self, index: u8) -> (Option<Finding>, usize) {
+        let mut report = Report::default();
+        self.check_without(None, &mut report);
+        (report.findings().get(usize::from(index)).copied(), report.faults())
     }
 
     /// Whether the scheme passed its check and runs.
@@ -218,7 +244,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let ports = instance.map(|instance| instance.ports.iter()).into_iter().flatten();
         ports
             .filter(move |port| port.stage == step.stage)
-            .filter_map(|port| port.signal.map(|signal| (signal, port.direction)))
+            .filter_map(|port| port.signal.map(|signal| (signal, port.direction())))
     }
 
     /// Every module that exists, plugged in or not.
@@ -236,7 +262,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {
         let instance = self.instances.iter().find(|instance| instance.reference == module)?;
-        let port = instance.ports.iter().find(|port| matches!(port.direction, Direction::Memory(_)))?;
+        let port = instance.ports.iter().find(|port| port.signal.is_none())?;
         Some(self.data_base.words(port.slot))
     }
 
@@ -253,6 +279,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Describes parameter `index` of a kind of module; none past the last one.
     #[must_use]
+    #[inline(never)]
     pub fn describe_parameter(kind: u8, index: u8) -> Option<Parameter> {
         let mut found = None;
         M::create(kind)?.parameters(&mut Parameters::describe(index, &mut found));
@@ -262,9 +289,22 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// The ports of a module as its parameters are now; as by default for one that does not exist.
     #[must_use]
     pub fn ports(&mut self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
+        let mut specs = Vec::new();
+        self.declare(module, &mut specs).then_some(specs)
+    }
+
+    /// One of the [`ports`](Self::ports).
+    #[inline(never)]
+    pub(crate) fn port(&mut self, module: ModuleRef, index: u8) -> Option<PortSpec> {
+        let mut specs = Vec::new();
+        self.declare(module, &mut specs).then_some(())?;
+        specs.get(usize::from(index)).copied()
+    }
+
+    fn declare(&mut self, module: ModuleRef, specs: &mut PortSpecs) -> bool {
         match self.instances.iter_mut().find(|instance| instance.reference == module) {
-            Some(instance) => instance.declare(&self.device, &self.data_base),
-            None => declare(&mut M::create(module.kind)?, &self.device),
+            Some(instance) => instance.declare(&self.device, &self.data_base, specs),
+            None => declare_default::<M>(module.kind, &self.device, specs),
         }
     }
 
@@ -282,10 +322,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         instance.bound(port_name)
     }
 
-    fn check_without(&self, without: Option<ModuleRef>) -> Report {
+    /// Into an empty report: it is large, and would be copied.
+    #[inline(never)]
+    fn check_without(&self, without: Option<ModuleRef>, report: &mut Report) {
         let Self { device, instances, schedule, .. } = self;
         let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
-        Scheme { device, instances, schedule, without }.check(signals)
+        Scheme { device, instances, schedule, without }.check(signals, report);
     }
 
     fn reschedule(&mut self) {
@@ -300,15 +342,16 @@ impl<M: ModuleList> Instance<M> {
         Some(Self { reference, module, bindings, link_end: None, ports, is_active: false })
     }
 
-    /// Asks the module for its ports; its handles stay as they are.
+    /// Asks the module for its ports, false if there are too many; its handles stay as they are.
     fn declare<const WORDS: usize>(
         &mut self,
         device: &DeviceDescriptor,
         data_base: &DataBase<WORDS>,
-    ) -> Option<Vec<PortSpec, MAX_PORTS>> {
-        let specs = declare(&mut self.module, device);
+        specs: &mut PortSpecs,
+    ) -> bool {
+        let has_all = declare(&mut self.module, device, specs);
         self.connect(device, data_base);
-        specs
+        has_all
     }
 
     /// Gives the module the handles of its ports.
@@ -325,10 +368,15 @@ impl<M: ModuleList> Instance<M> {
     }
 }
 
-/// Apart from what is done with the ports: what collects them is off the stack by then.
-#[inline(never)]
-fn declare<M: ModuleList>(module: &mut M, device: &DeviceDescriptor) -> Option<Vec<PortSpec, MAX_PORTS>> {
-    let mut ports = Ports::declare(device);
+fn declare<M: ModuleList>(module: &mut M, device: &DeviceDescriptor, specs: &mut PortSpecs) -> bool {
+    let mut ports = Ports::declare(device, specs);
     module.activate(&mut ports);
-    ports.into_specs()
+    ports.has_all()
+}
+
+/// As a module of this kind declares them by default; false if there is none. Apart from what is done with
+/// the ports: the module is off the stack by then.
+#[inline(never)]
+fn declare_default<M: ModuleList>(kind: u8, device: &DeviceDescriptor, specs: &mut PortSpecs) -> bool {
+    M::create(kind).is_some_and(|mut module| declare(&mut module, device, specs))
 }

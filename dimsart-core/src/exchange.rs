@@ -13,6 +13,7 @@
 //! computes nothing, while commands are carried out as in every tick.
 
 use crate::dimsart::Tick;
+use crate::encode::encode_into;
 
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
 pub const VERSION: u8 = 2;
@@ -164,7 +165,7 @@ impl Frame {
     /// As [`push`](Self::push).
     pub fn push_outcome(&mut self, outcome: Option<Tick>) -> Result<(), ExchangeError> {
         let mut bytes = [0; MAX_OUTCOME_BYTES];
-        let bytes = postcard::to_slice(&outcome, &mut bytes).map_err(|_| ExchangeError::Outcome)?;
+        let bytes = encode_into(&outcome, &mut bytes).ok_or(ExchangeError::Outcome)?;
         self.push(Tag::Outcome, bytes)
     }
 

@@ -62,6 +62,7 @@ mod data_base;
 mod data_type;
 mod device;
 mod dimsart;
+mod encode;
 mod engine;
 pub mod exchange;
 mod explain;

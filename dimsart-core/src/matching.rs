@@ -185,17 +185,15 @@ pub(crate) struct Scheme<'a, M> {
 }
 
 impl<M> Scheme<'_, M> {
-    /// Checks the scheme; `signals` are those in the Data Base, with their slots.
-    pub(crate) fn check(&self, signals: impl Iterator<Item = (u8, TypeRef)> + Clone) -> Report {
-        let mut report = Report::default();
-        self.check_bindings(&mut report);
-        self.check_ties(&mut report);
-        self.check_links(&mut report);
+    /// Checks the scheme into an empty report; `signals` are those in the Data Base, with their slots.
+    pub(crate) fn check(&self, signals: impl Iterator<Item = (u8, TypeRef)> + Clone, report: &mut Report) {
+        self.check_bindings(report);
+        self.check_ties(report);
+        self.check_links(report);
         let suspects = self.suspects(signals.clone());
         for (_, signal) in signals.filter(|(slot, _)| suspects & bit(*slot) != 0) {
-            self.check_signal(signal, &mut report);
+            self.check_signal(signal, report);
         }
-        report
     }
 
     /// Slots of the signals that are not simply written once in a tick and read after that, a bit each.
@@ -287,47 +285,49 @@ impl<M> Scheme<'_, M> {
     }
 
     fn check_signal(&self, signal: TypeRef, report: &mut Report) {
-        let mut writers = self.uses(signal).filter(|found| found.direction == Direction::Write);
-        let Some(writer) = writers.next() else {
-            for reader in self.uses(signal) {
-                report.add(Finding::NoProvider { signal, reader: reader.party });
+        let mut writer: Option<Use> = None;
+        self.visit_uses(signal, &mut |found| match writer {
+            _ if found.direction != Direction::Write => {}
+            None => writer = Some(found),
+            Some(first) => {
+                report.add(Finding::TwoProviders { signal, first: first.party, second: found.party });
             }
-            return;
-        };
-        for second in writers {
-            report.add(Finding::TwoProviders { signal, first: writer.party, second: second.party });
-        }
-        let early = |reader: &Use| reader.direction == Direction::Read && reader.place <= writer.place;
-        for reader in self.uses(signal).filter(early) {
-            let is_declared = reader.is_delayed || writer.is_delayed;
-            report.add(Finding::Delay { signal, writer: writer.party, reader: reader.party, is_declared });
-        }
+        });
+        self.visit_uses(signal, &mut |reader| match writer {
+            None => report.add(Finding::NoProvider { signal, reader: reader.party }),
+            Some(writer) if reader.direction == Direction::Read && reader.place <= writer.place => {
+                let is_declared = reader.is_delayed || writer.is_delayed;
+                let (writer, reader) = (writer.party, reader.party);
+                report.add(Finding::Delay { signal, writer, reader, is_declared });
+            }
+            Some(_) => {}
+        });
     }
 
-    /// Who uses a signal, in the order of the tick.
-    fn uses(&self, signal: TypeRef) -> impl Iterator<Item = Use> {
-        let frame = |direction, place| {
-            let types = if direction == Direction::Write { self.device.outputs } else { self.device.inputs };
-            let is_mine = types.iter().any(|data_type| data_type.first() == signal);
-            is_mine.then_some(Use { party: Party::Frame, place, direction, is_delayed: false })
-        };
-        let modules = (1..).zip(self.schedule).flat_map(move |(place, call)| {
+    /// Shows who uses a signal, in the order of the tick.
+    ///
+    /// Visited, and not an iterator: that one is many times the size.
+    fn visit_uses(&self, signal: TypeRef, visit: &mut dyn FnMut(Use)) {
+        let is_mine = |types: &[&DataType]| types.iter().any(|data_type| data_type.first() == signal);
+        let frame = |direction, place| Use { party: Party::Frame, place, direction, is_delayed: false };
+        if is_mine(self.device.outputs) {
+            visit(frame(Direction::Write, 0));
+        }
+        for (place, call) in (1..).zip(self.schedule) {
             let instance = self.instances.get(usize::from(call.instance));
-            let is_left_out = move |instance: &&Instance<M>| Some(instance.reference) != self.without;
-            instance.filter(is_left_out).into_iter().flat_map(move |instance| {
-                let mine = move |port: &&crate::engine::Port| {
-                    port.signal == Some(signal) && port.stage == call.stage
-                };
-                instance.ports.iter().filter(mine).map(move |port| Use {
-                    party: Party::Module(instance.reference),
-                    place,
-                    direction: port.direction,
-                    is_delayed: port.is_delayed,
-                })
-            })
-        });
-        let first = frame(Direction::Write, 0).into_iter();
-        first.chain(modules).chain(frame(Direction::Read, usize::MAX))
+            let Some(instance) = instance.filter(|found| Some(found.reference) != self.without) else {
+                continue;
+            };
+            for port in instance.ports.iter().filter(|port| port.stage == call.stage) {
+                if port.signal == Some(signal) {
+                    let (party, direction) = (Party::Module(instance.reference), port.direction());
+                    visit(Use { party, place, direction, is_delayed: port.is_delayed });
+                }
+            }
+        }
+        if is_mine(self.device.inputs) {
+            visit(frame(Direction::Read, usize::MAX));
+        }
     }
 
     fn active(&self) -> impl Iterator<Item = &Instance<M>> {

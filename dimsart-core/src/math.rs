@@ -26,6 +26,14 @@ pub fn sin(x: f32) -> f32 {
     F32Ext::sin(x)
 }
 
+/// What `x` is beyond the last whole number, `x` at least 0. Exact: `x % 1.0`, with a tenth of the code.
+#[must_use]
+pub fn fraction(x: f32) -> f32 {
+    // From here on, every `f32` is a whole number.
+    const ALL_WHOLE: f32 = 8_388_608.0;
+    if x < ALL_WHOLE { x - F32Ext::trunc(x) } else { 0.0 }
+}
+
 /// `x` held inside `±limit`, `limit` at least 0; NaN stays NaN. `f32::clamp` would panic on wrong bounds.
 #[inline]
 #[must_use]
@@ -90,6 +98,17 @@ mod tests {
         let limited = [-3.0, -1.0, 0.5, 3.0].map(|x| super::limit(x, 1.0).to_bits());
         assert_eq!(limited, [-1.0_f32, -1.0, 0.5, 1.0].map(f32::to_bits));
         assert!(super::limit(f32::NAN, 1.0).is_nan());
+    }
+
+    #[test]
+    fn a_fraction_is_what_the_remainder_by_one_is_bit_by_bit() {
+        let mut x = 1.0e-30_f32;
+        while x < f32::MAX {
+            assert_eq!(super::fraction(x).to_bits(), (x % 1.0).to_bits(), "{x}");
+            x *= 1.000_7;
+        }
+        assert_eq!(super::fraction(f32::MAX).to_bits(), 0.0_f32.to_bits());
+        assert_eq!(super::fraction(0.0).to_bits(), 0.0_f32.to_bits());
     }
 
     #[test]

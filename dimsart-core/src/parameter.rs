@@ -149,6 +149,7 @@ pub struct Change {
     pub value: Value,
 }
 
+// A call and no more for each line of a parameter list: nothing of it is inlined or generic.
 impl<'a> Parameters<'a> {
     /// Sets every parameter to its default.
     #[must_use]
@@ -186,6 +187,7 @@ impl<'a> Parameters<'a> {
     }
 
     /// A real number, the same for all axes.
+    #[inline(never)]
     pub fn real(
         &mut self,
         field: &mut f32,
@@ -197,14 +199,23 @@ impl<'a> Parameters<'a> {
     ) {
         let (min, max) = range.into_inner();
         let accepts = Accepts::Real { min, max, per_axis: false };
-        self.visit(name, unit, accepts, Some(Value::Real(default)), false, summary, |access| match access {
-            Access::Get(_, found) => *found = Some(Value::Real(*field)),
-            Access::Set(_, Value::Real(value)) => *field = value,
-            Access::Set(..) => {}
-        });
+        self.visit(
+            name,
+            unit,
+            accepts,
+            Some(Value::Real(default)),
+            false,
+            summary,
+            &mut |access| match access {
+                Access::Get(_, found) => *found = Some(Value::Real(*field)),
+                Access::Set(_, Value::Real(value)) => *field = value,
+                Access::Set(..) => {}
+            },
+        );
     }
 
     /// A real number per axis, such as a gain.
+    #[inline(never)]
     pub fn per_axis(
         &mut self,
         field: &mut PerAxis,
@@ -216,16 +227,24 @@ impl<'a> Parameters<'a> {
     ) {
         let (min, max) = range.into_inner();
         let accepts = Accepts::Real { min, max, per_axis: true };
-        self.visit(name, unit, accepts, Some(Value::Real(default)), false, summary, |access| match access {
-            Access::Get(axis, found) => *found = field.get(usize::from(axis)).copied().map(Value::Real),
-            Access::Set(None, Value::Real(value)) => field.fill(value),
-            Access::Set(Some(axis), Value::Real(value)) => {
-                if let Some(entry) = field.get_mut(usize::from(axis)) {
-                    *entry = value;
+        self.visit(
+            name,
+            unit,
+            accepts,
+            Some(Value::Real(default)),
+            false,
+            summary,
+            &mut |access| match access {
+                Access::Get(axis, found) => *found = field.get(usize::from(axis)).copied().map(Value::Real),
+                Access::Set(None, Value::Real(value)) => field.fill(value),
+                Access::Set(Some(axis), Value::Real(value)) => {
+                    if let Some(entry) = field.get_mut(usize::from(axis)) {
+                        *entry = value;
+                    }
                 }
-            }
-            Access::Set(..) => {}
-        });
+                Access::Set(..) => {}
+            },
+        );
     }
 
     /// A whole number that can be changed at any time.
@@ -281,6 +300,7 @@ impl<'a> Parameters<'a> {
     }
 
     /// A list of data types; each command adds one.
+    #[inline(never)]
     pub fn types(&mut self, field: &mut TypeList, name: &'static str, summary: &'static str) {
         if matches!(self.request, Request::Defaults) {
             field.clear();
@@ -293,7 +313,7 @@ impl<'a> Parameters<'a> {
         }
         let is_full = field.is_full();
         let is_mine = matches!(self.request, Request::Set { index, .. } if index == self.index);
-        self.visit(name, Unit::Any, Accepts::Types, None, true, summary, |access| match access {
+        self.visit(name, Unit::Any, Accepts::Types, None, true, summary, &mut |access| match access {
             Access::Get(_, found) => *found = field.last().copied().map(Value::Type),
             Access::Set(_, Value::Type(value)) => drop(field.push(value)),
             Access::Set(..) => {}
@@ -307,6 +327,7 @@ impl<'a> Parameters<'a> {
         }
     }
 
+    #[inline(never)]
     fn switch(
         &mut self,
         field: &mut bool,
@@ -316,14 +337,23 @@ impl<'a> Parameters<'a> {
         summary: &'static str,
     ) {
         let default = Some(Value::Flag(default));
-        self.visit(name, Unit::One, Accepts::Flag, default, is_structural, summary, |access| match access {
-            Access::Get(_, found) => *found = Some(Value::Flag(*field)),
-            Access::Set(_, Value::Flag(value)) => *field = value,
-            Access::Set(..) => {}
-        });
+        self.visit(
+            name,
+            Unit::One,
+            Accepts::Flag,
+            default,
+            is_structural,
+            summary,
+            &mut |access| match access {
+                Access::Get(_, found) => *found = Some(Value::Flag(*field)),
+                Access::Set(_, Value::Flag(value)) => *field = value,
+                Access::Set(..) => {}
+            },
+        );
     }
 
     #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
+    #[inline(never)]
     fn whole(
         &mut self,
         field: &mut u32,
@@ -336,7 +366,7 @@ impl<'a> Parameters<'a> {
     ) {
         let (min, max) = range.into_inner();
         let default = Some(Value::Count(default));
-        self.visit(name, unit, Accepts::Count { min, max }, default, is_structural, summary, |access| {
+        self.visit(name, unit, Accepts::Count { min, max }, default, is_structural, summary, &mut |access| {
             match access {
                 Access::Get(_, found) => *found = Some(Value::Count(*field)),
                 Access::Set(_, Value::Count(value)) => *field = value,
@@ -352,20 +382,28 @@ impl<'a> Parameters<'a> {
         is_structural: bool,
         summary: &'static str,
     ) {
-        let default = Some(Value::Choice(0));
-        self.visit(name, Unit::One, Accepts::Choice(C::NAMES), default, is_structural, summary, |access| {
-            match access {
-                Access::Get(_, found) => {
-                    let position = C::VALUES.iter().position(|value| value == field);
-                    *found = position.and_then(|index| u8::try_from(index).ok()).map(Value::Choice);
-                }
-                Access::Set(_, Value::Choice(index)) => {
-                    if let Some(value) = C::VALUES.get(usize::from(index)) {
-                        *field = *value;
-                    }
-                }
-                Access::Set(..) => {}
-            }
+        let position = C::VALUES.iter().position(|value| value == field);
+        let mut position = position.and_then(|position| u8::try_from(position).ok()).unwrap_or(0);
+        self.named(&mut position, C::NAMES, name, is_structural, summary);
+        if let Some(value) = C::VALUES.get(usize::from(position)) {
+            *field = *value;
+        }
+    }
+
+    #[inline(never)]
+    fn named(
+        &mut self,
+        field: &mut u8,
+        names: &'static [&'static str],
+        name: &'static str,
+        is_structural: bool,
+        summary: &'static str,
+    ) {
+        let (accepts, default) = (Accepts::Choice(names), Some(Value::Choice(0)));
+        self.visit(name, Unit::One, accepts, default, is_structural, summary, &mut |access| match access {
+            Access::Get(_, found) => *found = Some(Value::Choice(*field)),
+            Access::Set(_, Value::Choice(index)) => *field = index,
+            Access::Set(..) => {}
         });
     }
 
@@ -378,7 +416,7 @@ impl<'a> Parameters<'a> {
         default: Option<Value>,
         is_structural: bool,
         summary: &'static str,
-        mut field: impl FnMut(Access<'_>),
+        field: &mut dyn FnMut(Access<'_>),
     ) {
         let mine = self.index;
         self.index = self.index.saturating_add(1);

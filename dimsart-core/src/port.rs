@@ -71,21 +71,28 @@ pub struct PortSpec {
 #[derive(Debug)]
 pub struct Ports<'a> {
     device: &'a DeviceDescriptor,
-    specs: Vec<PortSpec, MAX_PORTS>,
-    blocks: Option<&'a [Block]>,
+    visit: Visit<'a>,
     count: usize,
     link_end: Option<LinkEnd>,
 }
 
+/// Ports as a module declares them.
+pub(crate) type PortSpecs = Vec<PortSpec, MAX_PORTS>;
+
+#[derive(Debug)]
+enum Visit<'a> {
+    Declare(&'a mut PortSpecs),
+    Connect(&'a [Block]),
+}
+
 impl<'a> Ports<'a> {
-    /// A visit that only collects.
-    #[must_use]
-    pub fn declare(device: &'a DeviceDescriptor) -> Self {
-        Self { device, specs: Vec::new(), blocks: None, count: 0, link_end: None }
+    /// A visit that only collects what is declared, into `specs`: they are large, and would be copied.
+    pub(crate) fn declare(device: &'a DeviceDescriptor, specs: &'a mut PortSpecs) -> Self {
+        Self { device, visit: Visit::Declare(specs), count: 0, link_end: None }
     }
 
     pub(crate) fn connect(device: &'a DeviceDescriptor, blocks: &'a [Block]) -> Self {
-        Self { device, specs: Vec::new(), blocks: Some(blocks), count: 0, link_end: None }
+        Self { device, visit: Visit::Connect(blocks), count: 0, link_end: None }
     }
 
     /// The device the module is plugged in for.
@@ -94,10 +101,9 @@ impl<'a> Ports<'a> {
         self.device
     }
 
-    /// What was declared, or none when it was more than [`MAX_PORTS`].
-    #[must_use]
-    pub fn into_specs(self) -> Option<Vec<PortSpec, MAX_PORTS>> {
-        (self.count <= MAX_PORTS).then_some(self.specs)
+    /// Whether no more was declared than [`MAX_PORTS`].
+    pub(crate) fn has_all(&self) -> bool {
+        self.count <= MAX_PORTS
     }
 
     /// Reads a signal.
@@ -204,9 +210,10 @@ impl<'a> Ports<'a> {
     /// of what is added. The matching check holds the signals they are bound to against it, and those of
     /// ports tied to `other` in the same way against each other. A name no port has ties nothing.
     pub fn tie(&mut self, port: &'static str, relation: UnitRelation, other: &'static str) {
-        let place = |name| self.specs.iter().position(|spec: &PortSpec| spec.name == name);
+        let Visit::Declare(specs) = &mut self.visit else { return };
+        let place = |name| specs.iter().position(|spec: &PortSpec| spec.name == name);
         let (Some(place), Some(other)) = (place(port), place(other)) else { return };
-        if let (Some(spec), Ok(port)) = (self.specs.get_mut(place), u8::try_from(other)) {
+        if let (Some(spec), Ok(port)) = (specs.get_mut(place), u8::try_from(other)) {
             spec.tie = Some(UnitTie { relation, port });
         }
     }
@@ -275,10 +282,10 @@ impl<'a> Ports<'a> {
     fn add(&mut self, spec: PortSpec) -> Block {
         let index = self.count;
         self.count += 1;
-        match self.blocks {
-            Some(blocks) => blocks.get(index).copied().unwrap_or(Block::FREE),
-            None => {
-                let _ = self.specs.push(spec);
+        match &mut self.visit {
+            Visit::Connect(blocks) => blocks.get(index).copied().unwrap_or(Block::FREE),
+            Visit::Declare(specs) => {
+                let _ = specs.push(spec);
                 Block::FREE
             }
         }

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::checksum::CRC;
 use crate::command::{Command, CommandError, ModuleRef, Verb};
 use crate::dimsart::Dimsart;
+use crate::encode::encode_into;
 use crate::engine::Engine;
 use crate::module::ModuleList;
 use crate::protocol::ParameterText;
@@ -98,7 +99,7 @@ impl<'b> Writer<'b> {
     /// [`TooLong`] when there is no room for it; the scheme is as before.
     pub fn push(&mut self, command: &Command) -> Result<(), TooLong> {
         let mut buffer = [0; MAX_COMMAND_BYTES];
-        let bytes = postcard::to_slice(command, &mut buffer).map_err(|_| TooLong)?;
+        let bytes = encode_into(command, &mut buffer).ok_or(TooLong)?;
         self.bytes.extend_from_slice(bytes).map_err(|_| TooLong)
     }
 

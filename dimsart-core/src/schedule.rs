@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use crate::engine::{Call, Instance};
 use crate::limits::{MAX_MODULES, MAX_SLOTS};
-use crate::port::{Direction, Stage};
+use crate::port::Stage;
 
 /// Most calls in a tick: each module early and late.
 pub(crate) const MAX_CALLS: usize = 2 * MAX_MODULES;
@@ -52,8 +52,7 @@ impl<M> Plan<'_, M> {
 
     fn count(&mut self, call: Call, change: impl Fn(u8) -> u8) {
         let Some(instance) = self.instances.get(usize::from(call.instance)) else { return };
-        let is_written =
-            |port: &&crate::engine::Port| port.direction == Direction::Write && port.stage == call.stage;
+        let is_written = |port: &&crate::engine::Port| port.is_written && port.stage == call.stage;
         for port in instance.ports.iter().filter(is_written) {
             if let Some(count) = self.unwritten.get_mut(usize::from(port.slot)) {
                 *count = change(*count);
@@ -67,7 +66,7 @@ impl<M> Plan<'_, M> {
 
     fn can_follow(&self, instance: u8) -> bool {
         self.late_ports(instance)
-            .filter(|port| port.direction == Direction::Read)
+            .filter(|port| !port.is_written)
             .all(|port| self.unwritten.get(usize::from(port.slot)).is_none_or(|count| *count == 0))
     }
 

@@ -86,7 +86,7 @@ mod ecc {
     unsafe fn NonMaskableInt() {
         let errors = FLASH.eccr().read();
         if !(errors.eccd() || errors.eccd2()) {
-            panic!("the processor's clock or supply failed");
+            defmt::panic!("the processor's clock or supply failed");
         }
         // Written back, the flags that are set are cleared.
         FLASH.eccr().write_value(errors);

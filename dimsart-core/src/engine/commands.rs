@@ -4,6 +4,7 @@ use super::Engine;
 use crate::command::{Command, Target, Verb};
 use crate::module::ModuleList;
 use crate::parameter::Parameters;
+use crate::port::PortSpecs;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Command `index` of those that would build the module at `place`; none past the last one.
@@ -34,7 +35,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             return Some(Command { module: Target::Module(module), param, axis, value });
         }
         // Behind the parameters: they decide what ports there are.
-        let specs = instance.declare(device, data_base)?;
+        let mut specs = PortSpecs::new();
+        instance.declare(device, data_base, &mut specs).then_some(())?;
         let bound = (0..).zip(&specs).filter_map(|(port, spec)| Some((port, instance.bound(spec.name)?)));
         let mut commands = bound
             .map(|(port, signal)| Command::bind(module, port, signal))

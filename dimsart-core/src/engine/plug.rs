@@ -3,10 +3,10 @@
 use super::{Engine, Instance, Port};
 use crate::command::{CommandError, ModuleRef, Verb};
 use crate::data_type::{DataType, TypeRef};
-use crate::matching::{Difference, Finding};
+use crate::matching::Difference;
 use crate::module::ModuleList;
 use crate::parameter::{ParameterError, Value};
-use crate::port::{Direction, PortSpec};
+use crate::port::{Direction, PortSpec, PortSpecs};
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(super) fn engine_command(&mut self, verb: Verb, value: Value) -> Result<(), CommandError> {
@@ -30,7 +30,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             }
             (Verb::ModClose, Value::Module(module)) => self.close(module),
             (Verb::MatchingCheck, Value::Nothing) => {
-                let faults = self.check().faults();
+                let (_, faults) = self.finding(0);
                 if faults > 0 {
                     return Err(CommandError::DoesNotMatch { faults });
                 }
@@ -63,7 +63,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             if instance.is_active {
                 return Err(CommandError::PluggedIn(module));
             }
-            let specs = instance.declare(device, &engine.data_base).ok_or(CommandError::TooManyPorts)?;
+            let mut specs = PortSpecs::new();
+            if !instance.declare(device, &engine.data_base, &mut specs) {
+                return Err(CommandError::TooManyPorts);
+            }
             let spec = specs.get(usize::from(port)).filter(|spec| spec.data_type.is_some());
             let name = spec.ok_or(CommandError::UnknownPort(port))?.name;
             instance.bindings.retain(|(bound, _)| *bound != name);
@@ -145,7 +148,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if instance.is_active {
             return Err(CommandError::PluggedIn(module));
         }
-        let specs = instance.declare(&self.device, &self.data_base).ok_or(CommandError::TooManyPorts)?;
+        let mut specs = PortSpecs::new();
+        if !instance.declare(&self.device, &self.data_base, &mut specs) {
+            return Err(CommandError::TooManyPorts);
+        }
         for spec in &specs {
             let bound = instance.bound(spec.name);
             match self.data_base.insert_port(&self.device, spec, bound) {
@@ -196,10 +202,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             self.remove(reference);
         }
         self.place_before = None;
-    }
-
-    fn first_fault(&self, without: Option<ModuleRef>) -> Option<Finding> {
-        self.check_without(without).findings().iter().copied().find(Finding::is_fault)
     }
 
     fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
@@ -273,7 +275,7 @@ impl<const WORDS: usize> crate::data_base::DataBase<WORDS> {
             name,
             slot,
             signal,
-            direction,
+            is_written: direction == Direction::Write,
             stage,
             is_delayed,
             difference,

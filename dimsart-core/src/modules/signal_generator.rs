@@ -55,7 +55,7 @@ impl Module for SignalGenerator {
 
     fn prepare(&mut self, device: &DeviceDescriptor) {
         let periods_per_tick = (self.frequency_hz * device.sample_period_s()).min(f32::MAX);
-        self.periods_per_tick = periods_per_tick % 1.0;
+        self.periods_per_tick = math::fraction(periods_per_tick);
         self.is_faster_than_ticks = periods_per_tick >= 1.0;
     }
 

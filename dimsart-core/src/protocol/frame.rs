@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::checksum::CRC;
+use crate::encode::encode_into;
 
 /// Longest content of a frame, CRC included: the CRC's Hamming distance is 6 up to here.
 pub const MAX_CONTENT_BYTES: usize = 256;
@@ -89,7 +90,7 @@ fn write_content<'b>(
     let (header, rest) = buffer.split_first_chunk_mut::<HEADER_BYTES>()?;
     *header = [class as u8, low, high];
     let room = rest.len().checked_sub(CRC_BYTES)?;
-    let end = HEADER_BYTES + postcard::to_slice(payload, rest.get_mut(..room)?).ok()?.len();
+    let end = HEADER_BYTES + encode_into(payload, rest.get_mut(..room)?)?.len();
     let crc = CRC.checksum(buffer.get(..end)?);
     *buffer.get_mut(end..)?.first_chunk_mut()? = crc.to_le_bytes();
     buffer.get(..end + CRC_BYTES)

@@ -75,9 +75,8 @@ fn respond<M: ModuleList, const WORDS: usize>(
         }
         Request::Signal { signal, from } => Response::Signal(found(words(engine, signal, from))?),
         Request::Finding { index } => {
-            let report = engine.check();
-            let finding = *found(report.findings().get(usize::from(index)))?;
-            Response::Finding { finding, faults: u32::try_from(report.faults()).unwrap_or(u32::MAX) }
+            let (finding, faults) = engine.finding(index);
+            Response::Finding { finding: found(finding)?, faults: u32::try_from(faults).unwrap_or(u32::MAX) }
         }
         Request::Status => Response::Status(Status {
             ticks: info.ticks,
@@ -126,7 +125,7 @@ fn port<M: ModuleList, const WORDS: usize>(
     module: ModuleRef,
     index: u8,
 ) -> Option<PortText<'static>> {
-    let spec = *engine.ports(module)?.get(usize::from(index))?;
+    let spec = engine.port(module, index)?;
     let default = spec.data_type.map(|(_, signal)| signal);
     let bound = default.map(|default| engine.binding(module, spec.name).unwrap_or(default));
     let is_delayed = spec.is_delayed;
@@ -170,9 +169,7 @@ fn blocked<M: ModuleList, const WORDS: usize>(
     if engine.is_running() {
         return info.refused;
     }
-    let report = engine.check();
-    let fault = report.findings().iter().find(|finding| finding.is_fault());
-    Some(fault.map_or(Blocked::Stopped, |fault| Blocked::Fault(*fault)))
+    Some(engine.first_fault(None).map_or(Blocked::Stopped, Blocked::Fault))
 }
 
 fn words<M: ModuleList, const WORDS: usize>(
