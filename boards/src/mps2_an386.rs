@@ -19,6 +19,7 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SYST};
 use defmt_semihosting as _;
+use dimsart_core::exchange::MAX_PACKETS;
 use dimsart_core::{Tick, Word};
 use embassy_executor::InterruptExecutor;
 
@@ -98,6 +99,7 @@ impl Board for Mps2An386 {
     const WORDS: usize = 32_768;
     const TICK_HZ: u32 = 1_000;
     const CYCLE_BITS: u32 = 24;
+    const PACKETS_PER_TICK: usize = MAX_PACKETS;
 
     type Joints = PlayedJoints;
     type CommandPort = uart::CommandPort;
