@@ -144,7 +144,7 @@ impl Board for Mps2An386 {
     }
 
     fn disarm() {
-        host::COMMANDED.fill(&[]);
+        host::COMMANDED.clear();
     }
 
     fn cycles() -> Option<u32> {
@@ -210,11 +210,15 @@ impl<const N: usize> SharedWords<N> {
         Self([const { AtomicU32::new(0) }; N])
     }
 
-    /// Copies `words` in; what they do not reach becomes 0.
     fn fill(&self, words: &[Word]) {
-        let words = words.iter().copied().chain(core::iter::repeat(Word(0)));
         for (shared, word) in self.0.iter().zip(words) {
             shared.store(word.0, Relaxed);
+        }
+    }
+
+    fn clear(&self) {
+        for shared in &self.0 {
+            shared.store(0, Relaxed);
         }
     }
 
