@@ -1,4 +1,5 @@
 //! Every bit of whole runs, held to the checksums in `tests/bits.txt`: the same on any machine, in any build.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::fmt::Write;
 use std::sync::atomic::AtomicBool;

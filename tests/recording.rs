@@ -1,4 +1,10 @@
 //! What a run keeps: what was asked for, and what came later.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
 
 use std::sync::atomic::AtomicBool;
 

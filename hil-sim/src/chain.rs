@@ -38,10 +38,22 @@ impl Chain {
         Some(self.master.delay_ticks?.saturating_add(self.slave.delay_ticks?))
     }
 
-    /// Stiffness on `axis` for a round trip of `round_trip_s`, `N/m`; none for a chain that lacks a part: wave
-    /// transformer, PD controllers, or something to meet.
+    /// Wave impedances of master and slave, `N s/m`, if they differ. Forces are then scaled by
+    /// `sqrt(b_slave/b_master)` from master to slave and velocities by its inverse, and positions drift apart.
+    #[must_use]
+    pub fn unlike_impedances_ns_per_m(&self) -> Option<[f64; 2]> {
+        let impedances = [self.master.impedance_ns_per_m?, self.slave.impedance_ns_per_m?];
+        let [master, slave] = impedances;
+        (master.to_bits() != slave.to_bits()).then_some(impedances)
+    }
+
+    /// Stiffness on `axis` for a round trip of `round_trip_s`, `N/m`; none for a chain that lacks a part (wave
+    /// transformers, PD controllers, something to meet), and for one of unlike impedances, which is no spring.
     #[must_use]
     pub fn stiffness_n_per_m(&self, axis: usize, round_trip_s: f64) -> Option<f64> {
+        if self.unlike_impedances_ns_per_m().is_some() {
+            return None;
+        }
         let compliance_m_per_n = 1.0 / self.master.stiffness_n_per_m.get(axis)?
             + round_trip_s / (2.0 * self.master.impedance_ns_per_m?)
             + 1.0 / self.slave.stiffness_n_per_m.get(axis)?

@@ -235,6 +235,13 @@ impl Experiment {
         Self { recorder: None, ..self }
     }
 
+    /// Memory that the signals of the whole run will take, bytes.
+    #[must_use]
+    pub fn recording_bytes(&self) -> f64 {
+        let ticks = self.duration_s() / self.scenario.sample_period_s;
+        self.recorder.as_ref().map_or(0.0, |recorder| recorder.bytes(ticks))
+    }
+
     /// Length of the run, `s`.
     #[must_use]
     pub fn duration_s(&self) -> f64 {
@@ -254,7 +261,13 @@ impl Experiment {
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
         let mut felt = FeltStiffness::new(&self.chain.obstacles);
         let mut round_trips = RoundTrips::default();
-        let mut faults = Vec::new();
+        let unlike = self.chain.unlike_impedances_ns_per_m().map(|[master, slave]| {
+            format!(
+                "the wave impedances differ, {master} N s/m on the master and {slave} N s/m on the slave: forces and \
+                 motions are scaled, and no stiffness is predicted; give both schemes the same B_PARAM"
+            )
+        });
+        let mut faults: Vec<String> = unlike.into_iter().collect();
         let (mut is_stable, mut broken) = (true, None);
         let settled = self.phases.settled();
         let mut pace =
@@ -309,6 +322,7 @@ impl Experiment {
             self.rig.advance();
         }
         let wall_s = start.elapsed().as_secs_f64();
+        faults.extend(self.deaf());
         progress(self.rig.time_s());
         let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
         // The channel's energy takes the waves of both ends.
@@ -324,6 +338,23 @@ impl Experiment {
             phases: self.phases,
             broken,
         }
+    }
+
+    /// Stations that accepted nothing in the whole run, though packets came, in words. A side that runs alone has
+    /// met the other one before.
+    fn deaf(&self) -> impl Iterator<Item = String> {
+        let ticks = self.rig.ticks();
+        self.rig.stations().iter().filter(|_| self.alone.is_none()).filter_map(move |station| {
+            let word = |signal: &DataType| Probe::new(signal.first()).words(station).first().copied();
+            let refused = word(types::LINK_REFUSED).filter(|refused| *refused > 0)?;
+            (u64::from(word(types::LINK_AGE)?) == ticks).then(|| {
+                format!(
+                    "the {} refused all {refused} packets: they are not what it listens for; give both schemes the \
+                     same types in the same order, one in CTX_ADD_DATA and the other in CRX_ADD_DATA",
+                    station.name
+                )
+            })
+        })
     }
 
     /// What the clock and the other process did to the run.

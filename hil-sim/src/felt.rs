@@ -16,8 +16,8 @@ pub struct FeltStiffness {
 
 #[derive(Debug, Clone, Default)]
 struct Sums {
-    /// Where depth begins, `m`.
-    surface_m: f64,
+    /// Where depth begins, `m`; none where nothing stops the slave.
+    surface_m: Option<f64>,
     ticks: u32,
     ticks_in_contact: u32,
     force_n: f64,
@@ -28,7 +28,7 @@ impl FeltStiffness {
     /// For a rig whose first station is the master and whose last one meets these obstacles, by axis.
     #[must_use]
     pub fn new(obstacles: &[Option<Obstacle>]) -> Self {
-        let surface_m = |obstacle: &Option<Obstacle>| obstacle.map_or(0.0, |obstacle| obstacle.surface_m);
+        let surface_m = |obstacle: &Option<Obstacle>| obstacle.map(|obstacle| obstacle.surface_m);
         let sums = |obstacle| Sums { surface_m: surface_m(obstacle), ..Sums::default() };
         Self { force: Probe::new(types::DES_FORCE.first()), axes: obstacles.iter().map(sums).collect() }
     }
@@ -39,15 +39,17 @@ impl FeltStiffness {
         let mut forces = self.force.values(master);
         for (axis, sums) in self.axes.iter_mut().enumerate() {
             let (Some(force_n), Some(truth)) = (forces.next(), master.plant.truth(axis)) else { return };
+            let Some(surface_m) = sums.surface_m else { continue };
             sums.ticks += 1;
             sums.ticks_in_contact += u32::from(touches(axis));
             // The force on the device pushes back against the hand.
             sums.force_n -= force_n;
-            sums.depth_m += truth.position_m - sums.surface_m;
+            sums.depth_m += truth.position_m - surface_m;
         }
     }
 
-    /// Felt stiffness per axis, `N/m`; none for an axis that was not in contact all the time.
+    /// Felt stiffness per axis, `N/m`; none for an axis that was not in contact all the time, or that
+    /// nothing stops.
     #[must_use]
     pub fn per_axis(&self) -> Vec<Option<f64>> {
         let is_settled = |sums: &Sums| sums.ticks > 0 && sums.ticks_in_contact == sums.ticks;

@@ -77,6 +77,15 @@ impl Recorder {
         self.recording.reserve(usize::try_from(rows).unwrap_or_default());
     }
 
+    /// Memory for `ticks` ticks with the columns there are now, bytes.
+    #[must_use]
+    pub fn bytes(&self, ticks: f64) -> f64 {
+        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        let rows = ticks / self.every_ticks as f64;
+        // A time beside the columns.
+        rows * (f64::from(u32::try_from(self.recording.columns().len()).unwrap_or(u32::MAX)) + 1.0) * 8.0
+    }
+
     /// Takes a row of the present tick, if it is one of those wanted. `channel_energy_j` is by axis.
     pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
         if !rig.ticks().is_multiple_of(self.every_ticks) {
@@ -85,12 +94,10 @@ impl Recorder {
         if !self.revisions.iter().copied().eq(rig.stations().iter().map(revision)) {
             self.find_again(rig);
         }
-        let sources = &self.sources;
-        self.recording.push_row(rig.time_s(), |row| {
-            for source in sources {
-                source.push(rig, channel_energy_j, row);
-            }
-        });
+        let mut row = self.recording.add_row(rig.time_s());
+        for source in &self.sources {
+            row = source.fill(rig, channel_energy_j, row);
+        }
     }
 
     /// What was recorded.
@@ -124,22 +131,26 @@ impl Recorder {
 }
 
 impl Source {
-    fn push(&self, rig: &Rig, channel_energy_j: &[f64], row: &mut Vec<f64>) {
+    /// Fills the first of `row`, where nothing is there to fill them with NaN stays; gives the rest.
+    fn fill<'a>(&self, rig: &Rig, channel_energy_j: &[f64], row: &'a mut [f64]) -> &'a mut [f64] {
         match *self {
-            Self::Energy(None) => {
-                row.push(channel_energy_j.iter().copied().reduce(|sum, axis| sum + axis).unwrap_or(f64::NAN));
+            Self::Energy(axis) => {
+                let energy_j = match axis {
+                    None => channel_energy_j.iter().copied().reduce(|sum, axis| sum + axis),
+                    Some(axis) => channel_energy_j.get(axis).copied(),
+                };
+                fill(row, 1, energy_j)
             }
-            Self::Energy(Some(axis)) => row.push(channel_energy_j.get(axis).copied().unwrap_or(f64::NAN)),
-            Self::Signal { station, slot: Some(slot), format, .. } => {
-                let Some(station) = rig.stations().get(station) else { return };
-                let words = station.dimsart.engine().data_base().words(slot).iter();
+            Self::Signal { station, slot, words: columns, format, .. } => {
+                let station = rig.stations().get(station).zip(slot);
+                let words = station.map(|(station, slot)| station.dimsart.engine().data_base().words(slot));
+                let words = words.unwrap_or_default().iter().map(|word| Word(*word));
                 match format {
-                    Format::F32 => row.extend(words.map(|word| f64::from(f32::from_bits(*word)))),
-                    Format::I32 => row.extend(words.map(|word| f64::from(i32::from_word(Word(*word))))),
-                    Format::U32 | Format::Bool => row.extend(words.map(|word| f64::from(*word))),
+                    Format::F32 => fill(row, columns, words.map(|word| f64::from(f32::from_word(word)))),
+                    Format::I32 => fill(row, columns, words.map(|word| f64::from(i32::from_word(word)))),
+                    Format::U32 | Format::Bool => fill(row, columns, words.map(|word| f64::from(word.0))),
                 }
             }
-            Self::Signal { slot: None, words, .. } => row.extend(std::iter::repeat_n(f64::NAN, words)),
             Self::Truth { station, axis, kept } => {
                 let truth = rig.stations().get(station).and_then(|station| station.plant.truth(axis));
                 let values = truth.map_or([f64::NAN; TRUTH.len()], |truth| {
@@ -151,12 +162,22 @@ impl Source {
                         truth.wall_force_n,
                     ]
                 });
-                row.extend(
-                    values.into_iter().zip(kept).filter(|(_, is_kept)| *is_kept).map(|(value, _)| value),
-                );
+                values
+                    .into_iter()
+                    .zip(kept)
+                    .fold(row, |row, (value, is_kept)| fill(row, usize::from(is_kept), Some(value)))
             }
         }
     }
+}
+
+/// Puts `values` into the first `columns` of a row; gives the rest of it.
+fn fill(row: &mut [f64], columns: usize, values: impl IntoIterator<Item = f64>) -> &mut [f64] {
+    let (own, rest) = row.split_at_mut_checked(columns).unwrap_or_default();
+    for (cell, value) in own.iter_mut().zip(values) {
+        *cell = value;
+    }
+    rest
 }
 
 /// All of a rig as it is now that is selected.

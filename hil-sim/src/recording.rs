@@ -65,12 +65,12 @@ impl Recording {
         touch(&mut self.values, rows.saturating_mul(self.columns.len()));
     }
 
-    /// Adds one row: `fill` pushes exactly one value per column. Missing values become NaN, surplus is cut.
-    pub fn push_row(&mut self, time_s: f64, fill: impl FnOnce(&mut Vec<f64>)) {
-        let end = self.values.len() + self.columns.len();
-        fill(&mut self.values);
-        self.values.resize(end, f64::NAN);
+    /// Adds one row of NaN; gives it, one value per column, to be filled.
+    pub fn add_row(&mut self, time_s: f64) -> &mut [f64] {
+        let start = self.values.len();
         self.time_s.push(time_s);
+        self.values.resize(start + self.columns.len(), f64::NAN);
+        self.values.get_mut(start..).unwrap_or_default()
     }
 
     /// The columns, in the order of a row.

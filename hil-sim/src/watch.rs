@@ -58,20 +58,20 @@ impl Watch {
         let mut grows = None;
         for (signals, station) in self.signals.iter_mut().zip(rig.stations()) {
             let at = |what: String| format!("{} {what} at {:.3} s", station.name, rig.time_s());
-            let positions = (0..station.plant.dof()).filter_map(|axis| station.plant.truth(axis));
-            for (axis, truth) in positions.enumerate() {
-                if let Some(left) = outside(truth.position_m, self.position_m, "position", axis, "m") {
-                    return Some(Alarm::Left(at(left)));
-                }
+            let positions = station.position_m().iter().map(|position_m| f64::from(*position_m));
+            if let Some((axis, value)) = first_outside(positions, self.position_m) {
+                return Some(Alarm::Left(at(left("position", axis, value, self.position_m, "m"))));
             }
-            for signal in signals {
-                for (axis, value) in signal.probe.values(station).enumerate() {
-                    if let Some(left) = outside(value, signal.range, signal.what, axis, signal.unit) {
-                        return Some(Alarm::Left(at(left)));
-                    }
-                    let growth = signal.growth(axis).and_then(|growth| growth.add(value));
-                    if let Some(per_tick) = growth.filter(|_| grows.is_none()) {
-                        let what = signal.what;
+            for Signal { what, unit, range, probe, growth } in signals {
+                let values = probe.values(station);
+                if let Some((axis, value)) = first_outside(values.clone(), *range) {
+                    return Some(Alarm::Left(at(left(what, axis, value, *range, unit))));
+                }
+                if growth.len() < values.len() {
+                    growth.resize(values.len(), Growth::new(FLOOR * *range));
+                }
+                for (axis, (growth, value)) in growth.iter_mut().zip(values).enumerate() {
+                    if let Some(per_tick) = growth.add(value).filter(|_| grows.is_none()) {
                         grows = Some(at(format!(
                             "{what} of axis {axis} grows without bound: by a factor of {per_tick:.4} per tick, seen"
                         )));
@@ -98,18 +98,14 @@ impl Signal {
     fn new(what: &'static str, unit: &'static str, range: f64, data_type: &'static DataType) -> Self {
         Self { what, unit, range, probe: Probe::new(data_type.first()), growth: Vec::new() }
     }
-
-    /// The watch of one axis, new with the axis.
-    fn growth(&mut self, axis: usize) -> Option<&mut Growth> {
-        if self.growth.len() <= axis {
-            self.growth.resize(axis + 1, Growth::new(FLOOR * self.range));
-        }
-        self.growth.get_mut(axis)
-    }
 }
 
-/// What to say of a value beyond `range` either way, or not a number.
-fn outside(value: f64, range: f64, what: &str, axis: usize, unit: &str) -> Option<String> {
-    let is_inside = (-range..=range).contains(&value);
-    (!is_inside).then(|| format!("{what} of axis {axis} left its range ±{range} {unit}: {value:.4} {unit}"))
+/// The first axis whose value is beyond `range` either way, or not a number, and that value.
+fn first_outside(values: impl Iterator<Item = f64>, range: f64) -> Option<(usize, f64)> {
+    values.enumerate().find(|(_, value)| !(-range..=range).contains(value))
+}
+
+/// What to say of it.
+fn left(what: &str, axis: usize, value: f64, range: f64, unit: &str) -> String {
+    format!("{what} of axis {axis} left its range ±{range} {unit}: {value:.4} {unit}")
 }

@@ -5,7 +5,7 @@
 
 use std::fs;
 use std::process::{Command, Output, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hil_sim::scenario::Scenario;
 
@@ -91,7 +91,7 @@ fn an_account_that_there_is_none_of_is_null() {
         arguments.extend(["--set", setting]);
     }
     let out = out(&arguments);
-    assert!(json(&out)["energy_min_j"].is_null() && out.contains("no waves were sent"), "{out}");
+    assert!(json(&out)["energy_min_j"].is_null() && out.contains("not both sides have waves"), "{out}");
 }
 
 #[test]
@@ -108,6 +108,15 @@ fn an_output_folder_that_cannot_be_made_is_known_before_the_run() {
     assert!(message.trim_end().ends_with("choose another folder with --out"), "{message}");
 }
 
+#[test]
+fn a_recording_beyond_all_memory_is_refused_before_the_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path().join("run");
+    let message = refused(&["run", "--set", "duration_s=1e6", "--out", folder.to_str().unwrap()], 1);
+    assert!(message.contains("the signals of 1000000 s would take "), "{message}");
+    assert!(message.contains("record.every_ticks"), "{message}");
+}
+
 #[cfg(unix)]
 #[test]
 fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
@@ -121,11 +130,9 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
         .spawn()
         .unwrap();
     std::thread::sleep(Duration::from_millis(1500));
-    let sent = Instant::now();
     let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
     assert!(kill.success());
     let output = run.wait_with_output().unwrap();
-    assert!(sent.elapsed() < Duration::from_secs(60), "it did not stop at once");
     assert_eq!(output.status.code(), Some(0));
     let figures = json(&text(&output.stdout));
     let fault = figures["faults"][0].as_str().unwrap();
@@ -181,6 +188,7 @@ fn a_wrong_setting_is_named_with_what_is_right() {
         ("master.device.mass_kg=nan", "cannot be nan; give it a finite number > 0"),
         ("dof=0", "`dof` cannot be 0; give it a number from 1 to 8"),
         ("dof=9", "`dof` cannot be 9; give it a number from 1 to 8"),
+        ("seed=18446744073709551615", "give it a whole number from 0 to 9007199254740991"),
         ("link.loss=lots", "give it a number from 0 to 1"),
         ("record.signals=['mastr']", "record.signals: nothing is called 'mastr'; did you mean 'master'?"),
         ("record.signals=['master.DES_FORC']", "did you mean 'master.DES_FORCE'?"),
@@ -202,6 +210,7 @@ fn a_wrong_setting_is_named_with_what_is_right() {
     ] {
         let message = refused(&["run", "--no-report", "--set", setting], 1);
         assert!(message.starts_with("dimsart: ") && message.contains(expected), "{setting}: {message}");
+        assert!(!message.contains("has no effect"), "{setting} is wrong, not idle: {message}");
     }
 }
 

@@ -45,6 +45,14 @@ fn nothing_to_meet_is_free_motion_to_the_end() {
     assert!((0.025..0.04).contains(&furthest_m), "the slave went {furthest_m} m");
 }
 
+/// A damper alone never comes to rest: there is no stiffness to feel.
+#[test]
+fn a_spring_without_stiffness_has_none_to_feel() {
+    let run = run(&["environment=spring", "spring.stiffness_n_per_m=0"]);
+    assert_eq!(run.outcome.k_felt_n_per_m, [None; 3]);
+    assert_eq!(run.outcome.k_predicted_n_per_m, [None; 3]);
+}
+
 #[test]
 fn a_wall_can_stand_on_the_other_side() {
     let run =

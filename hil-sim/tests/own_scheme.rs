@@ -139,3 +139,31 @@ fn the_planned_round_trip_is_the_measured_one_at_every_short_delay() {
         assert_eq!(outcome.round_trip_ticks, Some(ticks + 9), "{forward} there, {backward} back");
     }
 }
+
+/// Unlike impedances scale forces and motions: that is said, and no stiffness is predicted for what is no spring.
+#[test]
+fn unlike_wave_impedances_are_named() {
+    let unlike = OWN.replace("m&s      WTRANSF_MOD    B_PARAM         20", "slave WTRANSF_MOD B_PARAM 5");
+    let outcome = run(&unlike, &["duration_s=0.2"]).unwrap();
+    assert_eq!(outcome.k_predicted_n_per_m, [None, None]);
+    let expected = "the wave impedances differ, 10 N s/m on the master and 5 N s/m on the slave";
+    assert!(outcome.faults.iter().any(|fault| fault.contains(expected)), "{:?}", outcome.faults);
+    let outcome = run(&unlike, &["duration_s=0.2", "wave.impedance_ns_per_m=20"]).unwrap();
+    assert!(outcome.faults.is_empty(), "{:?}", outcome.faults);
+}
+
+/// Sides that do not listen to what is sent go on by themselves; that is said, though both are stable.
+#[test]
+fn packets_that_a_scheme_does_not_listen_for_are_named() {
+    let settings: Vec<String> =
+        ["slave.scheme=builtin:position_position", "duration_s=0.2"].map(str::to_owned).to_vec();
+    let faults = |settings: &[String]| {
+        let experiment = Experiment::new(&Scenario::load(None, settings).unwrap()).unwrap();
+        experiment.run(&AtomicBool::new(false), |_| {}).outcome.faults
+    };
+    let [master, slave] = &*faults(&settings) else { panic!("{:?}", faults(&settings)) };
+    assert!(master.starts_with("the master refused all 199 packets"), "{master}");
+    assert!(slave.starts_with("the slave refused all 199 packets"), "{slave}");
+    let repeated = ["link.duplication=1", "link.reordering=1", "duration_s=0.2"].map(str::to_owned);
+    assert_eq!(faults(&repeated), [""; 0], "refused now and then is not deaf");
+}

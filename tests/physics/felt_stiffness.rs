@@ -77,6 +77,19 @@ fn the_hand_feels_both_controllers_the_line_and_the_wall_in_series() {
     }
 }
 
+/// A soft wall gives way slowly: hand, slave and wall damp the motion, and the wall alone brings it to rest.
+#[test]
+fn a_run_waits_until_a_soft_wall_has_settled() {
+    for wall_n_per_m in [10, 100] {
+        let settings = format!("dof=1 wall.stiffness_n_per_m={wall_n_per_m} {}", delays(1, 1));
+        let experiment = Experiment::new(&scenario(&settings)).unwrap();
+        let outcome = experiment.run(&AtomicBool::new(false), |_| ()).outcome;
+        let [felt, predicted] = [outcome.axes[0].k_felt_n_per_m, outcome.axes[0].k_predicted_n_per_m];
+        let error = felt.unwrap() / predicted.unwrap() - 1.0;
+        assert!(error.abs() < 1e-4, "wall of {wall_n_per_m} N/m: {felt:?} instead of {predicted:?} N/m");
+    }
+}
+
 /// A whole run as `dimsart run` makes it: the report gives the measured round trip, and the golden number next to its
 /// own prediction, on both axes that touch the wall.
 #[test]

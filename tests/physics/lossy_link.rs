@@ -1,4 +1,5 @@
 //! Links that lose, delay, repeat and shuffle packets.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::f64::consts::PI;
 use std::sync::atomic::AtomicBool;

@@ -18,7 +18,8 @@ use crate::schemes::{self, SchemeText};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Check {
-    /// Scheme file, or one that is built in: `builtin:bilateral`, `builtin:table1`.
+    /// Scheme file, or one that is built in: `builtin:bilateral`, `builtin:position_position`,
+    /// `builtin:table1`.
     scheme: String,
     /// Side whose rows are checked; both when left out.
     #[arg(long)]

@@ -57,6 +57,9 @@ pub(super) struct Run {
     keys: bool,
 }
 
+/// Most memory for signals, bytes: a run that takes all there is would be ended by the system, and nothing be kept.
+const MOST_BYTES: f64 = 4e9;
+
 /// Controllers that run on the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum TargetSide {
@@ -106,8 +109,9 @@ Examples:
   dimsart run --side slave                                   real time over UDP
   dimsart run --target mps2-an386                            both sides as firmware on emulated boards
 
-Ctrl-C ends a run early; what was recorded until then is reported. A second one ends the report. A run that does not stay stable says so and ends
-with exit status 0 all the same: 1 is for a run that could not be made or reported, 2 for wrong usage.";
+Ctrl-C ends a run early; what was recorded until then is reported. A second one ends the
+report. A run that does not stay stable says so and ends with exit status 0 all the same: 1 is for a run that
+could not be made or reported, 2 for wrong usage.";
 
 fn help() -> String {
     let keys = Scenario::keys();
@@ -152,6 +156,17 @@ impl Run {
         let mut experiment = self.experiment(&scenario, &stop)?;
         if self.no_report {
             experiment = experiment.without_recording();
+        }
+        let bytes = experiment.recording_bytes();
+        if bytes > MOST_BYTES {
+            return Err(format!(
+                "the signals of {} s would take {:.0} GB of memory, and {:.0} are the most: keep a row in more ticks \
+                 (record.every_ticks) or fewer signals (record.signals), shorten the run, or use --no-report",
+                experiment.duration_s(),
+                (1e-9 * bytes).ceil(),
+                1e-9 * MOST_BYTES,
+            )
+            .into());
         }
         if stop.load(Ordering::Relaxed) {
             return Err("stopped before the run began; nothing was run".into());

@@ -85,7 +85,7 @@ fn round_trip(outcome: &Outcome) -> Fact {
 
 fn channel_energy(energy_min_j: Option<f64>) -> Fact {
     let (value, note) = match energy_min_j {
-        None => (NONE.to_owned(), "no waves were sent"),
+        None => (NONE.to_owned(), "not both sides have waves"),
         Some(energy_j) if energy_j < 0.0 => (format!("{energy_j:.3e}"), "of any axis; below 0: not passive"),
         Some(_) => ("0".to_owned(), "of any axis; never below 0: passive"),
     };

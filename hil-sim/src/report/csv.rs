@@ -95,9 +95,8 @@ mod tests {
             let double = if double.is_nan() { 1.0 / 3.0 } else { double };
             let count = random.next_u32();
             expected.push((f64::from(tick) * 1e-3, single, double, count));
-            recording.push_row(f64::from(tick) * 1e-3, |row| {
-                row.extend([f64::from(single), double, f64::from(count)]);
-            });
+            let row = recording.add_row(f64::from(tick) * 1e-3);
+            row.copy_from_slice(&[f64::from(single), double, f64::from(count)]);
         }
         let bytes = csv_of(&recording);
         let mut table = csv::Reader::from_reader(bytes.as_slice());

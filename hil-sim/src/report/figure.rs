@@ -336,7 +336,7 @@ mod tests {
         let column = Column { source: "world".into(), signal: "force".into(), axis: None, unit: "N".into() };
         let mut recording = Recording::new(vec![column]);
         for (time_s, value) in (0..).map(f64::from).zip(values) {
-            recording.push_row(time_s, |row| row.push(*value));
+            recording.add_row(time_s).fill(*value);
         }
         recording
     }

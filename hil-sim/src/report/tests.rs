@@ -14,7 +14,7 @@ fn recording() -> Recording {
     let mut recording = Recording::new(vec![column("master"), column("slave")]);
     for tick in 0..200_u32 {
         let time_s = f64::from(tick) * 1e-3;
-        recording.push_row(time_s, |row| row.extend([time_s, 2.0 * time_s]));
+        recording.add_row(time_s).copy_from_slice(&[time_s, 2.0 * time_s]);
     }
     recording
 }

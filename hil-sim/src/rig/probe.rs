@@ -34,7 +34,10 @@ impl Probe {
     }
 
     /// The signal's values now, for one of format f32.
-    pub fn values<'a>(&mut self, station: &'a Station) -> impl Iterator<Item = f64> + use<'a> {
+    pub fn values<'a>(
+        &mut self,
+        station: &'a Station,
+    ) -> impl ExactSizeIterator<Item = f64> + Clone + use<'a> {
         self.words(station).iter().map(|word| f64::from(f32::from_bits(*word)))
     }
 }

@@ -24,9 +24,12 @@ pub(super) const MAX_DOF: f64 = dimsart_core::limits::MAX_DOF as f64;
 /// Longest delay of a link or a module: 100 s at 1 kHz.
 const MAX_TICKS: f64 = 100_000.0;
 
+/// Largest seed, 2^53 - 1: up to here every whole number is told from its neighbours.
+const MAX_SEED: f64 = 9_007_199_254_740_991.0;
+
 /// The range of every numeric key. A bare last segment serves every section.
 const RANGES: &[(&str, Range)] = &[
-    ("seed", NotNegative),
+    ("seed", Between(0.0, MAX_SEED)),
     ("duration_s", Positive),
     ("sample_period_s", Between(1e-5, 0.1)),
     ("dof", Between(1.0, MAX_DOF)),

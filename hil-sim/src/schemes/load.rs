@@ -68,13 +68,13 @@ pub fn load<const WORDS: usize>(
             "its last row leaves it stopped: end it with the row `all {ENGINE} MATCHING_CHECK`"
         ));
     }
-    let has_effect =
-        |setting: &&Setting| setting.module_ref().is_some_and(|module| engine.is_plugged_in(module));
-    faults.extend(settings.iter().filter(|setting| !has_effect(setting)).map(
-        |Setting { key, module, .. }| {
-            format!("the setting {key} has no effect: the scheme plugs in no {module}; leave {key} out")
-        },
-    ));
+    // A module that a faulty row left out may be there once the row is right.
+    let is_idle = |setting: &&Setting| {
+        errors.is_empty() && !setting.module_ref().is_some_and(|module| engine.is_plugged_in(module))
+    };
+    faults.extend(settings.iter().filter(is_idle).map(|Setting { key, module, .. }| {
+        format!("the setting {key} has no effect: the scheme plugs in no {module}; leave {key} out")
+    }));
     let delays = delays.into_iter().map(|delay| engine.explain(*delay).to_string()).collect();
     Loaded { errors, faults, delays }
 }
