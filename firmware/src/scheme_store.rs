@@ -21,7 +21,7 @@ const PLACES: [u8; 2] = [1, 2];
 pub const BUFFER_BYTES: usize = MAX_SCHEME_BYTES + 32;
 
 /// Read at once; whole pages are made of such blocks.
-const BLOCK_BYTES: usize = 64;
+const BLOCK_BYTES: usize = 512;
 /// Of a flash that was erased.
 const ERASED: u8 = 0xFF;
 
@@ -77,11 +77,10 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     }
 
     async fn is_blank(&mut self) -> Result<bool, Broken> {
-        const { assert!(F::READ_SIZE <= BLOCK_BYTES) };
-        let mut block = [0; BLOCK_BYTES];
         for offset in self.map.flash_range().step_by(BLOCK_BYTES) {
-            self.map.flash().read(offset, &mut block).await.map_err(|_| Broken)?;
-            if block != [ERASED; BLOCK_BYTES] {
+            let Some(block) = self.buffer.get_mut(..BLOCK_BYTES) else { return Err(Broken) };
+            self.map.flash().read(offset, block).await.map_err(|_| Broken)?;
+            if block.iter().any(|byte| *byte != ERASED) {
                 return Ok(false);
             }
         }
@@ -111,26 +110,21 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     /// # Errors
     /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
     pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
-        if !self.store(scheme).await? {
+        for _ in 0..2 {
+            if !self.is_garbage {
+                match self.map.store_item(self.buffer, &self.record.other_place(), &scheme).await {
+                    Err(Error::Corrupted { .. }) => {}
+                    result => {
+                        result?;
+                        return self.set(Record { trial: Trial::Waits, ..self.record }).await;
+                    }
+                }
+            }
             // Nothing in it can be read, so nothing is lost with it.
             (self.record, self.is_garbage) = (Record::default(), false);
             self.map.erase_all().await?;
-            if !self.store(scheme).await? {
-                return Err(Broken);
-            }
         }
-        self.set(Record { trial: Trial::Waits, ..self.record }).await
-    }
-
-    /// False when the flash must be erased first.
-    async fn store(&mut self, scheme: &[u8]) -> Result<bool, Broken> {
-        if self.is_garbage {
-            return Ok(false);
-        }
-        match self.map.store_item(self.buffer, &self.record.other_place(), &scheme).await {
-            Err(Error::Corrupted { .. }) => Ok(false),
-            result => Ok(result.map(|()| true)?),
-        }
+        Err(Broken)
     }
 
     /// Notes that the scheme on trial is tried: to be called before it is run.
