@@ -121,8 +121,9 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
                 }
             }
             // Nothing in it can be read, so nothing is lost with it.
-            (self.record, self.is_garbage) = (Record::default(), false);
+            (self.record, self.is_garbage) = (Record::default(), true);
             self.map.erase_all().await?;
+            self.is_garbage = false;
         }
         Err(Broken)
     }
