@@ -110,22 +110,25 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     /// # Errors
     /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
     pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
-        for _ in 0..2 {
-            if !self.is_garbage {
-                match self.map.store_item(self.buffer, &self.record.other_place(), &scheme).await {
-                    Err(Error::Corrupted { .. }) => {}
-                    result => {
-                        result?;
-                        return self.set(Record { trial: Trial::Waits, ..self.record }).await;
-                    }
-                }
-            }
+        let mut is_stored = self.store(scheme).await?;
+        if !is_stored {
             // Nothing in it can be read, so nothing is lost with it.
             (self.record, self.is_garbage) = (Record::default(), true);
             self.map.erase_all().await?;
             self.is_garbage = false;
+            is_stored = self.store(scheme).await?;
         }
-        Err(Broken)
+        if is_stored { self.set(Record { trial: Trial::Waits, ..self.record }).await } else { Err(Broken) }
+    }
+
+    /// False when the flash must be erased first.
+    async fn store(&mut self, scheme: &[u8]) -> Result<bool, Broken> {
+        if self.is_garbage {
+            return Ok(false);
+        }
+        // Bound to a name, so that what is awaited next finds its memory free.
+        let stored = self.map.store_item(self.buffer, &self.record.other_place(), &scheme).await;
+        if matches!(stored, Err(Error::Corrupted { .. })) { Ok(false) } else { Ok(stored.map(|()| true)?) }
     }
 
     /// Notes that the scheme on trial is tried: to be called before it is run.
