@@ -2,6 +2,7 @@
 
 use core::ops::Range;
 
+use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{DeviceDescriptor, MAX_PACKET_BYTES, Tick, Word};
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
@@ -20,6 +21,8 @@ pub trait Board: Sized {
     const TICK_HZ: u32;
     /// Bits of [`cycles`](Self::cycles) that count; it wraps behind them.
     const CYCLE_BITS: u32 = 32;
+    /// Packets of all links that can come in between two ticks; what comes beyond them is lost.
+    const PACKETS_PER_TICK: usize = MAX_LINKS + 1;
 
     /// Sensors and actuators. Owned by the tick.
     type Joints: Joints;

@@ -19,6 +19,7 @@ use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SYST};
 use defmt_semihosting as _;
+use dimsart_core::exchange::MAX_PACKETS;
 use dimsart_core::{Tick, Word};
 use embassy_executor::InterruptExecutor;
 
@@ -98,6 +99,7 @@ impl Board for Mps2An386 {
     const WORDS: usize = 32_768;
     const TICK_HZ: u32 = 1_000;
     const CYCLE_BITS: u32 = 24;
+    const PACKETS_PER_TICK: usize = MAX_PACKETS;
 
     type Joints = PlayedJoints;
     type CommandPort = uart::CommandPort;
@@ -142,7 +144,7 @@ impl Board for Mps2An386 {
     }
 
     fn disarm() {
-        host::COMMANDED.fill(&[]);
+        host::COMMANDED.clear();
     }
 
     fn cycles() -> Option<u32> {
@@ -208,11 +210,15 @@ impl<const N: usize> SharedWords<N> {
         Self([const { AtomicU32::new(0) }; N])
     }
 
-    /// Copies `words` in; what they do not reach becomes 0.
     fn fill(&self, words: &[Word]) {
-        let words = words.iter().copied().chain(core::iter::repeat(Word(0)));
         for (shared, word) in self.0.iter().zip(words) {
             shared.store(word.0, Relaxed);
+        }
+    }
+
+    fn clear(&self) {
+        for shared in &self.0 {
+            shared.store(0, Relaxed);
         }
     }
 

@@ -16,9 +16,11 @@ use crate::dimsart::Tick;
 use crate::encode::encode_into;
 
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 /// Longest frame.
-pub const MAX_FRAME_BYTES: usize = 4096;
+pub const MAX_FRAME_BYTES: usize = 16_384;
+/// Most packets of all links in one frame of the host: a board takes each of them in that tick.
+pub const MAX_PACKETS: usize = 64;
 /// Longest Data Base that fits a frame beside everything else, words.
 pub const MAX_SIGNAL_WORDS: usize = 640;
 const LENGTH_BYTES: usize = 2;
@@ -152,7 +154,7 @@ impl Frame {
     /// Makes it `length` bytes long, its own two included.
     fn put_length(&mut self, length: usize) {
         self.length = length;
-        // Fits: no frame is longer than 4096 bytes.
+        // Fits: no frame is as long.
         let body = u16::try_from(length.saturating_sub(LENGTH_BYTES)).unwrap_or(u16::MAX);
         if let Some(start) = self.bytes.first_chunk_mut() {
             *start = body.to_le_bytes();
@@ -287,7 +289,7 @@ mod tests {
     fn a_section_that_does_not_fit_leaves_the_frame_as_it_was() {
         let mut frame = Frame::new();
         frame.clear();
-        frame.push(Tag::Command, &[7; 4000]).unwrap();
+        frame.push(Tag::Command, &[7; MAX_FRAME_BYTES - 96]).unwrap();
         let before = frame.as_bytes().to_vec();
         let room = frame.room();
         assert!(frame.push(Tag::Words, &std::vec![0; room + 1]).is_err());

@@ -10,7 +10,7 @@ use boards::Selected;
 use dimsart_core::protocol::{
     DecodeError, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, decode_request, encode_response,
 };
-use embassy_time::{Duration, with_timeout};
+use embassy_futures::select::{Either, select};
 use embedded_io_async::{Read as _, Write as _};
 
 use crate::handover::{Giver, Taker};
@@ -22,6 +22,8 @@ type CommandPort = <Selected as boards::Board>::CommandPort;
 pub(crate) struct Link {
     pub(crate) requests: Giver<Request>,
     pub(crate) answers: Taker<Answer>,
+    /// Comes now and then, for the heart to beat where nobody says anything.
+    pub(crate) pulse: Taker<()>,
 }
 
 impl Link {
@@ -37,7 +39,6 @@ pub(crate) type Answer = Response<'static>;
 
 /// Counts up as long as the task is alive.
 static HEARTBEAT: AtomicU32 = AtomicU32::new(0);
-const HEARTBEAT_PERIOD: Duration = Duration::from_millis(10);
 
 fn beat() {
     HEARTBEAT.store(heartbeat().wrapping_add(1), Relaxed);
@@ -54,8 +55,8 @@ pub(crate) async fn serve(mut port: CommandPort, mut tick: Link, mut keeper: Kee
     let (mut bytes, mut frame) = ([0; 64], [0; MAX_FRAME_BYTES]);
     loop {
         beat();
-        let read = with_timeout(HEARTBEAT_PERIOD, port.read(&mut bytes)).await;
-        let Ok(Ok(length)) = read else { continue };
+        let read = select(port.read(&mut bytes), tick.pulse.next()).await;
+        let Either::First(Ok(length)) = read else { continue };
         for byte in bytes.iter().take(length) {
             let Some(content) = receiver.take(*byte) else { continue };
             let (id, answer) = match decode_request(content) {

@@ -20,6 +20,11 @@ const PLACES: [u8; 2] = [1, 2];
 /// What a store works in: a scheme, its key, and what rounding up to a word of the flash adds.
 pub const BUFFER_BYTES: usize = MAX_SCHEME_BYTES + 32;
 
+/// Read at once; whole pages are made of such blocks.
+const BLOCK_BYTES: usize = 512;
+/// Of a flash that was erased.
+const ERASED: u8 = 0xFF;
+
 /// The storage cannot be read or written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Broken;
@@ -34,6 +39,8 @@ impl<E> From<Error<E>> for Broken {
 pub struct SchemeStore<'b, F: NorFlash> {
     map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
     record: Record,
+    /// Whether the flash holds what no store has written.
+    is_garbage: bool,
     buffer: &'b mut [u8; BUFFER_BYTES],
 }
 
@@ -51,18 +58,33 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     /// None when the range is not made of whole pages. [`open`](Self::open) it before anything else.
     pub fn new(flash: F, range: Range<u32>, buffer: &'b mut [u8; BUFFER_BYTES]) -> Option<Self> {
         let map = MapStorage::new(flash, MapConfig::try_new(range).ok()?, Cache::new_uncached());
-        Some(Self { map, record: Record::default(), buffer })
+        Some(Self { map, record: Record::default(), is_garbage: false, buffer })
     }
 
     /// Reads which schemes there are. None at all in a flash that was never written.
     ///
     /// # Errors
-    /// [`Broken`]; it is as if no scheme was kept then.
+    /// [`Broken`], also when the flash holds something else; it is as if no scheme was kept then.
     pub async fn open(&mut self) -> Result<(), Broken> {
-        self.record = Record::default();
-        let found = self.map.fetch_item::<&[u8]>(self.buffer, &RECORD).await?;
-        self.record = found.map_or(Ok(Record::default()), Record::from_bytes)?;
+        (self.record, self.is_garbage) = (Record::default(), false);
+        if let Some(bytes) = self.map.fetch_item::<&[u8]>(self.buffer, &RECORD).await? {
+            self.record = Record::from_bytes(bytes)?;
+        } else if !self.is_blank().await? {
+            self.is_garbage = true;
+            return Err(Broken);
+        }
         Ok(())
+    }
+
+    async fn is_blank(&mut self) -> Result<bool, Broken> {
+        for offset in self.map.flash_range().step_by(BLOCK_BYTES) {
+            let Some(block) = self.buffer.get_mut(..BLOCK_BYTES) else { return Err(Broken) };
+            self.map.flash().read(offset, block).await.map_err(|_| Broken)?;
+            if block.iter().any(|byte| *byte != ERASED) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Gives the flash back.
@@ -88,18 +110,25 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     /// # Errors
     /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
     pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
-        let place = self.record.other_place();
-        match self.map.store_item(self.buffer, &place, &scheme).await {
+        let mut is_stored = self.store(scheme).await?;
+        if !is_stored {
             // Nothing in it can be read, so nothing is lost with it.
-            Err(Error::Corrupted { .. }) => {
-                self.record = Record::default();
-                self.map.erase_all().await?;
-                let place = self.record.other_place();
-                self.map.store_item(self.buffer, &place, &scheme).await?;
-            }
-            result => result?,
+            (self.record, self.is_garbage) = (Record::default(), true);
+            self.map.erase_all().await?;
+            self.is_garbage = false;
+            is_stored = self.store(scheme).await?;
         }
-        self.set(Record { trial: Trial::Waits, ..self.record }).await
+        if is_stored { self.set(Record { trial: Trial::Waits, ..self.record }).await } else { Err(Broken) }
+    }
+
+    /// False when the flash must be erased first.
+    async fn store(&mut self, scheme: &[u8]) -> Result<bool, Broken> {
+        if self.is_garbage {
+            return Ok(false);
+        }
+        // Bound to a name, so that what is awaited next finds its memory free.
+        let stored = self.map.store_item(self.buffer, &self.record.other_place(), &scheme).await;
+        if matches!(stored, Err(Error::Corrupted { .. })) { Ok(false) } else { Ok(stored.map(|()| true)?) }
     }
 
     /// Notes that the scheme on trial is tried: to be called before it is run.

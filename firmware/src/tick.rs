@@ -22,6 +22,8 @@ const TOLERANCE: Duration = Duration::from_ticks(PERIOD.as_ticks() / 10);
 const REPORT_EVERY: u32 = Selected::TICK_HZ;
 /// Ticks that the communication may be silent for before the watchdog is no longer fed.
 const PATIENCE: u32 = Selected::TICK_HZ / 10;
+/// Ticks between two pulses, each of which the communication answers by a heartbeat.
+const PULSE_EVERY: u32 = PATIENCE / 10;
 /// Tells this image from every other one: board and version.
 const IMAGE: &str = env!("DIMSART_IMAGE");
 const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
@@ -32,6 +34,7 @@ pub(crate) struct Ends {
     pub(crate) answers: Giver<Answer>,
     pub(crate) packets_in: Taker<Received>,
     pub(crate) packets_out: Giver<Outgoing>,
+    pub(crate) pulse: Giver<()>,
     pub(crate) status: Giver<Status>,
 }
 
@@ -79,6 +82,10 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
         if watchdog.tick(!is_late && !has_overrun, commands::heartbeat()) {
             Selected::feed_watchdog();
         }
+        // Not by a timeout of the communication's: it would be due together with a tick, and hold it up.
+        if timing.ticks % PULSE_EVERY == 0 {
+            ends.pulse.give(());
+        }
         if timing.ticks % REPORT_EVERY == 0 {
             let dropped = ends.answers.dropped() + ends.packets_out.dropped() + ends.status.dropped();
             ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
@@ -86,7 +93,7 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
     }
 }
 
-/// At most one request, at most two packets per link, one tick.
+/// At most one request, the packets that came, one tick.
 fn step(
     dimsart: &mut BoardDimsart,
     measured: &[Word],
@@ -97,7 +104,7 @@ fn step(
     if let Some(request) = ends.requests.take() {
         ends.answers.give(protocol::serve(&request, dimsart, info));
     }
-    for _ in 0..2 * MAX_LINKS {
+    for _ in 0..Selected::PACKETS_PER_TICK {
         let Some(Received { link, packet }) = ends.packets_in.take() else { break };
         // What is refused is counted by the controller.
         let _ = dimsart.deliver(link, &packet);

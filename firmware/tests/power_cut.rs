@@ -350,6 +350,29 @@ fn ten_thousand_saved_schemes_lose_nothing_and_wear_every_page_alike() {
     assert!(*most < 2_000 && most - least <= 1, "{:?}", flash.erasures);
 }
 
+#[test]
+fn a_flash_full_of_something_else_is_told_of_and_taken_over_by_a_save() {
+    let mut seed = 1_u32;
+    let mut noise = || {
+        seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        seed.to_le_bytes()[3]
+    };
+    for round in 0..200 {
+        let mut flash = Flash::new();
+        // All of it, or a part, in some page.
+        let range = if round % 2 == 0 { 0..PAGES * PAGE } else { usize::from(noise()) * 16..5_000 };
+        flash.bytes[range.clone()].fill_with(&mut noise);
+        flash.is_written[range.start / WORD..range.end.div_ceil(WORD)].fill(true);
+        let mut board = Board::start(flash);
+        let found = (board.running(), board.status.origin, board.status.fallback);
+        assert_eq!(found, (BUILT_IN, Origin::BuiltIn, Some(Fallback::Storage)), "round {round}");
+        block_on(board.store.save(&scheme(7))).unwrap();
+        let mut board = Board::start(board.store.into_flash());
+        assert_eq!((board.running(), board.status.origin), (7, Origin::Trial), "round {round}");
+    }
+    assert_eq!(Board::start(Flash::new()).status.fallback, None);
+}
+
 /// A scheme without modules.
 fn nothing(fingerprint: u32) -> SchemeBytes {
     let mut bytes = SchemeBytes::new();
@@ -405,24 +428,6 @@ fn a_saved_scheme_of_another_image_gives_way_to_the_built_in_one() {
     let fallback = Some(Fallback::Saved(LoadError::OtherImage));
     let expected = SchemeStatus { origin: Origin::BuiltIn, fallback, trial: Trial::None, is_saved: true };
     assert_eq!((board.status, board.running()), (expected, BUILT_IN));
-}
-
-#[test]
-fn a_flash_full_of_something_else_is_put_up_with_and_taken_over_by_a_save() {
-    for seed in 0..50_u32 {
-        let mut flash = Flash::new();
-        let mut state = seed;
-        flash.bytes.fill_with(|| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 24) as u8
-        });
-        flash.is_written.fill(true);
-        let mut board = Board::start(flash);
-        assert_eq!((board.running(), board.status.origin), (BUILT_IN, Origin::BuiltIn), "seed {seed}");
-        block_on(board.store.save(&scheme(3))).unwrap();
-        let mut board = Board::start(board.store.into_flash());
-        assert_eq!((board.running(), board.status.origin), (3, Origin::Trial), "seed {seed}");
-    }
 }
 
 #[test]

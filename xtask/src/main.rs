@@ -19,7 +19,7 @@ usage: cargo xtask COMMAND
   test        set up what is missing, build every board's image, run every test
   flash BOARD [master|slave]
               build a board's image, flash it through its debug probe and show its log
-  figures     what the images take of their boards (docs/firmware.md)
+  figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   panic-free  show that nothing a tick reaches in the machine code can panic

@@ -260,8 +260,9 @@ impl Host {
     /// Makes the frame that goes back.
     fn collect(&mut self) -> Result<(), Trouble> {
         let mut words = [Word(0); WORDS];
-        COMMANDED.copy_to(&mut words);
-        let words = words.iter().take(self.words_out).flat_map(|word| word.0.to_le_bytes());
+        let words = words.get_mut(..self.words_out).unwrap_or_default();
+        COMMANDED.copy_to(words);
+        let words = words.iter().flat_map(|word| word.0.to_le_bytes());
         let mut stamps = [Word(0); 2];
         STAMPS.copy_to(&mut stamps);
         let bits = u8::try_from(Mps2An386::CYCLE_BITS).unwrap_or(u8::MAX);

@@ -2,8 +2,7 @@
 
 use std::fs::File;
 
-use dimsart_core::exchange::{self, Frame, Tag};
-use dimsart_core::limits::MAX_LINKS;
+use dimsart_core::exchange::{self, Frame, MAX_PACKETS, Tag};
 use dimsart_core::{AxisKind, Tick, Word};
 
 use super::emulator::Emulator;
@@ -13,9 +12,6 @@ use crate::rig::SimulatedDimsart;
 
 /// Of the board's processor, 25 MHz.
 const NS_PER_CYCLE: u64 = 40;
-
-/// Packets that the firmware takes per tick.
-const PACKETS_PER_TICK: usize = 2 * MAX_LINKS;
 
 /// A controller that runs as firmware on an emulated board, in lockstep with this process.
 ///
@@ -34,8 +30,9 @@ pub(super) struct Wire {
     /// Grows until it is sent.
     request: Frame,
     answer: Frame,
-    /// Packets in it.
+    /// Packets for it, those that it has no room for among them.
     packets: usize,
+    has_room: bool,
 }
 
 impl Board {
@@ -55,12 +52,13 @@ impl Board {
         Ok(Self { wire, layout })
     }
 
-    /// Gives a packet that came in over `link` to the next tick. The firmware takes four per tick; more are
-    /// lost, as in a receiver that is not emptied in time.
+    /// Gives a packet that came in over `link` to the next tick, which takes [`MAX_PACKETS`] at most: with more
+    /// of them it fails, for nothing is lost unsaid.
     pub fn receive(&mut self, link: usize, bytes: &[u8]) {
-        if let Some(tag) = Tag::of_link(link).filter(|_| self.wire.packets < PACKETS_PER_TICK) {
-            self.wire.packets += 1;
-            self.wire.send(tag, bytes);
+        if let Some(tag) = Tag::of_link(link) {
+            let Wire { request, packets, has_room, .. } = &mut self.wire;
+            *packets += 1;
+            *has_room &= *packets <= MAX_PACKETS && request.push(tag, bytes).is_ok();
         }
     }
 
@@ -76,6 +74,9 @@ impl Board {
         copy: &mut SimulatedDimsart,
     ) -> Result<Tick, EmulatedError> {
         let Self { wire, layout } = self;
+        if !wire.has_room {
+            return Err(EmulatedError::TooManyPackets { found: wire.packets });
+        }
         wire.send(Tag::Signals, &[]);
         wire.exchange(measured)?;
         let mut tick = None;
@@ -127,7 +128,7 @@ impl Wire {
         let emulator = Emulator::start(image, log)?;
         let (mut request, answer) = (Frame::new(), Frame::new());
         request.clear();
-        let mut wire = Self { emulator, request, answer, packets: 0 };
+        let mut wire = Self { emulator, request, answer, packets: 0, has_room: true };
         let kinds: Vec<u8> = axes.iter().map(|axis| u8::from(*axis == AxisKind::Rotary)).collect();
         wire.send(Tag::Device, &kinds);
         wire.swap()?;
@@ -156,7 +157,7 @@ impl Wire {
     fn swap(&mut self) -> Result<(), EmulatedError> {
         self.emulator.exchange(&self.request, &mut self.answer)?;
         self.request.clear();
-        self.packets = 0;
+        (self.packets, self.has_room) = (0, true);
         // What came is looked at more than once: be sure that it is whole.
         self.answer.sections().find_map(Result::err).map_or(Ok(()), |error| Err(error.into()))
     }

@@ -4,7 +4,7 @@ use std::io;
 use std::path::PathBuf;
 use std::process::ExitStatus;
 
-use dimsart_core::exchange::{self, ExchangeError};
+use dimsart_core::exchange::{self, ExchangeError, MAX_FRAME_BYTES, MAX_PACKETS};
 use dimsart_core::protocol::Refusal;
 
 use super::image::BUILD;
@@ -97,6 +97,15 @@ pub enum EmulatedError {
     NoAnswer {
         /// How long was waited.
         ticks: u32,
+    },
+    /// More packets than the exchange carries.
+    #[error(
+        "{found} packets came in one tick, and an emulated board takes {MAX_PACKETS} or what {MAX_FRAME_BYTES} bytes \
+             hold; lower link.jitter_ticks or link.duplication"
+    )]
+    TooManyPackets {
+        /// Packets of all links.
+        found: usize,
     },
     /// A tick that brings something else than asked for.
     #[error(

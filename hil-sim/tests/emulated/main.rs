@@ -11,6 +11,8 @@
 )]
 
 mod common;
+mod firmware;
+mod kept_schemes;
 mod run;
 mod same_bits;
 mod timer_tick;

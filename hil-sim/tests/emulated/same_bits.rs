@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use dimsart_core::modules::Standard;
-use dimsart_core::{ModuleList, Tick};
+use dimsart_core::{ModuleList, Tick, types};
 use hil_sim::experiment::{Experiment, Side};
 use hil_sim::rig::{Rig, Station};
 use hil_sim::scenario::Scenario;
@@ -16,13 +16,44 @@ const EVERY_MODULE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/
 #[test]
 fn table_1_on_both_sides() {
     // Packets that are late and lost keep every signal moving to the end.
-    compare(["link.jitter_ticks=2", "link.loss=0.02"]);
+    compare(TICKS, ["link.jitter_ticks=2", "link.loss=0.02"]);
+}
+
+#[test]
+fn packets_that_come_in_heaps() {
+    let heaps = ["link.jitter_ticks=40", "link.duplication=0.8", "link.reordering=0.2"];
+    let Some(rig) = compare(TICKS / 5, heaps) else { return };
+    let replaced = |station: &Station| {
+        let data_base = station.dimsart.engine().data_base();
+        let counter = data_base.signals().find(|(_, entry)| entry.signal.id == types::LINK_REFUSED.id);
+        data_base.words(counter.unwrap().0)[0]
+    };
+    // Of 1.8 packets per tick, all but one of those that come together are replaced by the newest.
+    assert!(
+        rig.stations().iter().map(replaced).all(|count| u64::from(count) > TICKS / 5),
+        "few came together"
+    );
+}
+
+#[test]
+fn more_packets_than_a_tick_takes_are_an_error_that_says_so() {
+    let Some(image) = image() else { return };
+    let scenario = Scenario::load(None, &["link.jitter_ticks=1000".to_owned()]).unwrap();
+    let mut experiment = Experiment::new(&scenario).unwrap();
+    experiment.emulate(Side::Slave, &image, None).unwrap();
+    let rig = experiment.rig_mut();
+    let trouble = (0..TICKS).find_map(|_| {
+        rig.step();
+        rig.trouble()
+    });
+    let message = trouble.unwrap().1.to_string();
+    assert!(message.contains("packets came in one tick") && message.contains("jitter_ticks"), "{message}");
 }
 
 #[test]
 fn every_module_on_both_sides() {
     let [master, slave] = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
-    let rig = compare([&master, &slave, "link.loss=0.02"]);
+    let rig = compare(TICKS, [&master, &slave, "link.loss=0.02"]);
     for station in rig.iter().flat_map(Rig::stations) {
         let kinds: BTreeSet<u8> = station.dimsart.engine().steps().map(|step| step.module.kind).collect();
         assert_eq!(kinds.len(), Standard::KINDS.len());
@@ -30,7 +61,7 @@ fn every_module_on_both_sides() {
 }
 
 /// Steps a rig whose controllers run here and one whose controllers run on boards; gives the latter one.
-fn compare<const COUNT: usize>(settings: [&str; COUNT]) -> Option<Rig> {
+fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Rig> {
     let image = image()?;
     let scenario = Scenario::load(None, &settings.map(str::to_owned)).unwrap();
     let [mut here, mut there] = [(); 2].map(|()| Experiment::new(&scenario).unwrap());
@@ -39,7 +70,7 @@ fn compare<const COUNT: usize>(settings: [&str; COUNT]) -> Option<Rig> {
     }
     let (here, mut there) = (here.rig_mut(), std::mem::replace(there.rig_mut(), Rig::new(1.0)));
     let (mut changed_ticks, mut last) = ([0; 2], [Vec::new(), Vec::new()]);
-    for tick in 0..TICKS {
+    for tick in 0..ticks {
         here.tick();
         there.tick();
         if let Some((side, trouble)) = there.trouble() {
@@ -58,7 +89,10 @@ fn compare<const COUNT: usize>(settings: [&str; COUNT]) -> Option<Rig> {
         here.advance();
         there.advance();
     }
-    assert!(changed_ticks.iter().all(|ticks| *ticks > TICKS / 2), "signals stood still: {changed_ticks:?}");
+    assert!(
+        changed_ticks.iter().all(|changed| *changed > ticks / 2),
+        "signals stood still: {changed_ticks:?}"
+    );
     Some(there)
 }
 

@@ -1,0 +1,107 @@
+//! Firmware whose tick comes from a timer, in an emulator with a UART that is a socket.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use hil_sim::connect::{Device, Patience, Stream, open};
+use tempfile::TempDir;
+
+use crate::common::timer_image;
+
+const UART: &str = "uart0";
+const LOG: &str = "log";
+
+/// A board that nobody plays a device to, or that waits for one at its FIFOs.
+pub(crate) struct Firmware {
+    image: PathBuf,
+    emulator: Child,
+    folder: TempDir,
+}
+
+impl Firmware {
+    /// In a folder of its own; none without an image.
+    pub(crate) fn start(has_device: bool) -> Option<Self> {
+        let image = timer_image()?;
+        let folder = tempfile::tempdir().unwrap();
+        if has_device {
+            let fifos = ["to-board", "from-board"].map(|name| folder.path().join(name));
+            assert!(Command::new("mkfifo").args(fifos).status().unwrap().success());
+        }
+        Some(Self { emulator: emulator(&image, folder.path()), image, folder })
+    }
+
+    /// Ends it and starts it anew, with what its flash holds.
+    pub(crate) fn restart(&mut self) {
+        self.end();
+        let _ = fs::remove_file(self.folder().join(UART));
+        self.emulator = emulator(&self.image, self.folder.path());
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// The name of its UART, once it is there.
+    pub(crate) fn port(&self) -> String {
+        let path = self.folder().join(UART);
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !path.exists() {
+            assert!(Instant::now() < deadline, "the emulator makes no socket");
+            thread::sleep(Duration::from_millis(10));
+        }
+        format!("unix:{}", path.display())
+    }
+
+    pub(crate) fn uart(&self) -> Box<dyn Stream> {
+        open(&self.port(), 0).unwrap()
+    }
+
+    /// What it logged about its ticks, once it has ended.
+    pub(crate) fn reports(mut self) -> Vec<String> {
+        self.end();
+        let elf = fs::read(&self.image).unwrap();
+        let table = defmt_decoder::Table::parse(&elf).unwrap().unwrap();
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&fs::read(self.folder().join(LOG)).unwrap());
+        let mut lines = Vec::new();
+        while let Ok(frame) = decoder.decode() {
+            lines.push(frame.display_message().to_string());
+        }
+        lines.retain(|line| line.starts_with("tick "));
+        lines
+    }
+
+    pub(crate) fn end(&mut self) {
+        let _ = self.emulator.kill();
+        let _ = self.emulator.wait();
+    }
+}
+
+impl Drop for Firmware {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn emulator(image: &Path, folder: &Path) -> Child {
+    // 16 ns per instruction: a tick of 1 ms has room for 62 500.
+    Command::new("qemu-system-arm")
+        .args(["-M", "mps2-an386", "-nographic", "-monitor", "none"])
+        .args(["-serial", &format!("unix:{UART},server=on,wait=off")])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .args(["-icount", "shift=4,align=off,sleep=off"])
+        .arg("-kernel")
+        .arg(std::path::absolute(image).unwrap())
+        .current_dir(folder)
+        .stdout(File::create(folder.join(LOG)).unwrap())
+        .spawn()
+        .unwrap()
+}
+
+pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
+    let patience = Patience { timeout: Duration::from_secs(5), tries: 3 };
+    Device::greet(uart, patience).unwrap()
+}

@@ -1,0 +1,136 @@
+//! Schemes that a board keeps, from `dimsart connect PORT save` to the start that runs them.
+
+use std::fs;
+use std::process::Command;
+
+use crc::{Algorithm, CRC_32_AUTOSAR, CRC_32_ISCSI, Crc};
+use dimsart_core::saved_scheme::{SAVED_SCHEME_VERSION, fingerprint};
+use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
+use rand_core::{Rng, SeedableRng};
+
+use crate::firmware::Firmware;
+
+const FLASH: &str = "flash";
+const FLASH_BYTES: usize = 8192;
+const ON_TRIAL: &str =
+    "started with the scheme on trial\n`confirm` keeps it for every start; else the next one runs";
+const NOT_AGAIN: &str = "the scheme on trial is not run again: `save` another one";
+
+/// What `dimsart connect` prints.
+fn connect(firmware: &Firmware, arguments: &[&str]) -> String {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output =
+        command.args(["connect", &firmware.port(), "--timeout-s", "5"]).args(arguments).output().unwrap();
+    assert!(output.status.success(), "{arguments:?}: {output:?}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The `show`, and in it how the start went.
+fn assert_shows(firmware: &Firmware, start: &str, damping: u8) {
+    let show = connect(firmware, &["show"]);
+    assert!(show.contains(&format!("\n{start}\n")), "{start}: {show}");
+    let value = connect(firmware, &["get", "WTRANSF_MOD", "B_PARAM"]);
+    assert!(value.starts_with(&format!("B_PARAM = {damping} N")), "{value}");
+    let state = connect(firmware, &["check"]);
+    assert!(state.contains("runs"), "{state}");
+}
+
+fn set_and_save(firmware: &Firmware, damping: &str) {
+    connect(firmware, &["set", "WTRANSF_MOD", "B_PARAM", damping]);
+    let saved = connect(firmware, &["save"]);
+    assert!(saved.contains("a scheme waits for its trial"), "{saved}");
+}
+
+#[test]
+fn a_scheme_is_kept_when_its_trial_is_confirmed_and_only_then() {
+    let Some(mut firmware) = Firmware::start(false) else { return };
+    assert_shows(&firmware, "started with the built-in scheme", 10);
+
+    set_and_save(&firmware, "20");
+    firmware.restart();
+    assert_shows(&firmware, &format!("{ON_TRIAL} the built-in scheme"), 20);
+    firmware.restart();
+    let unconfirmed = "the one on trial was started before and nobody confirmed it";
+    let rolled_back = format!("started with the built-in scheme: {unconfirmed}");
+    assert_shows(&firmware, &format!("{rolled_back}\n{NOT_AGAIN}"), 10);
+
+    set_and_save(&firmware, "30");
+    firmware.restart();
+    assert_eq!(connect(&firmware, &["confirm"]), "started with the scheme on trial\n");
+    for _ in 0..2 {
+        firmware.restart();
+        assert_shows(&firmware, "started with the saved scheme", 30);
+    }
+}
+
+#[test]
+fn whatever_the_flash_holds_the_board_runs_a_scheme_and_says_why_it_is_the_built_in_one() {
+    let Some(mut firmware) = Firmware::start(false) else { return };
+    firmware.end();
+    let mut random = rand_pcg::Pcg32::seed_from_u64(5);
+    for length in [FLASH_BYTES, FLASH_BYTES, 3, 0] {
+        let mut noise = vec![0; length];
+        random.fill_bytes(&mut noise);
+        fs::write(firmware.folder().join(FLASH), noise).unwrap();
+        firmware.restart();
+        let reason = "started with the built-in scheme: its storage could not be read or written";
+        assert_shows(&firmware, reason, 10);
+        if length == FLASH_BYTES {
+            set_and_save(&firmware, "20");
+            firmware.restart();
+            assert_shows(&firmware, &format!("{ON_TRIAL} the built-in scheme"), 20);
+        }
+        firmware.end();
+    }
+}
+
+#[test]
+fn a_scheme_of_another_image_is_not_run() {
+    let Some(mut firmware) = Firmware::start(false) else { return };
+    set_and_save(&firmware, "20");
+    firmware.end();
+    let path = firmware.folder().join(FLASH);
+    let mut flash = fs::read(&path).unwrap();
+    change_fingerprint(&mut flash);
+    fs::write(path, flash).unwrap();
+    firmware.restart();
+    let reason = "started with the built-in scheme: the one on trial does not load: it was saved by an image with \
+                  other modules, parameters or data types: save it again";
+    assert_shows(&firmware, &format!("{reason}\n{NOT_AGAIN}"), 10);
+}
+
+/// Makes the scheme in a flash that of an image with other modules: whole, but for its fingerprint.
+fn change_fingerprint(flash: &mut [u8]) {
+    const KEY: usize = 1;
+    // As `sequential-storage` sums up an item: header (sum u32, length u16, sum of that u16), key, value.
+    const HEADER: usize = 8;
+    const ITEM: Algorithm<u32> = Algorithm { init: 0x7777_7777, ..CRC_32_ISCSI };
+    let device = DeviceDescriptor::new("any", &[AxisKind::Linear], 1e-3, &[types::POSITION], &[]).unwrap();
+    let mut dimsart: Dimsart = Dimsart::new(device).unwrap();
+    let print = fingerprint(dimsart.engine_mut()).to_le_bytes();
+    let place = flash.windows(5).position(|bytes| bytes[0] == SAVED_SCHEME_VERSION && bytes[1..] == print);
+    let item = &mut flash[place.unwrap() - KEY - HEADER..];
+    let (header, rest) = item.split_first_chunk_mut::<HEADER>().unwrap();
+    let length = u16::from_le_bytes([header[4], header[5]]);
+    let data = &mut rest[..usize::from(length)];
+    let sum = |data: &[u8]| Crc::<u32>::new(&ITEM).checksum(data).to_le_bytes();
+    assert_eq!(header[..4], sum(data));
+
+    let scheme = &mut data[KEY..];
+    scheme[1] ^= 1;
+    let (content, end) = scheme.split_last_chunk_mut::<4>().unwrap();
+    *end = Crc::<u32>::new(&CRC_32_AUTOSAR).checksum(content).to_le_bytes();
+    header[..4].copy_from_slice(&sum(data));
+}
+
+#[test]
+fn timing_is_in_show_and_in_the_data_base() {
+    let Some(firmware) = Firmware::start(false) else { return };
+    let show = connect(&firmware, &["show"]);
+    assert!(show.contains("0 ticks began late, 0 overran; a tick took "), "{show}");
+    let signals = ["TICK_CYCLES", "TICK_CYCLES_MEAN", "TICK_CYCLES_MAX", "LATE_TICKS", "OVERRUN_TICKS"];
+    let text = connect(&firmware, &[&["watch", "--once"], signals.as_slice()].concat());
+    for name in signals {
+        assert!(text.contains(name), "{name}: {text}");
+    }
+}
