@@ -214,13 +214,12 @@ impl<M> Scheme<'_, M> {
             let (mut reads, mut writes) = (0, 0);
             for port in instance.ports.iter().filter(|port| port.stage == call.stage) {
                 let slot = bit(port.slot);
-                match port.direction {
-                    Direction::Memory(_) => {}
-                    Direction::Read => reads |= slot,
-                    Direction::Write => {
-                        suspects |= writes & slot;
-                        writes |= slot;
-                    }
+                if port.is_written {
+                    suspects |= writes & slot;
+                    writes |= slot;
+                } else {
+                    // A memory's slot too, which holds no signal.
+                    reads |= slot;
                 }
             }
             suspects |= (reads & !written) | (writes & written);
