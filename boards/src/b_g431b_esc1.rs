@@ -73,7 +73,7 @@ pub struct BG431bEsc1;
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
-    const WORDS: usize = 256;
+    const WORDS: usize = 240;
     const TICK_HZ: u32 = 1_000;
 
     type Joints = ThreePhaseMotor;

@@ -11,7 +11,7 @@ use heapless::Vec;
 use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
-use crate::checksum::CRC;
+use crate::checksum::{CRC, Table};
 use crate::command::{Command, CommandError, ModuleRef, Verb};
 use crate::dimsart::Dimsart;
 use crate::encode::encode_into;
@@ -214,7 +214,7 @@ pub fn fingerprint<M: ModuleList, const WORDS: usize>(engine: &mut Engine<M, WOR
 }
 
 /// Takes the bytes of what is described.
-struct Fingerprint(crc::Digest<'static, u32>);
+struct Fingerprint(crc::Digest<'static, u32, Table>);
 
 impl Fingerprint {
     fn with(self, content: &impl Serialize) -> Self {
