@@ -75,7 +75,6 @@ impl NorFlash for SchemeFlash {
 }
 
 #[expect(unsafe_code, reason = "an exception of the processor may come at any time")]
-#[expect(clippy::panic, reason = "anything else that raises it is fatal")]
 mod ecc {
     use cortex_m_rt::exception;
     use embassy_stm32::pac::FLASH;
