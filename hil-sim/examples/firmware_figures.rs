@@ -7,7 +7,7 @@ use std::error::Error;
 use std::time::Instant;
 
 use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request};
-use hil_sim::emulated::{Board, Image};
+use hil_sim::emulated::{Board, Image, share_one_processor};
 use hil_sim::experiment::{Experiment, Side};
 use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;
@@ -19,6 +19,7 @@ const FLOOD_BYTES: usize = 1_152;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let ticks = std::env::args().nth(1).map_or(Ok(TICKS), |ticks| ticks.parse())?;
+    share_one_processor();
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = encode_request(&Request::Status, 1, &mut buffer)?.to_vec();
     let flood = request.repeat(FLOOD_BYTES.div_ceil(request.len()));

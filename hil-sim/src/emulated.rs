@@ -19,6 +19,7 @@ mod image;
 mod log;
 #[cfg(unix)]
 mod process;
+mod processor;
 mod upload;
 
 use std::time::Duration;
@@ -27,6 +28,7 @@ pub use board::Board;
 pub(crate) use emulator::end_all;
 pub use error::EmulatedError;
 pub use image::{BOARD, BUILD, FOLDER_VARIABLE, Image};
+pub use processor::share_one_processor;
 
 /// The emulator.
 const PROGRAM: &str = "qemu-system-arm";

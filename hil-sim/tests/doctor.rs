@@ -40,7 +40,7 @@ fn what_is_missing_is_named_with_the_next_step() {
     for (what, step) in [
         (
             "emulator",
-            "no qemu-system-arm: install QEMU 8 or later (Debian: apt-get install qemu-system-arm, on bookworm with -t bookworm-backports)",
+            "no qemu-system-arm: install QEMU 7.2 or later (Debian: apt-get install qemu-system-arm)",
         ),
         ("probe-rs", "not installed: cargo install probe-rs-tools --locked"),
         ("probe", "probe-rs has to look for it: cargo install probe-rs-tools --locked"),
@@ -65,9 +65,9 @@ fn what_is_there_is_named_with_its_version() {
 
 #[test]
 fn what_is_too_old_counts_as_missing() {
-    let old_qemu = ("qemu-system-arm", "QEMU emulator version 7.2.15\\nmps2-an386");
+    let old_qemu = ("qemu-system-arm", "QEMU emulator version 6.2.15\\nmps2-an386");
     let programs = Programs::new(&[old_qemu, ("probe-rs", "probe-rs 0.9.0")]);
-    for (what, version) in [("emulator", "QEMU emulator version 7.2.15"), ("probe-rs", "probe-rs 0.9.0")] {
+    for (what, version) in [("emulator", "QEMU emulator version 6.2.15"), ("probe-rs", "probe-rs 0.9.0")] {
         let (status, line) = programs.doctor(what);
         assert_eq!(status, Some(1));
         assert!(line.starts_with(&format!("missing  {what}: {version} is too old: ")), "{line}");

@@ -20,10 +20,11 @@ const TIME: &str = "
 ## Time on the emulated board
 
 One side of Table 1 runs as firmware, everything else on the host, for 100 000 ticks in lockstep with a round trip
-of sensors and actuators each. Ticks per second depend on the machine and on what else it does: these were taken
-on two cores shared with other work, which moved them between 8 000 and 14 000. Wanted: 10 000. Instructions are those from reading the sensors to commanding
-the actuators, counted by the emulator's time; they depend on source and compiler alone. A request or noise is put
-on the command line in every tick; 100 times the line's rate is 100 times what 115 200 baud carry.
+of sensors and actuators each. Host and emulator share one processor: they hand over twice in every tick. Ticks per
+second depend on the machine and on what else it does; wanted are 10 000. Instructions are those from reading the
+sensors to commanding the actuators, counted by the emulator's time; they depend on source and compiler alone. A
+request or noise is put on the command line in every tick; 100 times the line's rate is 100 times what 115 200 baud
+carry.
 ";
 
 const JITTER: &str = "

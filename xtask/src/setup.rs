@@ -58,7 +58,7 @@ pub(crate) fn emulator() -> Outcome {
     if has_board() {
         Ok(())
     } else {
-        Err("qemu-system-arm knows no board mps2-an386: install QEMU 8 or later".into())
+        Err("qemu-system-arm knows no board mps2-an386: install QEMU 7.2 or later".into())
     }
 }
 

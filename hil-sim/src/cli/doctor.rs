@@ -26,7 +26,7 @@ const TARGET: &str = "thumbv7em-none-eabihf";
 const DEBIAN_SOURCES: &str = "/usr/lib/rustlib/src/rust/library/core";
 const INSTALL_PROBE_RS: &str = "cargo install probe-rs-tools --locked";
 /// The oldest ones that this was tried with.
-const OLDEST_QEMU: [u32; 2] = [8, 0];
+const OLDEST_QEMU: [u32; 2] = [7, 2];
 const OLDEST_PROBE_RS: [u32; 2] = [0, 32];
 const UDEV_FOLDERS: [&str; 3] = ["/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"];
 
@@ -62,7 +62,7 @@ fn compiler() -> Finding {
 }
 
 fn emulator() -> Finding {
-    let install = "install QEMU 8 or later (Debian: apt-get install qemu-system-arm, on bookworm with -t bookworm-backports)";
+    let install = "install QEMU 7.2 or later (Debian: apt-get install qemu-system-arm)";
     let version =
         output("qemu-system-arm", &["--version"]).ok_or(format!("no qemu-system-arm: {install}"))?;
     let is_known =

@@ -222,6 +222,7 @@ impl Run {
         if !self.no_report {
             report::make_folder(folder)?;
         }
+        emulated::share_one_processor();
         for side in self.target_side.sides() {
             let path = folder.join(format!("firmware-{}.log", side.name()));
             let log = (!self.no_report).then(|| File::create(path)).transpose()?;
