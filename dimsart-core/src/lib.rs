@@ -74,7 +74,7 @@ mod matching;
 pub mod math;
 mod module;
 pub mod modules;
-mod names;
+pub mod names;
 mod packet;
 pub mod parameter;
 mod port;

@@ -25,10 +25,22 @@ impl fmt::Display for Name {
 
 /// Splits `NAME.2` into `NAME` and 2; none when the number is not 1 to 255.
 #[must_use]
-pub(crate) fn split(word: &str) -> Option<(&str, u8)> {
+pub fn split(word: &str) -> Option<(&str, u8)> {
     match word.rsplit_once('.') {
         None => Some((word, 1)),
         Some((name, number)) => number.parse().ok().filter(|number| *number > 0).map(|number| (name, number)),
+    }
+}
+
+/// Splits `K_PARAM[1]` into `K_PARAM` and axis 1; none when the axis is no number.
+#[must_use]
+pub fn split_axis(word: &str) -> Option<(&str, Option<u8>)> {
+    match word.strip_suffix(']') {
+        None => Some((word, None)),
+        Some(rest) => {
+            let (name, axis) = rest.split_once('[')?;
+            Some((name, Some(axis.parse().ok()?)))
+        }
     }
 }
 

@@ -11,6 +11,7 @@ use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
 use crate::dimsart::Dimsart;
 use crate::engine::Engine;
 use crate::module::ModuleList;
+use crate::names::split_axis;
 use crate::parameter::{Accepts, ParameterError, Value};
 
 /// Name of the engine in a row.
@@ -257,17 +258,6 @@ impl<'a> Row<'a> {
 
     fn place(&self, index: usize) -> Place<'a> {
         self.words.get(index).copied().unwrap_or(self.end)
-    }
-}
-
-/// Splits `K_PARAM[1]` into `K_PARAM` and axis 1.
-fn split_axis(word: &str) -> Option<(&str, Option<u8>)> {
-    match word.strip_suffix(']') {
-        None => Some((word, None)),
-        Some(rest) => {
-            let (name, axis) = rest.split_once('[')?;
-            Some((name, Some(axis.parse().ok()?)))
-        }
     }
 }
 

@@ -82,3 +82,12 @@ pub(crate) fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
     let best = known.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
     (!word.is_empty() && likeness(&best) > 0.75).then_some(best)
 }
+
+/// What to write instead of an unknown `word`: the nearest of those known, or which there are.
+pub(crate) fn suggestion(word: &str, known: &[String]) -> String {
+    match nearest(word, known) {
+        Some(near) => format!("did you mean '{near}'?"),
+        None if known.is_empty() => "there is none".to_owned(),
+        None => format!("there is {}", known.join(", ")),
+    }
+}

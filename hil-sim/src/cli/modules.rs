@@ -13,7 +13,7 @@ use dimsart_core::{
 
 use super::Ending;
 use crate::experiment::device;
-use crate::schemes::nearest;
+use crate::schemes::suggestion;
 
 /// List the modules with their ports, parameters, units and ranges.
 #[derive(Debug, Args)]
@@ -64,11 +64,7 @@ impl Modules {
         if let Some(name) = &self.name
             && !names.contains(name)
         {
-            let hint = match nearest(name, &names) {
-                Some(near) => format!("did you mean '{near}'?"),
-                None => format!("there is {}", names.join(", ")),
-            };
-            return Err(format!("there is no module '{name}'; {hint}").into());
+            return Err(format!("there is no module '{name}'; {}", suggestion(name, &names)).into());
         }
         if self.markdown && self.name.is_none() {
             write!(out, "{MARKDOWN_HEAD}")?;

@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use dimsart_core::protocol::{Effect, Request, Response};
 use dimsart_core::{Command, CommandError, PORT, Target, Value, Verb};
 
+use super::device::take;
 use super::show::ParameterReport;
 use super::words::{MODULE, VALUE};
 use super::{ConnectError, Device};
@@ -116,11 +117,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     pub(super) fn try_give(&mut self, command: Command) -> Result<Effect, ConnectError> {
-        let take = |response: Response<'_>| match response {
-            Response::Effect(effect) => Some(effect),
-            _ => None,
-        };
-        self.ask(&Request::Command(command), take)?.ok_or(ConnectError::OtherAnswer)
+        self.ask(&Request::Command(command), take!(Effect))?.ok_or(ConnectError::OtherAnswer)
     }
 
     /// Why the device refused this command.

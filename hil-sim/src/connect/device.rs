@@ -53,6 +53,7 @@ macro_rules! take {
         }
     };
 }
+pub(super) use take;
 
 impl<S: Read + Write> Device<S> {
     /// Asks who is at the other end of `stream`.

@@ -9,6 +9,7 @@ use dimsart_core::protocol::{
 use dimsart_core::saved_scheme::LoadError;
 use serde::Serialize;
 
+use super::device::take;
 use super::{ConnectError, Device};
 
 /// How the schemes stand that the device keeps.
@@ -119,19 +120,11 @@ impl<S: Read + Write> Device<S> {
 
     /// How well the ticks keep their time; none on a device that cannot tell.
     pub(super) fn timing(&mut self) -> Result<Option<TimingText>, ConnectError> {
-        let take = |response: Response<'_>| match response {
-            Response::Timing(timing) => Some(timing.into()),
-            _ => None,
-        };
-        known(self.ask(&Request::Timing, take))
+        known(self.ask(&Request::Timing, take!(Timing)))
     }
 
     fn schemes(&mut self, action: SchemeAction) -> Result<KeptReport, ConnectError> {
-        let take = |response: Response<'_>| match response {
-            Response::Schemes(status) => Some(status),
-            _ => None,
-        };
-        match self.ask(&Request::Schemes(action), take) {
+        match self.ask(&Request::Schemes(action), take!(Schemes)) {
             Err(ConnectError::Refused(Refusal::Engine(error))) => {
                 Err(ConnectError::Command(self.refusal_text(error, None)?))
             }

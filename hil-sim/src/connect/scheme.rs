@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::scheme::{self, Row};
+use dimsart_core::scheme::{self, Row, SchemeError};
 use dimsart_core::{CommandError, protocol::Effect};
 
 use super::words::{COMMAND, MODULE, VALUE};
@@ -32,28 +32,24 @@ impl<S: Read + Write> Device<S> {
             ),
         };
         let mut rows = 0;
-        for row in scheme::rows(&scheme.text) {
-            let refused = |column, message| ConnectError::Row {
+        for row in scheme::rows_for(&scheme.text, side, SIDES) {
+            let refused = |row, column, message| ConnectError::Row {
                 name: scheme.name.clone(),
-                row: row.line(),
+                row,
                 column,
                 message,
                 hint: hint.clone(),
             };
-            match row.is_for(side, SIDES) {
-                Ok(true) => {}
-                Ok(false) => continue,
-                Err(error) => {
-                    let message =
-                        format!("'{}' is not a side; there is {}, all", error.place.word, SIDES.join(", "));
-                    return Err(refused(error.place.column, message));
-                }
-            }
+            let row = row.map_err(|SchemeError { place, .. }| {
+                let message = format!("'{}' is not a side; there is {}, all", place.word, SIDES.join(", "));
+                refused(place.line, place.column, message)
+            })?;
             match self.send_row(&row) {
                 Ok(_) => rows += 1,
                 Err((_, error @ (ConnectError::Line(_) | ConnectError::OtherAnswer))) => return Err(error),
                 Err((index, error)) => {
-                    return Err(refused(column(&row, &scheme.text, index), error.to_string()));
+                    let column = column(&row, &scheme.text, index);
+                    return Err(refused(row.line(), column, error.to_string()));
                 }
             }
         }

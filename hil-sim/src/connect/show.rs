@@ -8,6 +8,7 @@ use dimsart_core::{Direction, ModuleRef, Usage};
 use serde::Serialize;
 
 use super::description::{Identity, Range, ValueText, axis_name, joined};
+use super::device::take;
 use super::faults::FirstFaultText;
 use super::kept::{KeptReport, TimingText};
 use super::signals::SignalReport;
@@ -203,14 +204,10 @@ impl<S: Read + Write> Device<S> {
             Some(axis) => *axis..axis.saturating_add(1),
             None => 0..if parameter.is_per_axis() { dof } else { 1 },
         };
-        let take = |response: Response<'_>| match response {
-            Response::Value(value) => Some(value),
-            _ => None,
-        };
         let mut values = Vec::new();
         for axis in axes {
             let request = Request::Get { module, parameter: *index, axis };
-            let value = self.ask(&request, take)?.ok_or(ConnectError::OtherAnswer)?;
+            let value = self.ask(&request, take!(Value))?.ok_or(ConnectError::OtherAnswer)?;
             values.push(self.value_text(value, &parameter.range)?);
         }
         let axis = axis.map(|axis| format!("[{axis}]")).unwrap_or_default();

@@ -8,6 +8,7 @@ use dimsart_core::protocol::{Request, Response};
 use serde::Serialize;
 
 use super::description::{Units, ValueText};
+use super::device::take;
 use super::{ConnectError, Device};
 
 /// One for each axis of the largest device.
@@ -57,13 +58,9 @@ impl<S: Read + Write> Device<S> {
     }
 
     fn entries(&mut self) -> Result<Vec<TypeRef>, ConnectError> {
-        let take = |response: Response<'_>| match response {
-            Response::Entry(signal) => Some(signal),
-            _ => None,
-        };
         let mut found = Vec::new();
         for index in 0..=u8::MAX {
-            let Some(signal) = self.ask(&Request::Entry { index }, take)? else { break };
+            let Some(signal) = self.ask(&Request::Entry { index }, take!(Entry))? else { break };
             found.push(signal);
         }
         Ok(found)

@@ -4,12 +4,13 @@
 
 use std::io::{Read, Write};
 
+use dimsart_core::names::{split, split_axis};
 use dimsart_core::scheme::ENGINE;
 use dimsart_core::{Command, ModuleRef, PORT, Target, TypeRef, Value, Verb};
 
 use super::description::{Parameter, Range};
 use super::{ConnectError, Device};
-use crate::schemes::nearest;
+use crate::schemes::suggestion;
 
 /// Places of the words in a scheme's row, behind the destination.
 pub(super) const MODULE: usize = 1;
@@ -24,35 +25,11 @@ fn unknown(index: usize, word: &str, what: &str, known: &[String]) -> ConnectErr
         "" => format!("{what} is missing"),
         word => format!("'{word}' is not {what}"),
     };
-    let right = match nearest(word, known) {
-        Some(near) => format!("did you mean '{near}'?"),
-        None if known.is_empty() => "there is none".to_owned(),
-        None => format!("there is {}", known.join(", ")),
-    };
-    ConnectError::Word { index, message: format!("{wrong}; {right}") }
+    ConnectError::Word { index, message: format!("{wrong}; {}", suggestion(word, known)) }
 }
 
 fn wrong(index: usize, message: String) -> ConnectError {
     ConnectError::Word { index, message }
-}
-
-/// Splits `NAME.2` into `NAME` and 2; none when the number is not 1 to 255.
-fn split_number(word: &str) -> Option<(&str, u8)> {
-    match word.rsplit_once('.') {
-        None => Some((word, 1)),
-        Some((name, number)) => number.parse().ok().filter(|number| *number > 0).map(|number| (name, number)),
-    }
-}
-
-/// Splits `K_PARAM[1]` into `K_PARAM` and axis 1.
-fn split_axis(word: &str) -> Option<(&str, Option<u8>)> {
-    match word.strip_suffix(']') {
-        None => Some((word, None)),
-        Some(rest) => {
-            let (name, axis) = rest.split_once('[')?;
-            Some((name, Some(axis.parse().ok()?)))
-        }
-    }
 }
 
 /// A parameter as a word named it.
@@ -102,7 +79,7 @@ impl<S: Read + Write> Device<S> {
     /// A module by its name; it need not exist yet.
     pub(super) fn word_to_module(&mut self, index: usize, word: &str) -> Result<ModuleRef, ConnectError> {
         let names = self.kind_names()?;
-        let found = split_number(word).and_then(|(name, number)| {
+        let found = split(word).and_then(|(name, number)| {
             let kind = names.iter().position(|known| known == name)?;
             Some(ModuleRef { kind: u8::try_from(kind).ok()?, number })
         });
@@ -134,7 +111,7 @@ impl<S: Read + Write> Device<S> {
 
     /// A signal by its name, `FORCE` or `FORCE.2`.
     pub(super) fn word_to_signal(&mut self, index: usize, word: &str) -> Result<TypeRef, ConnectError> {
-        let (name, number) = split_number(word)
+        let (name, number) = split(word)
             .ok_or_else(|| wrong(index, format!("'{word}' is no signal: write copies as NAME.2")))?;
         match self.type_named(name)? {
             Some(id) => Ok(TypeRef { id, number }),

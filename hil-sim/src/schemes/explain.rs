@@ -6,7 +6,7 @@ use dimsart_core::modules::Standard;
 use dimsart_core::scheme::{ENGINE, Problem, SchemeError};
 use dimsart_core::{CommandError, Engine, ModuleList, ParameterError, Verb, limits};
 
-use super::nearest;
+use super::suggestion;
 
 /// A row's error in words.
 pub(super) struct Explained<'a, const WORDS: usize> {
@@ -26,11 +26,7 @@ impl<const WORDS: usize> Explained<'_, WORDS> {
     /// `'X' is not a module; did you mean 'Y'?`, or the whole list when nothing is near.
     fn unknown(&self, f: &mut fmt::Formatter<'_>, what: &str, known: &[String]) -> fmt::Result {
         self.missing_or(f, what)?;
-        match nearest(self.error.place.word, known) {
-            Some(near) => write!(f, "; did you mean '{near}'?"),
-            None if known.is_empty() => write!(f, "; there is none"),
-            None => write!(f, "; there is {}", known.join(", ")),
-        }
+        write!(f, "; {}", suggestion(self.error.place.word, known))
     }
 }
 
