@@ -117,8 +117,8 @@ macro_rules! unwrap {
 #[test]
 fn a_frame_has_these_bytes() {
     let command = Command::engine(Verb::ModOn, ModuleRef { kind: 6, number: 1 });
-    // Class, id, request, engine, MOD_ON, no axis, module, CRC; each zero replaced by the way to the next.
-    let expected = [0, 5, 1, 2, 1, 7, 2, 1, 8, 5, 6, 1, 0x51, 0xB0, 0xA4, 0x7A, 0];
+    // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the next.
+    let expected = [0, 5, 1, 2, 1, 7, 2, 1, 8, 5, 6, 1, 0x0D, 0xAD, 0x0B, 0x80, 0];
     assert_eq!(frame(Request::Command(command), 0x0102), expected);
 }
 

@@ -64,6 +64,7 @@ mod device;
 mod dimsart;
 mod encode;
 mod engine;
+pub mod envelope;
 pub mod exchange;
 mod explain;
 mod frame;

@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! frame    0 | COBS(content) | 0
-//! content  class u8 | id u16 | payload | CRC-32 (poly 0xF4ACFB13) u32     at most 256 bytes
+//! content  class u8 | id u16 | payload | CRC-32 u32     at most 256 bytes, an envelope of channel 0
 //! ```
-//! Numbers are little endian; the CRC covers everything before it. Zero stands only between frames, so
+//! See [`envelope`](crate::envelope) for the bytes. Zero stands only between frames, so
 //! whatever a line made of one frame, the next one is found. The payload is a [`Request`] (class 1) or
 //! a [`Response`] (class 2) in postcard's format: variants by number in the order they are declared,
 //! whole numbers of more than 8 bits as varints, `f32` as 4 bytes, texts with their length in front.
@@ -45,12 +45,13 @@ mod serve;
 #[cfg(test)]
 mod snapshot;
 
+pub use crate::envelope::MAX_CONTENT_BYTES;
 pub use description::{
     Accepted, DataTypeText, Identity, InstanceText, MAX_CHOICES, ModuleText, ParameterText, PortText,
     UnitText,
 };
 pub use device_info::{Blocked, DeviceInfo, FirstFault};
-pub use frame::{DecodeError, MAX_CONTENT_BYTES, MAX_FRAME_BYTES, NoRoom};
+pub use frame::{DecodeError, MAX_FRAME_BYTES, NoRoom};
 pub use receiver::{Counters, Receiver};
 pub use request::{Request, decode_request, encode_request};
 pub use response::{
@@ -61,6 +62,6 @@ pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Tria
 pub use serve::{answer, serve};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 /// Bits per second of a serial command line, unless both ends were told otherwise.
 pub const DEFAULT_BAUD: u32 = 921_600;

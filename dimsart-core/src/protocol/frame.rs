@@ -2,24 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::checksum::CRC;
 use crate::encode::encode_into;
+use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse, seal, verify};
 
-/// Longest content of a frame, CRC included: the CRC's Hamming distance is 6 up to here.
-pub const MAX_CONTENT_BYTES: usize = 256;
 /// Longest frame, with a zero at both ends.
 pub const MAX_FRAME_BYTES: usize = cobs::max_encoding_length(MAX_CONTENT_BYTES) + 2;
 
-const HEADER_BYTES: usize = 3;
-const CRC_BYTES: usize = 4;
-
-/// What a frame is for. Other users of the same stream take other numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub(super) enum Class {
-    Request = 1,
-    Response = 2,
-}
+/// The channel of requests and responses.
+const CHANNEL: u16 = 0;
 
 /// The buffer is too small for the frame; one of [`MAX_FRAME_BYTES`] never is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -86,14 +76,9 @@ fn write_content<'b>(
     payload: &impl Serialize,
     buffer: &'b mut [u8; MAX_CONTENT_BYTES],
 ) -> Option<&'b [u8]> {
-    let [low, high] = id.to_le_bytes();
-    let (header, rest) = buffer.split_first_chunk_mut::<HEADER_BYTES>()?;
-    *header = [class as u8, low, high];
-    let room = rest.len().checked_sub(CRC_BYTES)?;
-    let end = HEADER_BYTES + encode_into(payload, rest.get_mut(..room)?)?.len();
-    let crc = CRC.checksum(buffer.get(..end)?);
-    *buffer.get_mut(end..)?.first_chunk_mut()? = crc.to_le_bytes();
-    buffer.get(..end + CRC_BYTES)
+    let room = buffer.get_mut(HEADER_BYTES..MAX_CONTENT_BYTES - CRC_BYTES)?;
+    let length = encode_into(payload, room)?.len();
+    seal(class, CHANNEL, id, length, buffer)
 }
 
 fn write_frame(content: &[u8], out: &mut [u8]) -> Option<usize> {
@@ -106,9 +91,7 @@ fn write_frame(content: &[u8], out: &mut [u8]) -> Option<usize> {
 
 /// The content without its CRC, if that is right.
 pub(super) fn check(content: &[u8]) -> Option<&[u8]> {
-    let (content, crc) = content.split_last_chunk::<CRC_BYTES>()?;
-    let is_whole = content.len() >= HEADER_BYTES && CRC.checksum(content) == u32::from_le_bytes(*crc);
-    is_whole.then_some(content)
+    verify(content, CHANNEL).ok()
 }
 
 /// Reads id and payload of a content that [`check`] let through.
@@ -116,14 +99,12 @@ pub(super) fn decode<'c, T: Deserialize<'c>>(
     class: Class,
     content: &'c [u8],
 ) -> Result<(u16, T), DecodeError> {
-    let (header, payload) = content.split_first_chunk::<HEADER_BYTES>().ok_or(DecodeError::OtherClass)?;
-    let [found, low, high] = *header;
-    if found != class as u8 {
+    let envelope = parse(content).map_err(|_| DecodeError::OtherClass)?;
+    if envelope.class != class {
         return Err(DecodeError::OtherClass);
     }
-    let id = u16::from_le_bytes([low, high]);
-    match postcard::take_from_bytes(payload) {
-        Ok((value, [])) => Ok((id, value)),
-        _ => Err(DecodeError::NotUnderstood { id }),
+    match postcard::take_from_bytes(envelope.payload) {
+        Ok((value, [])) => Ok((envelope.counter, value)),
+        _ => Err(DecodeError::NotUnderstood { id: envelope.counter }),
     }
 }

@@ -3,7 +3,8 @@
 use cobs::{DecodeResult, DecoderState};
 use heapless::Vec;
 
-use super::frame::{MAX_CONTENT_BYTES, check};
+use super::frame::check;
+use crate::envelope::MAX_CONTENT_BYTES;
 
 /// What a [`Receiver`] has taken and refused. Counters stop at their largest number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

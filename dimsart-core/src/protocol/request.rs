@@ -3,9 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use super::SchemeAction;
-use super::frame::{Class, DecodeError, NoRoom, decode, encode};
+use super::frame::{DecodeError, NoRoom, decode, encode};
 use crate::command::{Command, ModuleRef};
 use crate::data_type::TypeRef;
+use crate::envelope::Class;
 
 /// A request. New ones are added at the end; see [Versions](super#versions).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

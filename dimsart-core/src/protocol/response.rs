@@ -7,11 +7,12 @@ use super::description::{
     DataTypeText, Identity, InstanceText, ModuleText, ParameterText, PortText, UnitText,
 };
 use super::device_info::{Blocked, FirstFault};
-use super::frame::{Class, DecodeError, EncodeError, NoRoom, decode, encode};
+use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
 use super::schemes::{SchemeStatus, StoreError};
 use crate::command::{Command, CommandError};
 use crate::data_type::TypeRef;
 use crate::engine::Usage;
+use crate::envelope::Class;
 use crate::matching::Finding;
 use crate::parameter::Value;
 use crate::timing::Timing;

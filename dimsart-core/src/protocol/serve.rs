@@ -191,9 +191,10 @@ fn words<M: ModuleList, const WORDS: usize>(
 
 #[cfg(test)]
 mod tests {
-    use super::super::frame::{Class, encode};
+    use super::super::frame::encode;
     use super::super::{Receiver, decode_response};
     use super::*;
+    use crate::envelope::Class;
     use crate::unit::AxisKind;
 
     const LONG: &str = match core::str::from_utf8(&[b'x'; 256]) {

@@ -8,8 +8,9 @@ use std::vec::Vec;
 
 use serde::{Deserialize, Serialize};
 
-use super::frame::{Class, decode, encode};
+use super::frame::{decode, encode};
 use super::*;
+use crate::envelope::Class;
 use crate::limits::MAX_DOF;
 use crate::saved_scheme::LoadError;
 use crate::*;
@@ -40,7 +41,7 @@ fn assert_bytes<T: Serialize + Deserialize<'static> + PartialEq + Debug>(values:
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 2);
+    assert_eq!(PROTOCOL_VERSION, 3);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
