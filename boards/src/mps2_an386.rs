@@ -7,6 +7,7 @@
 //! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still;
 //! then it measures its own ticks too. Schemes are kept in a file named `flash` in the same folder.
 
+mod bytes;
 mod clock;
 mod flash;
 mod host;
@@ -124,17 +125,17 @@ impl Board for Mps2An386 {
                 peripherals.NVIC.set_priority(interrupt, priority);
             }
         }
-        let (host, device) = host::connect(Self::TICK_HZ);
+        let (idle, device, link_in, link_out) = host::connect(Self::TICK_HZ);
         let parts = Parts {
             device,
             tick: TICK.start(Interrupt::Tick),
             background: BACKGROUND.start(Interrupt::Background),
             joints: PlayedJoints,
             command_port: uart::CommandPort,
-            link_in: host::FromHost,
-            link_out: host::ToHost,
+            link_in,
+            link_out,
             storage: flash::storage(),
-            idle: host,
+            idle,
         };
         if cfg!(feature = "timer-tick") {
             uart::start();

@@ -74,10 +74,8 @@ fn ticks_begin_a_period_apart() {
 }
 
 #[test]
-fn requests_hold_a_tick_up_for_no_longer_than_a_critical_section() {
-    // 2 us: the clock's interrupt waits while a queue of bytes is written or read below it.
-    const MOST_CYCLES: u32 = 50;
-    const REQUESTS: usize = 200;
+fn requests_do_not_hold_a_tick_up() {
+    const REQUESTS: usize = 1_000;
     let Some(firmware) = Firmware::start(true) else { return };
     let mut line = Fifos::greet(firmware.folder());
     let jitter = thread::scope(|scope| {
@@ -92,7 +90,7 @@ fn requests_hold_a_tick_up_for_no_longer_than_a_critical_section() {
         asked.join().unwrap();
         jitter
     });
-    assert!(jitter <= MOST_CYCLES, "{jitter}");
+    assert_eq!(jitter, 0);
 }
 
 /// By how much, at most, the time between two ticks was not a period.
