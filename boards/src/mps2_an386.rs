@@ -1,7 +1,7 @@
 //! ARM's MPS2 with a Cortex-M4F (application note 386), as QEMU emulates it: no hardware needed.
 //!
 //! The device is whatever the host plays: a host exchanges one [frame](dimsart_core::exchange) per tick over two
-//! FIFOs named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
+//! pipes named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
 //! also the clock: each frame of the host moves time on by one tick, no asynchronous interrupt happens,
 //! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
 //! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still;

@@ -107,7 +107,7 @@ struct Streams {
 }
 
 impl Streams {
-    /// Opens both FIFOs; waits for a host that has made them and not opened them yet.
+    /// Opens both pipes; named ones wait for a host that has made them and not opened them yet.
     fn open() -> Option<Self> {
         let to_board = File::open(c"to-board").ok()?;
         let from_board = File::create(c"from-board").ok()?;
@@ -139,7 +139,7 @@ pub(super) fn connect(tick_hz: u32) -> (Host, DeviceDescriptor, FromHost, ToHost
     static PACKETS_OUT: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
     let streams = Streams::open();
     if streams.is_none() && !cfg!(feature = "timer-tick") {
-        defmt::error!("no host: it has to make the FIFOs to-board and from-board in the emulator's folder");
+        defmt::error!("no host: it has to make the pipes to-board and from-board in the emulator's folder");
         exit(EXIT_NO_HOST);
     }
     let (packets_in, to_take) = PACKETS_IN.take().split();
