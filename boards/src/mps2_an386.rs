@@ -161,7 +161,9 @@ impl Board for Mps2An386 {
         // The host waits for every answer: it is the watchdog.
     }
 
+    /// Ends the emulator: there is no more to be started over. The host is told what the actuators are left with.
     fn reset() -> ! {
+        host::say_stopped();
         semihosting::process::exit(EXIT_RESET)
     }
 }

@@ -1,7 +1,7 @@
 //! The host's end: what a frame brings is handed to the tasks, what a tick leaves goes back.
 
 use core::cell::{Cell, RefCell};
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering::Relaxed};
 
 use critical_section::Mutex;
 use dimsart_core::{
@@ -9,6 +9,7 @@ use dimsart_core::{
     types,
 };
 use heapless::Vec;
+use semihosting::fd::{AsFd as _, OwnedFd};
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::process::exit;
@@ -29,6 +30,9 @@ pub(super) static COMMANDED: SharedWords<WORDS> = SharedWords::new();
 pub(super) static STAMPS: SharedWords<2> = SharedWords::new();
 /// What the last tick came to, until the host is told.
 static OUTCOME: Mutex<Cell<Option<Tick>>> = Mutex::new(Cell::new(None));
+/// The number of the pipe to the host, for the last word; none while it is not open.
+static FROM_BOARD: AtomicI32 = AtomicI32::new(NOT_OPEN);
+const NOT_OPEN: i32 = -1;
 static TICKS: AtomicU32 = AtomicU32::new(0);
 /// Whether the host wants to see the Data Base.
 static IS_WATCHED: AtomicBool = AtomicBool::new(false);
@@ -91,6 +95,25 @@ pub(super) fn show(revision: u32, words: impl Iterator<Item = u32>) {
     });
 }
 
+/// Tells the host that the firmware stopped, and what the actuators are left with. Nothing may run after it.
+pub(super) fn say_stopped() {
+    let number = FROM_BOARD.load(Relaxed);
+    if number == NOT_OPEN {
+        return;
+    }
+    #[expect(unsafe_code, reason = "whoever owns the pipe is stopped")]
+    // SAFETY: the number is that of an open file; its owner never runs again.
+    let mut from_board = File::from(unsafe { OwnedFd::from_raw_fd(number) });
+    let mut words = [Word(0); WORDS];
+    COMMANDED.copy_to(&mut words);
+    let words: Vec<u8, { 4 * WORDS }> = words.iter().flat_map(|word| word.0.to_le_bytes()).collect();
+    let mut frame = Frame::new();
+    frame.clear();
+    // The emulator's exit code says the same to a host that has left.
+    let _ = frame.push(Tag::Stopped, &words);
+    let _ = from_board.write_all(frame.as_bytes());
+}
+
 /// The host, or the lack of one, and the device that it plays.
 pub struct Host {
     streams: Option<Streams>,
@@ -111,6 +134,7 @@ impl Streams {
     fn open() -> Option<Self> {
         let to_board = File::open(c"to-board").ok()?;
         let from_board = File::create(c"from-board").ok()?;
+        FROM_BOARD.store(from_board.as_fd().as_raw_fd(), Relaxed);
         Some(Self { to_board, from_board })
     }
 }

@@ -6,11 +6,12 @@ use std::os::fd::AsRawFd;
 use std::os::unix::fs::symlink;
 use std::time::Instant;
 
-use dimsart_core::exchange::{ExchangeError, Frame};
+use dimsart_core::exchange::{ExchangeError, Frame, Tag};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 use tempfile::TempDir;
 
+use super::board::words;
 use super::process::Process;
 pub(crate) use super::process::end_all;
 use super::{EmulatedError, Image, PATIENCE};
@@ -71,7 +72,13 @@ impl Emulator {
         match received {
             Ok(true) => {
                 *folder = None;
-                Ok(())
+                match answer
+                    .sections()
+                    .find_map(|section| section.ok().filter(|(tag, _)| *tag == Tag::Stopped))
+                {
+                    Some((_, left)) => Err(process.stopped(words(left).map(f32::from_bits).collect())),
+                    None => Ok(()),
+                }
             }
             Ok(false) | Err(Broken::Closed) => Err(process.ended()),
             Err(Broken::Silent) => Err(process.hung()),

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{PipeReader, PipeWriter};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
@@ -86,13 +86,24 @@ impl Process {
 
     /// How it ended, after its line was closed.
     pub(super) fn ended(&mut self) -> EmulatedError {
+        let status = self.await_end();
+        EmulatedError::Ended { status, log: self.log.last_lines() }
+    }
+
+    /// What its firmware stopped by, after it said so, and what its actuators are left with.
+    pub(super) fn stopped(&mut self, commanded: Vec<f32>) -> EmulatedError {
+        self.await_end();
+        EmulatedError::Stopped { commanded, log: self.log.last_lines() }
+    }
+
+    fn await_end(&mut self) -> Option<ExitStatus> {
         let deadline = Instant::now() + LAST_MOMENTS;
         while !self.has_ended() && Instant::now() < deadline {
             sleep(A_MOMENT);
         }
         let status = self.child.try_wait().ok().flatten();
         self.end();
-        EmulatedError::Ended { status, log: self.log.last_lines() }
+        status
     }
 
     /// Ends it because nothing comes any more.

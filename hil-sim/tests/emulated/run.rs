@@ -100,7 +100,7 @@ fn a_run_that_is_killed_at_its_start_leaves_no_emulator() {
 }
 
 /// Whether a process works in one of the folders in `folder`, removed or not.
-fn are_emulators_in(folder: &Path) -> bool {
+pub(crate) fn are_emulators_in(folder: &Path) -> bool {
     let processes = fs::read_dir("/proc").unwrap().flatten();
     let mut works_in = processes.filter_map(|process| fs::read_link(process.path().join("cwd")).ok());
     works_in.any(|works_in| works_in.starts_with(folder))
