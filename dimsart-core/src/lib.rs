@@ -54,6 +54,8 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "auth")]
+pub mod auth;
 mod checksum;
 mod command;
 mod content;
