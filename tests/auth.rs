@@ -1,4 +1,5 @@
 //! What only who has the key can make, and nobody can use twice.
+#![expect(clippy::expect_used, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::auth::{AuthError, Key, LOCKOUT_MS, LOCKOUT_TAGS, Opener, Profile, Sealer};
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};

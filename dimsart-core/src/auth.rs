@@ -1,6 +1,6 @@
 //! Contents that only who has the key can make, and that nobody can use twice.
 //!
-//! A layer between [`envelope`](crate::envelope) and [`carrier`](crate::carrier): contents in, contents out. It is
+//! A layer between [`envelope`](crate::envelope) and `carrier`: contents in, contents out. It is
 //! in the build with feature `auth`.
 //!
 //! ```text
