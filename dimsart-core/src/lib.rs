@@ -54,6 +54,8 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "auth")]
+pub mod auth;
 pub mod carrier;
 mod checksum;
 mod command;
