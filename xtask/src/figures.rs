@@ -29,8 +29,9 @@ carry.
 
 const JITTER: &str = "
 Ticks from the timer's interrupt begin exactly a period apart in instruction-count time: jitter 0 while nobody talks
-to the board. While requests come, the queue of bytes masks interrupts for a moment, and a tick begins up to 28
-cycles (1.1 us) later. `hil-sim/tests/emulated/timer_tick.rs` holds both, the latter to 50 cycles.
+to the board, and while requests come: what is handed over below the tick masks no interrupt.
+`hil-sim/tests/emulated/timer_tick.rs` holds both to 0. On an STM32 the drivers' own queues mask interrupts for a
+moment (from reading, not measured).
 ";
 
 /// Builds every image, measures and writes the page.

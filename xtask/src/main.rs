@@ -4,6 +4,7 @@ mod bench;
 mod boards;
 mod figures;
 mod flash;
+mod long;
 mod panic_free;
 mod setup;
 mod shell;
@@ -23,6 +24,7 @@ usage: cargo xtask COMMAND
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   panic-free  show that nothing a tick reaches in the machine code can panic
+  long        tests that ci runs short, at their full length; says how long they take
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";
 
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
         ["flash", board, side] => flash::flash(board, side),
         ["figures"] => figures::run(),
         ["bench"] => bench::run(),
+        ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),
         ["ci"] => test::ci(),
         ["help" | "-h" | "--help", ..] => {
