@@ -27,10 +27,14 @@ pub enum Class {
     Request = 1,
     /// A controller answers a request.
     Response = 2,
+    /// Signals that a client asked to be sent again and again: [`protocol::Sample`](crate::protocol::Sample).
+    Telemetry = 4,
+    /// A controller says how it is doing: [`protocol::Heartbeat`](crate::protocol::Heartbeat).
+    Heartbeat = 5,
 }
 
 impl Class {
-    const ALL: [Self; 2] = [Self::Request, Self::Response];
+    const ALL: [Self; 4] = [Self::Request, Self::Response, Self::Telemetry, Self::Heartbeat];
 
     fn from_byte(byte: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|class| *class as u8 == byte)

@@ -39,6 +39,15 @@ impl<T> Giver<T> {
         self.waker.wake();
     }
 
+    /// As [`give`](Self::give), but leaves a place free for what matters more.
+    pub(crate) fn give_sparingly(&mut self, item: T) {
+        if self.producer.len() + 1 < self.producer.capacity() {
+            self.give(item);
+        } else {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+    }
+
     /// Items dropped since the start.
     pub(crate) fn dropped(&self) -> u32 {
         self.dropped
