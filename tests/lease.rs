@@ -47,7 +47,7 @@ fn another_client_is_refused_by_the_holder_s_name_and_nothing_of_it_prolongs_the
 #[test]
 fn who_was_too_late_to_renew_has_to_take_it_anew() {
     let mut lease = held();
-    (0..=LENGTH).for_each(|_| drop(lease.tick()));
+    (0..=LENGTH).for_each(|_| _ = lease.tick());
     assert_eq!(lease.carry_out(1, LeaseAction::Renew), Err(Refusal::Lease { holder: NOBODY }));
     assert!(!lease.tick());
     lease.carry_out(1, LeaseAction::Take).unwrap();
@@ -90,7 +90,7 @@ impl Model {
 proptest! {
     #[test]
     fn never_two_holders_and_never_longer_than_it_was_renewed_for(
-        steps in collection::vec((1u8..4, 0usize..4, 0u32..150), 1..300),
+        steps in proptest::collection::vec((1u8..4, 0usize..4, 0u32..150), 1..300),
     ) {
         let (mut lease, mut model) = (Lease::new(LENGTH), Model::default());
         for (client, action, ticks) in steps {

@@ -137,6 +137,11 @@ impl Board {
         u32::try_from(u64::from(cycles) * NS_PER_CYCLE / NS_PER_INSTRUCTION).ok()
     }
 
+    /// What came back on the command line in the last tick.
+    pub fn command_bytes(&self) -> impl Iterator<Item = &[u8]> {
+        self.wire.sections(|tag| tag == Tag::Command)
+    }
+
     /// Puts bytes on the command line, for the next tick.
     pub fn send_command_bytes(&mut self, bytes: &[u8]) {
         self.wire.send(Tag::Command, bytes);

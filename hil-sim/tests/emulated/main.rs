@@ -12,6 +12,7 @@
 
 mod common;
 mod firmware;
+mod flood;
 mod kept_schemes;
 mod run;
 mod same_bits;
