@@ -86,6 +86,11 @@ impl Watch {
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));
                 }
+                Tick::Disarmed => {
+                    let reason =
+                        "the board gives its device the safe input, for its lease was not renewed in time";
+                    return Some(Alarm::Left(at(reason.to_owned())));
+                }
             }
         }
         let grows = grows.filter(|_| !self.has_seen_growth)?;

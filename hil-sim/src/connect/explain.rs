@@ -31,6 +31,10 @@ impl<S: Read + Write> Device<S> {
             Blocked::Command(error) => {
                 format!("the scheme's last command to it was refused: {}", self.frame_text(error)?)
             }
+            Blocked::Disarmed => {
+                "the scheme runs and nobody holds the lease that motion needs; `arm` takes and holds it"
+                    .to_owned()
+            }
             other => format!("{other:?}"),
         })
     }
