@@ -49,6 +49,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod bus;
 pub mod chain;
 pub mod cli;
 pub mod connect;

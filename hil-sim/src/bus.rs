@@ -1,0 +1,12 @@
+//! Media: what a bus or a line does to bytes, frames and their timing, and nothing of what is in them.
+//!
+//! Time is given in nanoseconds of virtual time; every draw comes from a seed. [`link`](crate::link) puts packets on
+//! them.
+
+pub mod can;
+mod random;
+pub mod time;
+mod traffic;
+
+pub(crate) use random::Random;
+pub use traffic::{Occupation, Timeline, Traffic};
