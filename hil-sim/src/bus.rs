@@ -4,9 +4,16 @@
 //! them.
 
 pub mod can;
+mod datagram;
+mod delay;
+mod line;
 mod random;
 pub mod time;
 mod traffic;
+mod uart;
 
+pub use datagram::{DatagramParameters, DatagramPath};
+pub use delay::{Delay, DelayFileError};
 pub(crate) use random::Random;
 pub use traffic::{Occupation, Timeline, Traffic};
+pub use uart::{Uart, UartParameters};

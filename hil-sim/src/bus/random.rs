@@ -41,7 +41,11 @@ impl Random {
             return u64::MAX;
         }
         let trials = libm::floor(libm::log1p(-self.uniform()) / libm::log1p(-probability.min(1.0)));
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "not negative; a cast saturates")]
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative; a cast saturates"
+        )]
         let trials = trials as u64;
         trials
     }

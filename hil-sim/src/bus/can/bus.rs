@@ -13,8 +13,8 @@ use std::collections::BTreeMap;
 use super::frame::{CanFrame, INTERFRAME_BITS, Identifier, WireBits};
 use super::node::{ErrorState, Node, Waiting};
 use crate::bus::random::Random;
-use crate::bus::traffic::{Occupation, Timeline};
 use crate::bus::time::bits_ns;
+use crate::bus::traffic::{Occupation, Timeline};
 
 /// Bits of an error frame at the longest, space behind it included: a flag, one that answers it, delimiter.
 const ERROR_FRAME_BITS: u32 = 6 + 6 + 8 + INTERFRAME_BITS;
@@ -140,7 +140,9 @@ impl CanBus {
     pub fn receive(&mut self, node: usize, now_ns: u64, mut deliver: impl FnMut(u64, &CanFrame)) {
         self.run_until(now_ns);
         let Some(node) = self.nodes.get_mut(node) else { return };
-        while let Some((arrival_ns, frame)) = node.arrived.pop_front_if(|(arrival_ns, _)| *arrival_ns <= now_ns) {
+        while let Some((arrival_ns, frame)) =
+            node.arrived.pop_front_if(|(arrival_ns, _)| *arrival_ns <= now_ns)
+        {
             deliver(arrival_ns, &frame);
         }
     }

@@ -32,7 +32,8 @@ pub fn worst_response_ns(messages: &[Message], index: usize, bit_ns: u64) -> Opt
     let instances = (busy_ns + message.jitter_ns).div_ceil(message.period_ns);
     let response_ns = |instance: u64| {
         let before_ns = blocking_ns + instance * message.frame_ns;
-        let waits_ns = fixed_point(before_ns, |waits_ns| before_ns + demand_ns(more_urgent, waits_ns, bit_ns));
+        let waits_ns =
+            fixed_point(before_ns, |waits_ns| before_ns + demand_ns(more_urgent, waits_ns, bit_ns));
         (message.jitter_ns + waits_ns + message.frame_ns).saturating_sub(instance * message.period_ns)
     };
     (0..instances).map(response_ns).max()

@@ -63,7 +63,9 @@ fn run(parameters: CanParameters, frames: &[(CanFrame, u64, u64)], duration_ns: 
     let mut bus = bus(parameters, u16::try_from(frames.len()).unwrap());
     let mut releases: Vec<(u64, usize)> = Vec::new();
     for (node, (_, period_ns, offset_ns)) in frames.iter().enumerate() {
-        releases.extend((0..).map(|k| offset_ns + k * period_ns).take_while(|t| *t < duration_ns).map(|t| (t, node)));
+        releases.extend(
+            (0..).map(|k| offset_ns + k * period_ns).take_while(|t| *t < duration_ns).map(|t| (t, node)),
+        );
     }
     releases.sort_unstable();
     for (release_ns, node) in releases {
@@ -162,7 +164,11 @@ fn error_frames_come_as_often_as_bits_are_wrong_and_everything_gets_through() {
 #[test]
 fn a_sender_with_too_many_errors_comes_back_as_often_as_it_may_and_then_stays_away() {
     let parameters = CanParameters { bit_error_rate: 3e-3, rejoins: 2, ..CLEAN };
-    let bus = run(parameters, &[(frame(0, &[0xAA; 8]), 1_000_000, 0), (frame(1, &[]), 500_000_000, 0)], 20 * NS_PER_S);
+    let bus = run(
+        parameters,
+        &[(frame(0, &[0xAA; 8]), 1_000_000, 0), (frame(1, &[]), 500_000_000, 0)],
+        20 * NS_PER_S,
+    );
     let sender = &bus.nodes()[0];
     assert_eq!((sender.bus_offs, sender.state(20 * NS_PER_S)), (3, ErrorState::BusOff));
     assert!(sender.dropped > 1000, "what it was given later is dropped and counted: {}", sender.dropped);
@@ -196,5 +202,8 @@ fn the_same_seed_gives_the_same_traffic() {
     let parameters = CanParameters { bit_error_rate: 1e-3, ..CLEAN };
     let frames = [(frame(0, &[1; 8]), 700_000, 0), (frame(1, &[2; 8]), 900_000, 5)];
     let [one, two] = [0, 1].map(|_| run(parameters, &frames, NS_PER_S));
-    assert_eq!((one.timeline(), one.busy_ns(), one.responses()), (two.timeline(), two.busy_ns(), two.responses()));
+    assert_eq!(
+        (one.timeline(), one.busy_ns(), one.responses()),
+        (two.timeline(), two.busy_ns(), two.responses())
+    );
 }
