@@ -27,10 +27,12 @@ pub enum Class {
     Request = 1,
     /// A controller answers a request.
     Response = 2,
+    /// A controller's cyclic data for another one: [`Packet`](crate::Packet).
+    Packet = 3,
 }
 
 impl Class {
-    const ALL: [Self; 2] = [Self::Request, Self::Response];
+    const ALL: [Self; 3] = [Self::Request, Self::Response, Self::Packet];
 
     fn from_byte(byte: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|class| *class as u8 == byte)

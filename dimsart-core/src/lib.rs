@@ -54,6 +54,7 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod carrier;
 mod checksum;
 mod command;
 mod content;

@@ -1,12 +1,12 @@
-//! Frames: one content with its CRC, made fit for a byte stream by COBS.
+//! Requests and responses as frames of a byte stream.
 
 use serde::{Deserialize, Serialize};
 
+use crate::carrier::stream;
 use crate::encode::encode_into;
 use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse, seal, verify};
 
-/// Longest frame, with a zero at both ends.
-pub const MAX_FRAME_BYTES: usize = cobs::max_encoding_length(MAX_CONTENT_BYTES) + 2;
+pub use crate::carrier::stream::MAX_FRAME_BYTES;
 
 /// The channel of requests and responses.
 const CHANNEL: u16 = 0;
@@ -67,7 +67,7 @@ pub(super) fn encode(
 ) -> Result<usize, EncodeError> {
     let mut buffer = [0; MAX_CONTENT_BYTES];
     let content = write_content(class, id, payload, &mut buffer).ok_or(EncodeError::TooLong)?;
-    write_frame(content, out).ok_or(EncodeError::NoRoom)
+    stream::encode(content, out).map(<[u8]>::len).ok_or(EncodeError::NoRoom)
 }
 
 fn write_content<'b>(
@@ -79,14 +79,6 @@ fn write_content<'b>(
     let room = buffer.get_mut(HEADER_BYTES..MAX_CONTENT_BYTES - CRC_BYTES)?;
     let length = encode_into(payload, room)?.len();
     seal(class, CHANNEL, id, length, buffer)
-}
-
-fn write_frame(content: &[u8], out: &mut [u8]) -> Option<usize> {
-    let (start, rest) = out.split_first_mut()?;
-    let length = cobs::try_encode(content, rest).ok()?;
-    *start = 0;
-    *rest.get_mut(length)? = 0;
-    Some(length + 2)
 }
 
 /// The content without its CRC, if that is right.
