@@ -15,5 +15,6 @@ mod uart;
 pub use datagram::{DatagramParameters, DatagramPath};
 pub use delay::{Delay, DelayFileError};
 pub(crate) use random::Random;
-pub use traffic::{Occupation, Timeline, Traffic};
+pub(crate) use traffic::load;
+pub use traffic::{MediumReport, Occupation, Timeline, Traffic};
 pub use uart::{Uart, UartParameters};

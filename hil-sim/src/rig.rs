@@ -14,6 +14,7 @@ pub use probe::Probe;
 use dimsart_core::modules::Standard;
 use dimsart_core::{Dimsart, Tick, Word};
 
+use crate::bus::MediumReport;
 use crate::emulated::{Board, EmulatedError};
 use crate::link::Link;
 use crate::plant::Plant;
@@ -179,6 +180,11 @@ impl Rig {
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.period_s
+    }
+
+    /// What the media between the stations came to so far.
+    pub fn media(&self) -> impl Iterator<Item = MediumReport> {
+        self.connections.iter().filter_map(|connection| connection.link.report(self.tick))
     }
 
     /// Steps done.

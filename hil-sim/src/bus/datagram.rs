@@ -46,6 +46,7 @@ pub struct DatagramPath {
     in_flight: VecDeque<(u64, Vec<u8>)>,
     last_arrival_ns: u64,
     lost: u64,
+    longest_ns: u64,
     timeline: Timeline,
 }
 
@@ -62,6 +63,7 @@ impl DatagramPath {
             in_flight: VecDeque::new(),
             last_arrival_ns: 0,
             lost: 0,
+            longest_ns: 0,
             timeline: Timeline::default(),
         }
     }
@@ -85,6 +87,7 @@ impl DatagramPath {
             arrival_ns = arrival_ns.max(self.last_arrival_ns);
             self.last_arrival_ns = arrival_ns;
         }
+        self.longest_ns = self.longest_ns.max(arrival_ns - now_ns);
         let place = self.in_flight.partition_point(|(other_ns, _)| *other_ns <= arrival_ns);
         self.in_flight.insert(place, (arrival_ns, bytes.to_vec()));
         true
@@ -115,6 +118,12 @@ impl DatagramPath {
     #[must_use]
     pub fn busy_ns(&self) -> u64 {
         self.line.busy_ns()
+    }
+
+    /// Longest time from being given to having arrived, `ns`.
+    #[must_use]
+    pub fn longest_ns(&self) -> u64 {
+        self.longest_ns
     }
 
     /// When the narrowest part was taken.

@@ -10,11 +10,12 @@ pub(super) struct Line {
     queue_bytes: usize,
     free_ns: u64,
     busy_ns: u64,
+    longest_ns: u64,
 }
 
 impl Line {
     pub(super) fn new(bits_per_s: u32, bits_per_byte: u32, queue_bytes: usize) -> Self {
-        Self { bits_per_s, bits_per_byte, queue_bytes, free_ns: 0, busy_ns: 0 }
+        Self { bits_per_s, bits_per_byte, queue_bytes, free_ns: 0, busy_ns: 0, longest_ns: 0 }
     }
 
     /// How long so many bytes take, `ns`.
@@ -32,7 +33,13 @@ impl Line {
         }
         self.busy_ns += end_ns - start_ns;
         self.free_ns = end_ns;
+        self.longest_ns = self.longest_ns.max(end_ns - now_ns);
         Some(start_ns)
+    }
+
+    /// Longest time from being given to being out, `ns`.
+    pub(super) fn longest_ns(&self) -> u64 {
+        self.longest_ns
     }
 
     pub(super) fn busy_ns(&self) -> u64 {

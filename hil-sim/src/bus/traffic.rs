@@ -4,6 +4,8 @@ use std::collections::VecDeque;
 
 use serde::Serialize;
 
+use super::time::ns_seconds;
+
 /// Stretches that a timeline remembers.
 const REMEMBERED: usize = 512;
 
@@ -59,4 +61,22 @@ pub struct Traffic {
     pub bus_offs: u32,
     /// Longest time from being given to having arrived, `s`.
     pub longest_s: f64,
+}
+
+/// All that a medium has to say about itself.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MediumReport {
+    /// The figures.
+    pub traffic: Traffic,
+    /// Names of the senders, by number.
+    pub senders: Vec<String>,
+    /// Who had it when.
+    pub timeline: Timeline,
+    /// What went wrong and what to do, in words.
+    pub faults: Vec<String>,
+}
+
+/// Share of the time until `now_ns` that was taken, 0 to 1: what lies beyond is not counted.
+pub(crate) fn load(busy_ns: u64, now_ns: u64) -> f64 {
+    (ns_seconds(busy_ns) / ns_seconds(now_ns.max(1))).min(1.0)
 }

@@ -118,6 +118,12 @@ impl Uart {
         self.line.busy_ns()
     }
 
+    /// Longest time from being given to having arrived, `ns`.
+    #[must_use]
+    pub fn longest_ns(&self) -> u64 {
+        self.line.longest_ns()
+    }
+
     /// When the line was taken.
     #[must_use]
     pub fn timeline(&self) -> &Timeline {
