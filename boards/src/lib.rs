@@ -17,6 +17,8 @@ extern crate std;
 mod board;
 pub mod chips;
 pub mod encoder;
+#[cfg(target_os = "none")]
+pub mod handover;
 pub mod motor;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;

@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | [`stream`] (UART, serial port) | zero, COBS, zero | 256 bytes | 3 bytes |
 //! | [`can_fd`] | length, content, zeros up to a length that CAN FD has | 63 bytes | 1 byte |
-//! | [`can`] (8 bytes a frame) | checksum, index and counter, 6 bytes | 22 words | 7 frames, 9 bytes more than the content |
+//! | [`can`] (8 bytes a frame) | checksum, index and counter, a part of the header, a word | 16 words | 9 frames, 60 bytes in all |
 //!
 //! UDP carries a content as it is. A carrier neither knows nor checks what a content is: the
 //! [`envelope`](crate::envelope)'s CRC covers the way from end to end. Only classic CAN, where the envelope does

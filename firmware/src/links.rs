@@ -26,7 +26,7 @@ pub(crate) async fn receive(mut link_in: LinkIn, mut packets: Giver<Received>) {
     loop {
         let (link, length) = link_in.receive(&mut buffer).await;
         if let Some(bytes) = buffer.get(..length) {
-            packets.give(Received { link, packet: Packet::from_bytes(bytes) });
+            packets.give(Received { link, packet: Packet::from_bytes(bytes, 0) });
         }
     }
 }

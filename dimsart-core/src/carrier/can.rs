@@ -1,11 +1,14 @@
-//! A packet in classic CAN frames of at most 8 bytes.
+//! A packet in classic CAN frames of at most 8 bytes, one word in each.
 //!
 //! ```text
-//! every frame   CRC-8 | index (high 4 bits), counter (low 4 bits) | up to 6 bytes
-//! frame 0       counter with the number of frames that follow in its low 4 bits u16 | echo u16 | content u16
-//! frames 1..    the words, 6 bytes a frame, the last one as long as it has to be
+//! CRC-8 | index (high 4 bits), counter (low 4 bits) | head u16, frames 0 to 2 | word u32, while there are words
+//! head 0   the counter, its low 4 bits replaced by the index of the last frame
+//! head 1   echo
+//! head 2   content
 //! ```
-//! Little endian; up to 15 frames follow the first. The envelope is taken off and sealed anew on the other side.
+//! A word is never split, so that every CAN tool can show it. There are as many frames as words, and at least 3.
+//!
+//! Little endian. The envelope is taken off and sealed anew on the other side.
 //!
 //! The CRC-8 (polynomial 0x2F, Hamming distance 4 here) covers all behind it and two bytes that are not sent: the
 //! frame's [`data_id`], and in frames 1.. the 8 bits of the packet's counter above the 4 that are sent. So a frame
@@ -21,12 +24,10 @@ use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, open, seal};
 /// Most data of a classic CAN frame, bytes.
 pub const MAX_DATA_BYTES: usize = 8;
 /// Most words of a packet that classic CAN carries.
-pub const MAX_WORDS: usize = (MAX_FOLLOWING as usize) * PART_BYTES / 4;
+pub const MAX_WORDS: usize = 16;
 
-/// Most frames behind the first.
-const MAX_FOLLOWING: u8 = 15;
-/// What a frame carries of a packet, bytes.
-const PART_BYTES: usize = 6;
+/// Frames that carry a part of the header: counter, echo, content.
+const HEAD_FRAMES: u8 = 3;
 /// Of a packet's payload, before the words: echo and content.
 const ECHO_AND_CONTENT_BYTES: usize = 4;
 const BUFFER_BYTES: usize = HEADER_BYTES + ECHO_AND_CONTENT_BYTES + 4 * MAX_WORDS + CRC_BYTES;
@@ -48,15 +49,17 @@ pub fn data_id(channel: u16, counter: u16) -> u8 {
 #[must_use]
 pub fn frames(content: &[u8], channel: u16) -> Option<Frames<'_>> {
     let packet = open(content, channel).ok().filter(|envelope| envelope.class == Class::Packet)?;
-    let ([echo_low, echo_high, content_low, content_high], words) =
+    let (&[echo_low, echo_high, content_low, content_high], words) =
         packet.payload.split_first_chunk::<ECHO_AND_CONTENT_BYTES>()?;
-    let following = u16::try_from(words.len().div_ceil(PART_BYTES)).ok()?;
-    if words.len() > 4 * MAX_WORDS || !words.len().is_multiple_of(4) {
+    let (words, rest) = words.as_chunks::<4>();
+    let count = u8::try_from(words.len()).ok().filter(|count| usize::from(*count) <= MAX_WORDS)?;
+    if !rest.is_empty() {
         return None;
     }
-    let [low, high] = (packet.counter & !0xF | following).to_le_bytes();
-    let first = [low, high, *echo_low, *echo_high, *content_low, *content_high];
-    Some(Frames { channel, counter: packet.counter, index: 0, first, words })
+    let last = count.max(HEAD_FRAMES) - 1;
+    let counter = packet.counter & !0xF | u16::from(last);
+    let heads = [counter.to_le_bytes(), [echo_low, echo_high], [content_low, content_high]];
+    Some(Frames { channel, counter: packet.counter, index: 0, last, heads, words })
 }
 
 /// The data of a packet's frames, in the order that they are to be sent in. See [`frames`].
@@ -65,27 +68,23 @@ pub struct Frames<'c> {
     channel: u16,
     counter: u16,
     index: u8,
-    first: [u8; PART_BYTES],
-    words: &'c [u8],
+    last: u8,
+    heads: [[u8; 2]; HEAD_FRAMES as usize],
+    words: &'c [[u8; 4]],
 }
 
 impl Iterator for Frames<'_> {
     type Item = Vec<u8, MAX_DATA_BYTES>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let part = if self.index == 0 {
-            &self.first
-        } else {
-            let (part, rest) = self.words.split_at_checked(PART_BYTES).unwrap_or((self.words, &[]));
-            self.words = rest;
-            part
-        };
-        if part.is_empty() {
+        if self.index > self.last {
             return None;
         }
         let [low, _] = (self.counter & 0xF).to_le_bytes();
         let mut frame = Vec::from_array([0, self.index << 4 | low]);
-        frame.extend_from_slice(part).ok()?;
+        let place = usize::from(self.index);
+        frame.extend_from_slice(self.heads.get(place).map_or(&[], <[u8; 2]>::as_slice)).ok()?;
+        frame.extend_from_slice(self.words.get(place).map_or(&[], <[u8; 4]>::as_slice)).ok()?;
         let crc = crc(self.channel, self.counter, self.index, frame.get(1..)?);
         *frame.first_mut()? = crc;
         self.index += 1;
@@ -113,8 +112,8 @@ pub struct Assembler {
     next: u8,
     /// Index of the packet's last frame.
     last: u8,
-    /// Bytes of echo, content and words so far.
-    length: usize,
+    /// Words so far.
+    words: usize,
     /// With room for the envelope around them.
     buffer: [u8; BUFFER_BYTES],
     dropped: u32,
@@ -131,7 +130,7 @@ impl Assembler {
     #[must_use]
     pub const fn new() -> Self {
         let buffer = [0; BUFFER_BYTES];
-        Self { channel: 0, counter: 0, next: 0, last: 0, length: 0, buffer, dropped: 0 }
+        Self { channel: 0, counter: 0, next: 0, last: 0, words: 0, buffer, dropped: 0 }
     }
 
     /// Takes a frame's data that came in on a channel; gives the content of the packet that it ended, if any.
@@ -144,7 +143,8 @@ impl Assembler {
             return None;
         }
         self.next = 0;
-        seal(Class::Packet, self.channel, self.counter, self.length, &mut self.buffer)
+        let length = ECHO_AND_CONTENT_BYTES + 4 * self.words;
+        seal(Class::Packet, self.channel, self.counter, length, &mut self.buffer)
     }
 
     /// Frames dropped so far. Stops at its largest number.
@@ -155,35 +155,38 @@ impl Assembler {
 
     /// None when the frame is not what has to come now; nothing has changed then.
     fn add(&mut self, data: &[u8], channel: u16) -> Option<()> {
-        let (&[found, tag], part) = data.split_first_chunk::<2>()?;
+        let (&[found, tag], rest) = data.split_first_chunk::<2>()?;
         let (index, low) = (tag >> 4, u16::from(tag & 0xF));
-        let covered = data.get(1..)?;
-        if index == 0 {
-            let &[counter_low, counter_high, ref echo_and_content @ ..] = part.as_array::<PART_BYTES>()?;
-            let head = u16::from_le_bytes([counter_low, counter_high]);
-            let (counter, [last, _]) = (head & !0xF | low, (head & 0xF).to_le_bytes());
-            if found != crc(channel, counter, index, covered) {
-                return None;
-            }
-            (self.channel, self.counter) = (channel, counter);
-            (self.next, self.last, self.length) = (0, last, 0);
-            return self.append(echo_and_content);
-        }
-        let is_next = index == self.next && channel == self.channel && low == self.counter & 0xF;
-        let is_full = part.len() == PART_BYTES;
-        let is_whole = (self.length + part.len()).is_multiple_of(4);
-        let fits = if index == self.last { is_whole } else { is_full };
-        if !is_next || !fits || found != crc(channel, self.counter, index, covered) {
+        let (head, word) = if index < HEAD_FRAMES { rest.split_at_checked(2)? } else { rest.split_at(0) };
+        let (mut counter, mut last, mut words) = (self.counter, self.last, self.words);
+        if let (0, &[counter_low, counter_high]) = (index, head) {
+            counter = u16::from_le_bytes([counter_low, counter_high]) & !0xF | low;
+            (last, words) = (counter_low & 0xF, 0);
+        } else if index != self.next || channel != self.channel || low != counter & 0xF {
             return None;
         }
-        self.append(part)
+        let is_in_place = match word.len() {
+            0 => index < HEAD_FRAMES,
+            4 => usize::from(index) == words,
+            _ => false,
+        };
+        if !is_in_place || last + 1 < HEAD_FRAMES || found != crc(channel, counter, index, data.get(1..)?) {
+            return None;
+        }
+        (self.channel, self.counter, self.last) = (channel, counter, last);
+        self.write(index, head, word)?;
+        self.words = words + word.len() / 4;
+        self.next = index + 1;
+        Some(())
     }
 
-    fn append(&mut self, part: &[u8]) -> Option<()> {
-        let start = HEADER_BYTES + self.length;
-        self.buffer.get_mut(start..start + part.len())?.copy_from_slice(part);
-        self.length += part.len();
-        self.next += 1;
+    fn write(&mut self, index: u8, head: &[u8], word: &[u8]) -> Option<()> {
+        let index = usize::from(index);
+        if let Some(place) = index.checked_sub(1).map(|place| HEADER_BYTES + 2 * place) {
+            self.buffer.get_mut(place..place + head.len())?.copy_from_slice(head);
+        }
+        let place = HEADER_BYTES + ECHO_AND_CONTENT_BYTES + 4 * index;
+        self.buffer.get_mut(place..place + word.len())?.copy_from_slice(word);
         Some(())
     }
 }

@@ -1,30 +1,41 @@
 //! From one priority to another: a bounded lock-free queue and somebody to wake.
+//!
+//! Nothing in it masks interrupts: what is handed over below the tick never holds a tick up.
 
 use core::future::poll_fn;
 use core::task::Poll;
 
-use embassy_sync::waitqueue::AtomicWaker;
+use atomic_waker::AtomicWaker;
 use heapless::spsc::{Consumer, Producer, Queue};
 
 /// A queue of at most `N` - 1 items with one giver and one taker.
-pub(crate) struct Handover<T, const N: usize> {
+pub struct Handover<T, const N: usize> {
     queue: Queue<T, N>,
     waker: AtomicWaker,
 }
 
+impl<T, const N: usize> Default for Handover<T, N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<T, const N: usize> Handover<T, N> {
-    pub(crate) const fn new() -> Self {
+    /// An empty one.
+    #[must_use]
+    pub const fn new() -> Self {
         Self { queue: Queue::new(), waker: AtomicWaker::new() }
     }
 
-    pub(crate) fn split(&'static mut self) -> (Giver<T>, Taker<T>) {
+    /// Its two ends.
+    pub fn split(&'static mut self) -> (Giver<T>, Taker<T>) {
         let (producer, consumer) = self.queue.split();
         (Giver { producer, waker: &self.waker, dropped: 0 }, Taker { consumer, waker: &self.waker })
     }
 }
 
 /// The end that items go in at.
-pub(crate) struct Giver<T: 'static> {
+pub struct Giver<T: 'static> {
     producer: Producer<'static, T>,
     waker: &'static AtomicWaker,
     dropped: u32,
@@ -32,7 +43,7 @@ pub(crate) struct Giver<T: 'static> {
 
 impl<T> Giver<T> {
     /// Hands an item over, or drops and counts it when the queue is full. Never waits.
-    pub(crate) fn give(&mut self, item: T) {
+    pub fn give(&mut self, item: T) {
         if self.producer.enqueue(item).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }
@@ -40,25 +51,26 @@ impl<T> Giver<T> {
     }
 
     /// Items dropped since the start.
-    pub(crate) fn dropped(&self) -> u32 {
+    #[must_use]
+    pub fn dropped(&self) -> u32 {
         self.dropped
     }
 }
 
 /// The end that items come out at.
-pub(crate) struct Taker<T: 'static> {
+pub struct Taker<T: 'static> {
     consumer: Consumer<'static, T>,
     waker: &'static AtomicWaker,
 }
 
 impl<T> Taker<T> {
     /// Takes an item if there is one. Never waits.
-    pub(crate) fn take(&mut self) -> Option<T> {
+    pub fn take(&mut self) -> Option<T> {
         self.consumer.dequeue()
     }
 
     /// Waits for an item.
-    pub(crate) async fn next(&mut self) -> T {
+    pub async fn next(&mut self) -> T {
         poll_fn(|context| {
             self.waker.register(context.waker());
             self.consumer.dequeue().map_or(Poll::Pending, Poll::Ready)
