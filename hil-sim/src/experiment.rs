@@ -8,7 +8,7 @@ use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use dimsart_core::{DataType, types};
+use dimsart_core::{DataType, Word, types};
 
 pub use error::ExperimentError;
 pub use station::device;
@@ -85,6 +85,8 @@ impl Side {
 const SILENCE_TICKS: u32 = 100;
 /// Share of late ticks that is a fault: now and then one is normal on a host.
 const LATE_SHARE: f64 = 0.01;
+/// A side that sends packets sends one in so many ticks.
+const MOST_TICKS_BETWEEN_PACKETS: u32 = 1000;
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 
@@ -143,7 +145,10 @@ impl Experiment {
         let master = rig.add(station(scenario, &phases, Side::Master, master)?);
         let slave = rig.add(station(scenario, &phases, Side::Slave, slave)?);
         let end = |station| End { station, link: 0 };
-        let ends = Ends { forward_channel: 0, backward_channel: 0 };
+        let channel = |station: usize| {
+            rig.stations().get(station).map_or(0, |station| station.dimsart.listening_channel(0))
+        };
+        let ends = Ends { forward_channel: channel(slave), backward_channel: channel(master) };
         let [forward, backward] = carrier.connect(ends);
         rig.connect(end(master), end(slave), forward);
         rig.connect(end(slave), end(master), backward);
@@ -195,6 +200,26 @@ impl Experiment {
         let alone = Some(Alone { side, start });
         let scenario = scenario.clone();
         Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone })
+    }
+
+    /// Words of the packets that the scenario's schemes send for one axis, from master and from slave; 0 for a side
+    /// that sends none.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn words_of_one_axis(scenario: &Scenario) -> Result<[usize; 2], ExperimentError> {
+        let mut words = [0; 2];
+        for (words, side) in words.iter_mut().zip([Side::Master, Side::Slave]) {
+            let mut dimsart = controller(&Scenario { dof: 1, ..scenario.clone() }, side)?;
+            let still = vec![Word(0); dimsart.frame().output_words()];
+            let mut commanded = vec![Word(0); dimsart.frame().input_words()];
+            let packet = (0..MOST_TICKS_BETWEEN_PACKETS).find_map(|_| {
+                dimsart.tick(&still, &mut commanded);
+                dimsart.outgoing(0)
+            });
+            *words = packet.map_or(0, |packet| packet.words.len());
+        }
+        Ok(words)
     }
 
     /// Lets the controller of a side run as firmware on an emulated board. The firmware's log goes to `log`.

@@ -10,6 +10,7 @@ mod in_process;
 mod medium;
 mod udp;
 
+pub(crate) use can::can_frames;
 pub use carrier::{Carrier, Ends};
 pub use in_process::{InProcess, InProcessParameters};
 pub use udp::{Ear, Udp, UdpError};
