@@ -14,6 +14,8 @@
 //! The half bridges have no enable pin: both transistors of each are held off by timer 1 instead. Timer 3
 //! is the time driver. The log goes out over RTT.
 //!
+//! Before the motor is powered: `docs/first-start.md` finds an encoder or a phase that is wired backwards.
+//!
 //! The motor is driven by voltage (see [`motor`](crate::motor)): the current sensors are not used, and with
 //! an incremental encoder the rotor has to be aligned. That is done once, in the first half second that the
 //! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no

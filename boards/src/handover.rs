@@ -3,15 +3,34 @@
 //! Nothing in it masks interrupts: what is handed over below the tick never holds a tick up.
 
 use core::future::poll_fn;
-use core::task::Poll;
+use core::task::{Context, Poll};
 
 use atomic_waker::AtomicWaker;
 use heapless::spsc::{Consumer, Producer, Queue};
 
+/// Who waits at the other end. In functions of their own: there are many places that call them.
+pub(crate) struct Sleeper(AtomicWaker);
+
+impl Sleeper {
+    pub(crate) const fn new() -> Self {
+        Self(AtomicWaker::new())
+    }
+
+    #[inline(never)]
+    pub(crate) fn wake(&self) {
+        self.0.wake();
+    }
+
+    #[inline(never)]
+    pub(crate) fn register(&self, context: &Context<'_>) {
+        self.0.register(context.waker());
+    }
+}
+
 /// A queue of at most `N` - 1 items with one giver and one taker.
 pub struct Handover<T, const N: usize> {
     queue: Queue<T, N>,
-    waker: AtomicWaker,
+    waiting: Sleeper,
 }
 
 impl<T, const N: usize> Default for Handover<T, N> {
@@ -24,20 +43,20 @@ impl<T, const N: usize> Handover<T, N> {
     /// An empty one.
     #[must_use]
     pub const fn new() -> Self {
-        Self { queue: Queue::new(), waker: AtomicWaker::new() }
+        Self { queue: Queue::new(), waiting: Sleeper::new() }
     }
 
     /// Its two ends.
     pub fn split(&'static mut self) -> (Giver<T>, Taker<T>) {
         let (producer, consumer) = self.queue.split();
-        (Giver { producer, waker: &self.waker, dropped: 0 }, Taker { consumer, waker: &self.waker })
+        (Giver { producer, waiting: &self.waiting, dropped: 0 }, Taker { consumer, waiting: &self.waiting })
     }
 }
 
 /// The end that items go in at.
 pub struct Giver<T: 'static> {
     producer: Producer<'static, T>,
-    waker: &'static AtomicWaker,
+    waiting: &'static Sleeper,
     dropped: u32,
 }
 
@@ -47,7 +66,7 @@ impl<T> Giver<T> {
         if self.producer.enqueue(item).is_err() {
             self.dropped = self.dropped.saturating_add(1);
         }
-        self.waker.wake();
+        self.waiting.wake();
     }
 
     /// Items dropped since the start.
@@ -60,7 +79,7 @@ impl<T> Giver<T> {
 /// The end that items come out at.
 pub struct Taker<T: 'static> {
     consumer: Consumer<'static, T>,
-    waker: &'static AtomicWaker,
+    waiting: &'static Sleeper,
 }
 
 impl<T> Taker<T> {
@@ -72,7 +91,7 @@ impl<T> Taker<T> {
     /// Waits for an item.
     pub async fn next(&mut self) -> T {
         poll_fn(|context| {
-            self.waker.register(context.waker());
+            self.waiting.register(context);
             self.consumer.dequeue().map_or(Poll::Pending, Poll::Ready)
         })
         .await

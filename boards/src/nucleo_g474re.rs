@@ -15,6 +15,8 @@
 //! | Link 0: FDCAN 1 at 1 Mbit/s, needs a transceiver | PA11 in, PA12 out |
 //! | Crystal | 24 MHz |
 //!
+//! Before a motor is powered: `docs/first-start.md` finds an encoder or a motor that is wired backwards.
+//!
 //! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
 
 use dimsart_core::{AxisKind, Scalar as _, Tick, Word};

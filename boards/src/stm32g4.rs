@@ -1,6 +1,10 @@
 //! What boards with an STM32G4 have in common: clock, executors, watchdog, cycle counter, command line.
 //!
-//! 170 MHz from the board's crystal; an RC oscillator is too inaccurate for CAN.
+//! 170 MHz from the board's crystal; an RC oscillator is too inaccurate for CAN. A board whose crystal does not
+//! swing keeps its outputs off, says so in its log and starts over, again and again.
+//!
+//! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
+//! Going on, the board powers its motors as before.
 
 pub(crate) mod fdcan;
 pub(crate) mod flash;
@@ -14,8 +18,8 @@ use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::can::CanConfigurator;
 use embassy_stm32::interrupt::typelevel::{Binding, Interrupt as _};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
-use embassy_stm32::pac::IWDG;
 use embassy_stm32::pac::iwdg::vals::Key;
+use embassy_stm32::pac::{DBGMCU, IWDG, RCC};
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux::Fdcansel};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::usart::{self, BufferedInterruptHandler, BufferedUart, Error, RxPin, TxPin};
@@ -28,6 +32,9 @@ use static_cell::ConstStaticCell;
 use self::flash::SchemeFlash;
 use crate::board::{Board, CommandPort, Idle, Parts, Storage};
 
+/// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
+/// takes longer than 20 ms.
+const CRYSTAL_PATIENCE: u32 = 1_000_000;
 /// Time the watchdog waits, `us`. Longer than loading the built-in scheme takes before the first tick.
 const WATCHDOG_US: u32 = 50_000;
 
@@ -63,7 +70,14 @@ fn FMAC() {
 /// counter of the processor's cycles.
 pub(crate) fn start(crystal: Hertz, divider: PllPreDiv) -> Peripherals {
     let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
+    // Before the library waits for it, which it does for ever.
+    RCC.cr().modify(|clocks| clocks.set_hseon(true));
+    if !(0..CRYSTAL_PATIENCE).any(|_| RCC.cr().read().hserdy()) {
+        defmt::panic!("the board's crystal does not swing");
+    }
     let chip = embassy_stm32::init(config(crystal, divider));
+    DBGMCU.apb1lfzr().modify(|frozen| frozen.set_iwdg(true));
+    DBGMCU.apb2fzr().modify(|frozen| frozen.set_tim1(true));
     core.DCB.enable_trace();
     core.DWT.set_cycle_count(0);
     core.DWT.enable_cycle_counter();

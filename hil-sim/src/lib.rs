@@ -55,6 +55,7 @@ pub mod bus_plan;
 pub mod chain;
 pub mod cli;
 pub mod connect;
+pub mod dbc;
 pub mod emulated;
 pub mod energy;
 pub mod experiment;

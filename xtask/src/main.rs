@@ -5,6 +5,7 @@ mod boards;
 mod figures;
 mod flash;
 mod fuzz;
+mod long;
 mod panic_free;
 mod setup;
 mod shell;
@@ -24,6 +25,7 @@ usage: cargo xtask COMMAND
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
+  long        tests that ci runs short, at their full length; says how long they take
   panic-free  show that nothing a tick reaches in the machine code can panic
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";
@@ -42,6 +44,7 @@ fn main() -> ExitCode {
             Ok(inputs) => fuzz::fuzz(inputs),
             Err(error) => Err(format!("'{inputs}' is no number of inputs: {error}")),
         },
+        ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),
         ["ci"] => test::ci(),
         ["help" | "-h" | "--help", ..] => {

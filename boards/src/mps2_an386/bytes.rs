@@ -6,7 +6,7 @@ use core::future::poll_fn;
 use core::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
 use core::task::Poll;
 
-use atomic_waker::AtomicWaker;
+use crate::handover::Sleeper;
 
 /// Up to `N` bytes, `N` a power of two. One side puts in, the other one takes out.
 pub(super) struct Bytes<const N: usize> {
@@ -14,8 +14,8 @@ pub(super) struct Bytes<const N: usize> {
     /// Bytes that were put in, and taken out, since the start: both wrap.
     put: AtomicUsize,
     taken: AtomicUsize,
-    reader: AtomicWaker,
-    writer: AtomicWaker,
+    reader: Sleeper,
+    writer: Sleeper,
 }
 
 impl<const N: usize> Bytes<N> {
@@ -25,8 +25,8 @@ impl<const N: usize> Bytes<N> {
             bytes: [const { AtomicU8::new(0) }; N],
             put: AtomicUsize::new(0),
             taken: AtomicUsize::new(0),
-            reader: AtomicWaker::new(),
-            writer: AtomicWaker::new(),
+            reader: Sleeper::new(),
+            writer: Sleeper::new(),
         }
     }
 
@@ -74,9 +74,9 @@ impl<const N: usize> Bytes<N> {
 }
 
 /// Waits until `attempt` moves at least one byte.
-async fn wait(waker: &AtomicWaker, mut attempt: impl FnMut() -> usize) -> usize {
+async fn wait(waiting: &Sleeper, mut attempt: impl FnMut() -> usize) -> usize {
     poll_fn(|context| {
-        waker.register(context.waker());
+        waiting.register(context);
         match attempt() {
             0 => Poll::Pending,
             count => Poll::Ready(count),

@@ -269,15 +269,13 @@ impl Host {
                     MEASURED.fill(&words);
                 }
                 (Tag::Signals, _) => IS_WATCHED.store(true, Relaxed),
-                (Tag::Command, mut bytes) => {
-                    loop {
-                        let taken = uart::RECEIVED.try_write(bytes);
-                        bytes = bytes.get(taken..).unwrap_or_default();
-                        if taken == 0 || bytes.is_empty() {
-                            break;
-                        }
+                (Tag::Command, mut bytes) => loop {
+                    let taken = uart::RECEIVED.try_write(bytes);
+                    bytes = bytes.get(taken..).unwrap_or_default();
+                    if taken == 0 || bytes.is_empty() {
+                        break;
                     }
-                }
+                },
                 (tag, packet) => {
                     let link = tag.link().ok_or(Trouble::BadFrame)?;
                     let packet = Vec::from_slice(packet).map_err(|_| Trouble::BadFrame)?;
