@@ -350,7 +350,7 @@ mod tests {
 
     #[test]
     fn the_planned_round_trip_is_not_exceeded() {
-        let sets = ["udp.delay=uniform", "udp.delay_s=0.01", "udp.spread_s=0.005"];
+        let sets = ["udp.delay=uniform", "udp.delay_s=0.01", "udp.spread_s=0.005", "can.bits_per_s=2000000"];
         for carrier in MEDIA {
             let scenario = scenario(carrier, &sets);
             let planned = Carrier::new(&scenario).unwrap().round_trip_ticks();
