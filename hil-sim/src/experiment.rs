@@ -83,6 +83,8 @@ impl Side {
 
 /// Silence from the other process that is worth a word at the end of a run, ticks.
 const SILENCE_TICKS: u32 = 100;
+/// Silence after which a side that is a process of its own calls its link lost unless told otherwise, ticks.
+const DESKTOP_TIMEOUT_TICKS: u32 = 1000;
 /// Share of late ticks that is a fault: now and then one is normal on a host.
 const LATE_SHARE: f64 = 0.01;
 /// A side that sends packets sends one in so many ticks.
@@ -168,6 +170,10 @@ impl Experiment {
         wait: Duration,
         stop: &AtomicBool,
     ) -> Result<Self, ExperimentError> {
+        let mut scenario = scenario.clone();
+        // Two processes of a desktop computer are not real time.
+        scenario.link.timeout_ticks.get_or_insert(DESKTOP_TIMEOUT_TICKS);
+        let scenario = &scenario;
         let mut dimsart = controller(scenario, side)?;
         let own = Controller::read(&mut dimsart);
         // A scheme that is not at hand on this computer leaves figures unknown that are of both sides.
@@ -334,6 +340,7 @@ impl Experiment {
             }
             match watch.look(&self.rig) {
                 None => {}
+                Some(Alarm::LinkLost(fault)) => faults.push(fault),
                 Some(Alarm::Grows(fault)) => {
                     faults.push(fault);
                     is_stable = false;
@@ -425,6 +432,10 @@ impl Experiment {
         faults: Vec<String>,
     ) -> Outcome {
         let dof = self.scenario.dof;
+        // Where packets are rarer than ticks, an echo waits for the next one; the wave does not.
+        let waits = self.alone.is_none() && self.scenario.link.every_ticks.is_some_and(|ticks| ticks > 1);
+        let nominal = self.scenario.link.round_trip_ticks();
+        let link_round_trip_ticks = link_round_trip_ticks.map(|ticks| if waits { nominal } else { ticks });
         let delay_ticks = self.chain.delay_ticks();
         let round_trip_ticks = link_round_trip_ticks.zip(delay_ticks).map(|(link, delay)| link + delay);
         let predicted = |axis| {

@@ -66,6 +66,10 @@ pub struct LinkSection {
     pub reordering: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stale: Option<Stale>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timeout_ticks: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every_ticks: Option<u32>,
     pub master_address: SocketAddr,
     pub slave_address: SocketAddr,
 }

@@ -20,6 +20,11 @@ pub enum Blocked {
     Measurement(FrameError),
     /// The scheme runs and its last command to the device was refused.
     Command(FrameError),
+    /// The scheme runs and nothing has come over a link for too long, until a reset.
+    LinkLost {
+        /// The link.
+        link: u8,
+    },
 }
 
 /// The first tick that was refused.
@@ -63,6 +68,7 @@ impl DeviceInfo {
             Tick::Ran | Tick::Idle => None,
             Tick::MeasurementRefused(error) => Some(Blocked::Measurement(error)),
             Tick::CommandRefused(error) => Some(Blocked::Command(error)),
+            Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
         };
         if self.first_fault.is_none() {
             self.first_fault = self.refused.map(|reason| FirstFault { tick: self.ticks, reason });

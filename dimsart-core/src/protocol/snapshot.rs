@@ -149,6 +149,7 @@ fn refusals() {
             ParameterError::ListFull,
             ParameterError::NoSuchAxis,
             ParameterError::WhilePluggedIn,
+            ParameterError::NeedsCounters,
         ]
         .map(CommandError::Parameter),
     );
@@ -171,6 +172,7 @@ fn refusals() {
         "0a 03",
         "0a 04",
         "0a 05",
+        "0a 06",
         "0b 00 ac 02 01 00",
         "0c 02",
     ];
@@ -214,6 +216,7 @@ fn reasons() {
         Blocked::Stopped,
         Blocked::Measurement(FrameError::Length { expected: 3, found: 2 }),
         Blocked::Command(not_finite),
+        Blocked::LinkLost { link: 1 },
     ];
     let expected = [
         "00 00 ac 02 01 00",
@@ -227,6 +230,7 @@ fn reasons() {
         "01",
         "02 00 03 02",
         "03 01 ac 02 01 02",
+        "04 01",
     ];
     assert_bytes(&reasons, &expected);
 }
