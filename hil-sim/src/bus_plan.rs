@@ -295,7 +295,17 @@ impl BusPlan {
         };
         match self::highest(u32::from(self.joints).saturating_sub(1), with) {
             0 => {}
-            joints => advice.push(format!("put at most {joints} joints on one bus (--joints {joints})")),
+            joints => {
+                advice.push(format!("put fewer joints on one bus, {joints} at most (--joints {joints})"))
+            }
+        }
+        let most = self.words_to_joint.max(self.words_from_joint);
+        let fewer = |words: usize| Self { words_to_joint: words, words_from_joint: words, ..self.clone() };
+        if let Some(words) = (0..most).rev().find(|words| fewer(*words).is_in_time()) {
+            advice.push(format!(
+                "send {words} words in a packet instead of {most}: fewer signals, or no counters (CTX_COUNTERS OFF and \
+                 CRX_COUNTERS OFF)"
+            ));
         }
         advice
     }

@@ -434,8 +434,11 @@ impl Experiment {
         let dof = self.scenario.dof;
         // Where packets are rarer than ticks, an echo waits for the next one; the wave does not.
         let waits = self.alone.is_none() && self.scenario.link.every_ticks.is_some_and(|ticks| ticks > 1);
-        let nominal = self.scenario.link.round_trip_ticks();
-        let link_round_trip_ticks = link_round_trip_ticks.map(|ticks| if waits { nominal } else { ticks });
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        let measured = self.rig.transit_ticks().map(|ticks| ticks.round() as u32);
+        let there_and_back = measured.unwrap_or(self.link_round_trip_ticks);
+        let link_round_trip_ticks =
+            link_round_trip_ticks.map(|ticks| if waits { there_and_back } else { ticks });
         let delay_ticks = self.chain.delay_ticks();
         let round_trip_ticks = link_round_trip_ticks.zip(delay_ticks).map(|(link, delay)| link + delay);
         let predicted = |axis| {

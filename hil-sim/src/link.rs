@@ -8,6 +8,7 @@ mod can;
 mod carrier;
 mod in_process;
 mod medium;
+mod transit;
 mod udp;
 
 pub(crate) use can::can_frames;
@@ -24,6 +25,12 @@ pub trait Link: core::fmt::Debug + Send {
 
     /// Gives `deliver` every packet that has arrived by tick `now`, in the order of arrival.
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8]));
+
+    /// Ticks from sending to arrival, on average over what arrived; none for a link that does not measure it, and
+    /// while nothing has arrived.
+    fn transit_ticks(&self) -> Option<f64> {
+        None
+    }
 
     /// What its medium came to by tick `now`; none for a link without one, and for one whose medium another link
     /// reports.

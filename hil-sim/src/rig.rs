@@ -187,6 +187,13 @@ impl Rig {
         self.connections.iter().filter_map(|connection| connection.link.report(self.tick))
     }
 
+    /// Ticks that packets take over all connections, one after the other, on average; none when one of them does not
+    /// measure it.
+    #[must_use]
+    pub fn transit_ticks(&self) -> Option<f64> {
+        self.connections.iter().map(|connection| connection.link.transit_ticks()).sum()
+    }
+
     /// Steps done.
     #[must_use]
     pub fn ticks(&self) -> u64 {

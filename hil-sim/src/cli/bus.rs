@@ -31,7 +31,7 @@ pub(super) struct Bus {
     /// Joints on the bus.
     #[arg(long, value_name = "COUNT", default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_JOINTS)))]
     joints: u16,
-    /// Packets per second to each joint and from it; one per sample period when left out.
+    /// Packets per second to each joint and from it; as often as the scenario's link when left out.
     #[arg(long, value_name = "HZ", value_parser = rate)]
     rate_hz: Option<f64>,
     /// Kind of frames; when left out, `can` if that is the scenario's link.carrier, else `can_fd`.
@@ -121,9 +121,10 @@ impl Bus {
             _ => Frames::CanFd,
         });
         let can = &scenario.can;
+        let every_ticks = f64::from(scenario.link.every_ticks.unwrap_or(1));
         Ok(BusPlan {
             joints: self.joints,
-            rate_hz: self.rate_hz.unwrap_or(1.0 / scenario.sample_period_s),
+            rate_hz: self.rate_hz.unwrap_or(1.0 / (scenario.sample_period_s * every_ticks)),
             words_to_joint,
             words_from_joint,
             format: if frames == Frames::Can { Format::Classic } else { Format::Fd },

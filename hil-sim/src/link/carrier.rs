@@ -117,7 +117,7 @@ impl<'s> Carrier<'s> {
                     byte_insert: uart.byte_insert,
                     queue_bytes: uart.queue_bytes,
                 };
-                let remedy = "raise uart.bits_per_s or send less often";
+                let remedy = "raise uart.bits_per_s, or send less often (link.every_ticks)";
                 let medium = Serial::new(Uart::new(parameters, self.seed(2 + direction)));
                 self.over("uart", direction, remedy, medium)
             }),
@@ -136,7 +136,7 @@ impl<'s> Carrier<'s> {
                         overtaking: udp.overtaking,
                     };
                     let remedy =
-                        "raise udp.forward_bits_per_s and udp.backward_bits_per_s or send less often";
+                        "raise udp.forward_bits_per_s and udp.backward_bits_per_s, or send less often (link.every_ticks)";
                     self.over(
                         "udp",
                         direction,
@@ -178,7 +178,7 @@ impl<'s> Carrier<'s> {
             reports,
             assembler: Box::new(Assembler::new()),
         };
-        let remedy = "raise can.bits_per_s and can.data_bits_per_s, take CAN FD, or send less often";
+        let remedy = "raise can.bits_per_s and can.data_bits_per_s, take CAN FD, or send less often (link.every_ticks)";
         let forward = direction(ends.forward_channel, forward, master, slave, &others, true);
         let backward = direction(ends.backward_channel, backward, slave, master, &[], false);
         [(0, forward), (1, backward)].map(|(number, direction)| self.over("can", number, remedy, direction))

@@ -2,6 +2,7 @@
 
 use dimsart_core::carrier::stream::{self, StreamReceiver};
 
+use super::transit::Transit;
 use super::{InProcess, Link};
 use crate::bus::time::ns_seconds;
 use crate::bus::{DatagramPath, MediumReport, Timeline, Traffic, Uart, load};
@@ -48,6 +49,7 @@ pub(super) struct MediumLink<M> {
     period_ns: u64,
     medium: M,
     behind: InProcess,
+    transit: Transit,
     packets: u64,
     full: u64,
     too_long: u64,
@@ -62,7 +64,8 @@ impl<M: Medium> MediumLink<M> {
         behind: InProcess,
     ) -> Self {
         let sender = sender.to_owned();
-        Self { name, sender, remedy, period_ns, medium, behind, packets: 0, full: 0, too_long: 0 }
+        let transit = Transit::default();
+        Self { name, sender, remedy, period_ns, medium, behind, transit, packets: 0, full: 0, too_long: 0 }
     }
 
     fn faults(&self) -> impl Iterator<Item = String> {
@@ -86,7 +89,7 @@ impl<M: Medium> Link for MediumLink<M> {
     fn send(&mut self, now: u64, bytes: &[u8]) {
         self.packets += 1;
         match self.medium.send(now * self.period_ns, bytes) {
-            Ok(()) => {}
+            Ok(()) => self.transit.sent(now, bytes),
             Err(Refusal::Full) => self.full += 1,
             Err(Refusal::TooLong) => self.too_long += 1,
         }
@@ -95,7 +98,15 @@ impl<M: Medium> Link for MediumLink<M> {
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8])) {
         let behind = &mut self.behind;
         self.medium.receive(now * self.period_ns, &mut |bytes| behind.send(now, bytes));
-        behind.receive(now, deliver);
+        let transit = &mut self.transit;
+        behind.receive(now, &mut |bytes| {
+            transit.arrived(now, bytes);
+            deliver(bytes);
+        });
+    }
+
+    fn transit_ticks(&self) -> Option<f64> {
+        self.transit.mean_ticks()
     }
 
     fn report(&self, now: u64) -> Option<MediumReport> {
