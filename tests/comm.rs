@@ -4,61 +4,11 @@
 
 mod common;
 
-use common::{Bench, H, Line};
+use common::way::{Way, chance, energy};
+use common::{Bench, H};
 use dimsart_core::{MAX_PACKET_BYTES, Packet, PacketError, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
-
-/// One axis of waves from a sender to a receiver; the test is the line between them.
-struct Way {
-    sender: Bench,
-    receiver: Bench,
-}
-
-fn sender() -> Bench {
-    sender_with("")
-}
-
-fn sender_with(rows: &str) -> Bench {
-    let mut bench = Bench::of(1, &[types::CH1_WAVES], &[]);
-    bench.run(&format!("{rows}\nCOMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD"));
-    bench
-}
-
-impl Way {
-    fn new(rows: &str) -> Self {
-        let mut receiver = Bench::of(1, &[], &[]);
-        receiver.run(&format!("{rows}\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD"));
-        Self { sender: sender(), receiver }
-    }
-
-    fn send(&mut self, wave: f32) -> Packet {
-        self.sender.tick(&[wave]);
-        self.sender.dimsart.outgoing(0).unwrap()
-    }
-
-    /// A tick of the receiver after these packets; gives the wave.
-    fn receive<'a>(&mut self, packets: impl IntoIterator<Item = &'a Packet>) -> f32 {
-        for packet in packets {
-            self.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
-        }
-        self.receiver.tick(&[]);
-        self.receiver.signal("CH2_WAVES")[0]
-    }
-
-    fn count(&self, name: &str) -> u32 {
-        self.receiver.bits(name)[0]
-    }
-}
-
-/// Between 0 and 1.
-fn chance(random: &mut Pcg32) -> f64 {
-    f64::from(random.next_u32()) / 4_294_967_296.0
-}
-
-fn energy(wave: f32) -> f64 {
-    0.5 * f64::from(H) * f64::from(wave).powi(2)
-}
 
 #[test]
 fn a_packet_is_used_once_and_never_after_a_newer_one() {
@@ -90,49 +40,6 @@ fn a_packet_is_used_once_and_never_after_a_newer_one() {
         assert_eq!(way.count("LINK_REFUSED"), u32::try_from(delivered).unwrap() - accepted);
     }
     assert!(accepted > 5_000 && newest > 19_000);
-}
-
-#[test]
-fn age_counts_the_ticks_since_the_last_new_packet() {
-    let mut way = Way::new("");
-    for expected in 1..=3 {
-        way.receive([]);
-        assert_eq!(way.count("LINK_AGE"), expected);
-    }
-    let packet = way.send(1.0);
-    way.receive([&packet]);
-    assert_eq!(way.count("LINK_AGE"), 0);
-    for expected in 1..100 {
-        way.receive([&packet]);
-        assert_eq!(way.count("LINK_AGE"), expected, "an old packet does not make it younger");
-    }
-}
-
-#[test]
-fn the_round_trip_is_measured_to_the_tick() {
-    for (forward, backward) in [(1, 1), (10, 1), (3, 8), (40, 4)] {
-        let mut ends: [Bench; 2] = [(); 2].map(|()| {
-            let mut bench = Bench::of(3, &[types::CH1_WAVES], &[]);
-            bench.run(
-                "COMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n\
-                 COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD",
-            );
-            bench
-        });
-        let (mut there, mut back) = (Line::new(forward), Line::new(backward));
-        let round_trip = forward + backward;
-        for tick in 0..3 * round_trip {
-            back.deliver(tick, &mut ends[0].dimsart);
-            ends[0].tick(&[0.0; 3]);
-            there.send(tick, &mut ends[0].dimsart);
-            there.deliver(tick, &mut ends[1].dimsart);
-            ends[1].tick(&[0.0; 3]);
-            back.send(tick, &mut ends[1].dimsart);
-            let expected = if tick < round_trip { 0 } else { u32::try_from(round_trip).unwrap() };
-            assert_eq!(ends[0].bits("LINK_ROUND_TRIP"), [expected], "{forward}+{backward}, {tick}");
-        }
-        assert_eq!(ends[1].bits("LINK_ROUND_TRIP"), [u32::try_from(round_trip).unwrap()]);
-    }
 }
 
 /// Random waves over a line that loses packets; `look` gets what was sent, whether it arrived, and what
@@ -240,7 +147,7 @@ fn signals_that_are_no_waves_keep_their_last_value() {
         );
         let mut receiver: Bench = Bench::of(2, &[], &[]);
         receiver.run(&format!(
-            "COMM_RXMOD STALE {policy}\nCOMM_RXMOD CRX_ADD_DATA FORCE.2\nCOMM_RXMOD CRX_ADD_DATA DES_POSITION\n\
+            "COMM_RXMOD TIMEOUT_TICKS 0\nCOMM_RXMOD STALE {policy}\nCOMM_RXMOD CRX_ADD_DATA FORCE.2\nCOMM_RXMOD CRX_ADD_DATA DES_POSITION\n\
              MOD_ENG MOD_ON COMM_RXMOD"
         ));
         sender.tick(&[1.0, 2.0, 3.0, 4.0]);
@@ -250,49 +157,6 @@ fn signals_that_are_no_waves_keep_their_last_value() {
             receiver.tick(&[]);
             assert_eq!(receiver.signal("FORCE.2"), [3.0, 4.0], "{policy}");
             assert_eq!(receiver.signal("DES_POSITION"), [1.0, 2.0], "{policy}");
-        }
-    }
-}
-
-#[test]
-fn a_sender_that_starts_anew_is_heard_again_and_owes_nothing() {
-    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
-        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
-        for _ in 0..500 {
-            let packet = way.send(2.0);
-            way.receive([&packet]);
-        }
-        way.sender = sender();
-        let mut heard = None;
-        for tick in 0..300 {
-            let packet = way.send(0.25);
-            let wave = way.receive([&packet]);
-            if way.count("LINK_AGE") == 0 {
-                heard = heard.or(Some(tick));
-            }
-            let is_held = policy == "HOLD" && wave == 2.0;
-            assert!(is_held || (0.0..=0.2501).contains(&wave), "{policy}, {tick}: {wave}");
-        }
-        assert!((90..=110).contains(&heard.unwrap()), "{policy}: {heard:?}");
-        let packet = way.send(0.25);
-        assert!((way.receive([&packet]) - 0.25).abs() < 1e-4, "{policy}");
-    }
-}
-
-#[test]
-fn a_receiver_that_comes_late_or_is_reset_is_not_owed_what_it_did_not_hear() {
-    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
-        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
-        for start in 0..3 {
-            for _ in 0..1000 {
-                way.send(1.0);
-            }
-            for tick in 0..50 {
-                let packet = way.send(0.5);
-                let wave = way.receive([&packet]);
-                assert!((0.0..=0.5001).contains(&wave), "{policy}, start {start}, {tick}: {wave}");
-            }
-            way.receiver.rows("MOD_ENG MOD_RESET COMM_RXMOD");
         }
     }
 }
@@ -318,111 +182,6 @@ fn damaged_and_foreign_packets_are_refused_and_counted() {
     assert_eq!(way.receive([&short]), 0.0, "not what was agreed on");
     assert_eq!((way.count("LINK_REFUSED"), way.count("LINK_AGE")), (5, 2));
     assert_eq!(way.receive([&good]), 1.0);
-}
-
-#[test]
-fn counters_may_wrap_and_nothing_is_lost_or_used_twice() {
-    for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
-        let mut random = Pcg32::seed_from_u64(50);
-        let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
-        let (mut sent, mut given_out, mut accepted) = (0.0, 0.0, 0);
-        let mut late: Option<Packet> = None;
-        for number in 1..=200_000_u32 {
-            // Around the wrap every third packet is lost, and some come once more after newer ones.
-            let is_near = (number + 300) % 65_435 < 600;
-            let packet = way.send(1.0);
-            sent += 1.0;
-            let arrives = !is_near || random.next_u32() % 3 != 0;
-            accepted += u32::from(arrives);
-            let old = late.take_if(|_| arrives && random.next_u32() % 2 == 0);
-            let given = way.receive(old.iter().chain(arrives.then_some(&packet)));
-            given_out += f64::from(given);
-            if arrives {
-                assert_eq!(way.count("LINK_AGE"), 0, "{policy}, {number}");
-                assert_eq!(way.count("LINK_LOST"), number - accepted, "{policy}, {number}");
-                late = Some(packet);
-            }
-            assert!(given >= 0.0 && given_out <= sent + 1e-3, "{policy}, {number}: {given_out} of {sent}");
-        }
-        if policy == "INTEGRAL" {
-            common::assert_close(given_out, sent, 1e-6);
-        }
-    }
-}
-
-#[test]
-fn a_channel_hears_only_its_own_packets() {
-    let mut way = Way::new("COMM_RXMOD CRX_CHANNEL 2047");
-    assert_eq!(way.receiver.dimsart.listening_channel(0), 2047);
-    assert_eq!(way.receiver.dimsart.listening_channel(1), 0);
-    let packet = way.send(1.0);
-    assert_eq!(way.receiver.dimsart.receive(0, &packet.to_bytes()), Err(PacketError::Crc));
-    way.sender = sender_with("COMM_TXMOD CTX_CHANNEL 2047");
-    let packet = way.send(1.0);
-    assert_eq!((packet.channel, packet.counter), (2047, 1));
-    assert_eq!(way.receive([&packet]), 1.0);
-    way.receiver.rows("MOD_ENG MOD_OFF COMM_RXMOD");
-    assert_eq!(way.receiver.dimsart.listening_channel(0), 0, "nobody listens");
-}
-
-/// Two ends that hear each other, one axis of waves each way, and packets that take `delay` ticks.
-struct Ends {
-    ends: [Bench; 2],
-    lines: [Line; 2],
-    tick: usize,
-}
-
-impl Ends {
-    fn end(rows: &str) -> Bench {
-        let mut bench: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
-        bench.run(&format!(
-            "{rows}\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n\
-             COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD"
-        ));
-        bench
-    }
-
-    fn new(rows: &str, delay: usize) -> Self {
-        let lines = [Line::new(delay), Line::new(delay)];
-        Self { ends: [Self::end(rows), Self::end(rows)], lines, tick: 0 }
-    }
-
-    fn tick(&mut self, waves: [f32; 2]) {
-        let Self { ends, lines: [there, back], tick } = self;
-        back.deliver(*tick, &mut ends[0].dimsart);
-        ends[0].tick(&waves[..1]);
-        there.send(*tick, &mut ends[0].dimsart);
-        there.deliver(*tick, &mut ends[1].dimsart);
-        ends[1].tick(&waves[1..]);
-        back.send(*tick, &mut ends[1].dimsart);
-        *tick += 1;
-    }
-}
-
-/// Counters go round in 65 535 packets: the first ones of a sender that has started anew can look like later ones of
-/// its last life. What it was owed then is forgotten, and no wave is made up.
-#[test]
-fn a_sender_that_starts_anew_at_any_counter_owes_nothing() {
-    for policy in ["LIMITED", "INTEGRAL"] {
-        let mut ends = Ends::new(&format!("COMM_RXMOD STALE {policy}"), 3);
-        for life in [10, 500, 32_700, 33_000, 50_000, 65_000, 65_450, 65_530] {
-            let start = ends.tick;
-            while ends.tick < start + life {
-                ends.tick([1.0, 0.25]);
-            }
-            ends.ends[0] = Ends::end(&format!("COMM_RXMOD STALE {policy}"));
-            let mut heard = None;
-            for tick in 0..300 {
-                ends.tick([0.5, 0.25]);
-                let wave = ends.ends[1].signal("CH2_WAVES")[0];
-                assert!((0.0..=1.001).contains(&wave), "{policy}, {life}, {tick}: {wave}");
-                heard = heard.or((tick > 3 && ends.ends[1].bits("LINK_AGE") == [0]).then_some(tick));
-                assert!(ends.ends[0].bits("LINK_ROUND_TRIP")[0] <= 110, "{policy}, {life}, {tick}");
-            }
-            assert!(heard.is_some_and(|tick| tick < 120), "{policy}, {life}: {heard:?}");
-            common::assert_close(ends.ends[1].signal("CH2_WAVES")[0], 0.5, 1e-3);
-        }
-    }
 }
 
 #[test]
@@ -504,35 +263,6 @@ fn a_repeated_packet_is_never_used_again() {
 }
 
 #[test]
-fn the_round_trip_is_plausible_after_a_restart() {
-    let end = || {
-        let mut bench: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
-        bench.run(
-            "COMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n\
-             COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD",
-        );
-        bench
-    };
-    let mut ends = [end(), end()];
-    let (mut there, mut back) = (Line::new(5), Line::new(5));
-    for tick in 0..1000 {
-        if tick == 500 {
-            ends[0] = end();
-        }
-        back.deliver(tick, &mut ends[0].dimsart);
-        ends[0].tick(&[0.0]);
-        there.send(tick, &mut ends[0].dimsart);
-        there.deliver(tick, &mut ends[1].dimsart);
-        ends[1].tick(&[0.0]);
-        back.send(tick, &mut ends[1].dimsart);
-        for (side, end) in ends.iter().enumerate() {
-            let found = end.bits("LINK_ROUND_TRIP")[0];
-            assert!(found <= 200, "side {side} at {tick}: {found} ticks");
-        }
-    }
-}
-
-#[test]
 fn a_wave_that_is_no_number_does_not_reach_the_other_side() {
     for policy in ["ZERO", "HOLD", "LIMITED", "INTEGRAL"] {
         let mut way = Way::new(&format!("COMM_RXMOD STALE {policy}"));
@@ -568,20 +298,4 @@ fn limited_keeps_its_account_for_waves_of_any_size() {
         }
         assert!(given_out > 0.5 * received, "{scale}: {given_out} J of {received} J");
     }
-}
-
-#[test]
-fn one_old_packet_is_no_restart() {
-    let mut way = Way::new("COMM_RXMOD STALE ZERO");
-    let packets: Vec<Packet> = (0..10).map(|_| way.send(3.0)).collect();
-    assert_eq!(way.receive([&packets[5]]), 3.0);
-    (0..200).for_each(|_| assert_eq!(way.receive([]), 0.0));
-    // Two that do not rise are not either; what follows the newest one is heard at once.
-    for old in [4, 3, 3, 5] {
-        assert_eq!(way.receive([&packets[old]]), 0.0, "packet {old}");
-    }
-    assert_eq!(way.receive([&packets[6]]), 3.0);
-    (0..200).for_each(|_| assert_eq!(way.receive([]), 0.0));
-    assert_eq!(way.receive([&packets[5]]), 0.0, "one old packet in each silence");
-    assert_eq!(way.receive([&packets[7]]), 3.0);
 }

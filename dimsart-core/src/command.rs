@@ -220,6 +220,12 @@ impl core::fmt::Display for CommandError {
             Self::Parameter(ParameterError::WhilePluggedIn) => {
                 write!(f, "this parameter decides ports or memory: MOD_OFF first")
             }
+            Self::Parameter(ParameterError::NeedsCounters) => {
+                write!(
+                    f,
+                    "STALE LIMITED and INTEGRAL need CRX_COUNTERS ON, and CTX_COUNTERS ON on the other side"
+                )
+            }
             Self::WouldBreak(_) => write!(f, "the scheme is running and this would break it"),
             Self::DoesNotMatch { faults } => write!(f, "the scheme does not match: {faults} fault(s)"),
         }

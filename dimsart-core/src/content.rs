@@ -4,6 +4,9 @@ use crate::checksum::CRC;
 use crate::data_type::DataType;
 use crate::unit::AxisKind;
 
+/// Version of how samples and counters lie in a packet.
+const LAYOUT: u8 = 3;
+
 /// Number of words of a packet, and an id that stands for what they mean.
 ///
 /// Two ends agree on a channel when their contents are equal; the receiver refuses any other packet.
@@ -19,14 +22,23 @@ impl Content {
         Self((id as u32) << 8 | words as u32)
     }
 
-    /// The content of a channel of `types`, in this order, on a device with these axes.
+    /// The content of a channel of `types`, in this order, on a device with these axes, that sends in every
+    /// `every_ticks`-th tick, with the counters of its first wave or without.
     ///
-    /// The id is the low half of a CRC-32 over the unit of every type on every axis, as text. It does not
+    /// The id is the low half of a CRC-32 over the version of this layout, `every_ticks` and 1 for counters, a byte
+    /// each, and the unit of every type on every axis, as text. It does not
     /// hold the types themselves: what leaves as `CH1_WAVES` arrives as `CH2_WAVES`. Types of one unit are
     /// therefore told apart by their order alone.
     #[must_use]
-    pub fn of_channel(words: u8, types: &[&DataType], axes: &[AxisKind]) -> Self {
+    pub fn of_channel(
+        words: u8,
+        types: &[&DataType],
+        axes: &[AxisKind],
+        every_ticks: u8,
+        has_counters: bool,
+    ) -> Self {
         let mut digest = CRC.digest();
+        digest.update(&[LAYOUT, every_ticks, u8::from(has_counters)]);
         for data_type in types {
             for axis in axes {
                 digest.update(data_type.unit.symbol(*axis).as_bytes());

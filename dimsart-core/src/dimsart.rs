@@ -27,6 +27,11 @@ pub enum Tick {
     /// The scheme ran and would command the device, but nobody holds the lease that motion needs; the device gets
     /// its safe input. Where there is a lease, [`DeviceInfo::end`](crate::protocol::DeviceInfo::end) says so.
     Disarmed,
+    /// The scheme ran, but nothing has come over a link for too long: the device gets its safe input until a reset.
+    LinkLost {
+        /// The link.
+        link: u8,
+    },
 }
 
 /// A whole DIMSART, for one device.
@@ -80,7 +85,8 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         let tick = self.run(measured, commanded);
         if tick != Tick::Ran {
             commanded.fill(Word(0));
-            self.refused_ticks = self.refused_ticks.saturating_add(u32::from(tick != Tick::Idle));
+            let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
+            self.refused_ticks = self.refused_ticks.saturating_add(u32::from(is_refused));
         }
         tick
     }
@@ -93,10 +99,20 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             return Tick::Idle;
         }
         self.engine.step();
-        match self.frame.read(self.engine.data_base(), commanded) {
-            Ok(()) => Tick::Ran,
-            Err(error) => Tick::CommandRefused(error),
+        let lost = self.lost_link();
+        match (self.frame.read(self.engine.data_base(), commanded), lost) {
+            (Err(error), _) => Tick::CommandRefused(error),
+            (Ok(()), Some(link)) => Tick::LinkLost { link },
+            (Ok(()), None) => Tick::Ran,
         }
+    }
+
+    /// A link that its receiving module has just called lost.
+    fn lost_link(&self) -> Option<u8> {
+        let links = self.engine.data_base().links();
+        let lost = (0..).zip(links).find(|(_, port)| port.is_lost.get()).map(|(link, _)| link)?;
+        links.iter().for_each(|port| port.is_lost.set(false));
+        Some(lost)
     }
 
     /// Takes a command, between two ticks.
@@ -131,7 +147,10 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     pub fn deliver(&mut self, link: usize, packet: &Result<Packet, PacketError>) -> Result<(), PacketError> {
         let port = self.engine.data_base().links().get(link).ok_or(PacketError::NoLink)?;
         let count = || port.superseded.set(port.superseded.get().wrapping_add(1));
-        let packet = packet.as_ref().map_err(|error| *error).inspect_err(|_| count())?;
+        let packet = packet.as_ref().map_err(|error| *error).inspect_err(|_| {
+            count();
+            port.is_damaged.set(true);
+        })?;
         if port.received.is_full() {
             count();
             if !is_newer(packet.counter, port.received.counter()) {

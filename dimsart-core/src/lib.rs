@@ -104,7 +104,7 @@ pub use engine::{Cursor, Engine, Step, Usage};
 pub use explain::Explanation;
 pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
-pub use mailbox::{LinkPort, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
+pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
 pub use matching::{Difference, Finding, Party, Report};
 pub use module::{Kind, Module, ModuleList};
 pub use names::Name;

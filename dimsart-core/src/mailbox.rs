@@ -125,6 +125,14 @@ pub struct LinkPort {
     pub accepted_counter: Cell<u16>,
     /// Number of the last packet sent, of which its counter is the low half.
     pub sent_number: Cell<u32>,
+    /// Ticks from a packet sent to the next one.
+    pub sent_every_ticks: Cell<u32>,
+    /// Ticks since the last packet was sent.
+    pub since_sent_ticks: Cell<u32>,
+    /// Whether something came in that was refused at the door, since the receiving module looked.
+    pub is_damaged: Cell<bool>,
+    /// Set by the receiving module in every tick in which the link is lost.
+    pub is_lost: Cell<bool>,
     /// Packets replaced in `received` before a module saw them, or refused at the door.
     pub superseded: Cell<u32>,
 }
@@ -136,6 +144,10 @@ impl LinkPort {
             outgoing: Mailbox::new(),
             accepted_counter: Cell::new(0),
             sent_number: Cell::new(0),
+            sent_every_ticks: Cell::new(0),
+            since_sent_ticks: Cell::new(0),
+            is_damaged: Cell::new(false),
+            is_lost: Cell::new(false),
             superseded: Cell::new(0),
         }
     }
@@ -170,4 +182,27 @@ pub(crate) fn low_half(number: u32) -> u16 {
 #[must_use]
 pub fn is_newer(a: u16, b: u16) -> bool {
     a != b && counters_ahead(a, b) <= u16::MAX / 2
+}
+
+/// What came in over a link in a tick, as [`LINK_STATE`](crate::types::LINK_STATE) has it: the states of AUTOSAR's E2E
+/// profile 4. Packets that were not accepted have changed nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u32)]
+pub enum LinkState {
+    /// Nothing, though a packet was due; or nothing yet.
+    #[default]
+    NoData = 0,
+    /// The newest packet is the next one. Stays between packets that come in every so many ticks.
+    Ok = 1,
+    /// A packet was accepted after one or two lost ones: its counter has gone on by at most 3.
+    OkSomeLost = 2,
+    /// The packet that was accepted last came once more, and was refused.
+    Repeated = 3,
+    /// The counter has jumped. An older packet was refused; one with more than two lost before it, or the first one of
+    /// a sender that has started anew, was accepted.
+    WrongSequence = 4,
+    /// What came was damaged, not for this channel, of another content or not finite, and was refused.
+    Error = 5,
+    /// Nothing for so long that the link is lost, until a reset.
+    Timeout = 6,
 }

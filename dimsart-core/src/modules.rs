@@ -9,6 +9,7 @@ pub mod normalizer;
 pub mod p;
 pub mod pd;
 pub mod pid;
+mod reception;
 pub mod recorder;
 pub mod signal_generator;
 pub mod sum;

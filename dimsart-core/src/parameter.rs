@@ -99,6 +99,8 @@ pub enum ParameterError {
     NoSuchAxis,
     /// It decides ports or memory: unplug the module first.
     WhilePluggedIn,
+    /// `STALE LIMITED` and `INTEGRAL` make up for what got lost by counters, which are switched off.
+    NeedsCounters,
 }
 
 /// A set of names a parameter can take, each standing for a value of the module's own enum.

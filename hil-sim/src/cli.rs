@@ -1,5 +1,6 @@
 //! The `dimsart` command: what it can do, one file per sub-command.
 
+mod bus;
 mod check;
 mod connect;
 mod dbc;
@@ -27,6 +28,7 @@ const EXAMPLES: &str = "\
 Examples:
   dimsart                            the paper's bilateral experiment, report in runs/latest
   dimsart run --set link.loss=0.1    the same with a tenth of the packets lost
+  dimsart bus --joints 6             whether a robot's joints fit on a CAN bus
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
   dimsart new-module damped-spring   the template of a control law of your own
@@ -36,6 +38,7 @@ Examples:
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Run),
+    Bus(bus::Bus),
     Check(check::Check),
     Modules(modules::Modules),
     NewModule(new_module::NewModule),
@@ -54,6 +57,7 @@ pub fn main() -> ExitCode {
     let mut out = io::stdout().lock();
     let ending = match command {
         Command::Run(run) => run.execute(&mut out),
+        Command::Bus(bus) => bus.execute(&mut out),
         Command::Check(check) => check.execute(&mut out),
         Command::Modules(modules) => modules.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),

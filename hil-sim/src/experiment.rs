@@ -8,18 +8,19 @@ use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use dimsart_core::{DataType, types};
+use dimsart_core::{DataType, Word, types};
 
 pub use error::ExperimentError;
 pub use station::device;
 
 use station::{controller, station};
 
+use crate::bus::MediumReport;
 use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
 use crate::felt::FeltStiffness;
-use crate::link::{InProcess, InProcessParameters, Link, Udp};
+use crate::link::{Carrier, Ends, Udp};
 use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
@@ -82,8 +83,12 @@ impl Side {
 
 /// Silence from the other process that is worth a word at the end of a run, ticks.
 const SILENCE_TICKS: u32 = 100;
+/// Silence after which a side that is a process of its own calls its link lost unless told otherwise, ticks.
+const DESKTOP_TIMEOUT_TICKS: u32 = 1000;
 /// Share of late ticks that is a fault: now and then one is normal on a host.
 const LATE_SHARE: f64 = 0.01;
+/// A side that sends packets sends one in so many ticks.
+const MOST_TICKS_BETWEEN_PACKETS: u32 = 1000;
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 
@@ -93,6 +98,7 @@ pub struct Experiment {
     scenario: Scenario,
     chain: Chain,
     phases: Phases,
+    link_round_trip_ticks: u32,
     rig: Rig,
     /// None when nothing is to be kept.
     recorder: Option<Recorder>,
@@ -119,6 +125,8 @@ pub struct Run {
     pub tick_maps: Vec<TickMap>,
     /// When what happened.
     pub phases: Phases,
+    /// What the simulated media came to.
+    pub media: Vec<MediumReport>,
     /// What broke the run off before its end, beyond what can happen in it.
     pub broken: Option<ExperimentError>,
 }
@@ -132,26 +140,23 @@ impl Experiment {
         let mut master = controller(scenario, Side::Master)?;
         let mut slave = controller(scenario, Side::Slave)?;
         let chain = chain(scenario, Controller::read(&mut master), Controller::read(&mut slave))?;
-        let phases = Phases::new(scenario, &chain);
+        let carrier = Carrier::new(scenario)?;
+        let link_round_trip_ticks = carrier.round_trip_ticks();
+        let phases = Phases::new(scenario, &chain, link_round_trip_ticks);
         let mut rig = Rig::new(scenario.sample_period_s);
         let master = rig.add(station(scenario, &phases, Side::Master, master)?);
         let slave = rig.add(station(scenario, &phases, Side::Slave, slave)?);
         let end = |station| End { station, link: 0 };
-        let link = |delay_ticks, stream: u64| -> Box<dyn Link> {
-            let link = &scenario.link;
-            let parameters = InProcessParameters {
-                delay_ticks,
-                jitter_ticks: link.jitter_ticks,
-                loss: link.loss,
-                duplication: link.duplication,
-                reordering: link.reordering,
-            };
-            Box::new(InProcess::new(parameters, scenario.seed.wrapping_mul(2).wrapping_add(stream)))
+        let channel = |station: usize| {
+            rig.stations().get(station).map_or(0, |station| station.dimsart.listening_channel(0))
         };
-        rig.connect(end(master), end(slave), link(scenario.link.forward_delay_ticks, 0));
-        rig.connect(end(slave), end(master), link(scenario.link.backward_delay_ticks, 1));
+        let ends = Ends { forward_channel: channel(slave), backward_channel: channel(master) };
+        let [forward, backward] = carrier.connect(ends);
+        rig.connect(end(master), end(slave), forward);
+        rig.connect(end(slave), end(master), backward);
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
-        Ok(Self { scenario: scenario.clone(), chain, phases, rig, recorder, alone: None })
+        let scenario = scenario.clone();
+        Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone: None })
     }
 
     /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
@@ -165,6 +170,10 @@ impl Experiment {
         wait: Duration,
         stop: &AtomicBool,
     ) -> Result<Self, ExperimentError> {
+        let mut scenario = scenario.clone();
+        // Two processes of a desktop computer are not real time.
+        scenario.link.timeout_ticks.get_or_insert(DESKTOP_TIMEOUT_TICKS);
+        let scenario = &scenario;
         let mut dimsart = controller(scenario, side)?;
         let own = Controller::read(&mut dimsart);
         // A scheme that is not at hand on this computer leaves figures unknown that are of both sides.
@@ -174,7 +183,8 @@ impl Experiment {
             Side::Master => chain(scenario, own, other)?,
             Side::Slave => chain(scenario, other, own)?,
         };
-        let phases = Phases::new(scenario, &chain);
+        let link_round_trip_ticks = Carrier::new(scenario)?.round_trip_ticks();
+        let phases = Phases::new(scenario, &chain, link_round_trip_ticks);
         let mut rig = Rig::new(scenario.sample_period_s);
         let station = rig.add(station(scenario, &phases, side, dimsart)?);
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
@@ -194,7 +204,28 @@ impl Experiment {
             }
         })?;
         let alone = Some(Alone { side, start });
-        Ok(Self { scenario: scenario.clone(), chain, phases, rig, recorder, alone })
+        let scenario = scenario.clone();
+        Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone })
+    }
+
+    /// Words of the packets that the scenario's schemes send for one axis, from master and from slave; 0 for a side
+    /// that sends none.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn words_of_one_axis(scenario: &Scenario) -> Result<[usize; 2], ExperimentError> {
+        let mut words = [0; 2];
+        for (words, side) in words.iter_mut().zip([Side::Master, Side::Slave]) {
+            let mut dimsart = controller(&Scenario { dof: 1, ..scenario.clone() }, side)?;
+            let still = vec![Word(0); dimsart.frame().output_words()];
+            let mut commanded = vec![Word(0); dimsart.frame().input_words()];
+            let packet = (0..MOST_TICKS_BETWEEN_PACKETS).find_map(|_| {
+                dimsart.tick(&still, &mut commanded);
+                dimsart.outgoing(0)
+            });
+            *words = packet.map_or(0, |packet| packet.words.len());
+        }
+        Ok(words)
     }
 
     /// Lets the controller of a side run as firmware on an emulated board. The firmware's log goes to `log`.
@@ -222,11 +253,11 @@ impl Experiment {
         &mut self.rig
     }
 
-    /// Ticks of a round trip when nothing on the way is late: the link of the scenario and the delay modules of
-    /// both schemes; none when the other side's scheme is not at hand.
+    /// Ticks of a round trip when nothing on the way is late: [the link's](Carrier::round_trip_ticks) and the delay
+    /// modules' of both schemes; none when the other side's scheme is not at hand.
     #[must_use]
     pub fn round_trip_ticks(&self) -> Option<u32> {
-        Some(self.scenario.link.round_trip_ticks().saturating_add(self.chain.delay_ticks()?))
+        Some(self.link_round_trip_ticks.saturating_add(self.chain.delay_ticks()?))
     }
 
     /// Keeps no signals, and takes no memory for them: the run's [`recording`](Run::recording) will be empty.
@@ -309,6 +340,7 @@ impl Experiment {
             }
             match watch.look(&self.rig) {
                 None => {}
+                Some(Alarm::LinkLost(fault)) => faults.push(fault),
                 Some(Alarm::Grows(fault)) => {
                     faults.push(fault);
                     is_stable = false;
@@ -323,6 +355,8 @@ impl Experiment {
         }
         let wall_s = start.elapsed().as_secs_f64();
         faults.extend(self.deaf());
+        let media: Vec<MediumReport> = self.rig.media().collect();
+        faults.extend(media.iter().flat_map(|medium| medium.faults.clone()));
         progress(self.rig.time_s());
         let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
         // The channel's energy takes the waves of both ends.
@@ -330,12 +364,14 @@ impl Experiment {
         let tick_maps = self.rig.stations().iter();
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
-        let outcome = Outcome { real_time, ..outcome };
+        let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
+        let outcome = Outcome { real_time, media: media_traffic, ..outcome };
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),
             tick_maps,
             phases: self.phases,
+            media,
             broken,
         }
     }
@@ -396,6 +432,13 @@ impl Experiment {
         faults: Vec<String>,
     ) -> Outcome {
         let dof = self.scenario.dof;
+        // Where packets are rarer than ticks, an echo waits for the next one; the wave does not.
+        let waits = self.alone.is_none() && self.scenario.link.every_ticks.is_some_and(|ticks| ticks > 1);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        let measured = self.rig.transit_ticks().map(|ticks| ticks.round() as u32);
+        let there_and_back = measured.unwrap_or(self.link_round_trip_ticks);
+        let link_round_trip_ticks =
+            link_round_trip_ticks.map(|ticks| if waits { there_and_back } else { ticks });
         let delay_ticks = self.chain.delay_ticks();
         let round_trip_ticks = link_round_trip_ticks.zip(delay_ticks).map(|(link, delay)| link + delay);
         let predicted = |axis| {

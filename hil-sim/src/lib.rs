@@ -29,6 +29,7 @@
 //! | an environment, such as a wall | a file in [`plant`] | a line in `plant.rs`, its keys in `scenarios/bilateral.toml` |
 //! | a plant of another kind | a file in [`plant`] that implements [`Plant`](plant::Plant) | a line in `experiment/station.rs` |
 //! | a link | a file in [`link`] that implements [`Link`](link::Link) | where the experiment connects stations |
+//! | a medium | a file in [`bus`], its link in [`link`] | a line in `link/carrier.rs`, its section in `scenario/carrier.rs` |
 //! | a setting | a field in [`scenario`] | a line with its meaning in `scenarios/bilateral.toml`, its range in `range.rs` |
 //! | a scheme | a file in `schemes/` | a line in [`schemes::BUILT_IN`], if it is to come with the command |
 //! | a figure of a run | what measures it, stepped in [`experiment`] | a field of [`Outcome`](outcome::Outcome), a row of the summary |
@@ -49,6 +50,8 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod bus;
+pub mod bus_plan;
 pub mod chain;
 pub mod cli;
 pub mod connect;

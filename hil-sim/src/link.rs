@@ -1,13 +1,22 @@
 //! Links: carry bytes from one controller to another and know nothing of what is in them.
 //!
 //! A link is one direction. Time is given to it in ticks; nothing here reads a clock.
-//! A new kind of link is one file here.
+//! A new kind of link is one file here. Those over a simulated medium put contents on a [`bus`](crate::bus) as the
+//! core's [carriers](dimsart_core::carrier) do, and [`Carrier`] makes them of a scenario.
 
+mod can;
+mod carrier;
 mod in_process;
+mod medium;
+mod transit;
 mod udp;
 
+pub(crate) use can::can_frames;
+pub use carrier::{Carrier, Ends};
 pub use in_process::{InProcess, InProcessParameters};
 pub use udp::{Ear, Udp, UdpError};
+
+use crate::bus::MediumReport;
 
 /// One direction of a connection.
 pub trait Link: core::fmt::Debug + Send {
@@ -16,4 +25,16 @@ pub trait Link: core::fmt::Debug + Send {
 
     /// Gives `deliver` every packet that has arrived by tick `now`, in the order of arrival.
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8]));
+
+    /// Ticks from sending to arrival, on average over what arrived; none for a link that does not measure it, and
+    /// while nothing has arrived.
+    fn transit_ticks(&self) -> Option<f64> {
+        None
+    }
+
+    /// What its medium came to by tick `now`; none for a link without one, and for one whose medium another link
+    /// reports.
+    fn report(&self, _now: u64) -> Option<MediumReport> {
+        None
+    }
 }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::bus::Traffic;
+
 /// What a run came to; printed whole by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
@@ -27,6 +29,8 @@ pub struct Outcome {
     pub k_predicted_n_per_m: Vec<Option<f64>>,
     /// The same, an object per axis.
     pub axes: Vec<AxisOutcome>,
+    /// What the simulated media came to; empty over an ideal carrier and for one side alone.
+    pub media: Vec<Traffic>,
     /// What went wrong, in words.
     pub faults: Vec<String>,
     /// None unless one side was run in real time.
@@ -84,6 +88,7 @@ impl Outcome {
             k_felt_n_per_m: axes.iter().map(|axis| axis.k_felt_n_per_m).collect(),
             k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),
             axes,
+            media: Vec::new(),
             faults,
             real_time: None,
         }

@@ -58,13 +58,13 @@ pub struct Phases {
 }
 
 impl Phases {
-    /// The phases of a scenario whose schemes make this chain.
+    /// The phases of a scenario whose schemes make this chain, over a link of this round trip.
     #[must_use]
-    pub fn new(scenario: &Scenario, chain: &Chain) -> Self {
+    pub fn new(scenario: &Scenario, chain: &Chain, link_round_trip_ticks: u32) -> Self {
         let Scenario { link, .. } = scenario;
         let late_ticks = [link.jitter_ticks.saturating_mul(2), chain.delay_ticks().unwrap_or(0)]
             .into_iter()
-            .fold(link.round_trip_ticks(), u32::saturating_add);
+            .fold(link_round_trip_ticks, u32::saturating_add);
         let round_trip_s = f64::from(late_ticks) * scenario.sample_period_s;
         let leg_s = LEG_S + round_trip_s;
         let contact_start_s = 3.0 * leg_s + REST_S + 2.0 * round_trip_s;
@@ -172,6 +172,7 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
 #[expect(clippy::float_cmp, reason = "neighbouring phases share the number")]
 mod tests {
     use super::{Chain, Controller, HandPhase, Phases, Scenario};
+    use crate::link::Carrier;
 
     /// The shipped gains, without delay modules.
     fn phases(scenario: &Scenario) -> Phases {
@@ -180,7 +181,8 @@ mod tests {
             impedance_ns_per_m: Some(10.0),
             delay_ticks: Some(0),
         };
-        Phases::new(scenario, &Chain::new(scenario, controller(3000.0), controller(5000.0)).unwrap())
+        let chain = Chain::new(scenario, controller(3000.0), controller(5000.0)).unwrap();
+        Phases::new(scenario, &chain, Carrier::new(scenario).unwrap().round_trip_ticks())
     }
 
     fn with_round_trip(ticks: u32) -> Scenario {
@@ -224,7 +226,7 @@ mod tests {
         scenario.hand.contact_force_n = vec![1e-9];
         let limp = Controller { stiffness_n_per_m: vec![0.0], ..Controller::default() };
         let chain = Chain::new(&scenario, limp.clone(), limp).unwrap();
-        let end_s = Phases::new(&scenario, &chain).end_s;
+        let end_s = Phases::new(&scenario, &chain, 2).end_s;
         assert!(end_s < 700.0, "{end_s}");
     }
 

@@ -6,6 +6,7 @@
 //! ```
 
 mod bitmap;
+mod bus_timeline;
 mod csv;
 mod decimate;
 mod figure;
@@ -22,6 +23,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+pub use bus_timeline::{BusRow, BusTimeline, Stretch, TICKS_SHOWN};
 pub use figure::{Figure, Level, Line, Panel, Span};
 pub use tick_map::{TickMap, TypeRow};
 
@@ -34,6 +36,7 @@ use tick_map::TimelinePicture;
 const PAGE_FILE: &str = "report.html";
 const SIGNALS_FILE: &str = "signals.csv";
 const TIMELINE_STEM: &str = "timeline";
+const BUS_STEM: &str = "bus";
 
 /// Everything a run has to say about itself.
 #[derive(Debug)]
@@ -50,6 +53,8 @@ pub struct Report<'a> {
     pub figures: Vec<Figure>,
     /// One map per controller, shown together as the Data Base timeline; not shown when empty.
     pub tick_maps: Vec<TickMap>,
+    /// Who had the simulated media when; none without any.
+    pub bus: Option<BusTimeline>,
     /// The settings that repeat the run, as TOML.
     pub settings_toml: String,
     /// The signals.
@@ -195,7 +200,12 @@ fn images(report: &Report<'_>) -> Vec<PageImage> {
         title: "Data Base timeline".to_owned(),
         alt: tick_map::description(&report.tick_maps),
     });
-    figures.chain(timeline).collect()
+    let bus = report.bus.as_ref().map(|bus| PageImage {
+        stem: BUS_STEM.to_owned(),
+        title: "Bus timeline".to_owned(),
+        alt: bus.description(),
+    });
+    figures.chain(bus).chain(timeline).collect()
 }
 
 fn write_signals(
@@ -232,11 +242,23 @@ fn write_pictures(
         let picture = FigurePicture::new(figure, report.recording);
         written.extend(write_picture(folder, &figure.file_stem, &picture, bar)?);
     }
+    if let Some(bus) = &report.bus {
+        written.extend(write_picture(folder, BUS_STEM, bus, bar)?);
+    }
     if !report.tick_maps.is_empty() {
         let picture = TimelinePicture { maps: &report.tick_maps };
         written.extend(write_picture(folder, TIMELINE_STEM, &picture, bar)?);
     }
     Ok(written)
+}
+
+/// Writes the picture of a bus alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    write_picture(folder, BUS_STEM, bus, &ProgressBar::hidden())
 }
 
 fn write_picture(

@@ -14,6 +14,7 @@ pub use probe::Probe;
 use dimsart_core::modules::Standard;
 use dimsart_core::{Dimsart, Tick, Word};
 
+use crate::bus::MediumReport;
 use crate::emulated::{Board, EmulatedError};
 use crate::link::Link;
 use crate::plant::Plant;
@@ -179,6 +180,18 @@ impl Rig {
     #[must_use]
     pub fn period_s(&self) -> f64 {
         self.period_s
+    }
+
+    /// What the media between the stations came to so far.
+    pub fn media(&self) -> impl Iterator<Item = MediumReport> {
+        self.connections.iter().filter_map(|connection| connection.link.report(self.tick))
+    }
+
+    /// Ticks that packets take over all connections, one after the other, on average; none when one of them does not
+    /// measure it.
+    #[must_use]
+    pub fn transit_ticks(&self) -> Option<f64> {
+        self.connections.iter().map(|connection| connection.link.transit_ticks()).sum()
     }
 
     /// Steps done.

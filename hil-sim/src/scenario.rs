@@ -4,11 +4,13 @@
 //! Every one is checked as it comes, so an error names the line or the argument that is wrong. What a scheme says for
 //! itself, such as its gains, is in none of them unless somebody gives it: it then goes over the scheme's rows.
 
+mod carrier;
 mod change;
 mod error;
 mod range;
 mod reference;
 
+pub use carrier::{CanSection, CarrierKind, DelayKind, UartSection, UdpSection};
 pub use error::{Origin, ScenarioError};
 pub use reference::{Key, SHIPPED};
 
@@ -36,6 +38,9 @@ pub struct Scenario {
     /// Which of the environments the slave meets.
     pub environment: EnvironmentKind,
     pub link: LinkSection,
+    pub uart: UartSection,
+    pub can: CanSection,
+    pub udp: UdpSection,
     pub wave: WaveSection,
     pub master: SideSection,
     pub slave: SideSection,
@@ -52,6 +57,7 @@ pub struct Scenario {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LinkSection {
+    pub carrier: CarrierKind,
     pub forward_delay_ticks: u32,
     pub backward_delay_ticks: u32,
     pub jitter_ticks: u32,
@@ -60,6 +66,10 @@ pub struct LinkSection {
     pub reordering: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stale: Option<Stale>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timeout_ticks: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub every_ticks: Option<u32>,
     pub master_address: SocketAddr,
     pub slave_address: SocketAddr,
 }
@@ -210,17 +220,6 @@ impl Scenario {
     pub fn obstacle(&self, axis: usize) -> Result<Option<Obstacle>, ParameterError> {
         let pressed_m = self.limits.position_m.min(FURTHEST_M).copysign(self.contact_force_n(axis));
         self.environments.obstacle(self.environment, pressed_m)
-    }
-}
-
-impl LinkSection {
-    /// Ticks from a packet's departure at the master to its echo's arrival when nothing on the way is late.
-    ///
-    /// The slave is stepped after the master: it gets what took 0 ticks in the same tick, the master what came
-    /// back in 0 ticks in the next one.
-    #[must_use]
-    pub fn round_trip_ticks(&self) -> u32 {
-        self.forward_delay_ticks.saturating_add(self.backward_delay_ticks.max(1))
     }
 }
 

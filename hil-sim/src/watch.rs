@@ -17,6 +17,8 @@ pub struct Watch {
     signals: Vec<[Signal; 3]>,
     /// One that grows is enough to know.
     has_seen_growth: bool,
+    /// Stations that have lost a link.
+    has_lost_link: Vec<bool>,
 }
 
 /// What went wrong, in words.
@@ -24,6 +26,8 @@ pub struct Watch {
 pub enum Alarm {
     /// A signal grows without bound and has not left its range yet.
     Grows(String),
+    /// Nothing came over a link for too long: the device gets its safe input and goes on.
+    LinkLost(String),
     /// Something is out of its range, or a frame was refused: nothing after this means anything.
     Left(String),
 }
@@ -49,14 +53,17 @@ impl Watch {
                 Signal::new("incoming wave", "sqrt(W)", limits.wave, types::CH2_WAVES),
             ]
         };
-        let signals = rig.stations().iter().map(signals).collect();
-        Self { position_m: limits.position_m, signals, has_seen_growth: false }
+        let signals: Vec<_> = rig.stations().iter().map(signals).collect();
+        let has_lost_link = vec![false; signals.len()];
+        Self { position_m: limits.position_m, signals, has_seen_growth: false, has_lost_link }
     }
 
-    /// What is wrong in the present tick; none while all is well. Growth is told once, when it is first seen.
+    /// What is wrong in the present tick; none while all is well. Growth is told once, when it is first seen, and
+    /// each station's lost link.
     pub fn look(&mut self, rig: &Rig) -> Option<Alarm> {
-        let mut grows = None;
-        for (signals, station) in self.signals.iter_mut().zip(rig.stations()) {
+        let (mut grows, mut lost) = (None, None);
+        let watched = self.signals.iter_mut().zip(&mut self.has_lost_link);
+        for ((signals, has_lost_link), station) in watched.zip(rig.stations()) {
             let at = |what: String| format!("{} {what} at {:.3} s", station.name, rig.time_s());
             let positions = station.position_m().iter().map(|position_m| f64::from(*position_m));
             if let Some((axis, value)) = first_outside(positions, self.position_m) {
@@ -80,6 +87,12 @@ impl Watch {
             }
             match station.last_tick {
                 Tick::Ran | Tick::Idle => {}
+                Tick::LinkLost { link } => {
+                    if !core::mem::replace(has_lost_link, true) {
+                        let what = "nothing came for the TIMEOUT_TICKS of COMM_RXMOD (`link.timeout_ticks`), no more force";
+                        lost = Some(at(format!("lost link {link}: {what}")));
+                    }
+                }
                 Tick::MeasurementRefused(error) => {
                     return Some(Alarm::Left(at(format!("measurement refused ({error})"))));
                 }
@@ -92,6 +105,9 @@ impl Watch {
                     return Some(Alarm::Left(at(reason.to_owned())));
                 }
             }
+        }
+        if let Some(lost) = lost {
+            return Some(Alarm::LinkLost(lost));
         }
         let grows = grows.filter(|_| !self.has_seen_growth)?;
         self.has_seen_growth = true;

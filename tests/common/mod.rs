@@ -2,6 +2,8 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(dead_code, reason = "every test file uses another part of it")]
 
+pub(crate) mod way;
+
 use std::collections::VecDeque;
 
 use dimsart_core::{

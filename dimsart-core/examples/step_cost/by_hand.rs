@@ -3,7 +3,7 @@
 //! Everything the modular scheme works out, to the bit and with the same checks, for three axes and
 //! with the parameters as constants: what one would write if nothing ever had to be plugged in.
 
-use dimsart_core::{counters_ahead, is_newer, math, next_number};
+use dimsart_core::{LinkState, counters_ahead, is_newer, math, next_number};
 
 /// Degrees of freedom.
 pub(crate) const DOF: usize = 3;
@@ -11,7 +11,7 @@ pub(crate) const DOF: usize = 3;
 pub(crate) const PACKET_WORDS: usize = 3 * DOF;
 
 /// What a packet carries: one wave on three linear axes.
-const CONTENT: u16 = 0xFC57;
+const CONTENT: u16 = 0xF2ED;
 
 const PERIOD_S: f32 = 1e-3;
 const STIFFNESS: f32 = 3000.0;
@@ -22,6 +22,7 @@ const MOBILITY_PER_TICK: f32 = PERIOD_S / IMPEDANCE;
 const DELAY_TICKS: usize = 10;
 const SETTLING: f32 = 0.125;
 const RESTART_TICKS: u32 = 100;
+const TIMEOUT_TICKS: u32 = 20;
 const WAVE_COUNTS: f32 = PERIOD_S / (1.0 / 268_435_456.0);
 const ENERGY_COUNTS: f32 = PERIOD_S / (1.0 / 1_073_741_824.0);
 
@@ -51,6 +52,8 @@ pub(crate) struct Signals {
     pub(crate) lost: u32,
     pub(crate) round_trip_ticks: u32,
     pub(crate) refused: u32,
+    pub(crate) state: LinkState,
+    pub(crate) jitter_ticks: f32,
 }
 
 /// The master: its signals and what it remembers.
@@ -74,6 +77,7 @@ pub(crate) struct Master {
     number: u32,
     received_counter: u16,
     accepted_counter: u16,
+    is_lost: bool,
 }
 
 impl Master {
@@ -98,10 +102,11 @@ impl Master {
             number: 0,
             received_counter: 0,
             accepted_counter: 0,
+            is_lost: false,
         }
     }
 
-    /// One tick; false when a number was not finite and the force is therefore zero.
+    /// One tick; false when a number was not finite or the link is lost, and the force is therefore zero.
     #[inline(never)]
     #[expect(clippy::indexing_slicing, reason = "the axes of fixed arrays, as one writes it by hand")]
     #[expect(clippy::cast_possible_truncation, reason = "counters: towards zero and saturating")]
@@ -121,22 +126,37 @@ impl Master {
 
         let mut is_new = false;
         if let Some(packet) = received {
-            let is_next = packet.counter == self.received_counter.wrapping_add(1);
+            let is_next =
+                self.received_counter != 0 && packet.counter == self.received_counter.wrapping_add(1);
             is_new = packet.content == CONTENT && packet.is_finite;
+            signals.state = LinkState::Ok;
+            let mut delta = 1;
             if !is_new {
                 signals.refused = signals.refused.wrapping_add(1);
+                signals.state = LinkState::Error;
             } else if !is_next {
                 let is_old = !is_newer(packet.counter, self.received_counter);
                 let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_counter == 0;
-                let missed = counters_ahead(packet.counter, self.received_counter).wrapping_sub(1);
+                delta = u32::from(counters_ahead(packet.counter, self.received_counter));
+                signals.state = match delta {
+                    _ if self.received_counter == 0 => LinkState::Ok,
+                    _ if packet.counter == self.received_counter => LinkState::Repeated,
+                    1 => LinkState::Ok,
+                    2..=3 if !is_old => LinkState::OkSomeLost,
+                    _ => LinkState::WrongSequence,
+                };
                 if is_old && !is_restart {
                     signals.refused = signals.refused.wrapping_add(1);
                     is_new = false;
                 } else if !is_restart {
-                    signals.lost = signals.lost.wrapping_add(u32::from(missed));
+                    signals.lost = signals.lost.wrapping_add(delta - 1);
                 }
             }
             if is_new {
+                if self.received_counter != 0 {
+                    let deviation = (signals.age_ticks + 1).abs_diff(delta) as f32;
+                    signals.jitter_ticks += (deviation - signals.jitter_ticks) * (1.0 / 16.0);
+                }
                 self.received_counter = packet.counter;
                 self.accepted_counter = packet.counter;
                 if packet.echo != 0 {
@@ -154,7 +174,15 @@ impl Master {
             signals.age_ticks = 0;
         } else {
             signals.age_ticks = signals.age_ticks.saturating_add(1);
+            self.is_lost |= self.received_counter != 0 && signals.age_ticks >= TIMEOUT_TICKS;
+            if received.is_none() {
+                signals.state = LinkState::NoData;
+            }
             signals.wave_in = [0.0; DOF];
+        }
+
+        if self.is_lost {
+            signals.state = LinkState::Timeout;
         }
 
         let is_first = self.is_running_in;
@@ -215,9 +243,9 @@ impl Master {
         if self.oldest == DELAY_TICKS {
             self.oldest = 0;
         }
-        if !is_finite {
+        if !is_finite || self.is_lost {
             *force = [0.0; DOF];
         }
-        is_finite
+        is_finite && !self.is_lost
     }
 }

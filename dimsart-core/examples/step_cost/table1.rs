@@ -97,6 +97,8 @@ fn compare(master: &Dimsart, by_hand: &Master, tick: u32) {
         (types::LINK_LOST, signals.lost),
         (types::LINK_ROUND_TRIP, signals.round_trip_ticks),
         (types::LINK_REFUSED, signals.refused),
+        (types::LINK_STATE, signals.state as u32),
+        (types::LINK_JITTER, signals.jitter_ticks.to_bits()),
     ];
     let data_base = master.engine().data_base();
     let words = |data_type: &dimsart_core::DataType| {

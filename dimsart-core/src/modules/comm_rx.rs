@@ -1,8 +1,8 @@
 //! `COMM_RX`: takes the newest packet from its link and gives its data to the Data Base.
 //!
 //! A packet is used once: old and repeated ones are refused and counted. So are those of another
-//! [`Content`] than that of the types added here, and those with a sample that is no finite number: to the
-//! rest of the scheme they never came. `STALE` says what a wave is
+//! [`Content`](crate::Content) than that of the types added here, and those with a sample that is no finite number:
+//! to the rest of the scheme they never came. `STALE` says what a wave is
 //! in a tick without a new packet, and how what got lost is made up for:
 //!
 //! | Policy | Wave without a new packet | Passive | Drift after loss |
@@ -13,19 +13,28 @@
 //! | `INTEGRAL` | what the line owes, at once | no | none |
 //!
 //! All other signals keep their last value. The channel's first wave follows the policy with its
-//! counters of all that was ever sent.
+//! counters of all that was ever sent; without them (`CRX_COUNTERS OFF`) only `ZERO` and `HOLD` are possible.
+//!
+//! With `CRX_EVERY n` a packet is due in every `n`-th tick. A wave is then the mean of the sender's `n` last ones and
+//! is given out for `n` ticks, which keeps its sum and adds no energy (Jensen). A packet that is early waits until
+//! they are over, and in a tick in which one is due and none is there the policy begins.
+//!
+//! After `TIMEOUT_TICKS` in a row without a packet that was due, once a first one had come, the link is lost: from
+//! that tick on the device gets its safe input ([`Tick::LinkLost`](crate::Tick)), though everything goes on being
+//! computed, until a `RESET` or `MOD_RESET`. [`LinkState`] says in every tick what the link is in.
 
 use core::cell::Cell;
 
 use heapless::Vec;
 
-use super::channel::{CHANNEL_PORTS, CHANNELS, content, first_wave, samples};
+use super::channel::{CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, samples};
+use super::reception::{Expected, Reception};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
-use crate::mailbox::{START_COUNTERS, counters_ahead, is_newer, low_half};
 use crate::parameter::TypeList;
 use crate::{
-    Choice, Content, Data, DeviceDescriptor, LinkPort, Module, Output, Parameters, Ports, Single, Unit, types,
+    Choice, Data, DeviceDescriptor, Module, Output, ParameterError, Parameters, Ports, Single, Unit, Value,
+    types,
 };
 
 /// See the [module docs](self).
@@ -36,48 +45,30 @@ pub struct CommRx {
     types: TypeList,
     stale: Stale,
     hold_ticks: u32,
+    has_counters: bool,
     channels: Vec<Channel, MAX_CHANNEL_TYPES>,
     /// The channel's first wave; not connected when there is none.
     wave: Output,
-    content: Content,
-    /// Words of the packet that are samples; counters follow.
-    samples: u8,
+    expected: Expected,
     age: Output<Single<u32>>,
     lost: Output<Single<u32>>,
     round_trip: Output<Single<u32>>,
     refused: Output<Single<u32>>,
+    state: Output<Single<u32>>,
+    jitter: Output<Single<f32>>,
+    tick_s: f32,
+    /// Time that a packet's wave is given out for.
     period_s: f32,
-    state: State,
+    reception: Reception,
+    received: [Received; MAX_DOF],
 }
 
 #[derive(Debug, Default)]
 struct Channel {
     output: Output,
-    is_wave: bool,
+    /// Whether it is the wave whose counters are in the packet.
+    is_counted: bool,
 }
-
-#[derive(Debug, Default)]
-struct State {
-    /// Of the newest packet accepted; 0 before the first.
-    counter: u16,
-    /// What may be the first packet of a sender that has started anew, and the newest one accepted then.
-    restart: [u16; 2],
-    is_restart: bool,
-    /// Whether the newest packet is the one right after the one before it.
-    is_next: bool,
-    age_ticks: u32,
-    lost: u32,
-    refused: u32,
-    round_trip_ticks: u32,
-    received: [Received; MAX_DOF],
-}
-
-/// Silence after which two packets that are not next ones, the second newer than the first, mean that the
-/// sender has started anew.
-const RESTART_TICKS: u32 = 100;
-/// Ticks of packets that can be missing at once beyond those that nothing came in: packets that were late together.
-/// A longer way ahead is none that a sender can have gone.
-const LATE_TICKS: u32 = 1000;
 
 /// What a wave is while nothing new comes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -106,6 +97,31 @@ impl Module for CommRx {
         visit.count(&mut self.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
         let summary = "Channel that it listens to; 0 on a link between two ends.";
         visit.structural_count(&mut self.channel, "CRX_CHANNEL", Unit::One, CHANNELS, 0, summary);
+        let summary = "Ticks from a packet to the next one, as the sender's CTX_EVERY.";
+        let every = &mut self.expected.every_ticks;
+        visit.structural_count(every, "CRX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
+        let summary = "Whether packets carry the counters of the first wave, as the sender's CTX_COUNTERS.";
+        visit.structural_flag(&mut self.has_counters, "CRX_COUNTERS", true, summary);
+        let summary = "Ticks without a due packet after which the link is lost until a RESET; 0 for never.";
+        let timeout = &mut self.expected.timeout_ticks;
+        visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
+    }
+
+    fn command(
+        &mut self,
+        parameter: u8,
+        axis: Option<u8>,
+        value: Value,
+        may_restructure: bool,
+    ) -> Result<(), ParameterError> {
+        let before = (self.stale, self.has_counters);
+        let mut result = Ok(());
+        self.parameters(&mut Parameters::set(parameter, axis, value, may_restructure, &mut result));
+        if !self.has_counters && self.stale.makes_up() {
+            (self.stale, self.has_counters) = before;
+            return Err(ParameterError::NeedsCounters);
+        }
+        result
     }
 
     fn activate(&mut self, ports: &mut Ports<'_>) {
@@ -119,56 +135,64 @@ impl Module for CommRx {
             if is_wave {
                 self.wave = output;
             }
-            let _ = self.channels.push(Channel { output, is_wave });
+            let _ = self.channels.push(Channel { output, is_counted: is_wave && self.has_counters });
         }
         ports.listens_to(self.link, self.channel);
         ports.output(&mut self.age, "AGE", types::LINK_AGE);
         ports.output(&mut self.lost, "LOST", types::LINK_LOST);
         ports.output(&mut self.round_trip, "ROUND_TRIP", types::LINK_ROUND_TRIP);
         ports.output(&mut self.refused, "REFUSED", types::LINK_REFUSED);
+        ports.output(&mut self.state, "STATE", types::LINK_STATE);
+        ports.output(&mut self.jitter, "JITTER", types::LINK_JITTER);
     }
 
     fn prepare(&mut self, device: &DeviceDescriptor) {
-        self.period_s = device.sample_period_s();
-        self.content = content(device, &self.types);
-        self.samples = samples(device, &self.types);
+        self.tick_s = device.sample_period_s();
+        let layout = Layout { every_ticks: self.expected.every_ticks, has_counters: self.has_counters };
+        self.period_s = layout.period_s(device);
+        self.expected.content = layout.content(device, &self.types);
+        self.expected.samples = samples(device, &self.types);
     }
 
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
-        if self.state.accept(link, self.content, self.samples) {
-            self.state.age_ticks = 0;
+        if self.reception.is_holding() {
+            self.reception.hold(link);
+        } else if self.reception.accept(link, &self.expected) {
             self.take(data, link.received.room());
         } else {
-            self.state.age_ticks = self.state.age_ticks.saturating_add(1);
             self.go_without(data);
         }
-        data.set(self.age, self.state.age_ticks);
-        data.set(self.lost, self.state.lost);
-        data.set(self.round_trip, self.state.round_trip_ticks);
-        data.set(self.refused, self.state.refused.wrapping_add(link.superseded.get()));
+        let reception = &self.reception;
+        data.set(self.age, reception.age_ticks);
+        data.set(self.lost, reception.lost);
+        data.set(self.round_trip, reception.round_trip_ticks);
+        data.set(self.refused, reception.refused.wrapping_add(link.superseded.get()));
+        data.set(self.state, reception.state(link) as u32);
+        data.set(self.jitter, reception.jitter_ticks);
     }
 
     fn reset(&mut self) {
-        self.state = State::default();
+        self.reception = Reception::default();
+        self.received = Default::default();
     }
 }
 
 impl CommRx {
     /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
     fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
-        let (mut samples, counters) = (words, usize::from(self.samples));
+        let (mut samples, counters) = (words, usize::from(self.expected.samples));
         let Self { stale, period_s, .. } = *self;
         // What was sent before this side listened is not owed.
-        let settles = self.state.is_restart || !matches!(stale, Stale::Limited | Stale::Integral);
-        let is_next = self.state.is_next;
+        let settles = self.reception.is_restart || !stale.makes_up();
+        let is_next = self.reception.is_next;
         for channel in &self.channels {
             let Some((values, rest)) = samples.split_at_checked(data.dof()) else { return };
             samples = rest;
-            if channel.is_wave {
+            if channel.is_counted {
                 let Some(counters) = words.get(counters..counters + 2 * data.dof()) else { return };
                 let (counters, _) = counters.as_chunks::<2>();
-                let lanes = values.iter().zip(&mut self.state.received).zip(counters);
+                let lanes = values.iter().zip(&mut self.received).zip(counters);
                 data.map_axes(lanes, [], [channel.output], |((value, received), [wave, energy]), []| {
                     let counters = [wave.get(), energy.get()];
                     if settles || is_next && received.is_settled() {
@@ -186,11 +210,11 @@ impl CommRx {
     /// What the wave is in a tick without a new packet.
     fn go_without(&mut self, data: &Data<'_>) {
         match self.stale {
-            Stale::Hold if self.state.age_ticks <= self.hold_ticks => {}
+            Stale::Hold if self.reception.overdue_ticks(self.expected.every_ticks) <= self.hold_ticks => {}
             Stale::Limited => {
-                let period_s = self.period_s;
-                data.map_axes(&mut self.state.received, [], [self.wave], |received, []| {
-                    [received.owed_within_energy(period_s)]
+                let tick_s = self.tick_s;
+                data.map_axes(&mut self.received, [], [self.wave], |received, []| {
+                    [received.owed_within_energy(tick_s)]
                 });
             }
             _ => data.map_axes([(); MAX_DOF], [], [self.wave], |(), []| [0.0]),
@@ -199,77 +223,15 @@ impl CommRx {
 }
 
 impl Stale {
+    /// Whether it makes up for what got lost, which takes counters.
+    fn makes_up(self) -> bool {
+        matches!(self, Self::Limited | Self::Integral)
+    }
+
     /// What the policy gives out as wave of what the line owes; rare, as packets seldom get lost.
     #[cold]
     fn pay(self, received: &mut Received, counters: [u32; 2], period_s: f32) -> f32 {
         received.update(counters);
         if self == Self::Limited { received.owed_within_energy(period_s) } else { received.owed(period_s) }
-    }
-}
-
-impl State {
-    /// Whether a new packet is there; takes note of its header.
-    fn accept(&mut self, link: &LinkPort, content: Content, samples: u8) -> bool {
-        if !link.received.is_full() {
-            return false;
-        }
-        link.received.clear();
-        let (counter, echo) = (link.received.counter(), link.received.echo());
-        if link.received.content() != content || link.received.finite_words() < samples {
-            self.refused = self.refused.wrapping_add(1);
-            return false;
-        }
-        self.is_restart = false;
-        self.is_next = counter == self.counter.wrapping_add(1);
-        if !self.is_next && !self.accept_jump(counter) {
-            self.refused = self.refused.wrapping_add(1);
-            return false;
-        }
-        self.counter = counter;
-        link.accepted_counter.set(counter);
-        if echo != 0 {
-            self.measure_round_trip(link.sent_number.get(), echo);
-        }
-        true
-    }
-
-    fn measure_round_trip(&mut self, sent_number: u32, echo: u16) {
-        let packets = u32::from(counters_ahead(low_half(sent_number), echo));
-        // Not of a life of this side before its last start.
-        if packets < sent_number {
-            self.round_trip_ticks = packets + 1;
-        }
-    }
-
-    /// Whether a packet that is not the next one is new; counts what is missing before it.
-    #[cold]
-    fn accept_jump(&mut self, counter: u16) -> bool {
-        if counter == self.counter {
-            return false;
-        }
-        let missed = u32::from(counters_ahead(counter, self.counter)).wrapping_sub(1);
-        // Counters go round: what seems to be ahead can come from a sender that has started anew.
-        let is_start = counter <= START_COUNTERS && u32::from(self.counter) > LATE_TICKS;
-        let is_ahead = !is_start
-            && is_newer(counter, self.counter)
-            && missed <= self.age_ticks.saturating_add(LATE_TICKS);
-        let [first, accepted] = self.restart;
-        let follows_first = accepted == self.counter && is_newer(counter, first);
-        if self.counter == 0 || is_ahead && follows_first && first <= START_COUNTERS {
-            self.is_restart = true;
-        } else if is_ahead {
-            self.is_next = missed == 0;
-            self.lost = self.lost.wrapping_add(missed);
-        } else {
-            let is_silent = self.age_ticks >= RESTART_TICKS;
-            if is_silent || is_start {
-                self.restart = [counter, self.counter];
-            }
-            self.is_restart = is_silent && follows_first;
-        }
-        if self.is_restart {
-            self.round_trip_ticks = 0;
-        }
-        self.is_restart || is_ahead
     }
 }

@@ -32,6 +32,11 @@ pub enum Blocked {
     Command(FrameError),
     /// The scheme runs and nobody holds the [lease](super::Lease).
     Disarmed,
+    /// The scheme runs and nothing has come over a link for too long, until a reset.
+    LinkLost {
+        /// The link.
+        link: u8,
+    },
 }
 
 /// The first tick that was refused.
@@ -111,6 +116,7 @@ impl DeviceInfo {
             Tick::MeasurementRefused(error) => Some(Blocked::Measurement(error)),
             Tick::CommandRefused(error) => Some(Blocked::Command(error)),
             Tick::Disarmed => Some(Blocked::Disarmed),
+            Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
         };
         if self.first_fault.is_none() {
             self.first_fault = self.refused().map(|reason| FirstFault { tick: self.ticks, reason });

@@ -159,6 +159,7 @@ fn refusals() {
             ParameterError::ListFull,
             ParameterError::NoSuchAxis,
             ParameterError::WhilePluggedIn,
+            ParameterError::NeedsCounters,
         ]
         .map(CommandError::Parameter),
     );
@@ -181,6 +182,7 @@ fn refusals() {
         "0a 03",
         "0a 04",
         "0a 05",
+        "0a 06",
         "0b 00 ac 02 01 00",
         "0c 02",
     ];
@@ -198,7 +200,7 @@ fn refusals() {
         Refusal::Lease { holder: 3 },
         Refusal::Telemetry { client: 3 },
     ];
-    let expected = ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
+    let expected = ["00", "01", "02", "03 04", "04 00", "05 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
     assert_bytes(&refusals, &expected);
 }
 
@@ -227,6 +229,7 @@ fn reasons() {
         Blocked::Measurement(FrameError::Length { expected: 3, found: 2 }),
         Blocked::Command(not_finite),
         Blocked::Disarmed,
+        Blocked::LinkLost { link: 1 },
     ];
     let expected = [
         "00 00 ac 02 01 00",
@@ -241,6 +244,7 @@ fn reasons() {
         "02 00 03 02",
         "03 01 ac 02 01 02",
         "04",
+        "05 01",
     ];
     assert_bytes(&reasons, &expected);
 }

@@ -1,4 +1,6 @@
-//! What the delay modules of a scheme add to a round trip.
+//! What the delay modules and the packets of a scheme add to a round trip.
+//!
+//! A wave that is sent in every `n`-th tick, as a mean, and given out for `n` ticks is `n - 1` ticks late on average.
 //!
 //! Only those on the way count, whatever their number and however their ports are bound: from where the signal that
 //! leaves on link 0 is made to its packet, and from the packet that comes in to what uses its signal. Of several
@@ -24,7 +26,9 @@ pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
     let line = Line { delays: delays(engine), used: used(engine) };
     let before = sent.map_or(0, |signal| line.ticks_before(signal));
     let behind = received.and_then(|signal| line.ticks_behind(signal, line.delays.len()));
-    before.saturating_add(behind.unwrap_or(0))
+    let sender = on_link_0(engine, "COMM_TXMOD", "CTX_LINK");
+    let every = sender.and_then(|module| count(engine, module, "CTX_EVERY")).unwrap_or(1);
+    before.saturating_add(behind.unwrap_or(0)).saturating_add(every.saturating_sub(1))
 }
 
 /// The delay modules of a scheme, and the signals that anything else makes use of.
@@ -59,13 +63,18 @@ impl Line {
 
 /// The signal of a comm module's packets on link 0 that is followed.
 fn carried(engine: &mut SimulatedEngine, kind: &str, link: &str, direction: Direction) -> Option<TypeRef> {
-    let modules: Vec<ModuleRef> = engine.instances().filter(|module| is_of(*module, kind)).collect();
-    let module = modules.into_iter().find(|module| count(engine, *module, link) == Some(0))?;
+    let module = on_link_0(engine, kind, link)?;
     let signals = signals(engine, module, direction);
     let is_wave = |signal: &&TypeRef| {
         engine.device().data_type(signal.id).is_some_and(|data_type| data_type.unit == Unit::Wave)
     };
     signals.iter().find(is_wave).or(signals.first()).copied()
+}
+
+/// The comm module of this kind that is at link 0.
+fn on_link_0(engine: &mut SimulatedEngine, kind: &str, link: &str) -> Option<ModuleRef> {
+    let modules: Vec<ModuleRef> = engine.instances().filter(|module| is_of(*module, kind)).collect();
+    modules.into_iter().find(|module| count(engine, *module, link) == Some(0))
 }
 
 fn delays(engine: &mut SimulatedEngine) -> Vec<Delay> {

@@ -13,10 +13,11 @@ use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Ending, summary};
+use crate::bus::time::seconds_ns;
 use crate::emulated::{self, Image};
 use crate::experiment::{self, Experiment, Side};
 use crate::pictures::figures;
-use crate::report::{self, Report, ReportError, Written};
+use crate::report::{self, BusTimeline, Report, ReportError, Written};
 use crate::scenario::{self, Scenario};
 
 /// Run a scenario: both sides against simulated plants, or one side in real time.
@@ -246,6 +247,7 @@ impl Run {
             faults: run.outcome.faults.clone(),
             figures: figures(&run.recording, &run.phases, scenario, self.side),
             tick_maps: run.tick_maps.clone(),
+            bus: BusTimeline::of(&run.media, seconds_ns(scenario.sample_period_s)),
             settings_toml: scenario.to_toml(),
             recording: &run.recording,
         };

@@ -4,6 +4,7 @@ use std::io::{self, Write};
 
 use comfy_table::{CellAlignment, ContentArrangement, Table as TextTable, presets};
 
+use crate::bus::Traffic;
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::report::{Fact, Table};
 
@@ -71,7 +72,19 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
         None => facts.push(channel_energy(outcome.energy_min_j)),
         Some(real_time) => facts.extend(one_side(outcome, real_time)),
     }
+    facts.extend(outcome.media.iter().map(medium));
     facts
+}
+
+/// How full a medium was and what went wrong on it.
+fn medium(traffic: &Traffic) -> Fact {
+    let Traffic { medium, load, packets, dropped, errors, bus_offs, longest_s } = traffic;
+    let gone = if *bus_offs > 0 { format!(", {bus_offs} times bus-off") } else { String::new() };
+    let note = format!(
+        "taken; {packets} packets, {dropped} without room, at most {:.3} ms on the way; {errors} errors{gone}",
+        1e3 * longest_s
+    );
+    fact(medium, format!("{:.1}", 100.0 * load), "%", &note)
 }
 
 fn round_trip(outcome: &Outcome) -> Fact {

@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 
 use dimsart_core::{DescriptorError, StorageError};
 
+use crate::bus::DelayFileError;
 use crate::emulated::EmulatedError;
 use crate::link::UdpError;
 use crate::plant::ParameterError;
@@ -40,6 +41,9 @@ pub enum ExperimentError {
         /// What is wrong.
         loaded: Loaded,
     },
+    /// The recorded delays of a network.
+    #[error(transparent)]
+    Delays(#[from] DelayFileError),
     /// What `record.signals` names.
     #[error(transparent)]
     Record(#[from] UnknownSignal),

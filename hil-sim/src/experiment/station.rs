@@ -68,6 +68,9 @@ fn settings(scenario: &Scenario, side: Side) -> Vec<Setting> {
     let of_side = |key| format!("{}.{key}", side.name());
     [
         setting("COMM_RXMOD", "STALE", stale, "link.stale".to_owned()),
+        setting("COMM_RXMOD", "TIMEOUT_TICKS", link.timeout_ticks, "link.timeout_ticks".to_owned()),
+        setting("COMM_RXMOD", "CRX_EVERY", link.every_ticks, "link.every_ticks".to_owned()),
+        setting("COMM_TXMOD", "CTX_EVERY", link.every_ticks, "link.every_ticks".to_owned()),
         setting("WTRANSF_MOD", "B_PARAM", wave.impedance_ns_per_m, "wave.impedance_ns_per_m".to_owned()),
         setting("WTRANSF_MOD", "FORM", form, "wave.form".to_owned()),
         setting("PDCTRL_MOD", "LAW_OUTPUT", law, "wave.form".to_owned()),

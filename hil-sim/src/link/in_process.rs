@@ -3,11 +3,10 @@
 use std::collections::VecDeque;
 
 use dimsart_core::MAX_PACKET_BYTES;
-use rand_core::{Rng, SeedableRng};
-use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 use super::Link;
+use crate::bus::Random;
 
 /// What the link does to packets.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -33,7 +32,7 @@ const REORDERING_TICKS: u32 = 4;
 #[derive(Debug)]
 pub struct InProcess {
     parameters: InProcessParameters,
-    random: Pcg64Mcg,
+    random: Random,
     /// By time of arrival.
     in_flight: VecDeque<Flight>,
     last_arrival: u64,
@@ -50,32 +49,15 @@ impl InProcess {
     /// A link whose random numbers come from `seed`.
     #[must_use]
     pub fn new(parameters: InProcessParameters, seed: u64) -> Self {
-        let random = Pcg64Mcg::seed_from_u64(seed);
+        let random = Random::new(seed);
         Self { parameters, random, in_flight: VecDeque::new(), last_arrival: 0 }
     }
 
-    /// Whether something of this probability happens. Draws a number only when it is open.
-    fn happens(&mut self, probability: f64) -> bool {
-        probability > 0.0 && self.uniform() < probability
-    }
-
-    /// From 0 to below 1, in steps of 2^-53.
-    fn uniform(&mut self) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "53 bits fit exactly")]
-        let mantissa = (self.random.next_u64() >> 11) as f64;
-        mantissa / 9_007_199_254_740_992.0
-    }
-
-    /// A whole number from 0 to `most`.
-    fn up_to(&mut self, most: u32) -> u64 {
-        if most == 0 { 0 } else { self.random.next_u64() % (u64::from(most) + 1) }
-    }
-
     fn take_off(&mut self, now: u64, bytes: &[u8]) {
-        let jitter = self.up_to(self.parameters.jitter_ticks);
+        let jitter = self.random.up_to(self.parameters.jitter_ticks);
         let on_time = (now + u64::from(self.parameters.delay_ticks) + jitter).max(self.last_arrival);
-        let arrival = if self.happens(self.parameters.reordering) {
-            on_time + 1 + self.up_to(REORDERING_TICKS - 1)
+        let arrival = if self.random.happens(self.parameters.reordering) {
+            on_time + 1 + self.random.up_to(REORDERING_TICKS - 1)
         } else {
             self.last_arrival = on_time;
             on_time
@@ -91,11 +73,11 @@ impl InProcess {
 
 impl Link for InProcess {
     fn send(&mut self, now: u64, bytes: &[u8]) {
-        if self.happens(self.parameters.loss) {
+        if self.random.happens(self.parameters.loss) {
             return;
         }
         self.take_off(now, bytes);
-        if self.happens(self.parameters.duplication) {
+        if self.random.happens(self.parameters.duplication) {
             self.take_off(now, bytes);
         }
     }

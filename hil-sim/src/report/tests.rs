@@ -53,6 +53,7 @@ fn report(recording: &Recording) -> Report<'_> {
             steps: vec![text("frame writes"), text("frame reads")],
             types: vec![],
         }],
+        bus: None,
         settings_toml: text("name = \"</pre><b>\""),
         recording,
     }

@@ -24,6 +24,9 @@ pub(super) const MAX_DOF: f64 = dimsart_core::limits::MAX_DOF as f64;
 /// Longest delay of a link or a module: 100 s at 1 kHz.
 const MAX_TICKS: f64 = 100_000.0;
 
+/// From an old modem to a gigabit.
+const BIT_RATE: Range = Between(300.0, 1e9);
+
 /// Largest seed, 2^53 - 1: up to here every whole number is told from its neighbours.
 const MAX_SEED: f64 = 9_007_199_254_740_991.0;
 
@@ -37,9 +40,29 @@ const RANGES: &[(&str, Range)] = &[
     ("backward_delay_ticks", Between(0.0, MAX_TICKS)),
     ("jitter_ticks", Between(0.0, MAX_TICKS)),
     ("time_delay_ticks", Between(0.0, MAX_TICKS)),
+    ("timeout_ticks", Between(0.0, 1_000_000.0)),
+    ("link.every_ticks", Between(1.0, 100.0)),
     ("loss", Between(0.0, 1.0)),
     ("duplication", Between(0.0, 1.0)),
     ("reordering", Between(0.0, 1.0)),
+    ("bits_per_s", BIT_RATE),
+    ("data_bits_per_s", BIT_RATE),
+    ("forward_bits_per_s", BIT_RATE),
+    ("backward_bits_per_s", BIT_RATE),
+    ("bit_error_rate", Between(0.0, 1.0)),
+    ("byte_drop", Between(0.0, 1.0)),
+    ("byte_insert", Between(0.0, 1.0)),
+    ("queue_bytes", Between(1.0, 1e7)),
+    ("queue_frames", Between(1.0, 1e5)),
+    ("other_nodes", Between(0.0, 100.0)),
+    ("rejoins", Between(0.0, 1e6)),
+    ("header_bytes", Between(0.0, 1500.0)),
+    ("delay_s", Between(0.0, 100.0)),
+    ("spread_s", Between(0.0, 100.0)),
+    ("gamma_shape", Between(0.01, 1000.0)),
+    ("burst_start", Between(0.0, 1.0)),
+    ("burst_end", Between(0.0, 1.0)),
+    ("burst_loss", Between(0.0, 1.0)),
     ("impedance_ns_per_m", Positive),
     ("hand.mass_kg", NotNegative),
     ("mass_kg", Positive),

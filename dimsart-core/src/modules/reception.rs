@@ -1,0 +1,211 @@
+//! Which packets a receiver accepts, and what it knows of its link.
+
+use crate::mailbox::{LinkPort, START_COUNTERS, counters_ahead, is_newer, low_half};
+use crate::{Content, LinkState};
+
+/// Silence after which two packets that are not next ones, the second newer than the first, mean that the
+/// sender has started anew.
+const RESTART_TICKS: u32 = 100;
+/// Ticks of packets that can be missing at once beyond those that nothing came in: packets that were late together.
+/// A longer way ahead is none that a sender can have gone.
+const LATE_TICKS: u32 = 1000;
+/// Largest step of the counter with which too little is lost to be worth more than a word: AUTOSAR's `MaxDeltaCounter`.
+const MAX_DELTA: u32 = 3;
+/// Share of a new deviation in the smoothed jitter (RFC 3550, 6.4.1).
+const SMOOTHING: f32 = 1.0 / 16.0;
+
+/// What the receiver listens for; it changes with parameters only.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Expected {
+    pub(super) content: Content,
+    /// Words of the packet that are samples; counters follow.
+    pub(super) samples: u8,
+    /// Ticks from a packet to the next one.
+    pub(super) every_ticks: u32,
+    /// Ticks without a packet that was due after which the link is lost; 0 for never.
+    pub(super) timeout_ticks: u32,
+}
+
+/// What came so far.
+#[derive(Debug, Default)]
+pub(super) struct Reception {
+    /// Of the newest packet accepted; 0 before the first.
+    counter: u16,
+    /// What may be the first packet of a sender that has started anew, and the newest one accepted then.
+    restart: [u16; 2],
+    /// Whether the newest packet begins another life of its sender.
+    pub(super) is_restart: bool,
+    /// Whether the newest packet is the one right after the one before it.
+    pub(super) is_next: bool,
+    pub(super) age_ticks: u32,
+    pub(super) lost: u32,
+    pub(super) refused: u32,
+    pub(super) round_trip_ticks: u32,
+    pub(super) jitter_ticks: f32,
+    state: LinkState,
+    is_lost: bool,
+    /// Ticks that the newest packet's wave is still held for; a packet that comes meanwhile waits.
+    held_ticks: u32,
+    /// Ticks that the packet which waits now, and the one before it, had to.
+    waited_ticks: [u32; 2],
+}
+
+impl Reception {
+    /// Lets the newest packet's wave go on for another tick.
+    #[cold]
+    pub(super) fn hold(&mut self, link: &LinkPort) {
+        self.held_ticks = self.held_ticks.saturating_sub(1);
+        self.age_ticks = self.age_ticks.saturating_add(1);
+        let [waited, _] = &mut self.waited_ticks;
+        *waited += u32::from(link.received.is_full());
+    }
+
+    /// Whether the wave of the newest packet goes on for another tick.
+    #[inline]
+    pub(super) fn is_holding(&self) -> bool {
+        self.held_ticks != 0
+    }
+
+    /// Whether a new packet is there; takes note of its header.
+    #[inline]
+    pub(super) fn accept(&mut self, link: &LinkPort, expected: &Expected) -> bool {
+        if !link.received.is_full() {
+            return self.go_without(link, expected);
+        }
+        link.received.clear();
+        if link.received.content() != expected.content || link.received.finite_words() < expected.samples {
+            return self.refuse(LinkState::Error, expected);
+        }
+        let counter = link.received.counter();
+        self.is_restart = false;
+        // The first one of all has none before it.
+        self.is_next = self.counter != 0 && counter == self.counter.wrapping_add(1);
+        if self.is_next {
+            self.state = LinkState::Ok;
+            self.measure_jitter(expected.every_ticks, expected.every_ticks);
+        } else if !self.accept_jump(counter, expected) {
+            return false;
+        }
+        self.counter = counter;
+        self.age_ticks = 0;
+        self.held_ticks = expected.every_ticks.saturating_sub(1);
+        link.is_damaged.set(false);
+        link.accepted_counter.set(counter);
+        let echo = link.received.echo();
+        if echo != 0 {
+            self.measure_round_trip(link, echo);
+        }
+        true
+    }
+
+    /// What came of the present tick; told to the link when it is lost.
+    #[inline]
+    pub(super) fn state(&self, link: &LinkPort) -> LinkState {
+        if self.is_lost {
+            link.is_lost.set(true);
+            return LinkState::Timeout;
+        }
+        self.state
+    }
+
+    /// Ticks since the next packet was due, that tick included.
+    pub(super) fn overdue_ticks(&self, every_ticks: u32) -> u32 {
+        (self.age_ticks + 1).saturating_sub(every_ticks)
+    }
+
+    #[inline(never)]
+    fn go_without(&mut self, link: &LinkPort, expected: &Expected) -> bool {
+        self.grow_older(expected);
+        if link.is_damaged.replace(false) {
+            self.state = LinkState::Error;
+        } else if self.overdue_ticks(expected.every_ticks) > 0 {
+            self.state = LinkState::NoData;
+        }
+        false
+    }
+
+    #[cold]
+    fn refuse(&mut self, state: LinkState, expected: &Expected) -> bool {
+        self.refused = self.refused.wrapping_add(1);
+        self.state = state;
+        self.grow_older(expected);
+        false
+    }
+
+    fn grow_older(&mut self, expected: &Expected) {
+        self.age_ticks = self.age_ticks.saturating_add(1).min(u32::MAX - 1);
+        let Expected { every_ticks, timeout_ticks, .. } = *expected;
+        let is_late = timeout_ticks != 0 && self.overdue_ticks(every_ticks) >= timeout_ticks;
+        self.is_lost |= is_late && self.counter != 0;
+    }
+
+    /// Between packets that were sent so many ticks apart, as RFC 3550 does.
+    #[inline]
+    fn measure_jitter(&mut self, sent_ticks: u32, every_ticks: u32) {
+        let mut came_ticks = self.age_ticks + 1;
+        if every_ticks > 1 {
+            let [waited, waited_before] = self.waited_ticks;
+            came_ticks = came_ticks.saturating_add(waited_before).saturating_sub(waited);
+            self.waited_ticks = [0, waited];
+        }
+        #[expect(clippy::cast_precision_loss, reason = "few ticks, or so many that it does not matter")]
+        let deviation = came_ticks.abs_diff(sent_ticks) as f32;
+        self.jitter_ticks += (deviation - self.jitter_ticks) * SMOOTHING;
+    }
+
+    #[inline]
+    fn measure_round_trip(&mut self, link: &LinkPort, echo: u16) {
+        let sent_number = link.sent_number.get();
+        let packets = u32::from(counters_ahead(low_half(sent_number), echo));
+        // Not of a life of this side before its last start.
+        if packets < sent_number {
+            self.round_trip_ticks = packets * link.sent_every_ticks.get() + link.since_sent_ticks.get() + 1;
+        }
+    }
+
+    /// Whether a packet that is not the next one is new; counts what is missing before it.
+    #[cold]
+    fn accept_jump(&mut self, counter: u16, expected: &Expected) -> bool {
+        if counter == self.counter {
+            return self.refuse(LinkState::Repeated, expected);
+        }
+        let delta = u32::from(counters_ahead(counter, self.counter));
+        let sent_ticks = delta.saturating_mul(expected.every_ticks);
+        // Counters go round: what seems to be ahead can come from a sender that has started anew.
+        let is_start = counter <= START_COUNTERS && u32::from(self.counter) > LATE_TICKS;
+        let is_ahead = !is_start
+            && is_newer(counter, self.counter)
+            && sent_ticks <= self.age_ticks.saturating_add(1 + LATE_TICKS);
+        let [first, accepted] = self.restart;
+        let follows_first = accepted == self.counter && is_newer(counter, first);
+        self.state = LinkState::WrongSequence;
+        if self.counter == 0 {
+            self.is_restart = true;
+            self.state = LinkState::Ok;
+        } else if is_ahead && follows_first && first <= START_COUNTERS {
+            self.is_restart = true;
+        } else if is_ahead {
+            self.is_next = delta == 1;
+            self.lost = self.lost.wrapping_add(delta.wrapping_sub(1));
+            self.measure_jitter(sent_ticks, expected.every_ticks);
+            self.state = match delta {
+                1 => LinkState::Ok,
+                2..=MAX_DELTA => LinkState::OkSomeLost,
+                _ => LinkState::WrongSequence,
+            };
+        } else {
+            let is_silent = self.age_ticks >= RESTART_TICKS;
+            if is_silent || is_start {
+                self.restart = [counter, self.counter];
+            }
+            if !(is_silent && follows_first) {
+                return self.refuse(LinkState::WrongSequence, expected);
+            }
+            self.is_restart = true;
+        }
+        if self.is_restart {
+            self.round_trip_ticks = 0;
+        }
+        true
+    }
+}

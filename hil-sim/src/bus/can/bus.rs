@@ -1,0 +1,258 @@
+//! The bus itself: arbitration, frame times, error frames with retransmission, bus-off.
+//!
+//! ```text
+//! submit ──▶ waiting (per node) ──arbitration──▶ wire ──▶ arrived (per node) ──▶ receive
+//! ```
+//! Whenever the wire is free and something waits, the lowest identifier of all nodes goes. A bit error is seen by
+//! all nodes; the frame is broken off there, an error frame follows, and it is sent again. Nodes count errors, become
+//! passive and leave the bus as ISO 11898-1 says. A node that left comes back after 128 times 11 recessive bits, as
+//! often as it is allowed to; then it stays away.
+
+use std::collections::BTreeMap;
+
+use super::frame::{CanFrame, INTERFRAME_BITS, Identifier, WireBits};
+use super::node::{ErrorState, Node, Waiting};
+use crate::bus::random::Random;
+use crate::bus::time::bits_ns;
+use crate::bus::traffic::{Occupation, Timeline};
+
+/// Bits of an error frame at the longest, space behind it included: a flag, one that answers it, delimiter.
+const ERROR_FRAME_BITS: u32 = 6 + 6 + 8 + INTERFRAME_BITS;
+/// Further bits that an error-passive node waits after a frame of its own.
+const SUSPENDED_BITS: u32 = 8;
+/// Recessive bits that bring a node back: so many in a row, so often.
+const REJOIN_BITS: u32 = 128 * RECESSIVE_BITS;
+const RECESSIVE_BITS: u32 = 11;
+/// Place of the acknowledge bit, from the end of a frame.
+const BITS_FROM_ACKNOWLEDGE: u32 = 9;
+
+/// What kind of bus it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CanParameters {
+    /// Nominal bit rate, `bit/s`.
+    pub bits_per_s: u32,
+    /// Bit rate of the data of CAN FD frames, `bit/s`.
+    pub data_bits_per_s: u32,
+    /// Share of the bits that all nodes see wrong, 0 to 1.
+    pub bit_error_rate: f64,
+    /// How often a node that left the bus may come back.
+    pub rejoins: u32,
+    /// Frames that wait in a node at most.
+    pub queue_frames: usize,
+}
+
+/// How long frames of one identifier took, from when they waited to their end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Response {
+    /// Frames that got through.
+    pub frames: u64,
+    /// The longest time, `ns`.
+    pub longest_ns: u64,
+    /// All of them together, `ns`.
+    pub sum_ns: u64,
+}
+
+/// A bus with its nodes.
+#[derive(Debug)]
+pub struct CanBus {
+    parameters: CanParameters,
+    random: Random,
+    nodes: Vec<Node>,
+    /// When the wire is free again.
+    free_ns: u64,
+    busy_ns: u64,
+    error_frames: u64,
+    responses: BTreeMap<Identifier, Response>,
+    timeline: Timeline,
+}
+
+impl CanBus {
+    /// A bus without nodes whose errors come from `seed`.
+    #[must_use]
+    pub fn new(parameters: CanParameters, seed: u64) -> Self {
+        Self {
+            parameters,
+            random: Random::new(seed),
+            nodes: Vec::new(),
+            free_ns: 0,
+            busy_ns: 0,
+            error_frames: 0,
+            responses: BTreeMap::new(),
+            timeline: Timeline::default(),
+        }
+    }
+
+    /// Adds a node that listens for these identifiers, and gives its number.
+    pub fn add(&mut self, name: &str, accepts: &[Identifier]) -> usize {
+        self.nodes.push(Node::new(name, accepts));
+        self.nodes.len() - 1
+    }
+
+    /// The nodes, by their number.
+    #[must_use]
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Error frames so far.
+    #[must_use]
+    pub fn error_frames(&self) -> u64 {
+        self.error_frames
+    }
+
+    /// Time the wire was taken so far, spaces between frames included, `ns`.
+    #[must_use]
+    pub fn busy_ns(&self) -> u64 {
+        self.busy_ns
+    }
+
+    /// How long frames took, by identifier, the most urgent first.
+    #[must_use]
+    pub fn responses(&self) -> &BTreeMap<Identifier, Response> {
+        &self.responses
+    }
+
+    /// Who had the wire when.
+    #[must_use]
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// Lets the frames of a content wait in a node from `now_ns` on; the times of calls never go back. False if they
+    /// do not all fit: then none waits, and the node counts it.
+    pub fn submit(&mut self, node: usize, now_ns: u64, frames: Vec<CanFrame>) -> bool {
+        self.run_until(now_ns);
+        let room = self.parameters.queue_frames;
+        let Some(node) = self.nodes.get_mut(node) else { return false };
+        if node.state(now_ns) == ErrorState::BusOff || node.waiting.len() + frames.len() > room {
+            node.dropped += 1;
+            return false;
+        }
+        node.waiting.extend(frames.into_iter().map(|frame| Waiting {
+            bits: frame.wire_bits(),
+            frame,
+            ready_ns: now_ns,
+        }));
+        true
+    }
+
+    /// Gives `deliver` the frames that a node listens for and that ended by `now_ns`.
+    pub fn receive(&mut self, node: usize, now_ns: u64, mut deliver: impl FnMut(u64, &CanFrame)) {
+        self.run_until(now_ns);
+        let Some(node) = self.nodes.get_mut(node) else { return };
+        while let Some((arrival_ns, frame)) =
+            node.arrived.pop_front_if(|(arrival_ns, _)| *arrival_ns <= now_ns)
+        {
+            deliver(arrival_ns, &frame);
+        }
+    }
+
+    /// Sends all that begins before `now_ns`.
+    pub fn run_until(&mut self, now_ns: u64) {
+        while let Some(ready_ns) = self.nodes.iter().filter_map(Node::ready_ns).min() {
+            let start_ns = self.free_ns.max(ready_ns);
+            if start_ns >= now_ns {
+                return;
+            }
+            let candidates = self.nodes.iter().enumerate().filter_map(|(index, node)| {
+                let (identifier, place) = node.candidate(start_ns)?;
+                Some((identifier, index, place))
+            });
+            let Some((_, sender, place)) = candidates.min() else { return };
+            self.transmit(sender, place, start_ns);
+        }
+    }
+
+    fn transmit(&mut self, sender: usize, place: usize, start_ns: u64) {
+        let Some(node) = self.nodes.get_mut(sender) else { return };
+        let Some(waiting) = node.waiting.remove(place) else { return };
+        let others = self.nodes.iter().enumerate().filter(|(index, _)| *index != sender);
+        let is_acknowledged = others.into_iter().any(|(_, node)| node.state(start_ns) != ErrorState::BusOff);
+        let all = waiting.bits.sum();
+        let good_bits = self.random.before_failure(self.parameters.bit_error_rate);
+        let good_bits = u32::try_from(good_bits).unwrap_or(u32::MAX).min(all);
+        let is_good = good_bits >= all;
+        let bits = match (is_good, is_acknowledged) {
+            (true, false) => all - BITS_FROM_ACKNOWLEDGE,
+            (true, true) => all,
+            (false, _) => good_bits + 1,
+        };
+        let end_ns = start_ns + self.lasts_ns(waiting.bits, bits);
+        let is_sent = is_good && is_acknowledged;
+        let gap_bits = if is_sent { INTERFRAME_BITS } else { ERROR_FRAME_BITS };
+        self.free_ns = end_ns + bits_ns(gap_bits, self.parameters.bits_per_s);
+        self.busy_ns += self.free_ns - start_ns;
+        self.error_frames += u64::from(!is_sent);
+        let shown_until_ns = if is_sent { end_ns } else { self.free_ns };
+        self.timeline.add(Occupation {
+            start_ns,
+            end_ns: shown_until_ns,
+            sender,
+            label: waiting.frame.identifier.to_string(),
+            is_error: !is_sent,
+        });
+        self.count(sender, start_ns, is_good, is_acknowledged);
+        if is_sent {
+            self.deliver(sender, end_ns, waiting);
+        } else if let Some(node) = self.nodes.get_mut(sender)
+            && node.state(self.free_ns) != ErrorState::BusOff
+        {
+            node.waiting.insert(place.min(node.waiting.len()), waiting);
+        }
+    }
+
+    /// How long the first `bits` of a frame last.
+    fn lasts_ns(&self, frame: WireBits, bits: u32) -> u64 {
+        let head = bits.min(frame.head);
+        let fast = (bits - head).min(frame.fast);
+        let slow = bits - fast;
+        bits_ns(slow, self.parameters.bits_per_s) + bits_ns(fast, self.parameters.data_bits_per_s)
+    }
+
+    /// Longest time that a frame of these bits and the space behind it take, `ns`.
+    #[must_use]
+    pub fn frame_ns(parameters: &CanParameters, bits: WireBits) -> u64 {
+        let slow = bits.head + bits.tail + INTERFRAME_BITS;
+        bits_ns(slow, parameters.bits_per_s) + bits_ns(bits.fast, parameters.data_bits_per_s)
+    }
+
+    /// Error counters, and what follows from them.
+    fn count(&mut self, sender: usize, start_ns: u64, is_good: bool, is_acknowledged: bool) {
+        let [recessive_ns, suspended_ns, rejoin_ns] = [RECESSIVE_BITS, SUSPENDED_BITS, REJOIN_BITS]
+            .map(|bits| bits_ns(bits, self.parameters.bits_per_s));
+        let (free_ns, rejoins) = (self.free_ns, self.parameters.rejoins);
+        let taken_ns = free_ns - start_ns;
+        for (index, node) in self.nodes.iter_mut().enumerate() {
+            if node.state(start_ns) == ErrorState::BusOff {
+                // A whole frame counts as one stretch of recessive bits: its end and the space behind it.
+                node.back_ns = node.back_ns.saturating_add(taken_ns.saturating_sub(recessive_ns));
+            } else if index != sender {
+                node.has_received(is_good);
+            } else if node.has_sent(is_good, is_acknowledged) {
+                let may_return = node.bus_offs < rejoins;
+                node.bus_offs += 1;
+                node.dropped += u64::from(!node.waiting.is_empty());
+                node.waiting.clear();
+                (node.transmit_errors, node.receive_errors) = (0, 0);
+                node.back_ns = if may_return { free_ns + rejoin_ns } else { u64::MAX };
+            } else if node.state(free_ns) == ErrorState::Passive {
+                node.suspended_until_ns = free_ns + suspended_ns;
+            }
+        }
+    }
+
+    fn deliver(&mut self, sender: usize, end_ns: u64, waiting: Waiting) {
+        let Waiting { frame, ready_ns, .. } = waiting;
+        let response = self.responses.entry(frame.identifier).or_default();
+        let took_ns = end_ns - ready_ns;
+        response.frames += 1;
+        response.longest_ns = response.longest_ns.max(took_ns);
+        response.sum_ns += took_ns;
+        let others = self.nodes.iter_mut().enumerate().filter(|(index, _)| *index != sender);
+        for (_, node) in others {
+            if node.accepts.contains(&frame.identifier) && end_ns >= node.back_ns {
+                node.arrived.push_back((end_ns, frame.clone()));
+            }
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! A line of a bit rate with a queue before it: what has not gone yet waits, and what finds no room is refused.
+
+use super::time::bits_ns;
+
+/// One direction of a line.
+#[derive(Debug, Clone)]
+pub(super) struct Line {
+    bits_per_s: u32,
+    bits_per_byte: u32,
+    queue_bytes: usize,
+    free_ns: u64,
+    busy_ns: u64,
+    longest_ns: u64,
+}
+
+impl Line {
+    pub(super) fn new(bits_per_s: u32, bits_per_byte: u32, queue_bytes: usize) -> Self {
+        Self { bits_per_s, bits_per_byte, queue_bytes, free_ns: 0, busy_ns: 0, longest_ns: 0 }
+    }
+
+    /// How long so many bytes take, `ns`.
+    pub(super) fn lasts_ns(&self, bytes: usize) -> u64 {
+        bits_ns(u64::from(self.bits_per_byte) * bytes as u64, self.bits_per_s)
+    }
+
+    /// Lets bytes go as soon as those before them are out, and gives when the first begins; none when those that
+    /// still wait leave no room for them.
+    pub(super) fn take(&mut self, now_ns: u64, bytes: usize) -> Option<u64> {
+        let start_ns = self.free_ns.max(now_ns);
+        let end_ns = start_ns + self.lasts_ns(bytes);
+        if end_ns - now_ns > self.lasts_ns(self.queue_bytes) {
+            return None;
+        }
+        self.busy_ns += end_ns - start_ns;
+        self.free_ns = end_ns;
+        self.longest_ns = self.longest_ns.max(end_ns - now_ns);
+        Some(start_ns)
+    }
+
+    /// Longest time from being given to being out, `ns`.
+    pub(super) fn longest_ns(&self) -> u64 {
+        self.longest_ns
+    }
+
+    pub(super) fn busy_ns(&self) -> u64 {
+        self.busy_ns
+    }
+}

@@ -1,0 +1,193 @@
+//! One direction of a UART: ten bits a byte, wrong bits, bytes that get lost and bytes that nobody sent.
+
+use std::collections::VecDeque;
+
+use super::line::Line;
+use super::random::Random;
+use super::traffic::{Occupation, Timeline};
+
+/// Start bit, data, stop bit.
+const BITS_PER_BYTE: u32 = 10;
+
+/// What a line does to bytes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UartParameters {
+    /// Bit rate, `bit/s`.
+    pub bits_per_s: u32,
+    /// Share of the bits that arrive wrong, 0 to 1. A wrong start or stop bit loses the byte.
+    pub bit_error_rate: f64,
+    /// Share of the bytes that get lost, 0 to 1: an overrun of the receiver.
+    pub byte_drop: f64,
+    /// Share of the bytes before which comes one that nobody sent, 0 to 1.
+    pub byte_insert: f64,
+    /// Bytes that can wait to be sent.
+    pub queue_bytes: usize,
+}
+
+/// One direction.
+#[derive(Debug)]
+pub struct Uart {
+    parameters: UartParameters,
+    line: Line,
+    random: Random,
+    /// Bits until the next wrong one.
+    good_bits: u64,
+    /// With the moment at which they have come in whole, `ns`.
+    on_the_way: VecDeque<(u64, u8)>,
+    errors: u64,
+    timeline: Timeline,
+}
+
+impl Uart {
+    /// A line whose errors come from `seed`.
+    #[must_use]
+    pub fn new(parameters: UartParameters, seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let good_bits = random.before_failure(parameters.bit_error_rate);
+        let line = Line::new(parameters.bits_per_s, BITS_PER_BYTE, parameters.queue_bytes);
+        let (on_the_way, timeline) = (VecDeque::new(), Timeline::default());
+        Self { parameters, line, random, good_bits, on_the_way, errors: 0, timeline }
+    }
+
+    /// Sends bytes from `now_ns` on, after those that still wait. False when there is no room for all of them: then
+    /// none is sent.
+    pub fn send(&mut self, now_ns: u64, bytes: &[u8]) -> bool {
+        let Some(start_ns) = self.line.take(now_ns, bytes.len()) else { return false };
+        let before = self.errors;
+        for (count, byte) in (1..).zip(bytes) {
+            let arrival_ns = start_ns + self.line.lasts_ns(count);
+            if self.random.happens(self.parameters.byte_insert) {
+                self.errors += 1;
+                let noise = self.noise();
+                self.on_the_way.push_back((arrival_ns, noise));
+            }
+            if let Some(byte) = self.carry(*byte) {
+                self.on_the_way.push_back((arrival_ns, byte));
+            }
+        }
+        let (end_ns, is_error) = (start_ns + self.line.lasts_ns(bytes.len()), self.errors > before);
+        self.timeline.add(Occupation { start_ns, end_ns, sender: 0, label: String::new(), is_error });
+        true
+    }
+
+    /// What becomes of a byte; none when it gets lost.
+    fn carry(&mut self, byte: u8) -> Option<u8> {
+        let wrong_bits = self.wrong_bits();
+        let is_lost = self.random.happens(self.parameters.byte_drop) || wrong_bits & 0b10_0000_0001 != 0;
+        self.errors += u64::from(is_lost || wrong_bits != 0);
+        let [_, data] = (wrong_bits >> 1).to_be_bytes();
+        (!is_lost).then_some(byte ^ data)
+    }
+
+    /// A mask of the ten bits of a byte that arrive wrong, the start bit the lowest.
+    fn wrong_bits(&mut self) -> u16 {
+        let mut mask = 0;
+        for bit in 0..BITS_PER_BYTE {
+            if self.good_bits == 0 {
+                mask |= 1 << bit;
+                self.good_bits = self.random.before_failure(self.parameters.bit_error_rate);
+            } else {
+                self.good_bits -= 1;
+            }
+        }
+        mask
+    }
+
+    fn noise(&mut self) -> u8 {
+        u8::try_from(self.random.up_to(u32::from(u8::MAX))).unwrap_or(u8::MAX)
+    }
+
+    /// Gives `deliver` the bytes that have come in whole by `now_ns`, each with its moment in `ns`.
+    pub fn receive(&mut self, now_ns: u64, mut deliver: impl FnMut(u64, u8)) {
+        while let Some((arrival_ns, byte)) =
+            self.on_the_way.pop_front_if(|(arrival_ns, _)| *arrival_ns <= now_ns)
+        {
+            deliver(arrival_ns, byte);
+        }
+    }
+
+    /// Bytes that arrived wrong, got lost, or that nobody sent.
+    #[must_use]
+    pub fn errors(&self) -> u64 {
+        self.errors
+    }
+
+    /// Time the line was taken so far, `ns`.
+    #[must_use]
+    pub fn busy_ns(&self) -> u64 {
+        self.line.busy_ns()
+    }
+
+    /// Longest time from being given to having arrived, `ns`.
+    #[must_use]
+    pub fn longest_ns(&self) -> u64 {
+        self.line.longest_ns()
+    }
+
+    /// When the line was taken.
+    #[must_use]
+    pub fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLEAN: UartParameters = UartParameters {
+        bits_per_s: 1_000_000,
+        bit_error_rate: 0.0,
+        byte_drop: 0.0,
+        byte_insert: 0.0,
+        queue_bytes: 100,
+    };
+
+    fn received(uart: &mut Uart, now_ns: u64) -> Vec<(u64, u8)> {
+        let mut bytes = Vec::new();
+        uart.receive(now_ns, |arrival_ns, byte| bytes.push((arrival_ns, byte)));
+        bytes
+    }
+
+    #[test]
+    fn a_byte_takes_ten_bits_and_waits_for_those_before_it() {
+        let mut uart = Uart::new(CLEAN, 1);
+        assert!(uart.send(0, &[1, 2]) && uart.send(5_000, &[3]));
+        assert_eq!(received(&mut uart, 9_999), []);
+        assert_eq!(received(&mut uart, 20_000), [(10_000, 1), (20_000, 2)]);
+        assert_eq!(received(&mut uart, 1_000_000), [(30_000, 3)]);
+        assert_eq!(uart.busy_ns(), 30_000);
+        // 3 bytes are 26 us 042 ns at 1 152 000 baud; the rounding of each does not add up.
+        let mut fast = Uart::new(UartParameters { bits_per_s: 1_152_000, ..CLEAN }, 1);
+        fast.send(0, &[0; 3]);
+        assert_eq!(received(&mut fast, 1_000_000).last().unwrap().0, 26_042);
+    }
+
+    #[test]
+    fn a_full_line_refuses_what_does_not_fit_whole() {
+        let mut uart = Uart::new(CLEAN, 1);
+        assert!(uart.send(0, &[0; 60]));
+        assert!(!uart.send(0, &[0; 41]) && uart.send(0, &[0; 40]));
+        assert!(!uart.send(9_999, &[0]) && uart.send(10_000, &[0]), "one byte is out");
+    }
+
+    #[test]
+    fn errors_come_as_often_as_asked() {
+        let sent = vec![0x5A; 100_000];
+        let run = |parameters: UartParameters| {
+            let mut uart = Uart::new(UartParameters { queue_bytes: sent.len(), ..parameters }, 9);
+            assert!(uart.send(0, &sent));
+            let bytes = received(&mut uart, u64::MAX);
+            (bytes.len() as f64 / 1e5, bytes.iter().filter(|(_, byte)| *byte != 0x5A).count() as f64 / 1e5)
+        };
+        let near = |found: f64, wanted: f64| (found - wanted).abs() < 0.004;
+        assert_eq!(run(CLEAN), (1.0, 0.0));
+        let (arrived, wrong) = run(UartParameters { bit_error_rate: 0.01, ..CLEAN });
+        // Start and stop bit right; then at least one of eight wrong.
+        let framed = 0.99_f64.powi(2);
+        assert!(near(arrived, framed) && near(wrong, framed * (1.0 - 0.99_f64.powi(8))), "{arrived} {wrong}");
+        assert!(near(run(UartParameters { byte_drop: 0.05, ..CLEAN }).0, 0.95));
+        let (arrived, wrong) = run(UartParameters { byte_insert: 0.05, ..CLEAN });
+        assert!(near(arrived, 1.05) && near(wrong, 0.05 * 255.0 / 256.0));
+    }
+}

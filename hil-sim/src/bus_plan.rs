@@ -1,0 +1,329 @@
+//! Whether the joints of a robot fit on one CAN bus: the worst case worked out, and one second simulated.
+//!
+//! A central controller sends each joint a packet every period, and each joint one back. The bus carries them if
+//! every packet is across before the next one of its kind is due.
+
+use serde::Serialize;
+
+use dimsart_core::Packet;
+
+use crate::bus::can::{
+    CanBus, CanFrame, CanParameters, Format, Identifier, Message, Response, worst_response_ns,
+};
+use crate::bus::time::{NS_PER_S, bits_ns, ns_seconds, seconds_ns};
+use crate::bus::{MediumReport, Random, Traffic, load};
+use crate::link::can_frames;
+
+/// Channels, and so identifiers, of packets to the joints and from them: commands are more urgent.
+const TO_JOINTS: u16 = 0x100;
+const FROM_JOINTS: u16 = 0x200;
+/// Most joints: each direction has so many channels.
+pub const MAX_JOINTS: u16 = 64;
+/// Time that is simulated, `ns`.
+const SIMULATED_NS: u64 = NS_PER_S;
+/// Data rates of CAN FD that transceivers are sold for, `bit/s`.
+const DATA_RATES: [u32; 4] = [2_000_000, 4_000_000, 5_000_000, 8_000_000];
+
+/// A bus with its joints.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BusPlan {
+    /// Joints on the bus, 1 to [`MAX_JOINTS`].
+    pub joints: u16,
+    /// Packets per second to each joint and from it, `Hz`.
+    pub rate_hz: f64,
+    /// Words of a packet to a joint.
+    pub words_to_joint: usize,
+    /// Words of a packet from a joint.
+    pub words_from_joint: usize,
+    /// Classic CAN or CAN FD.
+    pub format: Format,
+    /// The bus.
+    pub parameters: CanParameters,
+    /// Of the simulated bits and errors.
+    pub seed: u64,
+}
+
+/// What a plan comes to; printed whole by `--json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct BusFigures {
+    /// Whether every packet is across before the next one of its kind, in the worst case and in the simulation.
+    pub fits: bool,
+    /// Time between two packets of a kind, and the most that one may take, `s`.
+    pub period_s: f64,
+    /// Share of the time that the longest frames take; above 1 there is more to send than the bus carries.
+    pub worst_load: f64,
+    /// Share of the time that the simulated frames took.
+    pub simulated_load: f64,
+    /// Packets that found no room in the simulation.
+    pub dropped: u64,
+    /// Error frames in the simulation.
+    pub error_frames: u64,
+    /// By falling urgency.
+    pub packets: Vec<PacketFigures>,
+    /// What to do when it does not fit.
+    pub advice: Vec<String>,
+}
+
+/// What the packets of one channel come to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PacketFigures {
+    /// From where to where.
+    pub name: String,
+    /// On the bus.
+    pub identifier: String,
+    /// Frames of a packet.
+    pub frames: usize,
+    /// Bits of them at the most, spaces between frames included.
+    pub most_bits: u32,
+    /// Longest time from being given to being across, without errors, `s`; none when the bus cannot carry it.
+    pub worst_response_s: Option<f64>,
+    /// The longest in the simulation, errors included, `s`; none when nothing came across.
+    pub simulated_response_s: Option<f64>,
+}
+
+/// Why a plan cannot be looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("no frames carry a packet of {words} words; classic CAN takes 16 at most and CAN FD 13")]
+pub struct TooManyWords {
+    /// Words of the packet.
+    pub words: usize,
+}
+
+/// The packets of one channel.
+struct Stream {
+    name: String,
+    sender: String,
+    channel: u16,
+    words: usize,
+}
+
+impl BusPlan {
+    /// Works the plan out and simulates it. What was on the bus goes along, for a picture.
+    ///
+    /// # Errors
+    /// [`TooManyWords`] for a packet that the format does not carry.
+    pub fn look(&self) -> Result<(BusFigures, MediumReport), TooManyWords> {
+        let streams = self.streams();
+        let packets: Vec<Vec<CanFrame>> =
+            streams.iter().map(|stream| self.frames(stream, 0)).collect::<Result<_, _>>()?;
+        let responses_ns = self.worst_responses_ns(&packets);
+        let (bus, dropped) = self.simulate(&streams)?;
+        let period_s = ns_seconds(self.period_ns());
+        let seen = |identifier: Identifier| -> Option<&Response> { bus.responses().get(&identifier) };
+        let figures = streams.iter().zip(&packets).zip(&responses_ns).map(|((stream, frames), worst_ns)| {
+            let most_bits = frames.iter().map(|frame| self.most_bits(frame)).sum();
+            let identifier = Identifier::Standard(stream.channel);
+            PacketFigures {
+                name: stream.name.clone(),
+                identifier: identifier.to_string(),
+                frames: frames.len(),
+                most_bits,
+                worst_response_s: worst_ns.map(ns_seconds),
+                simulated_response_s: seen(identifier).map(|response| ns_seconds(response.longest_ns)),
+            }
+        });
+        let figures: Vec<PacketFigures> = figures.collect();
+        let is_in_time =
+            |response_s: Option<f64>| response_s.is_some_and(|response_s| response_s <= period_s);
+        let fits = dropped == 0
+            && figures
+                .iter()
+                .all(|packet| is_in_time(packet.worst_response_s) && is_in_time(packet.simulated_response_s));
+        let frame_ns: u64 = packets.iter().flatten().map(|frame| self.frame_ns(frame)).sum();
+        let simulated_load = load(bus.busy_ns(), SIMULATED_NS);
+        let report = MediumReport {
+            traffic: Traffic {
+                medium: "CAN bus".to_owned(),
+                load: simulated_load,
+                packets: bus.responses().values().map(|response| response.frames).sum(),
+                dropped,
+                errors: bus.error_frames(),
+                bus_offs: bus.nodes().iter().map(|node| node.bus_offs).sum(),
+                longest_s: bus
+                    .responses()
+                    .values()
+                    .map(|response| ns_seconds(response.longest_ns))
+                    .fold(0.0, f64::max),
+            },
+            senders: bus.nodes().iter().map(|node| node.name.clone()).collect(),
+            timeline: bus.timeline().clone(),
+            faults: Vec::new(),
+        };
+        let figures = BusFigures {
+            fits,
+            period_s,
+            worst_load: ns_seconds(frame_ns) / period_s,
+            simulated_load,
+            dropped,
+            error_frames: bus.error_frames(),
+            packets: figures,
+            advice: if fits { Vec::new() } else { self.advice() },
+        };
+        Ok((figures, report))
+    }
+
+    /// Time between two packets of a kind, `ns`.
+    #[must_use]
+    pub fn period_ns(&self) -> u64 {
+        seconds_ns(1.0 / self.rate_hz).max(1)
+    }
+
+    /// By falling urgency.
+    fn streams(&self) -> Vec<Stream> {
+        let joints = 1..=self.joints;
+        let to = joints.clone().map(|joint| Stream {
+            name: format!("to joint {joint}"),
+            sender: "controller".to_owned(),
+            channel: TO_JOINTS + joint,
+            words: self.words_to_joint,
+        });
+        let from = joints.map(|joint| Stream {
+            name: format!("from joint {joint}"),
+            sender: format!("joint {joint}"),
+            channel: FROM_JOINTS + joint,
+            words: self.words_from_joint,
+        });
+        to.chain(from).collect()
+    }
+
+    /// The frames of the stream's packet number `count`, with words of any bits.
+    fn frames(&self, stream: &Stream, count: u64) -> Result<Vec<CanFrame>, TooManyWords> {
+        let too_many = TooManyWords { words: stream.words };
+        let mut random =
+            Random::new(self.seed.wrapping_add(count << 16).wrapping_add(u64::from(stream.channel)));
+        let mut words = std::iter::repeat_with(|| u32::try_from(random.up_to(u32::MAX)).unwrap_or(0));
+        let mut packet = Packet { channel: stream.channel, content: stream.channel, ..Packet::default() };
+        let [low, high, ..] = (count + 1).to_le_bytes();
+        packet.counter = u16::from_le_bytes([low, high]).max(1);
+        packet.echo = packet.counter;
+        for word in words.by_ref().take(stream.words) {
+            packet.words.push(word).map_err(|_| too_many)?;
+        }
+        let identifier = Identifier::Standard(stream.channel);
+        can_frames(&packet.to_bytes(), stream.channel, self.format, identifier).ok_or(too_many)
+    }
+
+    fn most_bits(&self, frame: &CanFrame) -> u32 {
+        let bits = CanFrame::most_wire_bits(frame.identifier, self.format, frame.data().len());
+        bits.sum() + crate::bus::can::INTERFRAME_BITS
+    }
+
+    fn frame_ns(&self, frame: &CanFrame) -> u64 {
+        let bits = CanFrame::most_wire_bits(frame.identifier, self.format, frame.data().len());
+        CanBus::frame_ns(&self.parameters, bits)
+    }
+
+    /// Of each stream's last frame, `ns`. The frames of a packet are sent one after the other, so each of them is a
+    /// message of its own, more urgent than the next one.
+    fn worst_responses_ns(&self, packets: &[Vec<CanFrame>]) -> Vec<Option<u64>> {
+        let message = |frame: &CanFrame| Message {
+            period_ns: self.period_ns(),
+            jitter_ns: 0,
+            frame_ns: self.frame_ns(frame),
+        };
+        let messages: Vec<Message> = packets.iter().flatten().map(message).collect();
+        let bit_ns = bits_ns(1_u32, self.parameters.bits_per_s);
+        let mut last = 0;
+        let response_ns = |frames: &Vec<CanFrame>| {
+            last += frames.len();
+            worst_response_ns(&messages, last.checked_sub(1)?, bit_ns)
+        };
+        packets.iter().map(response_ns).collect()
+    }
+
+    /// All packets are given to the bus at the same moments: nothing is harder for it.
+    fn simulate(&self, streams: &[Stream]) -> Result<(CanBus, u64), TooManyWords> {
+        let mut bus = CanBus::new(self.parameters, self.seed);
+        let mut senders: Vec<&str> = Vec::new();
+        for stream in streams {
+            if !senders.contains(&stream.sender.as_str()) {
+                senders.push(&stream.sender);
+                bus.add(&stream.sender, &[]);
+            }
+        }
+        let periods = SIMULATED_NS / self.period_ns();
+        for count in 0..periods.max(1) {
+            for stream in streams {
+                let node = senders.iter().position(|sender| *sender == stream.sender).unwrap_or(0);
+                bus.submit(node, count * self.period_ns(), self.frames(stream, count)?);
+            }
+        }
+        bus.run_until(periods * self.period_ns());
+        let dropped = bus.nodes().iter().map(|node| node.dropped).sum();
+        Ok((bus, dropped))
+    }
+
+    /// Whether the worst case is in time, without errors.
+    fn is_in_time(&self) -> bool {
+        let packets: Result<Vec<_>, _> = self.streams().iter().map(|stream| self.frames(stream, 0)).collect();
+        let Ok(packets) = packets else { return false };
+        let responses_ns = self.worst_responses_ns(&packets);
+        responses_ns.iter().all(|response_ns| response_ns.is_some_and(|ns| ns <= self.period_ns()))
+    }
+
+    /// What would fit.
+    fn advice(&self) -> Vec<String> {
+        let mut advice = Vec::new();
+        if self.is_in_time() {
+            advice.push(
+                "without errors it fits: lower the bit error rate (cable, termination, bit rate), or leave room for \
+                 repeated frames"
+                    .to_owned(),
+            );
+        }
+        let at = |rate_hz: u32| Self { rate_hz: f64::from(rate_hz), ..self.clone() }.is_in_time();
+        let below = (1_u32..).take_while(|rate_hz| f64::from(*rate_hz) < self.rate_hz).last().unwrap_or(0);
+        let highest = highest(below, at);
+        if highest > 0 {
+            advice.push(format!("send at most {highest} packets a second each way (--rate-hz {highest})"));
+        }
+        let fd = |rate: u32| {
+            let parameters = CanParameters { data_bits_per_s: rate, ..self.parameters };
+            Self { format: Format::Fd, parameters, ..self.clone() }
+        };
+        let is_new = |rate: &u32| self.format == Format::Classic || *rate > self.parameters.data_bits_per_s;
+        match DATA_RATES.into_iter().filter(is_new).find(|rate| fd(*rate).is_in_time()) {
+            Some(rate) => advice.push(format!(
+                "take CAN FD with {} Mbit/s for the data (--carrier can_fd --set can.data_bits_per_s={rate})",
+                rate / 1_000_000
+            )),
+            None => advice.push("CAN FD with 8 Mbit/s for the data does not make it fit".to_owned()),
+        }
+        let with = |joints: u32| {
+            let joints = u16::try_from(joints).unwrap_or(0);
+            Self { joints, ..self.clone() }.is_in_time()
+        };
+        match self::highest(u32::from(self.joints).saturating_sub(1), with) {
+            0 => {}
+            joints => {
+                advice.push(format!("put fewer joints on one bus, {joints} at most (--joints {joints})"))
+            }
+        }
+        let most = self.words_to_joint.max(self.words_from_joint);
+        let fewer = |words: usize| Self { words_to_joint: words, words_from_joint: words, ..self.clone() };
+        if let Some(words) = (0..most).rev().find(|words| fewer(*words).is_in_time()) {
+            advice.push(format!(
+                "send {words} words in a packet instead of {most}: fewer signals, or no counters (CTX_COUNTERS OFF and \
+                 CRX_COUNTERS OFF)"
+            ));
+        }
+        advice
+    }
+}
+
+/// The highest number up to `most` that `holds`, which holds up to some number and not beyond; 0 for none.
+fn highest(most: u32, holds: impl Fn(u32) -> bool) -> u32 {
+    let (mut good, mut bad) = (0, most + 1);
+    while good + 1 < bad {
+        let middle = good + (bad - good) / 2;
+        if holds(middle) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    good
+}
+
+#[cfg(test)]
+mod tests;

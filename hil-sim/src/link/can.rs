@@ -1,0 +1,103 @@
+//! A link over a simulated CAN bus, which both directions share with others.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use dimsart_core::carrier::can::{Assembler, frames};
+use dimsart_core::carrier::can_fd::{pack, unpack};
+
+use super::medium::{Medium, MediumState, Refusal};
+use crate::bus::can::{CanBus, CanFrame, ErrorState, Format, Identifier};
+
+/// A bus that several links hold.
+#[derive(Debug, Clone)]
+pub(super) struct SharedBus(Arc<Mutex<CanBus>>);
+
+impl SharedBus {
+    pub(super) fn new(bus: CanBus) -> Self {
+        Self(Arc::new(Mutex::new(bus)))
+    }
+
+    pub(super) fn lock(&self) -> MutexGuard<'_, CanBus> {
+        // A bus that somebody panicked with is as good as before: all its calls are whole.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// One direction between two nodes of a bus.
+#[derive(Debug)]
+pub(super) struct CanDirection {
+    pub(super) bus: SharedBus,
+    pub(super) format: Format,
+    /// Of the packets; what [`frames`] protects classic frames with.
+    pub(super) channel: u16,
+    pub(super) identifier: Identifier,
+    pub(super) sender: usize,
+    pub(super) receiver: usize,
+    /// Other nodes, with their identifiers, that send as much whenever this one does.
+    pub(super) others: Vec<(usize, Identifier)>,
+    /// Whether it is this direction that tells of the bus.
+    pub(super) reports: bool,
+    pub(super) assembler: Box<Assembler>,
+}
+
+/// The frames of a packet; none when there are none that carry it.
+pub(crate) fn can_frames(
+    content: &[u8],
+    channel: u16,
+    format: Format,
+    identifier: Identifier,
+) -> Option<Vec<CanFrame>> {
+    match format {
+        Format::Classic => {
+            frames(content, channel)?.map(|data| CanFrame::new(identifier, format, &data)).collect()
+        }
+        Format::Fd => Some(vec![CanFrame::new(identifier, format, &pack(content)?)?]),
+    }
+}
+
+impl Medium for CanDirection {
+    fn send(&mut self, now_ns: u64, content: &[u8]) -> Result<(), Refusal> {
+        let framed = |identifier| can_frames(content, self.channel, self.format, identifier);
+        let frames = framed(self.identifier).ok_or(Refusal::TooLong)?;
+        let mut bus = self.bus.lock();
+        for (node, identifier) in &self.others {
+            // What finds no room there is counted there.
+            bus.submit(*node, now_ns, framed(*identifier).unwrap_or_default());
+        }
+        if bus.submit(self.sender, now_ns, frames) { Ok(()) } else { Err(Refusal::Full) }
+    }
+
+    fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8])) {
+        let Self { assembler, channel, format, .. } = self;
+        self.bus.lock().receive(self.receiver, now_ns, |_, frame| {
+            let content = match format {
+                Format::Classic => assembler.take(frame.data(), *channel),
+                Format::Fd => unpack(frame.data()),
+            };
+            content.into_iter().for_each(&mut *deliver);
+        });
+    }
+
+    fn state(&self, now_ns: u64) -> Option<MediumState> {
+        let bus = self.bus.lock();
+        let nodes = bus.nodes();
+        let gone = nodes.iter().filter(|node| node.bus_offs > 0).map(|node| {
+            let (name, bus_offs) = (&node.name, node.bus_offs);
+            let now = match node.state(now_ns) {
+                ErrorState::BusOff => "and is off it at the end",
+                ErrorState::Active | ErrorState::Passive => "and came back",
+            };
+            format!("the {name} left the CAN bus {bus_offs} times for too many errors {now}; lower can.bit_error_rate")
+        });
+        let longest_ns = bus.responses().values().map(|response| response.longest_ns).max();
+        self.reports.then(|| MediumState {
+            busy_ns: bus.busy_ns(),
+            errors: bus.error_frames(),
+            bus_offs: nodes.iter().map(|node| node.bus_offs).sum(),
+            longest_ns: longest_ns.unwrap_or(0),
+            senders: nodes.iter().map(|node| node.name.clone()).collect(),
+            timeline: bus.timeline().clone(),
+            faults: gone.collect(),
+        })
+    }
+}

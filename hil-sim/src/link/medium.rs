@@ -1,0 +1,189 @@
+//! A link over a simulated medium: packets by tick on one side, nanoseconds on the other.
+
+use dimsart_core::carrier::stream::{self, StreamReceiver};
+
+use super::transit::Transit;
+use super::{InProcess, Link};
+use crate::bus::time::ns_seconds;
+use crate::bus::{DatagramPath, MediumReport, Timeline, Traffic, Uart, load};
+
+/// Why a medium did not take a packet.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// What waits leaves no room, or the sender is off the bus.
+    Full,
+    /// No frame of the medium takes so much.
+    TooLong,
+}
+
+/// One direction of a medium that carries whole packets.
+pub(super) trait Medium: core::fmt::Debug + Send {
+    fn send(&mut self, now_ns: u64, content: &[u8]) -> Result<(), Refusal>;
+
+    fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8]));
+
+    /// What it came to by `now_ns`; none when the other direction reports it.
+    fn state(&self, now_ns: u64) -> Option<MediumState>;
+}
+
+/// What a medium knows of itself.
+#[derive(Debug)]
+pub(super) struct MediumState {
+    pub(super) busy_ns: u64,
+    pub(super) errors: u64,
+    pub(super) bus_offs: u32,
+    pub(super) longest_ns: u64,
+    /// Names of the senders; empty for the one that the link is named after.
+    pub(super) senders: Vec<String>,
+    pub(super) timeline: Timeline,
+    pub(super) faults: Vec<String>,
+}
+
+/// A medium, and what the scenario's link does to packets behind it.
+#[derive(Debug)]
+pub(super) struct MediumLink<M> {
+    name: String,
+    sender: String,
+    /// What to do when it is full.
+    remedy: &'static str,
+    period_ns: u64,
+    medium: M,
+    behind: InProcess,
+    transit: Transit,
+    packets: u64,
+    full: u64,
+    too_long: u64,
+}
+
+impl<M: Medium> MediumLink<M> {
+    /// `name` is the medium's, `sender` the station's that sends.
+    pub(super) fn new(
+        (name, sender, remedy): (String, &str, &'static str),
+        period_ns: u64,
+        medium: M,
+        behind: InProcess,
+    ) -> Self {
+        let sender = sender.to_owned();
+        let transit = Transit::default();
+        Self { name, sender, remedy, period_ns, medium, behind, transit, packets: 0, full: 0, too_long: 0 }
+    }
+
+    fn faults(&self) -> impl Iterator<Item = String> {
+        let Self { name, sender, packets, full, too_long, remedy, .. } = self;
+        let full = (*full > 0).then(|| {
+            format!(
+                "{name}: {full} of the {sender}'s {packets} packets found no room, the line is full; {remedy}"
+            )
+        });
+        let too_long = (*too_long > 0).then(|| {
+            format!(
+                "{name}: {too_long} of the {sender}'s {packets} packets are longer than it can carry; send fewer \
+                 signals in a packet, or choose another link.carrier"
+            )
+        });
+        full.into_iter().chain(too_long)
+    }
+}
+
+impl<M: Medium> Link for MediumLink<M> {
+    fn send(&mut self, now: u64, bytes: &[u8]) {
+        self.packets += 1;
+        match self.medium.send(now * self.period_ns, bytes) {
+            Ok(()) => self.transit.sent(now, bytes),
+            Err(Refusal::Full) => self.full += 1,
+            Err(Refusal::TooLong) => self.too_long += 1,
+        }
+    }
+
+    fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8])) {
+        let behind = &mut self.behind;
+        self.medium.receive(now * self.period_ns, &mut |bytes| behind.send(now, bytes));
+        let transit = &mut self.transit;
+        behind.receive(now, &mut |bytes| {
+            transit.arrived(now, bytes);
+            deliver(bytes);
+        });
+    }
+
+    fn transit_ticks(&self) -> Option<f64> {
+        self.transit.mean_ticks()
+    }
+
+    fn report(&self, now: u64) -> Option<MediumReport> {
+        let now_ns = now * self.period_ns;
+        let state = self.medium.state(now_ns)?;
+        let traffic = Traffic {
+            medium: self.name.clone(),
+            load: load(state.busy_ns, now_ns),
+            packets: self.packets,
+            dropped: self.full + self.too_long,
+            errors: state.errors,
+            bus_offs: state.bus_offs,
+            longest_s: ns_seconds(state.longest_ns),
+        };
+        let senders = if state.senders.is_empty() { vec![self.name.clone()] } else { state.senders };
+        let faults = self.faults().chain(state.faults).collect();
+        Some(MediumReport { traffic, senders, timeline: state.timeline, faults })
+    }
+}
+
+/// A UART with frames as the firmware sends them.
+#[derive(Debug)]
+pub(super) struct Serial {
+    uart: Uart,
+    receiver: StreamReceiver,
+}
+
+impl Serial {
+    pub(super) fn new(uart: Uart) -> Self {
+        Self { uart, receiver: StreamReceiver::new() }
+    }
+}
+
+impl Medium for Serial {
+    fn send(&mut self, now_ns: u64, content: &[u8]) -> Result<(), Refusal> {
+        let mut frame = [0; stream::MAX_FRAME_BYTES];
+        let frame = stream::encode(content, &mut frame).ok_or(Refusal::TooLong)?;
+        if self.uart.send(now_ns, frame) { Ok(()) } else { Err(Refusal::Full) }
+    }
+
+    fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8])) {
+        let receiver = &mut self.receiver;
+        self.uart.receive(now_ns, |_, byte| receiver.take(byte).into_iter().for_each(&mut *deliver));
+    }
+
+    fn state(&self, _now_ns: u64) -> Option<MediumState> {
+        let Self { uart, .. } = self;
+        Some(MediumState {
+            busy_ns: uart.busy_ns(),
+            errors: uart.errors(),
+            bus_offs: 0,
+            longest_ns: uart.longest_ns(),
+            senders: Vec::new(),
+            timeline: uart.timeline().clone(),
+            faults: Vec::new(),
+        })
+    }
+}
+
+impl Medium for DatagramPath {
+    fn send(&mut self, now_ns: u64, content: &[u8]) -> Result<(), Refusal> {
+        if DatagramPath::send(self, now_ns, content) { Ok(()) } else { Err(Refusal::Full) }
+    }
+
+    fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8])) {
+        DatagramPath::receive(self, now_ns, |_, content| deliver(content));
+    }
+
+    fn state(&self, _now_ns: u64) -> Option<MediumState> {
+        Some(MediumState {
+            busy_ns: self.busy_ns(),
+            errors: self.lost(),
+            bus_offs: 0,
+            longest_ns: self.longest_ns(),
+            senders: Vec::new(),
+            timeline: self.timeline().clone(),
+            faults: Vec::new(),
+        })
+    }
+}

@@ -1,0 +1,156 @@
+//! Packets over simulated media: whole runs, and `dimsart bus`.
+#![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use std::process::{Command, Output};
+use std::sync::atomic::AtomicBool;
+
+use hil_sim::experiment::{Experiment, Run};
+use hil_sim::scenario::Scenario;
+
+fn run(settings: &[&str]) -> Run {
+    let settings: Vec<String> = settings.iter().map(ToString::to_string).collect();
+    let scenario = Scenario::load(None, &settings).unwrap();
+    Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {})
+}
+
+const NO_DELAY: [&str; 2] = ["link.forward_delay_ticks=0", "link.backward_delay_ticks=0"];
+
+/// Felt stiffness as predicted for the measured round trip, within a part in `1e4`, and a passive channel.
+fn assert_felt(run: &Run) {
+    assert!(run.outcome.stable && run.outcome.faults.is_empty(), "{:?}", run.outcome.faults);
+    assert!(run.outcome.energy_min_j.unwrap() >= 0.0);
+    for axis in &run.outcome.axes[..2] {
+        let ratio = axis.k_felt_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
+        assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
+    }
+}
+
+#[test]
+fn a_clean_medium_costs_a_tick_each_way_and_what_is_felt_is_as_predicted() {
+    for sets in [
+        &["link.carrier=uart"][..],
+        &["link.carrier=can_fd"],
+        // Two nodes with nine frames each of 1 ms: faster than CAN is, to keep within a tick.
+        &["link.carrier=can", "can.bits_per_s=4000000"],
+        &["link.carrier=udp"],
+    ] {
+        let run = run(&[sets, &NO_DELAY].concat());
+        assert_felt(&run);
+        assert_eq!(run.outcome.round_trip_ticks, Some(2 + 20), "{sets:?}");
+        for traffic in &run.outcome.media {
+            assert!(traffic.load > 0.0 && traffic.load < 1.0 && traffic.dropped == 0, "{traffic:?}");
+        }
+    }
+}
+
+#[test]
+fn the_links_delay_comes_on_top_of_the_mediums() {
+    let sets = ["link.carrier=udp", "udp.delay_s=0.0045", "link.forward_delay_ticks=3"];
+    let run = run(&[&sets[..], &NO_DELAY[1..]].concat());
+    assert_felt(&run);
+    assert_eq!(run.outcome.round_trip_ticks, Some(5 + 3 + 5 + 20));
+}
+
+/// Nine words at 115 200 baud take 4.3 ms; a packet a tick does not fit.
+#[test]
+fn a_line_that_is_too_slow_is_a_fault() {
+    let run = run(&["link.carrier=uart", "uart.bits_per_s=115200", "duration_s=1"]);
+    assert!(run.outcome.media.iter().all(|traffic| traffic.load > 0.99 && traffic.dropped > 500));
+    assert!(
+        run.outcome.faults.iter().any(|fault| fault.contains("the line is full")),
+        "{:?}",
+        run.outcome.faults
+    );
+}
+
+#[test]
+fn the_same_seed_gives_the_same_bits_over_a_bad_medium() {
+    for sets in [
+        ["link.carrier=uart", "uart.bit_error_rate=1e-4", "uart.byte_drop=1e-3"],
+        ["link.carrier=can_fd", "can.bit_error_rate=1e-4", "can.other_nodes=2"],
+        ["link.carrier=udp", "udp.delay=gamma", "udp.spread_s=0.003"],
+    ] {
+        let settings = [&sets[..], &["duration_s=2", "seed=4"]].concat();
+        let bits = |run: Run| {
+            let columns = 0..run.recording.columns().len();
+            columns
+                .flat_map(|index| run.recording.column(index).map(f64::to_bits).collect::<Vec<_>>())
+                .collect::<Vec<_>>()
+        };
+        let [one, two] = [0, 1].map(|_| run(&settings));
+        assert_eq!(one.outcome.media, two.outcome.media, "{sets:?}");
+        assert!(
+            one.outcome.media.iter().any(|traffic| traffic.errors > 0) || sets[1].contains("gamma"),
+            "{sets:?}"
+        );
+        assert_eq!(bits(one), bits(two), "{sets:?}");
+    }
+}
+
+/// The scenario of the International Space Station, on its way up full to 70 % and not beyond.
+#[test]
+fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/rokviss.toml");
+    let load = |sets: &[&str]| {
+        let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+        let scenario = Scenario::load(Some(&path), &sets).unwrap();
+        Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {}).outcome
+    };
+    let outcome = load(&[]);
+    assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
+    let [up, down] = &outcome.media[..] else { panic!("two ways") };
+    assert!(up.load < 0.75 && up.dropped == 0 && down.load < 0.06 && up.longest_s < 0.015, "{up:?} {down:?}");
+    assert!((20..=30).contains(&outcome.round_trip_ticks.unwrap()), "{outcome:?}");
+    assert!(outcome.energy_min_j.unwrap() >= 0.0, "{outcome:?}");
+    for axis in &outcome.axes {
+        let ratio = axis.k_felt_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
+        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    }
+    let full = load(&["link.every_ticks=1", "duration_s=10"]);
+    assert!(
+        full.media[0].load > 0.99 && full.faults.iter().any(|fault| fault.contains("the line is full")),
+        "{full:?}"
+    );
+}
+
+#[test]
+fn packets_in_every_few_ticks_over_a_bus_are_felt_as_predicted() {
+    let run = run(&[&["link.carrier=can_fd", "link.every_ticks=2"], &NO_DELAY[..]].concat());
+    assert_felt(&run);
+    assert_eq!(run.outcome.round_trip_ticks, Some(2 + 20 + 2));
+}
+
+fn dimsart(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
+}
+
+#[test]
+fn a_full_bus_is_a_no_with_what_to_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().to_str().unwrap();
+    let output =
+        dimsart(&["bus", "--joints", "6", "--rate-hz", "1000", "--carrier", "can", "--out", out, "--json"]);
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.contains("does NOT fit") && text.contains("  - send at most"), "{text}");
+    let figures: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert_eq!(
+        (&figures["fits"], figures["packets"].as_array().unwrap().len()),
+        (&serde_json::json!(false), 12)
+    );
+    assert!(figures["worst_load"].as_f64().unwrap() > 1.0);
+    for file in ["bus.svg", "bus.png"] {
+        assert!(folder.path().join(file).metadata().unwrap().len() > 1000, "{file}");
+    }
+}
+
+#[test]
+fn a_bus_with_room_is_a_yes() {
+    let sets = ["--set", "can.data_bits_per_s=8000000", "--no-picture"];
+    let output = dimsart(&[&["bus"], &sets[..]].concat());
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && text.contains(": fits"), "{text}");
+    let output = dimsart(&["bus", "--rate-hz", "0"]);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(String::from_utf8(output.stderr).unwrap().contains("1 to 100000"));
+}
