@@ -33,7 +33,7 @@ carry.
 
 const JITTER: &str = "
 Ticks from the timer's interrupt begin exactly a period apart in instruction-count time: jitter 0 while nobody talks
-to the board, and while requests come: what is handed over below the tick masks no interrupt.
+to the board, and 0 while requests come: what is handed over below the tick masks no interrupt.
 `hil-sim/tests/emulated/timer_tick.rs` holds both to 0. On an STM32 the drivers' own queues mask interrupts for a
 moment (from reading, not measured).
 ";
