@@ -1,12 +1,13 @@
 //! ARM's MPS2 with a Cortex-M4F (application note 386), as QEMU emulates it: no hardware needed.
 //!
 //! The device is whatever the host plays: a host exchanges one [frame](dimsart_core::exchange) per tick over two
-//! FIFOs named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
+//! pipes named `to-board` and `from-board` in the emulator's working folder. By default the exchange is
 //! also the clock: each frame of the host moves time on by one tick, no asynchronous interrupt happens,
 //! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
 //! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still;
 //! then it measures its own ticks too. Schemes are kept in a file named `flash` in the same folder.
 
+mod bytes;
 mod clock;
 mod flash;
 mod host;
@@ -124,17 +125,17 @@ impl Board for Mps2An386 {
                 peripherals.NVIC.set_priority(interrupt, priority);
             }
         }
-        let (host, device) = host::connect(Self::TICK_HZ);
+        let (idle, device, link_in, link_out) = host::connect(Self::TICK_HZ);
         let parts = Parts {
             device,
             tick: TICK.start(Interrupt::Tick),
             background: BACKGROUND.start(Interrupt::Background),
             joints: PlayedJoints,
             command_port: uart::CommandPort,
-            link_in: host::FromHost,
-            link_out: host::ToHost,
+            link_in,
+            link_out,
             storage: flash::storage(),
-            idle: host,
+            idle,
         };
         if cfg!(feature = "timer-tick") {
             uart::start();
@@ -160,7 +161,9 @@ impl Board for Mps2An386 {
         // The host waits for every answer: it is the watchdog.
     }
 
+    /// Ends the emulator: there is no more to be started over. The host is told what the actuators are left with.
     fn reset() -> ! {
+        host::say_stopped();
         semihosting::process::exit(EXIT_RESET)
     }
 }

@@ -4,7 +4,8 @@ use std::fs::read_to_string;
 use std::ops::Range;
 use std::path::Path;
 
-use boards::chips::CHIPS;
+use boards::BOARDS;
+use boards::catalogue::BoardInfo;
 use probe_rs::config::{MemoryRegion, Registry};
 
 /// The `NAME (attributes) : ORIGIN = address, LENGTH = size` lines of a linker's memory map.
@@ -35,6 +36,11 @@ fn number(text: &str) -> Option<u64> {
     Some(digits.parse::<u64>().ok()? * unit)
 }
 
+/// Every board that can be flashed, and its chip.
+fn chips() -> impl Iterator<Item = (&'static BoardInfo, &'static str)> {
+    BOARDS.iter().filter_map(|board| Some((board, board.tooling.chip?)))
+}
+
 /// Whether the chip's regions cover all of `range`, one behind the other.
 fn is_covered(mut range: Range<u64>, chip: &[Range<u64>]) -> bool {
     while !range.is_empty() {
@@ -52,9 +58,9 @@ const PAGE_BYTES: u64 = 2048;
 #[test]
 fn every_board_s_memory_map_is_its_chip_s() {
     let registry = Registry::from_builtin_families();
-    for chip in CHIPS {
-        let target = registry.get_target_by_name(chip.name).unwrap();
-        assert_eq!(target.name, chip.name, "not the chip's full name");
+    for (board, chip) in chips() {
+        let target = registry.get_target_by_name(chip).unwrap();
+        assert_eq!(target.name, chip, "not the chip's full name");
         let of_kind = |is_flash: bool| -> Vec<Range<u64>> {
             let ranges = target.memory_map.iter().filter_map(|region| match region {
                 MemoryRegion::Nvm(flash) if is_flash && !flash.is_alias => Some(flash.range.clone()),
@@ -64,24 +70,24 @@ fn every_board_s_memory_map_is_its_chip_s() {
             ranges.collect()
         };
         let (flash, ram) = (of_kind(true), of_kind(false));
-        let mapped = regions(chip.memory_map).unwrap();
+        let mapped = regions(board.memory_map).unwrap();
         let names: Vec<_> = mapped.iter().map(|(name, _)| *name).collect();
-        assert_eq!(names, ["FLASH", "STORAGE", "STACK", "RAM"], "{}", chip.board);
+        assert_eq!(names, ["FLASH", "STORAGE", "STACK", "RAM"], "{}", board.name);
         for (name, range) in &mapped {
             let memory = if ["FLASH", "STORAGE"].contains(name) { &flash } else { &ram };
-            assert!(is_covered(range.clone(), memory), "{}: {name} {range:x?} in {memory:x?}", chip.board);
+            assert!(is_covered(range.clone(), memory), "{}: {name} {range:x?} in {memory:x?}", board.name);
         }
         // An image at the start of the flash and schemes behind it, in whole pages, enough to take turns.
         let (image, storage) = (&mapped[0].1, &mapped[1].1);
-        assert!(flash.iter().any(|flash| flash.start == image.start), "{}: {image:x?}", chip.board);
-        assert!(image.end <= storage.start, "{}: {image:x?} reaches into {storage:x?}", chip.board);
+        assert!(flash.iter().any(|flash| flash.start == image.start), "{}: {image:x?}", board.name);
+        assert!(image.end <= storage.start, "{}: {image:x?} reaches into {storage:x?}", board.name);
         let pages = (storage.start % PAGE_BYTES, storage.end % PAGE_BYTES);
-        assert_eq!(pages, (0, 0), "{}: {storage:x?} is not made of whole pages", chip.board);
-        assert!(storage.end - storage.start >= 4 * PAGE_BYTES, "{}: {storage:x?}", chip.board);
+        assert_eq!(pages, (0, 0), "{}: {storage:x?} is not made of whole pages", board.name);
+        assert!(storage.end - storage.start >= 4 * PAGE_BYTES, "{}: {storage:x?}", board.name);
         // A stack that ends where no memory is.
         let below_stack = mapped[2].1.start - 1;
         let is_memory = |regions: &[Range<u64>]| regions.iter().any(|region| region.contains(&below_stack));
-        assert!(!is_memory(&flash) && !is_memory(&ram), "{}: an overflowing stack overwrites", chip.board);
+        assert!(!is_memory(&flash) && !is_memory(&ram), "{}: an overflowing stack overwrites", board.name);
     }
 }
 
@@ -89,8 +95,8 @@ fn every_board_s_memory_map_is_its_chip_s() {
 fn no_memory_is_used_through_both_of_its_addresses() {
     // The CCM SRAM is there twice; whatever lies at one address must not be used at the other.
     let registry = Registry::from_builtin_families();
-    for chip in CHIPS {
-        let target = registry.get_target_by_name(chip.name).unwrap();
+    for (board, chip) in chips() {
+        let target = registry.get_target_by_name(chip).unwrap();
         let named = |name: &str| {
             let mut ranges = target.memory_map.iter().filter_map(|region| match region {
                 MemoryRegion::Ram(ram) if ram.name.as_deref() == Some(name) => Some(ram.range.clone()),
@@ -98,22 +104,30 @@ fn no_memory_is_used_through_both_of_its_addresses() {
             });
             ranges.next().unwrap()
         };
-        let mapped = regions(chip.memory_map).unwrap();
+        let mapped = regions(board.memory_map).unwrap();
         let is_used = |memory: &Range<u64>| {
             mapped.iter().any(|(_, range)| range.start < memory.end && memory.start < range.end)
         };
         let uses = [is_used(&named("CCMRAM_ICODE")), is_used(&named("CCMRAM_DCODE"))];
-        assert_eq!(uses, [false, true], "{}: only as part of the contiguous SRAM", chip.board);
+        assert_eq!(uses, [false, true], "{}: only as part of the contiguous SRAM", board.name);
     }
 }
 
 #[test]
-fn every_memory_map_and_every_chip_belongs_to_a_board() {
+fn every_board_has_its_features_and_every_memory_map_its_board() {
     let top = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let features = read_to_string(top.join("Cargo.toml")).unwrap();
-    let files = std::fs::read_dir(top.join("memory")).unwrap().map(|file| file.unwrap().path());
-    let names = files.map(|file| file.file_stem().unwrap().to_str().unwrap().to_owned());
-    for board in names.chain(CHIPS.iter().map(|chip| chip.board.to_owned())) {
-        assert!(features.contains(&format!("\n{board} = [")), "{board}: no such feature");
+    for manifest in ["Cargo.toml", "../firmware/Cargo.toml"] {
+        let features = read_to_string(top.join(manifest)).unwrap();
+        for board in BOARDS {
+            assert!(
+                features.contains(&format!("\n{} = [", board.name)),
+                "{manifest}: no feature {}",
+                board.name
+            );
+        }
+    }
+    for file in std::fs::read_dir(top.join("memory")).unwrap() {
+        let name = file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned();
+        assert!(BOARDS.iter().any(|board| board.name == name), "memory/{name}.x: no such board");
     }
 }

@@ -1,7 +1,10 @@
-//! The CRC of all that travels or is kept.
+//! The CRCs of what travels or is kept.
 
 /// AUTOSAR's CRC-32 (polynomial 0xF4ACFB13), Hamming distance 6 up to 256 bytes. One table for all.
 pub(crate) static CRC: crc::Crc<u32, Table> = crc::Crc::<u32, Table>::new(&crc::CRC_32_AUTOSAR);
+
+/// AUTOSAR's CRC-8 (polynomial 0x2F), Hamming distance 4 up to 14 bytes: for frames of 8.
+pub(crate) static CRC_8: crc::Crc<u8, Table> = crc::Crc::<u8, Table>::new(&crc::CRC_8_AUTOSAR);
 
 /// A step per byte, or with feature `small-crc` one per bit.
 #[cfg(not(feature = "small-crc"))]

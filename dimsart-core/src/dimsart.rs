@@ -107,14 +107,21 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         self.engine.command(command)
     }
 
+    /// The channel that is listened to on a link, 0 to 2047; 0 while nobody listens.
+    #[must_use]
+    pub fn listening_channel(&self, link: usize) -> u16 {
+        self.engine.listening_channel(link)
+    }
+
     /// Puts bytes that came in over link `link` where the next tick finds them.
     ///
     /// Of several packets between two ticks the newest is kept.
     ///
     /// # Errors
-    /// [`PacketError`] when the bytes are no packet; what waits already stays.
+    /// [`PacketError`] when the bytes are no packet of the [channel](Self::listening_channel) that is listened to;
+    /// what waits already stays.
     pub fn receive(&mut self, link: usize, bytes: &[u8]) -> Result<(), PacketError> {
-        self.deliver(link, &Packet::from_bytes(bytes))
+        self.deliver(link, &Packet::from_bytes(bytes, self.listening_channel(link)))
     }
 
     /// As [`receive`](Self::receive), for a caller that has read the packet already, or tried to.
@@ -127,7 +134,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         let packet = packet.as_ref().map_err(|error| *error).inspect_err(|_| count())?;
         if port.received.is_full() {
             count();
-            if !is_newer(packet.sequence, port.received.sequence()) {
+            if !is_newer(packet.counter, port.received.counter()) {
                 return Ok(());
             }
         }

@@ -258,6 +258,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.instances.iter().any(|instance| instance.reference == module && instance.is_active)
     }
 
+    /// The channel that a module listens to on a link; 0 while none does.
+    pub(crate) fn listening_channel(&self, link: usize) -> u16 {
+        let active = self.instances.iter().filter(|instance| instance.is_active);
+        let mut ends = active.filter_map(|instance| instance.link_end);
+        ends.find(|end| end.listens_to(link)).map_or(0, |end| end.channel)
+    }
+
     /// The first memory of a module that is plugged in, for example what a recorder has recorded.
     #[must_use]
     pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {

@@ -27,14 +27,19 @@ pub enum Class {
     Request = 1,
     /// A controller answers a request.
     Response = 2,
+    /// What a comm module sends, cyclically: [`Packet`](crate::Packet).
+    Packet = 3,
     /// Signals that a client asked to be sent again and again: [`protocol::Sample`](crate::protocol::Sample).
     Telemetry = 4,
     /// A controller says how it is doing: [`protocol::Heartbeat`](crate::protocol::Heartbeat).
     Heartbeat = 5,
+    /// Two ends agree on what is fresh: `auth`.
+    Handshake = 6,
 }
 
 impl Class {
-    const ALL: [Self; 4] = [Self::Request, Self::Response, Self::Telemetry, Self::Heartbeat];
+    const ALL: [Self; 6] =
+        [Self::Request, Self::Response, Self::Packet, Self::Telemetry, Self::Heartbeat, Self::Handshake];
 
     fn from_byte(byte: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|class| *class as u8 == byte)
@@ -73,10 +78,14 @@ pub enum EnvelopeError {
 /// Closes an envelope around the payload that is at [`HEADER_BYTES`] of `buffer`, `length` bytes long. None when it
 /// does not fit the buffer or is too long.
 pub fn seal(class: Class, channel: u16, counter: u16, length: usize, buffer: &mut [u8]) -> Option<&[u8]> {
-    let end = HEADER_BYTES.checked_add(length)?;
-    let whole = end.checked_add(CRC_BYTES).filter(|whole| *whole <= MAX_CONTENT_BYTES)?;
     let [low, high] = counter.to_le_bytes();
     *buffer.first_chunk_mut()? = [class as u8, low, high];
+    close(channel, HEADER_BYTES.checked_add(length)?, buffer)
+}
+
+/// Puts the CRC behind the first `end` bytes of `buffer`.
+pub(crate) fn close(channel: u16, end: usize, buffer: &mut [u8]) -> Option<&[u8]> {
+    let whole = end.checked_add(CRC_BYTES).filter(|whole| *whole <= MAX_CONTENT_BYTES)?;
     let (content, rest) = buffer.split_at_mut_checked(end)?;
     *rest.first_chunk_mut()? = crc(channel, content).to_le_bytes();
     buffer.get(..whole)

@@ -16,7 +16,7 @@ use crate::dimsart::Tick;
 use crate::encode::encode_into;
 
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
-pub const VERSION: u8 = 3;
+pub const VERSION: u8 = 4;
 /// Longest frame.
 pub const MAX_FRAME_BYTES: usize = 16_384;
 /// Most packets of all links in one frame of the host: a board takes each of them in that tick.
@@ -46,6 +46,9 @@ pub enum Tag {
     /// Host to board, empty: shows the Data Base in the answer. Board to host: its revision, u32, then
     /// the words of every signal, u32 each, in the order of [`Request::Entry`](crate::protocol::Request).
     Signals = 7,
+    /// Board to host, alone in its frame and the last one: the firmware stopped by a panic or a fault, and these
+    /// are the words that its actuators are left with, u32 each.
+    Stopped = 8,
     /// A whole packet of link 0.
     Link0 = 16,
     /// A whole packet of link 1.
@@ -53,7 +56,7 @@ pub enum Tag {
 }
 
 impl Tag {
-    const ALL: [Self; 9] = [
+    const ALL: [Self; 10] = [
         Self::Device,
         Self::Hello,
         Self::Words,
@@ -61,6 +64,7 @@ impl Tag {
         Self::Outcome,
         Self::Stamps,
         Self::Signals,
+        Self::Stopped,
         Self::Link0,
         Self::Link1,
     ];

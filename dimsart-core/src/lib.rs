@@ -54,6 +54,9 @@
 #[cfg(test)]
 extern crate std;
 
+#[cfg(feature = "auth")]
+pub mod auth;
+pub mod carrier;
 mod checksum;
 mod command;
 mod content;
@@ -101,11 +104,11 @@ pub use engine::{Cursor, Engine, Step, Usage};
 pub use explain::Explanation;
 pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
-pub use mailbox::{LinkPort, Mailbox, is_newer};
+pub use mailbox::{LinkPort, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
 pub use matching::{Difference, Finding, Party, Report};
 pub use module::{Kind, Module, ModuleList};
 pub use names::Name;
-pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, PACKET_VERSION, Packet, PacketError};
+pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError};
 pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};
 pub use port::{Direction, PortSpec, Ports, Stage};
 pub use storage::StorageError;

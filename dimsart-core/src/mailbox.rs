@@ -12,8 +12,9 @@ use crate::packet::Packet;
 /// One direction's packet. Interior cells let several modules share it within a tick.
 #[derive(Debug)]
 pub struct Mailbox {
-    sequence: Cell<u32>,
-    echo: Cell<u32>,
+    channel: Cell<u16>,
+    counter: Cell<u16>,
+    echo: Cell<u16>,
     words: [Cell<u32>; MAX_PACKET_WORDS],
     content: Cell<Content>,
     finite_words: Cell<u8>,
@@ -23,7 +24,8 @@ pub struct Mailbox {
 impl Mailbox {
     const fn new() -> Self {
         Self {
-            sequence: Cell::new(0),
+            channel: Cell::new(0),
+            counter: Cell::new(0),
             echo: Cell::new(0),
             words: [const { Cell::new(0) }; MAX_PACKET_WORDS],
             content: Cell::new(Content::new(0, 0)),
@@ -38,15 +40,15 @@ impl Mailbox {
         self.is_full.get()
     }
 
-    /// The packet's sequence number; 0 before the first one.
+    /// The packet's counter; 0 before the first one.
     #[must_use]
-    pub fn sequence(&self) -> u32 {
-        self.sequence.get()
+    pub fn counter(&self) -> u16 {
+        self.counter.get()
     }
 
-    /// The newest sequence number its sender had received; 0 for none.
+    /// The newest counter that its sender had accepted; 0 for none.
     #[must_use]
-    pub fn echo(&self) -> u32 {
+    pub fn echo(&self) -> u16 {
         self.echo.get()
     }
 
@@ -82,8 +84,9 @@ impl Mailbox {
 
     /// Opens the mailbox for a packet of this content (at most [`MAX_PACKET_WORDS`]), to be put into
     /// its [`room`](Self::room).
-    pub fn open(&self, sequence: u32, echo: u32, content: Content) {
-        self.sequence.set(sequence);
+    pub fn open(&self, channel: u16, counter: u16, echo: u16, content: Content) {
+        self.channel.set(channel);
+        self.counter.set(counter);
         self.echo.set(echo);
         self.content.set(content);
         self.is_full.set(true);
@@ -91,7 +94,7 @@ impl Mailbox {
 
     pub(crate) fn put(&self, packet: &Packet) {
         let length = u8::try_from(packet.words.len()).unwrap_or(u8::MAX);
-        self.open(packet.sequence, packet.echo, Content::new(length, packet.content));
+        self.open(packet.channel, packet.counter, packet.echo, Content::new(length, packet.content));
         for (cell, word) in self.words.iter().zip(&packet.words) {
             cell.set(*word);
         }
@@ -102,8 +105,9 @@ impl Mailbox {
 
     pub(crate) fn take(&self) -> Option<Packet> {
         self.is_full.replace(false).then(|| Packet {
+            channel: self.channel.get(),
             content: self.content().id(),
-            sequence: self.sequence(),
+            counter: self.counter(),
             echo: self.echo(),
             words: self.words().iter().map(Cell::get).collect(),
         })
@@ -117,10 +121,10 @@ pub struct LinkPort {
     pub received: Mailbox,
     /// Filled by the sending module, emptied by the link after the tick.
     pub outgoing: Mailbox,
-    /// Newest sequence number accepted from the other side; sent back as the echo.
-    pub accepted_sequence: Cell<u32>,
-    /// Sequence number of the last packet sent.
-    pub sent_sequence: Cell<u32>,
+    /// Newest counter accepted from the other side; sent back as the echo.
+    pub accepted_counter: Cell<u16>,
+    /// Number of the last packet sent, of which its counter is the low half.
+    pub sent_number: Cell<u32>,
     /// Packets replaced in `received` before a module saw them, or refused at the door.
     pub superseded: Cell<u32>,
 }
@@ -130,15 +134,40 @@ impl LinkPort {
         Self {
             received: Mailbox::new(),
             outgoing: Mailbox::new(),
-            accepted_sequence: Cell::new(0),
-            sent_sequence: Cell::new(0),
+            accepted_counter: Cell::new(0),
+            sent_number: Cell::new(0),
             superseded: Cell::new(0),
         }
     }
 }
 
-/// Whether sequence number `a` is newer than `b`; numbers wrap around.
+/// Counters up to this one belong to a sender's first packets alone: 101 follows 65 535. A receiver tells by them that
+/// its sender has started anew.
+pub const START_COUNTERS: u16 = 100;
+
+/// How many packets after counter `b` the one with counter `a` was sent.
 #[must_use]
-pub fn is_newer(a: u32, b: u32) -> bool {
-    a.wrapping_sub(b).cast_signed() > 0
+pub fn counters_ahead(a: u16, b: u16) -> u16 {
+    let left_out = if a < b { START_COUNTERS + 1 } else { 0 };
+    a.wrapping_sub(b).wrapping_sub(left_out)
+}
+
+/// The number of the packet after number `number`. Its counter is the low half.
+#[must_use]
+pub fn next_number(number: u32) -> u32 {
+    let next = number.wrapping_add(1);
+    if low_half(next) == 0 { next.wrapping_add(1 + u32::from(START_COUNTERS)) } else { next }
+}
+
+/// The counter of the packet with this number.
+#[must_use]
+pub(crate) fn low_half(number: u32) -> u16 {
+    let [low, high, ..] = number.to_le_bytes();
+    u16::from_le_bytes([low, high])
+}
+
+/// Whether the packet with counter `a` was sent after that with counter `b`: less than half a round after it.
+#[must_use]
+pub fn is_newer(a: u16, b: u16) -> bool {
+    a != b && counters_ahead(a, b) <= u16::MAX / 2
 }

@@ -272,7 +272,9 @@ impl<M> Scheme<'_, M> {
     fn check_links(&self, report: &mut Report) {
         for (place, second) in self.active().enumerate() {
             let Some(end) = second.link_end else { continue };
-            if let Some(first) = self.active().take(place).find(|first| first.link_end == Some(end)) {
+            if let Some(first) =
+                self.active().take(place).find(|first| first.link_end.is_some_and(|other| other.is_same(end)))
+            {
                 let (first, second) = (first.reference, second.reference);
                 report.add(Finding::LinkTaken { link: end.link, first, second });
             }

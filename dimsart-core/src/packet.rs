@@ -1,31 +1,34 @@
-//! What one side sends to the other in a tick, and its bytes on a link.
+//! What one side sends to the other, and its bytes on a link.
 //!
 //! ```text
-//! version u8 | words u8 | content u16 | sequence u32 | echo u32 | words × u32 | CRC-32 (poly 0xF4ACFB13) u32
+//! 3 u8 | counter u16 | echo u16 | content u16 | words × u32 | CRC-32 (poly 0xF4ACFB13) u32
 //! ```
-//! Little endian. The CRC (AUTOSAR's CRC-32, Hamming distance 6 up to 256 bytes) covers all before it.
+//! Little endian: an [`envelope`](crate::envelope) of [`Class::Packet`]. The channel is the envelope's data id: both
+//! ends know it, it is not sent, and a packet of another channel is refused like a damaged one.
 
 use heapless::Vec;
 
-use crate::checksum::CRC;
+use crate::envelope::{CRC_BYTES, Class, EnvelopeError, HEADER_BYTES, open, seal};
 use crate::limits::MAX_PACKET_WORDS;
 
-/// Version of the byte layout; a receiver refuses any other.
-pub const PACKET_VERSION: u8 = 2;
+/// Echo and content.
+const INNER_HEADER_BYTES: usize = 4;
 /// Bytes around the words: header and CRC.
-pub const PACKET_OVERHEAD: usize = 16;
+pub const PACKET_OVERHEAD: usize = HEADER_BYTES + INNER_HEADER_BYTES + CRC_BYTES;
 /// Longest packet in bytes.
 pub const MAX_PACKET_BYTES: usize = PACKET_OVERHEAD + 4 * MAX_PACKET_WORDS;
 
 /// A packet between two controllers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Packet {
+    /// What it is meant for, 0 to 2047; 0 on a link between two ends.
+    pub channel: u16,
+    /// Counts up by one per packet, from 1; [`START_COUNTERS`](crate::START_COUNTERS) are left out when they go round.
+    pub counter: u16,
+    /// Newest counter accepted from the other side; 0 for none.
+    pub echo: u16,
     /// Stands for what the words mean: [`Content::id`](crate::Content::id).
     pub content: u16,
-    /// Counts up by one per packet, from 1, wrapping.
-    pub sequence: u32,
-    /// Newest sequence number received from the other side; 0 for none.
-    pub echo: u32,
     /// Contents, as the comm modules agreed.
     pub words: Vec<u32, MAX_PACKET_WORDS>,
 }
@@ -34,18 +37,20 @@ pub struct Packet {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum PacketError {
-    /// Shorter than a packet can be, or not as long as its header says.
+    /// Shorter or longer than a packet can be, or not of whole words.
     Length {
         /// Bytes received.
         bytes: usize,
     },
-    /// Another version of the layout.
-    Version {
-        /// The version received.
+    /// Damaged on the way, or meant for another channel.
+    Crc,
+    /// The counter is 0, which no packet has.
+    Counter,
+    /// An undamaged content that is no packet.
+    Class {
+        /// The class received.
         found: u8,
     },
-    /// Damaged on the way.
-    Crc,
     /// There is no link of this number.
     NoLink,
 }
@@ -54,10 +59,9 @@ impl core::fmt::Display for PacketError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
             Self::Length { bytes } => write!(f, "{bytes} bytes are not a whole packet"),
-            Self::Version { found } => {
-                write!(f, "packet of version {found}, this side speaks version {PACKET_VERSION}")
-            }
-            Self::Crc => write!(f, "packet damaged on the way (CRC)"),
+            Self::Crc => write!(f, "packet damaged on the way or meant for another channel (CRC)"),
+            Self::Counter => write!(f, "packet with counter 0: counters go from 1 to 65535"),
+            Self::Class { found } => write!(f, "content of class {found}, a packet is of class 3"),
             Self::NoLink => write!(f, "no link of this number"),
         }
     }
@@ -65,55 +69,66 @@ impl core::fmt::Display for PacketError {
 
 impl core::error::Error for PacketError {}
 
+impl From<EnvelopeError> for PacketError {
+    fn from(error: EnvelopeError) -> Self {
+        match error {
+            EnvelopeError::Length { bytes } => Self::Length { bytes },
+            EnvelopeError::Crc => Self::Crc,
+            EnvelopeError::Class { found } => Self::Class { found },
+        }
+    }
+}
+
 impl Packet {
     /// The packet's bytes.
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8, MAX_PACKET_BYTES> {
         let mut bytes = Vec::new();
-        let length = PACKET_OVERHEAD + 4 * self.words.len();
-        // Cannot fail: the longest packet is what the vector is made for.
-        let _ = bytes.resize_default(length);
-        if let Some((content, crc)) = bytes.split_last_chunk_mut::<4>() {
-            self.write_content(content);
-            *crc = CRC.checksum(content).to_le_bytes();
-        }
+        let payload = INNER_HEADER_BYTES + 4 * self.words.len();
+        // Neither can fail: the longest packet is what the vector is made for, and an envelope takes more.
+        let _ = bytes.resize_default(HEADER_BYTES + payload + CRC_BYTES);
+        self.write_payload(bytes.get_mut(HEADER_BYTES..).unwrap_or_default());
+        let _ = seal(Class::Packet, self.channel, self.counter, payload, &mut bytes);
         bytes
     }
 
-    fn write_content(&self, content: &mut [u8]) {
-        let Some((header, body)) = content.split_first_chunk_mut::<4>() else { return };
-        let [low, high] = self.content.to_le_bytes();
-        *header = [PACKET_VERSION, u8::try_from(self.words.len()).unwrap_or(u8::MAX), low, high];
-        let words = [self.sequence, self.echo].into_iter().chain(self.words.iter().copied());
-        let (chunks, _) = body.as_chunks_mut::<4>();
-        for (chunk, word) in chunks.iter_mut().zip(words) {
+    fn write_payload(&self, payload: &mut [u8]) {
+        let Some((header, words)) = payload.split_first_chunk_mut::<INNER_HEADER_BYTES>() else { return };
+        let ([echo, echo_high], [content, content_high]) =
+            (self.echo.to_le_bytes(), self.content.to_le_bytes());
+        *header = [echo, echo_high, content, content_high];
+        let (chunks, _) = words.as_chunks_mut::<4>();
+        for (chunk, word) in chunks.iter_mut().zip(&self.words) {
             *chunk = word.to_le_bytes();
         }
     }
 
-    /// Reads a packet back.
+    /// Reads a packet of a channel back.
     ///
     /// # Errors
-    /// [`PacketError`] when the bytes are not one whole, undamaged packet of this version.
-    pub fn from_bytes(bytes: &[u8]) -> Result<Self, PacketError> {
+    /// [`PacketError`] when the bytes are not one whole, undamaged packet of this channel.
+    pub fn from_bytes(bytes: &[u8], channel: u16) -> Result<Self, PacketError> {
         let length = PacketError::Length { bytes: bytes.len() };
-        let (content, crc) = bytes.split_last_chunk::<4>().ok_or(length)?;
-        let (&[version, words, low, high], body) = content.split_first_chunk::<4>().ok_or(length)?;
-        if version != PACKET_VERSION {
-            return Err(PacketError::Version { found: version });
+        let envelope = open(bytes, channel)?;
+        if envelope.class != Class::Packet {
+            return Err(PacketError::Class { found: envelope.class as u8 });
         }
-        if bytes.len() != PACKET_OVERHEAD + 4 * usize::from(words) || usize::from(words) > MAX_PACKET_WORDS {
+        if envelope.counter == 0 {
+            return Err(PacketError::Counter);
+        }
+        let header = envelope.payload.split_first_chunk::<INNER_HEADER_BYTES>();
+        let (&[echo, echo_high, content, content_high], words) = header.ok_or(length)?;
+        let (chunks, rest) = words.as_chunks::<4>();
+        if !rest.is_empty() || chunks.len() > MAX_PACKET_WORDS {
             return Err(length);
         }
-        if CRC.checksum(content) != u32::from_le_bytes(*crc) {
-            return Err(PacketError::Crc);
-        }
-        let (chunks, _) = body.as_chunks::<4>();
-        let mut numbers = chunks.iter().map(|chunk| u32::from_le_bytes(*chunk));
-        let (Some(sequence), Some(echo)) = (numbers.next(), numbers.next()) else {
-            return Err(length);
-        };
-        Ok(Self { content: u16::from_le_bytes([low, high]), sequence, echo, words: numbers.collect() })
+        Ok(Self {
+            channel,
+            counter: envelope.counter,
+            echo: u16::from_le_bytes([echo, echo_high]),
+            content: u16::from_le_bytes([content, content_high]),
+            words: chunks.iter().map(|chunk| u32::from_le_bytes(*chunk)).collect(),
+        })
     }
 }
 
@@ -123,15 +138,16 @@ mod tests {
 
     fn sample() -> Packet {
         let words = [1, 0x8000_0000, 3].into_iter().collect();
-        Packet { content: 0x1234, sequence: 7, echo: 0xFFFF_FFFF, words }
+        Packet { channel: 5, counter: 0x0203, echo: 0xFFFF, content: 0x1234, words }
     }
 
     #[test]
     fn bytes_are_as_documented_and_read_back() {
         let bytes = sample().to_bytes();
         assert_eq!(bytes.len(), PACKET_OVERHEAD + 12);
-        assert_eq!(bytes[..8], [2, 3, 0x34, 0x12, 7, 0, 0, 0]);
-        assert_eq!(Packet::from_bytes(&bytes), Ok(sample()));
+        assert_eq!(PACKET_OVERHEAD, 11);
+        assert_eq!(bytes[..11], [3, 3, 2, 0xFF, 0xFF, 0x34, 0x12, 1, 0, 0, 0]);
+        assert_eq!(Packet::from_bytes(&bytes, 5), Ok(sample()));
     }
 
     #[test]
@@ -140,10 +156,33 @@ mod tests {
         for bit in 0..bytes.len() * 8 {
             let mut damaged = bytes.clone();
             damaged[bit / 8] ^= 1 << (bit % 8);
-            assert!(Packet::from_bytes(&damaged).is_err(), "bit {bit}");
+            assert_eq!(Packet::from_bytes(&damaged, 5), Err(PacketError::Crc), "bit {bit}");
         }
         for length in 0..bytes.len() {
-            assert!(Packet::from_bytes(&bytes[..length]).is_err(), "cut to {length}");
+            assert!(Packet::from_bytes(&bytes[..length], 5).is_err(), "cut to {length}");
+        }
+    }
+
+    #[test]
+    fn a_packet_without_a_counter_is_refused() {
+        let bytes = Packet { counter: 0, ..sample() }.to_bytes();
+        assert_eq!(Packet::from_bytes(&bytes, 5), Err(PacketError::Counter));
+    }
+
+    #[test]
+    fn what_is_meant_for_another_channel_or_is_no_packet_is_refused() {
+        let bytes = sample().to_bytes();
+        for channel in (0..=2047).filter(|channel| *channel != 5) {
+            assert_eq!(Packet::from_bytes(&bytes, channel), Err(PacketError::Crc), "{channel}");
+        }
+        let mut buffer = [0; 32];
+        for (class, payload) in [(Class::Request, 8), (Class::Packet, 3), (Class::Packet, 9)] {
+            let sealed = seal(class, 5, 1, payload, &mut buffer).unwrap();
+            let error = match class {
+                Class::Packet => PacketError::Length { bytes: payload + 7 },
+                _ => PacketError::Class { found: 1 },
+            };
+            assert_eq!(Packet::from_bytes(sealed, 5), Err(error));
         }
     }
 }

@@ -37,10 +37,23 @@ pub enum Stage {
 }
 
 /// The sending or the receiving end of a link. Only one module can have it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct LinkEnd {
     pub(crate) link: u8,
+    pub(crate) channel: u16,
     is_sending: bool,
+}
+
+impl LinkEnd {
+    /// Whether it is the same end of the same link, whatever the channel.
+    pub(crate) fn is_same(self, other: Self) -> bool {
+        (self.link, self.is_sending) == (other.link, other.is_sending)
+    }
+
+    /// Whether it is the receiving end of a link.
+    pub(crate) fn listens_to(self, link: usize) -> bool {
+        !self.is_sending && usize::from(self.link) == link
+    }
 }
 
 /// A port as its module declares it.
@@ -218,18 +231,19 @@ impl<'a> Ports<'a> {
         }
     }
 
-    /// Says which link the module sends over. A second one that does is a fault.
-    pub fn sends_over(&mut self, link: u32) {
-        self.take_link_end(link, true);
+    /// Says which link and channel the module sends over. A second one that sends over the link is a fault.
+    pub fn sends_over(&mut self, link: u32, channel: u32) {
+        self.take_link_end(link, channel, true);
     }
 
-    /// Says which link the module listens to. A second one that does is a fault.
-    pub fn listens_to(&mut self, link: u32) {
-        self.take_link_end(link, false);
+    /// Says which link and channel the module listens to. A second one that listens to the link is a fault.
+    pub fn listens_to(&mut self, link: u32, channel: u32) {
+        self.take_link_end(link, channel, false);
     }
 
-    fn take_link_end(&mut self, link: u32, is_sending: bool) {
-        self.link_end = u8::try_from(link).ok().map(|link| LinkEnd { link, is_sending });
+    fn take_link_end(&mut self, link: u32, channel: u32, is_sending: bool) {
+        let numbers = u8::try_from(link).ok().zip(u16::try_from(channel).ok());
+        self.link_end = numbers.map(|(link, channel)| LinkEnd { link, channel, is_sending });
     }
 
     pub(crate) fn link_end(&self) -> Option<LinkEnd> {

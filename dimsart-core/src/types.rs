@@ -35,6 +35,7 @@ catalogue! {
     33 LINK_LOST          One       U32 Scalar "Packets that never came, counted by their sequence numbers.";
     34 LINK_ROUND_TRIP    Tick      U32 Scalar "Ticks from sending a packet to receiving its echo; 0 until known.";
     35 LINK_REFUSED       One       U32 Scalar "Packets refused: old, repeated, damaged, not finite or not of the agreed content.";
+    36 CAN_REJOINS        One       U32 Scalar "Times that a board joined the CAN bus again after too many errors.";
     40 SIGNAL             Any       F32 Vector "A signal of any unit.";
     41 SIGNAL_OUT         Any       F32 Vector "What a module made of a signal of any unit.";
     42 RECORDED_ROWS      One       U32 Scalar "Rows a recorder has taken since it was reset.";

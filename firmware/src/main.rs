@@ -10,14 +10,13 @@
 #![no_main]
 
 mod commands;
-mod handover;
 mod keeper;
 mod links;
 mod rescue;
 mod telemetry;
 mod tick;
 
-use boards::{Board as _, Parts, Selected, Storage};
+use boards::{Board as _, Parts, Selected, Storage, handover};
 use cortex_m_rt::entry;
 use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;

@@ -10,7 +10,7 @@ use firmware::Watchdog;
 use crate::BoardDimsart;
 use crate::commands::{self, Answer, Report};
 use crate::handover::{Giver, Taker};
-use crate::links::{Outgoing, Received};
+use crate::links::{self, Outgoing, Received};
 use crate::telemetry::Status;
 
 type Joints = <Selected as boards::Board>::Joints;
@@ -52,6 +52,7 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
     let mut timing = Timing::default();
     let mut watchdog = Watchdog::new(PATIENCE);
     let mut info = DeviceInfo::new(IMAGE).for_clients(Selected::TICK_HZ);
+    links::listen(dimsart);
     let mut due = Instant::now() + PERIOD;
     loop {
         Timer::at(due).await;
@@ -105,6 +106,7 @@ fn step(
 ) -> Tick {
     if let Some((id, request)) = ends.requests.take() {
         ends.answers.give(protocol::serve(id, &request, dimsart, info));
+        links::listen(dimsart);
     }
     for _ in 0..Selected::PACKETS_PER_TICK {
         let Some(Received { link, packet }) = ends.packets_in.take() else { break };

@@ -2,6 +2,7 @@
 
 mod check;
 mod connect;
+mod dbc;
 mod doctor;
 mod modules;
 mod new_module;
@@ -39,6 +40,7 @@ enum Command {
     Modules(modules::Modules),
     NewModule(new_module::NewModule),
     Connect(connect::Connect),
+    Dbc(dbc::Dbc),
     Doctor(doctor::Doctor),
 }
 
@@ -56,6 +58,7 @@ pub fn main() -> ExitCode {
         Command::Modules(modules) => modules.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
         Command::Connect(connect) => connect.execute(&mut out),
+        Command::Dbc(dbc) => dbc.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {

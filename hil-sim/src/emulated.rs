@@ -1,14 +1,14 @@
 //! Controllers as firmware on an emulated board, in lockstep with the simulated plants and links.
 //!
 //! ```text
-//! Station ──▶ Board ──frames──▶ Emulator: FIFOs to a process, the firmware in it
+//! Station ──▶ Board ──frames──▶ Emulator: pipes to a process, the firmware in it
 //!   copy ◀── Layout: where the board's signals are in the copy's Data Base
 //! ```
 //! The scheme of a controller of this process is brought to the board by commands, so one image runs any scheme.
 //! The controller stays as a copy that is looked at and never ticked: after each tick it holds the board's Data
 //! Base. Who looks at a station need not know where its controller runs.
 //!
-//! The line to the emulator is made of FIFOs: elsewhere than on Unix no board starts.
+//! The line to the emulator is made of pipes that it inherits: elsewhere than on Unix no board starts.
 
 mod board;
 #[cfg_attr(not(unix), path = "emulated/no_emulator.rs")]

@@ -52,6 +52,7 @@
 pub mod chain;
 pub mod cli;
 pub mod connect;
+pub mod dbc;
 pub mod emulated;
 pub mod energy;
 pub mod experiment;

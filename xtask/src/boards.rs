@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use boards::BOARDS;
+use boards::catalogue::{BoardInfo, Size};
 use object::elf::FileHeader32;
 use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
@@ -9,50 +11,12 @@ use object::{Endianness, elf};
 use crate::shell::{Outcome, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
-/// A board, as its feature of `firmware` is named.
-pub(crate) struct Board {
-    pub(crate) name: &'static str,
-    /// None for an emulated board: it has room.
-    pub(crate) budget: Option<Size>,
-    /// Builds of it that differ in features, next to the plain one.
-    variants: &'static [&'static str],
-}
-
-/// Bytes of an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Size {
-    /// Code and data, as they lie in flash.
-    pub(crate) flash: u64,
-    /// Variables; the stack is apart.
-    pub(crate) ram: u64,
-}
-
-/// Every board.
-pub(crate) const BOARDS: [Board; 3] = [
-    Board { name: "mps2-an386", budget: None, variants: &["timer-tick"] },
-    Board { name: "nucleo-g474re", budget: Some(Size { flash: 96 * 1024, ram: 32 * 1024 }), variants: &[] },
-    Board {
-        name: "b-g431b-esc1",
-        // A quarter of its flash to spare; the linker keeps the RAM.
-        budget: Some(Size { flash: 96 * 1024, ram: 24_960 }),
-        variants: &[],
-    },
-];
-
-impl Board {
-    /// Name of the chip in probe-rs; none for an emulated board.
-    pub(crate) fn chip(&self) -> Option<&'static str> {
-        let chip = ::boards::chips::CHIPS.iter().find(|chip| chip.board == self.name)?;
-        Some(chip.name)
-    }
-}
-
 /// The scheme's sides, each with the feature that chooses it.
 pub(crate) const SIDES: [(&str, Option<&str>); 2] = [("master", None), ("slave", Some("slave"))];
 
 /// An image that was built.
 pub(crate) struct Image {
-    pub(crate) board: &'static Board,
+    pub(crate) board: &'static BoardInfo,
     /// As its file is named: `BOARD[-VARIANT]-SIDE`.
     pub(crate) name: String,
     pub(crate) size: Size,
@@ -66,8 +30,8 @@ pub(crate) fn folder() -> PathBuf {
 /// Builds every image of every board into [`folder`].
 pub(crate) fn build_all(toolchain: Toolchain) -> Result<Vec<Image>, String> {
     let mut images = Vec::new();
-    for board in &BOARDS {
-        for variant in std::iter::once(None).chain(board.variants.iter().copied().map(Some)) {
+    for board in BOARDS {
+        for variant in std::iter::once(None).chain(board.tooling.variants.iter().copied().map(Some)) {
             for side in SIDES {
                 images.push(build(toolchain, board, variant, side)?);
             }
@@ -85,7 +49,7 @@ pub(crate) fn hold(images: &[Image]) -> Outcome {
 /// Builds one image.
 pub(crate) fn build(
     toolchain: Toolchain,
-    board: &'static Board,
+    board: &'static BoardInfo,
     variant: Option<&str>,
     (side, side_feature): (&str, Option<&str>),
 ) -> Result<Image, String> {
@@ -109,7 +73,7 @@ pub(crate) fn check_format() -> Outcome {
 
 /// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest.
 pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
-    for board in &BOARDS {
+    for board in BOARDS {
         let feature = format!("firmware/{}", board.name);
         let arguments = ["--quiet", "--package", "boards", "--package", "firmware", "--features", &feature];
         run(toolchain.cargo("clippy", &arguments).args(["--", "--deny", "warnings"]))?;
@@ -119,7 +83,7 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
 
 /// Documentation of what is compiled for boards alone.
 pub(crate) fn document(toolchain: Toolchain) -> Outcome {
-    for board in &BOARDS {
+    for board in BOARDS {
         let arguments = ["--no-deps", "--quiet", "--package", "boards", "--features", board.name];
         run(toolchain.cargo("doc", &arguments).env("RUSTDOCFLAGS", "--deny warnings"))?;
     }
@@ -127,7 +91,7 @@ pub(crate) fn document(toolchain: Toolchain) -> Outcome {
 }
 
 fn over_budget(image: &Image) -> Option<String> {
-    let (size, most) = (image.size, image.board.budget?);
+    let (size, most) = (image.size, image.board.tooling.budget?);
     let is_over = size.flash > most.flash || size.ram > most.ram;
     is_over.then(|| {
         format!(
@@ -162,17 +126,16 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_chip_belongs_to_a_board_with_a_budget() {
-        for chip in ::boards::chips::CHIPS {
-            let board = BOARDS.iter().find(|board| board.name == chip.board).unwrap();
-            assert!(board.budget.is_some(), "{}", board.name);
+    fn every_board_with_a_chip_has_a_budget() {
+        for board in BOARDS {
+            assert_eq!(board.tooling.chip.is_some(), board.tooling.budget.is_some(), "{}", board.name);
         }
     }
 
     #[test]
     fn an_image_over_its_budget_is_named_with_both_sizes() {
-        let board = BOARDS.iter().find(|board| board.budget.is_some()).unwrap();
-        let most = board.budget.unwrap();
+        let board = BOARDS.iter().find(|board| board.tooling.budget.is_some()).unwrap();
+        let most = board.tooling.budget.unwrap();
         let image = |flash| Image { board, name: "big".into(), size: Size { flash, ..most } };
         assert_eq!(over_budget(&image(most.flash)), None);
         let message = over_budget(&image(most.flash + 1)).unwrap();

@@ -1,6 +1,9 @@
 //! `cargo xtask flash BOARD [master|slave]`: builds a board's image, flashes it and shows its log.
 
-use crate::boards::{BOARDS, Board, SIDES, build, folder};
+use boards::BOARDS;
+use boards::catalogue::BoardInfo;
+
+use crate::boards::{SIDES, build, folder};
 use crate::shell::{Outcome, command, run, succeeds};
 use crate::toolchain::Toolchain;
 
@@ -19,11 +22,11 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
     })
 }
 
-fn flashable(name: &str) -> Result<(&'static Board, &'static str), String> {
+fn flashable(name: &str) -> Result<(&'static BoardInfo, &'static str), String> {
     let found = BOARDS.iter().find(|board| board.name == name);
-    found.and_then(|board| Some((board, board.chip()?))).ok_or_else(|| {
+    found.and_then(|board| Some((board, board.tooling.chip?))).ok_or_else(|| {
         let names: Vec<&str> =
-            BOARDS.iter().filter(|board| board.chip().is_some()).map(|board| board.name).collect();
+            BOARDS.iter().filter(|board| board.tooling.chip.is_some()).map(|board| board.name).collect();
         let why = if found.is_some() { "is emulated and has nothing to flash" } else { "is no board" };
         format!("{name} {why}; boards to flash: {}", names.join(", "))
     })

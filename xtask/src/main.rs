@@ -4,6 +4,8 @@ mod bench;
 mod boards;
 mod figures;
 mod flash;
+mod fuzz;
+mod long;
 mod panic_free;
 mod setup;
 mod shell;
@@ -22,6 +24,8 @@ usage: cargo xtask COMMAND
   figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
+  fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
+  long        tests that ci runs short, at their full length; says how long they take
   panic-free  show that nothing a tick reaches in the machine code can panic
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";
@@ -35,6 +39,12 @@ fn main() -> ExitCode {
         ["flash", board, side] => flash::flash(board, side),
         ["figures"] => figures::run(),
         ["bench"] => bench::run(),
+        ["fuzz"] => fuzz::fuzz(fuzz::INPUTS),
+        ["fuzz", inputs] => match inputs.parse() {
+            Ok(inputs) => fuzz::fuzz(inputs),
+            Err(error) => Err(format!("'{inputs}' is no number of inputs: {error}")),
+        },
+        ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),
         ["ci"] => test::ci(),
         ["help" | "-h" | "--help", ..] => {

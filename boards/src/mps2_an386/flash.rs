@@ -1,4 +1,4 @@
-//! Flash that is a file of the host's, next to the FIFOs: what is kept outlives the emulator.
+//! Flash that is a file of the host's, next to the pipes: what is kept outlives the emulator.
 
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,

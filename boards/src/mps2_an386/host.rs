@@ -1,22 +1,24 @@
 //! The host's end: what a frame brings is handed to the tasks, what a tick leaves goes back.
 
 use core::cell::{Cell, RefCell};
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering::Relaxed};
 
 use critical_section::Mutex;
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF,
     types,
 };
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::channel::Channel;
 use heapless::Vec;
+use semihosting::fd::{AsFd as _, OwnedFd};
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
 use semihosting::process::exit;
+use static_cell::ConstStaticCell;
 
 use super::{Mps2An386, SharedWords, clock, uart};
 use crate::board::{Board, Idle, LinkIn, LinkOut};
+use crate::handover::{Giver, Handover, Taker};
+use crate::listening::Listening;
 use dimsart_core::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
 
 const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
@@ -29,6 +31,9 @@ pub(super) static COMMANDED: SharedWords<WORDS> = SharedWords::new();
 pub(super) static STAMPS: SharedWords<2> = SharedWords::new();
 /// What the last tick came to, until the host is told.
 static OUTCOME: Mutex<Cell<Option<Tick>>> = Mutex::new(Cell::new(None));
+/// The number of the pipe to the host, for the last word; none while it is not open.
+static FROM_BOARD: AtomicI32 = AtomicI32::new(NOT_OPEN);
+const NOT_OPEN: i32 = -1;
 static TICKS: AtomicU32 = AtomicU32::new(0);
 /// Whether the host wants to see the Data Base.
 static IS_WATCHED: AtomicBool = AtomicBool::new(false);
@@ -41,19 +46,18 @@ const EXIT_HOST_LEFT: i32 = 0;
 const EXIT_NO_HOST: i32 = 2;
 const EXIT_BAD_FRAME: i32 = 3;
 
-type Bytes = Vec<u8, MAX_PACKET_BYTES>;
-type Packets = Channel<CriticalSectionRawMutex, (usize, Bytes), 4>;
-static PACKETS_IN: Packets = Channel::new();
-static PACKETS_OUT: Packets = Channel::new();
+/// A link's number and a packet's bytes.
+type Numbered = (usize, Vec<u8, MAX_PACKET_BYTES>);
+type Packets = Handover<Numbered, 5>;
 
 /// Packets that the host's frames bring.
-pub struct FromHost;
+pub struct FromHost(Taker<Numbered>);
 /// Packets that go back in the host's frames.
-pub struct ToHost;
+pub struct ToHost(Giver<Numbered>);
 
 impl LinkIn for FromHost {
-    async fn receive(&mut self, packet: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
-        let (link, bytes) = PACKETS_IN.receive().await;
+    async fn receive(&mut self, _: &Listening, packet: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
+        let (link, bytes) = self.0.next().await;
         for (to, from) in packet.iter_mut().zip(&bytes) {
             *to = *from;
         }
@@ -62,10 +66,10 @@ impl LinkIn for FromHost {
 }
 
 impl LinkOut for ToHost {
-    async fn send(&mut self, link: usize, packet: &[u8]) {
+    async fn send(&mut self, link: usize, _: u16, packet: &[u8]) {
         // What does not fit is dropped, as on every link.
         if let Ok(bytes) = Vec::from_slice(packet) {
-            let _ = PACKETS_OUT.try_send((link, bytes));
+            self.0.give((link, bytes));
         }
     }
 }
@@ -92,10 +96,31 @@ pub(super) fn show(revision: u32, words: impl Iterator<Item = u32>) {
     });
 }
 
+/// Tells the host that the firmware stopped, and what the actuators are left with. Nothing may run after it.
+pub(super) fn say_stopped() {
+    let number = FROM_BOARD.load(Relaxed);
+    if number == NOT_OPEN {
+        return;
+    }
+    #[expect(unsafe_code, reason = "whoever owns the pipe is stopped")]
+    // SAFETY: the number is that of an open file; its owner never runs again.
+    let mut from_board = File::from(unsafe { OwnedFd::from_raw_fd(number) });
+    let mut words = [Word(0); WORDS];
+    COMMANDED.copy_to(&mut words);
+    let words: Vec<u8, { 4 * WORDS }> = words.iter().flat_map(|word| word.0.to_le_bytes()).collect();
+    let mut frame = Frame::new();
+    frame.clear();
+    // The emulator's exit code says the same to a host that has left.
+    let _ = frame.push(Tag::Stopped, &words);
+    let _ = from_board.write_all(frame.as_bytes());
+}
+
 /// The host, or the lack of one, and the device that it plays.
 pub struct Host {
     streams: Option<Streams>,
     frame: &'static mut Frame,
+    packets_in: Giver<Numbered>,
+    packets_out: Taker<Numbered>,
     words_in: usize,
     words_out: usize,
 }
@@ -106,10 +131,11 @@ struct Streams {
 }
 
 impl Streams {
-    /// Opens both FIFOs; waits for a host that has made them and not opened them yet.
+    /// Opens both pipes; named ones wait for a host that has made them and not opened them yet.
     fn open() -> Option<Self> {
         let to_board = File::open(c"to-board").ok()?;
         let from_board = File::create(c"from-board").ok()?;
+        FROM_BOARD.store(from_board.as_fd().as_raw_fd(), Relaxed);
         Some(Self { to_board, from_board })
     }
 }
@@ -132,20 +158,25 @@ impl From<semihosting::io::Error> for Trouble {
 }
 
 /// Waits for the host and learns from it what device to drive; without a host, three linear axes.
-pub(super) fn connect(tick_hz: u32) -> (Host, DeviceDescriptor) {
-    static FRAME: static_cell::ConstStaticCell<Frame> = static_cell::ConstStaticCell::new(Frame::new());
+pub(super) fn connect(tick_hz: u32) -> (Host, DeviceDescriptor, FromHost, ToHost) {
+    static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new(Frame::new());
+    static PACKETS_IN: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
+    static PACKETS_OUT: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
     let streams = Streams::open();
     if streams.is_none() && !cfg!(feature = "timer-tick") {
-        defmt::error!("no host: it has to make the FIFOs to-board and from-board in the emulator's folder");
+        defmt::error!("no host: it has to make the pipes to-board and from-board in the emulator's folder");
         exit(EXIT_NO_HOST);
     }
-    let mut host = Host { streams, frame: FRAME.take(), words_in: 0, words_out: 0 };
+    let (packets_in, to_take) = PACKETS_IN.take().split();
+    let (to_give, packets_out) = PACKETS_OUT.take().split();
+    let frame = FRAME.take();
+    let mut host = Host { streams, frame, packets_in, packets_out, words_in: 0, words_out: 0 };
     let axes = host.greet().unwrap_or_else(|trouble| give_up(&trouble));
     let device = device(&axes, tick_hz);
     let words = |types: &[&dimsart_core::DataType]| types.iter().map(|of| of.shape.words(device.dof())).sum();
     host.words_in = words(&[PLAYED]);
     host.words_out = words(device.inputs);
-    (host, device)
+    (host, device, FromHost(to_take), ToHost(to_give))
 }
 
 type Axes = Vec<AxisKind, MAX_DOF>;
@@ -228,7 +259,7 @@ impl Host {
     }
 
     /// Gives the tasks what the frame brought. They run at once: they are more urgent than this.
-    fn hand_over(&self) -> Result<(), Trouble> {
+    fn hand_over(&mut self) -> Result<(), Trouble> {
         IS_WATCHED.store(false, Relaxed);
         for section in self.frame.sections() {
             match section? {
@@ -239,18 +270,17 @@ impl Host {
                     MEASURED.fill(&words);
                 }
                 (Tag::Signals, _) => IS_WATCHED.store(true, Relaxed),
-                (Tag::Command, mut bytes) => {
-                    while let Ok(taken) = uart::RECEIVED.try_write(bytes) {
-                        bytes = bytes.get(taken..).unwrap_or_default();
-                        if bytes.is_empty() {
-                            break;
-                        }
+                (Tag::Command, mut bytes) => loop {
+                    let taken = uart::RECEIVED.try_write(bytes);
+                    bytes = bytes.get(taken..).unwrap_or_default();
+                    if taken == 0 || bytes.is_empty() {
+                        break;
                     }
-                }
+                },
                 (tag, packet) => {
                     let link = tag.link().ok_or(Trouble::BadFrame)?;
                     let packet = Vec::from_slice(packet).map_err(|_| Trouble::BadFrame)?;
-                    let _ = PACKETS_IN.try_send((link, packet));
+                    self.packets_in.give((link, packet));
                 }
             }
         }
@@ -274,7 +304,7 @@ impl Host {
         if IS_WATCHED.load(Relaxed) {
             critical_section::with(|section| self.frame.push(Tag::Signals, &SIGNALS.borrow_ref(section)))?;
         }
-        while let Ok((link, packet)) = PACKETS_OUT.try_receive() {
+        while let Some((link, packet)) = self.packets_out.take() {
             let tag = Tag::of_link(link).ok_or(Trouble::BadFrame)?;
             self.frame.push(tag, &packet)?;
         }
@@ -282,10 +312,11 @@ impl Host {
             return Ok(());
         }
         let mut bytes = [0; 256];
-        while self.frame.room() >= bytes.len()
-            && let Ok(length) = uart::TO_SEND.try_read(&mut bytes)
-        {
-            self.frame.push(Tag::Command, bytes.get(..length).unwrap_or_default())?;
+        while self.frame.room() >= bytes.len() {
+            match uart::TO_SEND.try_read(&mut bytes) {
+                0 => break,
+                length => self.frame.push(Tag::Command, bytes.get(..length).unwrap_or_default())?,
+            }
         }
         Ok(())
     }

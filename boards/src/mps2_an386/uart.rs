@@ -2,10 +2,9 @@
 
 use core::convert::Infallible;
 
-use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
-use embassy_sync::pipe::Pipe;
 use embedded_io_async::{ErrorType, Read, Write};
 
+use super::bytes::Bytes;
 use super::{Interrupt, Register, unmask};
 
 const DATA: Register = Register(0x4000_4000);
@@ -22,9 +21,9 @@ const CLEAR_RECEIVED: u32 = 1 << 1;
 const DIVIDER: u32 = 217;
 
 /// Bytes that came in and nobody has read yet. What does not fit is lost.
-pub(super) static RECEIVED: Pipe<CriticalSectionRawMutex, 512> = Pipe::new();
+pub(super) static RECEIVED: Bytes<512> = Bytes::new();
 /// Bytes that wait to go out.
-pub(super) static TO_SEND: Pipe<CriticalSectionRawMutex, 512> = Pipe::new();
+pub(super) static TO_SEND: Bytes<512> = Bytes::new();
 
 /// The board's end of the command line.
 pub struct CommandPort;
@@ -67,7 +66,7 @@ pub(super) extern "C" fn received() {
     CLEAR.write(CLEAR_RECEIVED);
     while STATE.read() & RECEIVE_FULL != 0 {
         let [byte, ..] = DATA.read().to_le_bytes();
-        let _ = RECEIVED.try_write(&[byte]);
+        RECEIVED.try_write(&[byte]);
     }
 }
 
@@ -75,7 +74,7 @@ pub(super) extern "C" fn received() {
 pub(super) extern "C" fn sent() {
     CLEAR.write(CLEAR_SENT);
     let mut byte = [0];
-    while STATE.read() & SEND_FULL == 0 && TO_SEND.try_read(&mut byte).is_ok() {
+    while STATE.read() & SEND_FULL == 0 && TO_SEND.try_read(&mut byte) != 0 {
         let [byte] = byte;
         DATA.write(u32::from(byte));
     }

@@ -3,7 +3,7 @@
 //! Everything the modular scheme works out, to the bit and with the same checks, for three axes and
 //! with the parameters as constants: what one would write if nothing ever had to be plugged in.
 
-use dimsart_core::{is_newer, math};
+use dimsart_core::{counters_ahead, is_newer, math, next_number};
 
 /// Degrees of freedom.
 pub(crate) const DOF: usize = 3;
@@ -29,8 +29,8 @@ const ENERGY_COUNTS: f32 = PERIOD_S / (1.0 / 1_073_741_824.0);
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Packet {
     pub(crate) content: u16,
-    pub(crate) sequence: u32,
-    pub(crate) echo: u32,
+    pub(crate) counter: u16,
+    pub(crate) echo: u16,
     pub(crate) words: [u32; PACKET_WORDS],
     /// Whether the samples are finite: looked at outside the tick, as the engine does.
     pub(crate) is_finite: bool,
@@ -71,9 +71,9 @@ pub(crate) struct Master {
     wave_rest: [f32; DOF],
     energy_count: [u32; DOF],
     energy_rest: [f32; DOF],
-    sequence: u32,
-    received_sequence: u32,
-    accepted_sequence: u32,
+    number: u32,
+    received_counter: u16,
+    accepted_counter: u16,
 }
 
 impl Master {
@@ -95,9 +95,9 @@ impl Master {
             wave_rest: [0.0; DOF],
             energy_count: [0; DOF],
             energy_rest: [0.0; DOF],
-            sequence: 0,
-            received_sequence: 0,
-            accepted_sequence: 0,
+            number: 0,
+            received_counter: 0,
+            accepted_counter: 0,
         }
     }
 
@@ -121,25 +121,29 @@ impl Master {
 
         let mut is_new = false;
         if let Some(packet) = received {
-            let missed = packet.sequence.wrapping_sub(self.received_sequence).wrapping_sub(1);
+            let is_next = packet.counter == self.received_counter.wrapping_add(1);
             is_new = packet.content == CONTENT && packet.is_finite;
             if !is_new {
                 signals.refused = signals.refused.wrapping_add(1);
-            } else if missed != 0 {
-                let is_old = !is_newer(packet.sequence, self.received_sequence);
-                let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_sequence == 0;
+            } else if !is_next {
+                let is_old = !is_newer(packet.counter, self.received_counter);
+                let is_restart = is_old && signals.age_ticks >= RESTART_TICKS || self.received_counter == 0;
+                let missed = counters_ahead(packet.counter, self.received_counter).wrapping_sub(1);
                 if is_old && !is_restart {
                     signals.refused = signals.refused.wrapping_add(1);
                     is_new = false;
                 } else if !is_restart {
-                    signals.lost = signals.lost.wrapping_add(missed);
+                    signals.lost = signals.lost.wrapping_add(u32::from(missed));
                 }
             }
             if is_new {
-                self.received_sequence = packet.sequence;
-                self.accepted_sequence = packet.sequence;
+                self.received_counter = packet.counter;
+                self.accepted_counter = packet.counter;
                 if packet.echo != 0 {
-                    signals.round_trip_ticks = self.sequence.wrapping_add(1).wrapping_sub(packet.echo);
+                    let packets = u32::from(counters_ahead(self.number as u16, packet.echo));
+                    if packets < self.number {
+                        signals.round_trip_ticks = packets + 1;
+                    }
                 }
                 for axis in 0..DOF {
                     signals.wave_in[axis] = f32::from_bits(packet.words[axis]);
@@ -155,10 +159,10 @@ impl Master {
 
         let is_first = self.is_running_in;
         self.is_running_in = false;
-        self.sequence = self.sequence.wrapping_add(1).max(1);
+        self.number = next_number(self.number);
         send.content = CONTENT;
-        send.sequence = self.sequence;
-        send.echo = self.accepted_sequence;
+        send.counter = self.number as u16;
+        send.echo = self.accepted_counter;
         let mut is_finite = true;
         for axis in 0..DOF {
             let x = position[axis];

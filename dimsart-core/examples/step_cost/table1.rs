@@ -77,13 +77,7 @@ fn to_hand(packet: &Packet) -> by_hand::Packet {
         *to = *from;
     }
     let is_finite = words.iter().take(DOF).all(|word| f32::from_bits(*word).is_finite());
-    by_hand::Packet {
-        content: packet.content,
-        sequence: packet.sequence,
-        echo: packet.echo,
-        words,
-        is_finite,
-    }
+    by_hand::Packet { content: packet.content, counter: packet.counter, echo: packet.echo, words, is_finite }
 }
 
 fn compare(master: &Dimsart, by_hand: &Master, tick: u32) {

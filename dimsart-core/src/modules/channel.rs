@@ -12,6 +12,9 @@ use crate::{Content, DataType, DeviceDescriptor, TypeRef, Unit};
 /// Names of the ports of a channel's types.
 pub(super) const CHANNEL_PORTS: [&str; MAX_CHANNEL_TYPES] = ["DATA_1", "DATA_2", "DATA_3", "DATA_4"];
 
+/// Channels that a link can carry: as many as CAN has short identifiers.
+pub(super) const CHANNELS: core::ops::RangeInclusive<u32> = 0..=2047;
+
 /// Place of the channel's first wave, the one with counters.
 pub(super) fn first_wave(device: &DeviceDescriptor, types: &[TypeRef]) -> Option<usize> {
     let is_wave = |found: &DataType| found.unit == Unit::Wave;

@@ -19,19 +19,20 @@ use core::cell::Cell;
 
 use heapless::Vec;
 
-use super::channel::{CHANNEL_PORTS, content, first_wave, samples};
+use super::channel::{CHANNEL_PORTS, CHANNELS, content, first_wave, samples};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::mailbox::{START_COUNTERS, counters_ahead, is_newer, low_half};
 use crate::parameter::TypeList;
 use crate::{
-    Choice, Content, Data, DeviceDescriptor, LinkPort, Module, Output, Parameters, Ports, Single, Unit,
-    is_newer, types,
+    Choice, Content, Data, DeviceDescriptor, LinkPort, Module, Output, Parameters, Ports, Single, Unit, types,
 };
 
 /// See the [module docs](self).
 #[derive(Debug, Default)]
 pub struct CommRx {
     link: u32,
+    channel: u32,
     types: TypeList,
     stale: Stale,
     hold_ticks: u32,
@@ -57,10 +58,10 @@ struct Channel {
 
 #[derive(Debug, Default)]
 struct State {
-    /// Newest one accepted; the number before a sender's first.
-    sequence: u32,
+    /// Of the newest packet accepted; 0 before the first.
+    counter: u16,
     /// What may be the first packet of a sender that has started anew, and the newest one accepted then.
-    restart: [u32; 2],
+    restart: [u16; 2],
     is_restart: bool,
     /// Whether the newest packet is the one right after the one before it.
     is_next: bool,
@@ -71,9 +72,12 @@ struct State {
     received: [Received; MAX_DOF],
 }
 
-/// Silence after which two older sequence numbers, the second newer than the first, mean that the
+/// Silence after which two packets that are not next ones, the second newer than the first, mean that the
 /// sender has started anew.
 const RESTART_TICKS: u32 = 100;
+/// Ticks of packets that can be missing at once beyond those that nothing came in: packets that were late together.
+/// A longer way ahead is none that a sender can have gone.
+const LATE_TICKS: u32 = 1000;
 
 /// What a wave is while nothing new comes.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -100,6 +104,8 @@ impl Module for CommRx {
         visit.choice(&mut self.stale, "STALE", "What a wave is while nothing new comes.");
         let summary = "Longest time a wave is held by STALE HOLD.";
         visit.count(&mut self.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
+        let summary = "Channel that it listens to; 0 on a link between two ends.";
+        visit.structural_count(&mut self.channel, "CRX_CHANNEL", Unit::One, CHANNELS, 0, summary);
     }
 
     fn activate(&mut self, ports: &mut Ports<'_>) {
@@ -115,7 +121,7 @@ impl Module for CommRx {
             }
             let _ = self.channels.push(Channel { output, is_wave });
         }
-        ports.listens_to(self.link);
+        ports.listens_to(self.link, self.channel);
         ports.output(&mut self.age, "AGE", types::LINK_AGE);
         ports.output(&mut self.lost, "LOST", types::LINK_LOST);
         ports.output(&mut self.round_trip, "ROUND_TRIP", types::LINK_ROUND_TRIP);
@@ -208,49 +214,62 @@ impl State {
             return false;
         }
         link.received.clear();
-        let sequence = link.received.sequence();
+        let (counter, echo) = (link.received.counter(), link.received.echo());
         if link.received.content() != content || link.received.finite_words() < samples {
             self.refused = self.refused.wrapping_add(1);
             return false;
         }
         self.is_restart = false;
-        self.is_next = sequence == self.sequence.wrapping_add(1);
-        if !self.is_next && !self.accept_jump(sequence) {
+        self.is_next = counter == self.counter.wrapping_add(1);
+        if !self.is_next && !self.accept_jump(counter) {
             self.refused = self.refused.wrapping_add(1);
             return false;
         }
-        self.sequence = sequence;
-        link.accepted_sequence.set(sequence);
-        let echo = link.received.echo();
-        let sent = link.sent_sequence.get();
-        // Not 0, and not of a life of this side before its last start.
-        if echo.wrapping_sub(1) < sent {
-            self.round_trip_ticks = sent.wrapping_add(1).wrapping_sub(echo);
+        self.counter = counter;
+        link.accepted_counter.set(counter);
+        if echo != 0 {
+            self.measure_round_trip(link.sent_number.get(), echo);
         }
         true
     }
 
+    fn measure_round_trip(&mut self, sent_number: u32, echo: u16) {
+        let packets = u32::from(counters_ahead(low_half(sent_number), echo));
+        // Not of a life of this side before its last start.
+        if packets < sent_number {
+            self.round_trip_ticks = packets + 1;
+        }
+    }
+
     /// Whether a packet that is not the next one is new; counts what is missing before it.
     #[cold]
-    fn accept_jump(&mut self, sequence: u32) -> bool {
-        if sequence == self.sequence || sequence == 0 {
+    fn accept_jump(&mut self, counter: u16) -> bool {
+        if counter == self.counter {
             return false;
         }
-        if self.sequence == 0 {
+        let missed = u32::from(counters_ahead(counter, self.counter)).wrapping_sub(1);
+        // Counters go round: what seems to be ahead can come from a sender that has started anew.
+        let is_start = counter <= START_COUNTERS && u32::from(self.counter) > LATE_TICKS;
+        let is_ahead = !is_start
+            && is_newer(counter, self.counter)
+            && missed <= self.age_ticks.saturating_add(LATE_TICKS);
+        let [first, accepted] = self.restart;
+        let follows_first = accepted == self.counter && is_newer(counter, first);
+        if self.counter == 0 || is_ahead && follows_first && first <= START_COUNTERS {
             self.is_restart = true;
-        } else if is_newer(sequence, self.sequence) {
-            // A sender leaves out 0 when its numbers wrap.
-            let left_out = u32::from(sequence < self.sequence);
-            let missed = sequence.wrapping_sub(self.sequence).wrapping_sub(1 + left_out);
+        } else if is_ahead {
             self.is_next = missed == 0;
             self.lost = self.lost.wrapping_add(missed);
-        } else if self.age_ticks < RESTART_TICKS {
-            return false;
         } else {
-            let [first, accepted] = core::mem::replace(&mut self.restart, [sequence, self.sequence]);
-            self.is_restart = accepted == self.sequence && is_newer(sequence, first);
-            return self.is_restart;
+            let is_silent = self.age_ticks >= RESTART_TICKS;
+            if is_silent || is_start {
+                self.restart = [counter, self.counter];
+            }
+            self.is_restart = is_silent && follows_first;
         }
-        true
+        if self.is_restart {
+            self.round_trip_ticks = 0;
+        }
+        self.is_restart || is_ahead
     }
 }

@@ -4,13 +4,14 @@
 //! per axis, the counters of the channel's first wave: all that was ever sent, so that what a lost packet
 //! carried can be made up for. The packet also says of which [`Content`] it is.
 //!
-//! Sequence number and counters go on over a reset: the other side would take a jump for a loss.
+//! The packet's counter and those of the wave go on over a reset: the other side would take a jump for a loss.
 
 use heapless::Vec;
 
-use super::channel::{CHANNEL_PORTS, content, first_wave, samples};
+use super::channel::{CHANNEL_PORTS, CHANNELS, content, first_wave, samples};
 use super::wave_integral::Sent;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::mailbox::{low_half, next_number};
 use crate::parameter::TypeList;
 use crate::{Content, Data, DeviceDescriptor, Input, Module, Parameters, Ports, Unit};
 
@@ -18,12 +19,14 @@ use crate::{Content, Data, DeviceDescriptor, Input, Module, Parameters, Ports, U
 #[derive(Debug, Default)]
 pub struct CommTx {
     link: u32,
+    channel: u32,
     types: TypeList,
     channels: Vec<Channel, MAX_CHANNEL_TYPES>,
     content: Content,
     /// Words of the packet that are samples; counters follow.
     samples: u8,
-    sequence: u32,
+    /// Of the last packet: its counter is the low half, which is never 0.
+    number: u32,
     period_s: f32,
     sent: [Sent; MAX_DOF],
 }
@@ -41,6 +44,8 @@ impl Module for CommTx {
     fn parameters(&mut self, visit: &mut Parameters<'_>) {
         visit.types(&mut self.types, "CTX_ADD_DATA", "Adds a signal to the packet.");
         visit.structural_count(&mut self.link, "CTX_LINK", Unit::One, 0..=1, 0, "Link it sends over.");
+        let summary = "Channel that its packets are for; 0 on a link between two ends.";
+        visit.structural_count(&mut self.channel, "CTX_CHANNEL", Unit::One, CHANNELS, 0, summary);
     }
 
     fn activate(&mut self, ports: &mut Ports<'_>) {
@@ -51,7 +56,7 @@ impl Module for CommTx {
             ports.named_input(&mut input, name, *signal);
             let _ = self.channels.push(Channel { input, is_wave: wave == Some(place) });
         }
-        ports.sends_over(self.link);
+        ports.sends_over(self.link, self.channel);
     }
 
     fn prepare(&mut self, device: &DeviceDescriptor) {
@@ -62,10 +67,10 @@ impl Module for CommTx {
 
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
-        self.sequence = self.sequence.wrapping_add(1).max(1);
-        link.sent_sequence.set(self.sequence);
-        let echo = link.accepted_sequence.get();
-        link.outgoing.open(self.sequence, echo, self.content);
+        self.number = next_number(self.number);
+        let [channel, counter] = [self.channel, self.number].map(low_half);
+        link.sent_number.set(self.number);
+        link.outgoing.open(channel, counter, link.accepted_counter.get(), self.content);
         let room = link.outgoing.room().as_slice();
         let (mut cells, counters) = (room, usize::from(self.samples));
         let period_s = self.period_s;

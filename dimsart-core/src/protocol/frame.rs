@@ -1,12 +1,12 @@
-//! Frames: one content with its CRC, made fit for a byte stream by COBS.
+//! Requests and responses as frames of a byte stream.
 
 use serde::{Deserialize, Serialize};
 
+use crate::carrier::stream;
 use crate::encode::encode_into;
 use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse, seal, verify};
 
-/// Longest frame, with a zero at both ends.
-pub const MAX_FRAME_BYTES: usize = cobs::max_encoding_length(MAX_CONTENT_BYTES) + 2;
+pub use crate::carrier::stream::MAX_FRAME_BYTES;
 
 /// The channel of all that is between hosts and one controller.
 const CHANNEL: u16 = 0;
@@ -82,15 +82,7 @@ pub(super) fn seal_frame(
     buffer: &mut [u8; MAX_CONTENT_BYTES],
     out: &mut [u8],
 ) -> Option<usize> {
-    write_frame(seal(class, CHANNEL, counter, length, buffer)?, out)
-}
-
-fn write_frame(content: &[u8], out: &mut [u8]) -> Option<usize> {
-    let (start, rest) = out.split_first_mut()?;
-    let length = cobs::try_encode(content, rest).ok()?;
-    *start = 0;
-    *rest.get_mut(length)? = 0;
-    Some(length + 2)
+    stream::encode(seal(class, CHANNEL, counter, length, buffer)?, out).map(<[u8]>::len)
 }
 
 /// The content without its CRC, if that is right.

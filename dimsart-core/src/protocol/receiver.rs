@@ -1,10 +1,7 @@
-//! Finds frames in a stream of bytes.
-
-use cobs::{DecodeResult, DecoderState};
-use heapless::Vec;
+//! Finds undamaged frames in a stream of bytes.
 
 use super::frame::check;
-use crate::envelope::MAX_CONTENT_BYTES;
+use crate::carrier::stream::{Dropped, StreamReceiver};
 
 /// What a [`Receiver`] has taken and refused. Counters stop at their largest number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -18,24 +15,19 @@ pub struct Counters {
     pub too_long: u32,
 }
 
-/// Takes the bytes of a line and gives the frames in them.
-///
-/// It holds one frame, never waits and cannot overflow. Noise costs the frame it falls into: the next
-/// zero ends whatever was begun.
+/// Takes the bytes of a line and gives the undamaged frames in them: a [`StreamReceiver`] that looks at the CRC.
 #[derive(Debug, Default)]
 pub struct Receiver {
-    state: DecoderState,
-    content: Vec<u8, MAX_CONTENT_BYTES>,
-    is_too_long: bool,
-    counters: Counters,
+    stream: StreamReceiver,
+    frames: u32,
+    refused: u32,
 }
 
 impl Receiver {
     /// A receiver that has seen nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        let counters = Counters { frames: 0, damaged: 0, too_long: 0 };
-        Self { state: DecoderState::Idle, content: Vec::new(), is_too_long: false, counters }
+        Self { stream: StreamReceiver::new(), frames: 0, refused: 0 }
     }
 
     /// Takes a byte; gives the content of the frame that it ended, if it ended a good one.
@@ -43,20 +35,10 @@ impl Receiver {
     /// The content goes to [`decode_request`](super::decode_request),
     /// [`decode_response`](super::decode_response) or [`answer`](super::answer).
     pub fn take(&mut self, byte: u8) -> Option<&[u8]> {
-        match self.state.feed(byte) {
-            Ok(DecodeResult::NoData) => None,
-            Ok(DecodeResult::DataStart) => {
-                self.content.clear();
-                self.is_too_long = false;
-                None
-            }
-            Ok(DecodeResult::DataContinue(byte)) => {
-                self.is_too_long |= self.content.push(byte).is_err();
-                None
-            }
-            Ok(DecodeResult::DataComplete) => self.end(true),
-            Err(_) => self.end(false),
-        }
+        let content = check(self.stream.take(byte)?);
+        let counter = if content.is_some() { &mut self.frames } else { &mut self.refused };
+        *counter = counter.saturating_add(1);
+        content
     }
 
     /// Takes many bytes; `on_frame` gets the content of every good frame that ends in them.
@@ -71,17 +53,7 @@ impl Receiver {
     /// What was taken and refused so far.
     #[must_use]
     pub fn counters(&self) -> Counters {
-        self.counters
-    }
-
-    fn end(&mut self, is_complete: bool) -> Option<&[u8]> {
-        let content = if is_complete && !self.is_too_long { check(&self.content) } else { None };
-        let counter = match content {
-            Some(_) => &mut self.counters.frames,
-            None if self.is_too_long => &mut self.counters.too_long,
-            None => &mut self.counters.damaged,
-        };
-        *counter = counter.saturating_add(1);
-        content
+        let Dropped { damaged, too_long } = self.stream.dropped();
+        Counters { frames: self.frames, damaged: damaged.saturating_add(self.refused), too_long }
     }
 }

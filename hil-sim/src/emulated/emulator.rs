@@ -1,22 +1,21 @@
-//! The emulator as a process and the FIFOs to the firmware in it.
+//! The emulator as a process and the pipes to the firmware in it.
 
-use std::fs::{File, OpenOptions};
-use std::io::{self, ErrorKind, Read, Write};
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
-use std::time::{Duration, Instant};
+use std::fs::File;
+use std::io::{self, ErrorKind, PipeReader, PipeWriter, Read, Write};
+use std::os::fd::AsRawFd;
+use std::os::unix::fs::symlink;
+use std::time::Instant;
 
-use dimsart_core::exchange::{ExchangeError, Frame};
+use dimsart_core::exchange::{ExchangeError, Frame, Tag};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
-use rustix::fs::{CWD, Mode, OFlags, mkfifoat};
 use rustix::io::Errno;
 use tempfile::TempDir;
 
+use super::board::words;
 use super::process::Process;
 pub(crate) use super::process::end_all;
 use super::{EmulatedError, Image, PATIENCE};
 
-const A_MOMENT: Duration = Duration::from_millis(1);
 /// Between two looks at a process that says nothing.
 const A_WHILE: Timespec = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
 /// As the firmware names them.
@@ -25,13 +24,14 @@ const FROM_BOARD: &str = "from-board";
 
 /// A running emulator and the line to its firmware.
 ///
-/// Both end with this value; should this process be killed, its ends of the FIFOs close and the firmware leaves.
+/// Both end with this value; should this process be killed, its ends of the pipes close and the firmware leaves, as
+/// soon as it looks: opening a pipe waits for nobody.
 #[derive(Debug)]
 pub(super) struct Emulator {
     process: Process,
-    to_board: File,
-    from_board: File,
-    /// Where the FIFOs are, until both ends are open: nothing can be left behind then.
+    to_board: PipeWriter,
+    from_board: PipeReader,
+    /// Where the firmware finds its ends, until it has opened them: nothing can be left behind then.
     folder: Option<TempDir>,
 }
 
@@ -49,32 +49,19 @@ impl From<ExchangeError> for Broken {
 }
 
 impl Emulator {
-    /// Starts an image and waits until it has opened the line. The firmware's log goes to `log`.
+    /// Starts an image. The firmware's log goes to `log`.
     pub(super) fn start(image: &Image, log: Option<File>) -> Result<Self, EmulatedError> {
         let folder = tempfile::Builder::new().prefix("dimsart-").tempdir().map_err(EmulatedError::Files)?;
-        for name in [TO_BOARD, FROM_BOARD] {
-            let made = mkfifoat(CWD, folder.path().join(name), Mode::RUSR | Mode::WUSR);
-            made.map_err(|error| EmulatedError::Files(error.into()))?;
+        let (board_reads, to_board) = io::pipe().map_err(EmulatedError::Files)?;
+        let (from_board, board_writes) = io::pipe().map_err(EmulatedError::Files)?;
+        let its_number = board_writes.as_raw_fd();
+        // The emulator's standard input, and what it inherits.
+        for (name, number) in [(TO_BOARD, 0), (FROM_BOARD, its_number)] {
+            let made = symlink(format!("/dev/fd/{number}"), folder.path().join(name));
+            made.map_err(EmulatedError::Files)?;
         }
-        let from_board = open(&folder.path().join(FROM_BOARD), OpenOptions::new().read(true));
-        let from_board = from_board.map_err(EmulatedError::Files)?;
-        let mut process = Process::start(image, folder.path(), log)?;
-        let deadline = Instant::now() + PATIENCE;
-        loop {
-            match open(&folder.path().join(TO_BOARD), OpenOptions::new().write(true)) {
-                Ok(to_board) => return Ok(Self { process, to_board, from_board, folder: Some(folder) }),
-                // Nobody reads yet.
-                Err(error) if error.raw_os_error() == Some(Errno::NXIO.raw_os_error()) => {}
-                Err(error) => return Err(EmulatedError::Files(error)),
-            }
-            if process.has_ended() {
-                return Err(process.ended());
-            }
-            if Instant::now() > deadline {
-                return Err(process.hung());
-            }
-            std::thread::sleep(A_MOMENT);
-        }
+        let process = Process::start(image, folder.path(), (board_reads, board_writes), log)?;
+        Ok(Self { process, to_board, from_board, folder: Some(folder) })
     }
 
     /// Sends a frame and takes in the answer. After an error the emulator has ended.
@@ -85,7 +72,13 @@ impl Emulator {
         match received {
             Ok(true) => {
                 *folder = None;
-                Ok(())
+                match answer
+                    .sections()
+                    .find_map(|section| section.ok().filter(|(tag, _)| *tag == Tag::Stopped))
+                {
+                    Some((_, left)) => Err(process.stopped(words(left).map(f32::from_bits).collect())),
+                    None => Ok(()),
+                }
             }
             Ok(false) | Err(Broken::Closed) => Err(process.ended()),
             Err(Broken::Silent) => Err(process.hung()),
@@ -94,12 +87,7 @@ impl Emulator {
     }
 }
 
-/// Does not wait for the other end.
-fn open(path: &Path, how: &mut OpenOptions) -> io::Result<File> {
-    how.custom_flags(OFlags::NONBLOCK.bits().cast_signed()).open(path)
-}
-
-fn read(from_board: &mut File, process: &mut Process, bytes: &mut [u8]) -> Result<usize, Broken> {
+fn read(from_board: &mut PipeReader, process: &mut Process, bytes: &mut [u8]) -> Result<usize, Broken> {
     let deadline = Instant::now() + PATIENCE;
     loop {
         match poll(&mut [PollFd::new(from_board, PollFlags::IN)], Some(&A_WHILE)) {
@@ -111,7 +99,7 @@ fn read(from_board: &mut File, process: &mut Process, bytes: &mut [u8]) -> Resul
             Err(_) => return Err(Broken::Closed),
         }
         match from_board.read(bytes) {
-            Err(error) if matches!(error.kind(), ErrorKind::Interrupted | ErrorKind::WouldBlock) => {}
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
             result => return result.map_err(|_| Broken::Closed),
         }
     }

@@ -60,6 +60,14 @@ pub enum EmulatedError {
         /// The last of what the firmware logged.
         log: Vec<String>,
     },
+    /// Its firmware stopped by a panic or a fault.
+    #[error("the firmware on the emulated board stopped, its actuators {}{}", at(.commanded), last_words(.log))]
+    Stopped {
+        /// What its actuators are left with: 0 in their safe state.
+        commanded: Vec<f32>,
+        /// The last of what the firmware logged.
+        log: Vec<String>,
+    },
     /// What it says is no frame.
     #[error("the emulated board answers with {0}; build the image anew with `{BUILD}`")]
     Exchange(#[from] ExchangeError),
@@ -133,6 +141,14 @@ fn reason(status: &Option<ExitStatus>) -> String {
         Some(101) => "its firmware stopped by a panic or a fault (exit status 101)".to_owned(),
         _ => status.map_or_else(|| "it closed its line".to_owned(), |status| status.to_string()),
     }
+}
+
+fn at(commanded: &[f32]) -> String {
+    // Not equal to 0 is NaN, too.
+    if commanded.iter().all(|force| force.to_bits() == 0) {
+        return "at rest".to_owned();
+    }
+    format!("not at rest, but commanded {commanded:?}")
 }
 
 fn last_words(log: &[String]) -> String {

@@ -1,4 +1,4 @@
-//! In place of the emulator where there are no FIFOs.
+//! In place of the emulator where it cannot inherit pipes.
 
 use std::fs::File;
 use std::io::ErrorKind;

@@ -1,13 +1,15 @@
 //! The emulator's process: started with a firmware image, ended whatever happens.
 
 use std::fs::File;
+use std::io::{PipeReader, PipeWriter};
 use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Mutex, PoisonError};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use rustix::io::{FdFlags, fcntl_setfd};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::log::Log;
@@ -53,16 +55,25 @@ pub(super) struct Process {
 }
 
 impl Process {
-    /// Starts an image in a working folder. What the firmware logs goes to `log`.
-    pub(super) fn start(image: &Image, folder: &Path, log: Option<File>) -> Result<Self, EmulatedError> {
+    /// Starts an image in a working folder. The firmware reads its line from the standard input and writes it to
+    /// the pipe that it inherits under the same number. What it logs goes to `log`.
+    pub(super) fn start(
+        image: &Image,
+        folder: &Path,
+        (reads, writes): (PipeReader, PipeWriter),
+        log: Option<File>,
+    ) -> Result<Self, EmulatedError> {
         let path = std::path::absolute(image.path()).map_err(EmulatedError::Files)?;
         let mut command = Command::new(PROGRAM);
-        command.args(ARGUMENTS).arg(path).current_dir(folder).stdin(Stdio::null());
+        command.args(ARGUMENTS).arg(path).current_dir(folder).stdin(reads);
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         // Ctrl-C is for this process, which then ends the emulator.
         command.process_group(0);
         let mut running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
+        // Within the lock: no other emulator is to inherit it.
+        fcntl_setfd(&writes, FdFlags::empty()).map_err(|error| EmulatedError::Files(error.into()))?;
         let mut child = command.spawn().map_err(EmulatedError::NoEmulator)?;
+        drop(writes);
         running.push(Pid::from_child(&child));
         drop(running);
         let log = Log::follow(child.stdout.take(), child.stderr.take(), image.bytes().to_vec(), log);
@@ -75,13 +86,24 @@ impl Process {
 
     /// How it ended, after its line was closed.
     pub(super) fn ended(&mut self) -> EmulatedError {
+        let status = self.await_end();
+        EmulatedError::Ended { status, log: self.log.last_lines() }
+    }
+
+    /// What its firmware stopped by, after it said so, and what its actuators are left with.
+    pub(super) fn stopped(&mut self, commanded: Vec<f32>) -> EmulatedError {
+        self.await_end();
+        EmulatedError::Stopped { commanded, log: self.log.last_lines() }
+    }
+
+    fn await_end(&mut self) -> Option<ExitStatus> {
         let deadline = Instant::now() + LAST_MOMENTS;
         while !self.has_ended() && Instant::now() < deadline {
             sleep(A_MOMENT);
         }
         let status = self.child.try_wait().ok().flatten();
         self.end();
-        EmulatedError::Ended { status, log: self.log.last_lines() }
+        status
     }
 
     /// Ends it because nothing comes any more.

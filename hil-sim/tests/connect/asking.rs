@@ -303,3 +303,15 @@ fn ctrl_c_ends_a_live_view_well() {
     assert_eq!(watch.wait().unwrap().code(), Some(0));
     assert!(!out.contains('\x1b'), "no terminal, no escapes");
 }
+
+#[test]
+fn a_force_of_a_fixed_size_takes_a_running_scheme_s_place() {
+    let emulated = Emulated::with_scheme("master");
+    let scheme = concat!(env!("CARGO_MANIFEST_DIR"), "/../schemes/first_start.scheme");
+    emulated.out(&["stop"], 0);
+    emulated.out(&["scheme", scheme, "--side", "master"], 0);
+    emulated.out(&["set", "SIGGEN_MOD", "AMPLITUDE[1]", "-0.25"], 0);
+    emulated.robot.lock().unwrap().tick(0.5);
+    let force = emulated.out(&["watch", "--once", "DES_FORCE"], 0);
+    assert!(force.contains("-0.25"), "{force}");
+}

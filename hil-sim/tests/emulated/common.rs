@@ -8,6 +8,11 @@ use std::sync::Once;
 
 use hil_sim::emulated::{BOARD, BUILD, FOLDER_VARIABLE, Image};
 
+/// `full` where `cargo xtask long` runs the test, `short` elsewhere.
+pub(crate) fn length(short: usize, full: usize) -> usize {
+    if env::var_os("DIMSART_LONG").is_some() { full } else { short }
+}
+
 /// The image whose tick comes from a timer, beside the other one; none, after a line that says so, without it.
 pub(crate) fn timer_image() -> Option<PathBuf> {
     let Some(folder) = env::var_os(FOLDER_VARIABLE).map(PathBuf::from) else {

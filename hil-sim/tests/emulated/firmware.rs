@@ -13,6 +13,8 @@ use crate::common::timer_image;
 
 const UART: &str = "uart0";
 const LOG: &str = "log";
+/// Where a debugger reaches the emulator, of which it then holds the processor.
+pub(crate) const DEBUGGER: &str = "gdb";
 
 /// A board that nobody plays a device to, or that waits for one at its FIFOs.
 pub(crate) struct Firmware {
@@ -24,13 +26,17 @@ pub(crate) struct Firmware {
 impl Firmware {
     /// In a folder of its own; none without an image.
     pub(crate) fn start(has_device: bool) -> Option<Self> {
-        let image = timer_image()?;
+        Some(Self::start_image(timer_image()?, has_device))
+    }
+
+    /// Of an image of any kind.
+    pub(crate) fn start_image(image: PathBuf, has_device: bool) -> Self {
         let folder = tempfile::tempdir().unwrap();
         if has_device {
             let fifos = ["to-board", "from-board"].map(|name| folder.path().join(name));
             assert!(Command::new("mkfifo").args(fifos).status().unwrap().success());
         }
-        Some(Self { emulator: emulator(&image, folder.path()), image, folder })
+        Self { emulator: emulator(&image, folder.path()), image, folder }
     }
 
     /// Ends it and starts it anew, with what its flash holds.
@@ -62,6 +68,18 @@ impl Firmware {
     /// What it logged about its ticks, once it has ended.
     pub(crate) fn reports(mut self) -> Vec<String> {
         self.end();
+        let mut lines = self.log();
+        lines.retain(|line| line.starts_with("tick "));
+        lines
+    }
+
+    /// The code that it ends with by itself, and what it logged.
+    pub(crate) fn last_words(mut self) -> (Option<i32>, Vec<String>) {
+        let status = self.emulator.wait().unwrap();
+        (status.code(), self.log())
+    }
+
+    fn log(&self) -> Vec<String> {
         let elf = fs::read(&self.image).unwrap();
         let table = defmt_decoder::Table::parse(&elf).unwrap().unwrap();
         let mut decoder = table.new_stream_decoder();
@@ -70,7 +88,6 @@ impl Firmware {
         while let Ok(frame) = decoder.decode() {
             lines.push(frame.display_message().to_string());
         }
-        lines.retain(|line| line.starts_with("tick "));
         lines
     }
 
@@ -93,6 +110,7 @@ fn emulator(image: &Path, folder: &Path) -> Child {
         .args(["-serial", &format!("unix:{UART},server=on,wait=off")])
         .args(["-semihosting-config", "enable=on,target=native"])
         .args(["-icount", "shift=4,align=off,sleep=off"])
+        .args(["-gdb", &format!("unix:{DEBUGGER},server=on,wait=off")])
         .arg("-kernel")
         .arg(std::path::absolute(image).unwrap())
         .current_dir(folder)

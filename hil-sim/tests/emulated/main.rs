@@ -10,11 +10,13 @@
     reason = "in helpers of tests as in tests"
 )]
 
+mod by_hand;
 mod common;
 mod firmware;
 mod flood;
 mod kept_schemes;
 mod run;
 mod same_bits;
+mod stopped;
 mod timer_tick;
 mod trouble;

@@ -1,9 +1,10 @@
 //! `dimsart run --target mps2-an386`, as it is typed.
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::common::image;
 
@@ -72,7 +73,43 @@ fn an_interrupt_ends_the_run_and_its_emulators() {
     let output = child.wait_with_output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && text.contains("stopped by the user at"), "{output:?}");
-    let is_left = |pid: &String| std::path::Path::new("/proc").join(pid).exists();
+    let is_left = |pid: &String| Path::new("/proc").join(pid).exists();
     assert!(!started.iter().any(is_left), "a process is left");
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "a folder is left");
+}
+
+#[test]
+fn a_run_that_is_killed_at_its_start_leaves_no_emulator() {
+    let Some(image) = image() else { return };
+    for delay_ms in (0..60).step_by(5) {
+        let folder = tempfile::tempdir().unwrap();
+        let mut run = dimsart()
+            .args(["--target", "mps2-an386", "--no-report", "--set", "duration_s=1e6", "--image"])
+            .arg(image.path())
+            .env("TMPDIR", folder.path())
+            .stdout(Stdio::null())
+            .spawn()
+            .unwrap();
+        wait_until("no emulator starts", || are_emulators_in(folder.path()));
+        thread::sleep(Duration::from_millis(delay_ms));
+        run.kill().unwrap();
+        run.wait().unwrap();
+        let left = format!("an emulator is left after a kill {delay_ms} ms behind its start");
+        wait_until(&left, || !are_emulators_in(folder.path()));
+    }
+}
+
+/// Whether a process works in one of the folders in `folder`, removed or not.
+pub(crate) fn are_emulators_in(folder: &Path) -> bool {
+    let processes = fs::read_dir("/proc").unwrap().flatten();
+    let mut works_in = processes.filter_map(|process| fs::read_link(process.path().join("cwd")).ok());
+    works_in.any(|works_in| works_in.starts_with(folder))
+}
+
+fn wait_until(or_else: &str, is_so: impl Fn() -> bool) {
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while !is_so() {
+        assert!(Instant::now() < deadline, "{or_else}");
+        thread::sleep(Duration::from_millis(1));
+    }
 }

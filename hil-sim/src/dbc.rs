@@ -1,0 +1,190 @@
+//! What a scheme says on a CAN bus, as a DBC file that every CAN tool reads.
+//!
+//! It is made of what the firmware itself would send: the packets of a controller that runs the scheme, in the layout
+//! of [`carrier`](dimsart_core::carrier). One message per sending module; its identifier is the module's channel.
+
+mod layout;
+
+use std::fmt::{self, Display, Formatter};
+
+use dimsart_core::modules::Standard;
+use dimsart_core::{Dimsart, Engine, ModuleList, ModuleRef, Packet, Target, TypeRef, Value, Word};
+
+pub use layout::{Kind, Signal};
+
+/// Which frames carry the packets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Frames {
+    /// 8 bytes: a packet is several frames, told apart by the multiplexer `INDEX`.
+    Can,
+    /// 64 bytes: a packet is one frame.
+    CanFd,
+}
+
+/// A message: all packets of one sending module.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// Identifier of its frames: the channel.
+    pub identifier: u16,
+    /// Name, such as `master_COMM_TXMOD`.
+    pub name: String,
+    /// Who sends it.
+    pub sender: String,
+    /// Longest frame, bytes.
+    pub bytes: usize,
+    /// What is in it.
+    pub signals: Vec<Signal>,
+}
+
+/// Why there is no DBC of a scheme.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DbcError {
+    /// Nothing is sent.
+    #[error("the scheme sends nothing on the {side}: it plugs in no COMM_TXMOD")]
+    NothingSent {
+        /// The side.
+        side: String,
+    },
+    /// Channel 0 has the identifier of the chip's serial number.
+    #[error(
+        "{module} on the {side} sends on channel 0, whose identifier each board makes of its serial number: give it \
+        one with a row `{side} {module} CTX_CHANNEL n`, n from 1 to 2047, and the receiver the same CRX_CHANNEL"
+    )]
+    NoIdentifier {
+        /// The side.
+        side: String,
+        /// The module.
+        module: String,
+    },
+    /// More words than the frames carry.
+    #[error(
+        "{module} on the {side} sends {words} words a packet, and {most} fit: leave out signals, or the counters \
+        (`CTX_COUNTERS OFF`)"
+    )]
+    TooLong {
+        /// The side.
+        side: String,
+        /// The module.
+        module: String,
+        /// Words of a packet.
+        words: usize,
+        /// Most that fit.
+        most: usize,
+    },
+}
+
+/// Most ticks between two packets, see `CTX_EVERY`.
+const MAX_EVERY_TICKS: usize = 100;
+
+/// The messages that a controller sends whose scheme runs; `side` names it.
+///
+/// The controller is ticked, with a device at rest, until every module has sent.
+///
+/// # Errors
+/// [`DbcError`] when nothing is sent, or something that a frame cannot carry.
+pub fn messages<const WORDS: usize>(
+    dimsart: &mut Dimsart<Standard, WORDS>,
+    side: &str,
+    frames: Frames,
+) -> Result<Vec<Message>, DbcError> {
+    let senders = senders(dimsart);
+    if senders.is_empty() {
+        return Err(DbcError::NothingSent { side: side.to_owned() });
+    }
+    senders.into_iter().map(|sender| message(dimsart, side, &sender, frames)).collect()
+}
+
+/// A module that sends.
+struct Sender {
+    module: ModuleRef,
+    link: usize,
+    types: Vec<TypeRef>,
+}
+
+fn senders<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Vec<Sender> {
+    let engine = dimsart.engine_mut();
+    let is_sender = |module: &ModuleRef| {
+        Standard::KINDS.get(usize::from(module.kind)).is_some_and(|kind| kind.name == "COMM_TXMOD")
+    };
+    let modules: Vec<ModuleRef> =
+        engine.instances().filter(|module| is_sender(module) && engine.is_plugged_in(*module)).collect();
+    let mut senders: Vec<Sender> =
+        modules.into_iter().map(|module| Sender { module, link: 0, types: Vec::new() }).collect();
+    for sender in &mut senders {
+        let link = Engine::<Standard, WORDS>::parameter(sender.module.kind, "CTX_LINK");
+        if let Some(Ok(Value::Count(link))) = link.map(|index| engine.get(sender.module, index, 0)) {
+            sender.link = usize::try_from(link).unwrap_or_default();
+        }
+        let types = Engine::<Standard, WORDS>::parameter(sender.module.kind, "CTX_ADD_DATA");
+        for command in engine.commands() {
+            if let (Target::Module(module), Value::Type(signal)) = (command.module, command.value)
+                && module == sender.module
+                && Some(command.param) == types
+            {
+                sender.types.push(signal);
+            }
+        }
+    }
+    senders
+}
+
+fn message<const WORDS: usize>(
+    dimsart: &mut Dimsart<Standard, WORDS>,
+    side: &str,
+    sender: &Sender,
+    frames: Frames,
+) -> Result<Message, DbcError> {
+    let module = Engine::<Standard, WORDS>::module_name(sender.module).to_string();
+    let side = side.to_owned();
+    let Some(packet) = packet(dimsart, sender.link) else { return Err(DbcError::NothingSent { side }) };
+    if packet.channel == 0 {
+        return Err(DbcError::NoIdentifier { side, module });
+    }
+    let words = layout::words(dimsart.engine().device(), &sender.types, packet.words.len());
+    let (bytes, most) = layout::limits(frames, words.len());
+    if words.len() > most {
+        return Err(DbcError::TooLong { side, module, words: words.len(), most });
+    }
+    let name = format!("{side}_{}", module.replace('.', "_"));
+    let signals = layout::signals(frames, words);
+    Ok(Message { identifier: packet.channel, name, sender: side, bytes, signals })
+}
+
+/// The first packet that the controller sends.
+fn packet<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>, link: usize) -> Option<Packet> {
+    let measured = vec![Word(0); dimsart.frame().output_words()];
+    let mut commanded = vec![Word(0); dimsart.frame().input_words()];
+    (0..MAX_EVERY_TICKS).find_map(|_| {
+        dimsart.tick(&measured, &mut commanded);
+        dimsart.outgoing(link)
+    })
+}
+
+/// Messages as a DBC file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Dbc {
+    /// The messages.
+    pub messages: Vec<Message>,
+}
+
+impl Display for Dbc {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        writeln!(f, "VERSION \"\"\n\nNS_ :\n\nBS_:\n")?;
+        let mut nodes: Vec<&str> = self.messages.iter().map(|message| message.sender.as_str()).collect();
+        nodes.dedup();
+        writeln!(f, "BU_: {}\n", nodes.join(" "))?;
+        for Message { identifier, name, sender, bytes, signals } in &self.messages {
+            writeln!(f, "BO_ {identifier} {name}: {bytes} {sender}")?;
+            for signal in signals {
+                writeln!(f, "{signal}")?;
+            }
+            writeln!(f)?;
+        }
+        for message in &self.messages {
+            for signal in message.signals.iter().filter(|signal| signal.kind == Kind::Real) {
+                writeln!(f, "SIG_VALTYPE_ {} {} : 1;", message.identifier, signal.name)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,49 @@
+//! A host by hand: it shares no code with the one that is under test elsewhere.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::path::Path;
+
+use dimsart_core::exchange::{ExchangeError, Frame, Tag};
+
+/// The host's ends of two named pipes.
+pub(crate) struct ByHand {
+    to_board: File,
+    from_board: File,
+}
+
+impl ByHand {
+    /// With a device of three linear axes.
+    pub(crate) fn greet(folder: &Path) -> Self {
+        let to_board = File::options().write(true).open(folder.join("to-board")).unwrap();
+        let mut line = Self { to_board, from_board: File::open(folder.join("from-board")).unwrap() };
+        line.exchange(&[(Tag::Device, &[0; 3])]);
+        line
+    }
+
+    /// Sends a frame of these sections and gives the one that answers.
+    pub(crate) fn exchange(&mut self, sections: &[(Tag, &[u8])]) -> Frame {
+        let mut frame = self.send(sections);
+        let received =
+            frame.receive(|bytes| self.from_board.read(bytes).map_err(|_| ExchangeError::Truncated));
+        assert_eq!(received, Ok(true));
+        frame
+    }
+
+    /// Sends a frame, which it gives back, and awaits no answer.
+    pub(crate) fn send(&mut self, sections: &[(Tag, &[u8])]) -> Frame {
+        let mut frame = Frame::new();
+        frame.clear();
+        for (tag, content) in sections {
+            frame.push(*tag, content).unwrap();
+        }
+        self.to_board.write_all(frame.as_bytes()).unwrap();
+        frame
+    }
+}
+
+/// What a frame holds under a tag.
+pub(crate) fn section(frame: &Frame, wanted: Tag) -> Option<Vec<u8>> {
+    let mut sections = frame.sections().map(Result::unwrap);
+    sections.find(|(tag, _)| *tag == wanted).map(|(_, content)| content.to_vec())
+}

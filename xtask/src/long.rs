@@ -1,0 +1,73 @@
+//! `cargo xtask long`: tests that continuous integration runs short, at their full length.
+
+use std::io::{IsTerminal, Write};
+use std::process::Stdio;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use crate::shell::{Outcome, cargo};
+use crate::toolchain::Toolchain;
+use crate::{boards, setup};
+
+/// Tells a test to run at its full length.
+const VARIABLE: &str = "DIMSART_LONG";
+const A_MOMENT: Duration = Duration::from_secs(1);
+
+/// A test that reads [`VARIABLE`].
+struct Run {
+    what: &'static str,
+    /// On two cores, about.
+    minutes: u64,
+    package: &'static str,
+    /// File in the package's `tests`, and the test in it.
+    test: [&'static str; 2],
+}
+
+/// Every long run.
+const RUNS: &[Run] = &[Run {
+    what: "10^7 bytes of noise through the emulated UART, a cut frame and a flood, then a command",
+    minutes: 10,
+    package: "hil-sim",
+    test: ["emulated", "timer_tick::noise_a_cut_frame_and_a_flood_are_survived"],
+}];
+
+/// Runs all of them, one after the other: each says how long it takes, and has taken.
+pub(crate) fn run() -> Outcome {
+    setup::emulator()?;
+    boards::build_all(Toolchain::set_up()?)?;
+    let minutes: u64 = RUNS.iter().map(|run| run.minutes).sum();
+    println!("{} long runs, about {minutes} min on two cores", RUNS.len());
+    let failed: Vec<&str> = RUNS.iter().filter(|run| run_one(run).is_err()).map(|run| run.what).collect();
+    if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join("; "))) }
+}
+
+fn run_one(run: &Run) -> Outcome {
+    let [file, name] = run.test;
+    let test = ["test", "--release", "--quiet", "--package", run.package, "--test", file];
+    let mut build = cargo(&test);
+    crate::shell::run(build.arg("--no-run"))?;
+    let mut test = cargo(&test);
+    test.args(["--", "--exact", name]).env(VARIABLE, "1").env("DIMSART_FIRMWARE", boards::folder());
+    println!("{} (about {} min)", run.what, run.minutes);
+    let start = Instant::now();
+    let child = test.stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
+    let mut child = child.map_err(|error| format!("cargo could not be started: {error}"))?;
+    let is_shown = std::io::stdout().is_terminal();
+    while child.try_wait().is_ok_and(|status| status.is_none()) {
+        if is_shown {
+            print!("\r  {} of about {} s ", start.elapsed().as_secs(), 60 * run.minutes);
+            let _ = std::io::stdout().flush();
+        }
+        sleep(A_MOMENT);
+    }
+    let output = child.wait_with_output().map_err(|error| format!("cargo was lost: {error}"))?;
+    let said = String::from_utf8_lossy(&output.stdout);
+    // A name that no test has is not a test that passed.
+    let has_passed = output.status.success() && said.contains("test result: ok. 1 passed");
+    println!("\r  {} after {} s", if has_passed { "passed" } else { "failed" }, start.elapsed().as_secs());
+    if has_passed {
+        return Ok(());
+    }
+    println!("{said}");
+    Err(run.what.to_owned())
+}
