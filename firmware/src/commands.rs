@@ -59,51 +59,72 @@ pub(crate) async fn serve(
     mut reports: Taker<Report>,
     mut keeper: Keeper,
 ) {
-    let (mut receiver, mut heartbeats) = (Receiver::new(), 0);
+    let (mut receiver, mut speaker) = (Receiver::new(), Speaker { heartbeats: 0 });
     let (mut bytes, mut unread, mut frame) = ([0; 64], 0..0, [0; MAX_FRAME_BYTES]);
     loop {
         ALIVE.store(alive().wrapping_add(1), Relaxed);
-        let mut report = reports.take();
-        if report.is_none() && unread.is_empty() {
+        let mut length = reports.take().map(|report| speaker.encode(report, &receiver, &mut frame));
+        if length.is_none() && unread.is_empty() {
             match select(port.read(&mut bytes), reports.next()).await {
-                Either::First(length) => unread = 0..length.unwrap_or_default(),
-                Either::Second(found) => report = Some(found),
+                Either::First(read) => unread = 0..read.unwrap_or_default(),
+                Either::Second(report) => length = Some(speaker.encode(report, &receiver, &mut frame)),
             }
         }
+        let length = if let Some(length) = length {
+            length
+        } else {
+            let Some(byte) = unread.next().and_then(|index| bytes.get(index)) else { continue };
+            let Some(content) = receiver.take(*byte) else { continue };
+            let answer = match decode_request(content) {
+                Ok((id, request)) => {
+                    tick.id = id;
+                    match request {
+                        // The tick keeps none, but knows who may change them.
+                        Request::Schemes(action) => match who_may_not(tick.ask(request).await) {
+                            Some(refusal) => Response::Refused(refusal),
+                            None => keeper.carry_out(action, &mut tick).await,
+                        },
+                        request => tick.ask(request).await,
+                    }
+                }
+                Err(DecodeError::NotUnderstood { id }) => {
+                    tick.id = id;
+                    Response::Refused(Refusal::NotUnderstood)
+                }
+                Err(DecodeError::OtherClass) => continue,
+            };
+            encode_response(&answer, tick.id, &mut frame).map_or(0, <[u8]>::len)
+        };
+        // An error of the line is a lost frame: the host finds that out.
+        let _ = port.write_all(frame.get(..length).unwrap_or_default()).await;
+    }
+}
+
+/// Why the schemes are not this client's to change, if so.
+fn who_may_not(answer: Answer) -> Option<Refusal> {
+    match answer {
+        Response::Refused(refusal @ Refusal::Lease { .. }) => Some(refusal),
+        _ => None,
+    }
+}
+
+/// Makes frames of what the tick says; apart from the task, so that it holds none of that while it waits.
+struct Speaker {
+    heartbeats: u16,
+}
+
+impl Speaker {
+    /// Length of the frame, 0 when there is none.
+    fn encode(&mut self, report: Report, receiver: &Receiver, frame: &mut [u8]) -> usize {
         let encoded = match report {
-            Some(Report::Sample(sample)) => encode_sample(&sample, &mut frame),
-            Some(Report::Heartbeat(mut heartbeat)) => {
+            Report::Sample(sample) => encode_sample(&sample, frame),
+            Report::Heartbeat(mut heartbeat) => {
                 let Counters { damaged, too_long, .. } = receiver.counters();
                 heartbeat.damaged = damaged.saturating_add(too_long);
-                heartbeats = u16::wrapping_add(heartbeats, 1);
-                encode_heartbeat(&heartbeat, heartbeats, &mut frame)
-            }
-            None => {
-                let Some(byte) = unread.next().and_then(|index| bytes.get(index)) else { continue };
-                let Some(content) = receiver.take(*byte) else { continue };
-                let answer = match decode_request(content) {
-                    Ok((id, request)) => {
-                        tick.id = id;
-                        match (tick.ask(request).await, request) {
-                            // The tick keeps none, but knows who may change them.
-                            (Response::Refused(Refusal::Store(_)), Request::Schemes(action)) => {
-                                keeper.carry_out(action, &mut tick).await
-                            }
-                            (answer, _) => answer,
-                        }
-                    }
-                    Err(DecodeError::NotUnderstood { id }) => {
-                        tick.id = id;
-                        Response::Refused(Refusal::NotUnderstood)
-                    }
-                    Err(DecodeError::OtherClass) => continue,
-                };
-                encode_response(&answer, tick.id, &mut frame)
+                self.heartbeats = self.heartbeats.wrapping_add(1);
+                encode_heartbeat(&heartbeat, self.heartbeats, frame)
             }
         };
-        if let Ok(frame) = encoded {
-            // An error of the line is a lost frame: the host finds that out.
-            let _ = port.write_all(frame).await;
-        }
+        encoded.map_or(0, <[u8]>::len)
     }
 }
