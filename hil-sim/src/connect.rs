@@ -27,7 +27,7 @@ pub use error::ConnectError;
 pub use faults::{Check, Faults, FindingText, FirstFaultText};
 pub use kept::{KeptReport, TimingText};
 pub use line::{Line, LineError, Patience};
-pub use port::{PortError, Stream, open};
+pub use port::{PortError, Stream, open, open_serial};
 pub use scheme::Sent;
 pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};
 pub use signals::SignalReport;

@@ -3,11 +3,23 @@
 //! A link is one direction. Time is given to it in ticks; nothing here reads a clock.
 //! A new kind of link is one file here.
 
+mod address;
+mod ear;
 mod in_process;
+mod open;
+mod serial;
+#[cfg(all(feature = "socketcan", target_os = "linux"))]
+mod socketcan;
 mod udp;
 
+pub use address::Address;
+pub use ear::Ear;
 pub use in_process::{InProcess, InProcessParameters};
-pub use udp::{Ear, Udp, UdpError};
+pub use open::{Channels, OpenError, open};
+pub use serial::Serial;
+#[cfg(all(feature = "socketcan", target_os = "linux"))]
+pub use socketcan::SocketCan;
+pub use udp::{Udp, UdpError};
 
 /// One direction of a connection.
 pub trait Link: core::fmt::Debug + Send {

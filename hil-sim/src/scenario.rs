@@ -12,12 +12,12 @@ mod reference;
 pub use error::{Origin, ScenarioError};
 pub use reference::{Key, SHIPPED};
 
+use crate::link::Address;
 use crate::plant::{
     DeviceParameters, EnvironmentKind, Environments, MotorParameters, Obstacle, ParameterError,
 };
 use change::Change;
 use serde::{Deserialize, Serialize};
-use std::net::SocketAddr;
 use std::path::Path;
 use toml::Table;
 
@@ -60,8 +60,8 @@ pub struct LinkSection {
     pub reordering: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stale: Option<Stale>,
-    pub master_address: SocketAddr,
-    pub slave_address: SocketAddr,
+    pub master_address: Address,
+    pub slave_address: Address,
 }
 
 /// What a receiver does in a tick that brings nothing new.
