@@ -1,4 +1,5 @@
 //! Packets in every few ticks: no energy out of nothing, and no displacement lost.
+#![expect(clippy::cast_possible_truncation, reason = "rounded on purpose")]
 
 mod common;
 
