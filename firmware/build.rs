@@ -47,7 +47,8 @@ fn built_in_scheme(side: &str) -> Result<saved_scheme::SchemeBytes, String> {
 }
 
 fn link() {
-    for argument in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    // Functions of the same code are one.
+    for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
     let feature = |(name, _): (String, _)| name.strip_prefix("CARGO_FEATURE_").map(str::to_owned);

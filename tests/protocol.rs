@@ -4,7 +4,7 @@
 use dimsart_core::protocol::{
     Accepted, Blocked, Counters, DataTypeText, DeviceInfo, Effect, MAX_FRAME_BYTES, MAX_SIGNAL_WORDS,
     PROTOCOL_VERSION, ParameterText, PortText, Receiver, Refusal, Request, Response, SchemeAction,
-    StoreError, TimingReport, answer, decode_response, encode_request,
+    StoreError, TimingReport, answer, client_of, decode_request, decode_response, encode_request, request_id,
 };
 use dimsart_core::{
     Accepts, AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, Finding, Format,
@@ -475,4 +475,57 @@ fn timing_is_told_by_a_device_that_has_a_clock_and_a_controller_alone_keeps_no_s
     assert_eq!(unwrap!(Timing, line.ask(Request::Timing)), report);
     let refused = Response::Refused(Refusal::Store(StoreError::NoStorage));
     assert_eq!(line.ask(Request::Schemes(SchemeAction::Save)), refused);
+}
+
+#[test]
+fn eight_clients_on_one_line_get_their_own_answers() {
+    const CLIENTS: u8 = 8;
+    let mut line = Line::new();
+    let requests =
+        (1..=CLIENTS).flat_map(|client| (0..=u8::MAX).map(move |number| request_id(client, number)));
+    let mut random = TestRng::deterministic_rng(RngAlgorithm::XorShift);
+    let mut ids: Vec<u16> = requests.collect();
+    for place in (1..ids.len()).rev() {
+        ids.swap(place, usize::try_from(random.next_u64()).unwrap() % (place + 1));
+    }
+    let bytes: Vec<u8> = ids.iter().flat_map(|id| frame(Request::Identify, *id)).collect();
+    let mut rest = bytes.as_slice();
+    let mut answered = Vec::new();
+    while !rest.is_empty() {
+        let size = usize::try_from(random.next_u32() % 20).unwrap().clamp(1, rest.len());
+        answered.extend(line.send(&rest[..size]).into_iter().map(|(id, _)| id));
+        rest = &rest[size..];
+    }
+    assert_eq!(answered, ids);
+}
+
+/// Clients that write into each other's frames cost frames, and nothing else: what comes through is what was sent.
+#[test]
+fn eight_clients_that_cut_into_each_other_s_frames_lose_some_and_forge_none() {
+    const CLIENTS: u8 = 8;
+    const FRAMES: u8 = 200;
+    let request = |client| Request::Get { module: module("PDCTRL_MOD"), parameter: client, axis: client };
+    let mut waiting: Vec<Vec<u8>> = (1..=CLIENTS)
+        .map(|client| {
+            (0..FRAMES).flat_map(|number| frame(request(client), request_id(client, number))).collect()
+        })
+        .collect();
+    let mut random = TestRng::deterministic_rng(RngAlgorithm::XorShift);
+    let (mut receiver, mut taken) = (Receiver::new(), 0_u32);
+    while waiting.iter().any(|bytes| !bytes.is_empty()) {
+        let client = usize::try_from(random.next_u32()).unwrap() % waiting.len();
+        let bytes = &mut waiting[client];
+        let size = usize::try_from(random.next_u32() % 60).unwrap().min(bytes.len());
+        let piece: Vec<u8> = bytes.drain(..size).collect();
+        receiver.take_all(&piece, |content| {
+            let (id, found) = decode_request(content).unwrap();
+            assert_eq!(found, request(client_of(id)));
+            taken += 1;
+        });
+    }
+    let Counters { frames, damaged, .. } = receiver.counters();
+    assert_eq!(frames, taken);
+    assert!(frames > 400 && damaged > 100, "{frames} whole, {damaged} damaged");
+    receiver.take_all(&frame(request(1), 7), |_| taken += 1);
+    assert_eq!(taken, frames + 1, "the next whole frame is found");
 }

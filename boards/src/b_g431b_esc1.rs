@@ -7,7 +7,7 @@
 //! | Half bridges U, V, W, 20 kHz, 0.8 us dead time: timer 1 | high PA8, PA9, PA10; low PC13, PA12, PB15 |
 //! | Encoder A, B (pull-ups on): timer 4 | PB6, PB7 |
 //! | Command line: USART 2 at 921 600 baud, the ST-LINK's virtual serial port and J3 | PB3 out, PB4 in |
-//! | Link 0: FDCAN 1 at 1 Mbit/s | PA11 in, PB9 out |
+//! | Link 0: FDCAN 1, CAN FD at 1 and 4 Mbit/s | PA11 in, PB9 out |
 //! | CAN transceiver's shutdown, low when on | PC11 |
 //! | Crystal | 8 MHz |
 //!
@@ -22,24 +22,25 @@
 //! effect meanwhile. Its angle is 0 where the board was started.
 
 use dimsart_core::{AxisKind, Scalar as _, Tick, Word};
-use embassy_stm32::bind_interrupts;
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::peripherals::{FDCAN1, TIM4, USART2};
+use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
 use embassy_stm32::rcc::PllPreDiv;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwmPin};
 use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::qei::{self, Qei};
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::usart::BufferedInterruptHandler;
+use embassy_stm32::{bind_interrupts, dma, usart};
+use static_cell::ConstStaticCell;
 
 use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::{ALIGNING_ANGLE_RAD, Motor, phase_duties};
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::power_stage::{self, PowerStage};
-use crate::stm32g4::{self, Sleep, UartPort, fdcan};
+use crate::stm32g4::uart::{self, UartPort};
+use crate::stm32g4::{self, Sleep, fdcan};
 
 /// The motor. Change it to what is connected: see the motor's and the supply's data sheets.
 const MOTOR: Motor = Motor {
@@ -55,15 +56,17 @@ const ALIGNING_TORQUE_NM: f32 = 0.1;
 /// Ticks that aligning takes.
 const ALIGNING_TICKS: u32 = BG431bEsc1::TICK_HZ / 2;
 const PWM_FREQUENCY: Hertz = Hertz(20_000);
-/// Cycles of 170 MHz.
-const DEAD_TIME: u16 = 136;
+/// Cycles of 168 MHz.
+const DEAD_TIME: u16 = 134;
 const CRYSTAL: Hertz = Hertz(8_000_000);
 
 /// The flash has one bank: while it is written, no instruction can be read from it.
 const STALLS_TICK: bool = true;
 
 bind_interrupts!(struct Interrupts {
-    USART2 => BufferedInterruptHandler<USART2>;
+    USART2 => usart::InterruptHandler<USART2>;
+    DMA1_CHANNEL1 => dma::InterruptHandler<DMA1_CH1>;
+    DMA1_CHANNEL2 => dma::InterruptHandler<DMA1_CH2>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
     FLASH => embassy_stm32::flash::InterruptHandler;
@@ -110,13 +113,17 @@ impl Board for BG431bEsc1 {
             power_stage: PowerStage::new(pwm, DEAD_TIME),
         };
 
-        let command_port = UartPort::open(chip.USART2, chip.PB4, chip.PB3, Interrupts);
+        static RING: ConstStaticCell<[u8; uart::RING_BYTES]> = ConstStaticCell::new([0; uart::RING_BYTES]);
+        let (receive, send) = ((chip.PB4, chip.DMA1_CH1), (chip.PB3, chip.DMA1_CH2));
+        let (receive, send) = uart::open(chip.USART2, receive, send, Interrupts, RING.take());
+        let command_port = UartPort { receive, send };
         let shutdown = Output::new(chip.PC11, Level::Low, Speed::Low);
         // Stays low for good: the pin would float if its owner went away.
         core::mem::forget(shutdown);
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
         let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
-        stm32g4::parts(&[AxisKind::Rotary], joints, command_port, can, storage, chip.IWDG)
+        let links = fdcan::start(can, 0);
+        stm32g4::parts(&[AxisKind::Rotary], joints, command_port, links, storage, chip.IWDG)
     }
 
     fn disarm() {
@@ -155,6 +162,7 @@ impl Joints for ThreePhaseMotor {
         if let Some(word) = measured.first_mut() {
             *word = self.shaft.angle_rad().into_word();
         }
+        stm32g4::measure(measured.get_mut(1..));
     }
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {

@@ -8,6 +8,8 @@ use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 
+use crate::listening::Listening;
+
 /// A board and the device on it.
 ///
 /// Functions without `self` are needed before the board is started or after everything else has
@@ -121,15 +123,20 @@ pub trait CommandPort: Read + Write + Send + 'static {}
 pub trait LinkIn: Send + 'static {
     /// Waits for a packet on any link; gives the link's number and the packet's length in `packet`.
     ///
-    /// What the line damaged is dropped or handed on as it is: packets carry a CRC.
-    fn receive(&mut self, packet: &mut [u8; MAX_PACKET_BYTES]) -> impl Future<Output = (usize, usize)>;
+    /// What the line damaged is dropped or handed on as it is: packets carry a CRC. So is what comes on another
+    /// channel than is listened to, as far as the medium tells channels apart. A wait that is given up loses nothing.
+    fn receive(
+        &mut self,
+        listening: &Listening,
+        packet: &mut [u8; MAX_PACKET_BYTES],
+    ) -> impl Future<Output = (usize, usize)>;
 }
 
 /// Packets that go out over the device's links.
 pub trait LinkOut: Send + 'static {
-    /// Sends a packet over link `link`. What cannot be sent, or has no such link, is dropped: a packet
-    /// that comes late is worth less than the next one.
-    fn send(&mut self, link: usize, packet: &[u8]) -> impl Future<Output = ()>;
+    /// Sends a packet of a channel over link `link`. What cannot be sent, or has no such link, is dropped: a
+    /// packet that comes late is worth less than the next one.
+    fn send(&mut self, link: usize, channel: u16, packet: &[u8]) -> impl Future<Output = ()>;
 }
 
 /// What runs below every task.

@@ -69,6 +69,15 @@ impl<T> Giver<T> {
         self.waiting.wake();
     }
 
+    /// As [`give`](Self::give), but leaves a place free for what matters more.
+    pub fn give_sparingly(&mut self, item: T) {
+        if self.producer.len() + 1 < self.producer.capacity() {
+            self.give(item);
+        } else {
+            self.dropped = self.dropped.saturating_add(1);
+        }
+    }
+
     /// Items dropped since the start.
     #[must_use]
     pub fn dropped(&self) -> u32 {

@@ -15,16 +15,21 @@ extern crate std;
 
 #[cfg(target_os = "none")]
 mod board;
+pub mod bus_off;
 pub mod catalogue;
 pub mod encoder;
 #[cfg(target_os = "none")]
 pub mod handover;
+#[cfg(target_os = "none")]
+mod listening;
 pub mod motor;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;
 
 #[cfg(target_os = "none")]
 pub use board::{Board, CommandPort, Idle, Joints, LinkIn, LinkOut, Parts, Storage};
+#[cfg(target_os = "none")]
+pub use listening::Listening;
 
 use catalogue::{BoardInfo, Size, Tooling};
 

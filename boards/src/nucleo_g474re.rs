@@ -12,7 +12,7 @@
 //! |---|---|
 //! | Enable of all drivers, high when on; give it a pull-down, it floats during a reset | PC3 |
 //! | Command line: LPUART 1 at 921 600 baud, the ST-LINK's virtual serial port | PA2 out, PA3 in |
-//! | Link 0: FDCAN 1 at 1 Mbit/s, needs a transceiver | PA11 in, PA12 out |
+//! | Link 0: FDCAN 1, CAN FD at 1 and 4 Mbit/s, needs a transceiver | PA11 in, PA12 out |
 //! | Crystal | 24 MHz |
 //!
 //! Before a motor is powered: `docs/first-start.md` finds an encoder or a motor that is wired backwards.
@@ -22,22 +22,23 @@
 use dimsart_core::{AxisKind, Scalar as _, Tick, Word};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::peripherals::{FDCAN1, LPUART1, TIM2, TIM3, TIM4};
+use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, LPUART1, TIM2, TIM3, TIM4};
 use embassy_stm32::rcc::PllPreDiv;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwm;
 use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::qei::{self, Qei};
 use embassy_stm32::timer::simple_pwm::PwmPin;
-use embassy_stm32::usart::BufferedInterruptHandler;
-use embassy_stm32::{bind_interrupts, pac};
+use embassy_stm32::{bind_interrupts, dma, pac, usart};
+use static_cell::ConstStaticCell;
 
 use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::Motor;
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::power_stage::{self, PowerStage};
-use crate::stm32g4::{self, Sleep, UartPort, fdcan};
+use crate::stm32g4::uart::{self, UartPort};
+use crate::stm32g4::{self, Sleep, fdcan};
 
 const AXES: usize = 3;
 /// The motors. Change it to what is connected: see the motor's and the supply's data sheets.
@@ -59,7 +60,9 @@ const ENABLE_PIN: usize = 3;
 const STALLS_TICK: bool = false;
 
 bind_interrupts!(struct Interrupts {
-    LPUART1 => BufferedInterruptHandler<LPUART1>;
+    LPUART1 => usart::InterruptHandler<LPUART1>;
+    DMA1_CHANNEL1 => dma::InterruptHandler<DMA1_CH1>;
+    DMA1_CHANNEL2 => dma::InterruptHandler<DMA1_CH2>;
     FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
     FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
     FLASH => embassy_stm32::flash::InterruptHandler;
@@ -115,10 +118,14 @@ impl Board for NucleoG474re {
             enable,
         };
 
-        let command_port = UartPort::open(chip.LPUART1, chip.PA3, chip.PA2, Interrupts);
+        static RING: ConstStaticCell<[u8; uart::RING_BYTES]> = ConstStaticCell::new([0; uart::RING_BYTES]);
+        let (receive, send) = ((chip.PA3, chip.DMA1_CH1), (chip.PA2, chip.DMA1_CH2));
+        let (receive, send) = uart::open(chip.LPUART1, receive, send, Interrupts, RING.take());
+        let command_port = UartPort { receive, send };
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PA12, Interrupts);
         let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
-        stm32g4::parts(&[AxisKind::Rotary; AXES], joints, command_port, can, storage, chip.IWDG)
+        let links = fdcan::start(can, 0);
+        stm32g4::parts(&[AxisKind::Rotary; AXES], joints, command_port, links, storage, chip.IWDG)
     }
 
     fn disarm() {
@@ -163,6 +170,7 @@ impl Joints for BrushedMotors {
             encoder.update(count);
             *word = encoder.angle_rad().into_word();
         }
+        stm32g4::measure(measured.get_mut(AXES..));
     }
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {

@@ -1,7 +1,8 @@
 //! What boards with an STM32G4 have in common: clock, executors, watchdog, cycle counter, command line.
 //!
-//! 170 MHz from the board's crystal; an RC oscillator is too inaccurate for CAN. A board whose crystal does not
-//! swing keeps its outputs off, says so in its log and starts over, again and again.
+//! 168 MHz from the board's crystal: CAN FD's 1 and 4 Mbit/s are whole parts of it, and not of 170 MHz. An RC
+//! oscillator is too inaccurate for CAN. A board whose crystal does not swing keeps its outputs off, says so in its log
+//! and starts over, again and again.
 //!
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
@@ -9,29 +10,26 @@
 pub(crate) mod fdcan;
 pub(crate) mod flash;
 pub(crate) mod power_stage;
+pub(crate) mod uart;
 
 use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
-use dimsart_core::protocol::DEFAULT_BAUD;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Word, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
-use embassy_stm32::can::CanConfigurator;
-use embassy_stm32::interrupt::typelevel::{Binding, Interrupt as _};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::pac::{DBGMCU, IWDG, RCC};
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux::Fdcansel};
 use embassy_stm32::time::Hertz;
-use embassy_stm32::usart::{self, BufferedInterruptHandler, BufferedUart, Error, RxPin, TxPin};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, Peri, Peripherals, interrupt, peripherals};
-use embedded_io_async::{ErrorType, Read, Write};
-
-use static_cell::ConstStaticCell;
 
 use self::flash::SchemeFlash;
-use crate::board::{Board, CommandPort, Idle, Parts, Storage};
+use self::uart::UartPort;
+use crate::board::{Board, Idle, Parts, Storage};
 
+/// What the crystal is made into.
+pub(crate) const CLOCK_HZ: u32 = 168_000_000;
 /// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
 /// takes longer than 20 ms.
 const CRYSTAL_PATIENCE: u32 = 1_000_000;
@@ -44,7 +42,7 @@ static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
 /// Smaller is more urgent; the time driver has the most urgent one of all.
 const TICK_PRIORITY: Priority = Priority::P2;
-/// Of the UART and the CAN controller: their load must not reach the tick.
+/// Of the UARTs, their DMA and the CAN controller: their load must not reach the tick.
 const LINE_PRIORITY: Priority = Priority::P4;
 const BACKGROUND_PRIORITY: Priority = Priority::P6;
 
@@ -66,7 +64,7 @@ fn FMAC() {
     }
 }
 
-/// Starts the chip, once: 170 MHz from a crystal of `crystal`, which `divider` brings down to 4 MHz, and the
+/// Starts the chip, once: [`CLOCK_HZ`] from a crystal of `crystal`, which `divider` brings down to 4 MHz, and the
 /// counter of the processor's cycles.
 pub(crate) fn start(crystal: Hertz, divider: PllPreDiv) -> Peripherals {
     let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
@@ -90,7 +88,7 @@ fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
     config.rcc.pll = Some(Pll {
         source: PllSource::HSE,
         prediv: divider,
-        mul: PllMul::MUL85,
+        mul: PllMul::MUL84,
         divp: None,
         divq: None,
         divr: Some(PllRDiv::DIV2),
@@ -98,14 +96,22 @@ fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
     config.rcc.sys = Sysclk::PLL1_R;
     config.rcc.boost = true;
     config.rcc.mux.fdcansel = Fdcansel::PCLK1;
+    config.bdma_interrupt_priority = LINE_PRIORITY;
     config
 }
 
 /// What a board measures, its own ticks last.
-const OUTPUTS: [&DataType; 6] = {
+const OUTPUTS: [&DataType; 7] = {
     let [cycles, mean, max, late, overruns] = types::TIMING;
-    [types::POSITION, cycles, mean, max, late, overruns]
+    [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns]
 };
+
+/// Fills in what a board measures beside its axes' angles.
+pub(crate) fn measure(rest: Option<&mut [Word]>) {
+    if let Some([rejoins, ..]) = rest {
+        *rejoins = Word(fdcan::rejoins());
+    }
+}
 
 /// The parts of a board whose axes turn and measure their angle. Last of all that is started: the watchdog
 /// runs from here on, on its own oscillator, and nothing but a reset stops it.
@@ -113,23 +119,16 @@ pub(crate) fn parts<B>(
     axes: &[AxisKind],
     joints: B::Joints,
     command_port: UartPort,
-    can: CanConfigurator<'static>,
+    (link_in, link_out): (B::LinkIn, B::LinkOut),
     storage: Storage<SchemeFlash>,
     watchdog: Peri<'static, peripherals::IWDG>,
 ) -> Parts<B>
 where
-    B: Board<
-            CommandPort = UartPort,
-            LinkIn = fdcan::FromCan,
-            LinkOut = fdcan::ToCan,
-            Flash = SchemeFlash,
-            Idle = Sleep,
-        >,
+    B: Board<CommandPort = UartPort, Flash = SchemeFlash, Idle = Sleep>,
 {
     let period_s = 1.0 / B::TICK_HZ as f32;
     let device = DeviceDescriptor::new(B::NAME, axes, period_s, &OUTPUTS, &[types::DES_FORCE]);
     let Ok(device) = device else { defmt::panic!("the device has no axes or no sample period") };
-    let (link_in, link_out) = fdcan::start(can);
     let (tick, background) = start_executors();
     IndependentWatchdog::new(watchdog, WATCHDOG_US).unleash();
     let storage = Some(storage);
@@ -162,52 +161,5 @@ impl Idle for Sleep {
         loop {
             cortex_m::asm::wfi();
         }
-    }
-}
-
-/// The command line over a UART.
-pub struct UartPort(BufferedUart<'static>);
-
-impl UartPort {
-    /// Opens the board's command line, once.
-    pub(crate) fn open<T: usart::Instance>(
-        uart: Peri<'static, T>,
-        receive: Peri<'static, impl RxPin<T>>,
-        send: Peri<'static, impl TxPin<T>>,
-        interrupts: impl Binding<T::Interrupt, BufferedInterruptHandler<T>> + 'static,
-    ) -> Self {
-        static SEND: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
-        static RECEIVE: ConstStaticCell<[u8; 256]> = ConstStaticCell::new([0; 256]);
-        T::Interrupt::set_priority(LINE_PRIORITY);
-        let mut settings = usart::Config::default();
-        settings.baudrate = DEFAULT_BAUD;
-        let (to_send, received) = (SEND.take(), RECEIVE.take());
-        match BufferedUart::new(uart, receive, send, to_send, received, interrupts, settings) {
-            Ok(port) => Self(port),
-            Err(_) => defmt::panic!("the command line's baud rate cannot be made"),
-        }
-    }
-}
-
-impl CommandPort for UartPort {}
-
-impl ErrorType for UartPort {
-    type Error = Error;
-}
-
-impl Read for UartPort {
-    /// A damaged or lost byte is one error; what follows is read as if nothing had been.
-    async fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Error> {
-        Read::read(&mut self.0, bytes).await
-    }
-}
-
-impl Write for UartPort {
-    async fn write(&mut self, bytes: &[u8]) -> Result<usize, Error> {
-        Write::write(&mut self.0, bytes).await
-    }
-
-    async fn flush(&mut self) -> Result<(), Error> {
-        Write::flush(&mut self.0).await
     }
 }

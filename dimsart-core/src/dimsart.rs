@@ -24,6 +24,9 @@ pub enum Tick {
     MeasurementRefused(FrameError),
     /// The scheme ran but a command is not a finite number; the device gets its safe input.
     CommandRefused(FrameError),
+    /// The scheme ran and would command the device, but nobody holds the lease that motion needs; the device gets
+    /// its safe input. Where there is a lease, [`DeviceInfo::end`](crate::protocol::DeviceInfo::end) says so.
+    Disarmed,
     /// The scheme ran, but nothing has come over a link for too long: the device gets its safe input until a reset.
     LinkLost {
         /// The link.

@@ -29,12 +29,17 @@ pub enum Class {
     Response = 2,
     /// What a comm module sends, cyclically: [`Packet`](crate::Packet).
     Packet = 3,
+    /// Signals that a client asked to be sent again and again: [`protocol::Sample`](crate::protocol::Sample).
+    Telemetry = 4,
+    /// A controller says how it is doing: [`protocol::Heartbeat`](crate::protocol::Heartbeat).
+    Heartbeat = 5,
     /// Two ends agree on what is fresh: `auth`.
     Handshake = 6,
 }
 
 impl Class {
-    const ALL: [Self; 4] = [Self::Request, Self::Response, Self::Packet, Self::Handshake];
+    const ALL: [Self; 6] =
+        [Self::Request, Self::Response, Self::Packet, Self::Telemetry, Self::Heartbeat, Self::Handshake];
 
     fn from_byte(byte: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|class| *class as u8 == byte)

@@ -326,7 +326,13 @@ mod tests {
     fn an_outcome_comes_back_as_it_was() {
         let refused = FrameError::NotFinite { signal: types::POSITION.first(), word: u16::MAX };
         let longest = FrameError::Length { expected: usize::MAX, found: usize::MAX };
-        let ticks = [Tick::Ran, Tick::Idle, Tick::MeasurementRefused(refused), Tick::CommandRefused(longest)];
+        let ticks = [
+            Tick::Ran,
+            Tick::Idle,
+            Tick::MeasurementRefused(refused),
+            Tick::CommandRefused(longest),
+            Tick::Disarmed,
+        ];
         for sent in ticks.map(Some).into_iter().chain([None]) {
             let mut frame = Frame::new();
             frame.clear();

@@ -16,6 +16,17 @@
 //! its having been understood. Every request is answered, by a response with the same id; a damaged
 //! frame is dropped and counted by the [`Receiver`].
 //!
+//! # Clients
+//!
+//! Several hosts can share a line, and the high byte of an id says whose request it is ([`request_id`]). All of
+//! them may look. Motion needs the [`Lease`], which one of them holds for 200 ms at a time; while it does, nobody
+//! else changes anything, and once it does not, the device gets its safe input.
+//!
+//! # Unasked
+//!
+//! A device sends a [`Heartbeat`] (class 5) ten times per second, and to one client at a time the signals that it
+//! asked for (class 4, a [`Sample`] every so many ticks). What the line has no room for is dropped and counted.
+//!
 //! # Versions
 //!
 //! [`PROTOCOL_VERSION`] counts up when variants are added. They are added at the end, in this module
@@ -37,6 +48,8 @@
 mod description;
 mod device_info;
 mod frame;
+mod heartbeat;
+mod lease;
 mod receiver;
 mod request;
 mod response;
@@ -44,6 +57,7 @@ mod schemes;
 mod serve;
 #[cfg(test)]
 mod snapshot;
+mod telemetry;
 
 pub use crate::envelope::MAX_CONTENT_BYTES;
 pub use description::{
@@ -52,14 +66,17 @@ pub use description::{
 };
 pub use device_info::{Blocked, DeviceInfo, FirstFault};
 pub use frame::{DecodeError, MAX_FRAME_BYTES, NoRoom};
+pub use heartbeat::{HEARTBEATS_PER_S, Heartbeat, decode_heartbeat, encode_heartbeat};
+pub use lease::{Lease, LeaseAction, LeaseStatus, NOBODY};
 pub use receiver::{Counters, Receiver};
-pub use request::{Request, decode_request, encode_request};
+pub use request::{Request, client_of, decode_request, encode_request, request_id};
 pub use response::{
     Effect, MAX_SIGNAL_WORDS, Refusal, Response, SignalText, Status, TimingReport, decode_response,
     encode_response,
 };
 pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};
 pub use serve::{answer, serve};
+pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
 pub const PROTOCOL_VERSION: u16 = 3;

@@ -95,7 +95,7 @@ impl<const WORDS: usize> Storage<WORDS> {
         let Some(gone) = self.blocks.get_mut(usize::from(index)).and_then(Option::take) else { return };
         let (start, length) = (usize::from(gone.offset), usize::from(gone.words));
         if let Some(tail) = self.words.get_mut(start..self.used) {
-            tail.rotate_left(length.min(tail.len()));
+            tail.copy_within(length.min(tail.len()).., 0);
         }
         self.used -= length;
         for block in self.blocks.iter_mut().flatten().filter(|block| block.offset > gone.offset) {

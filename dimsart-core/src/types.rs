@@ -45,6 +45,7 @@ catalogue! {
     50 TICK_CYCLES_MAX    One       U32 Scalar "Processor cycles that the longest tick took.";
     51 LATE_TICKS         Tick      U32 Scalar "Ticks that began late.";
     52 OVERRUN_TICKS      Tick      U32 Scalar "Ticks that were not done when the next one was due.";
+    53 CAN_REJOINS        One       U32 Scalar "Times that a board joined the CAN bus again after too many errors.";
 }
 
 /// What a device with a clock measures of its own ticks: the last ones of its outputs, in this order.

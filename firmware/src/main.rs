@@ -51,20 +51,20 @@ fn start() -> <Selected as boards::Board>::Idle {
     }
     let keeper = start_scheme(storage, dimsart);
 
-    static REQUESTS: ConstStaticCell<Handover<dimsart_core::protocol::Request, 2>> =
+    static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_core::protocol::Request), 2>> =
         ConstStaticCell::new(Handover::new());
     static ANSWERS: ConstStaticCell<Handover<commands::Answer, 2>> = ConstStaticCell::new(Handover::new());
     static PACKETS_IN: ConstStaticCell<Handover<links::Received, { Selected::PACKETS_PER_TICK + 1 }>> =
         ConstStaticCell::new(Handover::new());
     static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { MAX_LINKS + 1 }>> =
         ConstStaticCell::new(Handover::new());
-    static PULSE: ConstStaticCell<Handover<(), 2>> = ConstStaticCell::new(Handover::new());
+    static REPORTS: ConstStaticCell<Handover<commands::Report, 3>> = ConstStaticCell::new(Handover::new());
     static STATUS: ConstStaticCell<Handover<telemetry::Status, 3>> = ConstStaticCell::new(Handover::new());
     let (requests, requests_to_take) = REQUESTS.take().split();
     let (answers, answers_to_take) = ANSWERS.take().split();
     let (packets_in, packets_to_take) = PACKETS_IN.take().split();
     let (packets_out, packets_to_send) = PACKETS_OUT.take().split();
-    let (pulse, pulse_to_take) = PULSE.take().split();
+    let (reports, reports_to_take) = REPORTS.take().split();
     let (status, status_to_take) = STATUS.take().split();
 
     let ends = tick::Ends {
@@ -72,11 +72,11 @@ fn start() -> <Selected as boards::Board>::Idle {
         answers,
         packets_in: packets_to_take,
         packets_out,
-        pulse,
+        reports,
         status,
     };
-    let link = commands::Link { requests, answers: answers_to_take, pulse: pulse_to_take };
-    background.spawn(token(commands::serve(command_port, link, keeper)));
+    let link = commands::Link { requests, answers: answers_to_take, id: 0 };
+    background.spawn(token(commands::serve(command_port, link, reports_to_take, keeper)));
     background.spawn(token(links::receive(link_in, packets_in)));
     background.spawn(token(links::send(link_out, packets_to_send)));
     background.spawn(token(telemetry::log(status_to_take)));

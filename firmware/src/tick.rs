@@ -2,15 +2,15 @@
 
 use boards::{Board as _, Joints as _, Selected};
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
-use dimsart_core::protocol::{self, DeviceInfo, Request};
+use dimsart_core::protocol::{self, DeviceInfo, HEARTBEATS_PER_S, Request};
 use dimsart_core::{MAX_DEVICE_TYPES, Tick, Timing, Word, types};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
 use crate::BoardDimsart;
-use crate::commands::{self, Answer};
+use crate::commands::{self, Answer, Report};
 use crate::handover::{Giver, Taker};
-use crate::links::{Outgoing, Received};
+use crate::links::{self, Outgoing, Received};
 use crate::telemetry::Status;
 
 type Joints = <Selected as boards::Board>::Joints;
@@ -20,21 +20,21 @@ const PERIOD: Duration = Duration::from_hz(Selected::TICK_HZ as u64);
 const TOLERANCE: Duration = Duration::from_ticks(PERIOD.as_ticks() / 10);
 /// Ticks between two reports.
 const REPORT_EVERY: u32 = Selected::TICK_HZ;
-/// Ticks that the communication may be silent for before the watchdog is no longer fed.
-const PATIENCE: u32 = Selected::TICK_HZ / 10;
-/// Ticks between two pulses, each of which the communication answers by a heartbeat.
-const PULSE_EVERY: u32 = PATIENCE / 10;
+/// Ticks between two heartbeats.
+const HEARTBEAT_EVERY: u32 = Selected::TICK_HZ / HEARTBEATS_PER_S;
+/// Ticks that the communication may be silent for before the watchdog is no longer fed: it speaks at every heartbeat.
+const PATIENCE: u32 = 5 * HEARTBEAT_EVERY / 2;
 /// Tells this image from every other one: board and version.
 const IMAGE: &str = env!("DIMSART_IMAGE");
 const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
 /// The tick's ends of the queues.
 pub(crate) struct Ends {
-    pub(crate) requests: Taker<Request>,
+    pub(crate) requests: Taker<(u16, Request)>,
     pub(crate) answers: Giver<Answer>,
     pub(crate) packets_in: Taker<Received>,
     pub(crate) packets_out: Giver<Outgoing>,
-    pub(crate) pulse: Giver<()>,
+    pub(crate) reports: Giver<Report>,
     pub(crate) status: Giver<Status>,
 }
 
@@ -51,7 +51,8 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
     let sensed = measured.len().saturating_sub(timed);
     let mut timing = Timing::default();
     let mut watchdog = Watchdog::new(PATIENCE);
-    let mut info = DeviceInfo::new(IMAGE);
+    let mut info = DeviceInfo::new(IMAGE).for_clients(Selected::TICK_HZ);
+    links::listen(dimsart);
     let mut due = Instant::now() + PERIOD;
     loop {
         Timer::at(due).await;
@@ -79,15 +80,17 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
         }
         timing.count(is_late, has_overrun);
         info.set_timing(timing);
-        if watchdog.tick(!is_late && !has_overrun, commands::heartbeat()) {
+        if watchdog.tick(!is_late && !has_overrun, commands::alive()) {
             Selected::feed_watchdog();
         }
-        // Not by a timeout of the communication's: it would be due together with a tick, and hold it up.
-        if timing.ticks % PULSE_EVERY == 0 {
-            ends.pulse.give(());
+        let dropped = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();
+        if let Some(sample) = info.sample(dimsart.engine().data_base()) {
+            ends.reports.give_sparingly(Report::Sample(sample));
+        }
+        if timing.ticks % HEARTBEAT_EVERY == 0 {
+            ends.reports.give(Report::Heartbeat(info.heartbeat(dropped)));
         }
         if timing.ticks % REPORT_EVERY == 0 {
-            let dropped = ends.answers.dropped() + ends.packets_out.dropped() + ends.status.dropped();
             ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
         }
     }
@@ -101,8 +104,9 @@ fn step(
     info: &mut DeviceInfo,
     ends: &mut Ends,
 ) -> Tick {
-    if let Some(request) = ends.requests.take() {
-        ends.answers.give(protocol::serve(&request, dimsart, info));
+    if let Some((id, request)) = ends.requests.take() {
+        ends.answers.give(protocol::serve(id, &request, dimsart, info));
+        links::listen(dimsart);
     }
     for _ in 0..Selected::PACKETS_PER_TICK {
         let Some(Received { link, packet }) = ends.packets_in.take() else { break };
@@ -110,7 +114,7 @@ fn step(
         let _ = dimsart.deliver(link, &packet);
     }
     let tick = dimsart.tick(measured, commanded);
-    info.count(tick);
+    let tick = info.end(tick, commanded);
     for link in 0..MAX_LINKS {
         if let Some(packet) = dimsart.outgoing(link) {
             ends.packets_out.give(Outgoing { link, packet });

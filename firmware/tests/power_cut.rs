@@ -194,8 +194,8 @@ impl Board {
         let (mut receiver, mut answers) = (Receiver::new(), 0);
         receiver.take_all(frame, |content| {
             let mut buffer = [0; MAX_FRAME_BYTES];
-            let info = DeviceInfo::new("test");
-            let frame = answer(content, &mut self.dimsart, &info, &mut buffer).unwrap().unwrap();
+            let mut info = DeviceInfo::new("test");
+            let frame = answer(content, &mut self.dimsart, &mut info, &mut buffer).unwrap().unwrap();
             Receiver::new().take_all(frame, |content| {
                 let response = decode_response(content).unwrap();
                 assert!(matches!(response, (7, Response::Identity(_))));

@@ -99,6 +99,11 @@ impl Watch {
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));
                 }
+                Tick::Disarmed => {
+                    let reason =
+                        "the board gives its device the safe input, for its lease was not renewed in time";
+                    return Some(Alarm::Left(at(reason.to_owned())));
+                }
             }
         }
         if let Some(lost) = lost {

@@ -19,7 +19,7 @@ const NO_DELAY: [&str; 2] = ["link.forward_delay_ticks=0", "link.backward_delay_
 fn assert_felt(run: &Run) {
     assert!(run.outcome.stable && run.outcome.faults.is_empty(), "{:?}", run.outcome.faults);
     assert!(run.outcome.energy_min_j.unwrap() >= 0.0);
-    for axis in &run.outcome.axes[..2] {
+    for axis in run.outcome.axes.iter().take(2) {
         let ratio = axis.k_felt_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }

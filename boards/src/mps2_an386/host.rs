@@ -18,6 +18,7 @@ use static_cell::ConstStaticCell;
 use super::{Mps2An386, SharedWords, clock, uart};
 use crate::board::{Board, Idle, LinkIn, LinkOut};
 use crate::handover::{Giver, Handover, Taker};
+use crate::listening::Listening;
 use dimsart_core::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
 
 const WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
@@ -55,7 +56,7 @@ pub struct FromHost(Taker<Numbered>);
 pub struct ToHost(Giver<Numbered>);
 
 impl LinkIn for FromHost {
-    async fn receive(&mut self, packet: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
+    async fn receive(&mut self, _: &Listening, packet: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
         let (link, bytes) = self.0.next().await;
         for (to, from) in packet.iter_mut().zip(&bytes) {
             *to = *from;
@@ -65,7 +66,7 @@ impl LinkIn for FromHost {
 }
 
 impl LinkOut for ToHost {
-    async fn send(&mut self, link: usize, packet: &[u8]) {
+    async fn send(&mut self, link: usize, _: u16, packet: &[u8]) {
         // What does not fit is dropped, as on every link.
         if let Ok(bytes) = Vec::from_slice(packet) {
             self.0.give((link, bytes));

@@ -1,144 +1,227 @@
-//! A link's packets as CAN FD frames of 1 Mbit/s, one packet per frame.
+//! A link over CAN: contents in CAN FD frames at 1 and 4 Mbit/s, or with feature `classic-can` in classic ones at
+//! 1 Mbit/s. All nodes of a bus must use the same.
 //!
-//! ```text
-//! identifier  29 bits of the chip's serial number, so that no two nodes share one
-//! data        length u8 | packet, at most 63 bytes | zeros up to a length that CAN FD has
-//! ```
-//! A longer packet is dropped. A node that had to leave the bus (bus-off) joins it again after
-//! [`REJOIN_DELAY`], at most [`MAX_REJOINS`] times within [`REJOIN_WINDOW`]; then it stays off until a reset.
+//! The identifier is the packet's channel, 11 bits. On channel 0 it is 29 bits of the chip's serial number, so that
+//! no two nodes share one. Only what is listened to comes through the controller's filter: one channel, or on
+//! channel 0 every 29-bit identifier.
+//!
+//! A node that had to leave the bus joins it again as [`bus_off`](crate::bus_off) says. The controller keeps 3 frames
+//! that came in: a classic packet of more frames needs the task below the tick to run every 3 frames (350 us).
+
+#[cfg(feature = "classic-can")]
+mod classic;
+#[cfg(not(feature = "classic-can"))]
+mod fd;
+
+use core::num::{NonZeroU8, NonZeroU16};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::MAX_PACKET_BYTES;
-use embassy_stm32::can::config::FrameTransmissionConfig;
+use embassy_stm32::can::config::{DataBitTiming, GlobalFilter, NominalBitTiming, TxBufferMode};
 use embassy_stm32::can::enums::BusErrorMode;
-use embassy_stm32::can::frame::{FdFrame, Header};
+use embassy_stm32::can::filter::{
+    Action, ExtendedFilter, ExtendedFilterSlot, Filter, FilterType, StandardFilter, StandardFilterSlot,
+};
 use embassy_stm32::can::{CanConfigurator, CanRx, CanTx, Properties};
 use embassy_stm32::interrupt::{self, InterruptExt as _};
 use embassy_stm32::pac;
-use embassy_time::{Duration, Instant, Timer, with_timeout};
+use embassy_time::{Duration, Instant, with_deadline, with_timeout};
+use embedded_can::{ExtendedId, Id, StandardId};
 
+#[cfg(feature = "classic-can")]
+use self::classic as kind;
+#[cfg(not(feature = "classic-can"))]
+use self::fd as kind;
+use super::CLOCK_HZ;
 use crate::board::{LinkIn, LinkOut};
+use crate::bus_off::{BusOff, Step};
+use crate::listening::Listening;
 
-const BITS_PER_S: u32 = 1_000_000;
-/// The link that the CAN controller carries.
-const LINK: usize = 0;
+/// Delay compensation allows 1 or 2.
+const PRESCALER: u8 = 2;
+/// Quanta of a bit before and behind its sample, beside the one that it begins with: the sample is at 80 %.
+const BIT: [u8; 2] = [66, 17];
+/// The same of a bit of a CAN FD frame's data.
+const DATA_BIT: [u8; 2] = [16, 4];
+const _: () = assert!(bits_per_s(BIT) == 1_000_000 && bits_per_s(DATA_BIT) == 4_000_000);
 /// Time that a frame may wait for room in the controller.
 const PATIENCE: Duration = Duration::from_millis(1);
-/// Time without a frame before the state of the bus is looked at.
-const STATE_PERIOD: Duration = Duration::from_millis(10);
-const REJOIN_DELAY: Duration = Duration::from_millis(100);
-const REJOIN_WINDOW: Duration = Duration::from_secs(10);
-const MAX_REJOINS: u8 = 3;
-/// Lengths of a CAN FD frame above 8 bytes.
-const LENGTHS: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
-const MAX_BYTES: usize = 64;
+/// Time between two looks at the state of the bus and at what is listened to.
+const LOOK_PERIOD: Duration = Duration::from_millis(LOOK_PERIOD_MS as u64);
+const LOOK_PERIOD_MS: u32 = 10;
 
-/// Packets that come in over CAN.
+/// Times that this node joined the bus again.
+static REJOINS: AtomicU32 = AtomicU32::new(0);
+
+/// Times that the node joined the bus again, since the start.
+pub(crate) fn rejoins() -> u32 {
+    REJOINS.load(Relaxed)
+}
+
+/// Contents that come in over CAN.
 pub struct FromCan {
+    link: usize,
     frames: CanRx<'static>,
-    state: Properties,
-    rejoins: Rejoins,
+    bus: Properties,
+    bus_off: BusOff,
+    next_look: Instant,
+    now_ms: u32,
+    /// None until the filters are set.
+    channel: Option<u16>,
+    receiver: kind::Receiver,
 }
 
-/// Packets that go out over CAN.
+/// Contents that go out over CAN.
 pub struct ToCan {
+    link: usize,
     frames: CanTx<'static>,
-    identifier: embedded_can::Id,
+    serial_number: ExtendedId,
 }
 
-/// Joins the bus.
-pub(crate) fn start(mut can: CanConfigurator<'static>) -> (FromCan, ToCan) {
+/// Joins the bus, as link `link`.
+pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan, ToCan) {
     interrupt::FDCAN1_IT0.set_priority(super::LINE_PRIORITY);
-    can.set_bitrate(BITS_PER_S);
+    let prescaler = NonZeroU16::from(quanta(PRESCALER));
+    let [seg1, seg2] = BIT.map(quanta);
+    let bit = NominalBitTiming { prescaler, seg1, seg2, sync_jump_width: seg2 };
+    let [seg1, seg2] = DATA_BIT.map(quanta);
+    let transceiver_delay_compensation = kind::IS_FAST;
+    let data_bit =
+        DataBitTiming { transceiver_delay_compensation, prescaler, seg1, seg2, sync_jump_width: seg2 };
     let config = can
         .config()
-        .set_frame_transmit(FrameTransmissionConfig::AllowFdCan)
+        .set_nominal_bit_timing(bit)
+        .set_data_bit_timing(data_bit)
+        .set_frame_transmit(kind::ALLOWED)
+        // A packet's frames keep their order.
+        .set_tx_buffer_mode(TxBufferMode::Fifo)
+        .set_global_filter(GlobalFilter::reject_all())
         .set_automatic_bus_off_recovery(false);
     can.set_config(config);
-    let (to, from, state) = can.into_normal_mode().split();
-    (
-        FromCan { frames: from, state, rejoins: Rejoins::default() },
-        ToCan { frames: to, identifier: identifier() },
-    )
+    let (to, from, bus) = can.into_normal_mode().split();
+    if kind::IS_FAST {
+        compensate_delay();
+    }
+    let from = FromCan {
+        link,
+        frames: from,
+        bus,
+        bus_off: BusOff::new(),
+        next_look: Instant::MIN,
+        now_ms: 0,
+        channel: None,
+        receiver: kind::Receiver::new(),
+    };
+    (from, ToCan { link, frames: to, serial_number: serial_number() })
+}
+
+const fn bits_per_s([before, behind]: [u8; 2]) -> u32 {
+    CLOCK_HZ / PRESCALER as u32 / (1 + before as u32 + behind as u32)
+}
+
+fn quanta(count: u8) -> NonZeroU8 {
+    NonZeroU8::new(count).unwrap_or(NonZeroU8::MIN)
+}
+
+/// A transceiver's delay is about as long as a bit of a CAN FD frame's data: what is sent is compared that much later
+/// with what is read back. The driver leaves this out.
+fn compensate_delay() {
+    let [before, _] = DATA_BIT;
+    let can = pac::FDCAN1;
+    can.cccr().modify(|control| control.set_init(true));
+    while !can.cccr().read().init() {}
+    can.cccr().modify(|control| control.set_cce(true));
+    // From the measured delay to the sample, in cycles of the clock.
+    can.tdcr().write(|delay| delay.set_tdco((1 + before) * PRESCALER));
+    can.dbtp().modify(|timing| timing.set_tdc(true));
+    can.cccr().modify(|control| control.set_init(false));
 }
 
 /// Lots share words of the serial number, places on a wafer share others: all of them count.
-fn identifier() -> embedded_can::Id {
+fn serial_number() -> ExtendedId {
     let serial = embassy_stm32::uid::uid();
     let (words, _) = serial.as_chunks();
     let serial = words.iter().fold(0, |mixed: u32, word| mixed.rotate_left(7) ^ u32::from_le_bytes(*word));
-    let extended = embedded_can::ExtendedId::new(serial & embedded_can::ExtendedId::MAX.as_raw());
-    extended.unwrap_or(embedded_can::ExtendedId::ZERO).into()
+    ExtendedId::new(serial & ExtendedId::MAX.as_raw()).unwrap_or(ExtendedId::ZERO)
+}
+
+/// The identifier of a channel that has one.
+fn identifier(channel: u16) -> Option<StandardId> {
+    StandardId::new(channel).filter(|_| channel != 0)
 }
 
 impl LinkIn for FromCan {
-    async fn receive(&mut self, packet: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
+    async fn receive(
+        &mut self,
+        listening: &Listening,
+        content: &mut [u8; MAX_PACKET_BYTES],
+    ) -> (usize, usize) {
         loop {
-            match with_timeout(STATE_PERIOD, self.frames.read_fd()).await {
-                Ok(Ok(envelope)) => {
-                    if let Some(length) = unpack(envelope.frame.data(), packet) {
-                        return (LINK, length);
-                    }
-                }
-                Ok(Err(_)) | Err(_) => {
-                    if matches!(self.state.bus_error_mode(), BusErrorMode::BusOff) {
-                        self.rejoins.rejoin().await;
-                    }
-                }
+            // Given up while it waits, it goes on where it was: it keeps nothing but in `self`.
+            let received = with_deadline(self.next_look, self.frames.read_fd()).await;
+            if Instant::now() >= self.next_look {
+                self.next_look = Instant::now() + LOOK_PERIOD;
+                self.now_ms = self.now_ms.wrapping_add(LOOK_PERIOD_MS);
+                self.listen(listening.get(self.link));
+                self.look();
+            }
+            if let (Ok(Ok(envelope)), Some(channel)) = (received, self.channel)
+                && let Some(found) = self.receiver.take(envelope.frame.data(), channel)
+                && let Some(room) = content.get_mut(..found.len())
+            {
+                room.copy_from_slice(found);
+                return (self.link, found.len());
             }
         }
     }
 }
 
-/// The packet of a frame; gives its length.
-fn unpack(data: &[u8], packet: &mut [u8]) -> Option<usize> {
-    let (length, bytes) = data.split_first()?;
-    let length = usize::from(*length);
-    packet.get_mut(..length)?.copy_from_slice(bytes.get(..length)?);
-    Some(length)
-}
+impl FromCan {
+    /// Lets through what is of a channel.
+    fn listen(&mut self, channel: u16) {
+        if self.channel == Some(channel) {
+            return;
+        }
+        self.channel = Some(channel);
+        let (standard, extended) = match identifier(channel) {
+            Some(identifier) => {
+                let filter = FilterType::DedicatedSingle(identifier);
+                (Filter { filter, action: Action::StoreInFifo0 }, ExtendedFilter::disable())
+            }
+            None => (StandardFilter::disable(), ExtendedFilter::accept_all_into_fifo0()),
+        };
+        self.bus.set_standard_filter(StandardFilterSlot::_0, standard);
+        self.bus.set_extended_filter(ExtendedFilterSlot::_0, extended);
+    }
 
-/// The frame of a packet, if it fits.
-fn pack(identifier: embedded_can::Id, packet: &[u8]) -> Option<FdFrame> {
-    let mut bytes = [0; MAX_BYTES];
-    let (length, content) = bytes.split_first_mut()?;
-    *length = u8::try_from(packet.len()).ok()?;
-    content.get_mut(..packet.len())?.copy_from_slice(packet);
-    let used = packet.len() + 1;
-    let padded = if used <= 8 { used } else { LENGTHS.into_iter().find(|length| *length >= used)? };
-    let header = Header::new_fd(identifier, u8::try_from(padded).ok()?, false, false);
-    FdFrame::new(header, bytes.get(..padded)?).ok()
+    fn look(&mut self) {
+        let is_off = matches!(self.bus.bus_error_mode(), BusErrorMode::BusOff);
+        match self.bus_off.look(self.now_ms, is_off) {
+            Step::Stay => {}
+            Step::Rejoin => {
+                // The controller itself then waits for 128 idle sequences.
+                pac::FDCAN1.cccr().modify(|control| control.set_init(false));
+                REJOINS.store(self.bus_off.rejoins(), Relaxed);
+                defmt::warn!("joined the CAN bus again");
+            }
+            Step::GiveUp => {
+                defmt::error!("off the CAN bus until a reset: check its wiring, termination and bit rate");
+            }
+        }
+    }
 }
 
 impl LinkOut for ToCan {
-    async fn send(&mut self, link: usize, packet: &[u8]) {
-        if let (LINK, Some(frame)) = (link, pack(self.identifier, packet)) {
-            let _ = with_timeout(PATIENCE, self.frames.write_fd(&frame)).await;
-        }
-    }
-}
-
-/// How often the bus was joined again.
-#[derive(Default)]
-struct Rejoins {
-    count: u8,
-    first: Option<Instant>,
-}
-
-impl Rejoins {
-    async fn rejoin(&mut self) {
-        Timer::after(REJOIN_DELAY).await;
-        let now = Instant::now();
-        if self.count <= MAX_REJOINS && self.first.is_none_or(|first| now - first > REJOIN_WINDOW) {
-            *self = Self { count: 0, first: Some(now) };
-        }
-        self.count = self.count.saturating_add(1);
-        if self.count > MAX_REJOINS {
-            if self.count == MAX_REJOINS + 1 {
-                defmt::error!("off the CAN bus until a reset: check its wiring, termination and bit rate");
-            }
+    async fn send(&mut self, link: usize, channel: u16, content: &[u8]) {
+        if link != self.link {
             return;
         }
-        // The controller itself then waits for 128 idle sequences.
-        pac::FDCAN1.cccr().modify(|control| control.set_init(false));
+        let identifier = identifier(channel).map_or(Id::Extended(self.serial_number), Id::Standard);
+        for frame in kind::frames(content, channel, identifier) {
+            if with_timeout(PATIENCE, self.frames.write_fd(&frame)).await.is_err() {
+                // The rest would be of no use.
+                return;
+            }
+        }
     }
 }

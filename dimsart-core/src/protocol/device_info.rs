@@ -2,10 +2,20 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::heartbeat::Heartbeat;
+use super::lease::Lease;
+use super::response::Refusal;
+use super::telemetry::{Sample, Subscription, Wanted};
+use crate::data_base::DataBase;
 use crate::dimsart::Tick;
 use crate::frame::FrameError;
 use crate::matching::Finding;
 use crate::timing::Timing;
+use crate::word::Word;
+
+const LEASES_PER_S: u32 = 5;
+/// Telemetry ends when its client has been silent for so long.
+const PATIENCE_S: u32 = 5;
 
 /// Why the device is not commanded by the scheme.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,6 +30,8 @@ pub enum Blocked {
     Measurement(FrameError),
     /// The scheme runs and its last command to the device was refused.
     Command(FrameError),
+    /// The scheme runs and nobody holds the [lease](super::Lease).
+    Disarmed,
     /// The scheme runs and nothing has come over a link for too long, until a reset.
     LinkLost {
         /// The link.
@@ -37,23 +49,46 @@ pub struct FirstFault {
     pub reason: Blocked,
 }
 
-/// The image's name and what its ticks came to; kept by whoever calls
-/// [`Dimsart::tick`](crate::Dimsart::tick).
+/// What whoever calls [`Dimsart::tick`](crate::Dimsart::tick) keeps beside it: the image's name, what its ticks
+/// came to, and what its clients may do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct DeviceInfo {
     pub(super) image: &'static str,
     pub(super) ticks: u64,
-    pub(super) refused: Option<Blocked>,
+    /// Why the last tick did not command the device.
+    blocked: Option<Blocked>,
     pub(super) first_fault: Option<FirstFault>,
     pub(super) timing: Option<Timing>,
+    pub(super) lease: Lease,
+    telemetry: Subscription,
+    /// What a client may be silent for; 0 where nothing is sent unasked.
+    patience_ticks: u32,
 }
 
 impl DeviceInfo {
     /// An image before its first tick. `image` tells it from every other one, for example by board,
     /// version and commit; a host may remember descriptions by it. At most 100 bytes.
+    ///
+    /// It moves without a lease and has no telemetry.
     #[must_use]
     pub const fn new(image: &'static str) -> Self {
-        Self { image, ticks: 0, refused: None, first_fault: None, timing: None }
+        Self {
+            image,
+            ticks: 0,
+            blocked: Some(Blocked::Stopped),
+            first_fault: None,
+            timing: None,
+            lease: Lease::new(0),
+            telemetry: Subscription::NONE,
+            patience_ticks: 0,
+        }
+    }
+
+    /// With telemetry, and motion for the client alone that holds a lease of 200 ms.
+    #[must_use]
+    pub const fn for_clients(self, tick_hz: u32) -> Self {
+        let patience_ticks = tick_hz.saturating_mul(PATIENCE_S);
+        Self { lease: Lease::new(tick_hz / LEASES_PER_S), patience_ticks, ..self }
     }
 
     /// Takes note of how well the ticks keep their time, where there is a clock to tell.
@@ -61,17 +96,66 @@ impl DeviceInfo {
         self.timing = Some(timing);
     }
 
-    /// Counts a tick.
+    /// Ends a tick: counts it, and takes its command back when nobody holds the lease. Gives what it came to.
+    pub fn end(&mut self, tick: Tick, commanded: &mut [Word]) -> Tick {
+        let is_armed = self.lease.tick();
+        let tick = if is_armed || tick != Tick::Ran { tick } else { Tick::Disarmed };
+        if tick == Tick::Disarmed {
+            commanded.fill(Word(0));
+        }
+        self.count(tick);
+        tick
+    }
+
+    /// Counts a tick, where motion needs no lease.
     pub fn count(&mut self, tick: Tick) {
         self.ticks = self.ticks.saturating_add(1);
-        self.refused = match tick {
-            Tick::Ran | Tick::Idle => None,
+        self.blocked = match tick {
+            Tick::Ran => None,
+            Tick::Idle => Some(Blocked::Stopped),
             Tick::MeasurementRefused(error) => Some(Blocked::Measurement(error)),
             Tick::CommandRefused(error) => Some(Blocked::Command(error)),
+            Tick::Disarmed => Some(Blocked::Disarmed),
             Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
         };
         if self.first_fault.is_none() {
-            self.first_fault = self.refused.map(|reason| FirstFault { tick: self.ticks, reason });
+            self.first_fault = self.refused().map(|reason| FirstFault { tick: self.ticks, reason });
         }
+    }
+
+    /// A heartbeat of the tick that has ended. `dropped` is for the caller to know; what the line damaged is for
+    /// who has the line.
+    #[must_use]
+    pub fn heartbeat(&self, dropped: u32) -> Heartbeat {
+        let Self { ticks, blocked, first_fault, lease, .. } = *self;
+        Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0 }
+    }
+
+    /// Telemetry of the tick that has ended, when it is due.
+    pub fn sample<const WORDS: usize>(&mut self, data_base: &DataBase<WORDS>) -> Option<Sample> {
+        let tick = u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default();
+        self.telemetry.sample(tick, data_base)
+    }
+
+    pub(super) fn hear(&mut self, id: u16) {
+        self.telemetry.hear(id, self.patience_ticks);
+    }
+
+    pub(super) fn send<const WORDS: usize>(
+        &mut self,
+        wanted: Wanted,
+        data_base: &DataBase<WORDS>,
+    ) -> Result<u8, Refusal> {
+        self.telemetry.ask(wanted, self.patience_ticks, data_base)
+    }
+
+    /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
+    pub(super) fn keeps_still(&self) -> Option<Blocked> {
+        if self.lease.is_armed() { self.refused() } else { Some(Blocked::Disarmed) }
+    }
+
+    /// What was wrong with the last tick.
+    fn refused(&self) -> Option<Blocked> {
+        self.blocked.filter(|reason| matches!(reason, Blocked::Measurement(_) | Blocked::Command(_)))
     }
 }

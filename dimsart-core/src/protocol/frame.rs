@@ -8,7 +8,7 @@ use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse, 
 
 pub use crate::carrier::stream::MAX_FRAME_BYTES;
 
-/// The channel of requests and responses.
+/// The channel of all that is between hosts and one controller.
 const CHANNEL: u16 = 0;
 
 /// The buffer is too small for the frame; one of [`MAX_FRAME_BYTES`] never is.
@@ -66,19 +66,23 @@ pub(super) fn encode(
     out: &mut [u8],
 ) -> Result<usize, EncodeError> {
     let mut buffer = [0; MAX_CONTENT_BYTES];
-    let content = write_content(class, id, payload, &mut buffer).ok_or(EncodeError::TooLong)?;
-    stream::encode(content, out).map(<[u8]>::len).ok_or(EncodeError::NoRoom)
+    let room = buffer.get_mut(HEADER_BYTES..MAX_CONTENT_BYTES - CRC_BYTES);
+    let payload = room.and_then(|room| encode_into(payload, room));
+    let length = payload.ok_or(EncodeError::TooLong)?.len();
+    seal_frame(class, id, length, &mut buffer, out).ok_or(EncodeError::NoRoom)
 }
 
-fn write_content<'b>(
+/// Writes the frame of the payload that is at [`HEADER_BYTES`] of `buffer` to the start of `out` and gives its
+/// length.
+#[inline(never)]
+pub(super) fn seal_frame(
     class: Class,
-    id: u16,
-    payload: &impl Serialize,
-    buffer: &'b mut [u8; MAX_CONTENT_BYTES],
-) -> Option<&'b [u8]> {
-    let room = buffer.get_mut(HEADER_BYTES..MAX_CONTENT_BYTES - CRC_BYTES)?;
-    let length = encode_into(payload, room)?.len();
-    seal(class, CHANNEL, id, length, buffer)
+    counter: u16,
+    length: usize,
+    buffer: &mut [u8; MAX_CONTENT_BYTES],
+    out: &mut [u8],
+) -> Option<usize> {
+    stream::encode(seal(class, CHANNEL, counter, length, buffer)?, out).map(<[u8]>::len)
 }
 
 /// The content without its CRC, if that is right.

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::SchemeAction;
 use super::frame::{DecodeError, NoRoom, decode, encode};
-use crate::command::{Command, ModuleRef};
+use super::{LeaseAction, SchemeAction};
+use crate::command::{Command, ModuleRef, Target, Verb};
 use crate::data_type::TypeRef;
 use crate::envelope::Class;
 
@@ -86,9 +86,51 @@ pub enum Request {
     Timing,
     /// Schemes that the board keeps; for whoever has the storage, [`serve`](super::serve) has none.
     Schemes(SchemeAction),
+    /// The right to move the device, answered by how it stands then.
+    Lease(LeaseAction),
+    /// A signal to be sent by the device itself; see [`Sample`](super::Sample). All of it ends when the client has
+    /// not asked for anything for 5 s.
+    Telemetry {
+        /// Place of the signal in a sample, at most [`MAX_TELEMETRY_SIGNALS`](super::MAX_TELEMETRY_SIGNALS) - 1.
+        /// Place 0 begins anew, every other one adds to what is sent.
+        place: u8,
+        /// Which signal.
+        signal: TypeRef,
+        /// Ticks from one sample to the next; 0 ends it.
+        every_ticks: u32,
+    },
 }
 
-/// Writes the frame of a request to the start of `out` and gives it; its answer has the same `id`.
+impl Request {
+    /// Whether it changes what the device does, so that it is refused while another client holds the lease.
+    ///
+    /// `STOP` is none of these: whoever sees that a device must rest may say so.
+    #[must_use]
+    pub fn is_change(&self) -> bool {
+        match self {
+            Self::Command(command) => command.module != Target::Engine || command.param != Verb::Stop as u8,
+            Self::Schemes(action) => *action != SchemeAction::Look,
+            _ => false,
+        }
+    }
+}
+
+/// The id of a client's request. A host draws its client number at random, 1 to 255, once per line: two hosts on
+/// one line take each other's answers for their own in one case of 255.
+#[must_use]
+pub fn request_id(client: u8, number: u8) -> u16 {
+    u16::from_le_bytes([number, client])
+}
+
+/// The client that a request came from, and its answer goes to.
+#[must_use]
+pub fn client_of(id: u16) -> u8 {
+    let [_, client] = id.to_le_bytes();
+    client
+}
+
+/// Writes the frame of a request to the start of `out` and gives it; its answer has the same `id`, which is made
+/// by [`request_id`].
 ///
 /// # Errors
 /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.

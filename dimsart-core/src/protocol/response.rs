@@ -8,6 +8,7 @@ use super::description::{
 };
 use super::device_info::{Blocked, FirstFault};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
+use super::lease::LeaseStatus;
 use super::schemes::{SchemeStatus, StoreError};
 use crate::command::{Command, CommandError};
 use crate::data_type::TypeRef;
@@ -63,6 +64,13 @@ pub enum Response<'a> {
     Timing(TimingReport),
     /// Schemes that the board keeps.
     Schemes(SchemeStatus),
+    /// The right to move the device.
+    Lease(LeaseStatus),
+    /// Words of each sample that comes from now on.
+    Telemetry {
+        /// Of all signals; 0 when it has ended.
+        words: u8,
+    },
 }
 
 /// Why a request was refused.
@@ -80,6 +88,16 @@ pub enum Refusal {
     Engine(CommandError),
     /// The keeper of schemes refused.
     Store(StoreError),
+    /// This client does not hold the lease, and what it asked for needs that, or that nobody else does.
+    Lease {
+        /// The client that holds it, 0 when nobody does.
+        holder: u8,
+    },
+    /// Another client has the telemetry.
+    Telemetry {
+        /// The client that has it.
+        client: u8,
+    },
 }
 
 impl core::fmt::Display for Refusal {
@@ -90,6 +108,22 @@ impl core::fmt::Display for Refusal {
             Self::TooLong => write!(f, "the answer does not fit a frame: shorten the texts in the image"),
             Self::Engine(error) => error.fmt(f),
             Self::Store(error) => error.fmt(f),
+            Self::Lease { holder: 0 } => {
+                write!(
+                    f,
+                    "nobody holds the lease any more, the device gets its safe input: take it again (`arm`)"
+                )
+            }
+            Self::Lease { holder } => {
+                write!(
+                    f,
+                    "client {holder} holds the lease, only it may change something: let it give the lease back, or \
+                     `stop` the scheme"
+                )
+            }
+            Self::Telemetry { client } => {
+                write!(f, "the telemetry is sent to client {client}: ask for the signals")
+            }
         }
     }
 }

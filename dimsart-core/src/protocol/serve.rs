@@ -5,9 +5,10 @@ use heapless::Vec;
 use super::description::{Identity, InstanceText, PortText};
 use super::device_info::{Blocked, DeviceInfo};
 use super::frame::{DecodeError, NoRoom};
-use super::request::{Request, decode_request};
+use super::request::{Request, client_of, decode_request};
 use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
 use super::schemes::StoreError;
+use super::telemetry::Wanted;
 use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
 use crate::command::{Command, ModuleRef, PORT, Target};
 use crate::data_type::{DataType, TypeRef};
@@ -19,14 +20,15 @@ use crate::parameter::Value;
 use crate::port::Stage;
 use crate::types;
 
-/// Carries out a request, between two ticks; see [Time](super#time) for what it costs.
+/// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
 #[must_use]
 pub fn serve<M: ModuleList, const WORDS: usize>(
+    id: u16,
     request: &Request,
     dimsart: &mut Dimsart<M, WORDS>,
-    info: &DeviceInfo,
+    info: &mut DeviceInfo,
 ) -> Response<'static> {
-    respond(request, dimsart, info).unwrap_or_else(Response::Refused)
+    respond(id, request, dimsart, info).unwrap_or_else(Response::Refused)
 }
 
 /// Content of a frame in, frame of the answer out, for a caller that has all of it at hand. None when
@@ -38,11 +40,11 @@ pub fn serve<M: ModuleList, const WORDS: usize>(
 pub fn answer<'o, M: ModuleList, const WORDS: usize>(
     content: &[u8],
     dimsart: &mut Dimsart<M, WORDS>,
-    info: &DeviceInfo,
+    info: &mut DeviceInfo,
     out: &'o mut [u8],
 ) -> Result<Option<&'o [u8]>, NoRoom> {
     let (id, response) = match decode_request(content) {
-        Ok((id, request)) => (id, serve(&request, dimsart, info)),
+        Ok((id, request)) => (id, serve(id, &request, dimsart, info)),
         Err(DecodeError::NotUnderstood { id }) => (id, Response::Refused(Refusal::NotUnderstood)),
         Err(DecodeError::OtherClass) => return Ok(None),
     };
@@ -50,10 +52,15 @@ pub fn answer<'o, M: ModuleList, const WORDS: usize>(
 }
 
 fn respond<M: ModuleList, const WORDS: usize>(
+    id: u16,
     request: &Request,
     dimsart: &mut Dimsart<M, WORDS>,
-    info: &DeviceInfo,
+    info: &mut DeviceInfo,
 ) -> Result<Response<'static>, Refusal> {
+    info.hear(id);
+    if request.is_change() {
+        info.lease.admit(client_of(id))?;
+    }
     let refused_ticks = dimsart.refused_ticks();
     let engine = dimsart.engine_mut();
     let response = match *request {
@@ -91,6 +98,11 @@ fn respond<M: ModuleList, const WORDS: usize>(
         }
         Request::Timing => Response::Timing(found(info.timing)?.into()),
         Request::Schemes(_) => return Err(Refusal::Store(StoreError::NoStorage)),
+        Request::Lease(action) => Response::Lease(info.lease.carry_out(client_of(id), action)?),
+        Request::Telemetry { place, signal, every_ticks } => {
+            let wanted = Wanted { id, place, signal, every_ticks };
+            Response::Telemetry { words: info.send(wanted, engine.data_base())? }
+        }
     };
     Ok(response)
 }
@@ -167,7 +179,7 @@ fn blocked<M: ModuleList, const WORDS: usize>(
     info: &DeviceInfo,
 ) -> Option<Blocked> {
     if engine.is_running() {
-        return info.refused;
+        return info.keeps_still();
     }
     Some(engine.first_fault(None).map_or(Blocked::Stopped, Blocked::Fault))
 }
@@ -222,8 +234,8 @@ mod tests {
             _ => unreachable!(),
         };
         let request = content(&frame[..length.ok().unwrap()]);
-        let info = DeviceInfo::new(LONG);
-        Ok(answer(&request, &mut controller(), &info, out)?.map(content).unwrap_or_default())
+        let mut info = DeviceInfo::new(LONG);
+        Ok(answer(&request, &mut controller(), &mut info, out)?.map(content).unwrap_or_default())
     }
 
     fn refusal(payload: &[u8]) -> Refusal {

@@ -61,6 +61,11 @@ fn requests() {
         Request::Schemes(SchemeAction::Save),
         Request::Schemes(SchemeAction::Confirm),
         Request::Schemes(SchemeAction::RollBack),
+        Request::Lease(LeaseAction::Look),
+        Request::Lease(LeaseAction::Take),
+        Request::Lease(LeaseAction::Renew),
+        Request::Lease(LeaseAction::GiveBack),
+        Request::Telemetry { place: 1, signal: SIGNAL, every_ticks: 300 },
     ];
     let expected = [
         "00",
@@ -81,6 +86,11 @@ fn requests() {
         "0e 01",
         "0e 02",
         "0e 03",
+        "0f 00",
+        "0f 01",
+        "0f 02",
+        "0f 03",
+        "10 01 ac 02 01 ac 02",
     ];
     assert_bytes(&requests, &expected);
 }
@@ -187,8 +197,10 @@ fn refusals() {
         Refusal::Store(StoreError::TooLong),
         Refusal::Store(StoreError::NotTried),
         Refusal::Store(StoreError::Storage),
+        Refusal::Lease { holder: 3 },
+        Refusal::Telemetry { client: 3 },
     ];
-    let expected = ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04"];
+    let expected = ["00", "01", "02", "03 04", "04 00", "05 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
     assert_bytes(&refusals, &expected);
 }
 
@@ -216,6 +228,7 @@ fn reasons() {
         Blocked::Stopped,
         Blocked::Measurement(FrameError::Length { expected: 3, found: 2 }),
         Blocked::Command(not_finite),
+        Blocked::Disarmed,
         Blocked::LinkLost { link: 1 },
     ];
     let expected = [
@@ -230,7 +243,8 @@ fn reasons() {
         "01",
         "02 00 03 02",
         "03 01 ac 02 01 02",
-        "04 01",
+        "04",
+        "05 01",
     ];
     assert_bytes(&reasons, &expected);
 }
@@ -313,6 +327,8 @@ fn responses() {
         schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::Version { found: 9 })), Trial::None),
         schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::OtherImage)), Trial::None),
         schemes(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None),
+        Response::Lease(LeaseStatus { holder: 3, ticks_left: 300 }),
+        Response::Telemetry { words: 9 },
     ];
     let expected = [
         "00 01",
@@ -347,6 +363,47 @@ fn responses() {
         "0f 01 01 03 01 09 00 01",
         "0f 01 01 03 02 00 01",
         "0f 00 01 04 03 ac 02 04 00 01",
+        "10 03 ac 02",
+        "11 09",
     ];
     assert_bytes(&responses, &expected);
+}
+
+/// The content without its CRC.
+fn content(frame: &[u8]) -> Vec<u8> {
+    let (mut receiver, mut contents) = (Receiver::new(), Vec::new());
+    receiver.take_all(frame, |content| contents.push(content.to_vec()));
+    contents.pop().unwrap()
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn heartbeats() {
+    let lease = LeaseStatus { holder: 3, ticks_left: 199 };
+    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Stopped });
+    let heartbeat =
+        |blocked, first_fault| Heartbeat { ticks: 300, blocked, first_fault, lease, dropped: 1, damaged: 2 };
+    for (heartbeat, expected) in [
+        (heartbeat(None, None), "05 07 00 ac 02 00 00 03 c7 01 01 02"),
+        (heartbeat(Some(Blocked::Disarmed), first_fault), "05 07 00 ac 02 01 04 01 ac 02 01 03 c7 01 01 02"),
+    ] {
+        let content = content(encode_heartbeat(&heartbeat, 7, &mut [0; MAX_FRAME_BYTES]).unwrap());
+        assert_eq!(hex(&content), expected);
+        assert_eq!(decode_heartbeat(&content), Ok((7, heartbeat)));
+        assert_eq!(decode_response(&content), Err(DecodeError::OtherClass));
+    }
+}
+
+#[test]
+fn samples() {
+    let words = heapless::Vec::from_slice(&[0x3F80_0000, 1]).unwrap();
+    let sample = Sample { counter: 258, id: request_id(3, 4), tick: 300, words };
+    let content = content(encode_sample(&sample, &mut [0; MAX_FRAME_BYTES]).unwrap());
+    assert_eq!(hex(&content), "04 02 01 04 03 2c 01 00 00 00 00 80 3f 01 00 00 00");
+    assert_eq!(decode_sample(&content), Ok(sample));
+    assert_eq!(decode_sample(&content[..11]), Err(DecodeError::NotUnderstood { id: 258 }));
+    assert_eq!(decode_heartbeat(&content), Err(DecodeError::OtherClass));
 }

@@ -1,19 +1,18 @@
 //! `dimsart connect`: talks to a controller over a serial port or a socket.
 
-use std::fmt::{Display, Write as _};
-use std::io::{self, IsTerminal, Write};
+mod live;
+
+use std::fmt::Display;
+use std::io::{self, Write};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use clap::{Args, Subcommand, value_parser};
 use dimsart_core::protocol::DEFAULT_BAUD;
 use serde::Serialize;
 
 use super::Ending;
-use crate::connect::{self, ConnectError, Patience, SignalReport, Stream};
+use crate::connect::{self, ConnectError, Patience, Stream};
 use crate::experiment::Side;
 use crate::schemes::SchemeText;
 
@@ -46,11 +45,13 @@ Examples:
   dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
   dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
   dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, row by row
+  dimsart connect /dev/ttyACM0 arm                                lets the device be moved until Ctrl-C
   dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
   dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program
 
 A command is answered by what it came to: whether the scheme commands the device now and, if not, why.
+A board is moved only while a client holds its lease (`arm`); meanwhile others may look, and `stop`.
 Exit status: 0 done, 1 refused, faults found or no answer, 2 wrong usage.";
 
 #[derive(Debug, Subcommand)]
@@ -86,8 +87,25 @@ enum Action {
         /// Module.
         module: String,
     },
+    /// Forget what a module, or every one, remembers from tick to tick; parameters stay.
+    Reset {
+        /// Module; all that are plugged in when none is named.
+        module: Option<String>,
+    },
+    /// Bring the parameters of a module that is not plugged in back to their defaults.
+    Init {
+        /// Module.
+        module: String,
+    },
+    /// Take a module away, or STOP THE SCHEME AND TAKE ALL OF THEM AWAY.
+    Close {
+        /// Module; all when none is named.
+        module: Option<String>,
+    },
     /// Check the scheme and, when it matches, LET IT RUN; 1 when it does not match.
     Check(Json),
+    /// LET THE DEVICE BE MOVED by its scheme until Ctrl-C: take the lease that motion needs, and renew it.
+    Arm(Json),
     /// Stop the scheme: the device gets its safe input.
     Stop,
     /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
@@ -99,6 +117,9 @@ enum Action {
         /// Side whose rows are sent.
         #[arg(long)]
         side: Side,
+        /// Stop and replace the scheme that is on the device; it comes back when a row of the new one is refused.
+        #[arg(long)]
+        replace: bool,
     },
     /// Keep the scheme as it is now, ON TRIAL: the device's next start runs it, once, unless it is confirmed.
     Save(Json),
@@ -113,6 +134,9 @@ enum Action {
         /// Prints them once.
         #[arg(long)]
         once: bool,
+        /// LETS THE DEVICE BE MOVED by its scheme meanwhile, as `arm` does.
+        #[arg(long, conflicts_with = "once")]
+        arm: bool,
         /// Time between two looks, s.
         #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = seconds)]
         period_s: Duration,
@@ -167,6 +191,10 @@ impl Action {
             Self::On { module } => writeln!(out, "{}", device.on(&module)?)?,
             Self::Off { module } => writeln!(out, "{}", device.off(&module)?)?,
             Self::Stop => writeln!(out, "{}", device.stop()?)?,
+            Self::Reset { module } => writeln!(out, "{}", device.reset(module.as_deref())?)?,
+            Self::Init { module } => writeln!(out, "{}", device.init(&module)?)?,
+            Self::Close { module } => writeln!(out, "{}", device.close(module.as_deref())?)?,
+            Self::Arm(json) => live::arm(device, &json, out)?,
             Self::Check(json) => {
                 let check = device.check()?;
                 json.print(out, &check)?;
@@ -177,98 +205,22 @@ impl Action {
                 json.print(out, &faults)?;
                 return Ok(faults.is_sound());
             }
-            Self::Scheme { file, side } => {
-                let sent = device.send_scheme(&SchemeText::read(&file)?, side.name())?;
+            Self::Scheme { file, side, replace } => {
+                let scheme = SchemeText::read(&file)?;
+                let sent = match replace {
+                    true => device.replace_scheme(&scheme, side.name())?,
+                    false => device.send_scheme(&scheme, side.name())?,
+                };
                 writeln!(out, "{file}: {} rows for the {}; {}", sent.rows, side.name(), sent.state)?;
             }
             Self::Save(json) => json.print(out, &device.save()?)?,
             Self::Confirm(json) => json.print(out, &device.confirm()?)?,
             Self::Rollback(json) => json.print(out, &device.roll_back()?)?,
             Self::Watch { signals, once: true, .. } => {
-                writeln!(out, "{}", lines(&device.signals(&signals)?))?;
+                writeln!(out, "{}", live::lines(&device.signals(&signals)?))?;
             }
-            Self::Watch { signals, period_s, .. } => watch(device, &signals, period_s, out)?,
+            Self::Watch { signals, period_s, arm, .. } => live::watch(device, &signals, period_s, arm, out)?,
         }
         Ok(true)
-    }
-}
-
-fn lines(signals: &[SignalReport]) -> String {
-    signals.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
-}
-
-/// A second screen of the terminal, left when this goes; none where the output is not a terminal.
-struct Screen(bool);
-
-impl Screen {
-    fn enter(out: &mut impl Write) -> io::Result<Self> {
-        let screen = Self(io::stdout().is_terminal());
-        if screen.0 {
-            write!(out, "\x1b[?1049h\x1b[?25l")?;
-        }
-        Ok(screen)
-    }
-
-    /// Shows `text` in place of what was there.
-    fn show(&self, out: &mut impl Write, text: &str) -> io::Result<()> {
-        if self.0 {
-            let mut page = String::from("\x1b[H");
-            for line in text.lines() {
-                // Each line clears what is left of the old one: no flicker.
-                let _ = write!(page, "{line}\x1b[K\r\n");
-            }
-            write!(out, "{page}\x1b[J")?;
-        } else {
-            writeln!(out, "{text}")?;
-        }
-        out.flush()
-    }
-
-    fn leave(self, out: &mut impl Write) -> io::Result<()> {
-        if self.0 { write!(out, "\x1b[?25h\x1b[?1049l") } else { Ok(()) }
-    }
-}
-
-fn watch(
-    device: &mut Device,
-    names: &[String],
-    period: Duration,
-    out: &mut impl Write,
-) -> Result<(), Box<dyn std::error::Error>> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let flag = Arc::clone(&stop);
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
-    let screen = Screen::enter(out)?;
-    let ending = refresh(device, names, period, &screen, &stop, out);
-    let is_terminal = screen.0;
-    screen.leave(out)?;
-    let last = ending?;
-    if is_terminal {
-        writeln!(out, "{last}")?;
-    }
-    Ok(())
-}
-
-/// Looks again and again until `stop`; gives the last look.
-fn refresh(
-    device: &mut Device,
-    names: &[String],
-    period: Duration,
-    screen: &Screen,
-    stop: &AtomicBool,
-    out: &mut impl Write,
-) -> Result<String, Box<dyn std::error::Error>> {
-    let mut next = Instant::now();
-    loop {
-        let state = device.state()?;
-        let text = format!("{state}\n{}", lines(&device.signals(names)?));
-        screen.show(out, &text)?;
-        next = (next + period).max(Instant::now());
-        while Instant::now() < next && !stop.load(Ordering::Relaxed) {
-            thread::sleep((next - Instant::now().min(next)).min(Duration::from_millis(20)));
-        }
-        if stop.load(Ordering::Relaxed) {
-            return Ok(text);
-        }
     }
 }

@@ -107,6 +107,48 @@ impl<S: Read + Write> Device<S> {
         self.outcome("the device gets its safe input".to_owned(), &effect)
     }
 
+    /// Lets a module, or every one that is plugged in, forget its state.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn reset(&mut self, module: Option<&str>) -> Result<Outcome, ConnectError> {
+        self.verb(module, Verb::ModReset, Verb::Reset, "forgot its state", "every module forgot its state")
+    }
+
+    /// Brings the parameters of a module that is not plugged in back to their defaults.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn init(&mut self, module: &str) -> Result<Outcome, ConnectError> {
+        self.verb(Some(module), Verb::ModInit, Verb::Init, "has its default parameters", "")
+    }
+
+    /// Takes a module away; or stops the scheme and takes all of them away.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set).
+    pub fn close(&mut self, module: Option<&str>) -> Result<Outcome, ConnectError> {
+        self.verb(module, Verb::ModClose, Verb::Close, "is gone", "no module is left")
+    }
+
+    /// A command for one module or all of them, and what it comes to.
+    fn verb(
+        &mut self,
+        module: Option<&str>,
+        of_one: Verb,
+        of_all: Verb,
+        one: &str,
+        all: &str,
+    ) -> Result<Outcome, ConnectError> {
+        let Some(module) = module else {
+            let effect = self.give(Command::plain(of_all))?;
+            return self.outcome(all.to_owned(), &effect);
+        };
+        let reference = self.word_to_module(VALUE, module)?;
+        let effect = self.give(Command::engine(of_one, reference))?;
+        self.outcome(format!("{module} {one}"), &effect)
+    }
+
     /// Gives a command; a refusal is an error.
     pub(super) fn give(&mut self, command: Command) -> Result<Effect, ConnectError> {
         let effect = self.try_give(command)?;

@@ -70,6 +70,14 @@ impl<S: Read + Write> Device<S> {
         Ok(Self { line, identity, kinds: List::default(), types: List::default() })
     }
 
+    pub(super) fn line(&self) -> &Line<S> {
+        &self.line
+    }
+
+    pub(super) fn line_mut(&mut self) -> &mut Line<S> {
+        &mut self.line
+    }
+
     /// Who is there.
     #[must_use]
     pub fn identity(&self) -> &Identity {

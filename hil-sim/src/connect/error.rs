@@ -17,6 +17,9 @@ pub enum ConnectError {
     /// The device refused a question.
     #[error("{0}")]
     Refused(Refusal),
+    /// There is no lease to be had.
+    #[error("the device moves without a lease: `check` lets the scheme run, `stop` stops it")]
+    NoLease,
     /// Undamaged, and no answer to what was asked.
     #[error("the device answered something else than was asked: is its image of another version?")]
     OtherAnswer,
@@ -34,6 +37,9 @@ pub enum ConnectError {
     /// The scheme cannot be read.
     #[error(transparent)]
     SchemeFile(#[from] SchemeFileError),
+    /// A scheme that was to replace another one.
+    #[error("{} the scheme that was there before is there again", unfinished(.0))]
+    Replace(Box<ConnectError>),
     /// A row of a scheme; the rows before it have been carried out, and none after it.
     #[error("{name}:{row}:{column}: {message}; the rows above it are in force{hint}")]
     Row {
@@ -48,4 +54,12 @@ pub enum ConnectError {
         /// What else may help; starts with its own separator.
         hint: String,
     },
+}
+
+/// Where and what, without what holds of a scheme that is left half sent.
+fn unfinished(error: &ConnectError) -> String {
+    match error {
+        ConnectError::Row { name, row, column, message, .. } => format!("{name}:{row}:{column}: {message};"),
+        error => format!("{error};"),
+    }
 }

@@ -31,6 +31,10 @@ impl<S: Read + Write> Device<S> {
             Blocked::Command(error) => {
                 format!("the scheme's last command to it was refused: {}", self.frame_text(error)?)
             }
+            Blocked::Disarmed => {
+                "the scheme runs and nobody holds the lease that motion needs; `arm` takes and holds it"
+                    .to_owned()
+            }
             Blocked::LinkLost { link } => format!(
                 "nothing came over link {link} for the TIMEOUT_TICKS of its COMM_RXMOD; see to the other side and the \
                  line, then `reset`"

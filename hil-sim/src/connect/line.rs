@@ -1,13 +1,17 @@
 //! One question, one answer, over a line that may lose either.
 
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher, Hasher};
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{
-    Counters, DecodeError, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, decode_response,
-    encode_request,
+    Counters, DecodeError, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, client_of,
+    decode_response, encode_request, request_id,
 };
 use dimsart_core::{Command, Target, Value, Verb};
+
+use super::unasked::Unasked;
 
 /// How long an answer is waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -89,15 +93,46 @@ pub struct Line<S> {
     bytes: u64,
     id: u16,
     content: Vec<u8>,
+    unasked: Unasked,
 }
 
 impl<S: Read + Write> Line<S> {
     /// A line over an open stream without a buffer whose reads end soon; see [`Stream`](super::Stream).
     pub fn new(stream: S, patience: Patience) -> Self {
-        // Not always the same start, lest the answer to an earlier program is taken for ours.
-        let [low, high, ..] = std::process::id().to_le_bytes();
-        let id = u16::from_le_bytes([low, high]);
-        Self { stream, patience, receiver: Receiver::new(), bytes: 0, id, content: Vec::new() }
+        // The system's own randomness: not what another host on the line draws, nor an earlier program here.
+        let [number, client, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
+        let id = request_id(client.max(1), number);
+        let (receiver, content) = (Receiver::new(), Vec::new());
+        Self { stream, patience, receiver, bytes: 0, id, content, unasked: Unasked::new() }
+    }
+
+    /// This host's number on the line, from 1.
+    pub(super) fn client(&self) -> u8 {
+        client_of(self.id)
+    }
+
+    /// Id of the last request.
+    pub(super) fn last_id(&self) -> u16 {
+        self.id
+    }
+
+    /// What the device said by itself.
+    pub(super) fn unasked(&self) -> &Unasked {
+        &self.unasked
+    }
+
+    pub(super) fn unasked_mut(&mut self) -> &mut Unasked {
+        &mut self.unasked
+    }
+
+    /// Gives back how patient it was before.
+    pub(super) fn set_patience(&mut self, patience: Patience) -> Patience {
+        std::mem::replace(&mut self.patience, patience)
+    }
+
+    /// Takes in what comes unasked, for some time.
+    pub(super) fn listen(&mut self, time: Duration) -> Result<(), LineError> {
+        self.read_until(Instant::now() + time, None).map(drop)
     }
 
     /// Sends a request and gives the answer with its id; other frames and noise are passed over.
@@ -109,7 +144,8 @@ impl<S: Read + Write> Line<S> {
     /// [`LineError`]; after [`LineError::Unsure`] the command may have been carried out, otherwise the
     /// line can be used on.
     pub fn ask(&mut self, request: &Request) -> Result<Response<'_>, LineError> {
-        self.id = self.id.wrapping_add(1);
+        let [number, client] = self.id.to_le_bytes();
+        self.id = request_id(client, number.wrapping_add(1));
         let mut buffer = [0; MAX_FRAME_BYTES];
         let frame = encode_request(request, self.id, &mut buffer)
             .map_err(|_| LineError::Io(ErrorKind::InvalidInput.into()))?;
@@ -121,7 +157,7 @@ impl<S: Read + Write> Line<S> {
                 Err(error) if is_nothing_yet(error.kind()) => {}
                 result => result.map_err(failed)?,
             }
-            if self.wait()? {
+            if self.read_until(Instant::now() + self.patience.timeout, Some(self.id))? {
                 return decode_response(&self.content)
                     .map(|(_, response)| response)
                     .map_err(|_| LineError::NotUnderstood);
@@ -135,10 +171,9 @@ impl<S: Read + Write> Line<S> {
         })
     }
 
-    /// Puts the answer into `content`; false when it does not come in time.
-    fn wait(&mut self) -> Result<bool, LineError> {
-        let deadline = Instant::now() + self.patience.timeout;
-        let Self { stream, receiver, bytes, id, content: answer, .. } = self;
+    /// Puts the answer to `id` into `content`; false when it does not come in time.
+    fn read_until(&mut self, deadline: Instant, id: Option<u16>) -> Result<bool, LineError> {
+        let Self { stream, receiver, bytes, content: answer, unasked, .. } = self;
         let mut buffer = [0; 1024];
         while Instant::now() < deadline {
             let count = match stream.read(&mut buffer) {
@@ -150,9 +185,14 @@ impl<S: Read + Write> Line<S> {
             let mut is_there = false;
             *bytes += u64::try_from(count).unwrap_or_default();
             receiver.take_all(buffer.get(..count).unwrap_or_default(), |content| {
-                if answers(content) == Some(*id) {
-                    is_there = true;
-                    content.clone_into(answer);
+                match answers(content) {
+                    None => unasked.take(content),
+                    found if found == id => {
+                        is_there = true;
+                        content.clone_into(answer);
+                    }
+                    // To another client, or an earlier request.
+                    Some(_) => {}
                 }
             });
             if is_there {

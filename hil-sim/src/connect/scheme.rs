@@ -28,7 +28,7 @@ impl<S: Read + Write> Device<S> {
         let hint = match self.instances()?.len() {
             0 => String::new(),
             count => format!(
-                ". {count} modules were on the device before: begin the scheme with `all MOD_ENG CLOSE` to replace them"
+                ". {count} modules were on the device before: `--replace` puts the scheme in their place"
             ),
         };
         let mut rows = 0;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{InstanceText, Request, Response};
+use dimsart_core::protocol::{InstanceText, LeaseStatus, NOBODY, Request, Response};
 use dimsart_core::{Direction, ModuleRef, Usage};
 use serde::Serialize;
 
@@ -95,6 +95,8 @@ pub struct StatusReport {
     pub timing: Option<TimingText>,
     /// Schemes that it keeps; none on a device that keeps none.
     pub schemes: Option<KeptReport>,
+    /// Who may move it; none on a device that moves without a lease.
+    pub lease: Option<LeaseStatus>,
 }
 
 /// Everything that a device is at the moment.
@@ -129,6 +131,13 @@ impl fmt::Display for Overview {
         }
         let Usage { modules: count, slots, words, words_in_all } = status.usage;
         writeln!(f, "\ntakes {count} modules, {slots} slots, {words} of {words_in_all} words")?;
+        match &status.lease {
+            None => {}
+            Some(LeaseStatus { holder: NOBODY, .. }) => writeln!(f, "nobody holds the lease")?,
+            Some(LeaseStatus { holder, ticks_left }) => {
+                writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks unless it renews it")?;
+            }
+        }
         if let Some(timing) = &status.timing {
             writeln!(f, "{timing}")?;
         }
@@ -174,6 +183,7 @@ impl<S: Read + Write> Device<S> {
             usage: status.usage,
             timing: self.timing()?,
             schemes: self.kept()?,
+            lease: self.lease_status()?,
         })
     }
 

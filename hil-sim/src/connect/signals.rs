@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::description::{Units, ValueText};
 use super::device::take;
+use super::live::Followed;
 use super::{ConnectError, Device};
 
 /// One for each axis of the largest device.
@@ -47,6 +48,11 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for a name that no data type has.
     pub fn signals(&mut self, names: &[String]) -> Result<Vec<SignalReport>, ConnectError> {
+        Ok(self.followed(names)?.into_iter().map(|followed| followed.report).collect())
+    }
+
+    /// The same, with what it takes to read their words.
+    pub(super) fn followed(&mut self, names: &[String]) -> Result<Vec<Followed>, ConnectError> {
         let mut wanted = Vec::new();
         for name in names {
             wanted.push(self.word_to_signal(0, name)?);
@@ -66,21 +72,24 @@ impl<S: Read + Write> Device<S> {
         Ok(found)
     }
 
-    fn signal(&mut self, signal: TypeRef) -> Result<SignalReport, ConnectError> {
+    fn signal(&mut self, signal: TypeRef) -> Result<Followed, ConnectError> {
+        let mut format = None;
         let mut report =
             SignalReport { name: self.signal_name(signal)?, unit: self.unit(signal.id)?, values: Vec::new() };
         let take = |response: Response<'_>| match response {
             Response::Signal(text) => {
                 let values = text.words.iter().map(|word| ValueText::of_word(*word, text.format));
-                Some((Units::from(text.unit), text.words_in_all, values.collect::<Vec<_>>()))
+                Some((text.format, Units::from(text.unit), text.words_in_all, values.collect::<Vec<_>>()))
             }
             _ => None,
         };
         loop {
             let from = u16::try_from(report.values.len()).unwrap_or(u16::MAX);
-            let Some((units, in_all, values)) = self.ask(&Request::Signal { signal, from }, take)? else {
+            let Some((found, units, in_all, values)) = self.ask(&Request::Signal { signal, from }, take)?
+            else {
                 break;
             };
+            format = Some(found);
             report.unit = units.on(&self.identity().axes);
             let is_end = values.is_empty();
             report.values.extend(values);
@@ -88,6 +97,6 @@ impl<S: Read + Write> Device<S> {
                 break;
             }
         }
-        Ok(report)
+        Ok(Followed { signal, format, report })
     }
 }

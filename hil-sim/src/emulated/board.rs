@@ -3,13 +3,16 @@
 use std::fs::File;
 
 use dimsart_core::exchange::{self, Frame, MAX_PACKETS, Tag};
+use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_core::{AxisKind, Tick, Word};
 
 use super::emulator::Emulator;
-use super::upload::{self, Layout};
+use super::upload::{self, CLIENT, Layout};
 use super::{EmulatedError, Image, NS_PER_INSTRUCTION};
 use crate::rig::SimulatedDimsart;
 
+/// Ticks from one renewal of the lease to the next, half of what it lasts.
+const RENEWAL_TICKS: u32 = 100;
 /// Of the board's processor, 25 MHz.
 const NS_PER_CYCLE: u64 = 40;
 
@@ -21,6 +24,10 @@ const NS_PER_CYCLE: u64 = 40;
 pub struct Board {
     wire: Wire,
     layout: Layout,
+    /// Until the lease is renewed.
+    ticks_to_renewal: u32,
+    /// How the next request says that the board may move its device.
+    lease: LeaseAction,
 }
 
 /// What goes there and back in one exchange.
@@ -49,7 +56,7 @@ impl Board {
         let device = copy.engine().device().clone();
         let mut wire = Wire::open(image, device.axes(), log)?;
         let layout = upload::upload(&mut wire, copy)?;
-        Ok(Self { wire, layout })
+        Ok(Self { wire, layout, ticks_to_renewal: 0, lease: LeaseAction::Take })
     }
 
     /// Gives a packet that came in over `link` to the next tick, which takes [`MAX_PACKETS`] at most: with more
@@ -73,7 +80,8 @@ impl Board {
         commanded: &mut [Word],
         copy: &mut SimulatedDimsart,
     ) -> Result<Tick, EmulatedError> {
-        let Self { wire, layout } = self;
+        self.keep_lease();
+        let Self { wire, layout, .. } = self;
         if !wire.has_room {
             return Err(EmulatedError::TooManyPackets { found: wire.packets });
         }
@@ -100,6 +108,18 @@ impl Board {
         tick.ok_or(EmulatedError::NoAnswer { ticks: 1 })
     }
 
+    /// Asks for the lease in time; in a tick that nobody holds it the board says [`Tick::Disarmed`].
+    fn keep_lease(&mut self) {
+        if self.ticks_to_renewal == 0 {
+            let mut buffer = [0; MAX_FRAME_BYTES];
+            // Fits: the buffer is as long as a frame can be.
+            let request = encode_request(&Request::Lease(self.lease), request_id(CLIENT, 0), &mut buffer);
+            self.wire.send(Tag::Command, request.unwrap_or_default());
+            (self.ticks_to_renewal, self.lease) = (RENEWAL_TICKS, LeaseAction::Renew);
+        }
+        self.ticks_to_renewal -= 1;
+    }
+
     /// The packets that the last tick left for `link`.
     pub fn outgoing(&self, link: usize) -> impl Iterator<Item = &[u8]> {
         self.wire.sections(move |tag| tag.link() == Some(link))
@@ -115,6 +135,11 @@ impl Board {
         let (before, after) = (cycles.next()?, cycles.next()?);
         let cycles = after.wrapping_sub(before) & mask;
         u32::try_from(u64::from(cycles) * NS_PER_CYCLE / NS_PER_INSTRUCTION).ok()
+    }
+
+    /// What came back on the command line in the last tick.
+    pub fn command_bytes(&self) -> impl Iterator<Item = &[u8]> {
+        self.wire.sections(|tag| tag == Tag::Command)
     }
 
     /// Puts bytes on the command line, for the next tick.

@@ -3,7 +3,7 @@
 use dimsart_core::exchange::Tag;
 use dimsart_core::protocol::{
     self, DeviceInfo, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Refusal, Request, Response,
-    decode_response, encode_request,
+    decode_response, encode_request, request_id,
 };
 use dimsart_core::{Command, TypeRef, Verb, Word};
 
@@ -11,6 +11,8 @@ use super::EmulatedError;
 use super::board::{Wire, words};
 use crate::rig::SimulatedDimsart;
 
+/// This process, to the board.
+pub(super) const CLIENT: u8 = 1;
 /// Ticks in which a request is answered: it is carried out in the one that it comes with.
 const ANSWER_TICKS: u32 = 8;
 
@@ -44,7 +46,7 @@ impl Layout {
 /// Gives the board the scheme of `copy`. Nothing is measured meanwhile, so nothing is computed.
 pub(super) fn upload(wire: &mut Wire, copy: &mut SimulatedDimsart) -> Result<Layout, EmulatedError> {
     let nothing_measured = vec![Word::from(f32::NAN); copy.frame().output_words()];
-    let mut line = Line { wire, nothing_measured, id: 0, content: Vec::new() };
+    let mut line = Line { wire, nothing_measured, number: 0, content: Vec::new() };
     line.compare_devices(copy)?;
     line.compare_libraries(copy)?;
     let mut commands = vec![Command::plain(Verb::Close)];
@@ -73,16 +75,17 @@ fn unexpected(answer: &Response<'_>) -> EmulatedError {
 struct Line<'a> {
     wire: &'a mut Wire,
     nothing_measured: Vec<Word>,
-    id: u16,
+    number: u8,
     content: Vec<u8>,
 }
 
 impl Line<'_> {
     fn ask(&mut self, request: &Request) -> Result<Response<'_>, EmulatedError> {
-        self.id = self.id.wrapping_add(1);
+        self.number = self.number.wrapping_add(1);
+        let id = request_id(CLIENT, self.number);
         let mut buffer = [0; MAX_FRAME_BYTES];
         // Fits: the buffer is as long as a frame can be.
-        let frame = encode_request(request, self.id, &mut buffer).unwrap_or_default();
+        let frame = encode_request(request, id, &mut buffer).unwrap_or_default();
         self.wire.send(Tag::Command, frame);
         let mut receiver = Receiver::new();
         let mut is_there = false;
@@ -90,8 +93,11 @@ impl Line<'_> {
             self.wire.exchange(&self.nothing_measured)?;
             for bytes in self.wire.sections(|tag| tag == Tag::Command) {
                 receiver.take_all(bytes, |content| {
-                    is_there = true;
-                    content.clone_into(&mut self.content);
+                    // Heartbeats come in between.
+                    if matches!(decode_response(content), Ok((found, _)) if found == id) {
+                        is_there = true;
+                        content.clone_into(&mut self.content);
+                    }
                 });
             }
             if is_there {
@@ -99,7 +105,7 @@ impl Line<'_> {
             }
         }
         match decode_response(&self.content) {
-            Ok((id, response)) if is_there && id == self.id => Ok(response),
+            Ok((_, response)) if is_there => Ok(response),
             _ => Err(EmulatedError::NoAnswer { ticks: ANSWER_TICKS }),
         }
     }
@@ -120,9 +126,9 @@ impl Line<'_> {
 
     /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers.
     fn compare_libraries(&mut self, copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
-        let info = DeviceInfo::new("");
+        let mut info = DeviceInfo::new("");
         let mut same = |request: Request, what: &str| {
-            let here = protocol::serve(&request, copy, &info);
+            let here = protocol::serve(request_id(CLIENT, 0), &request, copy, &mut info);
             let is_there = !matches!(here, Response::Refused(_));
             match self.ask(&request)? == here {
                 true => Ok(is_there),

@@ -45,7 +45,7 @@ fn show_is_the_default_and_has_the_same_as_json() {
     let emulated = Emulated::with_scheme("master");
     let text = emulated.out(&[], 0);
     for part in [
-        "arm, image test 0.1, protocol 2",
+        "arm, image test 0.1, protocol 3",
         "the scheme runs and commands the device",
         "  3 PDCTRL_MOD  reads ",
         "3000  3000  3000 N/m or N·m/rad",
@@ -221,11 +221,50 @@ fn a_scheme_upon_a_scheme_is_told_how_to_replace_it() {
     let mut device = emulated.connect(QUICK);
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     let message = device.send_scheme(&scheme, "master").unwrap_err().to_string();
+    assert!(message.contains("5 modules were on the device before: `--replace` puts"), "{message}");
+    assert_eq!(device.replace_scheme(&scheme, "slave").unwrap().rows, 12);
+    let expected = Emulated::with_scheme("slave").connect(QUICK).overview().unwrap();
+    assert_eq!(device.overview().unwrap(), expected);
+}
+
+#[test]
+fn a_scheme_that_cannot_replace_another_one_loses_nothing_of_it() {
+    for is_running in [true, false] {
+        let emulated = Emulated::with_scheme("master");
+        let mut device = emulated.connect(QUICK);
+        device.set("PDCTRL_MOD", "K_PARAM[1]", "77").unwrap();
+        if !is_running {
+            device.stop().unwrap();
+        }
+        let before = device.overview().unwrap();
+        let error =
+            device.replace_scheme(&text("all PDCTRL_MOD K_PARAM 7\nall PDCTRL_MOD K_PARM 1\n"), "master");
+        let message = error.unwrap_err().to_string();
+        assert!(
+            message.starts_with("my.scheme:2:16: 'K_PARM' is not a parameter of PDCTRL_MOD"),
+            "{message}"
+        );
+        assert!(message.ends_with("; the scheme that was there before is there again"), "{message}");
+        assert_eq!(device.overview().unwrap(), before, "running: {is_running}");
+    }
+}
+
+#[test]
+fn modules_are_reset_initialised_and_closed_one_by_one_or_all() {
+    let emulated = Emulated::with_scheme("master");
+    assert!(emulated.out(&["reset"], 0).starts_with("every module forgot its state; the scheme runs"));
     assert!(
-        message.contains("5 modules were on the device before: begin the scheme with `all MOD_ENG CLOSE`")
+        emulated.out(&["reset", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD forgot its state; the scheme runs")
     );
-    let replacing = text(&format!("all MOD_ENG CLOSE\n{}", scheme.text));
-    assert_eq!(device.send_scheme(&replacing, "slave").unwrap().rows, 13);
+    let found = message(&emulated.run(&["init", "PDCTRL_MOD"]));
+    assert!(found.contains("PDCTRL_MOD is plugged in: unplug it first"), "{found}");
+    emulated.out(&["stop"], 0);
+    emulated.out(&["off", "PDCTRL_MOD"], 0);
+    assert!(emulated.out(&["init", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD has its default parameters; "));
+    assert!(emulated.out(&["close", "PDCTRL_MOD"], 0).starts_with("PDCTRL_MOD is gone; "));
+    assert_eq!(emulated.connect(QUICK).overview().unwrap().modules.len(), 4);
+    assert!(emulated.out(&["close"], 0).starts_with("no module is left; "));
+    assert_eq!(emulated.connect(QUICK).overview().unwrap().status.usage.modules, 0);
 }
 
 #[test]

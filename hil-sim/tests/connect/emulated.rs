@@ -56,7 +56,7 @@ impl Robot {
         let is_command = matches!(decode_request(content), Ok((_, Request::Command(_))));
         self.commands += u32::from(is_command);
         let mut buffer = [0; MAX_FRAME_BYTES];
-        answer(content, &mut self.dimsart, &self.info, &mut buffer).unwrap().unwrap_or_default().to_vec()
+        answer(content, &mut self.dimsart, &mut self.info, &mut buffer).unwrap().unwrap_or_default().to_vec()
     }
 }
 

@@ -97,7 +97,7 @@ fn of_version(version: u16, mut status: impl FnMut(u16) -> Vec<u8> + Send + 'sta
     let mut robot = Robot::new();
     listen(move |content| {
         let Ok((id, request)) = decode_request(content) else { return Vec::new() };
-        let mut response = serve(&request, &mut robot.dimsart, &robot.info);
+        let mut response = serve(id, &request, &mut robot.dimsart, &mut robot.info);
         if let Response::Identity(identity) = &mut response {
             identity.protocol_version = version;
         }
@@ -116,7 +116,7 @@ fn an_older_device_answers_what_it_knows_and_refuses_the_rest_by_name() {
     let output = dimsart(&["connect", &port, "watch", "MAP", "--once"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let note = String::from_utf8(output.stderr).unwrap();
-    assert!(note.contains("the device speaks protocol 0 and this command 2"), "{note}");
+    assert!(note.contains("the device speaks protocol 0 and this command 3"), "{note}");
     let found = message(&dimsart(&["connect", &port, "show"]));
     assert!(found.contains("the device knows no such request"), "{found}");
 }
@@ -124,10 +124,11 @@ fn an_older_device_answers_what_it_knows_and_refuses_the_rest_by_name() {
 #[test]
 fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
     let port = of_version(7, |id| {
-        // A response that this version does not have.
+        // A response that this version does not have; the CRC is over the channel too, which is 0.
         let [low, high] = id.to_le_bytes();
         let mut content = vec![2, low, high, 250];
-        let crc = crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR).checksum(&content);
+        let crc =
+            crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR).checksum(&[&[0; 4], content.as_slice()].concat());
         content.extend(crc.to_le_bytes());
         [&[0], cobs::encode_vec(&content).as_slice(), &[0]].concat()
     });

@@ -2,7 +2,9 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 mod asking;
+mod board;
 mod emulated;
 mod kept;
+mod lease;
 mod lines;
 mod ports;

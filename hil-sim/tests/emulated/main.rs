@@ -13,6 +13,7 @@
 mod by_hand;
 mod common;
 mod firmware;
+mod flood;
 mod kept_schemes;
 mod run;
 mod same_bits;

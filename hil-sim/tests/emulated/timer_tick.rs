@@ -1,10 +1,15 @@
 //! The tick from a timer's interrupt, commands over an emulated UART: pre-emption and the real path of bytes.
 
+use std::collections::BTreeSet;
 use std::thread;
+use std::time::Duration;
 
 use dimsart_core::exchange::Tag;
-use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request};
-use hil_sim::connect::{Device, Stream};
+use dimsart_core::protocol::{
+    MAX_FRAME_BYTES, Receiver, Request, client_of, decode_heartbeat, decode_response, encode_request,
+    request_id,
+};
+use hil_sim::connect::{Device, Live, Stream};
 use hil_sim::emulated::share_one_processor;
 use rand_core::{Rng, SeedableRng};
 
@@ -64,6 +69,62 @@ fn write(uart: &mut Box<dyn Stream>, mut bytes: &[u8]) {
         bytes = &bytes[count..];
         let _ = uart.read(&mut answers);
     }
+}
+
+/// The line here is as fast as the emulator takes its bytes; see `flood` for a hundred times a line's rate.
+#[test]
+fn eight_clients_keep_neither_the_tick_nor_the_heart_from_beating() {
+    let Some(firmware) = Firmware::start(false) else { return };
+    let mut uart = firmware.uart();
+    let (mut receiver, mut beats, mut answered) = (Receiver::new(), Vec::new(), BTreeSet::new());
+    let flood: Vec<u8> = (0..=u8::MAX)
+        .flat_map(|number| (1..=8).map(move |client| request_id(client, number)))
+        .flat_map(|id| encode_request(&Request::Status, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec())
+        .collect();
+    let mut rest = flood.iter().copied().cycle();
+    let mut answers = [0; 1024];
+    while beats.len() < 20 {
+        let bytes: Vec<u8> = rest.by_ref().take(64).collect();
+        uart.write_all(&bytes).unwrap();
+        let Ok(count) = uart.read(&mut answers) else { continue };
+        receiver.take_all(&answers[..count], |content| {
+            beats.extend(decode_heartbeat(content));
+            answered.extend(decode_response(content).map(|(id, _)| client_of(id)));
+        });
+    }
+    for pair in beats.windows(2) {
+        let [(first, one), (second, other)] = [pair[0], pair[1]];
+        assert_eq!((second - first, other.ticks - one.ticks), (1, 100), "{beats:?}");
+        assert_eq!(other.dropped, 0);
+    }
+    assert_eq!(answered, (1..=8).collect());
+    for report in firmware.reports() {
+        assert!(report.contains(", 0 late, 0 overruns, "), "{report}");
+    }
+}
+
+#[test]
+fn a_board_moves_its_device_while_the_lease_is_held_and_says_so_by_itself() {
+    let Some(firmware) = Firmware::start(false) else { return };
+    let mut device = greet(firmware.uart());
+    let wait_for = |device: &mut Device<_>, part: &str| {
+        for _ in 0..1_000 {
+            if device.live().unwrap().to_string().contains(part) {
+                return;
+            }
+            device.listen(Duration::from_millis(10)).unwrap();
+        }
+        panic!("{part}: {}", device.live().unwrap());
+    };
+    wait_for(&mut device, "nobody holds the lease that motion needs");
+    let status = device.take_lease().unwrap();
+    assert_eq!((status.holder, status.ticks_left), (device.client(), 200));
+    // Not renewed: the emulator's time is its own.
+    wait_for(&mut device, "nobody holds the lease that motion needs");
+    assert!(device.renew_lease().unwrap_err().to_string().contains("nobody holds the lease any more"));
+    let mut live = Live::new(&["POSITION".to_owned()], Duration::from_millis(20));
+    assert_eq!(device.look(&mut live).unwrap()[0].values.len(), 3);
+    assert!(live.is_pushed());
 }
 
 const PERIOD_CYCLES: u32 = 25_000;

@@ -18,8 +18,11 @@ fn packet(counter: u16) -> Vec<u8> {
     seal(Class::Packet, 0, counter, 40, &mut bytes).unwrap().to_vec()
 }
 
+/// What arrived, with its tick.
+type Arrivals = Vec<(u64, Vec<u8>)>;
+
 /// Sends a packet a tick both ways, and gives what arrived at the slave, with its tick, and the links.
-fn run(scenario: &Scenario, ticks: u16) -> (Vec<(u64, Vec<u8>)>, [Box<dyn Link>; 2]) {
+fn run(scenario: &Scenario, ticks: u16) -> (Arrivals, [Box<dyn Link>; 2]) {
     let ends = Ends { forward_channel: 0, backward_channel: 0 };
     let [mut forward, mut backward] = Carrier::new(scenario).unwrap().connect(ends);
     let mut arrived = Vec::new();

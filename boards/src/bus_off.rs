@@ -1,0 +1,151 @@
+//! When a node that had to leave the CAN bus (bus-off) joins it again: late, seldom, and not for ever.
+//!
+//! It waits for [`REJOIN_DELAY_MS`], joins at most [`MAX_REJOINS`] times within any [`REJOIN_WINDOW_MS`], and then
+//! stays off until a reset: a fault that keeps coming back is the wiring's, and disturbs everybody else.
+
+/// Time that a node stays off the bus before it joins again, `ms`.
+pub const REJOIN_DELAY_MS: u32 = 100;
+/// Times that a node joins again within [`REJOIN_WINDOW_MS`].
+pub const MAX_REJOINS: usize = 3;
+/// The window that rejoins are counted in, `ms`.
+pub const REJOIN_WINDOW_MS: u32 = 10_000;
+
+/// What is to be done now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// Nothing.
+    Stay,
+    /// Joins the bus.
+    Rejoin,
+    /// Nothing, now and until a reset: somebody should be told. Said once.
+    GiveUp,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum State {
+    On,
+    Off { since_ms: u32 },
+    GivenUp,
+}
+
+/// Decides; looks at no clock and no controller.
+#[derive(Debug, Clone)]
+pub struct BusOff {
+    state: State,
+    /// When it joined, the oldest one first; only the last `count` have been.
+    joined_ms: [u32; MAX_REJOINS],
+    count: u32,
+}
+
+impl Default for BusOff {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl BusOff {
+    /// A node on the bus.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { state: State::On, joined_ms: [0; MAX_REJOINS], count: 0 }
+    }
+
+    /// Takes note at time `now_ms` (which may wrap) of whether the node is off the bus. To be called every 10 ms or so.
+    pub fn look(&mut self, now_ms: u32, is_off: bool) -> Step {
+        match self.state {
+            State::GivenUp => Step::Stay,
+            _ if !is_off => {
+                self.state = State::On;
+                Step::Stay
+            }
+            State::On => {
+                self.state = State::Off { since_ms: now_ms };
+                Step::Stay
+            }
+            State::Off { since_ms } if now_ms.wrapping_sub(since_ms) < REJOIN_DELAY_MS => Step::Stay,
+            State::Off { .. } if self.has_joined_too_often(now_ms) => {
+                self.state = State::GivenUp;
+                Step::GiveUp
+            }
+            State::Off { .. } => {
+                self.state = State::On;
+                self.joined_ms.rotate_left(1);
+                if let Some(last) = self.joined_ms.last_mut() {
+                    *last = now_ms;
+                }
+                self.count = self.count.saturating_add(1);
+                Step::Rejoin
+            }
+        }
+    }
+
+    /// Times that it joined the bus again.
+    #[must_use]
+    pub fn rejoins(&self) -> u32 {
+        self.count
+    }
+
+    fn has_joined_too_often(&self, now_ms: u32) -> bool {
+        let [oldest, ..] = self.joined_ms;
+        let all = usize::try_from(self.count).is_ok_and(|count| count >= MAX_REJOINS);
+        all && now_ms.wrapping_sub(oldest) < REJOIN_WINDOW_MS
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::vec::Vec;
+
+    use super::*;
+
+    /// Looks every 10 ms, `is_off` by time since the start; gives what was to be done and when.
+    fn run(node: &mut BusOff, start_ms: u32, looks: u32, is_off: impl Fn(u32) -> bool) -> Vec<(u32, Step)> {
+        let times = (0..looks).map(|look| 10 * look);
+        let steps = times.map(|time| (time, node.look(start_ms.wrapping_add(time), is_off(time))));
+        steps.filter(|(_, step)| *step != Step::Stay).collect()
+    }
+
+    #[test]
+    fn a_node_on_the_bus_does_nothing() {
+        assert_eq!(run(&mut BusOff::new(), 0, 100_000, |_| false), []);
+    }
+
+    #[test]
+    fn a_bus_that_stays_broken_is_joined_three_times_and_then_left_alone() {
+        for start_ms in [0, u32::MAX - 150] {
+            let mut node = BusOff::new();
+            let steps = run(&mut node, start_ms, 1_000_000, |_| true);
+            let expected =
+                [(100, Step::Rejoin), (210, Step::Rejoin), (320, Step::Rejoin), (430, Step::GiveUp)];
+            assert_eq!(steps, expected);
+            assert_eq!(node.rejoins(), 3);
+            assert_eq!(node.look(0, false), Step::Stay);
+        }
+    }
+
+    #[test]
+    fn trouble_now_and_then_is_never_the_last() {
+        // Off for 200 ms every 4 s: at most 3 times in any 10 s.
+        let mut node = BusOff::new();
+        let steps = run(&mut node, 0, 40_000, |time| time % 4000 >= 3800 && time % 4000 <= 3900);
+        assert!(steps.iter().all(|(_, step)| *step == Step::Rejoin));
+        assert_eq!((steps.len(), node.rejoins()), (100, 100));
+    }
+
+    #[test]
+    fn a_fourth_time_within_ten_seconds_is_the_last_wherever_they_begin() {
+        let mut node = BusOff::new();
+        // The fourth comes when the first is more than 10 s ago; the fifth is a fourth since 9.1 s.
+        let off = [0, 9000, 9500, 10_200, 10_700];
+        let steps =
+            run(&mut node, 0, 3000, |time| off.iter().any(|start| (*start..=start + 100).contains(&time)));
+        let (last, others) = steps.split_last().unwrap();
+        assert_eq!(others, [100, 9100, 9600, 10_300].map(|time| (time, Step::Rejoin)));
+        assert_eq!(*last, (10_800, Step::GiveUp));
+    }
+
+    #[test]
+    fn a_bus_that_comes_back_by_itself_is_not_joined() {
+        assert_eq!(run(&mut BusOff::new(), 0, 1000, |time| time % 200 < 90), []);
+    }
+}

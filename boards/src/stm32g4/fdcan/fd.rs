@@ -1,0 +1,33 @@
+//! CAN FD frames: a content per frame, at most 63 bytes.
+
+use dimsart_core::carrier::can_fd;
+use embassy_stm32::can::config::FrameTransmissionConfig;
+use embassy_stm32::can::frame::{FdFrame, Header};
+use embedded_can::Id;
+
+pub(super) const ALLOWED: FrameTransmissionConfig = FrameTransmissionConfig::AllowFdCanAndBRS;
+/// Whether data goes out at the higher bit rate.
+pub(super) const IS_FAST: bool = true;
+
+/// A content is a frame.
+pub(super) struct Receiver;
+
+impl Receiver {
+    pub(super) fn new() -> Self {
+        Self
+    }
+
+    #[expect(clippy::unused_self, reason = "the other kind of frames has a state")]
+    pub(super) fn take<'d>(&mut self, data: &'d [u8], _: u16) -> Option<&'d [u8]> {
+        can_fd::unpack(data)
+    }
+}
+
+/// A content's frame. None when it does not fit.
+pub(super) fn frames(content: &[u8], _: u16, identifier: Id) -> impl Iterator<Item = FdFrame> {
+    core::iter::once(content).filter_map(move |content| {
+        let data = can_fd::pack(content)?;
+        let header = Header::new_fd(identifier, u8::try_from(data.len()).ok()?, false, true);
+        FdFrame::new(header, &data).ok()
+    })
+}

@@ -1,0 +1,143 @@
+//! The right to move the device, and how it says that it lives.
+
+use std::fmt;
+use std::io::{Read, Write};
+use std::time::Duration;
+
+use dimsart_core::protocol::{Blocked, LeaseAction, LeaseStatus, NOBODY, Refusal, Request, Response};
+use serde::Serialize;
+
+use super::{ConnectError, Device, LineError, Patience};
+
+/// A device that says nothing for so long is told to be silent: three heartbeats.
+const SILENCE: Duration = Duration::from_millis(300);
+/// All tries together end before the lease does.
+const RENEWAL: Patience = Patience { timeout: Duration::from_millis(45), tries: 3 };
+
+/// How a device is doing.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LiveReport {
+    /// Ticks since the start.
+    pub ticks: u64,
+    /// Whether the scheme commands the device.
+    pub is_commanded: bool,
+    /// The same in words, with the first reason if it does not.
+    pub state: String,
+    /// The client that may move the device, if there is one.
+    pub holder: Option<u8>,
+    /// What the device dropped for want of room since its start, as far as it has said.
+    pub dropped: u32,
+    /// What came to it damaged or cut, as far as it has said.
+    pub damaged: u32,
+    /// Since when its heart does not beat, s; none when it does.
+    pub silence_s: Option<f64>,
+}
+
+impl fmt::Display for LiveReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { ticks, state, holder, dropped, damaged, silence_s, .. } = self;
+        write!(f, "tick {ticks}: {state}")?;
+        if let Some(holder) = holder {
+            write!(f, "; client {holder} holds the lease")?;
+        }
+        if (*dropped, *damaged) != (0, 0) {
+            write!(f, "; {dropped} dropped, {damaged} came damaged")?;
+        }
+        match silence_s {
+            Some(silence_s) => {
+                write!(f, "; NO HEARTBEAT for {silence_s:.1} s, it speaks only when it is asked")
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+impl<S: Read + Write> Device<S> {
+    /// This host's number on the line.
+    #[must_use]
+    pub fn client(&self) -> u8 {
+        self.line().client()
+    }
+
+    /// Takes the lease that motion needs: 200 ms, unless it is [renewed](Self::renew_lease).
+    ///
+    /// # Errors
+    /// [`ConnectError::Refused`] with the holder, when another client has it.
+    pub fn take_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
+        self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)
+    }
+
+    /// Prolongs the lease.
+    ///
+    /// # Errors
+    /// [`ConnectError::Refused`] when it was over: the device has got its safe input since.
+    /// [`ConnectError::Line`] when the device does not answer in time.
+    pub fn renew_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
+        let patience = self.line_mut().set_patience(RENEWAL);
+        let renewed = self.lease(LeaseAction::Renew);
+        self.line_mut().set_patience(patience);
+        renewed?.ok_or(ConnectError::NoLease)
+    }
+
+    /// Gives the lease back: the device gets its safe input.
+    ///
+    /// # Errors
+    /// As [`take_lease`](Self::take_lease).
+    pub fn give_lease_back(&mut self) -> Result<(), ConnectError> {
+        self.lease(LeaseAction::GiveBack).map(drop)
+    }
+
+    /// How the lease stands; none on a device that moves without one.
+    pub(super) fn lease_status(&mut self) -> Result<Option<LeaseStatus>, ConnectError> {
+        match self.lease(LeaseAction::Look) {
+            Err(ConnectError::Refused(Refusal::NotUnderstood)) => Ok(None),
+            answer => answer,
+        }
+    }
+
+    fn lease(&mut self, action: LeaseAction) -> Result<Option<LeaseStatus>, ConnectError> {
+        let take = |response: Response<'_>| match response {
+            Response::Lease(status) => Some(status),
+            _ => None,
+        };
+        self.ask(&Request::Lease(action), take)
+    }
+
+    /// Takes in what the device says by itself, for some time.
+    ///
+    /// # Errors
+    /// [`ConnectError::Line`] when the line is gone.
+    pub fn listen(&mut self, time: Duration) -> Result<(), LineError> {
+        self.line_mut().listen(time)
+    }
+
+    /// How the device is doing, as its last heartbeat said; without one it is asked.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer what it is asked.
+    pub fn live(&mut self) -> Result<LiveReport, ConnectError> {
+        let unasked = self.line().unasked();
+        let silence = unasked.silence();
+        let heard = unasked.heartbeat().filter(|_| silence < SILENCE);
+        // Why a scheme does not run, a heartbeat does not say.
+        let (ticks, blocked) = match heard {
+            Some(heard) if heard.blocked != Some(Blocked::Stopped) => (heard.ticks, heard.blocked),
+            _ => self.status().map(|status| (status.ticks, status.blocked))?,
+        };
+        let lease = match heard {
+            Some(heard) => heard.lease,
+            None => self.lease_status()?.unwrap_or_default(),
+        };
+        let counters = self.line().unasked().heartbeat().map(|heard| (heard.dropped, heard.damaged));
+        let (dropped, damaged) = counters.unwrap_or_default();
+        Ok(LiveReport {
+            ticks,
+            is_commanded: blocked.is_none(),
+            state: self.state_text(blocked)?,
+            holder: Some(lease.holder).filter(|holder| *holder != NOBODY),
+            dropped,
+            damaged,
+            silence_s: (silence >= SILENCE).then_some(silence.as_secs_f64()),
+        })
+    }
+}

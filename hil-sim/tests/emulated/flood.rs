@@ -1,0 +1,123 @@
+//! Eight clients at a hundred times the line's rate, in lockstep: what a tick costs, and what is heard of the device.
+//!
+//! The emulator's time counts instructions, and the host sees in which tick a byte comes out: both are exact.
+
+use std::collections::BTreeMap;
+
+use dimsart_core::protocol::{
+    Heartbeat, MAX_FRAME_BYTES, NOBODY, Receiver, Request, client_of, decode_heartbeat, decode_response,
+    encode_request, request_id,
+};
+use dimsart_core::{Tick, types};
+use hil_sim::experiment::{Experiment, Side};
+use hil_sim::scenario::Scenario;
+
+use crate::common::image;
+
+const CLIENTS: u8 = 8;
+/// What 115 200 baud bring per tick of 1 ms, times 100.
+const FLOOD_BYTES: usize = 1_152;
+const TICKS: u64 = 3_000;
+const HEARTBEAT_TICKS: u64 = 100;
+
+/// What came out of a board while bytes went in.
+struct Heard {
+    /// The tick in which each heartbeat came out, with the heartbeat.
+    heartbeats: Vec<(u64, Heartbeat)>,
+    /// Answers by client.
+    answers: BTreeMap<u8, u32>,
+    instructions: Vec<u32>,
+}
+
+/// Steps the master on a board with `bytes` on its command line in every tick.
+fn run(bytes: &[u8]) -> Option<Heard> {
+    let image = image()?;
+    let mut experiment = Experiment::new(&Scenario::default()).unwrap();
+    experiment.emulate(Side::Master, &image, None).unwrap();
+    let rig = experiment.rig_mut();
+    let mut heard = Heard { heartbeats: Vec::new(), answers: BTreeMap::new(), instructions: Vec::new() };
+    let mut receiver = Receiver::new();
+    for tick in 0..TICKS {
+        rig.stations_mut()[0].board_mut().unwrap().send_command_bytes(bytes);
+        rig.step();
+        assert!(rig.trouble().is_none());
+        let board = rig.stations_mut()[0].board_mut().unwrap();
+        heard.instructions.push(board.instructions().unwrap());
+        for bytes in board.command_bytes() {
+            receiver.take_all(bytes, |content| {
+                if let Ok((_, heartbeat)) = decode_heartbeat(content) {
+                    heard.heartbeats.push((tick, heartbeat));
+                } else if let Ok((id, _)) = decode_response(content) {
+                    *heard.answers.entry(client_of(id)).or_default() += 1;
+                }
+            });
+        }
+    }
+    Some(heard)
+}
+
+fn mean(instructions: &[u32]) -> f64 {
+    let sum: u64 = instructions.iter().copied().map(u64::from).sum();
+    sum as f64 / instructions.len() as f64
+}
+
+#[test]
+fn eight_clients_at_a_hundred_times_the_line_s_rate_cost_a_tick_no_more_than_one_request_does() {
+    let frame = |client, number| {
+        let request = Request::Signal { signal: types::POSITION.first(), from: 0 };
+        encode_request(&request, request_id(client, number), &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
+    };
+    let Some(calm) = run(&frame(1, 0)) else { return };
+    let mut flood = Vec::new();
+    for number in 0.. {
+        (1..=CLIENTS).for_each(|client| flood.extend(frame(client, number)));
+        if flood.len() >= FLOOD_BYTES {
+            break;
+        }
+    }
+    let heard = run(&flood).unwrap();
+
+    let (expected, found) = (mean(&calm.instructions), mean(&heard.instructions));
+    println!("instructions per tick: {expected:.0} with a request each, {found:.0} in the flood");
+    assert!(found <= 1.05 * expected, "{found} instructions per tick, {expected} with a request each");
+    let most = |heard: &Heard| heard.instructions.iter().copied().max().unwrap();
+    assert!(f64::from(most(&heard)) <= 1.05 * f64::from(most(&calm)), "{} {}", most(&heard), most(&calm));
+
+    for (name, heard) in [("calm", &calm), ("flood", &heard)] {
+        let beats: Vec<u64> = heard.heartbeats.iter().map(|(tick, _)| *tick).collect();
+        assert!(beats.len() as u64 >= TICKS / HEARTBEAT_TICKS - 1, "{name}: {beats:?}");
+        for pair in beats.windows(2) {
+            assert!((pair[1] - pair[0]).abs_diff(HEARTBEAT_TICKS) <= 1, "{name}: {beats:?}");
+        }
+    }
+    let damaged = |heard: &Heard| heard.heartbeats.last().unwrap().1.damaged;
+    assert_eq!(damaged(&calm), 0);
+    assert!(damaged(&heard) > 300, "what was lost is counted: {}", damaged(&heard));
+    assert!(heard.answers.values().sum::<u32>() > 2_000, "one per tick or so: {:?}", heard.answers);
+    assert!(heard.answers.keys().all(|client| (1..=CLIENTS).contains(client)), "{:?}", heard.answers);
+    // A holder whose renewals drown loses the lease, and the device is still.
+    assert_eq!(heard.heartbeats.last().unwrap().1.lease.holder, NOBODY);
+    assert_eq!(calm.heartbeats.last().unwrap().1.blocked, None);
+}
+
+#[test]
+fn a_host_in_lockstep_holds_the_lease_by_the_command_line() {
+    let Some(image) = image() else { return };
+    let mut experiment = Experiment::new(&Scenario::default()).unwrap();
+    experiment.emulate(Side::Slave, &image, None).unwrap();
+    let rig = experiment.rig_mut();
+    let mut receiver = Receiver::new();
+    let mut leases = Vec::new();
+    for _ in 0..1_000 {
+        rig.step();
+        let slave = &mut rig.stations_mut()[1];
+        assert_eq!(slave.last_tick, Tick::Ran);
+        for bytes in slave.board_mut().unwrap().command_bytes() {
+            receiver.take_all(bytes, |content| {
+                leases.extend(decode_heartbeat(content).map(|(_, heartbeat)| heartbeat.lease));
+            });
+        }
+    }
+    assert!(leases.len() >= 9 && leases.iter().all(|lease| lease.holder == 1), "{leases:?}");
+    assert!(leases.iter().all(|lease| lease.ticks_left >= 99), "{leases:?}");
+}
