@@ -33,7 +33,7 @@ pub use kept::{KeptReport, TimingText};
 pub use lease::LiveReport;
 pub use line::{Line, LineError, Patience};
 pub use live::Live;
-pub use port::{PortError, Stream, open};
+pub use port::{PortError, Stream, open, open_serial};
 pub use scheme::Sent;
 pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};
 pub use signals::SignalReport;

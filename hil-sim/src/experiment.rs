@@ -4,7 +4,6 @@ mod error;
 mod station;
 
 use std::fs::File;
-use std::net::SocketAddr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -20,7 +19,7 @@ use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
 use crate::felt::FeltStiffness;
-use crate::link::{Carrier, Ends, Udp};
+use crate::link::{self, Address, Carrier, Channels, Ends};
 use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
@@ -73,10 +72,19 @@ impl Side {
 
     /// Where it listens when it is a process of its own.
     #[must_use]
-    pub fn address(self, scenario: &Scenario) -> SocketAddr {
+    pub fn address(self, scenario: &Scenario) -> &Address {
         match self {
-            Self::Master => scenario.link.master_address,
-            Self::Slave => scenario.link.slave_address,
+            Self::Master => &scenario.link.master_address,
+            Self::Slave => &scenario.link.slave_address,
+        }
+    }
+
+    /// Where it finds the other side then: at the other end of what it is at itself, or at another socket.
+    #[must_use]
+    pub fn meeting_place(self, scenario: &Scenario) -> &Address {
+        match self.address(scenario) {
+            Address::Udp(_) => self.other().address(scenario),
+            own => own,
         }
     }
 }
@@ -159,11 +167,11 @@ impl Experiment {
         Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone: None })
     }
 
-    /// One side only, in real time, the other one being another process behind UDP sockets. Waits up to
-    /// `wait` for it to start, unless `stop` is set meanwhile.
+    /// One side only, in real time, the other one being another process or a board behind the link of its
+    /// [address](Side::address). Waits up to `wait` for it to start, unless `stop` is set meanwhile.
     ///
     /// # Errors
-    /// As [`new`](Self::new), and when a socket cannot be opened or the other side does not come.
+    /// As [`new`](Self::new), and when the link cannot be opened or the other side does not come.
     pub fn one_side(
         scenario: &Scenario,
         side: Side,
@@ -178,6 +186,8 @@ impl Experiment {
         let own = Controller::read(&mut dimsart);
         // A scheme that is not at hand on this computer leaves figures unknown that are of both sides.
         let other = controller(scenario, side.other());
+        let out = other.as_ref().map_or(0, |other| other.listening_channel(0));
+        let channels = Channels { out, listening: dimsart.listening_channel(0) };
         let other = other.map(|mut other| Controller::read(&mut other)).unwrap_or_default();
         let chain = match side {
             Side::Master => chain(scenario, own, other)?,
@@ -190,11 +200,12 @@ impl Experiment {
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let end = End { station, link: 0 };
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
-        let link =
-            Udp::open(own, peer).map_err(|source| ExperimentError::Udp { side: side.name(), source })?;
+        let (link, ear) = link::open(own, peer, channels)
+            .map_err(|source| ExperimentError::Link { side: side.name(), source })?;
         // One of the two follows the other one's beat.
-        let ear = link.ear().filter(|_| side == Side::Slave);
-        rig.connect(end, end, Box::new(link));
+        let ear = ear.filter(|_| side == Side::Slave);
+        rig.connect(end, end, link);
+        let peer = side.meeting_place(scenario).clone();
         let start = meet(&mut rig, ear.as_ref(), wait, stop).map_err(|missed| {
             let other = side.other().name();
             match missed {

@@ -4,17 +4,29 @@
 //! A new kind of link is one file here. Those over a simulated medium put contents on a [`bus`](crate::bus) as the
 //! core's [carriers](dimsart_core::carrier) do, and [`Carrier`] makes them of a scenario.
 
+mod address;
 mod can;
 mod carrier;
+mod ear;
 mod in_process;
 mod medium;
+mod open;
+mod serial;
+#[cfg(all(feature = "socketcan", target_os = "linux"))]
+mod socketcan;
 mod transit;
 mod udp;
 
+pub use address::Address;
 pub(crate) use can::can_frames;
 pub use carrier::{Carrier, Ends};
+pub use ear::Ear;
 pub use in_process::{InProcess, InProcessParameters};
-pub use udp::{Ear, Udp, UdpError};
+pub use open::{Channels, OpenError, open};
+pub use serial::Serial;
+#[cfg(all(feature = "socketcan", target_os = "linux"))]
+pub use socketcan::SocketCan;
+pub use udp::{Udp, UdpError};
 
 use crate::bus::MediumReport;
 

@@ -14,12 +14,12 @@ pub use carrier::{CanSection, CarrierKind, DelayKind, UartSection, UdpSection};
 pub use error::{Origin, ScenarioError};
 pub use reference::{Key, SHIPPED};
 
+use crate::link::Address;
 use crate::plant::{
     DeviceParameters, EnvironmentKind, Environments, MotorParameters, Obstacle, ParameterError,
 };
 use change::Change;
 use serde::{Deserialize, Serialize};
-use std::net::SocketAddr;
 use std::path::Path;
 use toml::Table;
 
@@ -70,8 +70,8 @@ pub struct LinkSection {
     pub timeout_ticks: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every_ticks: Option<u32>,
-    pub master_address: SocketAddr,
-    pub slave_address: SocketAddr,
+    pub master_address: Address,
+    pub slave_address: Address,
 }
 
 /// What a receiver does in a tick that brings nothing new.

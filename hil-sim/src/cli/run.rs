@@ -32,7 +32,7 @@ pub(super) struct Run {
     /// Folder for the report; `runs/latest` when left out, or `runs/master` and `runs/slave` with --side.
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// Runs only this side, in real time, and talks to the other side's process over UDP.
+    /// Runs only this side, in real time, and talks to the other side's process over UDP, a serial port or CAN.
     #[arg(long)]
     side: Option<Side>,
     /// How long a side waits for the other one to start, s.
@@ -209,7 +209,7 @@ impl Run {
             "{name} at {}: waiting up to {} s for the {other} at {} (`dimsart run --side {other}`)",
             side.address(scenario),
             self.wait_s.as_secs_f64(),
-            side.other().address(scenario),
+            side.meeting_place(scenario),
         );
         Experiment::one_side(scenario, side, self.wait_s, stop)
     }

@@ -6,6 +6,8 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::path::Path;
 use std::time::Duration;
 
+use serialport::SerialPort;
+
 /// Longest time that a read waits for a byte.
 const READ_WAIT: Duration = Duration::from_millis(10);
 /// Longest time that a write or the opening of a socket waits.
@@ -87,11 +89,16 @@ pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     }
     match port.strip_prefix("unix:") {
         Some(path) => open_unix(port, path),
-        None => match serialport::new(port, baud).timeout(READ_WAIT).open() {
-            Ok(serial) => Ok(Box::new(serial)),
-            Err(error) => Err(serial_error(port, &error)),
-        },
+        None => Ok(Box::new(open_serial(port, baud, READ_WAIT)?)),
     }
+}
+
+/// Opens a serial port. Reads and writes wait no longer than `wait`.
+///
+/// # Errors
+/// [`PortError`] says why not and what to do.
+pub fn open_serial(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn SerialPort>, PortError> {
+    serialport::new(port, baud).timeout(wait).open().map_err(|error| serial_error(port, &error))
 }
 
 fn open_tcp(port: &str, address: &str) -> Result<Box<dyn Stream>, PortError> {

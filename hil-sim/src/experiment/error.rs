@@ -1,12 +1,10 @@
 //! Why an experiment cannot be set up: what is wrong, where, and what to do next.
 
-use std::net::SocketAddr;
-
 use dimsart_core::{DescriptorError, StorageError};
 
 use crate::bus::DelayFileError;
 use crate::emulated::EmulatedError;
-use crate::link::UdpError;
+use crate::link::{Address, OpenError};
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
 use crate::schemes::{Loaded, SchemeFileError};
@@ -47,15 +45,16 @@ pub enum ExperimentError {
     /// What `record.signals` names.
     #[error(transparent)]
     Record(#[from] UnknownSignal),
-    /// The side's socket.
+    /// The side's link to another process.
     #[error(
-        "{source}; end the program that uses it, or give both sides another one with --set link.{side}_address=IP:PORT"
+        "{source}, or give another one with --set link.{side}_address=IP:PORT (of both sides), serial:PATH or \
+         can:INTERFACE"
     )]
-    Udp {
+    Link {
         /// Whose address it is.
         side: &'static str,
         /// What is wrong with it.
-        source: UdpError,
+        source: OpenError,
     },
     /// The other process does not answer.
     #[error(
@@ -64,7 +63,7 @@ pub enum ExperimentError {
     )]
     NoPeer {
         /// Where it should be.
-        peer: SocketAddr,
+        peer: Address,
         /// How long was waited, `s`.
         waited_s: f64,
         /// The other side's name.
@@ -77,7 +76,7 @@ pub enum ExperimentError {
     )]
     WrongPeer {
         /// Where it is.
-        peer: SocketAddr,
+        peer: Address,
         /// The other side's name.
         other: &'static str,
     },

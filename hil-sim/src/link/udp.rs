@@ -1,11 +1,10 @@
 //! A link over real UDP sockets, for two processes on one or two computers.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::time::{Duration, Instant};
 
 use dimsart_core::MAX_PACKET_BYTES;
 
-use super::Link;
+use super::{Ear, Link};
 
 /// Why a socket could not be set up.
 #[derive(Debug, thiserror::Error)]
@@ -44,31 +43,8 @@ impl Udp {
     /// Lets somebody hear when packets come in, who leaves them where they are. None if the system refuses.
     #[must_use]
     pub fn ear(&self) -> Option<Ear> {
-        self.socket.try_clone().ok().map(Ear)
-    }
-}
-
-/// Hears when packets come in at a [`Udp`] link.
-#[derive(Debug)]
-pub struct Ear(UdpSocket);
-
-/// Time between two looks for a packet: short against a tick.
-const LOOK: Duration = Duration::from_micros(50);
-
-impl Ear {
-    /// The moment at which a packet is first found waiting; none when there is none by `deadline`.
-    #[must_use]
-    pub fn hear_until(&self, deadline: Instant) -> Option<Instant> {
-        loop {
-            let now = Instant::now();
-            if self.0.peek(&mut [0; MAX_PACKET_BYTES]).is_ok() {
-                return Some(now);
-            }
-            if now >= deadline {
-                return None;
-            }
-            std::thread::sleep(LOOK);
-        }
+        let socket = self.socket.try_clone().ok()?;
+        Some(Ear::new(move || socket.peek(&mut [0; MAX_PACKET_BYTES]).is_ok()))
     }
 }
 

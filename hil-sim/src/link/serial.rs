@@ -1,0 +1,55 @@
+//! A link over a serial port, for two processes or a process and a board.
+
+use std::io::{Read, Write};
+use std::time::Duration;
+
+use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
+use serialport::SerialPort;
+
+use super::{Ear, Link};
+use crate::connect::{PortError, open_serial};
+
+/// Both directions over a serial port. Sending and receiving never wait.
+#[derive(Debug)]
+pub struct Serial {
+    port: Box<dyn SerialPort>,
+    receiver: StreamReceiver,
+}
+
+impl Serial {
+    /// Opens the port.
+    ///
+    /// # Errors
+    /// [`PortError`] says why not and what to do.
+    pub fn open(path: &str, baud: u32) -> Result<Self, PortError> {
+        let port = open_serial(path, baud, Duration::ZERO)?;
+        Ok(Self { port, receiver: StreamReceiver::new() })
+    }
+
+    /// Lets somebody hear when bytes come in. None if the system refuses.
+    #[must_use]
+    pub fn ear(&self) -> Option<Ear> {
+        let port = self.port.try_clone().ok()?;
+        Some(Ear::new(move || port.bytes_to_read().is_ok_and(|count| count > 0)))
+    }
+}
+
+impl Link for Serial {
+    fn send(&mut self, _now: u64, bytes: &[u8]) {
+        if let Some(frame) = encode(bytes, &mut [0; MAX_FRAME_BYTES]) {
+            // What does not fit into the system's buffer is a damaged frame: the receiver finds that out.
+            let _ = self.port.write_all(frame);
+        }
+    }
+
+    fn receive(&mut self, _now: u64, deliver: &mut dyn FnMut(&[u8])) {
+        let mut bytes = [0; 256];
+        while let Ok(count @ 1..) = self.port.read(&mut bytes) {
+            for byte in bytes.iter().take(count) {
+                if let Some(content) = self.receiver.take(*byte) {
+                    deliver(content);
+                }
+            }
+        }
+    }
+}

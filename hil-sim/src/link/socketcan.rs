@@ -1,0 +1,86 @@
+//! A link over a CAN interface of Linux, for two processes or a process and boards. Never run: no interface was at hand.
+
+use std::io;
+
+use dimsart_core::carrier::can::{Assembler, frames};
+use dimsart_core::carrier::can_fd::{pack, unpack};
+use socketcan::{
+    CanAnyFrame, CanDataFrame, CanFdFrame, CanFdSocket, CanFilter, EmbeddedFrame as _, ExtendedId, Id,
+    Socket as _, SocketOptions as _, StandardId,
+};
+
+use super::{Channels, Link};
+
+/// Both directions over a CAN interface, with the channels as identifiers; channel 0 is any identifier of 29 bits.
+/// Sending and receiving never wait.
+#[derive(Debug)]
+pub struct SocketCan {
+    socket: CanFdSocket,
+    is_fd: bool,
+    channels: Channels,
+    assembler: Assembler,
+}
+
+/// A frame's identifier is longer than 11 bits.
+const EXTENDED: u32 = 0x8000_0000;
+const STANDARD_BITS: u32 = 0x7FF;
+
+impl SocketCan {
+    /// Opens the interface.
+    ///
+    /// # Errors
+    /// What the system says.
+    pub fn open(interface: &str, is_fd: bool, channels: Channels) -> io::Result<Self> {
+        let socket = CanFdSocket::open(interface)?;
+        socket.set_nonblocking(true)?;
+        let filter = match u32::from(channels.listening) {
+            0 => CanFilter::new(EXTENDED, EXTENDED),
+            channel => CanFilter::new(channel, EXTENDED | STANDARD_BITS),
+        };
+        socket.set_filters(&[filter])?;
+        Ok(Self { socket, is_fd, channels, assembler: Assembler::new() })
+    }
+
+    /// On channel 0, one that no other process of this computer has.
+    fn identifier(&self) -> Id {
+        let own = ExtendedId::new(std::process::id() & ExtendedId::MAX.as_raw()).unwrap_or(ExtendedId::ZERO);
+        let standard = StandardId::new(self.channels.out).filter(|_| self.channels.out != 0);
+        standard.map_or(Id::Extended(own), Id::Standard)
+    }
+}
+
+impl Link for SocketCan {
+    fn send(&mut self, _now: u64, bytes: &[u8]) {
+        // A full queue is a lost packet: the receiver counts it.
+        if self.is_fd {
+            let frame = pack(bytes).and_then(|data| CanFdFrame::new(self.identifier(), &data));
+            if let Some(mut frame) = frame {
+                frame.set_brs(true);
+                let _ = self.socket.write_frame(&frame);
+            }
+        } else {
+            for data in frames(bytes, self.channels.out).into_iter().flatten() {
+                let Some(frame) = CanDataFrame::new(self.identifier(), &data) else { return };
+                if self.socket.write_frame(&frame).is_err() {
+                    return;
+                }
+            }
+        }
+    }
+
+    fn receive(&mut self, _now: u64, deliver: &mut dyn FnMut(&[u8])) {
+        loop {
+            match self.socket.read_frame() {
+                Ok(CanAnyFrame::Fd(frame)) if self.is_fd => {
+                    unpack(frame.data()).into_iter().for_each(&mut *deliver)
+                }
+                Ok(CanAnyFrame::Normal(frame)) if !self.is_fd => {
+                    let content = self.assembler.take(frame.data(), self.channels.listening);
+                    content.into_iter().for_each(&mut *deliver);
+                }
+                Ok(_) => {}
+                Err(_) => return,
+            }
+        }
+    }
+}
