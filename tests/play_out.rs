@@ -110,6 +110,24 @@ fn waves_of_any_form_gain_no_energy_and_arrive_in_full() {
     }
 }
 
+/// An outage that is longer than the delay leaves some displacement unpaid under a constant wave, for want of energy,
+/// and nothing more from then on.
+#[test]
+fn an_outage_costs_its_own_displacement_and_none_later() {
+    let mut line = Line::new(94, "LIMITED", 1, 0.0, 10);
+    let waves: Vec<f32> = (0..20_000)
+        .map(|tick| {
+            line.loss = if (5_000..5_050).contains(&tick) { 1.0 } else { 0.0 };
+            line.pass(tick, 0.5)
+        })
+        .collect();
+    let given = |from: usize| waves.iter().skip(from).map(|wave| f64::from(*wave) / 0.5).sum::<f64>();
+    assert!(waves.iter().any(|wave| wave.abs() < 1e-6), "no outage");
+    let missing_ticks = 20_000.0 - 10.0 - given(0);
+    assert!((0.0..50.0).contains(&missing_ticks), "{missing_ticks} ticks' worth");
+    assert!((given(5_100) / 14_900.0 - 1.0).abs() < 1e-3, "{}", given(5_100));
+}
+
 #[test]
 fn play_out_can_be_turned_on_and_off_while_waves_pass() {
     let mut line = Line::new(93, "INTEGRAL", 1, 0.0, 0);

@@ -101,7 +101,9 @@ impl Received {
             return from_count(counts) * to_wave;
         }
         let energy = (from_unsigned(self.unspent) - self.spent_rest).max(0.0) / (MARGIN * MARGIN);
-        let largest = math::sqrt(2.0 * energy * ENERGY_QUANTUM / period_s);
+        // No more of it than of the time: what an outage has left unpaid must not use up what evens out jitter.
+        let share = energy / from_unsigned(ticks.max(1));
+        let largest = math::sqrt(2.0 * share * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
         counts = counts.max(-limit).min(limit);
         let wave = from_count(counts) * to_wave;
