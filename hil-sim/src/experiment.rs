@@ -19,7 +19,7 @@ use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
 use crate::felt::FeltStiffness;
-use crate::link::{self, Address, Carrier, Channels, Ends};
+use crate::link::{self, Address, Carrier, Channels, Ends, TransitTicks};
 use crate::meeting::{Missed, meet};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
@@ -433,6 +433,27 @@ impl Experiment {
         }
     }
 
+    /// Ticks that a wave takes over the link there and back, when an echo takes `echo_ticks` on median.
+    fn there_and_back_ticks(&self, echo_ticks: u32) -> u32 {
+        let Self { chain, scenario, .. } = self;
+        // In the order of the connections. Play-out counts from the fastest packet.
+        let playout_ticks = [chain.slave.playout_ticks, chain.master.playout_ticks];
+        let is_played_out = playout_ticks.iter().any(|ticks| *ticks > 0);
+        // Where packets are rarer than ticks, an echo waits for the next one; the wave does not.
+        let waits = scenario.link.every_ticks.is_some_and(|ticks| ticks > 1);
+        if self.alone.is_some() || !(waits || is_played_out) {
+            return echo_ticks;
+        }
+        let ways = self.rig.transit_ticks().zip(playout_ticks).map(|(transit, playout_ticks)| {
+            let TransitTicks { mean, shortest } = transit?;
+            #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+            Some(if playout_ticks > 0 { shortest as f64 } else { mean })
+        });
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        let measured = ways.sum::<Option<f64>>().map(|ticks| ticks.round() as u32);
+        measured.unwrap_or(self.link_round_trip_ticks)
+    }
+
     fn outcome(
         &self,
         stable: bool,
@@ -443,13 +464,7 @@ impl Experiment {
         faults: Vec<String>,
     ) -> Outcome {
         let dof = self.scenario.dof;
-        // Where packets are rarer than ticks, an echo waits for the next one; the wave does not.
-        let waits = self.alone.is_none() && self.scenario.link.every_ticks.is_some_and(|ticks| ticks > 1);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let measured = self.rig.transit_ticks().map(|ticks| ticks.round() as u32);
-        let there_and_back = measured.unwrap_or(self.link_round_trip_ticks);
-        let link_round_trip_ticks =
-            link_round_trip_ticks.map(|ticks| if waits { there_and_back } else { ticks });
+        let link_round_trip_ticks = link_round_trip_ticks.map(|echo| self.there_and_back_ticks(echo));
         let delay_ticks = self.chain.delay_ticks();
         let round_trip_ticks = link_round_trip_ticks.zip(delay_ticks).map(|(link, delay)| link + delay);
         let predicted = |axis| {
