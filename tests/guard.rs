@@ -40,9 +40,7 @@ impl Side {
         while let Some(handshake) = self.guard.handshake(now_ms) {
             sent.push(handshake.to_vec());
         }
-        sent.extend(
-            self.guard.seal(&packet.to_bytes(), &mut [0; MAX_CONTENT_BYTES]).map(<[u8]>::to_vec),
-        );
+        sent.extend(self.guard.seal(&packet.to_bytes(), &mut [0; MAX_CONTENT_BYTES]).map(<[u8]>::to_vec));
         sent
     }
 
@@ -108,7 +106,11 @@ fn can_carries_handshakes_and_tags() {
         most = most.max(data.len());
         data.iter().filter_map(|data| assembler.take(data, channel).map(<[u8]>::to_vec)).collect()
     });
-    assert_eq!((most, assemblers.map(|assembler| assembler.dropped())), (10, [0, 0]), "one frame more than 9");
+    assert_eq!(
+        (most, assemblers.map(|assembler| assembler.dropped())),
+        (10, [0, 0]),
+        "one frame more than 9"
+    );
     let mut fd = sides(Profile::Full, CHANNELS);
     run(&mut fd, &mut 0, 500, &mut |content, _| {
         let data = can_fd::pack(content).expect("fits one frame");

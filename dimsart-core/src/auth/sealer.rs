@@ -40,7 +40,9 @@ impl Sealer {
 
     /// Takes a content that came back from the opener's end; gives whether it was a challenge.
     pub fn take_challenge(&mut self, content: &[u8]) -> bool {
-        let Some(Handshake::Challenge { nonce }) = Handshake::open(content, self.channel) else { return false };
+        let Some(Handshake::Challenge { nonce }) = Handshake::open(content, self.channel) else {
+            return false;
+        };
         self.answer(nonce);
         true
     }
