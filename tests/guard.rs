@@ -6,6 +6,7 @@ use dimsart_core::auth::{AuthError, CHALLENGE_MS, Guard, Key, Profile};
 use dimsart_core::carrier::can::{Assembler, frames};
 use dimsart_core::carrier::can_fd;
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use proptest::prelude::*;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -19,6 +20,8 @@ type Carrier<'c> = dyn FnMut(&[u8], u16) -> Vec<Vec<u8>> + 'c;
 struct Side {
     guard: Guard,
     sends_on: u16,
+    /// Tells its packets from the other side's.
+    echo: u16,
     counter: u16,
     refused: Vec<AuthError>,
     taken: Vec<Packet>,
@@ -29,13 +32,15 @@ impl Side {
         let mut guard = Guard::new(&Key::new(key), profile, seed);
         guard.send_on(sends_on);
         guard.listen(listens_to);
-        Self { guard, sends_on, counter: 0, refused: Vec::new(), taken: Vec::new() }
+        let echo = u16::try_from(seed).expect("small");
+        Self { guard, sends_on, echo, counter: 0, refused: Vec::new(), taken: Vec::new() }
     }
 
     fn send(&mut self, now_ms: u32) -> Vec<Vec<u8>> {
         self.counter += 1;
         let words = (0..9).map(|word| u32::from(self.counter) + word).collect();
-        let packet = Packet { channel: self.sends_on, counter: self.counter, echo: 1, content: 2, words };
+        let packet =
+            Packet { channel: self.sends_on, counter: self.counter, echo: self.echo, content: 2, words };
         let mut sent = Vec::new();
         while let Some(handshake) = self.guard.handshake(now_ms) {
             sent.push(handshake.to_vec());
@@ -190,4 +195,39 @@ fn a_side_that_starts_anew_or_changes_its_channel_is_taken_again() {
     sides[1].taken.clear();
     run(&mut sides, &mut now_ms, 2 * CHALLENGE_MS, &mut clean);
     assert!(sides[1].taken.len() >= 100, "{} taken, {:?}", sides[1].taken.len(), sides[1].refused);
+}
+
+proptest! {
+    /// Somebody has all that was ever said and gives it to whom they like, whenever they like.
+    #[test]
+    fn a_side_takes_what_the_other_one_sealed_once_and_in_order(
+        is_short in any::<bool>(),
+        on_one_channel in any::<bool>(),
+        steps in prop::collection::vec((0_u8..6, any::<prop::sample::Index>(), any::<bool>()), 1..200),
+    ) {
+        let profile = if is_short { Profile::Short } else { Profile::Full };
+        let mut sides = sides(profile, if on_one_channel { [0, 0] } else { CHANNELS });
+        let mut said: Vec<(Vec<u8>, u16)> = Vec::new();
+        let mut now_ms = 0;
+        for (action, place, is_right) in steps {
+            now_ms += 20;
+            let side = usize::from(is_right);
+            if action < 3 {
+                let channel = sides[side].sends_on;
+                let contents = sides[side].send(now_ms);
+                for content in &contents {
+                    sides[1 - side].take(now_ms, content, channel);
+                }
+                said.extend(contents.into_iter().map(|content| (content, channel)));
+            } else if !said.is_empty() {
+                let (content, channel) = place.get(&said);
+                sides[side].take(now_ms, content, *channel);
+            }
+        }
+        for [sender, receiver] in [[0, 1], [1, 0]].map(|order| order.map(|side| &sides[side])) {
+            prop_assert!(receiver.taken.is_sorted_by(|a, b| a.counter < b.counter));
+            let senders = |packet: &Packet| packet.counter <= sender.counter && packet.echo == sender.echo;
+            prop_assert!(receiver.taken.iter().all(senders));
+        }
+    }
 }
