@@ -1,6 +1,7 @@
 //! The paper's bilateral experiment: a scenario becomes a rig, and runs.
 
 mod error;
+mod guards;
 mod station;
 
 use std::fs::File;
@@ -12,6 +13,7 @@ use dimsart_core::{DataType, Word, types};
 pub use error::ExperimentError;
 pub use station::device;
 
+use guards::{guard_both, guard_one};
 use station::{controller, station};
 
 use crate::bus::MediumReport;
@@ -27,7 +29,7 @@ use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::recording::Recording;
 use crate::report::TickMap;
-use crate::rig::{End, Probe, Rig};
+use crate::rig::{End, Probe, Rig, Station};
 use crate::round_trips::RoundTrips;
 use crate::scenario::{Scenario, SideSection};
 use crate::tick_map::tick_map;
@@ -160,6 +162,7 @@ impl Experiment {
         };
         let ends = Ends { forward_channel: channel(slave), backward_channel: channel(master) };
         let [forward, backward] = carrier.connect(ends);
+        guard_both(scenario, &mut rig, ends)?;
         rig.connect(end(master), end(slave), forward);
         rig.connect(end(slave), end(master), backward);
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
@@ -187,7 +190,8 @@ impl Experiment {
         // A scheme that is not at hand on this computer leaves figures unknown that are of both sides.
         let other = controller(scenario, side.other());
         let out = other.as_ref().map_or(0, |other| other.listening_channel(0));
-        let channels = Channels { out, listening: dimsart.listening_channel(0) };
+        let are_authenticated = scenario.link.key_file.is_some();
+        let channels = Channels { out, listening: dimsart.listening_channel(0), are_authenticated };
         let other = other.map(|mut other| Controller::read(&mut other)).unwrap_or_default();
         let chain = match side {
             Side::Master => chain(scenario, own, other)?,
@@ -196,7 +200,9 @@ impl Experiment {
         let link_round_trip_ticks = Carrier::new(scenario)?.round_trip_ticks();
         let phases = Phases::new(scenario, &chain, link_round_trip_ticks);
         let mut rig = Rig::new(scenario.sample_period_s);
-        let station = rig.add(station(scenario, &phases, side, dimsart)?);
+        let mut station = station(scenario, &phases, side, dimsart)?;
+        guard_one(scenario, side, &mut station, channels)?;
+        let station = rig.add(station);
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let end = End { station, link: 0 };
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
@@ -208,10 +214,14 @@ impl Experiment {
         let peer = side.meeting_place(scenario).clone();
         let start = meet(&mut rig, ear.as_ref(), wait, stop).map_err(|missed| {
             let other = side.other().name();
-            match missed {
-                Missed::Silence => ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other },
-                Missed::Stranger => ExperimentError::WrongPeer { peer, other },
-                Missed::Stopped => ExperimentError::Stopped { other },
+            let mistrust = rig.stations().first().and_then(Station::mistrust);
+            match (missed, mistrust) {
+                (Missed::Stopped, _) => ExperimentError::Stopped { other },
+                (_, Some(reason)) => ExperimentError::Mistrust { peer, other, reason },
+                (Missed::Silence, None) => {
+                    ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other }
+                }
+                (Missed::Stranger, None) => ExperimentError::WrongPeer { peer, other },
             }
         })?;
         let alone = Some(Alone { side, start });
