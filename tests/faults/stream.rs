@@ -11,7 +11,7 @@ use crate::{happens, length};
 /// rewrite most.
 fn packet(number: u64, random: &mut Pcg64Mcg) -> Packet {
     let [low, high, ..] = number.to_le_bytes();
-    let mut word = || if number % 3 == 0 { 0 } else { random.next_u32() };
+    let mut word = || if number.is_multiple_of(3) { 0 } else { random.next_u32() };
     let words = (0..9).map(|_| word()).collect();
     Packet { channel: 0, counter: u16::from_le_bytes([low, high]).max(1), echo: 0, content: 9, words }
 }

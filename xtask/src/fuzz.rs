@@ -11,7 +11,7 @@ use std::time::Instant;
 use crate::setup::install;
 use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
 
-/// Inputs of each decoder, unless another number is asked for: about a minute each on one core.
+/// Inputs of each decoder, unless another number is asked for: 5 minutes for all of them on two cores.
 pub(crate) const INPUTS: u64 = 10_000_000;
 /// Longest input: more than two frames of the command line.
 const MAX_BYTES: &str = "-max_len=600";
