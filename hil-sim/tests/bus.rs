@@ -103,7 +103,10 @@ fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
     // The wave takes 2 ticks more where packets are rarer than ticks, and those of the play-out.
     let fastest_ticks = outcome.round_trip_ticks.unwrap() - 2 - 2 * 5;
     let slowest_s = up.longest_s + down.longest_s;
-    assert!(fastest_ticks >= 20 && (0.025..0.030).contains(&slowest_s), "{fastest_ticks} ticks, {slowest_s} s");
+    assert!(
+        fastest_ticks >= 20 && (0.025..0.030).contains(&slowest_s),
+        "{fastest_ticks} ticks, {slowest_s} s"
+    );
     assert!(outcome.energy_min_j.unwrap() >= 0.0, "{outcome:?}");
     for axis in &outcome.axes {
         let ratio = axis.k_felt_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
@@ -124,6 +127,18 @@ fn packets_in_every_few_ticks_over_a_bus_are_felt_as_predicted() {
     let run = run(&[&["link.carrier=can_fd", "link.every_ticks=2"], &NO_DELAY[..]].concat());
     assert_felt(&run);
     assert_eq!(run.outcome.round_trip_ticks, Some(2 + 20 + 2));
+}
+
+#[test]
+fn who_feels_too_little_is_told_why() {
+    let bad = ["udp.delay=uniform", "udp.spread_s=0.004", "link.carrier=udp", "link.stale=limited"];
+    let said = |more: &[&str]| {
+        let sets = [&bad[..], more].concat();
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
+        let output = dimsart(&[&["run", "--no-report"], &sets[..]].concat());
+        String::from_utf8(output.stdout).unwrap().contains("link.playout_ticks")
+    };
+    assert!(said(&[]) && !said(&["link.playout_ticks=5"]));
 }
 
 fn dimsart(arguments: &[&str]) -> Output {
