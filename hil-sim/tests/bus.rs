@@ -129,6 +129,18 @@ fn packets_in_every_few_ticks_over_a_bus_are_felt_as_predicted() {
     assert_eq!(run.outcome.round_trip_ticks, Some(2 + 20 + 2));
 }
 
+#[test]
+fn who_feels_too_little_is_told_why() {
+    let bad = ["udp.delay=uniform", "udp.spread_s=0.004", "link.carrier=udp", "link.stale=limited"];
+    let said = |more: &[&str]| {
+        let sets = [&bad[..], more].concat();
+        let sets: Vec<&str> = sets.iter().flat_map(|set| ["--set", *set]).collect();
+        let output = dimsart(&[&["run", "--no-report"], &sets[..]].concat());
+        String::from_utf8(output.stdout).unwrap().contains("link.playout_ticks")
+    };
+    assert!(said(&[]) && !said(&["link.playout_ticks=5"]));
+}
+
 fn dimsart(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
 }

@@ -162,6 +162,19 @@ mod tests {
     }
 
     #[test]
+    fn play_out_counts_where_the_policy_uses_it() {
+        let of = |policy| {
+            let rows = format!(
+                "all COMM_RXMOD STALE {policy}
+                all COMM_RXMOD PLAYOUT_TICKS 6
+                all MOD_ENG MOD_ON COMM_RXMOD"
+            );
+            delay_of(&[("MOD_ON COMM_RXMOD", &rows)])
+        };
+        assert_eq!(["ZERO", "HOLD", "LIMITED", "INTEGRAL"].map(of), [10, 10, 16, 16]);
+    }
+
+    #[test]
     fn a_delay_beside_the_way_does_not_count() {
         let beside = "all TIMEDELAY_MOD.2 PORT_SIGNAL_IN CH2_WAVES
             all TIMEDELAY_MOD.2 PORT_SIGNAL_OUT SIGNAL
