@@ -1,5 +1,4 @@
 //! Two controllers over a bad line: nothing is used twice, nothing is made up, and all of it is counted.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 mod common;

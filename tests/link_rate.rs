@@ -1,4 +1,5 @@
 //! Packets in every few ticks: no energy out of nothing, and no displacement lost.
+#![expect(clippy::cast_possible_truncation, reason = "rounded on purpose")]
 
 mod common;
 
@@ -18,7 +19,6 @@ fn rate_run(policy: &str, every: u32, loss: f64, jitter: u32, mut look: impl FnM
     let mut last_arrival = 0;
     for tick in 0..20_000 {
         slow = 0.999 * slow + 0.05 * (chance(&mut random) - 0.5);
-        #[expect(clippy::cast_possible_truncation, reason = "waves are f32")]
         let wave = (3.0 * slow + 0.5 * (chance(&mut random) - 0.5)) as f32;
         sent = [sent[0] + energy(wave), sent[1] + f64::from(wave) * f64::from(H)];
         if let Some(packet) = way.try_send(wave)

@@ -1,4 +1,5 @@
 //! Counters that go round, and sides that start anew.
+#![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 mod common;
 

@@ -87,30 +87,25 @@ fn the_same_seed_gives_the_same_bits_over_a_bad_medium() {
     }
 }
 
-/// The scenario of the International Space Station, on its way up full to 70 % and not beyond.
+/// 41 bytes at 500 Hz are 164 of the 245 kbit/s of the way up.
 #[test]
 fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/rokviss.toml");
-    let load = |sets: &[&str]| {
+    let run = |sets: &[&str]| {
         let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
         let scenario = Scenario::load(Some(&path), &sets).unwrap();
-        Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {}).outcome
+        Experiment::new(&scenario).unwrap().run(&AtomicBool::new(false), |_| {})
     };
-    let outcome = load(&[]);
-    assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
-    let [up, down] = &outcome.media[..] else { panic!("two ways") };
-    assert!(up.load < 0.75 && up.dropped == 0 && down.load < 0.06 && up.longest_s < 0.015, "{up:?} {down:?}");
-    assert!((20..=30).contains(&outcome.round_trip_ticks.unwrap()), "{outcome:?}");
-    assert!(outcome.energy_min_j.unwrap() >= 0.0, "{outcome:?}");
-    for axis in &outcome.axes {
-        let ratio = axis.k_felt_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
-        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
-    }
-    let full = load(&["link.every_ticks=1", "duration_s=10"]);
-    assert!(
-        full.media[0].load > 0.99 && full.faults.iter().any(|fault| fault.contains("the line is full")),
-        "{full:?}"
-    );
+    assert_felt(&run(&["link.loss=0"]));
+    let lossy = run(&[]).outcome;
+    assert!(lossy.stable && lossy.faults.is_empty() && lossy.energy_min_j.unwrap() >= 0.0, "{lossy:?}");
+    assert!((20..=30).contains(&lossy.round_trip_ticks.unwrap()), "{lossy:?}");
+    let loads: Vec<f64> = lossy.media.iter().map(|traffic| traffic.load).collect();
+    let expected = [245e3, 4e6].map(|bits_per_s| 41.0 * 8.0 * 500.0 / bits_per_s);
+    assert!(loads.iter().zip(expected).all(|(load, expected)| (load - expected).abs() < 1e-3), "{loads:?}");
+    let full = run(&["link.every_ticks=1", "duration_s=10"]).outcome;
+    assert!(full.media[0].load > 0.99, "{full:?}");
+    assert!(full.faults.iter().any(|fault| fault.contains("the line is full")), "{full:?}");
 }
 
 #[test]

@@ -176,3 +176,37 @@ fn the_seed_decides_the_run() {
     assert!(run == record(1), "the same seed gave another run");
     assert!(run != record(2), "another seed gave the same run");
 }
+
+/// Packets in every few ticks only: means of blocks, given out as long, take no displacement and bring no energy.
+#[test]
+fn a_rate_change_stays_passive_and_free_of_drift() {
+    for every in [2, 5] {
+        let run = swung(&format!("link.stale=zero link.every_ticks={every}"));
+        let Aftermath { smallest_j, drift_m, force_n, .. } = run;
+        println!("every {every}: {smallest_j:.1e} J, {:.1e} mm, {force_n:.1e} N", 1e3 * drift_m);
+        assert!(smallest_j >= -NOTHING_J, "{every}: {smallest_j:e} J");
+        assert!(drift_m < 1e-6, "{every}: {drift_m} m");
+        assert!(force_n < 1e-4, "{every}: still {force_n} N");
+    }
+}
+
+#[test]
+fn a_rate_change_is_felt_as_its_delay() {
+    let settings = "dof=1 link.every_ticks=2 hand.contact_force_n=[2.0]";
+    let Run { outcome, .. } =
+        Experiment::new(&scenario(settings)).unwrap().run(&AtomicBool::new(false), |_| ());
+    assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
+    let (felt, predicted) = (outcome.k_felt_n_per_m[0].unwrap(), outcome.k_predicted_n_per_m[0].unwrap());
+    assert!((felt / predicted - 1.0).abs() < 0.01, "{felt} N/m, predicted {predicted} N/m");
+}
+
+#[test]
+fn a_link_that_is_silent_for_too_long_is_a_fault_and_takes_the_force_away() {
+    let settings = "dof=1 duration_s=3 link.loss=0.5 link.timeout_ticks=4 link.stale=zero";
+    let run = Experiment::new(&scenario(settings)).unwrap().run(&AtomicBool::new(false), |_| ());
+    let lost = |side: &str| run.outcome.faults.iter().filter(|fault| fault.starts_with(side)).count();
+    for side in ["master lost link 0", "slave lost link 0"] {
+        assert_eq!(lost(side), 1, "{:?}", run.outcome.faults);
+    }
+    assert_eq!(run.outcome.ticks, 3000, "the run goes on");
+}

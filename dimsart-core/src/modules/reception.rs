@@ -128,6 +128,8 @@ impl Reception {
     fn refuse(&mut self, state: LinkState, expected: &Expected) -> bool {
         self.refused = self.refused.wrapping_add(1);
         self.state = state;
+        let [waited, _] = &mut self.waited_ticks;
+        *waited = 0;
         self.grow_older(expected);
         false
     }

@@ -49,6 +49,7 @@ fn the_shipped_scenario_says_nothing_that_a_scheme_can_say_for_itself() {
         (scenario.wave.impedance_ns_per_m, scenario.wave.form, scenario.link.stale),
         (None, None, None)
     );
+    assert_eq!((scenario.link.timeout_ticks, scenario.link.every_ticks), (None, None));
     for side in [&scenario.master, &scenario.slave] {
         let gains = (side.stiffness_n_per_m, side.damping_ns_per_m, side.time_delay_ticks);
         assert_eq!(gains, (None, None, None));
@@ -141,6 +142,8 @@ fn words_lists_paths_and_left_out_sections_can_be_set() {
     let scenario = with(&[
         "link.slave_address=127.0.0.1:5000",
         "link.stale = integral",
+        "link.timeout_ticks=0",
+        "link.every_ticks=2",
         "hand.contact_force_n=[1, 0.5]",
         "master.scheme=schemes/mine.scheme",
         "slave.scheme='2004'",
@@ -149,6 +152,7 @@ fn words_lists_paths_and_left_out_sections_can_be_set() {
     ])
     .unwrap();
     assert_eq!(scenario.link.stale, Some(Stale::Integral));
+    assert_eq!((scenario.link.timeout_ticks, scenario.link.every_ticks), (Some(0), Some(2)));
     assert_eq!(scenario.link.slave_address.to_string(), "127.0.0.1:5000");
     assert_eq!([0, 1, 2].map(|axis| scenario.contact_force_n(axis)), [1.0, 0.5, 0.0]);
     assert_eq!(
