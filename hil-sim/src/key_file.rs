@@ -74,8 +74,8 @@ pub fn exposure(path: &Path) -> Option<String> {
         use std::os::unix::fs::PermissionsExt as _;
         let mode = fs::metadata(path).ok()?.permissions().mode();
         let path = path.display();
-        return (mode & 0o077 != 0)
-            .then(|| format!("other users of this computer can read the key: `chmod 600 {path}`"));
+        (mode & 0o077 != 0)
+            .then(|| format!("other users of this computer can read the key: `chmod 600 {path}`"))
     }
     #[cfg(not(unix))]
     None

@@ -107,10 +107,11 @@ impl Station {
         let mut deliver = |content: &[u8]| match board {
             Some(board) => board.receive(link, content),
             // What is refused is counted by the controller.
-            None => match dimsart.receive(link, content) {
-                Err(PacketError::Class { found }) => *is_tagged |= found >= HANDSHAKE,
-                Ok(()) | Err(_) => {}
-            },
+            None => {
+                if let Err(PacketError::Class { found }) = dimsart.receive(link, content) {
+                    *is_tagged |= found >= HANDSHAKE;
+                }
+            }
         };
         match guarded.as_mut().filter(|guarded| guarded.link == link) {
             Some(guarded) => guarded.open(bytes, deliver),
