@@ -19,7 +19,7 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   test        set up what is missing, build every board's image, run every test
-  flash BOARD [master|slave]
+  flash BOARD[,VARIANT] [master|slave]
               build a board's image, flash it through its debug probe and show its log
   figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
