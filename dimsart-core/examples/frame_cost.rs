@@ -106,8 +106,10 @@ fn counted_decode(ends: &mut Ends, wire: &[u8]) -> Option<Packet> {
         }
         "can_fd" => opened(auth, can_fd::unpack(wire)?),
         "can" => {
+            // Three frames have two bytes of the header.
+            let (heads, others) = wire.split_at_checked(3 * can::MAX_DATA_BYTES)?;
             let mut packet = None;
-            for frame in wire.chunks(can::MAX_DATA_BYTES) {
+            for frame in heads.chunks(can::MAX_DATA_BYTES).chain(others.chunks(can::MAX_DATA_BYTES - 2)) {
                 if let Some(content) = can.take(frame, CHANNEL) {
                     packet = opened(auth, content);
                 }

@@ -37,6 +37,7 @@ use super::channel::{CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, s
 use super::reception::{Expected, Reception};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::mailbox::low_half;
 use crate::parameter::TypeList;
 use crate::{
     Choice, Data, DeviceDescriptor, LinkPort, Module, Output, ParameterError, Parameters, Ports, Single,
@@ -67,7 +68,7 @@ pub struct CommRx {
     period_s: f32,
     playout_ticks: u32,
     /// Ticks in which what is owed is to be given out, this one included.
-    left_ticks: u32,
+    left_ticks: u16,
     reception: Reception,
     received: [Received; MAX_DOF],
 }
@@ -134,7 +135,7 @@ impl Module for CommRx {
             return Err(ParameterError::NeedsCounters);
         }
         if playout_ticks != self.playout_ticks {
-            self.left_ticks = self.playout_ticks;
+            self.left_ticks = low_half(self.playout_ticks);
         }
         result
     }
@@ -238,11 +239,12 @@ impl CommRx {
             self.go_without(data);
             return;
         }
-        let brought_ticks = u32::from(packets).saturating_mul(every_ticks);
+        let brought_ticks = packets.saturating_mul(low_half(every_ticks));
+        let most_ticks = low_half(every_ticks + self.playout_ticks);
         // A faster packet than all before it moves the time forward, and so does a sender's clock that is fast.
-        self.left_ticks = self.left_ticks.saturating_add(brought_ticks).min(every_ticks + self.playout_ticks);
+        self.left_ticks = self.left_ticks.saturating_add(brought_ticks).min(most_ticks);
         if self.reception.is_restart {
-            self.left_ticks = every_ticks + self.playout_ticks;
+            self.left_ticks = most_ticks;
         }
         self.take(data, link.received.room());
     }
@@ -271,7 +273,7 @@ impl Stale {
     /// What the policy gives out as wave of what the line owes, of which there are `ticks` left for; rare, as packets
     /// seldom get lost.
     #[cold]
-    fn pay(self, received: &mut Received, period_s: f32, ticks: u32) -> f32 {
+    fn pay(self, received: &mut Received, period_s: f32, ticks: u16) -> f32 {
         received.pay(period_s, ticks, self == Self::Limited)
     }
 }

@@ -45,9 +45,9 @@ pub(super) struct Reception {
     state: LinkState,
     is_lost: bool,
     /// Ticks that the newest packet's wave is still held for; a packet that comes meanwhile waits.
-    held_ticks: u32,
+    held_ticks: u16,
     /// Ticks that the packet which waits now, and the one before it, had to.
-    waited_ticks: [u32; 2],
+    waited_ticks: [u16; 2],
 }
 
 impl Reception {
@@ -57,7 +57,7 @@ impl Reception {
         self.held_ticks = self.held_ticks.saturating_sub(1);
         self.age_ticks = self.age_ticks.saturating_add(1);
         let [waited, _] = &mut self.waited_ticks;
-        *waited += u32::from(link.received.is_full());
+        *waited += u16::from(link.received.is_full());
     }
 
     /// Whether the wave of the newest packet goes on for another tick.
@@ -88,7 +88,7 @@ impl Reception {
         }
         self.counter = counter;
         self.age_ticks = 0;
-        self.held_ticks = expected.every_ticks.saturating_sub(1);
+        self.held_ticks = low_half(expected.every_ticks.saturating_sub(1));
         link.is_damaged.set(false);
         link.accepted_counter.set(counter);
         let echo = link.received.echo();
@@ -159,7 +159,7 @@ impl Reception {
         let mut came_ticks = self.age_ticks + 1;
         if every_ticks > 1 {
             let [waited, waited_before] = self.waited_ticks;
-            came_ticks = came_ticks.saturating_add(waited_before).saturating_sub(waited);
+            came_ticks = came_ticks.saturating_add(waited_before.into()).saturating_sub(waited.into());
             self.waited_ticks = [0, waited];
         }
         #[expect(clippy::cast_precision_loss, reason = "few ticks, or so many that it does not matter")]

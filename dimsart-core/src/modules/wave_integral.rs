@@ -92,8 +92,8 @@ impl Received {
     /// The wave that pays what is owed evenly in `ticks` ticks, 0 for at once; with `is_limited` only as much of it as
     /// the energy received and not given out yet allows.
     #[inline(never)]
-    pub(super) fn pay(&mut self, period_s: f32, ticks: u32, is_limited: bool) -> f32 {
-        let mut counts = self.owed.checked_div(ticks.cast_signed()).unwrap_or(self.owed);
+    pub(super) fn pay(&mut self, period_s: f32, ticks: u16, is_limited: bool) -> f32 {
+        let mut counts = self.owed.checked_div(ticks.into()).unwrap_or(self.owed);
         let to_wave = WAVE_QUANTUM / period_s;
         if !is_limited {
             self.unspent = 0;
@@ -102,7 +102,7 @@ impl Received {
         }
         let energy = (from_unsigned(self.unspent) - self.spent_rest).max(0.0) / (MARGIN * MARGIN);
         // No more of it than of the time: what an outage has left unpaid must not use up what evens out jitter.
-        let share = energy / from_unsigned(ticks.max(1));
+        let share = energy / f32::from(ticks.max(1));
         let largest = math::sqrt(2.0 * share * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
         counts = counts.max(-limit).min(limit);
