@@ -151,6 +151,13 @@ impl LinkPort {
             superseded: Cell::new(0),
         }
     }
+
+    /// Forgets what came while nobody took it: it may be long past.
+    pub(crate) fn forget_received(&self) {
+        self.received.clear();
+        self.accepted_counter.set(0);
+        self.is_damaged.set(false);
+    }
 }
 
 /// Counters up to this one belong to a sender's first packets alone: 101 follows 65 535. A receiver tells by them that

@@ -19,7 +19,7 @@ use dimsart_core::{Dimsart, PacketError, Tick, Word};
 
 use crate::bus::MediumReport;
 use crate::emulated::{Board, EmulatedError};
-use crate::link::Link;
+use crate::link::{Link, TransitTicks};
 use crate::plant::Plant;
 use guarded::Guarded;
 
@@ -251,11 +251,10 @@ impl Rig {
         self.connections.iter().filter_map(|connection| connection.link.report(self.tick))
     }
 
-    /// Ticks that packets take over all connections, one after the other, on average; none when one of them does not
-    /// measure it.
-    #[must_use]
-    pub fn transit_ticks(&self) -> Option<f64> {
-        self.connections.iter().map(|connection| connection.link.transit_ticks()).sum()
+    /// Ticks that packets take over each connection, in the order of [`connect`](Self::connect); none for one that
+    /// does not measure it.
+    pub fn transit_ticks(&self) -> impl Iterator<Item = Option<TransitTicks>> {
+        self.connections.iter().map(|connection| connection.link.transit_ticks())
     }
 
     /// Steps done.

@@ -67,6 +67,8 @@ pub struct LinkSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stale: Option<Stale>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub playout_ticks: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub timeout_ticks: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every_ticks: Option<u32>,

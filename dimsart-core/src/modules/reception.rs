@@ -98,6 +98,18 @@ impl Reception {
         true
     }
 
+    /// As [`accept`](Self::accept), without holding its wave: how many packets after the one before it the new one was
+    /// sent, 0 when none is there.
+    pub(super) fn accept_at_once(&mut self, link: &LinkPort, expected: &Expected) -> u16 {
+        let before = self.counter;
+        self.held_ticks = 0;
+        if !self.accept(link, expected) {
+            return 0;
+        }
+        self.held_ticks = 0;
+        counters_ahead(self.counter, before).max(1)
+    }
+
     /// What came of the present tick; told to the link when it is lost.
     #[inline]
     pub(super) fn state(&self, link: &LinkPort) -> LinkState {

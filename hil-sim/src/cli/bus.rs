@@ -96,7 +96,8 @@ impl Bus {
             let period_ns = plan.period_ns();
             let seen_ns =
                 medium.timeline.occupations().map(|occupation| occupation.end_ns).max().unwrap_or(0);
-            let end_ns = seen_ns.next_multiple_of(period_ns);
+            // Whole periods: what was begun last comes to its end after the last one.
+            let end_ns = (seen_ns / period_ns).max(1) * period_ns;
             let span_ns = (end_ns.saturating_sub(TICKS_SHOWN * period_ns), end_ns);
             if let Some(picture) = BusTimeline::between(&[medium], period_ns, span_ns) {
                 let [svg, _] = report::write_bus(&self.out, &picture)?;
