@@ -90,7 +90,6 @@ fn a_side_with_another_key_or_none_is_refused_and_nothing_moves() {
 fn a_recorded_master_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let key = key_file(folder.path(), "link.key", "a");
-    let key = Some(key.as_path());
     let recorded = Mutex::new(Vec::new());
     let record = |end: usize, packet: &[u8]| {
         if end == 0 {
@@ -98,13 +97,13 @@ fn a_recorded_master_is_refused() {
         }
         vec![packet.to_vec()]
     };
-    for output in run([key, key], record) {
+    for output in run([Some(&key), Some(&key)], record) {
         assert_eq!(figures(&output)["stable"], true);
     }
     let recorded = recorded.into_inner().unwrap();
     assert!(recorded.len() > 1000);
     Network::carry(|[to_slave, to_master]| {
-        let setting = setting(key.unwrap());
+        let setting = setting(&key);
         let more = [&DURATION[..], &["--wait-s", "3", "--set", &setting]].concat();
         let slave = start("slave", to_master, folder.path(), &more);
         let player = std::net::UdpSocket::bind("127.0.0.1:0").unwrap();
