@@ -83,13 +83,14 @@ impl Reception {
         if self.is_next {
             self.state = LinkState::Ok;
             self.measure_jitter(expected.every_ticks, expected.every_ticks);
-        } else if !self.accept_jump(counter, expected) {
+        } else if !self.accept_jump(link, counter, expected) {
             return false;
         }
         self.counter = counter;
         self.age_ticks = 0;
         self.held_ticks = low_half(expected.every_ticks.saturating_sub(1));
         link.is_damaged.set(false);
+        link.missed_ticks.set(0);
         link.accepted_counter.set(counter);
         let echo = link.received.echo();
         if echo != 0 {
@@ -127,6 +128,7 @@ impl Reception {
 
     #[inline(never)]
     fn go_without(&mut self, link: &LinkPort, expected: &Expected) -> bool {
+        self.catch_up(link);
         self.grow_older(expected);
         if link.is_damaged.replace(false) {
             self.state = LinkState::Error;
@@ -144,6 +146,11 @@ impl Reception {
         *waited = 0;
         self.grow_older(expected);
         false
+    }
+
+    /// Time has gone on in ticks that computed nothing.
+    fn catch_up(&mut self, link: &LinkPort) {
+        self.age_ticks = self.age_ticks.saturating_add(link.missed_ticks.take()).min(u32::MAX - 1);
     }
 
     fn grow_older(&mut self, expected: &Expected) {
@@ -179,7 +186,8 @@ impl Reception {
 
     /// Whether a packet that is not the next one is new; counts what is missing before it.
     #[cold]
-    fn accept_jump(&mut self, counter: u16, expected: &Expected) -> bool {
+    fn accept_jump(&mut self, link: &LinkPort, counter: u16, expected: &Expected) -> bool {
+        self.catch_up(link);
         if counter == self.counter {
             return self.refuse(LinkState::Repeated, expected);
         }
