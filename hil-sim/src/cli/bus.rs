@@ -12,7 +12,7 @@ use super::Ending;
 use crate::bus::can::{CanParameters, Format};
 use crate::bus_plan::{BusFigures, BusPlan, MAX_JOINTS};
 use crate::experiment::Experiment;
-use crate::report::{self, BusTimeline, TICKS_SHOWN};
+use crate::report::{self, BusTimeline};
 use crate::scenario::{CarrierKind, Scenario};
 
 /// Say whether a robot's joints fit on one CAN bus: exit status 0 when they do, 1 when not.
@@ -93,12 +93,7 @@ impl Bus {
         let (figures, medium) = plan.look()?;
         print(out, &plan, &figures)?;
         if !self.no_picture {
-            let period_ns = plan.period_ns();
-            let seen_ns =
-                medium.timeline.occupations().map(|occupation| occupation.end_ns).max().unwrap_or(0);
-            let end_ns = seen_ns.next_multiple_of(period_ns);
-            let span_ns = (end_ns.saturating_sub(TICKS_SHOWN * period_ns), end_ns);
-            if let Some(picture) = BusTimeline::between(&[medium], period_ns, span_ns) {
+            if let Some(picture) = BusTimeline::of(&[medium], plan.period_ns()) {
                 let [svg, _] = report::write_bus(&self.out, &picture)?;
                 writeln!(out, "picture: {}", svg.display())?;
             }

@@ -64,19 +64,25 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Refused`] with the holder, when another client has it.
     pub fn take_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
-        self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)
+        let taken = self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)?;
+        // What it said before is not true any more.
+        self.line_mut().unasked_mut().forget_heartbeat();
+        Ok(taken)
     }
 
     /// Prolongs the lease.
     ///
     /// # Errors
     /// [`ConnectError::Refused`] when it was over: the device has got its safe input since.
-    /// [`ConnectError::Line`] when the device does not answer in time.
+    /// [`ConnectError::LeaseOver`] when the device does not answer in time.
     pub fn renew_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let patience = self.line_mut().set_patience(RENEWAL);
         let renewed = self.lease(LeaseAction::Renew);
         self.line_mut().set_patience(patience);
-        renewed?.ok_or(ConnectError::NoLease)
+        match renewed {
+            Err(ConnectError::Line(LineError::NoAnswer { .. })) => Err(ConnectError::LeaseOver),
+            renewed => renewed?.ok_or(ConnectError::NoLease),
+        }
     }
 
     /// Gives the lease back: the device gets its safe input.

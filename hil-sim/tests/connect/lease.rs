@@ -92,6 +92,17 @@ fn arm_tells_a_program_every_change() {
     assert!(last["state"].as_str().unwrap().contains("the scheme is stopped"), "{out}");
 }
 
+/// Heartbeats from before are ten a second.
+#[test]
+fn who_has_just_taken_the_lease_is_not_told_that_nobody_has_it() {
+    let board = running();
+    let mut device = board.connect();
+    device.listen(Duration::from_millis(250)).unwrap();
+    assert_eq!(device.live().unwrap().holder, None);
+    device.take_lease().unwrap();
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+}
+
 #[test]
 fn a_device_without_a_lease_says_so() {
     let emulated = crate::emulated::Emulated::with_scheme("slave");
