@@ -19,6 +19,8 @@ const TO_JOINTS: u16 = 0x100;
 const FROM_JOINTS: u16 = 0x200;
 /// Most joints: each direction has so many channels.
 pub const MAX_JOINTS: u16 = 64;
+/// Who sends to the joints.
+const CONTROLLER: &str = "controller";
 /// Time that is simulated, `ns`.
 const SIMULATED_NS: u64 = NS_PER_S;
 /// Data rates of CAN FD that transceivers are sold for, `bit/s`.
@@ -173,7 +175,7 @@ impl BusPlan {
         let joints = 1..=self.joints;
         let to = joints.clone().map(|joint| Stream {
             name: format!("to joint {joint}"),
-            sender: "controller".to_owned(),
+            sender: CONTROLLER.to_owned(),
             channel: TO_JOINTS + joint,
             words: self.words_to_joint,
         });
@@ -263,14 +265,23 @@ impl BusPlan {
 
     /// What would fit.
     fn advice(&self) -> Vec<String> {
-        let mut advice = Vec::new();
+        let streams = self.streams();
+        let commands = streams.iter().filter(|stream| stream.sender == CONTROLLER);
+        let waiting: usize =
+            commands.filter_map(|stream| self.frames(stream, 0).ok()).map(|frames| frames.len()).sum();
         if self.is_in_time() {
-            advice.push(
+            // What would fit if it took less time is not the question then.
+            return vec![if waiting > self.parameters.queue_frames {
+                format!(
+                    "let more frames wait: the controller gives {waiting} at a time (--set can.queue_frames={waiting})"
+                )
+            } else {
                 "without errors it fits: lower the bit error rate (cable, termination, bit rate), or leave room for \
-                 repeated frames"
-                    .to_owned(),
-            );
+                 repeated frames by fewer joints, words or packets a second"
+                    .to_owned()
+            }];
         }
+        let mut advice = Vec::new();
         let at = |rate_hz: u32| Self { rate_hz: f64::from(rate_hz), ..self.clone() }.is_in_time();
         let below = (1_u32..).take_while(|rate_hz| f64::from(*rate_hz) < self.rate_hz).last().unwrap_or(0);
         let highest = highest(below, at);

@@ -48,13 +48,27 @@ pub enum DbcError {
     /// Channel 0 has the identifier of the chip's serial number.
     #[error(
         "{module} on the {side} sends on channel 0, whose identifier each board makes of its serial number: give it \
-        one with a row `{side} {module} CTX_CHANNEL n`, n from 1 to 2047, and the receiver the same CRX_CHANNEL"
+        one with a row `{side} {module} CTX_CHANNEL n`, n from 1 to 2047, above its MOD_ON, and the receiver the \
+        same CRX_CHANNEL"
     )]
     NoIdentifier {
         /// The side.
         side: String,
         /// The module.
         module: String,
+    },
+    /// Two messages of one identifier.
+    #[error(
+        "{one} and {other} both send on channel {channel}: frames of one identifier destroy each other, give each \
+        module a `CTX_CHANNEL` of its own, and its receiver the same `CRX_CHANNEL`"
+    )]
+    SameIdentifier {
+        /// The one.
+        one: String,
+        /// The other one.
+        other: String,
+        /// The channel of both.
+        channel: u16,
     },
     /// More words than the frames carry.
     #[error(
@@ -163,8 +177,24 @@ fn packet<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>, link: usiz
 /// Messages as a DBC file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dbc {
-    /// The messages.
-    pub messages: Vec<Message>,
+    messages: Vec<Message>,
+}
+
+impl Dbc {
+    /// The messages of one bus.
+    ///
+    /// # Errors
+    /// [`DbcError::SameIdentifier`] for two that cannot be told apart.
+    pub fn new(messages: Vec<Message>) -> Result<Self, DbcError> {
+        for (place, message) in messages.iter().enumerate() {
+            let before = messages.iter().take(place);
+            if let Some(same) = before.into_iter().find(|before| before.identifier == message.identifier) {
+                let [one, other] = [&same.name, &message.name].map(Clone::clone);
+                return Err(DbcError::SameIdentifier { one, other, channel: message.identifier });
+            }
+        }
+        Ok(Self { messages })
+    }
 }
 
 impl Display for Dbc {

@@ -3,6 +3,7 @@
 mod error;
 mod guards;
 mod one_side;
+mod reception;
 mod side;
 mod station;
 
@@ -239,7 +240,7 @@ impl Experiment {
             }
             match watch.look(&self.rig) {
                 None => {}
-                Some(Alarm::LinkLost(fault)) => faults.push(fault),
+                Some(Alarm::LinkLost(lost)) => faults.extend(lost),
                 Some(Alarm::Grows(fault)) => {
                     faults.push(fault);
                     is_stable = false;
@@ -253,8 +254,10 @@ impl Experiment {
             self.rig.advance();
         }
         let wall_s = start.elapsed().as_secs_f64();
-        faults.extend(self.deaf());
-        let media: Vec<MediumReport> = self.rig.media().collect();
+        // A side that runs alone has met the other one before, and knows more of what came.
+        let stations = || self.rig.stations().iter().filter(|_| self.alone.is_none());
+        faults.extend(stations().filter_map(|station| reception::silence(station, self.rig.ticks())));
+        let media = self.rig.media();
         faults.extend(media.iter().flat_map(|medium| medium.faults.clone()));
         progress(self.rig.time_s());
         let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
@@ -264,7 +267,8 @@ impl Experiment {
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
         let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
-        let outcome = Outcome { real_time, media: media_traffic, ..outcome };
+        let received = stations().filter_map(reception::received).collect();
+        let outcome = Outcome { real_time, media: media_traffic, received, ..outcome };
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),
@@ -273,23 +277,6 @@ impl Experiment {
             media,
             broken,
         }
-    }
-
-    /// Stations that accepted nothing in the whole run, though packets came, in words. A side that runs alone has
-    /// met the other one before.
-    fn deaf(&self) -> impl Iterator<Item = String> {
-        let ticks = self.rig.ticks();
-        self.rig.stations().iter().filter(|_| self.alone.is_none()).filter_map(move |station| {
-            let word = |signal: &DataType| Probe::new(signal.first()).words(station).first().copied();
-            let refused = word(types::LINK_REFUSED).filter(|refused| *refused > 0)?;
-            (u64::from(word(types::LINK_AGE)?) == ticks).then(|| {
-                format!(
-                    "the {} refused all {refused} packets: they are not what it listens for; give both schemes the \
-                     same types in the same order, one in CTX_ADD_DATA and the other in CRX_ADD_DATA",
-                    station.name
-                )
-            })
-        })
     }
 
     /// What the clock and the other process did to the run.

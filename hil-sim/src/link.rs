@@ -45,8 +45,7 @@ pub trait Link: core::fmt::Debug + Send {
         None
     }
 
-    /// What its medium came to by tick `now`; none for a link without one, and for one whose medium another link
-    /// reports.
+    /// What its medium came to by tick `now`, and its own packets on it; none for a link without one.
     fn report(&self, _now: u64) -> Option<MediumReport> {
         None
     }

@@ -31,6 +31,8 @@ pub struct Outcome {
     pub axes: Vec<AxisOutcome>,
     /// What the simulated media came to; empty over an ideal carrier and for one side alone.
     pub media: Vec<Traffic>,
+    /// What the receivers missed, by station; empty for one side alone.
+    pub received: Vec<Received>,
     /// What went wrong, in words.
     pub faults: Vec<String>,
     /// None unless one side was run in real time.
@@ -50,6 +52,17 @@ pub struct RealTime {
     pub packets_lost: u32,
     /// Packets refused: old, repeated, overtaken within a tick, or not of the agreed content.
     pub packets_refused: u32,
+}
+
+/// What a station made of the packets that were sent to it.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Received {
+    /// Its name.
+    pub station: String,
+    /// Packets that never came, as far as later ones tell.
+    pub lost: u32,
+    /// Packets refused: damaged, old, repeated, overtaken within a tick, or not of the agreed content.
+    pub refused: u32,
 }
 
 /// What a run came to on one axis.
@@ -89,6 +102,7 @@ impl Outcome {
             k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),
             axes,
             media: Vec::new(),
+            received: Vec::new(),
             faults,
             real_time: None,
         }

@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
-pub use bus_timeline::{BusRow, BusTimeline, Stretch, TICKS_SHOWN};
+pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use figure::{Figure, Level, Line, Panel, Span};
 pub use tick_map::{TickMap, TypeRow};
 

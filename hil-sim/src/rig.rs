@@ -246,9 +246,17 @@ impl Rig {
         self.period_s
     }
 
-    /// What the media between the stations came to so far.
-    pub fn media(&self) -> impl Iterator<Item = MediumReport> {
-        self.connections.iter().filter_map(|connection| connection.link.report(self.tick))
+    /// What the media between the stations came to so far, each with the packets of all links over it.
+    #[must_use]
+    pub fn media(&self) -> Vec<MediumReport> {
+        let mut media: Vec<MediumReport> = Vec::new();
+        for report in self.connections.iter().filter_map(|connection| connection.link.report(self.tick)) {
+            match media.iter_mut().find(|medium| medium.traffic.medium == report.traffic.medium) {
+                Some(medium) => medium.join(report),
+                None => media.push(report),
+            }
+        }
+        media
     }
 
     /// Ticks that packets take over each connection, in the order of [`connect`](Self::connect); none for one that

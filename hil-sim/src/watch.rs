@@ -26,8 +26,8 @@ pub struct Watch {
 pub enum Alarm {
     /// A signal grows without bound and has not left its range yet.
     Grows(String),
-    /// Nothing came over a link for too long: the device gets its safe input and goes on.
-    LinkLost(String),
+    /// Nothing came over a link for too long, told for each station: its device gets its safe input and goes on.
+    LinkLost(Vec<String>),
     /// Something is out of its range, or a frame was refused: nothing after this means anything.
     Left(String),
 }
@@ -61,7 +61,7 @@ impl Watch {
     /// What is wrong in the present tick; none while all is well. Growth is told once, when it is first seen, and
     /// each station's lost link.
     pub fn look(&mut self, rig: &Rig) -> Option<Alarm> {
-        let (mut grows, mut lost) = (None, None);
+        let (mut grows, mut lost) = (None, Vec::new());
         let watched = self.signals.iter_mut().zip(&mut self.has_lost_link);
         for ((signals, has_lost_link), station) in watched.zip(rig.stations()) {
             let at = |what: String| format!("{} {what} at {:.3} s", station.name, rig.time_s());
@@ -69,7 +69,9 @@ impl Watch {
             if let Some((axis, value)) = first_outside(positions, self.position_m) {
                 return Some(Alarm::Left(at(left("position", axis, value, self.position_m, "m"))));
             }
-            for Signal { what, unit, range, probe, growth } in signals {
+            // What is computed without moving anything has no range to keep.
+            let is_safe = matches!(station.last_tick, Tick::LinkLost { .. });
+            for Signal { what, unit, range, probe, growth } in signals.iter_mut().filter(|_| !is_safe) {
                 let values = probe.values(station);
                 if let Some((axis, value)) = first_outside(values.clone(), *range) {
                     return Some(Alarm::Left(at(left(what, axis, value, *range, unit))));
@@ -90,7 +92,7 @@ impl Watch {
                 Tick::LinkLost { link } => {
                     if !core::mem::replace(has_lost_link, true) {
                         let what = "nothing came for the TIMEOUT_TICKS of COMM_RXMOD (`link.timeout_ticks`), no more force";
-                        lost = Some(at(format!("lost link {link}: {what}")));
+                        lost.push(at(format!("lost link {link}: {what}")));
                     }
                 }
                 Tick::MeasurementRefused(error) => {
@@ -106,7 +108,7 @@ impl Watch {
                 }
             }
         }
-        if let Some(lost) = lost {
+        if !lost.is_empty() {
             return Some(Alarm::LinkLost(lost));
         }
         let grows = grows.filter(|_| !self.has_seen_growth)?;

@@ -63,6 +63,69 @@ fn a_line_that_is_too_slow_is_a_fault() {
     );
 }
 
+/// The master's packets are the more urgent ones: those that are left behind are the slave's.
+#[test]
+fn what_a_full_bus_does_not_take_is_told_of_both_sides() {
+    let slow =
+        ["link.carrier=can_fd", "can.bits_per_s=500000", "can.data_bits_per_s=1000000", "duration_s=3"];
+    let outcome = run(&slow).outcome;
+    assert_eq!(outcome.received.len(), 2);
+    let [traffic] = &outcome.media[..] else { panic!("{:?}", outcome.media) };
+    assert!(traffic.packets == 6000 && traffic.dropped > 100, "{traffic:?}");
+    let is_told = |what: &str| outcome.faults.iter().any(|fault| fault.contains(what));
+    assert!(is_told("of the slave's 3000 packets found no room"), "{:?}", outcome.faults);
+    assert!(!is_told("of the master's"), "{:?}", outcome.faults);
+}
+
+#[test]
+fn a_node_that_is_off_the_bus_is_not_called_a_full_line() {
+    let outcome = run(&["link.carrier=can_fd", "can.bit_error_rate=0.01", "duration_s=1"]).outcome;
+    let is_told = |what: &str| outcome.faults.iter().any(|fault| fault.contains(what));
+    for side in ["master", "slave"] {
+        assert!(is_told(&format!("the {side} left the CAN bus 4 times")), "{:?}", outcome.faults);
+        assert!(is_told(&format!("of the {side}'s 1000 packets went nowhere")), "{:?}", outcome.faults);
+    }
+    assert!(!is_told("found no room"), "{:?}", outcome.faults);
+    assert!(outcome.media[0].dropped > 1000, "{:?}", outcome.media);
+}
+
+#[test]
+fn a_link_that_carries_nothing_is_a_fault_for_each_who_listens() {
+    for set in ["link.loss=1", "udp.burst_start=1"] {
+        let faults = run(&["link.carrier=udp", "udp.burst_end=0", set, "duration_s=0.5"]).outcome.faults;
+        let silent = |name| format!("nothing came to the {name} in the whole run; ");
+        assert_eq!(faults.len(), 2, "{faults:?}");
+        assert!(
+            faults[0].starts_with(&silent("master")) && faults[1].starts_with(&silent("slave")),
+            "{faults:?}"
+        );
+    }
+}
+
+/// Recorded losses are the same both ways, so both sides lose the link in one tick.
+#[test]
+fn a_link_that_both_sides_lose_at_once_is_told_of_both() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("delays.csv");
+    std::fs::write(&path, "0\n".repeat(50) + &"lost\n".repeat(1000)).unwrap();
+    let recorded = format!("udp.delays_file={}", path.display());
+    let sets = ["link.carrier=udp", "udp.delay=recorded", &recorded, "duration_s=0.5"];
+    let faults = run(&[&sets[..], &NO_DELAY].concat()).outcome.faults;
+    let [master, slave] = &faults[..] else { panic!("{faults:?}") };
+    assert!(master.starts_with("master lost link 0: "), "{master}");
+    assert_eq!(master.replace("master", "slave"), *slave);
+}
+
+/// What a lost link leaves the slave's controller to compute moves no slave.
+#[test]
+fn forces_that_no_device_gets_have_no_range() {
+    let bursts = ["link.carrier=udp", "udp.burst_start=0.01", "udp.burst_end=0.2", "duration_s=5"];
+    let outcome = run(&bursts).outcome;
+    let is_told = |what: &str| outcome.faults.iter().any(|fault| fault.contains(what));
+    assert!(is_told("slave lost link 0") && is_told("master lost link 0"), "{:?}", outcome.faults);
+    assert!(!is_told("force of axis"), "{:?}", outcome.faults);
+}
+
 #[test]
 fn the_same_seed_gives_the_same_bits_over_a_bad_medium() {
     for sets in [
@@ -98,6 +161,12 @@ fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
     };
     let outcome = load(&[]);
     assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
+    // 0.1 % of 500 a second, each way.
+    assert!(
+        outcome.received.iter().all(|received| (1..20).contains(&received.lost)),
+        "{:?}",
+        outcome.received
+    );
     let [up, down] = &outcome.media[..] else { panic!("two ways") };
     assert!(up.load < 0.75 && up.dropped == 0 && down.load < 0.06 && up.longest_s < 0.015, "{up:?} {down:?}");
     // The wave takes 2 ticks more where packets are rarer than ticks, and those of the play-out.

@@ -79,7 +79,7 @@ fn read(dbc: &Dbc, identifier: u16, frames: &[Vec<u8>]) -> BTreeMap<String, u64>
 
 fn dbc(dof: usize, frames: Frames) -> Dbc {
     let messages = dbc::messages(&mut controller(dof), "master", frames).unwrap();
-    Dbc::try_from(dbc::Dbc { messages }.to_string().as_str()).unwrap()
+    Dbc::try_from(dbc::Dbc::new(messages).unwrap().to_string().as_str()).unwrap()
 }
 
 fn check(dof: usize, frames: Frames) {
@@ -147,6 +147,11 @@ fn the_command_writes_both_sides_and_says_what_is_missing() {
         dbc.messages.iter().map(|message| message.id).collect::<Vec<_>>(),
         [MessageId::Standard(CHANNEL), MessageId::Standard(17)]
     );
+    let text = scheme().text.replace("CTX_CHANNEL 17", &format!("CTX_CHANNEL {CHANNEL}"));
+    std::fs::write(&path, text).unwrap();
+    let (is_done, [_, error]) = dimsart(&[path.to_str().unwrap()]);
+    let both = "master_COMM_TXMOD and slave_COMM_TXMOD both send on channel 291";
+    assert!(!is_done && error.contains(both), "{error}");
     let (is_done, [_, error]) = dimsart(&["builtin:bilateral"]);
     assert!(!is_done && error.contains("CTX_CHANNEL n`, n from 1 to 2047"), "{error}");
 }

@@ -74,7 +74,8 @@ fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
                     }
                     rig.advance();
                 }
-                let bus = rig.media().next().unwrap();
+                let media = rig.media();
+                let bus = media.first().unwrap();
                 let bus_offs = bus.traffic.bus_offs;
                 println!("{what}: {bus_offs} times bus-off, the slave went {farthest_m} m, {:?}", bus.faults);
                 assert!(bus_offs > rejoins && bus_offs <= 2 * (rejoins + 1), "{what}: {bus_offs}");

@@ -52,7 +52,7 @@ pub struct Traffic {
     pub load: f64,
     /// Packets given to it.
     pub packets: u64,
-    /// Packets that it had no room for.
+    /// Packets that it did not take: for want of room, too long for it, or of a node that was off the bus.
     pub dropped: u64,
     /// What went wrong on the wire: bytes damaged, dropped or inserted on a UART, error frames on a CAN bus, packets
     /// lost on the way of UDP.
@@ -74,6 +74,16 @@ pub struct MediumReport {
     pub timeline: Timeline,
     /// What went wrong and what to do, in words.
     pub faults: Vec<String>,
+}
+
+impl MediumReport {
+    /// Adds the packets of another link over the same medium, and what it alone has to say.
+    pub(crate) fn join(&mut self, other: Self) {
+        self.traffic.packets += other.traffic.packets;
+        self.traffic.dropped += other.traffic.dropped;
+        let news = other.faults.into_iter().filter(|fault| !self.faults.contains(fault)).collect::<Vec<_>>();
+        self.faults.extend(news);
+    }
 }
 
 /// Share of the time until `now_ns` that was taken, 0 to 1: what lies beyond is not counted.

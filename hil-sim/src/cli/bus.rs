@@ -12,7 +12,7 @@ use super::Ending;
 use crate::bus::can::{CanParameters, Format};
 use crate::bus_plan::{BusFigures, BusPlan, MAX_JOINTS};
 use crate::experiment::Experiment;
-use crate::report::{self, BusTimeline, TICKS_SHOWN};
+use crate::report::{self, BusTimeline};
 use crate::scenario::{CarrierKind, Scenario};
 
 /// Say whether a robot's joints fit on one CAN bus: exit status 0 when they do, 1 when not.
@@ -92,17 +92,11 @@ impl Bus {
         let plan = self.plan(&scenario)?;
         let (figures, medium) = plan.look()?;
         print(out, &plan, &figures)?;
-        if !self.no_picture {
-            let period_ns = plan.period_ns();
-            let seen_ns =
-                medium.timeline.occupations().map(|occupation| occupation.end_ns).max().unwrap_or(0);
-            // Whole periods: what was begun last comes to its end after the last one.
-            let end_ns = (seen_ns / period_ns).max(1) * period_ns;
-            let span_ns = (end_ns.saturating_sub(TICKS_SHOWN * period_ns), end_ns);
-            if let Some(picture) = BusTimeline::between(&[medium], period_ns, span_ns) {
-                let [svg, _] = report::write_bus(&self.out, &picture)?;
-                writeln!(out, "picture: {}", svg.display())?;
-            }
+        if !self.no_picture
+            && let Some(picture) = BusTimeline::of(&[medium], plan.period_ns())
+        {
+            let [svg, _] = report::write_bus(&self.out, &picture)?;
+            writeln!(out, "picture: {}", svg.display())?;
         }
         if self.json {
             let BusPlan { joints, rate_hz, words_to_joint, words_from_joint, .. } = plan;

@@ -36,7 +36,7 @@ Examples:
   dimsart dbc my.scheme > my.dbc                 both sides, CAN FD
   dimsart dbc my.scheme --frames can --dof 1     classic CAN
 
-Rows that give a scheme its channels:
+Rows that give a scheme its channels, above the MOD_ON rows of these modules:
   master   COMM_TXMOD   CTX_CHANNEL   16
   slave    COMM_RXMOD   CRX_CHANNEL   16";
 
@@ -54,7 +54,7 @@ impl Dbc {
             }
             messages.extend(dbc::messages(&mut dimsart, side.name(), self.frames)?);
         }
-        write!(out, "{}", dbc::Dbc { messages })?;
+        write!(out, "{}", dbc::Dbc::new(messages)?)?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -19,7 +19,7 @@ use crate::experiment::{self, Experiment, Side};
 use crate::key_file;
 use crate::pictures::figures;
 use crate::report::{self, BusTimeline, Report, ReportError, Written};
-use crate::scenario::{self, Scenario};
+use crate::scenario::{self, CarrierKind, LinkSection, Scenario};
 
 /// Run a scenario: both sides against simulated plants, or one side in real time.
 #[derive(Debug, Args)]
@@ -208,6 +208,12 @@ impl Run {
         stop: &AtomicBool,
     ) -> Result<Experiment, experiment::ExperimentError> {
         let Some(side) = self.side else { return Experiment::new(scenario) };
+        if !is_ideal(&scenario.link) {
+            eprintln!(
+                "dimsart: note: two processes talk over a real link; link.carrier, delays, jitter, loss, duplication and \
+                 reordering of the scenario are not used"
+            );
+        }
         let (name, other) = (side.name(), side.other().name());
         eprintln!(
             "{name} at {}: waiting up to {} s for the {other} at {} (`dimsart run --side {other}`)",
@@ -261,6 +267,12 @@ impl Run {
         bar.finish_and_clear();
         written
     }
+}
+
+/// Whether a link does nothing to packets but to delay them.
+fn is_ideal(link: &LinkSection) -> bool {
+    let shares = [link.loss, link.duplication, link.reordering];
+    link.carrier == CarrierKind::Ideal && link.jitter_ticks == 0 && shares.iter().all(|share| *share <= 0.0)
 }
 
 /// A flag that Ctrl-C (or a request to terminate) sets: what goes on ends. A second one before that has happened

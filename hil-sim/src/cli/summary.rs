@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use comfy_table::{CellAlignment, ContentArrangement, Table as TextTable, presets};
 
 use crate::bus::Traffic;
-use crate::outcome::{AxisOutcome, Outcome, RealTime};
+use crate::outcome::{AxisOutcome, Outcome, RealTime, Received};
 use crate::report::{Fact, Table};
 
 /// Stands for a figure that is not there.
@@ -90,8 +90,19 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
         None => facts.push(channel_energy(outcome.energy_min_j)),
         Some(real_time) => facts.extend(one_side(outcome, real_time)),
     }
+    facts.extend(lost(&outcome.received));
     facts.extend(outcome.media.iter().map(medium));
     facts
+}
+
+/// What did not arrive, at both ends; none where nothing is received.
+fn lost(received: &[Received]) -> Option<Fact> {
+    let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
+    let each = received.iter().map(|Received { station, lost, refused }| {
+        format!("{lost} of those to the {station}, which refused {refused}")
+    });
+    let note = each.collect::<Vec<_>>().join("; ");
+    (!received.is_empty()).then(|| fact("lost packets", sum.to_string(), "", &note))
 }
 
 /// How full a medium was and what went wrong on it.

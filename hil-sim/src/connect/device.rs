@@ -1,6 +1,7 @@
 //! A device that is asked: what it answers, under its own names.
 
 use std::io::{Read, Write};
+use std::time::Instant;
 
 use dimsart_core::protocol::{InstanceText, PROTOCOL_VERSION, PortText, Refusal, Request, Response, Status};
 use dimsart_core::{Direction, ModuleRef, TypeRef, Value};
@@ -15,6 +16,8 @@ pub struct Device<S> {
     identity: Identity,
     kinds: List<Kind>,
     types: List<DataType>,
+    /// When the lease is to be renewed; none while it is not held.
+    pub(super) renewal: Option<Instant>,
 }
 
 /// The part of a list on the device that has been asked for.
@@ -67,7 +70,7 @@ impl<S: Read + Write> Device<S> {
             Response::Refused(refusal) => return Err(ConnectError::Refused(refusal)),
             _ => return Err(ConnectError::OtherAnswer),
         };
-        Ok(Self { line, identity, kinds: List::default(), types: List::default() })
+        Ok(Self { line, identity, kinds: List::default(), types: List::default(), renewal: None })
     }
 
     pub(super) fn line(&self) -> &Line<S> {
@@ -106,12 +109,15 @@ impl<S: Read + Write> Device<S> {
         Ok(format!("tick {}: {}", status.ticks, self.state_text(status.blocked)?))
     }
 
-    /// Asks; none when nothing has that number.
+    /// Asks; none when nothing has that number. A lease that is held is renewed before, when it is time to.
     pub(super) fn ask<T>(
         &mut self,
         request: &Request,
         take: impl FnOnce(Response<'_>) -> Option<T>,
     ) -> Result<Option<T>, ConnectError> {
+        if !matches!(request, Request::Lease(_)) {
+            self.renew_in_time()?;
+        }
         match self.line.ask(request)? {
             Response::Refused(Refusal::NotThere) => Ok(None),
             Response::Refused(refusal) => Err(ConnectError::Refused(refusal)),

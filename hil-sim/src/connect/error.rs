@@ -20,6 +20,12 @@ pub enum ConnectError {
     /// There is no lease to be had.
     #[error("the device moves without a lease: `check` lets the scheme run, `stop` stops it")]
     NoLease,
+    /// The lease was held and is over.
+    #[error(
+        "no answer to the renewals of the lease in time: it is over, and the device gets its safe input; the line loses \
+         bytes, or the device has too little time for it"
+    )]
+    LeaseOver,
     /// Undamaged, and no answer to what was asked.
     #[error("the device answered something else than was asked: is its image of another version?")]
     OtherAnswer,

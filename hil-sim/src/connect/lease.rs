@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io::{Read, Write};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{Blocked, LeaseAction, LeaseStatus, NOBODY, Refusal, Request, Response};
 use serde::Serialize;
@@ -11,6 +11,8 @@ use super::{ConnectError, Device, LineError, Patience};
 
 /// A device that says nothing for so long is told to be silent: three heartbeats.
 const SILENCE: Duration = Duration::from_millis(300);
+/// A quarter of what the lease lasts.
+const RENEWAL_PERIOD: Duration = Duration::from_millis(50);
 /// All tries together end before the lease does.
 const RENEWAL: Patience = Patience { timeout: Duration::from_millis(45), tries: 3 };
 
@@ -64,19 +66,49 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Refused`] with the holder, when another client has it.
     pub fn take_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
-        self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)
+        let taken = self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)?;
+        // What it said before is not true any more.
+        self.line_mut().unasked_mut().forget_heartbeat();
+        Ok(taken)
+    }
+
+    /// Takes the lease and renews it in time from now on, whenever the device is asked for something or
+    /// [`renew_in_time`](Self::renew_in_time) is called, until it is [given back](Self::give_lease_back).
+    ///
+    /// # Errors
+    /// As [`take_lease`](Self::take_lease). All that asks the device later can fail as [`renew_lease`](Self::renew_lease).
+    pub fn hold_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
+        let taken = self.take_lease()?;
+        self.renewal = Some(Instant::now() + RENEWAL_PERIOD);
+        Ok(taken)
+    }
+
+    /// Renews the lease if it is held and time to.
+    ///
+    /// # Errors
+    /// As [`renew_lease`](Self::renew_lease).
+    pub fn renew_in_time(&mut self) -> Result<(), ConnectError> {
+        let now = Instant::now();
+        if self.renewal.is_some_and(|due| due <= now) {
+            self.renewal = Some(now + RENEWAL_PERIOD);
+            self.renew_lease()?;
+        }
+        Ok(())
     }
 
     /// Prolongs the lease.
     ///
     /// # Errors
     /// [`ConnectError::Refused`] when it was over: the device has got its safe input since.
-    /// [`ConnectError::Line`] when the device does not answer in time.
+    /// [`ConnectError::LeaseOver`] when the device does not answer in time.
     pub fn renew_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let patience = self.line_mut().set_patience(RENEWAL);
         let renewed = self.lease(LeaseAction::Renew);
         self.line_mut().set_patience(patience);
-        renewed?.ok_or(ConnectError::NoLease)
+        match renewed {
+            Err(ConnectError::Line(LineError::NoAnswer { .. })) => Err(ConnectError::LeaseOver),
+            renewed => renewed?.ok_or(ConnectError::NoLease),
+        }
     }
 
     /// Gives the lease back: the device gets its safe input.
@@ -84,6 +116,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`take_lease`](Self::take_lease).
     pub fn give_lease_back(&mut self) -> Result<(), ConnectError> {
+        self.renewal = None;
         self.lease(LeaseAction::GiveBack).map(drop)
     }
 

@@ -36,6 +36,11 @@ impl Unasked {
         self.heartbeat
     }
 
+    /// Waits for the next heartbeat.
+    pub(super) fn forget_heartbeat(&mut self) {
+        self.heartbeat = None;
+    }
+
     /// Time since the last heartbeat, or since the line was opened.
     pub(super) fn silence(&self) -> Duration {
         self.heard.elapsed()

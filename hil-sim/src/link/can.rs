@@ -35,8 +35,8 @@ pub(super) struct CanDirection {
     pub(super) receiver: usize,
     /// Other nodes, with their identifiers, that send as much whenever this one does.
     pub(super) others: Vec<(usize, Identifier)>,
-    /// Whether it is this direction that tells of the bus.
-    pub(super) reports: bool,
+    /// What is not right about the bus before anything has happened on it.
+    pub(super) remark: Option<String>,
     pub(super) assembler: Box<Assembler>,
 }
 
@@ -64,7 +64,13 @@ impl Medium for CanDirection {
             // What finds no room there is counted there.
             bus.submit(*node, now_ns, framed(*identifier).unwrap_or_default());
         }
-        if bus.submit(self.sender, now_ns, frames) { Ok(()) } else { Err(Refusal::Full) }
+        let is_off =
+            bus.nodes().get(self.sender).is_some_and(|node| node.state(now_ns) == ErrorState::BusOff);
+        match bus.submit(self.sender, now_ns, frames) {
+            true => Ok(()),
+            false if is_off => Err(Refusal::Off),
+            false => Err(Refusal::Full),
+        }
     }
 
     fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8])) {
@@ -78,7 +84,7 @@ impl Medium for CanDirection {
         });
     }
 
-    fn state(&self, now_ns: u64) -> Option<MediumState> {
+    fn state(&self, now_ns: u64) -> MediumState {
         let bus = self.bus.lock();
         let nodes = bus.nodes();
         let gone = nodes.iter().filter(|node| node.bus_offs > 0).map(|node| {
@@ -89,15 +95,22 @@ impl Medium for CanDirection {
             };
             format!("the {name} left the CAN bus {bus_offs} times for too many errors {now}; lower can.bit_error_rate")
         });
+        let others = self.others.iter().filter_map(|(number, _)| nodes.get(*number));
+        let crowded = match others.map(|node| node.dropped).sum() {
+            0_u64 => None,
+            dropped => {
+                Some(format!("CAN bus: {dropped} packets of the other nodes (can.other_nodes) found no room"))
+            }
+        };
         let longest_ns = bus.responses().values().map(|response| response.longest_ns).max();
-        self.reports.then(|| MediumState {
+        MediumState {
             busy_ns: bus.busy_ns(),
             errors: bus.error_frames(),
             bus_offs: nodes.iter().map(|node| node.bus_offs).sum(),
             longest_ns: longest_ns.unwrap_or(0),
             senders: nodes.iter().map(|node| node.name.clone()).collect(),
             timeline: bus.timeline().clone(),
-            faults: gone.collect(),
-        })
+            faults: gone.chain(crowded).chain(self.remark.clone()).collect(),
+        }
     }
 }

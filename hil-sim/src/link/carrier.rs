@@ -158,8 +158,14 @@ impl<'s> Carrier<'s> {
         };
         let forward = identifier(ends.forward_channel, MASTER_IDENTIFIER);
         let mut backward = identifier(ends.backward_channel, SLAVE_IDENTIFIER);
-        if backward == forward {
-            // Two nodes that share an identifier would destroy each other's frames.
+        let remark = (backward == forward).then(|| {
+            format!(
+                "CAN bus: both sides send on channel {}, and two nodes of one identifier destroy each other's frames (here \
+                 the slave was given another one); give each side a CTX_CHANNEL of its own, and the other one that CRX_CHANNEL",
+                ends.forward_channel
+            )
+        });
+        if remark.is_some() {
             backward = Identifier::Extended(SLAVE_IDENTIFIER);
         }
         let mut bus = CanBus::new(self.can_parameters(), self.seed(2));
@@ -174,7 +180,7 @@ impl<'s> Carrier<'s> {
             Some(_) => Assembler::authenticated(),
             None => Assembler::new(),
         };
-        let direction = |channel, identifier, sender, receiver, others: &[_], reports| CanDirection {
+        let direction = |channel, identifier, sender, receiver, others: &[_], remark| CanDirection {
             bus: bus.clone(),
             format,
             channel,
@@ -182,12 +188,12 @@ impl<'s> Carrier<'s> {
             sender,
             receiver,
             others: others.to_vec(),
-            reports,
+            remark,
             assembler: Box::new(assembler()),
         };
         let remedy = "raise can.bits_per_s and can.data_bits_per_s, take CAN FD, or send less often (link.every_ticks)";
-        let forward = direction(ends.forward_channel, forward, master, slave, &others, true);
-        let backward = direction(ends.backward_channel, backward, slave, master, &[], false);
+        let forward = direction(ends.forward_channel, forward, master, slave, &others, remark);
+        let backward = direction(ends.backward_channel, backward, slave, master, &[], None);
         [(0, forward), (1, backward)].map(|(number, direction)| self.over("can", number, remedy, direction))
     }
 

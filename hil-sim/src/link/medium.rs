@@ -10,8 +10,10 @@ use crate::bus::{DatagramPath, MediumReport, Timeline, Traffic, Uart, load};
 /// Why a medium did not take a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Refusal {
-    /// What waits leaves no room, or the sender is off the bus.
+    /// What waits leaves no room.
     Full,
+    /// The sender is off the bus.
+    Off,
     /// No frame of the medium takes so much.
     TooLong,
 }
@@ -22,8 +24,8 @@ pub(super) trait Medium: core::fmt::Debug + Send {
 
     fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8]));
 
-    /// What it came to by `now_ns`; none when the other direction reports it.
-    fn state(&self, now_ns: u64) -> Option<MediumState>;
+    /// What it came to by `now_ns`; where both directions share it, both say the same.
+    fn state(&self, now_ns: u64) -> MediumState;
 }
 
 /// What a medium knows of itself.
@@ -52,6 +54,7 @@ pub(super) struct MediumLink<M> {
     transit: Transit,
     packets: u64,
     full: u64,
+    off: u64,
     too_long: u64,
 }
 
@@ -65,15 +68,19 @@ impl<M: Medium> MediumLink<M> {
     ) -> Self {
         let sender = sender.to_owned();
         let transit = Transit::default();
-        Self { name, sender, remedy, period_ns, medium, behind, transit, packets: 0, full: 0, too_long: 0 }
+        let (packets, full, off, too_long) = (0, 0, 0, 0);
+        Self { name, sender, remedy, period_ns, medium, behind, transit, packets, full, off, too_long }
     }
 
     fn faults(&self) -> impl Iterator<Item = String> {
-        let Self { name, sender, packets, full, too_long, remedy, .. } = self;
+        let Self { name, sender, packets, full, off, too_long, remedy, .. } = self;
         let full = (*full > 0).then(|| {
             format!(
                 "{name}: {full} of the {sender}'s {packets} packets found no room, the line is full; {remedy}"
             )
+        });
+        let off = (*off > 0).then(|| {
+            format!("{name}: {off} of the {sender}'s {packets} packets went nowhere, it was off the bus")
         });
         let too_long = (*too_long > 0).then(|| {
             format!(
@@ -81,7 +88,7 @@ impl<M: Medium> MediumLink<M> {
                  signals in a packet, or choose another link.carrier"
             )
         });
-        full.into_iter().chain(too_long)
+        full.into_iter().chain(off).chain(too_long)
     }
 }
 
@@ -91,6 +98,7 @@ impl<M: Medium> Link for MediumLink<M> {
         match self.medium.send(now * self.period_ns, bytes) {
             Ok(()) => self.transit.sent(now, bytes),
             Err(Refusal::Full) => self.full += 1,
+            Err(Refusal::Off) => self.off += 1,
             Err(Refusal::TooLong) => self.too_long += 1,
         }
     }
@@ -111,12 +119,12 @@ impl<M: Medium> Link for MediumLink<M> {
 
     fn report(&self, now: u64) -> Option<MediumReport> {
         let now_ns = now * self.period_ns;
-        let state = self.medium.state(now_ns)?;
+        let state = self.medium.state(now_ns);
         let traffic = Traffic {
             medium: self.name.clone(),
             load: load(state.busy_ns, now_ns),
             packets: self.packets,
-            dropped: self.full + self.too_long,
+            dropped: self.full + self.off + self.too_long,
             errors: state.errors,
             bus_offs: state.bus_offs,
             longest_s: ns_seconds(state.longest_ns),
@@ -152,9 +160,9 @@ impl Medium for Serial {
         self.uart.receive(now_ns, |_, byte| receiver.take(byte).into_iter().for_each(&mut *deliver));
     }
 
-    fn state(&self, _now_ns: u64) -> Option<MediumState> {
+    fn state(&self, _now_ns: u64) -> MediumState {
         let Self { uart, .. } = self;
-        Some(MediumState {
+        MediumState {
             busy_ns: uart.busy_ns(),
             errors: uart.errors(),
             bus_offs: 0,
@@ -162,7 +170,7 @@ impl Medium for Serial {
             senders: Vec::new(),
             timeline: uart.timeline().clone(),
             faults: Vec::new(),
-        })
+        }
     }
 }
 
@@ -175,8 +183,8 @@ impl Medium for DatagramPath {
         DatagramPath::receive(self, now_ns, |_, content| deliver(content));
     }
 
-    fn state(&self, _now_ns: u64) -> Option<MediumState> {
-        Some(MediumState {
+    fn state(&self, _now_ns: u64) -> MediumState {
+        MediumState {
             busy_ns: self.busy_ns(),
             errors: self.lost(),
             bus_offs: 0,
@@ -184,6 +192,6 @@ impl Medium for DatagramPath {
             senders: Vec::new(),
             timeline: self.timeline().clone(),
             faults: Vec::new(),
-        })
+        }
     }
 }

@@ -18,7 +18,7 @@ pub struct Channels {
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
     /// The socket.
-    #[error("{0}; end the program that uses it")]
+    #[error(transparent)]
     Udp(#[from] UdpError),
     /// The serial port.
     #[error(transparent)]
@@ -36,8 +36,11 @@ pub enum OpenError {
     /// This program cannot.
     #[error("this program knows no CAN interfaces: build it on Linux with `--features socketcan`")]
     NoSocketCan,
+    /// A side that would answer itself.
+    #[error("both sides are at {0}: each needs a UDP address of its own")]
+    Same(Address),
     /// A socket can only talk to another one.
-    #[error("{own} is a UDP address and the other side's, {peer}, is none")]
+    #[error("{own} is a UDP address and the other side's, {peer}, is none: both have to be of one kind")]
     OtherMedium {
         /// This side's.
         own: Address,
@@ -57,6 +60,7 @@ pub fn open(
     channels: Channels,
 ) -> Result<(Box<dyn Link>, Option<Ear>), OpenError> {
     match (own, peer) {
+        (Address::Udp(one), Address::Udp(other)) if one == other => Err(OpenError::Same(own.clone())),
         (Address::Udp(own), Address::Udp(peer)) => {
             let link = Udp::open(*own, *peer)?;
             let ear = link.ear();

@@ -8,12 +8,20 @@ use super::{Ear, Link};
 
 /// Why a socket could not be set up.
 #[derive(Debug, thiserror::Error)]
-#[error("cannot listen on UDP address {address}: {source}")]
+#[error("cannot listen on UDP address {address}: {source}; {}", repair(source))]
 pub struct UdpError {
     /// The address.
     pub address: SocketAddr,
     /// What the system says.
     pub source: std::io::Error,
+}
+
+fn repair(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        std::io::ErrorKind::AddrInUse => "end the program that uses it",
+        std::io::ErrorKind::AddrNotAvailable => "it is no address of this computer",
+        _ => "the system does not let it",
+    }
 }
 
 /// Both directions between this process and the one at the peer's address.

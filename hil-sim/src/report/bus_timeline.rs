@@ -15,7 +15,7 @@ use crate::bus::MediumReport;
 use crate::bus::time::{NS_PER_S, ns_seconds};
 
 /// Ticks that are shown.
-pub const TICKS_SHOWN: u64 = 4;
+const TICKS_SHOWN: u64 = 4;
 
 /// Who had one or more media when.
 #[derive(Debug, Clone, PartialEq)]
@@ -55,7 +55,9 @@ impl BusTimeline {
     #[must_use]
     pub fn of(media: &[MediumReport], period_ns: u64) -> Option<Self> {
         let all = media.iter().flat_map(|medium| medium.timeline.occupations());
-        let end_ns = all.map(|occupation| occupation.end_ns).max()?.next_multiple_of(period_ns.max(1));
+        // A tick in which nothing begins any more would look idle.
+        let last_ns = all.map(|occupation| occupation.start_ns).max()?;
+        let end_ns = (last_ns / period_ns.max(1) + 1) * period_ns;
         Self::between(media, period_ns, (end_ns.saturating_sub(TICKS_SHOWN * period_ns), end_ns))
     }
 
@@ -136,8 +138,11 @@ impl BusTimeline {
             let ends = [(x, px(HEAD_HEIGHT - 6.0)), (x, px(self.bottom() + 6.0))];
             area.draw(&PathElement::new(ends, LIGHT_GREY.stroke_width(width(1.0))))?;
             let text = format!("{:.digits$} ms", 1e3 * ns_seconds(tick_ns));
-            let at = (self.x(tick_ns), self.bottom() + 20.0);
-            label(area, &text, at, HPos::Center, &font(13.0, FontStyle::Normal, GREY))?;
+            let style = font(13.0, FontStyle::Normal, GREY);
+            // The last one stays on the picture.
+            let most = f64::from(WIDTH) - 0.5 * text_width(&text, &style) - 4.0;
+            let at = (self.x(tick_ns).min(most), self.bottom() + 20.0);
+            label(area, &text, at, HPos::Center, &style)?;
         }
         Ok(())
     }
@@ -243,6 +248,22 @@ mod tests {
             assert!(labels.contains(&expected), "`{expected}` is missing from {labels:?}");
         }
         assert!(timeline.description().contains("slave: 4 frames, 1.200 ms, 0 of them not through"));
+    }
+
+    #[test]
+    fn a_frame_that_lasts_into_the_next_tick_shows_no_idle_tick() {
+        let mut media = media(false);
+        let late = Occupation {
+            start_ns: 9_900_000,
+            end_ns: 10_050_000,
+            sender: 0,
+            label: String::new(),
+            is_error: false,
+        };
+        media[0].timeline.add(late);
+        let timeline = BusTimeline::of(&media, 1_000_000).unwrap();
+        assert_eq!(timeline.span_ns, (6_000_000, 10_000_000));
+        assert_eq!(timeline.rows[0].stretches[0].span_ns, (9_900_000, 10_000_000));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use std::io::Read;
 use std::process::{Child, Command, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use dimsart_core::{Tick, Word};
 use hil_sim::connect::{Live, ValueText};
@@ -90,6 +90,33 @@ fn arm_tells_a_program_every_change() {
     let last = reports.last().unwrap();
     assert_eq!(last["is_commanded"], false, "{out}");
     assert!(last["state"].as_str().unwrap().contains("the scheme is stopped"), "{out}");
+}
+
+/// Heartbeats from before are ten a second.
+#[test]
+fn who_has_just_taken_the_lease_is_not_told_that_nobody_has_it() {
+    let board = running();
+    let mut device = board.connect();
+    device.listen(Duration::from_millis(250)).unwrap();
+    assert_eq!(device.live().unwrap().holder, None);
+    device.take_lease().unwrap();
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+}
+
+/// Twice as long as the lease lasts, without a moment in which nothing is asked.
+#[test]
+fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
+    let board = running();
+    let mut device = board.connect();
+    device.hold_lease().unwrap();
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_millis(400) {
+        device.state().unwrap();
+    }
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+    device.give_lease_back().unwrap();
+    board.wait_for(Tick::Disarmed);
+    device.state().unwrap();
 }
 
 #[test]

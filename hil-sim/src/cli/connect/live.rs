@@ -12,8 +12,6 @@ use crate::connect::{ConnectError, Live, SignalReport};
 
 /// How soon Ctrl-C is seen.
 const A_MOMENT: Duration = Duration::from_millis(20);
-/// A quarter of what the lease lasts.
-const RENEWAL_PERIOD: Duration = Duration::from_millis(50);
 
 pub(super) fn lines(signals: &[SignalReport]) -> String {
     signals.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
@@ -60,12 +58,14 @@ pub(super) fn watch(
     out: &mut impl Write,
 ) -> Result<(), Box<dyn Error>> {
     let stop = on_ctrl_c()?;
-    let mut lease = is_armed.then(|| Lease::take(device)).transpose()?;
+    if is_armed {
+        device.hold_lease()?;
+    }
     let screen = Screen::enter(out)?;
-    let ending = refresh(device, names, period, &mut lease, &screen, &stop, out);
+    let ending = refresh(device, names, period, &screen, &stop, out);
     let is_terminal = screen.0;
     screen.leave(out)?;
-    if lease.is_some() {
+    if is_armed {
         device.give_lease_back()?;
     }
     let last = ending?;
@@ -80,7 +80,6 @@ fn refresh(
     device: &mut Device,
     names: &[String],
     period: Duration,
-    lease: &mut Option<Lease>,
     screen: &Screen,
     stop: &AtomicBool,
     out: &mut impl Write,
@@ -92,32 +91,12 @@ fn refresh(
         screen.show(out, &text)?;
         next = (next + period).max(Instant::now());
         while Instant::now() < next && !stop.load(Ordering::Relaxed) {
-            if let Some(lease) = lease {
-                lease.renew_in_time(device)?;
-            }
+            device.renew_in_time()?;
             device.listen((next - Instant::now().min(next)).min(A_MOMENT)).map_err(ConnectError::from)?;
         }
         if stop.load(Ordering::Relaxed) {
             return Ok(text);
         }
-    }
-}
-
-/// The lease, and when it was renewed last.
-struct Lease(Instant);
-
-impl Lease {
-    fn take(device: &mut Device) -> Result<Self, ConnectError> {
-        device.take_lease()?;
-        Ok(Self(Instant::now()))
-    }
-
-    fn renew_in_time(&mut self, device: &mut Device) -> Result<(), ConnectError> {
-        if self.0.elapsed() >= RENEWAL_PERIOD {
-            self.0 = Instant::now();
-            device.renew_lease()?;
-        }
-        Ok(())
     }
 }
 
@@ -133,11 +112,11 @@ fn on_ctrl_c() -> Result<Arc<AtomicBool>, ctrlc::Error> {
 /// every change.
 pub(super) fn arm(device: &mut Device, json: &Json, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
     let stop = on_ctrl_c()?;
-    let mut lease = Lease::take(device)?;
+    device.hold_lease()?;
     if !json.json {
         writeln!(out, "client {} holds the lease until Ctrl-C", device.client())?;
     }
-    let ending = hold(device, &mut lease, json, &stop, out);
+    let ending = hold(device, json, &stop, out);
     // Also after an error; what cannot be given back ends by itself.
     let given_back = device.give_lease_back();
     ending?;
@@ -150,7 +129,6 @@ pub(super) fn arm(device: &mut Device, json: &Json, out: &mut impl Write) -> Res
 
 fn hold(
     device: &mut Device,
-    lease: &mut Lease,
     json: &Json,
     stop: &AtomicBool,
     out: &mut impl Write,
@@ -158,7 +136,7 @@ fn hold(
     let is_live = io::stdout().is_terminal() && !json.json;
     let mut last = None;
     while !stop.load(Ordering::Relaxed) {
-        lease.renew_in_time(device)?;
+        device.renew_in_time()?;
         let live = device.live()?;
         let news = Some((live.is_commanded, live.holder, live.state.clone()));
         if is_live {

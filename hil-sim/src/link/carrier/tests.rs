@@ -77,6 +77,23 @@ fn a_full_line_is_a_figure_and_a_fault() {
 }
 
 #[test]
+fn what_other_nodes_lose_and_a_shared_identifier_are_faults() {
+    let faults = |scenario: &Scenario, channel| {
+        let ends = Ends { forward_channel: channel, backward_channel: channel };
+        let [mut forward, _] = Carrier::new(scenario).unwrap().connect(ends);
+        for now in 0..500 {
+            forward.send(now, &packet(1));
+        }
+        forward.report(500).unwrap().faults
+    };
+    let crowded = faults(&scenario(CarrierKind::CanFd, &["can.other_nodes=20"]), 0);
+    assert!(crowded.iter().any(|fault| fault.contains("packets of the other nodes")), "{crowded:?}");
+    let shared = faults(&scenario(CarrierKind::CanFd, &[]), 16);
+    assert!(shared.iter().any(|fault| fault.contains("both sides send on channel 16")), "{shared:?}");
+    assert_eq!(faults(&scenario(CarrierKind::CanFd, &[]), 0), [""; 0]);
+}
+
+#[test]
 fn a_packet_that_no_frame_carries_is_a_fault() {
     let scenario = scenario(CarrierKind::CanFd, &[]);
     let ends = Ends { forward_channel: 0, backward_channel: 0 };
