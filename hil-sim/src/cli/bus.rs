@@ -92,11 +92,11 @@ impl Bus {
         let plan = self.plan(&scenario)?;
         let (figures, medium) = plan.look()?;
         print(out, &plan, &figures)?;
-        if !self.no_picture {
-            if let Some(picture) = BusTimeline::of(&[medium], plan.period_ns()) {
-                let [svg, _] = report::write_bus(&self.out, &picture)?;
-                writeln!(out, "picture: {}", svg.display())?;
-            }
+        if !self.no_picture
+            && let Some(picture) = BusTimeline::of(&[medium], plan.period_ns())
+        {
+            let [svg, _] = report::write_bus(&self.out, &picture)?;
+            writeln!(out, "picture: {}", svg.display())?;
         }
         if self.json {
             let BusPlan { joints, rate_hz, words_to_joint, words_from_joint, .. } = plan;
