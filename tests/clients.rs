@@ -63,6 +63,13 @@ impl Board {
         }
     }
 
+    fn status(&mut self) -> Option<Blocked> {
+        match self.ask(1, Request::Status) {
+            Response::Status(status) => status.blocked,
+            other => panic!("{other:?}"),
+        }
+    }
+
     fn follow(&mut self, client: u8, place: u8, signal: &DataType, every_ticks: u32) -> Response<'static> {
         self.ask(client, Request::Telemetry { place, signal: signal.first(), every_ticks })
     }
@@ -115,6 +122,19 @@ fn a_device_moves_for_the_length_of_a_lease_and_is_still_in_the_tick_after_that(
     let signals = board.dimsart.engine().data_base();
     let slot = signals.slot(types::DES_FORCE.first()).unwrap();
     assert_eq!(signals.words(slot), FORCE_N.map(f32::to_bits));
+}
+
+#[test]
+fn ticks_that_were_left_out_do_not_make_a_lease_longer() {
+    let mut board = Board::running();
+    board.lease(1, LeaseAction::Take).unwrap();
+    for tick in 0..LEASE_TICKS / 4 {
+        board.tick();
+        assert_eq!(board.last.0, Tick::Ran, "{tick}");
+        (0..3).for_each(|_| board.info.leave_out_tick());
+    }
+    board.tick();
+    assert_eq!(board.last.0, Tick::Disarmed);
 }
 
 #[test]
@@ -242,4 +262,32 @@ fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     assert_eq!(board.follow(1, 0, types::POSITION, 1), Response::Refused(Refusal::NotThere));
     board.tick();
     assert_eq!(board.last.0, Tick::Ran, "nor a lease");
+}
+
+#[test]
+fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
+    let load = |mut board: Board, rows: &str| {
+        assert_eq!(scheme::load(rows, "any", &["any"], &mut board.dimsart, |_| ()), 0);
+        board
+    };
+    let rows = "any COMM_TXMOD CTX_ADD_DATA DES_FORCE\nany MOD_ENG MOD_ON COMM_TXMOD";
+    let mut sender = load(Board::running(), rows);
+    let rows =
+        "any COMM_RXMOD CRX_ADD_DATA DES_FORCE\nany MOD_ENG MOD_ON COMM_RXMOD\nany MOD_ENG MATCHING_CHECK";
+    let mut board = load(Board::new(), rows);
+    sender.tick();
+    let packet = sender.dimsart.outgoing(0).unwrap();
+    board.dimsart.receive(0, &packet.to_bytes()).unwrap();
+    board.lease(1, LeaseAction::Take).unwrap();
+    (0..20).for_each(|_| drop(board.tick()));
+    assert_eq!((board.last.0, board.status()), (Tick::Ran, None));
+    board.tick();
+    let lost = Some(Blocked::LinkLost { link: 0 });
+    assert_eq!((board.last.0, board.info.heartbeat(0).blocked), (Tick::LinkLost { link: 0 }, lost));
+    assert_eq!(board.status(), lost);
+    assert_eq!(board.command(1, Command::plain(Verb::MatchingCheck)).unwrap().blocked, lost);
+    assert_eq!(board.command(1, Command::plain(Verb::Reset)).unwrap().blocked, None);
+    assert_eq!(board.status(), None, "it moves in the next tick");
+    board.tick();
+    assert_eq!(board.last.0, Tick::Ran);
 }

@@ -240,3 +240,35 @@ fn a_round_trip_is_in_ticks_at_any_rate() {
         assert!(ends.iter().all(|end| end.bits("LINK_ROUND_TRIP")[0] >= 8));
     }
 }
+
+/// A device that could not be measured for a while does not go on with what came before that.
+#[test]
+fn time_goes_on_for_a_link_while_measurements_are_refused() {
+    for (missed, is_alive) in [(5, false), (19, false), (20, false), (10_000, false), (10_000, true)] {
+        let mut sender: Bench = Bench::of(1, &[types::FORCE], &[]);
+        sender.run("COMM_TXMOD CTX_ADD_DATA FORCE\nMOD_ENG MOD_ON COMM_TXMOD");
+        let mut receiver: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+        receiver.run("COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD");
+        let mut step = |force: f32, measured: f32, arrives: bool| {
+            sender.tick(&[force]);
+            let packet = sender.dimsart.outgoing(0).unwrap();
+            if arrives {
+                receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+            }
+            let (tick, commanded) = receiver.try_tick(&[measured.into()]);
+            (tick, f32::from_bits(commanded[0].0))
+        };
+        assert!((0..50).all(|_| step(2.5, 0.0, true) == (Tick::Ran, 2.5)));
+        for tick in 0..missed {
+            // Of those that come meanwhile none is waiting at the end.
+            let (tick, force) = step(2.5, f32::NAN, is_alive || tick == 0);
+            assert!(matches!(tick, Tick::MeasurementRefused(_)) && force == 0.0);
+        }
+        if is_alive {
+            assert!((0..50).all(|_| step(1.5, 0.0, true) == (Tick::Ran, 1.5)));
+        } else {
+            let moved = (0..100).take_while(|_| step(1.5, 0.0, false).0 == Tick::Ran).count();
+            assert_eq!(moved, 19_usize.saturating_sub(missed), "{missed}");
+        }
+    }
+}

@@ -203,3 +203,31 @@ fn one_old_packet_is_no_restart() {
     assert_eq!(way.receive([&packets[5]]), 0.0, "one old packet in each silence");
     assert_eq!(way.receive([&packets[7]]), 3.0);
 }
+
+/// What came while nobody took it may be long past, and from a life of the sender that is over.
+#[test]
+fn what_came_before_the_receiver_started_is_not_used() {
+    let pauses = [
+        ["MOD_ENG STOP", "MOD_ENG MATCHING_CHECK"],
+        ["MOD_ENG MOD_OFF COMM_RXMOD", "MOD_ENG MOD_ON COMM_RXMOD"],
+    ];
+    for [stop, start] in pauses {
+        let mut way = Way::new("COMM_RXMOD STALE HOLD");
+        let mut packet = way.send(1.0);
+        for _ in 0..2000 {
+            assert_eq!(way.receive([&packet]), 1.0);
+            packet = way.send(1.0);
+        }
+        way.receiver.rows(stop);
+        for _ in 0..2 {
+            let packet = way.send(7.0);
+            way.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+        }
+        way.sender = sender();
+        way.receiver.rows(start);
+        assert_eq!(way.receive([]), 0.0, "{start}");
+        assert_eq!(way.count("LINK_AGE"), 1, "{start}");
+        let packet = way.send(0.5);
+        assert_eq!(way.receive([&packet]), 0.5, "{start}: its first one is heard at once");
+    }
+}

@@ -16,7 +16,7 @@ pub struct BoardInfo {
 pub struct Tooling {
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.
     pub chip: Option<&'static str>,
-    /// What an image may take; none for an emulated board: it has room.
+    /// What the plain image may take; none for an emulated board: it has room. A variant has all of the chip's memory.
     pub budget: Option<Size>,
     /// Features that make further images of it, next to the plain one.
     pub variants: &'static [&'static str],

@@ -56,7 +56,8 @@ boards! {
     "mps2-an386" mps2_an386 Mps2An386
         Tooling { chip: None, budget: None, variants: &["timer-tick"] };
     "nucleo-g474re" nucleo_g474re NucleoG474re
-        Tooling { chip: Some("STM32G474RETx"), budget: Some(Size { flash: 96 * 1024, ram: 32 * 1024 }), variants: &[] };
+        Tooling { chip: Some("STM32G474RETx"), budget: Some(Size { flash: 96 * 1024, ram: 32 * 1024 }),
+            variants: &["classic-can", "uart-link"] };
     // A quarter of its flash to spare; the linker keeps the RAM.
     "b-g431b-esc1" b_g431b_esc1 BG431bEsc1
         Tooling { chip: Some("STM32G431CBUx"), budget: Some(Size { flash: 96 * 1024, ram: 24_960 }), variants: &[] };

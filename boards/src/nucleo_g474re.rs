@@ -13,16 +13,21 @@
 //! | Enable of all drivers, high when on; give it a pull-down, it floats during a reset | PC3 |
 //! | Command line: LPUART 1 at 921 600 baud, the ST-LINK's virtual serial port | PA2 out, PA3 in |
 //! | Link 0: FDCAN 1, CAN FD at 1 and 4 Mbit/s, needs a transceiver | PA11 in, PA12 out |
+//! | Link 0 with feature `uart-link`: USART 3 at 921 600 baud instead | PC10 out, PC11 in |
 //! | Crystal | 24 MHz |
 //!
 //! Before a motor is powered: `docs/first-start.md` finds an encoder or a motor that is wired backwards.
 //!
 //! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
 
+#[cfg(not(feature = "uart-link"))]
+mod can_link;
+#[cfg(feature = "uart-link")]
+mod uart_link;
+
 use dimsart_core::{AxisKind, Scalar as _, Tick, Word};
-use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, LPUART1, TIM2, TIM3, TIM4};
+use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1, TIM2, TIM3, TIM4};
 use embassy_stm32::rcc::PllPreDiv;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwm;
@@ -32,13 +37,17 @@ use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::{bind_interrupts, dma, pac, usart};
 use static_cell::ConstStaticCell;
 
+#[cfg(not(feature = "uart-link"))]
+use self::can_link as link;
+#[cfg(feature = "uart-link")]
+use self::uart_link as link;
 use crate::board::{Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::Motor;
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::uart::{self, UartPort};
-use crate::stm32g4::{self, Sleep, fdcan};
+use crate::stm32g4::{self, Sleep};
 
 const AXES: usize = 3;
 /// The motors. Change it to what is connected: see the motor's and the supply's data sheets.
@@ -63,8 +72,6 @@ bind_interrupts!(struct Interrupts {
     LPUART1 => usart::InterruptHandler<LPUART1>;
     DMA1_CHANNEL1 => dma::InterruptHandler<DMA1_CH1>;
     DMA1_CHANNEL2 => dma::InterruptHandler<DMA1_CH2>;
-    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
-    FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
     FLASH => embassy_stm32::flash::InterruptHandler;
 });
 
@@ -78,8 +85,8 @@ impl Board for NucleoG474re {
 
     type Joints = BrushedMotors;
     type CommandPort = UartPort;
-    type LinkIn = fdcan::FromCan;
-    type LinkOut = fdcan::ToCan;
+    type LinkIn = link::LinkIn;
+    type LinkOut = link::LinkOut;
     type Flash = SchemeFlash;
     type Idle = Sleep;
 
@@ -122,9 +129,11 @@ impl Board for NucleoG474re {
         let (receive, send) = ((chip.PA3, chip.DMA1_CH1), (chip.PA2, chip.DMA1_CH2));
         let (receive, send) = uart::open(chip.LPUART1, receive, send, Interrupts, RING.take());
         let command_port = UartPort { receive, send };
-        let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PA12, Interrupts);
         let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
-        let links = fdcan::start(can, 0);
+        #[cfg(not(feature = "uart-link"))]
+        let links = link::start(chip.FDCAN1, chip.PA11, chip.PA12);
+        #[cfg(feature = "uart-link")]
+        let links = link::start(chip.USART3, (chip.PC11, chip.DMA1_CH3), (chip.PC10, chip.DMA1_CH4));
         stm32g4::parts(&[AxisKind::Rotary; AXES], joints, command_port, links, storage, chip.IWDG)
     }
 

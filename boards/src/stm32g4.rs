@@ -7,10 +7,13 @@
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
 
+#[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;
 pub(crate) mod flash;
 pub(crate) mod power_stage;
 pub(crate) mod uart;
+#[cfg(feature = "uart-link")]
+pub(crate) mod uart_link;
 
 use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
@@ -29,6 +32,7 @@ use self::uart::UartPort;
 use crate::board::{Board, Idle, Parts, Storage};
 
 /// What the crystal is made into.
+#[cfg(not(feature = "uart-link"))]
 pub(crate) const CLOCK_HZ: u32 = 168_000_000;
 /// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
 /// takes longer than 20 ms.
@@ -109,8 +113,15 @@ const OUTPUTS: [&DataType; 7] = {
 /// Fills in what a board measures beside its axes' angles.
 pub(crate) fn measure(rest: Option<&mut [Word]>) {
     if let Some([rejoins, ..]) = rest {
-        *rejoins = Word(fdcan::rejoins());
+        *rejoins = Word(rejoins_of_can());
     }
+}
+
+fn rejoins_of_can() -> u32 {
+    #[cfg(not(feature = "uart-link"))]
+    return fdcan::rejoins();
+    #[cfg(feature = "uart-link")]
+    0
 }
 
 /// The parts of a board whose axes turn and measure their angle. Last of all that is started: the watchdog

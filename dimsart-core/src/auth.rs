@@ -18,10 +18,12 @@
 //! [`Handshake`](crate::envelope::Class::Handshake), on the way back and forth:
 //!
 //! ```text
-//! sealer -> opener   0                                     I have no nonce (hello)
-//! opener -> sealer   1 | nonce u64                         use this one (challenge)
-//! sealer -> opener   2 | freshness u64 | tag 8 bytes       this is where I am (proof)
+//! sealer -> opener   0 u32                                 I have no nonce (hello)
+//! opener -> sealer   1 u32 | nonce u64                     use this one (challenge)
+//! sealer -> opener   2 u32 | freshness u64 | tag 8 bytes   this is where I am (proof)
 //! ```
+//! A [`Guard`] is both ends of one side of a link: the sealer of what leaves, the opener of what comes.
+//!
 //! Until the proof, an opener goes on with the nonce it had, so a false hello or a replay does not interrupt anybody.
 //! A false challenge does, until the next true one, at most [`CHALLENGE_MS`] later: who can write to the line can
 //! also cut it. What it cannot do is to have something of its own accepted.
@@ -38,16 +40,15 @@
 //! Contents are not secret. The key lies in the controller's memory as everything else does: a part without a
 //! hardware security module gives it to whoever can read its flash; enable the read-out protection.
 
+mod guard;
 mod handshake;
 mod lockout;
 mod opener;
 mod sealer;
 mod tag;
 
+pub use guard::Guard;
 pub use lockout::{LOCKOUT_MS, LOCKOUT_TAGS};
 pub use opener::{AuthError, CHALLENGE_MS, Opener};
 pub use sealer::Sealer;
 pub use tag::{Key, Profile};
-
-/// Added to the class of a content that has a tag.
-const TAGGED: u8 = 0x80;

@@ -5,7 +5,7 @@ use crate::device::DeviceDescriptor;
 use crate::engine::Engine;
 use crate::frame::{Frame, FrameError};
 use crate::limits::DEFAULT_WORDS;
-use crate::mailbox::is_newer;
+use crate::mailbox::{LinkPort, is_newer};
 use crate::module::ModuleList;
 use crate::modules::Standard;
 use crate::packet::{Packet, PacketError};
@@ -93,6 +93,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
 
     fn run(&mut self, measured: &[Word], commanded: &mut [Word]) -> Tick {
         if let Err(error) = self.frame.write(self.engine.data_base_mut(), measured) {
+            self.engine.data_base().links().iter().for_each(LinkPort::miss_tick);
             return Tick::MeasurementRefused(error);
         }
         if !self.engine.is_running() {

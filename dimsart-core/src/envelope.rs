@@ -18,6 +18,9 @@ pub const HEADER_BYTES: usize = 3;
 /// Bytes behind the payload.
 pub const CRC_BYTES: usize = 4;
 
+/// Added to the class of a content that has a tag: `auth`.
+pub(crate) const TAGGED: u8 = 0x80;
+
 /// What an envelope is for. What is behind it never changes once it was released: a new layout is a new class.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

@@ -133,6 +133,8 @@ pub struct LinkPort {
     pub is_damaged: Cell<bool>,
     /// Set by the receiving module in every tick in which the link is lost.
     pub is_lost: Cell<bool>,
+    /// Ticks that computed nothing, since the receiving module looked.
+    pub missed_ticks: Cell<u32>,
     /// Packets replaced in `received` before a module saw them, or refused at the door.
     pub superseded: Cell<u32>,
 }
@@ -148,8 +150,25 @@ impl LinkPort {
             since_sent_ticks: Cell::new(0),
             is_damaged: Cell::new(false),
             is_lost: Cell::new(false),
+            missed_ticks: Cell::new(0),
             superseded: Cell::new(0),
         }
+    }
+
+    /// Counts a tick that computed nothing; what came for it will be old in the next one.
+    pub(crate) fn miss_tick(&self) {
+        let unused = u32::from(self.received.is_full());
+        self.superseded.set(self.superseded.get().wrapping_add(unused));
+        self.received.clear();
+        self.missed_ticks.set(self.missed_ticks.get().saturating_add(1));
+    }
+
+    /// Forgets what came while nobody took it: it may be long past.
+    pub(crate) fn forget_received(&self) {
+        self.received.clear();
+        self.accepted_counter.set(0);
+        self.is_damaged.set(false);
+        self.missed_ticks.set(0);
     }
 }
 

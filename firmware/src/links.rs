@@ -20,6 +20,11 @@ pub(crate) fn listen(dimsart: &BoardDimsart) {
     }
 }
 
+/// The channel that is listened to on a link.
+pub(crate) fn listened_to(link: usize) -> u16 {
+    LISTENING.get(link)
+}
+
 /// A packet that came in, or why it is none.
 pub(crate) struct Received {
     pub(crate) link: usize,
@@ -38,7 +43,7 @@ pub(crate) async fn receive(mut link_in: LinkIn, mut packets: Giver<Received>) {
     loop {
         let (link, length) = link_in.receive(&LISTENING, &mut buffer).await;
         if let Some(bytes) = buffer.get(..length) {
-            packets.give(Received { link, packet: Packet::from_bytes(bytes, LISTENING.get(link)) });
+            packets.give(Received { link, packet: Packet::from_bytes(bytes, listened_to(link)) });
         }
     }
 }

@@ -77,6 +77,7 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
         let has_overrun = Instant::now() >= due;
         while Instant::now() >= due {
             due += PERIOD;
+            info.leave_out_tick();
         }
         timing.count(is_late, has_overrun);
         info.set_timing(timing);
@@ -110,6 +111,10 @@ fn step(
     }
     for _ in 0..Selected::PACKETS_PER_TICK {
         let Some(Received { link, packet }) = ends.packets_in.take() else { break };
+        if packet.as_ref().is_ok_and(|packet| packet.channel != links::listened_to(link)) {
+            // It was wanted when it came.
+            continue;
+        }
         // What is refused is counted by the controller.
         let _ = dimsart.deliver(link, &packet);
     }

@@ -19,23 +19,23 @@ fn controller() -> Dimsart {
 
 fuzz_target!(|bytes: &[u8]| {
     CONTROLLER.with_borrow_mut(|controller| {
-        let (mut receiver, info) = (Receiver::new(), DeviceInfo::new("fuzz"));
+        let (mut receiver, mut info) = (Receiver::new(), DeviceInfo::new("fuzz"));
         let mut frame = [0; MAX_FRAME_BYTES];
         let mut carried_out = 0;
         receiver.take_all(bytes, |content| {
             carried_out += 1;
-            answer(content, controller, &info, &mut frame).unwrap();
+            answer(content, controller, &mut info, &mut frame).unwrap();
         });
         assert_eq!(receiver.counters().frames, carried_out);
 
         // As if the checksum had been right, which no fuzzer finds by chance.
-        let _ = answer(bytes, controller, &info, &mut frame).unwrap();
+        let _ = answer(bytes, controller, &mut info, &mut frame).unwrap();
 
         let mut request = [0; MAX_FRAME_BYTES];
         let request = encode_request(&Request::Identify, 7, &mut request).unwrap();
         let mut answers = 0;
         receiver.take_all(request, |content| {
-            answers += usize::from(answer(content, controller, &info, &mut frame).unwrap().is_some());
+            answers += usize::from(answer(content, controller, &mut info, &mut frame).unwrap().is_some());
         });
         assert_eq!(answers, 1, "the next good frame is answered");
     });

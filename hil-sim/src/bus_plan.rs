@@ -313,8 +313,9 @@ impl BusPlan {
         let most = self.words_to_joint.max(self.words_from_joint);
         let fewer = |words: usize| Self { words_to_joint: words, words_from_joint: words, ..self.clone() };
         if let Some(words) = (0..most).rev().find(|words| fewer(*words).is_in_time()) {
+            let words = if words == 1 { "1 word".to_owned() } else { format!("{words} words") };
             advice.push(format!(
-                "send packets of {words} instead of {most} words: fewer signals, or no counters (CTX_COUNTERS OFF and \
+                "send {words} in a packet instead of {most}: fewer signals, or no counters (CTX_COUNTERS OFF and \
                  CRX_COUNTERS OFF)"
             ));
         }

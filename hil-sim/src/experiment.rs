@@ -1,18 +1,24 @@
 //! The paper's bilateral experiment: a scenario becomes a rig, and runs.
 
 mod error;
+mod guards;
+mod one_side;
 mod reception;
+mod side;
 mod station;
 
 use std::fs::File;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use dimsart_core::{DataType, Word, types};
 
 pub use error::ExperimentError;
+pub use side::Side;
 pub use station::device;
 
+use guards::guard_both;
+use one_side::Alone;
 use station::{controller, station};
 
 use crate::bus::MediumReport;
@@ -20,8 +26,7 @@ use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
 use crate::felt::FeltStiffness;
-use crate::link::{self, Address, Carrier, Channels, Ends};
-use crate::meeting::{Missed, meet};
+use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
 use crate::phases::Phases;
@@ -30,70 +35,12 @@ use crate::recording::Recording;
 use crate::report::TickMap;
 use crate::rig::{End, Probe, Rig};
 use crate::round_trips::RoundTrips;
-use crate::scenario::{Scenario, SideSection};
+use crate::scenario::Scenario;
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Watch};
 
-/// One of the two ends of the line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
-pub enum Side {
-    /// The operator's end.
-    Master,
-    /// The remote end.
-    Slave,
-}
-
-impl Side {
-    /// Its name in schemes and reports.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Master => "master",
-            Self::Slave => "slave",
-        }
-    }
-
-    /// The other end.
-    #[must_use]
-    pub fn other(self) -> Self {
-        match self {
-            Self::Master => Self::Slave,
-            Self::Slave => Self::Master,
-        }
-    }
-
-    /// Its controller and device.
-    #[must_use]
-    pub fn section(self, scenario: &Scenario) -> &SideSection {
-        match self {
-            Self::Master => &scenario.master,
-            Self::Slave => &scenario.slave,
-        }
-    }
-
-    /// Where it listens when it is a process of its own.
-    #[must_use]
-    pub fn address(self, scenario: &Scenario) -> &Address {
-        match self {
-            Self::Master => &scenario.link.master_address,
-            Self::Slave => &scenario.link.slave_address,
-        }
-    }
-
-    /// Where it finds the other side then: at the other end of what it is at itself, or at another socket.
-    #[must_use]
-    pub fn meeting_place(self, scenario: &Scenario) -> &Address {
-        match self.address(scenario) {
-            Address::Udp(_) => self.other().address(scenario),
-            own => own,
-        }
-    }
-}
-
 /// Silence from the other process that is worth a word at the end of a run, ticks.
 const SILENCE_TICKS: u32 = 100;
-/// Silence after which a side that is a process of its own calls its link lost unless told otherwise, ticks.
-const DESKTOP_TIMEOUT_TICKS: u32 = 1000;
 /// Share of late ticks that is a fault: now and then one is normal on a host.
 const LATE_SHARE: f64 = 0.01;
 /// A side that sends packets sends one in so many ticks.
@@ -113,14 +60,6 @@ pub struct Experiment {
     recorder: Option<Recorder>,
     /// None when both sides are simulated here.
     alone: Option<Alone>,
-}
-
-/// The only side that is simulated here, paced by real time.
-#[derive(Debug, Clone, Copy)]
-struct Alone {
-    side: Side,
-    /// When its first tick is due.
-    start: Instant,
 }
 
 /// What a run leaves behind.
@@ -161,63 +100,12 @@ impl Experiment {
         };
         let ends = Ends { forward_channel: channel(slave), backward_channel: channel(master) };
         let [forward, backward] = carrier.connect(ends);
+        guard_both(scenario, &mut rig, ends)?;
         rig.connect(end(master), end(slave), forward);
         rig.connect(end(slave), end(master), backward);
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let scenario = scenario.clone();
         Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone: None })
-    }
-
-    /// One side only, in real time, the other one being another process or a board behind the link of its
-    /// [address](Side::address). Waits up to `wait` for it to start, unless `stop` is set meanwhile.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new), and when the link cannot be opened or the other side does not come.
-    pub fn one_side(
-        scenario: &Scenario,
-        side: Side,
-        wait: Duration,
-        stop: &AtomicBool,
-    ) -> Result<Self, ExperimentError> {
-        let mut scenario = scenario.clone();
-        // Two processes of a desktop computer are not real time.
-        scenario.link.timeout_ticks.get_or_insert(DESKTOP_TIMEOUT_TICKS);
-        let scenario = &scenario;
-        let mut dimsart = controller(scenario, side)?;
-        let own = Controller::read(&mut dimsart);
-        // A scheme that is not at hand on this computer leaves figures unknown that are of both sides.
-        let other = controller(scenario, side.other());
-        let out = other.as_ref().map_or(0, |other| other.listening_channel(0));
-        let channels = Channels { out, listening: dimsart.listening_channel(0) };
-        let other = other.map(|mut other| Controller::read(&mut other)).unwrap_or_default();
-        let chain = match side {
-            Side::Master => chain(scenario, own, other)?,
-            Side::Slave => chain(scenario, other, own)?,
-        };
-        let link_round_trip_ticks = Carrier::new(scenario)?.round_trip_ticks();
-        let phases = Phases::new(scenario, &chain, link_round_trip_ticks);
-        let mut rig = Rig::new(scenario.sample_period_s);
-        let station = rig.add(station(scenario, &phases, side, dimsart)?);
-        let recorder = Some(Recorder::new(&rig, &scenario.record)?);
-        let end = End { station, link: 0 };
-        let (own, peer) = (side.address(scenario), side.other().address(scenario));
-        let (link, ear) = link::open(own, peer, channels)
-            .map_err(|source| ExperimentError::Link { side: side.name(), source })?;
-        // One of the two follows the other one's beat.
-        let ear = ear.filter(|_| side == Side::Slave);
-        rig.connect(end, end, link);
-        let peer = side.meeting_place(scenario).clone();
-        let start = meet(&mut rig, ear.as_ref(), wait, stop).map_err(|missed| {
-            let other = side.other().name();
-            match missed {
-                Missed::Silence => ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other },
-                Missed::Stranger => ExperimentError::WrongPeer { peer, other },
-                Missed::Stopped => ExperimentError::Stopped { other },
-            }
-        })?;
-        let alone = Some(Alone { side, start });
-        let scenario = scenario.clone();
-        Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone })
     }
 
     /// Words of the packets that the scenario's schemes send for one axis, from master and from slave; 0 for a side
@@ -420,6 +308,27 @@ impl Experiment {
         }
     }
 
+    /// Ticks that a wave takes over the link there and back, when an echo takes `echo_ticks` on median.
+    fn there_and_back_ticks(&self, echo_ticks: u32) -> u32 {
+        let Self { chain, scenario, .. } = self;
+        // In the order of the connections. Play-out counts from the fastest packet.
+        let playout_ticks = [chain.slave.playout_ticks, chain.master.playout_ticks];
+        let is_played_out = playout_ticks.iter().any(|ticks| *ticks > 0);
+        // Where packets are rarer than ticks, an echo waits for the next one; the wave does not.
+        let waits = scenario.link.every_ticks.is_some_and(|ticks| ticks > 1);
+        if self.alone.is_some() || !(waits || is_played_out) {
+            return echo_ticks;
+        }
+        let ways = self.rig.transit_ticks().zip(playout_ticks).map(|(transit, playout_ticks)| {
+            let TransitTicks { mean, shortest } = transit?;
+            #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+            Some(if playout_ticks > 0 { shortest as f64 } else { mean })
+        });
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        let measured = ways.sum::<Option<f64>>().map(|ticks| ticks.round() as u32);
+        measured.unwrap_or(self.link_round_trip_ticks)
+    }
+
     fn outcome(
         &self,
         stable: bool,
@@ -430,13 +339,7 @@ impl Experiment {
         faults: Vec<String>,
     ) -> Outcome {
         let dof = self.scenario.dof;
-        // Where packets are rarer than ticks, an echo waits for the next one; the wave does not.
-        let waits = self.alone.is_none() && self.scenario.link.every_ticks.is_some_and(|ticks| ticks > 1);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let measured = self.rig.transit_ticks().map(|ticks| ticks.round() as u32);
-        let there_and_back = measured.unwrap_or(self.link_round_trip_ticks);
-        let link_round_trip_ticks =
-            link_round_trip_ticks.map(|ticks| if waits { there_and_back } else { ticks });
+        let link_round_trip_ticks = link_round_trip_ticks.map(|echo| self.there_and_back_ticks(echo));
         let delay_ticks = self.chain.delay_ticks();
         let round_trip_ticks = link_round_trip_ticks.zip(delay_ticks).map(|(link, delay)| link + delay);
         let predicted = |axis| {

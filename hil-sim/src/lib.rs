@@ -61,6 +61,7 @@ pub mod energy;
 pub mod experiment;
 pub mod felt;
 pub mod growth;
+pub mod key_file;
 pub mod link;
 pub mod meeting;
 pub mod outcome;

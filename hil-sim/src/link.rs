@@ -26,6 +26,7 @@ pub use open::{Channels, OpenError, open};
 pub use serial::Serial;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 pub use socketcan::SocketCan;
+pub use transit::TransitTicks;
 pub use udp::{Udp, UdpError};
 
 use crate::bus::MediumReport;
@@ -38,9 +39,9 @@ pub trait Link: core::fmt::Debug + Send {
     /// Gives `deliver` every packet that has arrived by tick `now`, in the order of arrival.
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8]));
 
-    /// Ticks from sending to arrival, on average over what arrived; none for a link that does not measure it, and
+    /// Ticks from sending to arrival; none for a link that does not measure it, and
     /// while nothing has arrived.
-    fn transit_ticks(&self) -> Option<f64> {
+    fn transit_ticks(&self) -> Option<TransitTicks> {
         None
     }
 

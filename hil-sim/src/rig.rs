@@ -7,17 +7,21 @@
 //! The controller is the very code that runs on a board; what a tick is, is said by
 //! [`Dimsart::tick`](dimsart_core::Dimsart::tick) alone. It can also run [there](Station::move_to).
 
+mod guarded;
 mod probe;
 
 pub use probe::Probe;
 
+use dimsart_core::auth::{AuthError, Guard};
+use dimsart_core::envelope::Class;
 use dimsart_core::modules::Standard;
-use dimsart_core::{Dimsart, Tick, Word};
+use dimsart_core::{Dimsart, PacketError, Tick, Word};
 
 use crate::bus::MediumReport;
 use crate::emulated::{Board, EmulatedError};
-use crate::link::Link;
+use crate::link::{Link, TransitTicks};
 use crate::plant::Plant;
+use guarded::Guarded;
 
 /// Words of a simulated controller's Data Base: room for delays of seconds.
 pub const DATA_BASE_WORDS: usize = 32_768;
@@ -39,6 +43,9 @@ pub struct Station {
     pub last_tick: Tick,
     board: Option<Box<Board>>,
     trouble: Option<EmulatedError>,
+    guarded: Option<Guarded>,
+    /// Whether something with a tag came in where no guard is.
+    is_tagged: bool,
     position_m: Vec<f32>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
@@ -57,6 +64,8 @@ impl Station {
             last_tick: Tick::Idle,
             board: None,
             trouble: None,
+            guarded: None,
+            is_tagged: false,
             position_m: vec![0.0; words_in],
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
@@ -80,19 +89,51 @@ impl Station {
         self.board.as_deref_mut()
     }
 
+    /// Has a link authenticate what goes over it. Its clock are the ticks of a controller that is stepped every
+    /// `period_s`.
+    pub fn guard(&mut self, link: usize, guard: Guard, period_s: f64) {
+        self.guarded = Some(Guarded::new(link, guard, period_s));
+    }
+
+    /// Why something that came in was not trusted, the newest case; none when keys were no matter.
+    #[must_use]
+    pub fn mistrust(&self) -> Option<Mistrust> {
+        let refusal = self.guarded.as_ref().and_then(|guarded| guarded.refusal);
+        refusal.map(Mistrust::Refused).or(self.is_tagged.then_some(Mistrust::NoKeyHere))
+    }
+
     fn receive(&mut self, link: usize, bytes: &[u8]) {
-        match &mut self.board {
-            Some(board) => board.receive(link, bytes),
+        let Self { guarded, board, dimsart, is_tagged, .. } = self;
+        let mut deliver = |content: &[u8]| match board {
+            Some(board) => board.receive(link, content),
             // What is refused is counted by the controller.
-            None => drop(self.dimsart.receive(link, bytes)),
+            None => {
+                if let Err(PacketError::Class { found }) = dimsart.receive(link, content) {
+                    *is_tagged |= found >= HANDSHAKE;
+                }
+            }
+        };
+        match guarded.as_mut().filter(|guarded| guarded.link == link) {
+            Some(guarded) => guarded.open(bytes, deliver),
+            None => deliver(bytes),
         }
     }
 
     fn send(&mut self, link: usize, mut carry: impl FnMut(&[u8])) {
-        match &self.board {
+        let Self { guarded, board, dimsart, .. } = self;
+        let mut guarded = guarded.as_mut().filter(|guarded| guarded.link == link);
+        if let Some(guarded) = &mut guarded {
+            guarded.tick();
+            guarded.shake_hands(&mut carry);
+        }
+        let mut carry = |content: &[u8]| match &mut guarded {
+            Some(guarded) => guarded.seal(content, &mut carry),
+            None => carry(content),
+        };
+        match board {
             Some(board) => board.outgoing(link).for_each(carry),
             None => {
-                if let Some(packet) = self.dimsart.outgoing(link) {
+                if let Some(packet) = dimsart.outgoing(link) {
                     carry(&packet.to_bytes());
                 }
             }
@@ -119,6 +160,20 @@ impl Station {
             *command_n = f32::from_bits(word.0);
         }
     }
+}
+
+/// The first class that has to do with keys.
+const HANDSHAKE: u8 = Class::Handshake as u8;
+
+/// Why what comes in over a link is not trusted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum Mistrust {
+    /// The guard refused it.
+    #[error("{0}")]
+    Refused(AuthError),
+    /// It has a tag, and there is no guard.
+    #[error("it is authenticated, and this side has no key")]
+    NoKeyHere,
 }
 
 /// Where a link begins or ends: a station and its link number there.
@@ -165,6 +220,15 @@ impl Rig {
         self.connections.push(Connection { from, to, link });
     }
 
+    /// Lets the guards of two stations find together before the first tick, as if the link had been there long
+    /// before. Does nothing to stations without guards.
+    pub fn introduce(&mut self, left: usize, right: usize) {
+        let Ok([left, right]) = self.stations.get_disjoint_mut([left, right]) else { return };
+        if let (Some(left), Some(right)) = (&mut left.guarded, &mut right.guarded) {
+            guarded::introduce(&mut left.guard, &mut right.guard);
+        }
+    }
+
     /// The stations, in the order they were added.
     #[must_use]
     pub fn stations(&self) -> &[Station] {
@@ -195,11 +259,10 @@ impl Rig {
         media
     }
 
-    /// Ticks that packets take over all connections, one after the other, on average; none when one of them does not
-    /// measure it.
-    #[must_use]
-    pub fn transit_ticks(&self) -> Option<f64> {
-        self.connections.iter().map(|connection| connection.link.transit_ticks()).sum()
+    /// Ticks that packets take over each connection, in the order of [`connect`](Self::connect); none for one that
+    /// does not measure it.
+    pub fn transit_ticks(&self) -> impl Iterator<Item = Option<TransitTicks>> {
+        self.connections.iter().map(|connection| connection.link.transit_ticks())
     }
 
     /// Steps done.

@@ -20,7 +20,7 @@ use crate::plant::{
 };
 use change::Change;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use toml::Table;
 
 /// Everything that decides a run. Meanings, units and defaults: [`Scenario::keys`] or [`SHIPPED`].
@@ -67,9 +67,13 @@ pub struct LinkSection {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stale: Option<Stale>,
     #[serde(skip_serializing_if = "Option::is_none")]
+    pub playout_ticks: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub timeout_ticks: Option<u32>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub every_ticks: Option<u32>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub key_file: Option<PathBuf>,
     pub master_address: Address,
     pub slave_address: Address,
 }

@@ -2,7 +2,6 @@
 
 use dimsart_core::{Packet, types};
 use rand_core::Rng;
-use rand_pcg::Pcg32;
 
 use super::{Bench, H, Line};
 
@@ -97,7 +96,7 @@ impl Ends {
 }
 
 /// Between 0 and 1.
-pub(crate) fn chance(random: &mut Pcg32) -> f64 {
+pub(crate) fn chance(random: &mut impl Rng) -> f64 {
     f64::from(random.next_u32()) / 4_294_967_296.0
 }
 

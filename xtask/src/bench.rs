@@ -5,12 +5,15 @@
 //! takes is measured too, and shown; a busy machine breaks no budget.
 
 mod count;
+mod frames;
 mod line;
+mod links;
 mod page;
 mod simulator;
 
 use crate::shell::Outcome;
 use count::Counter;
+use frames::Frame;
 use line::Line;
 use simulator::Simulator;
 
@@ -40,6 +43,10 @@ struct Results {
     axes: Vec<(u8, f64)>,
     /// A step of the usual size, next to what must not matter.
     idle: Vec<(&'static str, f64)>,
+    /// A packet on every carrier.
+    frames: Vec<Frame>,
+    /// Table 1 over every carrier, as the simulator's table.
+    links: String,
     /// The shipped scenario.
     simulator: Simulator,
 }
@@ -82,6 +89,8 @@ impl Results {
         };
         Ok(Self {
             simulator: Simulator::measure()?,
+            frames: frames::count()?,
+            links: links::measure()?,
             table1: [table1("a packet every tick", "table1")?, table1("no packet ever", "table1-silent")?],
             empty: MODULES
                 .map(|modules| {
@@ -108,12 +117,15 @@ impl Results {
         let costs = self.idle.iter().map(|(_, cost)| *cost);
         let spread = costs.clone().fold(0.0, f64::max) - costs.fold(f64::INFINITY, f64::min);
         let (modules, axes) = (Line::fit(&self.modules), Line::fit(&self.axes));
-        vec![
+        let frames = frames::budgets(&self.frames).map(|(what, found, most)| Budget { what, found, most });
+        let mut budgets = vec![
             Budget { what: "engine per module call", found: Line::fit(&self.empty).slope, most: CALL_BUDGET },
             Budget { what: "Table 1 against by hand", found: engine / by_hand, most: TABLE1_BUDGET },
             Budget { what: "off the line over modules", found: modules.residual, most: LINE_BUDGET },
             Budget { what: "off the line over axes", found: axes.residual, most: LINE_BUDGET },
             Budget { what: "effect of what is not active", found: spread, most: 0.0 },
-        ]
+        ];
+        budgets.extend(frames);
+        budgets
     }
 }

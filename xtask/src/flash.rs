@@ -9,13 +9,19 @@ use crate::toolchain::Toolchain;
 
 /// Builds, flashes and stays with the board's log until Ctrl-C.
 pub(crate) fn flash(board: &str, side: &str) -> Outcome {
-    let (board, chip) = flashable(board)?;
+    let (name, variant) =
+        board.split_once(',').map_or((board, None), |(name, variant)| (name, Some(variant)));
+    let (board, chip) = flashable(name)?;
+    let variants = board.tooling.variants;
+    if let Some(variant) = variant.filter(|variant| !variants.contains(variant)) {
+        return Err(format!("{name} has no variant {variant}; it has: {}", variants.join(", ")));
+    }
     let side = SIDES.into_iter().find(|(name, _)| *name == side);
     let side = side.ok_or("the side is master or slave")?;
     if !succeeds(&mut command("probe-rs", ["--version"])) {
         return Err("probe-rs is not there: cargo install probe-rs-tools --locked".into());
     }
-    let image = build(Toolchain::set_up()?, board, None, side)?;
+    let image = build(Toolchain::set_up()?, board, variant, side)?;
     let mut flash = command("probe-rs", ["run", "--chip", chip]);
     run(flash.arg(folder().join(image.name))).map_err(|error| {
         format!("{error}\nIs the board connected? `cargo run --release -- doctor` looks for its probe.")

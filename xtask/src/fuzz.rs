@@ -2,16 +2,21 @@
 //!
 //! The folder `fuzz` is laid out for `cargo fuzz` too: `cargo fuzz run packets --sanitizer none`.
 
+use std::num::NonZero;
 use std::path::PathBuf;
-use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::thread::available_parallelism;
+use std::time::Instant;
 
 use crate::setup::install;
 use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
 
-/// Inputs of each decoder, unless another number is asked for: about a minute each on one core.
+/// Inputs of each decoder, unless another number is asked for: 5 minutes for all of them on two cores.
 pub(crate) const INPUTS: u64 = 10_000_000;
 /// Longest input: more than two frames of the command line.
 const MAX_BYTES: &str = "-max_len=600";
+
+const SLOWEST: &str = "stat::slowest_unit_time_sec:";
 
 /// What makes the compiled code tell the fuzzer where it has been.
 const WATCHED: &str = "--cfg fuzzing -C passes=sancov-module -C llvm-args=-sanitizer-coverage-level=4 \
@@ -27,36 +32,57 @@ pub(crate) fn fuzz(inputs: u64) -> Outcome {
     let folder = target().join("fuzz");
     let build = ["build", "--release", "--manifest-path", "fuzz/Cargo.toml", "--target", &host];
     run(cargo(&build).env("RUSTFLAGS", WATCHED).env("CARGO_TARGET_DIR", &folder))?;
-    for decoder in decoders()? {
-        let (found, corpus) = (folder.join("found/"), folder.join("corpus").join(&decoder));
+    let fuzzers = Fuzzers { inputs, program: folder.join(&host).join("release"), folder };
+    let decoders = Mutex::new(decoders()?.into_iter());
+    let next = || decoders.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let cores = available_parallelism().map_or(1, NonZero::get);
+    // The next one goes to the core that is free first.
+    let work = || std::iter::from_fn(next).filter_map(|decoder| fuzzers.run(&decoder).err()).collect();
+    let broken: Vec<String> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let lost = |_| vec!["a fuzzer was lost".to_owned()];
+        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(lost)).collect()
+    });
+    if broken.is_empty() { Ok(()) } else { Err(broken.join("; ")) }
+}
+
+/// How each decoder is given its inputs.
+struct Fuzzers {
+    inputs: u64,
+    /// Where the compiled decoders are.
+    program: PathBuf,
+    /// What is kept from one run to the next.
+    folder: PathBuf,
+}
+
+impl Fuzzers {
+    /// Runs one; shows its figures, and all it says when it found something.
+    fn run(&self, decoder: &str) -> Outcome {
+        let (found, corpus) = (self.folder.join("found/"), self.folder.join("corpus").join(decoder));
         for place in [&found, &corpus] {
             std::fs::create_dir_all(place).map_err(|error| format!("{}: {error}", place.display()))?;
         }
-        println!("{inputs} inputs for {decoder}");
-        let program = folder.join(&host).join("release").join(&decoder);
-        let mut fuzzer = command(program, [format!("-runs={inputs}"), MAX_BYTES.to_owned()]);
-        let prefix = format!("-artifact_prefix={}/", found.display());
+        let inputs = self.inputs;
+        let mut fuzzer =
+            command(self.program.join(decoder), [format!("-runs={inputs}"), MAX_BYTES.to_owned()]);
+        let prefix = format!("-artifact_prefix={}/{decoder}-", found.display());
         fuzzer
             .args(["-seed=1", "-timeout=10", "-verbosity=0", "-print_final_stats=1"])
             .arg(prefix)
             .arg(corpus);
-        quietly(&mut fuzzer).map_err(|error| format!("{error}; the input is in {}", found.display()))?;
+        let start = Instant::now();
+        let output = fuzzer.output().map_err(|error| format!("{decoder} could not be started: {error}"))?;
+        let said = String::from_utf8_lossy(&output.stderr);
+        if !output.status.success() {
+            eprint!("{said}");
+            return Err(format!("{decoder} broke; the input is in {}", found.display()));
+        }
+        let figure = |name| said.lines().find_map(|line| line.strip_prefix(name)).map_or("?", str::trim);
+        let (slowest_s, rss_mb) = (figure(SLOWEST), figure("stat::peak_rss_mb:"));
+        let seconds = start.elapsed().as_secs();
+        println!("{decoder}: {inputs} inputs in {seconds} s, slowest {slowest_s} s, {rss_mb} MB");
+        Ok(())
     }
-    Ok(())
-}
-
-/// Runs a fuzzer; shows its figures, and all it says when it found something.
-fn quietly(fuzzer: &mut Command) -> Outcome {
-    let output = fuzzer.output().map_err(|error| format!("the fuzzer could not be started: {error}"))?;
-    let said = String::from_utf8_lossy(&output.stderr);
-    if !output.status.success() {
-        eprint!("{said}");
-        return Err("a decoder broke".to_owned());
-    }
-    for line in said.lines().filter_map(|line| line.strip_prefix("stat::")) {
-        println!("  {line}");
-    }
-    Ok(())
 }
 
 /// Every program of the folder.

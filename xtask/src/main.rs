@@ -19,13 +19,13 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   test        set up what is missing, build every board's image, run every test
-  flash BOARD [master|slave]
+  flash BOARD[,VARIANT] [master|slave]
               build a board's image, flash it through its debug probe and show its log
   figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
-  long        tests that ci runs short, at their full length; says how long they take
+  long        tests that ci runs short, at their full length, then fuzz 1000000000; says how long they take
   panic-free  show that nothing a tick reaches in the machine code can panic
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";

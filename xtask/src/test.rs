@@ -2,7 +2,7 @@
 
 use crate::shell::{Outcome, cargo, command, run, top};
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, panic_free, setup};
+use crate::{bench, boards, fuzz, panic_free, setup};
 
 /// Sets up what is missing, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
@@ -21,12 +21,14 @@ pub(crate) fn test() -> Outcome {
 pub(crate) fn ci() -> Outcome {
     let toolchain = Toolchain::set_up()?;
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
+    run(&mut cargo(&["fmt", "--manifest-path", "fuzz/Cargo.toml", "--check"]))?;
     boards::check_format()?;
     run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
     boards::lint(toolchain)?;
     run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
     boards::document(toolchain)?;
     test()?;
+    fuzz::fuzz(fuzz::INPUTS)?;
     panic_free::run()?;
     bench::run()
 }

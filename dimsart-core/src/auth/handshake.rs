@@ -1,14 +1,16 @@
 //! The bytes of a handshake.
 
 use super::tag::{FULL_TAG_BYTES, Key, is_same};
-use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, seal};
+use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, open, seal};
 
 /// Longest handshake.
-pub(super) const MAX_BYTES: usize = HEADER_BYTES + 1 + 8 + FULL_TAG_BYTES + CRC_BYTES;
+pub(super) const MAX_BYTES: usize = HEADER_BYTES + KIND_BYTES + 8 + FULL_TAG_BYTES + CRC_BYTES;
 
 const HELLO: u8 = 0;
 const CHALLENGE: u8 = 1;
 const PROOF: u8 = 2;
+/// A kind and zeros: a payload of whole words, which classic CAN carries as well.
+const KIND_BYTES: usize = 4;
 
 /// What one end tells the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,14 +21,20 @@ pub(super) enum Handshake {
 }
 
 impl Handshake {
+    /// The handshake in a content of a channel, if it is one.
+    pub(super) fn open(content: &[u8], channel: u16) -> Option<Self> {
+        let found = open(content, channel).ok().filter(|found| found.class == Class::Handshake)?;
+        Self::read(found.payload)
+    }
+
     /// Reads the payload of an envelope.
     pub(super) fn read(payload: &[u8]) -> Option<Self> {
         match payload {
-            [HELLO] => Some(Self::Hello),
-            [CHALLENGE, nonce @ ..] => {
+            [HELLO, 0, 0, 0] => Some(Self::Hello),
+            [CHALLENGE, 0, 0, 0, nonce @ ..] => {
                 Some(Self::Challenge { nonce: u64::from_le_bytes(nonce.try_into().ok()?) })
             }
-            [PROOF, rest @ ..] => {
+            [PROOF, 0, 0, 0, rest @ ..] => {
                 let (freshness, tag) = rest.split_first_chunk::<8>()?;
                 Some(Self::Proof { freshness: u64::from_le_bytes(*freshness), tag: tag.try_into().ok()? })
             }
@@ -37,26 +45,22 @@ impl Handshake {
     /// The content of a channel.
     pub(super) fn write(self, channel: u16, out: &mut [u8]) -> Option<&[u8]> {
         let payload = out.get_mut(HEADER_BYTES..)?;
-        let (kind, rest) = payload.split_first_mut()?;
-        let length = match self {
-            Self::Hello => {
-                *kind = HELLO;
-                0
-            }
+        let (place, rest) = payload.split_first_chunk_mut::<KIND_BYTES>()?;
+        let (kind, length) = match self {
+            Self::Hello => (HELLO, 0),
             Self::Challenge { nonce } => {
-                *kind = CHALLENGE;
                 *rest.first_chunk_mut()? = nonce.to_le_bytes();
-                8
+                (CHALLENGE, 8)
             }
             Self::Proof { freshness, tag } => {
-                *kind = PROOF;
                 let (place, rest) = rest.split_first_chunk_mut()?;
                 *place = freshness.to_le_bytes();
                 *rest.first_chunk_mut()? = tag;
-                8 + FULL_TAG_BYTES
+                (PROOF, 8 + FULL_TAG_BYTES)
             }
         };
-        seal(Class::Handshake, channel, 0, 1 + length, out)
+        *place = u32::from(kind).to_le_bytes();
+        seal(Class::Handshake, channel, 0, KIND_BYTES + length, out)
     }
 
     /// Says where a sealer is.

@@ -1,9 +1,8 @@
 //! Puts tags on contents.
 
-use super::TAGGED;
 use super::handshake::{Handshake, MAX_BYTES};
 use super::tag::{Key, Profile};
-use crate::envelope::{CRC_BYTES, Class, close, open};
+use crate::envelope::{CRC_BYTES, TAGGED, close};
 
 /// The sending end of a channel.
 #[derive(Debug)]
@@ -41,14 +40,32 @@ impl Sealer {
 
     /// Takes a content that came back from the opener's end; gives whether it was a challenge.
     pub fn take_challenge(&mut self, content: &[u8]) -> bool {
-        let challenge = open(content, self.channel).ok().filter(|found| found.class == Class::Handshake);
-        let Some(Handshake::Challenge { nonce }) = challenge.and_then(|found| Handshake::read(found.payload))
-        else {
+        let Some(Handshake::Challenge { nonce }) = Handshake::open(content, self.channel) else {
             return false;
         };
+        self.answer(nonce);
+        true
+    }
+
+    /// Uses the nonce of a challenge from now on.
+    pub(super) fn answer(&mut self, nonce: u64) {
         self.nonce = Some(nonce);
         self.owes_proof = true;
-        true
+    }
+
+    pub(super) fn has_nonce(&self) -> bool {
+        self.nonce.is_some()
+    }
+
+    pub(super) fn channel(&self) -> u16 {
+        self.channel
+    }
+
+    /// Seals for a channel. Who listens to it has not challenged this sealer yet.
+    pub(super) fn send_on(&mut self, channel: u16) {
+        if channel != self.channel {
+            (self.channel, self.nonce, self.owes_proof) = (channel, None, false);
+        }
     }
 
     /// Writes the content with freshness and tag to the start of `out`, and gives it. None before the first

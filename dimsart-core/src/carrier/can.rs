@@ -8,6 +8,9 @@
 //! ```
 //! A word is never split, so that every CAN tool can show it. There are as many frames as words, and at least 3.
 //!
+//! Freshness and tag of an authenticated packet are one word more. The class is not sent: both ends know whether
+//! packets are authenticated, and what has counter 0, which no packet has, is a handshake.
+//!
 //! Little endian. The envelope is taken off and sealed anew on the other side.
 //!
 //! The CRC-8 (polynomial 0x2F, Hamming distance 4 here) covers all behind it and two bytes that are not sent: the
@@ -19,13 +22,15 @@
 use heapless::Vec;
 
 use crate::checksum::CRC_8;
-use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, open, seal};
+use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, TAGGED, close, verify};
 
 /// Most data of a classic CAN frame, bytes.
 pub const MAX_DATA_BYTES: usize = 8;
 /// Most words of a packet that classic CAN carries.
 pub const MAX_WORDS: usize = 16;
 
+const PACKET: u8 = Class::Packet as u8;
+const HANDSHAKE: u8 = Class::Handshake as u8;
 /// Frames that carry a part of the header: counter, echo, content.
 const HEAD_FRAMES: u8 = 3;
 /// Of a packet's payload, before the words: echo and content.
@@ -44,22 +49,29 @@ pub fn data_id(channel: u16, counter: u16) -> u8 {
     low.wrapping_add(index.wrapping_mul(step))
 }
 
-/// The frames of a packet's content, which must be whole. None when it is no packet of this channel or has more than
-/// [`MAX_WORDS`] words.
+/// The frames of a packet's or a handshake's content, which must be whole. None when it is neither, of another
+/// channel, or has more than [`MAX_WORDS`] words.
 #[must_use]
 pub fn frames(content: &[u8], channel: u16) -> Option<Frames<'_>> {
-    let packet = open(content, channel).ok().filter(|envelope| envelope.class == Class::Packet)?;
+    let covered = verify(content, channel).ok()?;
+    let (&[class, low, high], payload) = covered.split_first_chunk::<HEADER_BYTES>()?;
+    let number = u16::from_le_bytes([low, high]);
+    let is_packet = class & !TAGGED == PACKET && number != 0;
+    let is_handshake = class == HANDSHAKE && number == 0;
+    if !is_packet && !is_handshake {
+        return None;
+    }
     let (&[echo_low, echo_high, content_low, content_high], words) =
-        packet.payload.split_first_chunk::<ECHO_AND_CONTENT_BYTES>()?;
+        payload.split_first_chunk::<ECHO_AND_CONTENT_BYTES>()?;
     let (words, rest) = words.as_chunks::<4>();
     let count = u8::try_from(words.len()).ok().filter(|count| usize::from(*count) <= MAX_WORDS)?;
     if !rest.is_empty() {
         return None;
     }
     let last = count.max(HEAD_FRAMES) - 1;
-    let counter = packet.counter & !0xF | u16::from(last);
+    let counter = number & !0xF | u16::from(last);
     let heads = [counter.to_le_bytes(), [echo_low, echo_high], [content_low, content_high]];
-    Some(Frames { channel, counter: packet.counter, index: 0, last, heads, words })
+    Some(Frames { channel, counter: number, index: 0, last, heads, words })
 }
 
 /// The data of a packet's frames, in the order that they are to be sent in. See [`frames`].
@@ -106,6 +118,8 @@ fn crc(channel: u16, counter: u16, index: u8, covered: &[u8]) -> u8 {
 /// that misses one never comes: only whole packets do.
 #[derive(Debug)]
 pub struct Assembler {
+    /// Class of its packets.
+    class: u8,
     channel: u16,
     counter: u16,
     /// Index of the frame that is to come; 0 while no packet is begun.
@@ -129,11 +143,21 @@ impl Assembler {
     /// One that has seen nothing yet.
     #[must_use]
     pub const fn new() -> Self {
-        let buffer = [0; BUFFER_BYTES];
-        Self { channel: 0, counter: 0, next: 0, last: 0, words: 0, buffer, dropped: 0 }
+        Self::of_class(PACKET)
     }
 
-    /// Takes a frame's data that came in on a channel; gives the content of the packet that it ended, if any.
+    /// As [`new`](Self::new), for packets that are authenticated.
+    #[must_use]
+    pub const fn authenticated() -> Self {
+        Self::of_class(PACKET | TAGGED)
+    }
+
+    const fn of_class(class: u8) -> Self {
+        let buffer = [0; BUFFER_BYTES];
+        Self { class, channel: 0, counter: 0, next: 0, last: 0, words: 0, buffer, dropped: 0 }
+    }
+
+    /// Takes a frame's data that came in on a channel; gives the content of the packet or handshake that it ended, if any.
     pub fn take(&mut self, data: &[u8], channel: u16) -> Option<&[u8]> {
         if self.add(data, channel).is_none() {
             self.dropped = self.dropped.saturating_add(1);
@@ -144,7 +168,10 @@ impl Assembler {
         }
         self.next = 0;
         let length = ECHO_AND_CONTENT_BYTES + 4 * self.words;
-        seal(Class::Packet, self.channel, self.counter, length, &mut self.buffer)
+        let class = if self.counter == 0 { HANDSHAKE } else { self.class };
+        let [low, high] = self.counter.to_le_bytes();
+        *self.buffer.first_chunk_mut()? = [class, low, high];
+        close(self.channel, HEADER_BYTES + length, &mut self.buffer)
     }
 
     /// Frames dropped so far. Stops at its largest number.

@@ -3,6 +3,7 @@
 use super::{Engine, Instance, Port};
 use crate::command::{CommandError, ModuleRef, Verb};
 use crate::data_type::{DataType, TypeRef};
+use crate::mailbox::LinkPort;
 use crate::matching::Difference;
 use crate::module::ModuleList;
 use crate::parameter::{ParameterError, Value};
@@ -126,6 +127,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn start(&mut self) {
         self.reset();
         self.data_base.storage_mut().words.fill(0);
+        self.data_base.links().iter().for_each(LinkPort::forget_received);
         self.is_running = true;
     }
 
@@ -169,6 +171,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         instance.connect(&self.device, &self.data_base);
         instance.module.prepare(&self.device);
         instance.module.reset();
+        let end = instance.link_end.filter(|end| !end.is_sending);
+        if let Some(link) = end.and_then(|end| self.data_base.links().get(usize::from(end.link))) {
+            link.forget_received();
+        }
         let place = self.place_before.and_then(|before| self.place_of(before));
         let entry = u8::try_from(index).unwrap_or(u8::MAX);
         let place = place.unwrap_or(self.plug_in_order.len());

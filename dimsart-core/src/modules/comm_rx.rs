@@ -19,6 +19,12 @@
 //! is given out for `n` ticks, which keeps its sum and adds no energy (Jensen). A packet that is early waits until
 //! they are over, and in a tick in which one is due and none is there the policy begins.
 //!
+//! Packets that take longer at times than at others come bunched, and a wave that is not given out evenly either loses
+//! displacement or adds energy. `PLAYOUT_TICKS n` evens that out under `LIMITED` and `INTEGRAL`: all that a packet
+//! brings is given out evenly by `n` ticks after what the fastest packet would have come in time for. A mean has no more
+//! energy than what it is the mean of (Jensen), so the line stays passive and makes up for what got lost, too, as long
+//! as no packet is more than `n` ticks later than the fastest one; the wave is `n` ticks later throughout.
+//!
 //! After `TIMEOUT_TICKS` in a row without a packet that was due, once a first one had come, the link is lost: from
 //! that tick on the device gets its safe input ([`Tick::LinkLost`](crate::Tick)), though everything goes on being
 //! computed, until a `RESET` or `MOD_RESET`. [`LinkState`] says in every tick what the link is in.
@@ -31,10 +37,11 @@ use super::channel::{CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, s
 use super::reception::{Expected, Reception};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::mailbox::low_half;
 use crate::parameter::TypeList;
 use crate::{
-    Choice, Data, DeviceDescriptor, Module, Output, ParameterError, Parameters, Ports, Single, Unit, Value,
-    types,
+    Choice, Data, DeviceDescriptor, LinkPort, Module, Output, ParameterError, Parameters, Ports, Single,
+    Unit, Value, types,
 };
 
 /// See the [module docs](self).
@@ -59,6 +66,9 @@ pub struct CommRx {
     tick_s: f32,
     /// Time that a packet's wave is given out for.
     period_s: f32,
+    playout_ticks: u32,
+    /// Ticks in which what is owed is to be given out, this one included.
+    left_ticks: u16,
     reception: Reception,
     received: [Received; MAX_DOF],
 }
@@ -105,6 +115,8 @@ impl Module for CommRx {
         let summary = "Ticks without a due packet after which the link is lost until a RESET; 0 for never.";
         let timeout = &mut self.expected.timeout_ticks;
         visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
+        let summary = "Delay that evens out jitter under STALE LIMITED and INTEGRAL; 0 for none.";
+        visit.count(&mut self.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
     }
 
     fn command(
@@ -115,11 +127,15 @@ impl Module for CommRx {
         may_restructure: bool,
     ) -> Result<(), ParameterError> {
         let before = (self.stale, self.has_counters);
+        let playout_ticks = self.playout_ticks;
         let mut result = Ok(());
         self.parameters(&mut Parameters::set(parameter, axis, value, may_restructure, &mut result));
         if !self.has_counters && self.stale.makes_up() {
             (self.stale, self.has_counters) = before;
             return Err(ParameterError::NeedsCounters);
+        }
+        if playout_ticks != self.playout_ticks {
+            self.left_ticks = low_half(self.playout_ticks);
         }
         result
     }
@@ -156,7 +172,9 @@ impl Module for CommRx {
 
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
-        if self.reception.is_holding() {
+        if self.playout_ticks != 0 && self.stale.makes_up() {
+            self.play_out(data, link);
+        } else if self.reception.is_holding() {
             self.reception.hold(link);
         } else if self.reception.accept(link, &self.expected) {
             self.take(data, link.received.room());
@@ -175,6 +193,7 @@ impl Module for CommRx {
     fn reset(&mut self) {
         self.reception = Reception::default();
         self.received = Default::default();
+        self.left_ticks = 0;
     }
 }
 
@@ -182,10 +201,12 @@ impl CommRx {
     /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
     fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
         let (mut samples, counters) = (words, usize::from(self.expected.samples));
-        let Self { stale, period_s, .. } = *self;
+        let Self { stale, left_ticks, .. } = *self;
+        let is_evened = left_ticks != 0;
+        let period_s = if is_evened { self.tick_s } else { self.period_s };
         // What was sent before this side listened is not owed.
         let settles = self.reception.is_restart || !stale.makes_up();
-        let is_next = self.reception.is_next;
+        let is_next = self.reception.is_next && !is_evened;
         for channel in &self.channels {
             let Some((values, rest)) = samples.split_at_checked(data.dof()) else { return };
             samples = rest;
@@ -199,7 +220,8 @@ impl CommRx {
                         received.settle(counters);
                         return [f32::from_bits(value.get())];
                     }
-                    [stale.pay(received, counters, period_s)]
+                    received.update(counters);
+                    [stale.pay(received, period_s, left_ticks)]
                 });
             } else {
                 data.map_axes(values, [], [channel.output], |value, []| [f32::from_bits(value.get())]);
@@ -207,14 +229,34 @@ impl CommRx {
         }
     }
 
+    /// Takes what comes, and gives out what is owed evenly in the time that is left for it.
+    #[cold]
+    fn play_out(&mut self, data: &Data<'_>, link: &LinkPort) {
+        self.left_ticks = self.left_ticks.saturating_sub(1);
+        let every_ticks = self.expected.every_ticks;
+        let packets = self.reception.accept_at_once(link, &self.expected);
+        if packets == 0 {
+            self.go_without(data);
+            return;
+        }
+        let brought_ticks = packets.saturating_mul(low_half(every_ticks));
+        let most_ticks = low_half(every_ticks + self.playout_ticks);
+        // A faster packet than all before it moves the time forward, and so does a sender's clock that is fast.
+        self.left_ticks = self.left_ticks.saturating_add(brought_ticks).min(most_ticks);
+        if self.reception.is_restart {
+            self.left_ticks = most_ticks;
+        }
+        self.take(data, link.received.room());
+    }
+
     /// What the wave is in a tick without a new packet.
     fn go_without(&mut self, data: &Data<'_>) {
         match self.stale {
             Stale::Hold if self.reception.overdue_ticks(self.expected.every_ticks) <= self.hold_ticks => {}
-            Stale::Limited => {
-                let tick_s = self.tick_s;
+            Stale::Limited | Stale::Integral => {
+                let Self { stale, tick_s, left_ticks, .. } = *self;
                 data.map_axes(&mut self.received, [], [self.wave], |received, []| {
-                    [received.owed_within_energy(tick_s)]
+                    [stale.pay(received, tick_s, left_ticks)]
                 });
             }
             _ => data.map_axes([(); MAX_DOF], [], [self.wave], |(), []| [0.0]),
@@ -228,10 +270,10 @@ impl Stale {
         matches!(self, Self::Limited | Self::Integral)
     }
 
-    /// What the policy gives out as wave of what the line owes; rare, as packets seldom get lost.
+    /// What the policy gives out as wave of what the line owes, of which there are `ticks` left for; rare, as packets
+    /// seldom get lost.
     #[cold]
-    fn pay(self, received: &mut Received, counters: [u32; 2], period_s: f32) -> f32 {
-        received.update(counters);
-        if self == Self::Limited { received.owed_within_energy(period_s) } else { received.owed(period_s) }
+    fn pay(self, received: &mut Received, period_s: f32, ticks: u16) -> f32 {
+        received.pay(period_s, ticks, self == Self::Limited)
     }
 }

@@ -45,9 +45,9 @@ pub(super) struct Reception {
     state: LinkState,
     is_lost: bool,
     /// Ticks that the newest packet's wave is still held for; a packet that comes meanwhile waits.
-    held_ticks: u32,
+    held_ticks: u16,
     /// Ticks that the packet which waits now, and the one before it, had to.
-    waited_ticks: [u32; 2],
+    waited_ticks: [u16; 2],
 }
 
 impl Reception {
@@ -57,7 +57,7 @@ impl Reception {
         self.held_ticks = self.held_ticks.saturating_sub(1);
         self.age_ticks = self.age_ticks.saturating_add(1);
         let [waited, _] = &mut self.waited_ticks;
-        *waited += u32::from(link.received.is_full());
+        *waited += u16::from(link.received.is_full());
     }
 
     /// Whether the wave of the newest packet goes on for another tick.
@@ -83,19 +83,32 @@ impl Reception {
         if self.is_next {
             self.state = LinkState::Ok;
             self.measure_jitter(expected.every_ticks, expected.every_ticks);
-        } else if !self.accept_jump(counter, expected) {
+        } else if !self.accept_jump(link, counter, expected) {
             return false;
         }
         self.counter = counter;
         self.age_ticks = 0;
-        self.held_ticks = expected.every_ticks.saturating_sub(1);
+        self.held_ticks = low_half(expected.every_ticks.saturating_sub(1));
         link.is_damaged.set(false);
+        link.missed_ticks.set(0);
         link.accepted_counter.set(counter);
         let echo = link.received.echo();
         if echo != 0 {
             self.measure_round_trip(link, echo);
         }
         true
+    }
+
+    /// As [`accept`](Self::accept), without holding its wave: how many packets after the one before it the new one was
+    /// sent, 0 when none is there.
+    pub(super) fn accept_at_once(&mut self, link: &LinkPort, expected: &Expected) -> u16 {
+        let before = self.counter;
+        self.held_ticks = 0;
+        if !self.accept(link, expected) {
+            return 0;
+        }
+        self.held_ticks = 0;
+        counters_ahead(self.counter, before).max(1)
     }
 
     /// What came of the present tick; told to the link when it is lost.
@@ -115,6 +128,7 @@ impl Reception {
 
     #[inline(never)]
     fn go_without(&mut self, link: &LinkPort, expected: &Expected) -> bool {
+        self.catch_up(link);
         self.grow_older(expected);
         if link.is_damaged.replace(false) {
             self.state = LinkState::Error;
@@ -134,6 +148,11 @@ impl Reception {
         false
     }
 
+    /// Time has gone on in ticks that computed nothing.
+    fn catch_up(&mut self, link: &LinkPort) {
+        self.age_ticks = self.age_ticks.saturating_add(link.missed_ticks.take()).min(u32::MAX - 1);
+    }
+
     fn grow_older(&mut self, expected: &Expected) {
         self.age_ticks = self.age_ticks.saturating_add(1).min(u32::MAX - 1);
         let Expected { every_ticks, timeout_ticks, .. } = *expected;
@@ -147,7 +166,7 @@ impl Reception {
         let mut came_ticks = self.age_ticks + 1;
         if every_ticks > 1 {
             let [waited, waited_before] = self.waited_ticks;
-            came_ticks = came_ticks.saturating_add(waited_before).saturating_sub(waited);
+            came_ticks = came_ticks.saturating_add(waited_before.into()).saturating_sub(waited.into());
             self.waited_ticks = [0, waited];
         }
         #[expect(clippy::cast_precision_loss, reason = "few ticks, or so many that it does not matter")]
@@ -167,7 +186,8 @@ impl Reception {
 
     /// Whether a packet that is not the next one is new; counts what is missing before it.
     #[cold]
-    fn accept_jump(&mut self, counter: u16, expected: &Expected) -> bool {
+    fn accept_jump(&mut self, link: &LinkPort, counter: u16, expected: &Expected) -> bool {
+        self.catch_up(link);
         if counter == self.counter {
             return self.refuse(LinkState::Repeated, expected);
         }

@@ -89,20 +89,24 @@ impl Received {
         self.unspent = 0;
     }
 
-    /// The wave that pays all that is owed in one tick, whatever energy that takes.
-    pub(super) fn owed(&mut self, period_s: f32) -> f32 {
-        self.unspent = 0;
-        from_count(core::mem::take(&mut self.owed)) * (WAVE_QUANTUM / period_s)
-    }
-
-    /// The wave that pays as much of it as the energy received and not given out yet allows.
+    /// The wave that pays what is owed evenly in `ticks` ticks, 0 for at once; with `is_limited` only as much of it as
+    /// the energy received and not given out yet allows.
     #[inline(never)]
-    pub(super) fn owed_within_energy(&mut self, period_s: f32) -> f32 {
+    pub(super) fn pay(&mut self, period_s: f32, ticks: u16, is_limited: bool) -> f32 {
+        let mut counts = self.owed.checked_div(ticks.into()).unwrap_or(self.owed);
+        let to_wave = WAVE_QUANTUM / period_s;
+        if !is_limited {
+            self.unspent = 0;
+            self.owed = self.owed.saturating_sub(counts);
+            return from_count(counts) * to_wave;
+        }
         let energy = (from_unsigned(self.unspent) - self.spent_rest).max(0.0) / (MARGIN * MARGIN);
-        let largest = math::sqrt(2.0 * energy * ENERGY_QUANTUM / period_s);
+        // No more of it than of the time: what an outage has left unpaid must not use up what evens out jitter.
+        let share = energy / f32::from(ticks.max(1));
+        let largest = math::sqrt(2.0 * share * ENERGY_QUANTUM / period_s);
         let limit = to_count(largest * (period_s / WAVE_QUANTUM));
-        let counts = self.owed.max(-limit).min(limit);
-        let wave = from_count(counts) * (WAVE_QUANTUM / period_s);
+        counts = counts.max(-limit).min(limit);
+        let wave = from_count(counts) * to_wave;
         let spent = self.spent_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM) * MARGIN;
         let whole = to_unsigned(spent);
         self.spent_rest = spent - from_unsigned(whole);

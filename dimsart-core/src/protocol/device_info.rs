@@ -107,6 +107,11 @@ impl DeviceInfo {
         tick
     }
 
+    /// Takes note of a tick that was left out because the one before it overran: a lease lasts no longer for it.
+    pub fn leave_out_tick(&mut self) {
+        let _ = self.lease.tick();
+    }
+
     /// Counts a tick, where motion needs no lease.
     pub fn count(&mut self, tick: Tick) {
         self.ticks = self.ticks.saturating_add(1);
@@ -151,7 +156,17 @@ impl DeviceInfo {
 
     /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
     pub(super) fn keeps_still(&self) -> Option<Blocked> {
-        if self.lease.is_armed() { self.refused() } else { Some(Blocked::Disarmed) }
+        let is_over = |reason: &Blocked| matches!(reason, Blocked::Stopped | Blocked::Disarmed);
+        if self.lease.is_armed() {
+            self.blocked.filter(|reason| !is_over(reason))
+        } else {
+            Some(Blocked::Disarmed)
+        }
+    }
+
+    /// Takes note of a reset: a link that was lost is not any more.
+    pub(super) fn forget_lost_link(&mut self) {
+        self.blocked = self.blocked.filter(|reason| !matches!(reason, Blocked::LinkLost { .. }));
     }
 
     /// What was wrong with the last tick.

@@ -10,7 +10,7 @@ use super::response::{Effect, Refusal, Response, SignalText, Status, encode_resp
 use super::schemes::StoreError;
 use super::telemetry::Wanted;
 use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
-use crate::command::{Command, ModuleRef, PORT, Target};
+use crate::command::{Command, ModuleRef, PORT, Target, Verb};
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::dimsart::Dimsart;
@@ -161,9 +161,13 @@ fn instance<M: ModuleList, const WORDS: usize>(engine: &Engine<M, WORDS>, index:
 fn carry_out<M: ModuleList, const WORDS: usize>(
     command: Command,
     engine: &mut Engine<M, WORDS>,
-    info: &DeviceInfo,
+    info: &mut DeviceInfo,
 ) -> Effect {
     let refused = engine.command(command).err();
+    let is_reset = [Verb::Reset, Verb::ModReset].iter().any(|verb| command.param == *verb as u8);
+    if refused.is_none() && is_reset && command.module == Target::Engine {
+        info.forget_lost_link();
+    }
     let value = match (command.module, command.param.checked_sub(PORT)) {
         (Target::Engine, _) => None,
         (Target::Module(module), Some(index)) => {

@@ -200,7 +200,7 @@ fn refusals() {
         Refusal::Lease { holder: 3 },
         Refusal::Telemetry { client: 3 },
     ];
-    let expected = ["00", "01", "02", "03 04", "04 00", "05 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
+    let expected = ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
     assert_bytes(&refusals, &expected);
 }
 

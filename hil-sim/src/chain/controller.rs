@@ -1,7 +1,7 @@
 //! What a scheme makes of one side's controller.
 
 use dimsart_core::modules::Standard;
-use dimsart_core::{Engine, ModuleRef, Value};
+use dimsart_core::{Accepts, Engine, ModuleRef, Value};
 
 use super::delay;
 use crate::rig::{DATA_BASE_WORDS, SimulatedDimsart};
@@ -15,8 +15,11 @@ pub struct Controller {
     pub stiffness_n_per_m: Vec<f64>,
     /// `B_PARAM` of `WTRANSF_MOD`, `N s/m`; none without one.
     pub impedance_ns_per_m: Option<f64>,
-    /// Samples of the delay modules between the link and what its signals come from and go to, both ways.
+    /// Samples that the scheme adds between the link and what its signals come from and go to, both ways: by delay
+    /// modules, packets that are not sent in every tick, and play-out.
     pub delay_ticks: Option<u32>,
+    /// Of those, what the receiver adds to even out jitter: `PLAYOUT_TICKS`, where the policy uses it.
+    pub playout_ticks: u32,
 }
 
 impl Controller {
@@ -24,12 +27,14 @@ impl Controller {
     pub fn read(dimsart: &mut SimulatedDimsart) -> Self {
         let delay_ticks = Some(delay::delay_ticks(dimsart));
         let engine = dimsart.engine_mut();
+        let playout_ticks = delay::playout_ticks(engine);
         let dof = u8::try_from(engine.device().dof()).unwrap_or(u8::MAX);
         let stiffness = |axis| real(engine, "PDCTRL_MOD", "K_PARAM", axis);
         Self {
             stiffness_n_per_m: (0..dof).map_while(stiffness).collect(),
             impedance_ns_per_m: real(engine, "WTRANSF_MOD", "B_PARAM", 0),
             delay_ticks,
+            playout_ticks,
         }
     }
 }
@@ -46,6 +51,23 @@ fn real(engine: &mut SimulatedEngine, module: &str, parameter: &str, axis: u8) -
 pub(super) fn count(engine: &mut SimulatedEngine, module: ModuleRef, parameter: &str) -> Option<u32> {
     match value(engine, module, parameter, 0)? {
         Value::Count(value) => Some(value),
+        _ => None,
+    }
+}
+
+/// A choice among names, if the scheme plugs the module in.
+pub(super) fn choice(
+    engine: &mut SimulatedEngine,
+    module: ModuleRef,
+    parameter: &str,
+) -> Option<&'static str> {
+    let place = match value(engine, module, parameter, 0)? {
+        Value::Choice(place) => place,
+        _ => return None,
+    };
+    let index = SimulatedEngine::parameter(module.kind, parameter)?;
+    match SimulatedEngine::describe_parameter(module.kind, index)?.accepts {
+        Accepts::Choice(names) => names.get(usize::from(place)).copied(),
         _ => None,
     }
 }

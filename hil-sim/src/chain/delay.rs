@@ -1,5 +1,6 @@
 //! What the delay modules and the packets of a scheme add to a round trip.
 //!
+//! Its receiver gives a wave out `PLAYOUT_TICKS` later than the fastest packet would have come.
 //! A wave that is sent in every `n`-th tick, as a mean, and given out for `n` ticks is `n - 1` ticks late on average.
 //!
 //! Only those on the way count, whatever their number and however their ports are bound: from where the signal that
@@ -8,7 +9,7 @@
 
 use dimsart_core::{Direction, ModuleRef, TypeRef, Unit};
 
-use super::controller::{SimulatedEngine, count};
+use super::controller::{SimulatedEngine, choice, count};
 use crate::rig::SimulatedDimsart;
 
 /// A delay module between two signals.
@@ -28,7 +29,16 @@ pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
     let behind = received.and_then(|signal| line.ticks_behind(signal, line.delays.len()));
     let sender = on_link_0(engine, "COMM_TXMOD", "CTX_LINK");
     let every = sender.and_then(|module| count(engine, module, "CTX_EVERY")).unwrap_or(1);
-    before.saturating_add(behind.unwrap_or(0)).saturating_add(every.saturating_sub(1))
+    let playout = playout_ticks(engine);
+    [behind.unwrap_or(0), every.saturating_sub(1), playout].into_iter().fold(before, u32::saturating_add)
+}
+
+/// What evens out jitter at the receiver of link 0; 0 under a policy that does not use it.
+pub(super) fn playout_ticks(engine: &mut SimulatedEngine) -> u32 {
+    let Some(receiver) = on_link_0(engine, "COMM_RXMOD", "CRX_LINK") else { return 0 };
+    let policy = choice(engine, receiver, "STALE");
+    let makes_up = policy.is_some_and(|policy| matches!(policy, "LIMITED" | "INTEGRAL"));
+    count(engine, receiver, "PLAYOUT_TICKS").filter(|_| makes_up).unwrap_or(0)
 }
 
 /// The delay modules of a scheme, and the signals that anything else makes use of.
@@ -149,6 +159,19 @@ mod tests {
             all MOD_ENG MOD_ON TIMEDELAY_MOD.2";
         let sent = "all COMM_TXMOD CTX_ADD_DATA CH1_TD_WAVES.2";
         assert_eq!(delay_of(&[("MOD_ON TIMEDELAY_MOD", second), ("CTX_ADD_DATA", sent)]), 17);
+    }
+
+    #[test]
+    fn play_out_counts_where_the_policy_uses_it() {
+        let of = |policy| {
+            let rows = format!(
+                "all COMM_RXMOD STALE {policy}
+                all COMM_RXMOD PLAYOUT_TICKS 6
+                all MOD_ENG MOD_ON COMM_RXMOD"
+            );
+            delay_of(&[("MOD_ON COMM_RXMOD", &rows)])
+        };
+        assert_eq!(["ZERO", "HOLD", "LIMITED", "INTEGRAL"].map(of), [10, 10, 16, 16]);
     }
 
     #[test]

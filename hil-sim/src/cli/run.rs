@@ -16,6 +16,7 @@ use super::{Ending, summary};
 use crate::bus::time::seconds_ns;
 use crate::emulated::{self, Image};
 use crate::experiment::{self, Experiment, Side};
+use crate::key_file;
 use crate::pictures::figures;
 use crate::report::{self, BusTimeline, Report, ReportError, Written};
 use crate::scenario::{self, CarrierKind, LinkSection, Scenario};
@@ -150,6 +151,9 @@ impl Run {
             return Ok(ExitCode::SUCCESS);
         }
         let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
+        if let Some(warning) = scenario.link.key_file.as_deref().and_then(key_file::exposure) {
+            eprintln!("dimsart: warning: {warning}");
+        }
         let folder = self.folder();
         if !self.no_report {
             // A folder that cannot be written is better known before the run than after it.

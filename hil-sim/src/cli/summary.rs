@@ -10,6 +10,8 @@ use crate::report::{Fact, Table};
 
 /// Stands for a figure that is not there.
 const NONE: &str = "-";
+/// Share of the predicted stiffness below which motion gets lost on the way.
+const CREEPING_SHARE: f64 = 0.95;
 
 /// Prints both tables and the faults.
 pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
@@ -24,10 +26,26 @@ pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
         table.set_header(axes.header).add_rows(axes.rows);
         writeln!(out, "{}", right_aligned(table, 0..4))?;
     }
+    if is_creeping(outcome) {
+        writeln!(
+            out,
+            "the contact is softer than predicted: where packets get lost or come bunched, motion is lost and the sides \
+             creep apart; link.playout_ticks, as long as the delay varies, with link.stale=limited makes up for it"
+        )?;
+    }
     for fault in &outcome.faults {
         writeln!(out, "fault: {fault}")?;
     }
     Ok(())
+}
+
+/// Whether a stable contact over packets is far softer than predicted.
+fn is_creeping(outcome: &Outcome) -> bool {
+    let is_soft = |axis: &AxisOutcome| {
+        let pair = axis.k_felt_n_per_m.zip(axis.k_predicted_n_per_m);
+        pair.is_some_and(|(felt, predicted)| felt < CREEPING_SHARE * predicted)
+    };
+    outcome.stable && outcome.axes.iter().any(is_soft)
 }
 
 fn text_table() -> TextTable {

@@ -4,9 +4,11 @@ use dimsart_core::{DescriptorError, StorageError};
 
 use crate::bus::DelayFileError;
 use crate::emulated::EmulatedError;
+use crate::key_file::KeyFileError;
 use crate::link::{Address, OpenError};
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
+use crate::rig::Mistrust;
 use crate::schemes::{Loaded, SchemeFileError};
 
 /// Why an experiment could not be set up or run.
@@ -68,6 +70,24 @@ pub enum ExperimentError {
         waited_s: f64,
         /// The other side's name.
         other: &'static str,
+    },
+    /// The key cannot be read.
+    #[error(transparent)]
+    KeyFile(#[from] KeyFileError),
+    /// Nothing to make a nonce of.
+    #[error("the system gives no random numbers, which link.key_file takes: {0}")]
+    NoRandomness(#[from] getrandom::Error),
+    /// What the other process sends cannot be trusted.
+    #[error(
+        "what came from the {other} at {peer} was refused: {reason}; give both sides the same link.key_file"
+    )]
+    Mistrust {
+        /// Where it is.
+        peer: Address,
+        /// The other side's name.
+        other: &'static str,
+        /// Why.
+        reason: Mistrust,
     },
     /// The other process sends something else.
     #[error(

@@ -69,6 +69,7 @@ fn settings(scenario: &Scenario, side: Side) -> Vec<Setting> {
     [
         setting("COMM_RXMOD", "STALE", stale, "link.stale".to_owned()),
         setting("COMM_RXMOD", "TIMEOUT_TICKS", link.timeout_ticks, "link.timeout_ticks".to_owned()),
+        setting("COMM_RXMOD", "PLAYOUT_TICKS", link.playout_ticks, "link.playout_ticks".to_owned()),
         setting("COMM_RXMOD", "CRX_EVERY", link.every_ticks, "link.every_ticks".to_owned()),
         setting("COMM_TXMOD", "CTX_EVERY", link.every_ticks, "link.every_ticks".to_owned()),
         setting("WTRANSF_MOD", "B_PARAM", wave.impedance_ns_per_m, "wave.impedance_ns_per_m".to_owned()),

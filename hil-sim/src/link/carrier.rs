@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use dimsart_core::MAX_PACKET_BYTES;
+use dimsart_core::auth::Profile;
 use dimsart_core::carrier::can::Assembler;
 
 use super::can::{CanDirection, SharedBus};
@@ -76,12 +77,14 @@ impl<'s> Carrier<'s> {
     /// What a packet of the greatest length takes on the medium, there and back, `ns`.
     fn media_ns(&self) -> [u64; 2] {
         let Scenario { link, uart, can, udp, .. } = self.scenario;
+        let tag_bytes = if link.key_file.is_some() { Profile::Full.overhead() } else { 0 };
+        let packet_bytes = MAX_PACKET_BYTES + tag_bytes;
         let line_ns = |bytes: usize, bits_per_byte: usize, bits_per_s: u32| {
             bits_ns((bytes * bits_per_byte) as u64, bits_per_s)
         };
         match link.carrier {
             CarrierKind::Ideal => [0; 2],
-            CarrierKind::Uart => [line_ns(MAX_PACKET_BYTES + STREAM_BYTES, 10, uart.bits_per_s); 2],
+            CarrierKind::Uart => [line_ns(packet_bytes + STREAM_BYTES, 10, uart.bits_per_s); 2],
             CarrierKind::Can | CarrierKind::CanFd => {
                 let (format, bytes, frames) = match link.carrier {
                     CarrierKind::Can => (Format::Classic, 8, MOST_FRAMES),
@@ -92,7 +95,7 @@ impl<'s> Carrier<'s> {
                 [u64::from((2 + can.other_nodes) * frames) * frame_ns; 2]
             }
             CarrierKind::Udp => {
-                let bytes = MAX_PACKET_BYTES + udp.header_bytes;
+                let bytes = packet_bytes + udp.header_bytes;
                 let delay_ns = seconds_ns(self.delay.upper_s());
                 [udp.forward_bits_per_s, udp.backward_bits_per_s]
                     .map(|rate| delay_ns + line_ns(bytes, 8, rate))
@@ -173,6 +176,10 @@ impl<'s> Carrier<'s> {
         });
         let others: Vec<_> = others.collect();
         let bus = SharedBus::new(bus);
+        let assembler = || match self.scenario.link.key_file {
+            Some(_) => Assembler::authenticated(),
+            None => Assembler::new(),
+        };
         let direction = |channel, identifier, sender, receiver, others: &[_], remark| CanDirection {
             bus: bus.clone(),
             format,
@@ -182,7 +189,7 @@ impl<'s> Carrier<'s> {
             receiver,
             others: others.to_vec(),
             remark,
-            assembler: Box::new(Assembler::new()),
+            assembler: Box::new(assembler()),
         };
         let remedy = "raise can.bits_per_s and can.data_bits_per_s, take CAN FD, or send less often (link.every_ticks)";
         let forward = direction(ends.forward_channel, forward, master, slave, &others, remark);

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use dimsart_core::MAX_PACKET_BYTES;
+use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use serde::{Deserialize, Serialize};
 
 use super::Link;
@@ -42,7 +42,7 @@ pub struct InProcess {
 struct Flight {
     arrival: u64,
     length: usize,
-    bytes: [u8; MAX_PACKET_BYTES],
+    bytes: [u8; MAX_CONTENT_BYTES],
 }
 
 impl InProcess {
@@ -62,8 +62,8 @@ impl InProcess {
             self.last_arrival = on_time;
             on_time
         };
-        let mut flight = Flight { arrival, length: bytes.len(), bytes: [0; MAX_PACKET_BYTES] };
-        // Longer bytes than any packet would be refused by the receiver as well.
+        let mut flight = Flight { arrival, length: bytes.len(), bytes: [0; MAX_CONTENT_BYTES] };
+        // Longer bytes than any content would be refused by the receiver as well.
         let Some(space) = flight.bytes.get_mut(..bytes.len()) else { return };
         space.copy_from_slice(bytes);
         let place = self.in_flight.partition_point(|other| other.arrival <= arrival);

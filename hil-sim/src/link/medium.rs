@@ -2,7 +2,7 @@
 
 use dimsart_core::carrier::stream::{self, StreamReceiver};
 
-use super::transit::Transit;
+use super::transit::{Transit, TransitTicks};
 use super::{InProcess, Link};
 use crate::bus::time::ns_seconds;
 use crate::bus::{DatagramPath, MediumReport, Timeline, Traffic, Uart, load};
@@ -113,8 +113,8 @@ impl<M: Medium> Link for MediumLink<M> {
         });
     }
 
-    fn transit_ticks(&self) -> Option<f64> {
-        self.transit.mean_ticks()
+    fn transit_ticks(&self) -> Option<TransitTicks> {
+        self.transit.ticks()
     }
 
     fn report(&self, now: u64) -> Option<MediumReport> {

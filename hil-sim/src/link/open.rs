@@ -10,6 +10,8 @@ pub struct Channels {
     pub out: u16,
     /// Of what it listens to.
     pub listening: u16,
+    /// Whether packets have tags, on both.
+    pub are_authenticated: bool,
 }
 
 /// Why a link does not open.

@@ -38,7 +38,9 @@ impl SocketCan {
             channel => CanFilter::new(channel, EXTENDED | STANDARD_BITS),
         };
         socket.set_filters(&[filter])?;
-        Ok(Self { socket, is_fd, channels, assembler: Assembler::new() })
+        let assembler =
+            if channels.are_authenticated { Assembler::authenticated() } else { Assembler::new() };
+        Ok(Self { socket, is_fd, channels, assembler })
     }
 
     /// On channel 0, one that no other process of this computer has.

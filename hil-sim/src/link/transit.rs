@@ -11,6 +11,16 @@ pub(super) struct Transit {
     awaited: VecDeque<(u64, Vec<u8>)>,
     arrived: u64,
     ticks: u64,
+    shortest_ticks: Option<u64>,
+}
+
+/// Ticks from sending to arrival.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TransitTicks {
+    /// On average over what arrived.
+    pub mean: f64,
+    /// Of the fastest packet.
+    pub shortest: u64,
 }
 
 impl Transit {
@@ -27,12 +37,15 @@ impl Transit {
         let place = self.awaited.iter().position(|(_, sent)| sent == bytes);
         let Some((sent, _)) = place.and_then(|place| self.awaited.remove(place)) else { return };
         self.arrived += 1;
-        self.ticks += now - sent;
+        let ticks = now - sent;
+        self.ticks += ticks;
+        self.shortest_ticks = Some(self.shortest_ticks.map_or(ticks, |shortest| shortest.min(ticks)));
     }
 
-    /// The average, ticks; none while nothing has arrived.
+    /// What was measured; none while nothing has arrived.
     #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
-    pub(super) fn mean_ticks(&self) -> Option<f64> {
-        (self.arrived > 0).then(|| self.ticks as f64 / self.arrived as f64)
+    pub(super) fn ticks(&self) -> Option<TransitTicks> {
+        let shortest = self.shortest_ticks?;
+        Some(TransitTicks { mean: self.ticks as f64 / self.arrived as f64, shortest })
     }
 }

@@ -2,7 +2,7 @@
 
 use std::net::{SocketAddr, UdpSocket};
 
-use dimsart_core::MAX_PACKET_BYTES;
+use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
 use super::{Ear, Link};
 
@@ -52,7 +52,7 @@ impl Udp {
     #[must_use]
     pub fn ear(&self) -> Option<Ear> {
         let socket = self.socket.try_clone().ok()?;
-        Some(Ear::new(move || socket.peek(&mut [0; MAX_PACKET_BYTES]).is_ok()))
+        Some(Ear::new(move || socket.peek(&mut [0; MAX_CONTENT_BYTES]).is_ok()))
     }
 }
 
@@ -63,7 +63,7 @@ impl Link for Udp {
     }
 
     fn receive(&mut self, _now: u64, deliver: &mut dyn FnMut(&[u8])) {
-        let mut bytes = [0; MAX_PACKET_BYTES];
+        let mut bytes = [0; MAX_CONTENT_BYTES];
         loop {
             match self.socket.recv_from(&mut bytes) {
                 Ok((length, sender)) if sender == self.peer => {

@@ -108,6 +108,8 @@ const HEAD_HEIGHT: f64 = 96.0;
 const ROW_HEIGHT: f64 = 34.0;
 const AXIS_HEIGHT: f64 = 46.0;
 const MARGIN: f64 = 28.0;
+/// Half of the last time fits into it.
+const RIGHT_MARGIN: f64 = 44.0;
 const NAME_WIDTH: f64 = 200.0;
 const BOX_MARGIN: f64 = 5.0;
 
@@ -120,7 +122,7 @@ impl BusTimeline {
         let (start_ns, end_ns) = self.span_ns;
         let share = ns_seconds(time_ns.saturating_sub(start_ns)) / ns_seconds((end_ns - start_ns).max(1));
         let left = MARGIN + NAME_WIDTH;
-        left + share * (f64::from(WIDTH) - MARGIN - left)
+        left + share * (f64::from(WIDTH) - RIGHT_MARGIN - left)
     }
 
     fn bottom(&self) -> f64 {
@@ -151,7 +153,7 @@ impl BusTimeline {
         row: &BusRow,
         (index, top): (usize, f64),
     ) -> Drawn<B> {
-        let right = f64::from(WIDTH) - MARGIN;
+        let right = f64::from(WIDTH) - RIGHT_MARGIN;
         if index % 2 == 0 {
             let band = [(px(MARGIN), px(top)), (px(right), px(top + ROW_HEIGHT))];
             area.draw(&Rectangle::new(band, BAND.filled()))?;

@@ -40,6 +40,7 @@ const RANGES: &[(&str, Range)] = &[
     ("backward_delay_ticks", Between(0.0, MAX_TICKS)),
     ("jitter_ticks", Between(0.0, MAX_TICKS)),
     ("time_delay_ticks", Between(0.0, MAX_TICKS)),
+    ("playout_ticks", Between(0.0, 1000.0)),
     ("timeout_ticks", Between(0.0, 1_000_000.0)),
     ("link.every_ticks", Between(1.0, 100.0)),
     ("loss", Between(0.0, 1.0)),

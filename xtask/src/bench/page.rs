@@ -45,6 +45,8 @@ pub(super) fn text(results: &Results) -> String {
     let what = format!("\nThe same {modules} P controllers, {axes} DoF.\n");
     let rows: Vec<_> = results.idle.iter().map(|(what, cost)| [(*what).into(), number(*cost)]).collect();
     section("What does not matter", &(what + &table(["", "Instructions"], &rows)));
+    section("A packet on every carrier", &super::frames::text(&results.frames));
+    section("Table 1 over every carrier", &super::links::text(&results.links));
     section("The shipped scenario", &simulator(&results.simulator));
     page
 }

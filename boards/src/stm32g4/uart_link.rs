@@ -1,0 +1,66 @@
+//! A link over a UART with DMA both ways: contents as the core's `carrier::stream` frames them.
+
+use core::ops::Range;
+
+use dimsart_core::MAX_PACKET_BYTES;
+use dimsart_core::carrier::stream::{self, StreamReceiver};
+use embassy_stm32::mode::Async;
+use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
+
+use crate::board::{LinkIn, LinkOut};
+use crate::listening::Listening;
+
+/// Contents that come in over a UART.
+pub struct FromUart {
+    link: usize,
+    port: RingBufferedUartRx<'static>,
+    receiver: StreamReceiver,
+    bytes: [u8; 32],
+    /// Of `bytes`, what is still to be looked at.
+    waiting: Range<usize>,
+}
+
+/// Contents that go out over a UART.
+pub struct ToUart {
+    link: usize,
+    port: UartTx<'static, Async>,
+}
+
+/// Link `link` over the two directions of a UART.
+pub(crate) fn over(
+    (receive, send): (RingBufferedUartRx<'static>, UartTx<'static, Async>),
+    link: usize,
+) -> (FromUart, ToUart) {
+    let from =
+        FromUart { link, port: receive, receiver: StreamReceiver::new(), bytes: [0; 32], waiting: 0..0 };
+    (from, ToUart { link, port: send })
+}
+
+impl LinkIn for FromUart {
+    async fn receive(&mut self, _: &Listening, content: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
+        loop {
+            for index in self.waiting.by_ref() {
+                if let Some(byte) = self.bytes.get(index)
+                    && let Some(found) = self.receiver.take(*byte)
+                    && let Some(room) = content.get_mut(..found.len())
+                {
+                    room.copy_from_slice(found);
+                    return (self.link, found.len());
+                }
+            }
+            // An error of the line is a damaged frame: the next one is found.
+            self.waiting = 0..self.port.read(&mut self.bytes).await.unwrap_or(0);
+        }
+    }
+}
+
+impl LinkOut for ToUart {
+    async fn send(&mut self, link: usize, _: u16, content: &[u8]) {
+        let mut frame = [0; stream::MAX_FRAME_BYTES];
+        if link == self.link
+            && let Some(frame) = stream::encode(content, &mut frame)
+        {
+            let _ = self.port.write(frame).await;
+        }
+    }
+}

@@ -1,0 +1,15 @@
+//! Data of CAN FD frames: a content within it or none; and what is packed comes out.
+#![no_main]
+
+use dimsart_core::carrier::can_fd::{MAX_CONTENT_BYTES, MAX_DATA_BYTES, pack, unpack};
+use libfuzzer_sys::fuzz_target;
+
+fuzz_target!(|bytes: &[u8]| {
+    if let Some(content) = unpack(bytes) {
+        assert_eq!(bytes.get(1..=content.len()), Some(content));
+    }
+    match pack(bytes) {
+        Some(data) => assert!(data.len() <= MAX_DATA_BYTES && unpack(&data) == Some(bytes)),
+        None => assert!(bytes.len() > MAX_CONTENT_BYTES),
+    }
+});

@@ -1,0 +1,127 @@
+//! The file with the key that both sides of a link have.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Bytes of a key.
+const KEY_BYTES: usize = 16;
+
+/// Why a file holds no key. What is in it is never told.
+#[derive(Debug, thiserror::Error)]
+pub enum KeyFileError {
+    /// The file cannot be read.
+    #[error(
+        "{}: cannot read the key ({source}); make one with `(umask 077; openssl rand -hex 16 > {})` and give both \
+         sides the same", path.display(), path.display()
+    )]
+    Unreadable {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// Too short or too long.
+    #[error(
+        "{}: a key has {} hexadecimal digits and this file {found}; `openssl rand -hex {KEY_BYTES}` makes one",
+        path.display(),
+        2 * KEY_BYTES
+    )]
+    Length {
+        /// The file.
+        path: PathBuf,
+        /// Characters found, without the space around them.
+        found: usize,
+    },
+    /// Something else than a hexadecimal digit.
+    #[error(
+        "{}: character {place} of the key is no hexadecimal digit (0 to 9, a to f); `openssl rand -hex {KEY_BYTES}` \
+         makes a key",
+        path.display()
+    )]
+    Digit {
+        /// The file.
+        path: PathBuf,
+        /// Which one, from 1.
+        place: usize,
+    },
+}
+
+/// Reads a key: 32 hexadecimal digits, with or without a line's end.
+///
+/// # Errors
+/// [`KeyFileError`] says what the file lacks.
+pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
+    let path_of = || path.to_owned();
+    let text = fs::read_to_string(path);
+    let text = text.map_err(|source| KeyFileError::Unreadable { path: path_of(), source })?;
+    let text = text.trim();
+    let digit = |(index, character): (usize, char)| {
+        let digit = character.to_digit(16).and_then(|digit| u8::try_from(digit).ok());
+        digit.ok_or_else(|| KeyFileError::Digit { path: path_of(), place: index + 1 })
+    };
+    let digits = text.chars().enumerate().map(digit).collect::<Result<Vec<u8>, _>>()?;
+    let (pairs, _) = digits.as_chunks::<2>();
+    let bytes: Vec<u8> = pairs.iter().map(|[high, low]| high << 4 | low).collect();
+    let key = bytes.try_into().ok().filter(|_| digits.len() == 2 * KEY_BYTES);
+    key.ok_or(KeyFileError::Length { path: path_of(), found: digits.len() })
+}
+
+/// What is wrong with who may read the file, if the system tells; in words.
+#[must_use]
+pub fn exposure(path: &Path) -> Option<String> {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt as _;
+        let mode = fs::metadata(path).ok()?.permissions().mode();
+        let path = path.display();
+        (mode & 0o077 != 0)
+            .then(|| format!("other users of this computer can read the key: `chmod 600 {path}`"))
+    }
+    #[cfg(not(unix))]
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read_text(text: &str) -> Result<[u8; KEY_BYTES], String> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        fs::write(file.path(), text).unwrap();
+        read(file.path()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_key_is_32_digits() {
+        let key =
+            [0, 0x11, 0x22, 0x33, 0x44, 0x55, 0x66, 0x77, 0x88, 0x99, 0xaa, 0xbb, 0xcc, 0xdd, 0xee, 0xff];
+        assert_eq!(read_text("00112233445566778899aabbccddeeff\n"), Ok(key));
+        assert_eq!(read_text("00112233445566778899AABBCCDDEEFF"), Ok(key));
+    }
+
+    #[test]
+    fn what_is_no_key_is_told_without_its_digits() {
+        for (text, expected) in [
+            ("", "a key has 32 hexadecimal digits and this file 0"),
+            ("5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5", "and this file 31"),
+            ("5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a5a", "and this file 34"),
+            ("5a5a5a5a 5a5a5a5a5a5a5a5a5a5a5a5a", "character 9 of the key is no hexadecimal digit"),
+        ] {
+            let message = read_text(text).unwrap_err();
+            assert!(message.contains(expected) && !message.contains("5a5a"), "{message}");
+        }
+        let message = read(Path::new("not/here.key")).unwrap_err().to_string();
+        assert!(message.contains("openssl rand -hex 16 > not/here.key"), "{message}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_key_that_others_can_read_is_warned_of() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let file = tempfile::NamedTempFile::new().unwrap();
+        for (mode, is_exposed) in [(0o600, false), (0o400, false), (0o640, true), (0o644, true)] {
+            fs::set_permissions(file.path(), fs::Permissions::from_mode(mode)).unwrap();
+            assert_eq!(exposure(file.path()).is_some(), is_exposed, "{mode:o}");
+        }
+    }
+}

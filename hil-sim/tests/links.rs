@@ -1,0 +1,25 @@
+//! Table 1 over every carrier: what is felt is what is predicted for the measured round trip, and nothing makes energy.
+
+#[path = "../examples/link_figures/cases.rs"]
+mod cases;
+
+use cases::{CASES, errors, off};
+
+#[test]
+fn every_carrier_is_felt_as_predicted_and_passive() {
+    for case in CASES {
+        let name = format!("{}, {}", case.carrier, case.policy);
+        let outcome = case.run().expect("sound cases");
+        assert!(outcome.stable && outcome.faults.is_empty(), "{name}: {:?}", outcome.faults);
+        assert_eq!(errors(&outcome) > 0, case.has_errors, "{name}: {:?}", outcome.media);
+        let energy_j = outcome.energy_min_j.expect("waves");
+        assert!(energy_j >= 0.0, "{name}: {energy_j} J");
+        let off = off(&outcome).expect("contact");
+        // What is not felt as predicted is far from it: nothing is just outside the tolerance.
+        if case.is_felt {
+            assert!(off.abs() < 0.01, "{name}: {off}");
+        } else {
+            assert!(off < -0.1, "{name}: {off}");
+        }
+    }
+}

@@ -1,0 +1,90 @@
+//! Links that go and come, and a CAN bus that sends its nodes away: no motion until somebody says so.
+
+use std::f64::consts::PI;
+
+use dimsart_core::Tick;
+use hil_sim::plant::Environment;
+use hil_sim::rig::Station;
+
+use crate::length;
+use crate::line::Loop;
+use crate::loops::{SLAVE, axis, push, rig};
+
+/// A hand that never lets go.
+fn swing() -> [Vec<Box<dyn Environment>>; 2] {
+    [vec![push(|t| 2.0 * libm::sin(2.0 * PI * 0.7 * t))], vec![]]
+}
+
+/// How far the slave goes in so many ticks, `m`.
+fn slave_goes_m(both: &mut Loop, ticks: u64, what: &str) -> f64 {
+    let mut range_m = [f64::INFINITY, f64::NEG_INFINITY];
+    for _ in 0..ticks {
+        both.tick(what);
+        both.rig.advance();
+        let now_m = both.positions_m()[SLAVE];
+        range_m = [range_m[0].min(now_m), range_m[1].max(now_m)];
+    }
+    range_m[1] - range_m[0]
+}
+
+/// A hundred times in the long run.
+#[test]
+fn a_link_that_comes_back_moves_nothing_until_it_is_enabled_again() {
+    const CYCLE_TICKS: u64 = 4000;
+    let is_down = |tick| (1500..1600).contains(&(tick % CYCLE_TICKS));
+    let mut both = Loop::new("", swing(), [is_down, is_down]);
+    for flap in 1..=length(3, 100) {
+        let what = format!("flap {flap}");
+        let moved_m = slave_goes_m(&mut both, 1500, &what);
+        assert!(moved_m > 0.01, "{what}: {moved_m} m while the link is there");
+        // Down, lost, and a second in which friction takes what moves.
+        slave_goes_m(&mut both, 1100, &what);
+        let moved_m = slave_goes_m(&mut both, CYCLE_TICKS - 2600, &what);
+        assert!(moved_m < 1e-6, "{what}: {moved_m} m though nobody enabled it");
+        both.reset();
+    }
+}
+
+/// Bits so bad that nodes leave the bus again and again. For a while they come back before anybody misses them; then
+/// one stays away, the link is lost on both sides, and the slave stays where it is though the hand goes on.
+#[test]
+fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
+    for seed in 0..length(3, 100) {
+        // So that about one frame in four is destroyed: it takes more than one in nine to be sent away.
+        for (carrier, bit_error_rate) in [("can link.every_ticks=2", 2e-3), ("can_fd", 1e-3)] {
+            for rejoins in [0, 3] {
+                let what = format!("{carrier}, {rejoins} rejoins, seed {seed}");
+                let bus = format!(
+                    "can.bits_per_s=1000000 can.bit_error_rate={bit_error_rate} can.rejoins={rejoins}"
+                );
+                let settings = format!("wave.form=implicit link.carrier={carrier} {bus} seed={seed}");
+                let [hand, none] = swing();
+                let mut rig = rig(&settings, axis(0.1, 8.0, hand), axis(0.5, 8.0, none));
+                let mut at_rest_m = None::<f32>;
+                let mut farthest_m = 0.0_f32;
+                for tick in 0..20_000 {
+                    rig.tick();
+                    let now_m = rig.stations()[SLAVE].position_m()[0];
+                    farthest_m = farthest_m.max(now_m.abs());
+                    if tick >= 15_000 {
+                        let is_lost = |station: &Station| station.last_tick == Tick::LinkLost { link: 0 };
+                        assert!(rig.stations().iter().all(is_lost), "{what}, tick {tick}");
+                        let moved_m = (now_m - *at_rest_m.get_or_insert(now_m)).abs();
+                        assert!(moved_m < 1e-6, "{what}: the slave moved by {moved_m} m");
+                    }
+                    rig.advance();
+                }
+                let bus = rig.media().next().unwrap();
+                let bus_offs = bus.traffic.bus_offs;
+                println!("{what}: {bus_offs} times bus-off, the slave went {farthest_m} m, {:?}", bus.faults);
+                assert!(bus_offs > rejoins && bus_offs <= 2 * (rejoins + 1), "{what}: {bus_offs}");
+                assert!(
+                    bus.faults.iter().any(|fault| fault.contains("is off it at the end")),
+                    "{:?}",
+                    bus.faults
+                );
+                assert!(farthest_m > 1e-4, "{what}: it moved while the bus was there");
+            }
+        }
+    }
+}

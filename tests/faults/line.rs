@@ -1,0 +1,118 @@
+//! The two-sided loop of one axis over a line whose packets the test loses, and knows of.
+
+use std::sync::{Arc, Mutex};
+
+use dimsart_core::{Command, Tick, Verb, types};
+use hil_sim::link::{InProcess, InProcessParameters, Link};
+use hil_sim::plant::{AxisWise, Environment};
+use hil_sim::rig::{End, Rig, SimulatedDimsart, Station};
+
+use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, rig, signal};
+
+/// Ticks without a packet that lose a link.
+pub(crate) const TIMEOUT_TICKS: u64 = 20;
+
+/// Loses the packets of the ticks that `loses` says, and notes when one arrives.
+struct Line<F> {
+    line: InProcess,
+    loses: F,
+    arrivals: Arc<Mutex<Option<u64>>>,
+}
+
+impl<F> std::fmt::Debug for Line<F> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Line").finish_non_exhaustive()
+    }
+}
+
+impl<F: FnMut(u64) -> bool + Send> Link for Line<F> {
+    fn send(&mut self, now: u64, bytes: &[u8]) {
+        if !(self.loses)(now) {
+            self.line.send(now, bytes);
+        }
+    }
+
+    fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8])) {
+        let arrivals = &self.arrivals;
+        self.line.receive(now, &mut |bytes| {
+            *arrivals.lock().unwrap() = Some(now);
+            deliver(bytes);
+        });
+    }
+}
+
+/// What a tick of one side came to, and what the line says it has to.
+pub(crate) struct Watched {
+    arrivals: Arc<Mutex<Option<u64>>>,
+    /// Tick in which the link became lost, as the line knows it.
+    lost_at: Option<u64>,
+}
+
+/// Two stations and the lines between them.
+pub(crate) struct Loop {
+    pub(crate) rig: Rig,
+    /// By the station that listens.
+    pub(crate) sides: [Watched; 2],
+}
+
+impl Loop {
+    /// Implicit form, 10 ticks each way. `loses` is asked for every packet, by the station that it is sent to.
+    pub(crate) fn new<F: FnMut(u64) -> bool + Send + 'static>(
+        settings: &str,
+        hands: [Vec<Box<dyn Environment>>; 2],
+        loses: [F; 2],
+    ) -> Self {
+        let settings = format!("wave.form=implicit {} {settings}", delays(10, 10));
+        let [at_master, at_slave] = hands;
+        let mut shipped = rig(&settings, axis(0.1, 8.0, at_master), axis(0.5, 8.0, at_slave));
+        let mut rig = Rig::new(TICK_S);
+        for station in shipped.stations_mut() {
+            let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));
+            let plant = std::mem::replace(&mut station.plant, Box::new(AxisWise::new(vec![])));
+            rig.add(Station::new(&station.name, dimsart, plant));
+        }
+        let sides = loses.map(|loses| (loses, Arc::new(Mutex::new(None))));
+        let watched = |arrivals: &Arc<_>| Watched { arrivals: Arc::clone(arrivals), lost_at: None };
+        let watched = [watched(&sides[MASTER].1), watched(&sides[SLAVE].1)];
+        for ((loses, arrivals), [from, to]) in sides.into_iter().zip([[SLAVE, MASTER], [MASTER, SLAVE]]) {
+            let line = InProcess::new(InProcessParameters::default(), 0);
+            let [from, to] = [from, to].map(|station| End { station, link: 0 });
+            rig.connect(from, to, Box::new(Line { line, loses, arrivals }));
+        }
+        Self { rig, sides: watched }
+    }
+
+    /// A tick of both sides. Each has its link lost exactly since [`TIMEOUT_TICKS`] without an arrival; gives which has.
+    pub(crate) fn tick(&mut self, what: &str) -> [bool; 2] {
+        self.rig.tick();
+        let now = self.rig.ticks();
+        for (station, side) in self.rig.stations().iter().zip(&mut self.sides) {
+            let last = *side.arrivals.lock().unwrap();
+            let is_silent = last.is_some_and(|last| now - last >= TIMEOUT_TICKS);
+            if is_silent && side.lost_at.is_none() {
+                side.lost_at = Some(now);
+            }
+            let expected = if side.lost_at.is_some() { Tick::LinkLost { link: 0 } } else { Tick::Ran };
+            assert_eq!(
+                station.last_tick, expected,
+                "{what}: {}, tick {now}, last arrival {last:?}",
+                station.name
+            );
+        }
+        self.sides.each_ref().map(|side| side.lost_at.is_some())
+    }
+
+    /// Lets both sides start anew.
+    pub(crate) fn reset(&mut self) {
+        for (station, side) in self.rig.stations_mut().iter_mut().zip(&mut self.sides) {
+            station.dimsart.command(Command::plain(Verb::Reset)).unwrap();
+            *side.arrivals.lock().unwrap() = None;
+            side.lost_at = None;
+        }
+    }
+
+    /// Where the devices are, `m`.
+    pub(crate) fn positions_m(&self) -> [f64; 2] {
+        [MASTER, SLAVE].map(|side| signal(&self.rig, side, types::POSITION))
+    }
+}

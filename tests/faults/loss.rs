@@ -1,0 +1,100 @@
+//! Packets lost by chance and in bursts, in the whole two-sided loop: both sides notice a lost link when, and only
+//! when, nothing has come for 20 ticks, and the channel never gives more energy than it got.
+
+use std::f64::consts::PI;
+
+use hil_sim::energy::ChannelEnergy;
+use hil_sim::plant::Environment;
+use rand_core::SeedableRng;
+use rand_pcg::Pcg64Mcg;
+
+use crate::line::Loop;
+use crate::loops::push;
+use crate::{happens, length};
+
+/// One count of the energy account that packets carry, `J`; far above the rounding of the account here.
+const NOTHING_J: f64 = 1e-9;
+/// A hand with this force moves a device with a damper of 8 N s/m by less than 0.2 m; and so does the other.
+const FAR_M: f64 = 0.5;
+
+/// Swings with 2 N at 0.7 Hz until it lets go, 10 s before the end.
+fn swing(duration_s: f64) -> [Vec<Box<dyn Environment>>; 2] {
+    let force = move |t| if t < duration_s - 10.0 { 2.0 * libm::sin(2.0 * PI * 0.7 * t) } else { 0.0 };
+    [vec![push(force)], vec![]]
+}
+
+/// Runs a loop that has to be passive and come to rest; gives which sides lost their link.
+fn run(mut both: Loop, ticks: u64, what: &str) -> [bool; 2] {
+    let mut energy = ChannelEnergy::new(&both.rig);
+    let mut lost = [false; 2];
+    let mut before_m = [0.0; 2];
+    for tick in 0..ticks {
+        lost = both.tick(what);
+        energy.add(&both.rig);
+        both.rig.advance();
+        let positions_m = both.positions_m();
+        assert!(
+            positions_m.iter().all(|position_m| position_m.abs() < FAR_M),
+            "{what}: {positions_m:?} m, tick {tick}"
+        );
+        if tick + 1000 == ticks {
+            before_m = positions_m;
+        }
+    }
+    let smallest_j = energy.smallest_j().unwrap();
+    assert!(smallest_j >= -NOTHING_J, "{what}: {smallest_j:e} J");
+    for (now_m, before_m) in both.positions_m().into_iter().zip(before_m) {
+        assert!(
+            (now_m - before_m).abs() < 1e-4,
+            "{what}: still moves, {before_m} m, {now_m} m a second later"
+        );
+    }
+    lost
+}
+
+/// 20 runs of 60 s each in the long run. With half of all lost 20 in a row are rare, with 70 % they are sure to come.
+#[test]
+fn chance_losses_lose_the_link_only_when_nothing_came_for_twenty_ticks() {
+    let (seeds, seconds) = (length(1, 20), length(20, 60));
+    for stale in ["zero", "limited"] {
+        for loss in [0.001, 0.01, 0.05, 0.1, 0.2, 0.5, 0.7] {
+            let mut gone = 0;
+            for seed in 0..seeds {
+                let what = format!("{stale}, {loss} lost, seed {seed}");
+                let loses = [0, 1].map(|side| {
+                    let mut random = Pcg64Mcg::seed_from_u64(300 + 2 * seed + side);
+                    move |_| happens(&mut random, loss)
+                });
+                #[expect(clippy::cast_precision_loss, reason = "a minute")]
+                let both = Loop::new(&format!("link.stale={stale}"), swing(seconds as f64), loses);
+                let lost = run(both, 1000 * seconds, &what);
+                gone += u64::from(lost.contains(&true));
+                // 20 in a row are expected once in 1e20 ticks with 10 % and once in 1e14 with 20 %.
+                assert!(loss > 0.2 || lost == [false; 2], "{what}");
+            }
+            println!("{stale}, {loss} lost: {gone} of {seeds} runs of {seconds} s lost their link");
+            assert!(loss < 0.7 || gone == seeds, "{stale}: {gone} of {seeds}");
+        }
+    }
+}
+
+/// Every length from 1 to 1000, at several moments, in the long run.
+#[test]
+fn bursts_of_nineteen_never_lose_the_link_and_of_twenty_always_do() {
+    let is_run = |burst: &u64| *burst <= 24 || length(0, 1) == 1 || [50, 100, 333, 1000].contains(burst);
+    for burst in (1..=1000).filter(is_run) {
+        for start in (0..length(1, 3)).map(|index| 1000 + 137 * index) {
+            for to in 0..2 {
+                for stale in ["zero", "limited"] {
+                    let what = format!("{stale}, {burst} lost from {start} on, to side {to}");
+                    let loses =
+                        [0, 1].map(|side| move |tick| side == to && (start..start + burst).contains(&tick));
+                    let both = Loop::new(&format!("link.stale={stale}"), swing(12.0), loses);
+                    let lost = run(both, 12_000, &what);
+                    assert_eq!(lost[to], burst >= 20, "{what}");
+                    assert!(!lost[1 - to], "{what}: the other side hears all");
+                }
+            }
+        }
+    }
+}
