@@ -91,10 +91,12 @@ fn every_four_wrong_bits_are_found() {
 }
 
 /// Two sets of at most three bits that had the same syndrome would be an error of at most six that is not found; so
-/// Hamming distance 7 is shown by there being none. The same with sets of two and of three bits for distance 6.
+/// Hamming distance 7 is shown by there being none. The same with sets of two and of three bits for distance 6. 62
+/// bytes in the long run alone.
 #[test]
 fn up_to_six_wrong_bits_in_24_bytes_and_five_in_62_are_found() {
-    for (bytes, distance) in SIZES.into_iter().zip([7, 6]) {
+    let sizes = SIZES.into_iter().zip([7, 6]);
+    for (bytes, distance) in sizes.take(if length(0, 1) == 1 { 2 } else { 1 }) {
         let syndromes = syndromes(bytes);
         let mut small = vec![0];
         let mut triples = Vec::new();
