@@ -201,12 +201,12 @@ impl CommRx {
     /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
     fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
         let (mut samples, counters) = (words, usize::from(self.expected.samples));
-        let Self { stale, left_ticks, .. } = *self;
-        let is_evened = left_ticks != 0;
-        let period_s = if is_evened { self.tick_s } else { self.period_s };
+        let stale = self.stale;
         // What was sent before this side listened is not owed.
         let settles = self.reception.is_restart || !stale.makes_up();
-        let is_next = self.reception.is_next && !is_evened;
+        let is_next = self.reception.is_next;
+        let periods_s = [self.period_s, self.tick_s];
+        let left_ticks = self.left_ticks;
         for channel in &self.channels {
             let Some((values, rest)) = samples.split_at_checked(data.dof()) else { return };
             samples = rest;
@@ -220,8 +220,7 @@ impl CommRx {
                         received.settle(counters);
                         return [f32::from_bits(value.get())];
                     }
-                    received.update(counters);
-                    [stale.pay(received, period_s, left_ticks)]
+                    [stale.pay_new(received, counters, periods_s, left_ticks)]
                 });
             } else {
                 data.map_axes(values, [], [channel.output], |value, []| [f32::from_bits(value.get())]);
@@ -246,6 +245,8 @@ impl CommRx {
         if self.reception.is_restart {
             self.left_ticks = most_ticks;
         }
+        // Nothing is handed through as it came.
+        self.reception.is_next = false;
         self.take(data, link.received.room());
     }
 
@@ -268,6 +269,19 @@ impl Stale {
     /// Whether it makes up for what got lost, which takes counters.
     fn makes_up(self) -> bool {
         matches!(self, Self::Limited | Self::Integral)
+    }
+
+    /// The same after a new packet, which stands for the first period, or for the second one in play-out.
+    #[cold]
+    fn pay_new(
+        self,
+        received: &mut Received,
+        counters: [u32; 2],
+        [period_s, tick_s]: [f32; 2],
+        ticks: u16,
+    ) -> f32 {
+        received.update(counters);
+        self.pay(received, if ticks == 0 { period_s } else { tick_s }, ticks)
     }
 
     /// What the policy gives out as wave of what the line owes, of which there are `ticks` left for; rare, as packets
