@@ -1,5 +1,5 @@
 //! Both sides of a link, each with a guard.
-#![expect(clippy::expect_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::expect_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::Packet;
 use dimsart_core::auth::{AuthError, CHALLENGE_MS, Guard, Key, Profile};
