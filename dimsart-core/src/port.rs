@@ -41,7 +41,7 @@ pub enum Stage {
 pub(crate) struct LinkEnd {
     pub(crate) link: u8,
     pub(crate) channel: u16,
-    pub(crate) is_sending: bool,
+    is_sending: bool,
 }
 
 impl LinkEnd {

@@ -171,10 +171,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         instance.connect(&self.device, &self.data_base);
         instance.module.prepare(&self.device);
         instance.module.reset();
-        let end = instance.link_end.filter(|end| !end.is_sending);
-        if let Some(link) = end.and_then(|end| self.data_base.links().get(usize::from(end.link))) {
-            link.forget_received();
-        }
+        let listens_to = |link| instance.link_end.is_some_and(|end| end.listens_to(link));
+        let links = (0..).zip(self.data_base.links()).filter(|(number, _)| listens_to(*number));
+        links.for_each(|(_, link)| link.forget_received());
         let place = self.place_before.and_then(|before| self.place_of(before));
         let entry = u8::try_from(index).unwrap_or(u8::MAX);
         let place = place.unwrap_or(self.plug_in_order.len());
