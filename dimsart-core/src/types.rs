@@ -34,9 +34,9 @@ catalogue! {
     32 LINK_AGE           Tick      U32 Scalar "Ticks since the last new packet.";
     33 LINK_LOST          One       U32 Scalar "Packets that never came, counted by their sequence numbers.";
     34 LINK_ROUND_TRIP    Tick      U32 Scalar "Ticks from sending a packet to receiving its echo; 0 until known.";
-    35 LINK_REFUSED       One       U32 Scalar "Packets refused: old, repeated, damaged, not finite or not of the agreed content.";
+    35 LINK_REFUSED       One       U32 Scalar "Packets refused: old, repeated, damaged, not finite or of other content.";
     36 LINK_STATE         One       U32 Scalar "0 no data, 1 ok, 2 some lost, 3 repeated, 4 wrong sequence, 5 error, 6 timeout.";
-    37 LINK_JITTER        Tick      F32 Scalar "How much the time between packets varies, smoothed (RFC 3550).";
+    37 LINK_JITTER        Tick      F32 Scalar "Jitter of the packets, smoothed (RFC 3550).";
     40 SIGNAL             Any       F32 Vector "A signal of any unit.";
     41 SIGNAL_OUT         Any       F32 Vector "What a module made of a signal of any unit.";
     42 RECORDED_ROWS      One       U32 Scalar "Rows a recorder has taken since it was reset.";
@@ -45,7 +45,7 @@ catalogue! {
     50 TICK_CYCLES_MAX    One       U32 Scalar "Processor cycles that the longest tick took.";
     51 LATE_TICKS         Tick      U32 Scalar "Ticks that began late.";
     52 OVERRUN_TICKS      Tick      U32 Scalar "Ticks that were not done when the next one was due.";
-    53 CAN_REJOINS        One       U32 Scalar "Times that a board joined the CAN bus again after too many errors.";
+    53 CAN_REJOINS        One       U32 Scalar "Times the board joined the CAN bus again.";
 }
 
 /// What a device with a clock measures of its own ticks: the last ones of its outputs, in this order.

@@ -105,17 +105,17 @@ impl Module for CommRx {
         visit.choice(&mut self.stale, "STALE", "What a wave is while nothing new comes.");
         let summary = "Longest time a wave is held by STALE HOLD.";
         visit.count(&mut self.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
-        let summary = "Channel that it listens to; 0 on a link between two ends.";
+        let summary = "Channel it listens to; 0 between two ends.";
         visit.structural_count(&mut self.channel, "CRX_CHANNEL", Unit::One, CHANNELS, 0, summary);
-        let summary = "Ticks from a packet to the next one, as the sender's CTX_EVERY.";
+        let summary = "Ticks from a packet to the next one, as CTX_EVERY.";
         let every = &mut self.expected.every_ticks;
         visit.structural_count(every, "CRX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
-        let summary = "Whether packets carry the counters of the first wave, as the sender's CTX_COUNTERS.";
+        let summary = "Whether packets carry counters, as CTX_COUNTERS.";
         visit.structural_flag(&mut self.has_counters, "CRX_COUNTERS", true, summary);
-        let summary = "Ticks without a due packet after which the link is lost until a RESET; 0 for never.";
+        let summary = "Ticks without a due packet after which the link is lost; 0: never.";
         let timeout = &mut self.expected.timeout_ticks;
         visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
-        let summary = "Delay that evens out jitter under STALE LIMITED and INTEGRAL; 0 for none.";
+        let summary = "Delay that evens out jitter under STALE LIMITED and INTEGRAL.";
         visit.count(&mut self.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
     }
 

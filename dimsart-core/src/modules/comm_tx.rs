@@ -59,12 +59,12 @@ impl Module for CommTx {
     fn parameters(&mut self, visit: &mut Parameters<'_>) {
         visit.types(&mut self.types, "CTX_ADD_DATA", "Adds a signal to the packet.");
         visit.structural_count(&mut self.link, "CTX_LINK", Unit::One, 0..=1, 0, "Link it sends over.");
-        let summary = "Channel that its packets are for; 0 on a link between two ends.";
+        let summary = "Channel it sends on; 0 between two ends.";
         visit.structural_count(&mut self.channel, "CTX_CHANNEL", Unit::One, CHANNELS, 0, summary);
-        let summary = "Ticks from a packet to the next one; a wave is sent as its mean over them.";
+        let summary = "Ticks from a packet to the next one; of a wave the mean is sent.";
         let every = &mut self.every_ticks;
         visit.structural_count(every, "CTX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
-        let summary = "Whether packets carry counters of the first wave, to make up for lost ones.";
+        let summary = "Whether packets carry counters, to make up for lost waves.";
         visit.structural_flag(&mut self.has_counters, "CTX_COUNTERS", true, summary);
     }
 
