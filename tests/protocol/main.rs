@@ -1,110 +1,6 @@
 //! The command protocol: what goes wrong on a line, and what a host can do with nothing but answers.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
-use dimsart_core::protocol::{
-    Accepted, Blocked, Counters, DataTypeText, DeviceInfo, Effect, MAX_FRAME_BYTES, MAX_SIGNAL_WORDS,
-    PROTOCOL_VERSION, ParameterText, PortText, Receiver, Refusal, Request, Response, SchemeAction,
-    StoreError, TimingReport, answer, client_of, decode_request, decode_response, encode_request, request_id,
-};
-use dimsart_core::{
-    Accepts, AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, Finding, Format,
-    FrameError, ModuleList, ModuleRef, PORT, ParameterError, Party, Shape, Target, Timing, TypeRef, Unit,
-    Value, Verb, Word, modules::Standard, scheme, types,
-};
-use proptest::prelude::Rng;
-use proptest::test_runner::{RngAlgorithm, TestRng};
-
-const SIDES: &[&str] = &["master", "slave"];
-const SCHEME: &str = include_str!("../schemes/bilateral.scheme");
-
-/// A type of this device alone, larger than one answer.
-const MAP: &DataType = &DataType {
-    id: 0x8001,
-    name: "MAP",
-    unit: Unit::One,
-    format: Format::F32,
-    shape: Shape::Matrix(5, 8),
-    summary: "A map.",
-};
-
-fn robot() -> Dimsart {
-    let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
-    let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION, MAP], &[types::DES_FORCE]);
-    Dimsart::new(device.unwrap()).unwrap()
-}
-
-/// A controller at the far end of a line.
-struct Line {
-    dimsart: Dimsart,
-    info: DeviceInfo,
-    device: Receiver,
-    host: Receiver,
-    id: u16,
-}
-
-impl Line {
-    fn new() -> Self {
-        let info = DeviceInfo::new("test 0.1");
-        Self { dimsart: robot(), info, device: Receiver::new(), host: Receiver::new(), id: 0 }
-    }
-
-    /// Sends bytes and gives what comes back.
-    fn send(&mut self, bytes: &[u8]) -> Vec<(u16, Response<'static>)> {
-        let mut answers = Vec::new();
-        let Self { dimsart, info, device, host, .. } = self;
-        device.take_all(bytes, |content| {
-            let mut buffer = [0; MAX_FRAME_BYTES];
-            let frame = answer(content, dimsart, info, &mut buffer).unwrap().unwrap();
-            host.take_all(frame, |content| {
-                // Leaked, so that the texts in the response outlive the frame.
-                answers.push(decode_response(content.to_vec().leak()).unwrap());
-            });
-        });
-        answers
-    }
-
-    fn ask(&mut self, request: Request) -> Response<'static> {
-        self.id += 1;
-        let answers = self.send(&frame(request, self.id));
-        let [(id, response)] = answers.try_into().unwrap();
-        assert_eq!(id, self.id);
-        response
-    }
-
-    fn command(&mut self, command: Command) -> Effect {
-        match self.ask(Request::Command(command)) {
-            Response::Effect(effect) => effect,
-            other => panic!("{other:?}"),
-        }
-    }
-
-    /// Asks for index 0, 1, ... until the device says that there are no more.
-    fn list(&mut self, request: impl Fn(u8) -> Request) -> Vec<Response<'static>> {
-        let answers = (0..=u8::MAX).map(|index| self.ask(request(index)));
-        answers.take_while(|response| *response != Response::Refused(Refusal::NotThere)).collect()
-    }
-
-    fn tick(&mut self, position: f32) {
-        let mut measured = [Word(0); 43];
-        measured[0] = position.into();
-        measured[3..].iter_mut().zip(1u8..).for_each(|(word, value)| *word = f32::from(value).into());
-        let tick = self.dimsart.tick(&measured, &mut [Word(0); 3]);
-        self.info.count(tick);
-    }
-
-    fn state(&self) -> String {
-        format!("{:?}", self.dimsart)
-    }
-}
-
-fn frame(request: Request, id: u16) -> Vec<u8> {
-    encode_request(&request, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
-}
-
-fn module(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap()
-}
-
 macro_rules! unwrap {
     ($variant:ident, $response:expr) => {
         match $response {
@@ -114,77 +10,29 @@ macro_rules! unwrap {
     };
 }
 
+mod line;
+mod noise;
+
+use dimsart_core::protocol::{
+    Accepted, Blocked, DataTypeText, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, ParameterText, PortText,
+    Refusal, Request, Response, SchemeAction, StoreError, TimingReport,
+};
+use dimsart_core::{
+    Accepts, AxisKind, Command, CommandError, Engine, Finding, Format, FrameError, ModuleList, ModuleRef,
+    PORT, ParameterError, Party, Target, Timing, TypeRef, Value, Verb, modules::Standard, scheme, types,
+};
+
+use line::{Line, MAP, frame, module, robot};
+
+const SIDES: &[&str] = &["master", "slave"];
+const SCHEME: &str = include_str!("../../schemes/bilateral.scheme");
+
 #[test]
 fn a_frame_has_these_bytes() {
     let command = Command::engine(Verb::ModOn, ModuleRef { kind: 6, number: 1 });
     // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the next.
     let expected = [0, 5, 1, 2, 1, 7, 2, 1, 8, 5, 6, 1, 0x0D, 0xAD, 0x0B, 0x80, 0];
     assert_eq!(frame(Request::Command(command), 0x0102), expected);
-}
-
-#[test]
-fn a_valid_request_is_answered_after_ten_million_bytes_of_noise() {
-    let mut line = Line::new();
-    let before = line.state();
-    let mut noise = vec![0; 1 << 20];
-    let mut random = TestRng::deterministic_rng(RngAlgorithm::XorShift);
-    for _ in 0..10 {
-        random.fill_bytes(&mut noise);
-        assert_eq!(line.send(&noise), []);
-    }
-    assert_eq!(line.send(&vec![0xAA; 100_000]), []);
-    assert_eq!(line.state(), before);
-    unwrap!(Identity, line.ask(Request::Identify));
-    let Counters { frames, damaged, too_long } = line.device.counters();
-    assert_eq!(frames, 1);
-    assert!(damaged > 10_000 && too_long > 1_000, "{damaged} {too_long}");
-}
-
-#[test]
-fn every_single_bit_error_costs_one_frame_and_changes_nothing() {
-    let mut line = Line::new();
-    let before = line.state();
-    let good = frame(Request::Identify, 7);
-    let pd = module("PDCTRL_MOD");
-    for request in [
-        Request::Command(Command::engine(Verb::ModOn, pd)),
-        Request::Command(Command::set(pd, 0, Value::Real(3000.0))),
-        Request::Status,
-    ] {
-        let whole = frame(request, 0x0100);
-        for bit in 0..whole.len() * 8 {
-            let mut damaged = whole.clone();
-            damaged[bit / 8] ^= 1 << (bit % 8);
-            assert_eq!(line.send(&damaged), [], "bit {bit} of {request:?}");
-            assert_eq!(line.send(&good).len(), 1, "after bit {bit} of {request:?}");
-        }
-    }
-    assert_eq!(line.state(), before);
-}
-
-#[test]
-fn a_truncated_frame_costs_nothing_but_itself() {
-    let mut line = Line::new();
-    let before = line.state();
-    let whole = frame(Request::Command(Command::engine(Verb::ModOn, module("PDCTRL_MOD"))), 1);
-    // The last byte is the zero that ends the frame; the next frame's first zero does that too.
-    for length in 0..whole.len() - 1 {
-        assert_eq!(line.send(&whole[..length]), [], "cut to {length}");
-        assert_eq!(line.send(&frame(Request::Status, 2)).len(), 1, "after a cut to {length}");
-    }
-    assert_eq!(line.state(), before);
-}
-
-#[test]
-fn frames_one_behind_the_other_are_answered_in_order_however_they_arrive() {
-    let mut line = Line::new();
-    let bytes: Vec<u8> = (0..300).flat_map(|id| frame(Request::Identify, id)).collect();
-    for size in [1, 2, 3, 7, 100, bytes.len()] {
-        let ids = bytes.chunks(size).flat_map(|chunk| line.send(chunk)).map(|(id, _)| id);
-        assert!(ids.eq(0..300), "in pieces of {size}");
-    }
-    let counters = Counters { frames: 1800, damaged: 0, too_long: 0 };
-    assert_eq!(line.device.counters(), counters);
 }
 
 #[test]
@@ -475,57 +323,4 @@ fn timing_is_told_by_a_device_that_has_a_clock_and_a_controller_alone_keeps_no_s
     assert_eq!(unwrap!(Timing, line.ask(Request::Timing)), report);
     let refused = Response::Refused(Refusal::Store(StoreError::NoStorage));
     assert_eq!(line.ask(Request::Schemes(SchemeAction::Save)), refused);
-}
-
-#[test]
-fn eight_clients_on_one_line_get_their_own_answers() {
-    const CLIENTS: u8 = 8;
-    let mut line = Line::new();
-    let requests =
-        (1..=CLIENTS).flat_map(|client| (0..=u8::MAX).map(move |number| request_id(client, number)));
-    let mut random = TestRng::deterministic_rng(RngAlgorithm::XorShift);
-    let mut ids: Vec<u16> = requests.collect();
-    for place in (1..ids.len()).rev() {
-        ids.swap(place, usize::try_from(random.next_u64()).unwrap() % (place + 1));
-    }
-    let bytes: Vec<u8> = ids.iter().flat_map(|id| frame(Request::Identify, *id)).collect();
-    let mut rest = bytes.as_slice();
-    let mut answered = Vec::new();
-    while !rest.is_empty() {
-        let size = usize::try_from(random.next_u32() % 20).unwrap().clamp(1, rest.len());
-        answered.extend(line.send(&rest[..size]).into_iter().map(|(id, _)| id));
-        rest = &rest[size..];
-    }
-    assert_eq!(answered, ids);
-}
-
-/// Clients that write into each other's frames cost frames, and nothing else: what comes through is what was sent.
-#[test]
-fn eight_clients_that_cut_into_each_other_s_frames_lose_some_and_forge_none() {
-    const CLIENTS: u8 = 8;
-    const FRAMES: u8 = 200;
-    let request = |client| Request::Get { module: module("PDCTRL_MOD"), parameter: client, axis: client };
-    let mut waiting: Vec<Vec<u8>> = (1..=CLIENTS)
-        .map(|client| {
-            (0..FRAMES).flat_map(|number| frame(request(client), request_id(client, number))).collect()
-        })
-        .collect();
-    let mut random = TestRng::deterministic_rng(RngAlgorithm::XorShift);
-    let (mut receiver, mut taken) = (Receiver::new(), 0_u32);
-    while waiting.iter().any(|bytes| !bytes.is_empty()) {
-        let client = usize::try_from(random.next_u32()).unwrap() % waiting.len();
-        let bytes = &mut waiting[client];
-        let size = usize::try_from(random.next_u32() % 60).unwrap().min(bytes.len());
-        let piece: Vec<u8> = bytes.drain(..size).collect();
-        receiver.take_all(&piece, |content| {
-            let (id, found) = decode_request(content).unwrap();
-            assert_eq!(found, request(client_of(id)));
-            taken += 1;
-        });
-    }
-    let Counters { frames, damaged, .. } = receiver.counters();
-    assert_eq!(frames, taken);
-    assert!(frames > 400 && damaged > 100, "{frames} whole, {damaged} damaged");
-    receiver.take_all(&frame(request(1), 7), |_| taken += 1);
-    assert_eq!(taken, frames + 1, "the next whole frame is found");
 }
