@@ -27,7 +27,7 @@
 //!
 //! After `TIMEOUT_TICKS` in a row without a packet that was due, once a first one had come, the link is lost: from
 //! that tick on the device gets its safe input ([`Tick::LinkLost`](crate::Tick)), though everything goes on being
-//! computed, until a `RESET` or `MOD_RESET`. [`LinkState`] says in every tick what the link is in.
+//! computed, until a `RESET` or `MOD_RESET`. [`LinkState`](crate::LinkState) says in every tick what the link is in.
 
 use core::cell::Cell;
 

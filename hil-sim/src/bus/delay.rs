@@ -2,8 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use rand_distr::Gamma;
-
 use super::random::Random;
 use super::time::{NS_PER_S, seconds_ns};
 
@@ -125,18 +123,12 @@ impl Delay {
 #[derive(Debug)]
 pub(super) struct Delays {
     delay: Delay,
-    gamma: Option<Gamma<f64>>,
     drawn: usize,
 }
 
 impl Delays {
     pub(super) fn new(delay: Delay) -> Self {
-        let gamma = match &delay {
-            // What is not > 0 adds nothing.
-            Delay::Gamma { mean_s, shape, .. } => Gamma::new(*shape, mean_s / shape).ok(),
-            _ => None,
-        };
-        Self { delay, gamma, drawn: 0 }
+        Self { delay, drawn: 0 }
     }
 
     /// The next delay, `ns`; none for a recorded loss.
@@ -144,9 +136,7 @@ impl Delays {
         let delay_s = match &self.delay {
             Delay::Constant(delay_s) => *delay_s,
             Delay::Uniform { least_s, width_s } => least_s + width_s * random.uniform(),
-            Delay::Gamma { least_s, .. } => {
-                least_s + self.gamma.as_ref().map_or(0.0, |gamma| random.gamma(gamma))
-            }
+            Delay::Gamma { least_s, mean_s, shape } => least_s + mean_s / shape * random.gamma(*shape),
             Delay::Recorded(delays) => {
                 let place = self.drawn % delays.len().max(1);
                 self.drawn += 1;
@@ -223,7 +213,8 @@ mod tests {
             let delay = Delay::Gamma { least_s: 0.01, mean_s: 0.004, shape };
             let upper_s = delay.upper_s();
             let beyond = draw(delay, 3).iter().filter(|delay_s| **delay_s > upper_s).count();
-            assert!(beyond < 40, "shape {shape}: {beyond}");
+            // At shape 0.5, the widest: erfc(sqrt(0.5 + 6 sqrt(0.5))), 2.1 in 1000 draws.
+            assert!(beyond < 60, "shape {shape}: {beyond}");
         }
     }
 

@@ -1,7 +1,6 @@
 //! Random draws of a simulated medium: the same seed gives the same fate.
 
 use rand_core::{Rng, SeedableRng};
-use rand_distr::{Distribution, Gamma};
 use rand_pcg::Pcg64Mcg;
 
 /// A seeded source of fate.
@@ -30,8 +29,29 @@ impl Random {
         if most == 0 { 0 } else { self.0.next_u64() % (u64::from(most) + 1) }
     }
 
-    pub(crate) fn gamma(&mut self, distribution: &Gamma<f64>) -> f64 {
-        distribution.sample(&mut self.0)
+    /// Gamma-distributed with mean `shape`, > 0, after Marsaglia and Tsang, "A simple method for generating gamma
+    /// variables", 2000. By `libm` alone: the same on any machine.
+    pub(crate) fn gamma(&mut self, shape: f64) -> f64 {
+        if shape < 1.0 {
+            let power = libm::pow(1.0 - self.uniform(), shape.recip());
+            return self.gamma(shape + 1.0) * power;
+        }
+        let d = shape - 1.0 / 3.0;
+        let c = libm::sqrt(9.0 * d).recip();
+        loop {
+            let x = self.normal();
+            let v = libm::pow(1.0 + c * x, 3.0);
+            let is_taken = |u: f64| libm::log(1.0 - u) < 0.5 * x * x + d - d * v + d * libm::log(v);
+            if v > 0.0 && is_taken(self.uniform()) {
+                return d * v;
+            }
+        }
+    }
+
+    /// Normally distributed with mean 0 and deviation 1 (Box and Muller).
+    fn normal(&mut self) -> f64 {
+        let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.uniform()));
+        radius * libm::cos(core::f64::consts::TAU * self.uniform())
     }
 
     /// Trials that go well before the first that does not, each failing with `probability`: geometric, by
