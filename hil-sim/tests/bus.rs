@@ -161,12 +161,10 @@ fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
     };
     let outcome = load(&[]);
     assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
-    // 0.1 % of 500 a second, each way.
-    assert!(
-        outcome.received.iter().all(|received| (1..20).contains(&received.lost)),
-        "{:?}",
-        outcome.received
-    );
+    // 0.1 % of 500 a second, each way; a packet that the next one replaced within a tick is counted as both.
+    for received in &outcome.received {
+        assert!((1..20).contains(&(received.lost - received.refused)), "{received:?}");
+    }
     let [up, down] = &outcome.media[..] else { panic!("two ways") };
     assert!(up.load < 0.75 && up.dropped == 0 && down.load < 0.06 && up.longest_s < 0.015, "{up:?} {down:?}");
     // The wave takes 2 ticks more where packets are rarer than ticks, and those of the play-out.
