@@ -148,9 +148,12 @@ impl Reception {
         false
     }
 
-    /// Time has gone on in ticks that computed nothing.
+    /// Time has gone on in ticks that computed nothing; before the first packet there is nothing that ages.
     fn catch_up(&mut self, link: &LinkPort) {
-        self.age_ticks = self.age_ticks.saturating_add(link.missed_ticks.take()).min(u32::MAX - 1);
+        let missed_ticks = link.missed_ticks.take();
+        if self.counter != 0 {
+            self.age_ticks = self.age_ticks.saturating_add(missed_ticks).min(u32::MAX - 1);
+        }
     }
 
     fn grow_older(&mut self, expected: &Expected) {

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use dimsart_core::ModuleList;
 use dimsart_core::exchange::Tag;
 use dimsart_core::modules::Standard;
-use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request};
+use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use hil_sim::emulated::Image;
 use object::{Object, ObjectSection, ObjectSymbol};
 use tempfile::TempDir;
@@ -112,14 +112,21 @@ const WORDS_BYTES: usize = 12;
 fn stopping_tick(line: &mut ByHand) -> [(Tag, Vec<u8>); 2] {
     // Moved by hand.
     let measured = |tick: u8| [f32::from(tick) * 1e-3; 3].map(f32::to_le_bytes).concat();
+    line.exchange(&[(Tag::Words, &measured(0)), (Tag::Command, &lease())]);
     let mut command = |tick| section(&line.exchange(&[(Tag::Words, &measured(tick))]), Tag::Words).unwrap();
-    let commanded = (0..20).map(&mut command).last();
+    let commanded = (1..20).map(&mut command).last();
     assert_ne!(commanded.unwrap(), [0; WORDS_BYTES], "nothing is commanded");
     let kind = Standard::KINDS.iter().position(|kind| kind.name == "PIDCTRL_MOD").unwrap();
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = Request::Parameter { kind: kind.try_into().unwrap(), index: 0 };
     let request = encode_request(&request, 1, &mut buffer).unwrap().to_vec();
     [(Tag::Words, measured(20)), (Tag::Command, request)]
+}
+
+/// A client takes the lease that motion needs.
+fn lease() -> Vec<u8> {
+    let request = Request::Lease(LeaseAction::Take);
+    encode_request(&request, request_id(1, 1), &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
 }
 
 fn as_sections(sections: &[(Tag, Vec<u8>)]) -> Vec<(Tag, &[u8])> {
