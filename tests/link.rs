@@ -1,5 +1,5 @@
 //! What a receiver knows of its link: state, jitter, when it is lost; packets without counters.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::indexing_slicing, clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 mod common;
@@ -131,6 +131,17 @@ fn nineteen_lost_ticks_never_trip_and_twenty_always_do() {
     }
 }
 
+/// A tick of both sides, the receiver's with or without the packet: what the device gets, and the packet's age.
+fn commanded_and_age(sender: &mut Bench, receiver: &mut Bench, receives: bool) -> (Tick, f32, u32) {
+    sender.tick(&[2.5]);
+    let packet = sender.dimsart.outgoing(0).unwrap();
+    if receives {
+        receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+    }
+    let (tick, commanded) = receiver.try_tick(&[]);
+    (tick, f32::from_bits(commanded[0].0), receiver.bits("LINK_AGE")[0])
+}
+
 #[test]
 fn a_lost_link_gives_the_safe_input_until_a_reset() {
     let rows = "COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD";
@@ -139,15 +150,7 @@ fn a_lost_link_gives_the_safe_input_until_a_reset() {
         sender.run("COMM_TXMOD CTX_ADD_DATA FORCE\nMOD_ENG MOD_ON COMM_TXMOD");
         let mut receiver: Bench = Bench::of(1, &[], &[types::DES_FORCE]);
         receiver.run(rows);
-        let mut step = |receives: bool| {
-            sender.tick(&[2.5]);
-            let packet = sender.dimsart.outgoing(0).unwrap();
-            if receives {
-                receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
-            }
-            let (tick, commanded) = receiver.try_tick(&[]);
-            (tick, f32::from_bits(commanded[0].0), receiver.bits("LINK_AGE")[0])
-        };
+        let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
         let lost = Tick::LinkLost { link: 0 };
         assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
         for age in 1..=19 {
@@ -160,16 +163,8 @@ fn a_lost_link_gives_the_safe_input_until_a_reset() {
         assert!((0..100).all(|_| step(true) == (lost, 0.0, 0)));
         assert_eq!(receiver.dimsart.refused_ticks(), 0);
         receiver.rows(reset);
-        let mut step = |receives: bool| {
-            sender.tick(&[2.5]);
-            let packet = sender.dimsart.outgoing(0).unwrap();
-            if receives {
-                receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
-            }
-            let (tick, commanded) = receiver.try_tick(&[]);
-            (tick, f32::from_bits(commanded[0].0))
-        };
-        assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5)), "{reset}");
+        let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
+        assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)), "{reset}");
     }
 }
 
