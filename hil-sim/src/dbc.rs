@@ -8,7 +8,9 @@ mod layout;
 use std::fmt::{self, Display, Formatter};
 
 use dimsart_core::modules::Standard;
-use dimsart_core::{Dimsart, Engine, ModuleList, ModuleRef, Packet, Target, TypeRef, Value, Word};
+use dimsart_core::{Dimsart, Engine, ModuleList, ModuleRef, Target, TypeRef, Value};
+
+use crate::first_packet::first_packet;
 
 pub use layout::{Kind, Signal};
 
@@ -87,9 +89,6 @@ pub enum DbcError {
     },
 }
 
-/// Most ticks between two packets, see `CTX_EVERY`.
-const MAX_EVERY_TICKS: usize = 100;
-
 /// The messages that a controller sends whose scheme runs; `side` names it.
 ///
 /// The controller is ticked, with a device at rest, until every module has sent.
@@ -150,7 +149,7 @@ fn message<const WORDS: usize>(
 ) -> Result<Message, DbcError> {
     let module = Engine::<Standard, WORDS>::module_name(sender.module).to_string();
     let side = side.to_owned();
-    let Some(packet) = packet(dimsart, sender.link) else { return Err(DbcError::NothingSent { side }) };
+    let Some(packet) = first_packet(dimsart, sender.link) else { return Err(DbcError::NothingSent { side }) };
     if packet.channel == 0 {
         return Err(DbcError::NoIdentifier { side, module });
     }
@@ -162,16 +161,6 @@ fn message<const WORDS: usize>(
     let name = format!("{side}_{}", module.replace('.', "_"));
     let signals = layout::signals(frames, words);
     Ok(Message { identifier: packet.channel, name, sender: side, bytes, signals })
-}
-
-/// The first packet that the controller sends.
-fn packet<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>, link: usize) -> Option<Packet> {
-    let measured = vec![Word(0); dimsart.frame().output_words()];
-    let mut commanded = vec![Word(0); dimsart.frame().input_words()];
-    (0..MAX_EVERY_TICKS).find_map(|_| {
-        dimsart.tick(&measured, &mut commanded);
-        dimsart.outgoing(link)
-    })
 }
 
 /// Messages as a DBC file.

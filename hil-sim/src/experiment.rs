@@ -11,7 +11,7 @@ use std::fs::File;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use dimsart_core::{DataType, Word, types};
+use dimsart_core::{DataType, types};
 
 pub use error::ExperimentError;
 pub use side::Side;
@@ -26,6 +26,7 @@ use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
 use crate::felt::FeltStiffness;
+use crate::first_packet::first_packet;
 use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
@@ -43,8 +44,6 @@ use crate::watch::{Alarm, Watch};
 const SILENCE_TICKS: u32 = 100;
 /// Share of late ticks that is a fault: now and then one is normal on a host.
 const LATE_SHARE: f64 = 0.01;
-/// A side that sends packets sends one in so many ticks.
-const MOST_TICKS_BETWEEN_PACKETS: u32 = 1000;
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 
@@ -117,13 +116,7 @@ impl Experiment {
         let mut words = [0; 2];
         for (words, side) in words.iter_mut().zip([Side::Master, Side::Slave]) {
             let mut dimsart = controller(&Scenario { dof: 1, ..scenario.clone() }, side)?;
-            let still = vec![Word(0); dimsart.frame().output_words()];
-            let mut commanded = vec![Word(0); dimsart.frame().input_words()];
-            let packet = (0..MOST_TICKS_BETWEEN_PACKETS).find_map(|_| {
-                dimsart.tick(&still, &mut commanded);
-                dimsart.outgoing(0)
-            });
-            *words = packet.map_or(0, |packet| packet.words.len());
+            *words = first_packet(&mut dimsart, 0).map_or(0, |packet| packet.words.len());
         }
         Ok(words)
     }

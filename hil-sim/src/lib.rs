@@ -60,6 +60,7 @@ pub mod emulated;
 pub mod energy;
 pub mod experiment;
 pub mod felt;
+mod first_packet;
 pub mod growth;
 pub mod key_file;
 pub mod link;
