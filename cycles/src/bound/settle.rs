@@ -1,0 +1,87 @@
+//! The worst case of calls that are made again and again.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::{Bound, BoundError, Question, unknown_words};
+use crate::abstraction::{Abstract, AbstractMemory, Facts, Join};
+use crate::explore::{Reason, explore};
+use crate::instruction::Width;
+use crate::values::Values;
+
+/// Rounds after which it is given up.
+const MAX_ROUNDS: u32 = 60;
+
+/// All calls, once.
+pub(super) struct Round {
+    pub(super) bounds: Vec<Bound>,
+    memory: AbstractMemory,
+    facts: Facts,
+    /// The most that any call takes of the stack.
+    stack_bytes: u32,
+}
+
+pub(super) fn round(
+    question: &Question<'_>,
+    domain: &mut Abstract,
+    memory: AbstractMemory,
+) -> Result<Round, BoundError> {
+    let facts = Facts::default();
+    let mut round = Round { bounds: Vec::new(), memory, facts, stack_bytes: 0 };
+    for call in question.calls {
+        domain.facts = round.facts.clone();
+        for input in &call.inputs {
+            let values = Values::between(*input.values.start(), *input.values.end());
+            round.memory.forget(domain, input.addresses.clone(), input.width, &values);
+        }
+        let unknown = unknown_words(domain, &round.memory);
+        let found = explore(&question.start(call), domain, round.memory.clone(), round.facts.clone())?;
+        round.bounds.push(Bound::new(&found, unknown));
+        round.stack_bytes = round.stack_bytes.max(found.stack_bytes);
+        if call.is_optional {
+            let mut join = Join::new(domain, &round.facts, &found.facts);
+            let memory = join.memory(&round.memory, &found.memory);
+            let facts = join.facts();
+            (round.memory, round.facts) = (memory, facts);
+        } else {
+            (round.memory, round.facts) = (found.memory, found.facts);
+        }
+    }
+    Ok(round)
+}
+
+/// Follows the calls again and again, each time with the memory of before or after them, until that is the same.
+pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> {
+    let mut domain = Abstract::default();
+    let mut memory = question.start_memory();
+    let inputs = question.calls.iter().flat_map(|call| &call.inputs);
+    let mut given: Vec<Range<u32>> = inputs.map(|input| input.addresses.clone()).collect();
+    let mut growths = BTreeMap::new();
+    let mut number = 1;
+    loop {
+        let found = round(question, &mut domain, memory.clone())?;
+        let facts = Facts::default();
+        let mut after = Join::new(&mut domain, &facts, &found.facts).memory(&memory, &found.memory);
+        domain.facts = facts;
+        // What is below SP when a call begins is whatever came there since the last one.
+        given.push(question.stack_top - found.stack_bytes..question.stack_top);
+        let change = memory.first_change(&domain, &after, &given);
+        // In the first round, inputs and what is below the stack are not unknown yet.
+        let Some(lowest) = change.or((number == 1).then_some(0)) else {
+            let bound = |bound| Bound { rounds: number, ..bound };
+            return Ok(found.bounds.into_iter().map(bound).collect());
+        };
+        if number == MAX_ROUNDS {
+            let address = question.calls.first().map_or(0, |call| call.function);
+            let reason = Reason::Unsettled { rounds: number, lowest };
+            let place = question.image.place(address);
+            return Err(BoundError { address, place, callers: Vec::new(), reason });
+        }
+        after = after.widen(&mut domain, &mut growths);
+        for range in given.iter().cloned() {
+            after.forget(&mut domain, range, Width::Byte, &Values::between(0, 0xFF));
+        }
+        memory = after;
+        number += 1;
+    }
+}

@@ -1,0 +1,240 @@
+//! A processor that runs functions of an image, and counts what they take.
+
+mod calls;
+mod code;
+mod error;
+mod memory;
+mod stack;
+
+use std::sync::Arc;
+
+pub use calls::Call;
+pub use error::{MachineError, Stop};
+
+use self::calls::{Calls, Moment};
+use self::code::Code;
+use self::memory::Regions;
+use self::stack::Stack;
+use crate::concrete::Concrete;
+use crate::execute::{Flow, execute};
+use crate::image::Image;
+use crate::instruction::{Instruction, LR, Operation, SP};
+use crate::state::{AccessError, Registers};
+use crate::timing::{Access, Caches, Known, Outcome, Pipeline, Timing};
+
+/// What a called function returns to: no memory is there.
+const RETURN: u32 = 0xF000_0000;
+/// Instructions after which a call is given up.
+const STEP_LIMIT: u64 = 1_000_000_000;
+
+/// What a call took, from its first instruction to its return, that included.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Run {
+    /// R0 at the end.
+    pub result: u32,
+    /// Cycles of the timing model.
+    pub cycles: u64,
+    /// Instructions, those that an IT block skipped too.
+    pub instructions: u64,
+    /// Bytes of stack that were reserved at most.
+    pub stack_bytes: u32,
+    /// Bytes of stack down to the lowest that was written.
+    pub stack_written_bytes: u32,
+    /// Calls of marked functions, in the order in which they began.
+    pub calls: Vec<Call>,
+}
+
+/// A Cortex-M4F with the memory of an image: flash as the file has it, initial values of variables in their place, the
+/// other variables zero. There are no interrupts and no peripherals: an access to anything else is an error, unless
+/// [`map`](Self::map) put plain memory there.
+///
+/// A clone is a machine of its own, in the same state.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    image: Arc<Image>,
+    code: Arc<Code>,
+    memory: Regions,
+    /// Registers of the core and of the float unit.
+    pub registers: Registers<Concrete>,
+    /// Address of the next instruction.
+    address: u32,
+    stack: Stack,
+    calls: Calls,
+    timing: Timing,
+    pipeline: Pipeline,
+    caches: Caches,
+    cycles: u64,
+    instructions: u64,
+    step_limit: u64,
+}
+
+impl Machine {
+    /// A machine whose RAM is what the image's linker script gives to stack and variables.
+    ///
+    /// # Errors
+    /// [`MachineError::NoSymbol`] when the image does not say where that is.
+    pub fn new(image: Arc<Image>, timing: Timing) -> Result<Self, MachineError> {
+        let symbol =
+            |name: &'static str| image.symbols.get(name).copied().ok_or(MachineError::NoSymbol { name });
+        let stack = symbol("_stack_end")?..symbol("_stack_start")?;
+        let variables = symbol("__sdata")?..symbol("__euninit")?;
+        let ram = stack.start.min(variables.start)..stack.end.max(variables.end);
+        Ok(Self {
+            code: Arc::new(Code::new(image.code.values())),
+            memory: Regions::new(ram, &image.segments),
+            image,
+            registers: Registers::new(&mut Concrete),
+            address: RETURN,
+            stack: Stack::new(stack),
+            calls: Calls::default(),
+            timing,
+            pipeline: Pipeline::default(),
+            caches: Caches::default(),
+            cycles: 0,
+            instructions: 0,
+            step_limit: STEP_LIMIT,
+        })
+    }
+
+    /// The image that it runs.
+    #[must_use]
+    pub fn image(&self) -> &Arc<Image> {
+        &self.image
+    }
+
+    /// Has calls of these functions (their addresses) reported by [`call`](Self::call).
+    pub fn mark(&mut self, functions: impl IntoIterator<Item = u32>) {
+        self.calls.mark(functions);
+    }
+
+    /// Instructions after which a call is given up, in place of 10^9.
+    pub fn limit(&mut self, instructions: u64) {
+        self.step_limit = instructions;
+    }
+
+    /// Puts plain memory, all zero, where the image has none: for the arguments of calls, or in place of a peripheral.
+    pub fn map(&mut self, address: u32, bytes: u32) {
+        self.memory.map(address, bytes);
+    }
+
+    /// Memory that programs can write: addresses and contents.
+    pub fn writable(&self) -> impl Iterator<Item = (u32, &[u8])> {
+        self.memory.writable()
+    }
+
+    /// Copies memory out.
+    ///
+    /// # Errors
+    /// [`AccessError::Unmapped`]; `bytes` are as they were then.
+    pub fn read(&self, address: u32, bytes: &mut [u8]) -> Result<(), AccessError> {
+        self.memory.read(address, bytes)
+    }
+
+    /// Copies into memory.
+    ///
+    /// # Errors
+    /// [`AccessError::Unmapped`], [`AccessError::ReadOnly`]; memory is as it was then.
+    pub fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), AccessError> {
+        self.memory.write(address, bytes)
+    }
+
+    /// Runs a function until it returns. R0 to R3 are its arguments, the stack is empty before; all else is as the
+    /// last call left it.
+    ///
+    /// # Errors
+    /// [`MachineError::Stopped`] where the function does what is not modelled; memory and registers stay as they were
+    /// there.
+    pub fn call(&mut self, address: u32, arguments: [u32; 4]) -> Result<Run, MachineError> {
+        self.begin(address, arguments);
+        self.stack.paint(&mut self.memory);
+        while self.address != RETURN {
+            self.step()?;
+        }
+        Ok(Run {
+            result: self.registers.read(0),
+            cycles: self.cycles,
+            instructions: self.instructions,
+            stack_bytes: self.stack.depth_bytes(),
+            stack_written_bytes: self.stack.written_bytes(&self.memory),
+            calls: self.calls.take(),
+        })
+    }
+
+    /// Goes to the first instruction of a function, as [`call`](Self::call), to [`step`](Self::step) through it.
+    pub fn begin(&mut self, address: u32, arguments: [u32; 4]) {
+        let [r0, r1, r2, r3, ..] = &mut self.registers.core;
+        [*r0, *r1, *r2, *r3] = arguments;
+        self.registers.write(SP, self.stack.top());
+        self.registers.write(LR, RETURN | 1);
+        self.address = address & !1;
+        self.pipeline = Pipeline::default();
+        (self.cycles, self.instructions) = (0, 0);
+        self.stack.begin();
+        self.calls.begin();
+        self.calls.jumped(self.address, &self.registers, &mut self.stack, Moment::default());
+    }
+
+    /// The next instruction; none behind the end of the function, and where there is no code.
+    #[must_use]
+    pub fn next(&self) -> Option<&Instruction> {
+        self.code.at(self.address)
+    }
+
+    /// Executes the next instruction, or skips it when its condition does not hold.
+    ///
+    /// # Errors
+    /// [`MachineError::Stopped`].
+    #[inline]
+    pub fn step(&mut self) -> Result<(), MachineError> {
+        self.advance().map_err(|stop| self.stopped(stop))
+    }
+
+    #[inline]
+    fn advance(&mut self) -> Result<(), Stop> {
+        let instruction = &self.next().copied().ok_or(Stop::NoCode)?;
+        if self.instructions >= self.step_limit {
+            return Err(Stop::StepLimit { instructions: self.step_limit });
+        }
+        self.instructions += 1;
+        if !self.registers.flags.hold(instruction.condition) {
+            self.count(instruction, Outcome::Skipped, Known::default());
+            self.address = instruction.next();
+            return Ok(());
+        }
+        let division = match instruction.operation {
+            Operation::Divide { n, m, .. } => Some((self.registers.read(n), self.registers.read(m))),
+            _ => None,
+        };
+        self.memory.first_access = None;
+        let flow = execute(&mut Concrete, &mut self.registers, &mut self.memory, instruction)?;
+        let target = match flow {
+            Flow::Next | Flow::Branch { taken: false, .. } => None,
+            Flow::Jump(target) | Flow::Branch { target, taken: true } => Some(target),
+            Flow::Indirect(target) if target & 1 == 1 => Some(target & !1),
+            Flow::Indirect(target) => return Err(Stop::NotThumb { target }),
+            Flow::Trap => return Err(Stop::Trap { operation: instruction.operation }),
+        };
+        let outcome = if target.is_some() { Outcome::Taken } else { Outcome::Done };
+        let access = self.memory.first_access.map(Access::at);
+        self.count(instruction, outcome, Known { division, access });
+        self.stack.at(self.registers.read(SP))?;
+        self.address = target.unwrap_or_else(|| instruction.next());
+        if target.is_some() {
+            let at = Moment { cycles: self.cycles, instructions: self.instructions };
+            self.calls.jumped(self.address, &self.registers, &mut self.stack, at);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn count(&mut self, instruction: &Instruction, outcome: Outcome, known: Known) {
+        let (pipeline, caches) = (&mut self.pipeline, &mut self.caches);
+        let cycles = self.timing.cached_cycles(pipeline, caches, instruction, outcome, known);
+        self.cycles += u64::from(cycles);
+    }
+
+    /// Where and in which function, for people.
+    fn stopped(&self, stop: Stop) -> MachineError {
+        MachineError::Stopped { address: self.address, place: self.image.place(self.address), stop }
+    }
+}

@@ -1,0 +1,57 @@
+//! Interrupt handlers and their priorities.
+
+use super::StackError;
+use crate::image::Image;
+
+/// Exceptions that have a fixed priority, by their place in the vector table.
+const FIXED: [(usize, i16); 2] = [(NON_MASKABLE, -2), (HARD_FAULT, -1)];
+const RESET: usize = 1;
+const NON_MASKABLE: usize = 2;
+const HARD_FAULT: usize = 3;
+/// What is never to happen ends here.
+const DEFAULT: &str = "DefaultHandler";
+
+/// Where the program begins and every interrupt handler that can run, with its priority; the program has none.
+pub(super) fn levels(
+    image: &Image,
+    priorities: &[(&str, i16)],
+) -> Result<Vec<(Option<i16>, u32)>, StackError> {
+    let mut levels = Vec::new();
+    for (vector, handler) in vectors(image)? {
+        let fixed = FIXED.iter().find(|(fixed, _)| *fixed == vector);
+        let declared = priorities.iter().find(|(name, _)| has_name(image, handler, name));
+        match (fixed, declared) {
+            _ if vector == RESET => levels.push((None, handler)),
+            _ if has_name(image, handler, DEFAULT) => {}
+            (Some((_, priority)), _) | (None, Some((_, priority))) => levels.push((Some(*priority), handler)),
+            (None, None) => return Err(StackError::NoPriority { handler: image.place(handler) }),
+        }
+    }
+    Ok(levels)
+}
+
+fn has_name(image: &Image, address: u32, name: &str) -> bool {
+    let function = image.functions.get(&address);
+    function.is_some_and(|function| function.names.iter().any(|known| known == name))
+}
+
+/// The handlers of the vector table with their places in it, each once.
+fn vectors(image: &Image) -> Result<Vec<(usize, u32)>, StackError> {
+    let begin = super::symbol(image, "__vector_table")?;
+    let end = super::symbol(image, "__stext")?;
+    let bytes = usize::try_from(end.saturating_sub(begin)).unwrap_or(0);
+    let table = image.bytes(begin, bytes).ok_or(StackError::NoSymbol { name: "__vector_table" })?;
+    let words = table.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word));
+    let mut vectors: Vec<(usize, u32)> = Vec::new();
+    for (vector, word) in words.enumerate().skip(RESET) {
+        let handler = word & !1;
+        if word == 0 || vectors.iter().any(|(_, known)| *known == handler) {
+            continue;
+        }
+        if !image.functions.contains_key(&handler) {
+            return Err(StackError::NoHandler { vector, address: word });
+        }
+        vectors.push((vector, handler));
+    }
+    Ok(vectors)
+}

@@ -1,0 +1,126 @@
+//! Cycles of an instruction on the Cortex-M4F, by Arm's tables.
+//!
+//! The numbers stand in [`Row`], each with its source; what is here and below says which rows an instruction pays.
+//! An order of instructions matters, too: what the ones before leave behind is a [`Pipeline`].
+
+mod core_cycles;
+mod flash;
+mod known;
+mod pipeline;
+mod registers;
+mod rows;
+mod table;
+
+pub use flash::{Caches, Flash};
+pub use known::{Access, Known};
+pub use pipeline::Pipeline;
+pub use table::{Cost, Row};
+
+use crate::instruction::Instruction;
+
+/// Which of two values counts where Arm gives a range.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Column {
+    /// What is seen most often.
+    Likely,
+    /// The greatest.
+    Upper,
+}
+
+/// The memory that instructions come from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Profile {
+    /// Every access without waiting.
+    ZeroWait,
+    /// Code and constants in flash.
+    Flash(Flash),
+}
+
+/// What became of an instruction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Its condition did not hold.
+    Skipped,
+    /// Executed; the next one follows.
+    Done,
+    /// It jumped.
+    Taken,
+}
+
+/// The model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Timing {
+    profile: Profile,
+    column: Column,
+    cycles: [u8; Row::COUNT],
+    /// Cycles that the floating-point unit is busy behind the longest instruction that others overlap.
+    longest_busy: u8,
+}
+
+impl Timing {
+    /// The model with a memory and one value of every range.
+    #[must_use]
+    pub fn new(profile: Profile, column: Column) -> Self {
+        let mut cycles = [0; Row::COUNT];
+        for (cycles, row) in cycles.iter_mut().zip(Row::ALL) {
+            *cycles = row.cost().of(column);
+        }
+        Self { profile, column, cycles, longest_busy: 0 }.with_longest_busy()
+    }
+
+    /// The model with another number in a row, such as one that a chip has measured.
+    #[must_use]
+    pub fn with(mut self, row: Row, cycles: u8) -> Self {
+        if let Some(place) = self.cycles.get_mut(row as usize) {
+            *place = cycles;
+        }
+        self.with_longest_busy()
+    }
+
+    fn with_longest_busy(mut self) -> Self {
+        let overlapped = [Row::FloatMultiplyAccumulate, Row::FloatDivide].map(|row| self.overlapped(row).1);
+        self.longest_busy = overlapped.into_iter().max().unwrap_or(0);
+        self
+    }
+
+    /// Cycles of a row in the column of this model.
+    #[must_use]
+    pub fn row(&self, row: Row) -> u32 {
+        self.cycles.get(row as usize).map_or(0, |cycles| u32::from(*cycles))
+    }
+
+    /// Cycles of an instruction behind `pipeline`, which it moves on, whatever is in the caches: flash is waited for
+    /// in full at every new line, behind every jump (and there a read that was under way comes first), and at every
+    /// load that can be from flash.
+    pub fn cycles(
+        &self,
+        pipeline: &mut Pipeline,
+        instruction: &Instruction,
+        outcome: Outcome,
+        known: Known,
+    ) -> u32 {
+        let core = self.core_cycles(pipeline, instruction, outcome, known);
+        match &self.profile {
+            Profile::ZeroWait => core,
+            Profile::Flash(flash) => {
+                core + flash.longest_waits(&mut pipeline.line, instruction, outcome, known)
+            }
+        }
+    }
+
+    /// As [`cycles`](Self::cycles), of a run with these caches: never more.
+    pub fn cached_cycles(
+        &self,
+        pipeline: &mut Pipeline,
+        caches: &mut Caches,
+        instruction: &Instruction,
+        outcome: Outcome,
+        known: Known,
+    ) -> u32 {
+        let core = self.core_cycles(pipeline, instruction, outcome, known);
+        match &self.profile {
+            Profile::ZeroWait => core,
+            Profile::Flash(flash) => core + caches.waits(flash, instruction, outcome, known, core),
+        }
+    }
+}

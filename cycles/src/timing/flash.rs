@@ -1,0 +1,187 @@
+//! Flash that the processor waits for: its lines, and the caches before it.
+
+use super::known::{Access, Known, RAM};
+use super::{Outcome, rows};
+use crate::instruction::Instruction;
+
+/// A flash memory behind caches, as STM32 parts have it.
+///
+/// It holds everything below `0x2000_0000`, the code region of the Armv7-M memory map (RAM there, such as CCM, is
+/// taken for flash); what is above never waits.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Flash {
+    /// Cycles that a read waits, on top of its own.
+    pub wait_states: u8,
+    /// Bytes of a read, a power of 2, at least 4.
+    pub line_bytes: u8,
+    /// Lines that the cache of instructions holds.
+    pub instruction_lines: u16,
+    /// Lines that the cache of constants holds.
+    pub data_lines: u16,
+    /// Whether the line behind the last one is read ahead.
+    pub prefetches: bool,
+}
+
+impl Flash {
+    /// The STM32G4 above 136 MHz in two banks, as the firmware runs it.
+    ///
+    /// ST, RM0440, embedded flash memory: 4 wait states in range 1 boost mode from 136 to 170 MHz; 64 bits a read in
+    /// two banks; instruction cache of 32 lines of 4 x 64 bits, data cache of 8 such lines, both on after reset, where
+    /// the prefetch is off. Here every 64 bits are a line of their own, and the one not used for longest gives way.
+    pub const STM32G4: Self = Self {
+        wait_states: 4,
+        line_bytes: 8,
+        instruction_lines: 32 * 4,
+        data_lines: 8 * 4,
+        prefetches: false,
+    };
+
+    /// The longest that an instruction waits: for every line that is not `line`, the one that the instruction before
+    /// ended in, and for what it loads. Moves `line` on.
+    pub(super) fn longest_waits(
+        &self,
+        line: &mut Option<u32>,
+        instruction: &Instruction,
+        outcome: Outcome,
+        known: Known,
+    ) -> u32 {
+        let before = *line;
+        let mut reads = self.fetched(instruction).filter(|line| Some(*line) != before).count();
+        *line = self.line(instruction.next().wrapping_sub(1));
+        if outcome == Outcome::Taken {
+            // The read ahead that the jump makes useless is finished first.
+            *line = None;
+            reads += 1;
+        }
+        let fetches = self.longest_read() * u32::try_from(reads).unwrap_or(u32::MAX);
+        fetches
+            + loaded(instruction, outcome, known)
+                .map_or(0, |(access, bytes)| self.longest_load(access, bytes))
+    }
+
+    /// The longest that a load of `bytes` is waited for.
+    fn longest_load(&self, access: Access, bytes: u32) -> u32 {
+        let reads = if access.lowest == access.highest {
+            u32::try_from(self.lines(access.lowest, bytes).count()).unwrap_or(u32::MAX)
+        } else if access.lowest < RAM {
+            bytes.div_ceil(self.line_bytes.into()) + 1
+        } else {
+            0
+        };
+        self.longest_read() * reads
+    }
+
+    /// The longest that a read is waited for: one ahead of it may be under way.
+    fn longest_read(&self) -> u32 {
+        let ahead = if self.prefetches { self.cycles_ahead() } else { 0 };
+        u32::from(self.wait_states) + ahead
+    }
+
+    /// Cycles of a read ahead.
+    fn cycles_ahead(&self) -> u32 {
+        u32::from(self.wait_states) + 1
+    }
+
+    /// The number of the line that holds `address`; none in RAM.
+    fn line(&self, address: u32) -> Option<u32> {
+        (address < RAM).then(|| address >> self.line_bytes.trailing_zeros())
+    }
+
+    /// Numbers of the lines that `bytes` from `address` on lie in; none in RAM.
+    fn lines(&self, address: u32, bytes: u32) -> impl Iterator<Item = u32> + use<> {
+        let ends = self.line(address).zip(self.line(address.saturating_add(bytes.saturating_sub(1))));
+        ends.into_iter().flat_map(|(first, last)| first..=last)
+    }
+
+    /// Numbers of the lines that an instruction lies in.
+    fn fetched(&self, instruction: &Instruction) -> impl Iterator<Item = u32> + use<> {
+        self.lines(instruction.address, instruction.bytes.into())
+    }
+}
+
+/// What an instruction loads: from where, and how many bytes.
+fn loaded(instruction: &Instruction, outcome: Outcome, known: Known) -> Option<(Access, u32)> {
+    let bytes = rows::loaded_bytes(&instruction.operation).filter(|_| outcome != Outcome::Skipped)?;
+    Some((known.access_of(instruction).unwrap_or(Access::UNKNOWN), bytes))
+}
+
+/// The state of the caches in an emulated run.
+#[derive(Debug, Clone, Default)]
+pub struct Caches {
+    /// The line that the processor takes instructions from.
+    current: Option<u32>,
+    /// Lines, the one not used for longest first.
+    instructions: Vec<u32>,
+    /// As `instructions`.
+    data: Vec<u32>,
+    /// The line that is being read ahead, and cycles until it is there.
+    ahead: Option<(u32, u32)>,
+}
+
+impl Caches {
+    /// What an instruction of `core_cycles` waits: its lines, then what it loads. That of which the address is not
+    /// known is in no cache.
+    pub(super) fn waits(
+        &mut self,
+        flash: &Flash,
+        instruction: &Instruction,
+        outcome: Outcome,
+        known: Known,
+        core_cycles: u32,
+    ) -> u32 {
+        let mut waits: u32 = flash.fetched(instruction).map(|line| self.fetch(flash, line)).sum();
+        if let Some((access, bytes)) = loaded(instruction, outcome, known) {
+            if access.lowest == access.highest {
+                waits += flash.lines(access.lowest, bytes).map(|line| self.load(flash, line)).sum::<u32>();
+            } else {
+                waits += flash.longest_load(access, bytes);
+            }
+        }
+        self.pass(core_cycles);
+        waits
+    }
+
+    fn fetch(&mut self, flash: &Flash, line: u32) -> u32 {
+        if self.current.replace(line) == Some(line) {
+            return 0;
+        }
+        let is_cached = take(&mut self.instructions, line, flash.instruction_lines);
+        let wait = match self.ahead {
+            Some((ahead, left)) if ahead == line => left.min(flash.wait_states.into()),
+            _ if is_cached => return 0,
+            _ => self.read(flash),
+        };
+        self.ahead = flash.prefetches.then(|| (line.wrapping_add(1), flash.cycles_ahead()));
+        wait
+    }
+
+    fn load(&mut self, flash: &Flash, line: u32) -> u32 {
+        if take(&mut self.data, line, flash.data_lines) { 0 } else { self.read(flash) }
+    }
+
+    /// Cycles that a read is waited for, behind one ahead of it.
+    fn read(&mut self, flash: &Flash) -> u32 {
+        let left = self.ahead.as_mut().map_or(0, |(_, left)| std::mem::take(left));
+        left + u32::from(flash.wait_states)
+    }
+
+    fn pass(&mut self, cycles: u32) {
+        if let Some((_, left)) = &mut self.ahead {
+            *left = left.saturating_sub(cycles);
+        }
+    }
+}
+
+/// Takes a line from a cache, or puts it there in place of the one not used for longest; whether it was there.
+fn take(cache: &mut Vec<u32>, line: u32, most: u16) -> bool {
+    let found = cache.iter().rposition(|cached| *cached == line);
+    if let Some(place) = found {
+        cache.remove(place);
+    } else if most > 0 && cache.len() >= usize::from(most) {
+        cache.remove(0);
+    }
+    if most > 0 {
+        cache.push(line);
+    }
+    found.is_some()
+}

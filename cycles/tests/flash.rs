@@ -1,0 +1,107 @@
+//! Waiting for flash, by hand-counted examples of 4 wait states and lines of 8 bytes.
+
+use cycles::instruction::{Instruction, decode_all};
+use cycles::timing::{Access, Caches, Column, Flash, Known, Outcome, Pipeline, Profile, Timing};
+
+const FLASH: u32 = 0x0800_0000;
+const RAM: u32 = 0x2000_0000;
+const NOP: u16 = 0xBF00;
+/// `ADD.W R12, R1, #1`.
+const WIDE: [u16; 2] = [0xF101, 0x0C01];
+/// `LDR R1, [R0]`.
+const LOAD: u16 = 0x6801;
+/// `B` to itself.
+const BRANCH: u16 = 0xE7FE;
+
+fn decode(address: u32, halfwords: &[u16]) -> Vec<Instruction> {
+    let bytes: Vec<u8> = halfwords.iter().flat_map(|halfword| halfword.to_le_bytes()).collect();
+    decode_all(address, &bytes).flatten().collect()
+}
+
+fn timing(flash: Flash) -> Timing {
+    Timing::new(Profile::Flash(flash), Column::Likely)
+}
+
+/// Cycles with the worst of caches.
+fn longest(flash: Flash, code: &[Instruction], known: Known) -> u32 {
+    let mut pipeline = Pipeline::default();
+    code.iter().map(|i| timing(flash).cycles(&mut pipeline, i, Outcome::Done, known)).sum()
+}
+
+/// Cycles with these caches.
+fn cached(flash: Flash, caches: &mut Caches, code: &[Instruction], known: Known) -> u32 {
+    let mut pipeline = Pipeline::default();
+    code.iter().map(|i| timing(flash).cached_cycles(&mut pipeline, caches, i, Outcome::Done, known)).sum()
+}
+
+#[test]
+fn straight_code_waits_once_per_line() {
+    let code = decode(FLASH, &[NOP; 12]);
+    assert_eq!(longest(Flash::STM32G4, &code, Known::default()), 12 + 3 * 4);
+    assert_eq!(cached(Flash::STM32G4, &mut Caches::default(), &code, Known::default()), 12 + 3 * 4);
+}
+
+#[test]
+fn an_instruction_across_two_lines_waits_for_both() {
+    let code = decode(FLASH + 6, &WIDE);
+    assert_eq!(longest(Flash::STM32G4, &code, Known::default()), 1 + 2 * 4);
+}
+
+#[test]
+fn code_in_ram_does_not_wait() {
+    let code = decode(RAM, &[NOP; 12]);
+    assert_eq!(longest(Flash::STM32G4, &code, Known::default()), 12);
+    assert_eq!(cached(Flash::STM32G4, &mut Caches::default(), &code, Known::default()), 12);
+}
+
+#[test]
+fn what_ran_once_is_cached_until_as_many_other_lines_ran() {
+    let flash = Flash { instruction_lines: 3, ..Flash::STM32G4 };
+    let line = |number: u32| decode(FLASH + 8 * number, &[NOP; 4]);
+    let mut caches = Caches::default();
+    let mut run = |number| cached(flash, &mut caches, &line(number), Known::default());
+    let waits = [0, 1, 2, 0, 3, 0, 1].map(|number| run(number) - 4);
+    // Line 0 is used again before line 3 comes: line 1 gives way.
+    assert_eq!(waits, [4, 4, 4, 0, 4, 0, 4]);
+}
+
+#[test]
+fn a_branch_back_is_a_miss_and_a_read_in_vain_at_worst_and_a_hit_in_the_cache() {
+    let code = decode(FLASH, &[BRANCH]);
+    let [branch] = code.as_slice() else { panic!("one instruction") };
+    let (mut pipeline, mut caches) = (Pipeline::default(), Caches::default());
+    let timing = timing(Flash::STM32G4);
+    // 3 cycles of its own, its line, and the line behind it.
+    let mut again = || timing.cycles(&mut pipeline, branch, Outcome::Taken, Known::default());
+    assert_eq!([again(), again()], [3 + 4 + 4; 2]);
+    let mut pipeline = Pipeline::default();
+    let mut again =
+        || timing.cached_cycles(&mut pipeline, &mut caches, branch, Outcome::Taken, Known::default());
+    assert_eq!([again(), again()], [3 + 4, 3]);
+}
+
+#[test]
+fn constants_wait_and_variables_do_not() {
+    let code = decode(RAM, &[LOAD, NOP]);
+    let at = |address| Known { access: Some(Access::at(address)), ..Known::default() };
+    assert_eq!(longest(Flash::STM32G4, &code, at(FLASH)), 3 + 4);
+    // A word across two lines, and one more access for it.
+    assert_eq!(longest(Flash::STM32G4, &code, at(FLASH + 6)), 3 + 2 * 4 + 1);
+    assert_eq!(longest(Flash::STM32G4, &code, at(RAM)), 3);
+    let unknown =
+        Known { access: Some(Access { lowest: FLASH, highest: RAM, alignment: 4 }), ..Known::default() };
+    assert_eq!(longest(Flash::STM32G4, &code, unknown), 3 + 2 * 4);
+    let mut caches = Caches::default();
+    let mut load = || cached(Flash::STM32G4, &mut caches, &code, at(FLASH));
+    assert_eq!([load(), load()], [3 + 4, 3]);
+}
+
+#[test]
+fn a_line_read_ahead_is_waited_for_less() {
+    let flash = Flash { prefetches: true, ..Flash::STM32G4 };
+    let code = decode(FLASH, &[NOP; 8]);
+    // The second line's read of 5 cycles begins with the first line's four instructions: one cycle is left.
+    assert_eq!(cached(flash, &mut Caches::default(), &code, Known::default()), 8 + 4 + 1);
+    // At worst a useless read of 5 comes before either.
+    assert_eq!(longest(flash, &code, Known::default()), 8 + 2 * (4 + 5));
+}

@@ -1,0 +1,105 @@
+//! Images out of ELF files, as small as they can be.
+
+#[path = "image/elf.rs"]
+mod elf;
+
+use cycles::image::{Image, ImageError};
+use elf::{ABSOLUTE, Elf, FUNCTION, GLOBAL, OBJECT};
+
+/// Two functions in flash, the first with two constants behind its code, the second without a size; a variable.
+fn sample() -> Elf {
+    Elf {
+        machine: 40,
+        // NOP; BX LR; constants that are no code; MOVS R0, #1; BX LR
+        text: [0xBF00u16, 0x4770, 0xFFFF, 0xFFFF, 0x2001, 0x4770]
+            .iter()
+            .flat_map(|half| half.to_le_bytes())
+            .collect(),
+        data: vec![1, 2, 3, 4],
+        stack_sizes: vec![0x01, 0, 0, 0x08, 0x90, 0x01, 0x09, 0, 0, 0x08, 0x08],
+        symbols: vec![
+            ("$t", 0x0800_0000, 0, 0, elf::TEXT),
+            ("$d.1", 0x0800_0004, 0, 0, elf::TEXT),
+            ("$t", 0x0800_0008, 0, 0, elf::TEXT),
+            ("_ZN4core3foo17h0123456789abcdefE", 0x0800_0001, 8, FUNCTION, elf::TEXT),
+            ("folded", 0x0800_0001, 8, FUNCTION | GLOBAL, elf::TEXT),
+            ("assembly", 0x0800_0009, 0, FUNCTION | GLOBAL, elf::TEXT),
+            ("VARIABLE", 0x2000_0000, 4, OBJECT, elf::DATA),
+            ("_stack_start", 0x2000_8000, 0, GLOBAL, ABSOLUTE),
+            ("in no memory", 0, 0, OBJECT, elf::STACK_SIZES),
+        ],
+    }
+}
+
+#[test]
+fn an_image_has_memory_functions_and_code() {
+    let image = Image::read(&sample().bytes()).unwrap();
+    let addresses: Vec<u32> = image.code.keys().copied().collect();
+    assert_eq!(addresses, [0x0800_0000, 0x0800_0002, 0x0800_0008, 0x0800_000A]);
+    assert!(image.undecoded.is_empty());
+
+    assert_eq!(image.functions[&0x0800_0000].names, ["core::foo", "folded"]);
+    assert_eq!(image.function("folded").unwrap().bytes, 8);
+    assert_eq!(image.function("assembly").unwrap().bytes, 4);
+    assert_eq!(image.function_at(0x0800_0006).unwrap().address, 0x0800_0000);
+    assert!(image.function_at(0x0800_000C).is_none());
+
+    assert_eq!(image.symbols["VARIABLE"], 0x2000_0000);
+    assert_eq!(image.symbols["_stack_start"], 0x2000_8000);
+    assert_eq!(image.symbols.len(), 2);
+    assert_eq!(image.stack_sizes.into_iter().collect::<Vec<_>>(), [(0x0800_0000, 144), (0x0800_0008, 8)]);
+
+    let [text, data] = &image.segments[..] else { panic!("two segments") };
+    assert_eq!((text.address, text.is_writable), (0x0800_0000, false));
+    assert_eq!((data.address, data.flashed_at, data.is_writable), (0x2000_0000, 0x0800_000C, true));
+}
+
+#[test]
+fn places_have_names_and_memory_has_bytes() {
+    let image = Image::read(&sample().bytes()).unwrap();
+    assert_eq!(image.place(0x0800_0008), "assembly");
+    assert_eq!(image.place(0x0800_000A), "assembly+0x2");
+    assert_eq!(image.place(0x0900_0000), "0x09000000");
+    assert_eq!(image.bytes(0x2000_0001, 2), Some(&[2, 3][..]));
+    assert_eq!(image.bytes(0x2000_0003, 2), None);
+    assert_eq!(image.bytes(0x1FFF_FFFF, 1), None);
+}
+
+/// What is not modelled leaves a hole in the code, and the functions behind it are read all the same.
+#[test]
+fn undecoded_code_is_a_hole_up_to_the_next_function() {
+    let mut elf = sample();
+    elf.text[2..4].copy_from_slice(&0xB650u16.to_le_bytes());
+    let image = Image::read(&elf.bytes()).unwrap();
+    let addresses: Vec<u32> = image.code.keys().copied().collect();
+    assert_eq!(addresses, [0x0800_0000, 0x0800_0008, 0x0800_000A]);
+    assert_eq!(image.undecoded[0].to_string(), "0xb650 at 0x08000002 is not an instruction that is modelled");
+}
+
+#[test]
+fn files_that_cannot_be_analysed_say_why() {
+    let error = |elf: Elf| Image::read(&elf.bytes()).unwrap_err();
+    assert!(matches!(Image::read(b"not an ELF"), Err(ImageError::NotElf(_))));
+    assert!(matches!(error(Elf { machine: 243, ..sample() }), ImageError::NotArm { machine: 243 }));
+    assert!(matches!(error(Elf { symbols: Vec::new(), ..sample() }), ImageError::Stripped));
+    let functions = sample().symbols.into_iter().filter(|(name, ..)| !name.starts_with('$')).collect();
+    assert!(matches!(error(Elf { symbols: functions, ..sample() }), ImageError::Unmapped));
+    let stack_sizes = vec![0x01, 0, 0, 0x08, 0x90];
+    assert!(matches!(error(Elf { stack_sizes, ..sample() }), ImageError::CutOff { part: ".stack_sizes" }));
+}
+
+/// A file that is cut off anywhere is refused or read, never a panic.
+#[test]
+fn damaged_files_are_no_panic() {
+    let bytes = sample().bytes();
+    for length in 0..bytes.len() {
+        let _ = Image::read(&bytes[..length]);
+    }
+    for at in 0..bytes.len() {
+        for value in [0, 0x7F, 0xFF] {
+            let mut damaged = bytes.clone();
+            damaged[at] = value;
+            let _ = Image::read(&damaged);
+        }
+    }
+}

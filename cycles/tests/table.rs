@@ -1,0 +1,77 @@
+//! The cycle table against the manuals' words, and that no row can change by one cycle unseen.
+
+use cycles::sequences::sequences;
+use cycles::timing::{Column, Profile, Row, Timing};
+
+/// Rows that no sequence can pay: likely, upper. What follows an interrupt is no sequence, and a trap ends one.
+const ALONE: [(Row, u32, u32); 5] = [
+    // The least that an instruction takes.
+    (Row::Trap, 1, 1),
+    // TRM 3.9: 12 cycles to the handler with memory that does not wait, 6 from one to the next.
+    (Row::ExceptionEntry, 12, 12),
+    (Row::TailChaining, 6, 6),
+    // The registers' pop takes 10; with the refill up to 12.
+    (Row::ExceptionExit, 10, 12),
+    // 17 words: S0 to S15 and FPSCR.
+    (Row::LazyStacking, 0, 17),
+];
+
+/// What the model says otherwise than the manuals.
+fn differences(timing: Timing, column: Column) -> Vec<String> {
+    let sequences = sequences().filter_map(|sequence| {
+        let expected = if column == Column::Likely { sequence.likely } else { sequence.upper };
+        let cycles = sequence.count(timing).map(|count| count.cycles);
+        (cycles != Ok(u64::from(expected)))
+            .then(|| format!("{}: {cycles:?}, not {expected}: {}", sequence.row, sequence.text))
+    });
+    let alone = ALONE.iter().filter_map(|(row, likely, upper)| {
+        let expected = if column == Column::Likely { *likely } else { *upper };
+        let cycles = timing.row(*row);
+        (cycles != expected).then(|| format!("{row:?}: {cycles}, not {expected}"))
+    });
+    sequences.chain(alone).collect()
+}
+
+#[test]
+fn the_model_takes_what_the_manuals_say() {
+    for column in [Column::Likely, Column::Upper] {
+        let differences = differences(Timing::new(Profile::ZeroWait, column), column);
+        assert!(differences.is_empty(), "{column:?}:\n{}", differences.join("\n"));
+    }
+}
+
+#[test]
+fn a_row_that_is_off_by_one_is_seen() {
+    for column in [Column::Likely, Column::Upper] {
+        for row in Row::ALL {
+            let right = row.cost().of(column);
+            for wrong in [right.checked_add(1), right.checked_sub(1)].into_iter().flatten() {
+                let timing = Timing::new(Profile::ZeroWait, column).with(*row, wrong);
+                assert!(
+                    !differences(timing, column).is_empty(),
+                    "{row:?} of {wrong} goes unseen in {column:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_row_has_its_sequence() {
+    for row in Row::ALL {
+        let name = format!("{row:?}");
+        let is_alone = ALONE.iter().any(|(alone, ..)| alone == row);
+        assert!(is_alone || sequences().any(|sequence| sequence.row == name), "{name} has no sequence");
+    }
+    let named = |name| Row::ALL.iter().any(|row| format!("{row:?}") == name);
+    assert!(sequences().all(|sequence| named(sequence.row)));
+}
+
+#[test]
+fn the_sequences_are_what_their_text_says() {
+    for sequence in sequences() {
+        let instructions = sequence.instructions().unwrap();
+        let text: Vec<String> = instructions.iter().map(ToString::to_string).collect();
+        assert_eq!(text.join("; "), sequence.text);
+    }
+}
