@@ -290,4 +290,33 @@ fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
     assert_eq!(board.status(), None, "it moves in the next tick");
     board.tick();
     assert_eq!(board.last.0, Tick::Ran);
+    let heartbeat = board.info.heartbeat(0);
+    assert_eq!(
+        (heartbeat.blocked, heartbeat.first_fault.map(|first| Some(first.reason))),
+        (None, Some(lost))
+    );
+}
+
+#[test]
+fn what_its_holder_asks_of_the_schemes_renews_a_lease_and_a_look_does_not() {
+    let mut board = Board::running();
+    board.lease(1, LeaseAction::Take).unwrap();
+    for (client, action, ticks_left) in [
+        (1, SchemeAction::Look, LEASE_TICKS - 10),
+        (2, SchemeAction::Save, LEASE_TICKS - 20),
+        (1, SchemeAction::Save, LEASE_TICKS),
+        (1, SchemeAction::Confirm, LEASE_TICKS),
+    ] {
+        (0..10).for_each(|_| drop(board.tick()));
+        board.ask(client, Request::Schemes(action));
+        let expected = LeaseStatus { holder: 1, ticks_left };
+        assert_eq!(board.lease(3, LeaseAction::Look), Ok(expected), "{action:?} of {client}");
+    }
+    board.lease(1, LeaseAction::GiveBack).unwrap();
+    board.ask(1, Request::Schemes(SchemeAction::Save));
+    assert_eq!(
+        board.lease(1, LeaseAction::Look),
+        Ok(LeaseStatus::default()),
+        "motion begins by a take alone"
+    );
 }

@@ -381,7 +381,7 @@ fn a_start_after_a_stop_is_as_the_first_one() {
     for rows in ["", "COMM_RXMOD STALE HOLD", "COMM_RXMOD STALE LIMITED", implicit] {
         let (mut used, mut fresh) = (master(rows), master(rows));
         let mut sender: Bench = Bench::of(1, &[types::CH1_WAVES], &[]);
-        sender.run("COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
+        sender.run("COMM_TXMOD CTX_CHANNEL 2\nCOMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD");
         for tick in 0..100 {
             sender.tick(&[2.0]);
             let packet = sender.dimsart.outgoing(0).unwrap();

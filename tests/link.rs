@@ -6,10 +6,11 @@ mod common;
 
 use common::Bench;
 use common::way::{Ends, Way, sender_with};
-use dimsart_core::{CommandError, LinkState, Packet, ParameterError, Tick, types};
+use dimsart_core::{CommandError, LinkState, Packet, PacketError, ParameterError, Tick, scheme, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
+const SIDES: [&str; 2] = ["master", "slave"];
 const NO_DATA: u32 = LinkState::NoData as u32;
 const OK: u32 = LinkState::Ok as u32;
 const SOME_LOST: u32 = LinkState::OkSomeLost as u32;
@@ -264,6 +265,24 @@ fn time_goes_on_for_a_link_while_measurements_are_refused() {
         } else {
             let moved = (0..100).take_while(|_| step(1.5, 0.0, false).0 == Tick::Ran).count();
             assert_eq!(moved, 19_usize.saturating_sub(missed), "{missed}");
+        }
+    }
+}
+
+#[test]
+fn what_a_line_gives_back_is_not_taken_for_the_other_side() {
+    for text in
+        [include_str!("../schemes/bilateral.scheme"), include_str!("../schemes/position_position.scheme")]
+    {
+        for side in SIDES {
+            let mut bench: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+            assert_eq!(scheme::load(text, side, &SIDES, &mut bench.dimsart, |_| {}), 0);
+            for _ in 0..100 {
+                bench.tick(&[0.1]);
+                let own = bench.dimsart.outgoing(0).unwrap();
+                assert_eq!(own.echo, 0, "{side}");
+                assert_eq!(bench.dimsart.receive(0, &own.to_bytes()), Err(PacketError::Crc), "{side}");
+            }
         }
     }
 }

@@ -3,8 +3,8 @@
 
 use dimsart_core::carrier::{can, can_fd, stream};
 use dimsart_core::protocol::{
-    Heartbeat, LeaseAction, LeaseStatus, Request, Sample, encode_heartbeat, encode_request, encode_sample,
-    request_id,
+    Gate, Heartbeat, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, Receiver, Request, RequestSealer, Sample,
+    encode_heartbeat, encode_request, encode_sample, request_id,
 };
 use dimsart_core::{Packet, auth};
 
@@ -51,7 +51,21 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
     examples.push(("challenge", challenge));
     examples.push(("proof", sealer.handshake().unwrap().to_vec()));
     examples.push(("packet, authenticated", sealer.seal(&content, &mut out).unwrap().to_vec()));
+    examples.push(("request, sealed", sealed_request(&request, key())));
     examples
+}
+
+/// For a board that has just challenged.
+fn sealed_request(request: &Request, key: auth::Key) -> Vec<u8> {
+    let (mut gate, mut sealer) = (Gate::locked(key.clone(), 1), RequestSealer::new(key));
+    let mut frame = [0; MAX_FRAME_BYTES];
+    let hello = sealer.handshake(&mut frame).unwrap().unwrap();
+    Receiver::new().take_all(hello, |content| {
+        gate.take(0, content);
+    });
+    let challenge = gate.challenge(0, &mut frame).unwrap().unwrap();
+    Receiver::new().take_all(challenge, |content| assert!(sealer.take(content)));
+    sealer.encode(request, request_id(7, 1), &mut frame).unwrap().unwrap().to_vec()
 }
 
 #[test]

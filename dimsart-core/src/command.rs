@@ -164,6 +164,19 @@ pub enum CommandError {
         /// Number of faults.
         faults: usize,
     },
+    /// With this module a tick could take longer than it may.
+    TooSlow {
+        /// The module.
+        module: ModuleRef,
+        /// What it adds, cycles.
+        cycles: u32,
+        /// What a tick could take with it, cycles.
+        tick_cycles: u32,
+        /// What a tick may take, cycles.
+        limit_cycles: u32,
+    },
+    /// What this module adds to a tick is not known, and a tick may take so long only.
+    CostUnknown(ModuleRef),
 }
 
 impl From<StorageError> for CommandError {
@@ -228,6 +241,20 @@ impl core::fmt::Display for CommandError {
             }
             Self::WouldBreak(_) => write!(f, "the scheme is running and this would break it"),
             Self::DoesNotMatch { faults } => write!(f, "the scheme does not match: {faults} fault(s)"),
+            Self::TooSlow { cycles, tick_cycles, limit_cycles, .. } => {
+                write!(
+                    f,
+                    "the module takes up to {cycles} cycles, a tick with it up to {tick_cycles}, and it may take \
+                     {limit_cycles}: MOD_OFF another module first, or let the device have fewer axes"
+                )
+            }
+            Self::CostUnknown(_) => {
+                write!(
+                    f,
+                    "a tick has a limit and what the module takes is not known: work it out with `cargo xtask costs` \
+                     and build the image again"
+                )
+            }
         }
     }
 }

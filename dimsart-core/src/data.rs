@@ -1,5 +1,7 @@
 //! The Data Base as a module sees it during a tick.
 
+mod written_out;
+
 use core::cell::Cell;
 use core::num::NonZeroU8;
 
@@ -8,6 +10,8 @@ use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
 use crate::limits::{MAX_DOF, MAX_LINKS};
 use crate::mailbox::LinkPort;
 use crate::word::{Scalar, Word};
+
+pub use self::written_out::{Inputs, Outputs};
 
 /// Access to the Data Base through handles. Reading never fails: a handle that is not connected
 /// reads as zero, and what is written to it is dropped.
@@ -47,8 +51,8 @@ impl<'a> Data<'a> {
     /// Computes every axis by one law, the way most control laws are written.
     ///
     /// `lanes` gives each axis its own parameters and state (one item per axis, in order); `law` gets
-    /// that item and the axis' inputs and returns its outputs. Nothing is computed while one of the
-    /// ports is not connected.
+    /// that item and the axis' inputs and returns its outputs, at most 8 of each. Nothing is computed while one of
+    /// the ports is not connected.
     #[inline(always)]
     pub fn map_axes<L, const I: usize, const O: usize>(
         &self,
@@ -56,29 +60,20 @@ impl<'a> Data<'a> {
         inputs: [Input<Vector>; I],
         outputs: [Output<Vector>; O],
         mut law: impl FnMut(L, [f32; I]) -> [f32; O],
-    ) {
-        let mut sources: [&[Cell<u32>]; I] = [&[]; I];
-        let mut sinks: [&[Cell<u32>]; O] = [&[]; O];
-        for (source, input) in sources.iter_mut().zip(inputs) {
-            let Some(words) = self.axes(input.offset) else { return };
-            *source = words;
-        }
-        for (sink, output) in sinks.iter_mut().zip(outputs) {
-            let Some(words) = self.axes(output.offset) else { return };
-            *sink = words;
-        }
+    ) where
+        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
+        [Output<Vector>; O]: Outputs<Values = [f32; O]>,
+    {
+        let Some(sources) = inputs.words(self) else { return };
+        let Some(sinks) = outputs.words(self) else { return };
         let mut lanes = lanes.into_iter();
         for axis in 0..MAX_DOF {
             if axis >= self.dof() {
                 return;
             }
             let Some(lane) = lanes.next() else { return };
-            let values = sources.map(|words| words.get(axis).map_or(0.0, |word| f32::from_bits(word.get())));
-            for (words, value) in sinks.iter().zip(law(lane, values)) {
-                if let Some(word) = words.get(axis) {
-                    word.set(value.to_bits());
-                }
-            }
+            let values = law(lane, <[Input<Vector>; I]>::read(&sources, axis));
+            <[Output<Vector>; O]>::write(&sinks, axis, values);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use crate::command::{Command, CommandError};
 use crate::device::DeviceDescriptor;
-use crate::engine::Engine;
+use crate::engine::{Engine, Observer};
 use crate::frame::{Frame, FrameError};
 use crate::limits::DEFAULT_WORDS;
 use crate::mailbox::{LinkPort, is_newer};
@@ -82,7 +82,18 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// `measured` and `commanded` are laid out as the descriptor's types say; whatever happens,
     /// `commanded` holds finite numbers afterwards.
     pub fn tick(&mut self, measured: &[Word], commanded: &mut [Word]) -> Tick {
-        let tick = self.run(measured, commanded);
+        self.tick_observed(measured, commanded, &mut ())
+    }
+
+    /// As [`tick`](Self::tick), while an observer looks on: it makes each call of a module.
+    #[inline]
+    pub fn tick_observed(
+        &mut self,
+        measured: &[Word],
+        commanded: &mut [Word],
+        observer: &mut impl Observer,
+    ) -> Tick {
+        let tick = self.run(measured, commanded, observer);
         if tick != Tick::Ran {
             commanded.fill(Word(0));
             let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
@@ -91,7 +102,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         tick
     }
 
-    fn run(&mut self, measured: &[Word], commanded: &mut [Word]) -> Tick {
+    fn run(&mut self, measured: &[Word], commanded: &mut [Word], observer: &mut impl Observer) -> Tick {
         if let Err(error) = self.frame.write(self.engine.data_base_mut(), measured) {
             self.engine.data_base().links().iter().for_each(LinkPort::miss_tick);
             return Tick::MeasurementRefused(error);
@@ -99,7 +110,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         if !self.engine.is_running() {
             return Tick::Idle;
         }
-        self.engine.step();
+        self.engine.step_observed(observer);
         let lost = self.lost_link();
         match (self.frame.read(self.engine.data_base(), commanded), lost) {
             (Err(error), _) => Tick::CommandRefused(error),
@@ -226,6 +237,28 @@ mod tests {
         let mut dimsart = Dimsart::<Standard>::unconnected();
         assert_eq!(dimsart.tick(&[], &mut []), Tick::Idle);
         assert_eq!(dimsart.engine().usage().slots, 0);
+    }
+
+    /// Counts calls.
+    struct Calls(usize);
+
+    impl Observer for Calls {
+        fn call(&mut self, call: impl FnOnce()) {
+            call();
+            self.0 += 1;
+        }
+    }
+
+    #[test]
+    fn an_observer_makes_every_call_of_a_tick_and_none_while_idle() {
+        let mut dimsart = Dimsart::<Standard>::new(device(1)).unwrap();
+        let mut observer = Calls(0);
+        let mut commanded = [Word(0)];
+        assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Idle);
+        assert_eq!(observer.0, 0);
+        run(&mut dimsart).unwrap();
+        assert_eq!(dimsart.tick_observed(&[Word(0)], &mut commanded, &mut observer), Tick::Ran);
+        assert_eq!(observer.0, dimsart.engine().steps().count());
     }
 
     #[test]

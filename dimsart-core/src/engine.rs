@@ -1,19 +1,24 @@
 //! The Module Engine: keeps the modules, steps them, takes commands.
 
 mod commands;
+mod observer;
 mod plug;
 
 pub use commands::Cursor;
+use core::num::NonZeroU32;
+
 use heapless::Vec;
+pub use observer::Observer;
 
 use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
+use crate::data::Data;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
 use crate::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_PORTS};
 use crate::matching::{Difference, Finding, Report, Scheme};
 use crate::module::ModuleList;
-use crate::modules::Standard;
+use crate::modules::{self, Standard};
 use crate::parameter::{Parameter, ParameterError, Parameters, Value};
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Ports, Stage};
 use crate::schedule::{MAX_CALLS, schedule};
@@ -60,6 +65,34 @@ pub(crate) struct Call {
     pub(crate) stage: Stage,
 }
 
+/// The calls of a tick, with the modules they go to.
+#[derive(Debug)]
+pub struct Calls<'a, M> {
+    instances: &'a mut [Instance<M>],
+    schedule: &'a [Call],
+}
+
+impl<M: ModuleList> Calls<'_, M> {
+    /// Makes every call, in order.
+    #[inline]
+    pub fn run(self, data: &Data<'_>) {
+        self.run_observed(data, &mut ());
+    }
+
+    /// As [`run`](Self::run), while an observer looks on.
+    #[inline]
+    pub fn run_observed(self, data: &Data<'_>, observer: &mut impl Observer) {
+        for call in self.schedule {
+            if let Some(instance) = self.instances.get_mut(usize::from(call.instance)) {
+                observer.call(|| match call.stage {
+                    Stage::Early => instance.module.compute(data),
+                    Stage::Late => instance.module.compute_late(data),
+                });
+            }
+        }
+    }
+}
+
 /// One call of the tick, as reports show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Step {
@@ -94,6 +127,7 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     plug_in_order: Vec<u8, MAX_MODULES>,
     schedule: Vec<Call, MAX_CALLS>,
     place_before: Option<ModuleRef>,
+    limit_cycles: Option<NonZeroU32>,
     is_running: bool,
 }
 
@@ -116,6 +150,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             plug_in_order: Vec::new(),
             schedule: Vec::new(),
             place_before: None,
+            limit_cycles: None,
             is_running: false,
         }
     }
@@ -123,19 +158,19 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Computes every module that is plugged in once, in order. Does nothing unless the scheme runs.
     #[doc(alias = "Module_Step")]
     pub fn step(&mut self) {
+        self.step_observed(&mut ());
+    }
+
+    /// As [`step`](Self::step), while an observer looks on: it makes each of the [`steps`](Self::steps), in order.
+    #[inline]
+    pub fn step_observed(&mut self, observer: &mut impl Observer) {
         if !self.is_running {
             return;
         }
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device);
-        for call in &self.schedule {
-            if let Some(instance) = self.instances.get_mut(usize::from(call.instance)) {
-                match call.stage {
-                    Stage::Early => instance.module.compute(&data),
-                    Stage::Late => instance.module.compute_late(&data),
-                }
-            }
-        }
+        let calls = Calls { instances: &mut self.instances, schedule: &self.schedule };
+        observer.look_on(calls, &data);
     }
 
     /// Takes a command to the engine or to a module.
@@ -282,6 +317,27 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             words: WORDS - self.data_base.free_words(),
             words_in_all: WORDS,
         }
+    }
+
+    /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in. None, as at
+    /// first: as long as it likes. Modules that are plugged in stay.
+    pub fn limit_cycles(&mut self, limit: Option<NonZeroU32>) {
+        self.limit_cycles = limit;
+    }
+
+    /// What a tick takes at most with the modules that are plugged in, in processor cycles: [`TICK`](modules::TICK)
+    /// and the [cost](crate::Cost) of each. None if one's is not known.
+    #[must_use]
+    pub fn tick_cycles(&self) -> Option<u32> {
+        let active = self.instances.iter().filter(|instance| instance.is_active);
+        let mut costs = active.map(|instance| self.cycles_of(instance.reference.kind));
+        costs.try_fold(modules::TICK.cycles(self.device.dof()), |sum, cycles| Some(sum + cycles?))
+    }
+
+    /// What a module of a kind adds to a tick of this device, in processor cycles; none if that is not known.
+    #[must_use]
+    pub fn cycles_of(&self, kind: u8) -> Option<u32> {
+        M::KINDS.get(usize::from(kind))?.cost.map(|cost| cost.cycles(self.device.dof()))
     }
 
     /// Describes parameter `index` of a kind of module; none past the last one.

@@ -57,9 +57,9 @@ pub struct Frame {
 
 #[derive(Debug)]
 struct Side {
-    /// Where each type lies: before all that comes and goes with the modules, so it never moves.
     types: Vec<(Block, &'static DataType), MAX_DEVICE_TYPES>,
-    words: usize,
+    /// Where all of them lie, one behind the other, before all that comes and goes with the modules: they never move.
+    span: Block,
 }
 
 impl Frame {
@@ -81,8 +81,11 @@ impl Frame {
             for data_type in types {
                 let slot = data_base.insert(data_type, data_type.first(), device.dof())?;
                 let block = data_base.storage().block(slot);
+                if side.types.is_empty() {
+                    side.span.offset = block.offset;
+                }
                 side.types.push((block, data_type)).map_err(|_| StorageError::NoSlot)?;
-                side.words += data_type.shape.words(device.dof());
+                side.span.words += block.words;
             }
             Ok(side)
         };
@@ -92,13 +95,13 @@ impl Frame {
     /// Words of a frame from the device.
     #[must_use]
     pub fn output_words(&self) -> usize {
-        self.outputs.words
+        self.outputs.words()
     }
 
     /// Words of a frame to the device.
     #[must_use]
     pub fn input_words(&self) -> usize {
-        self.inputs.words
+        self.inputs.words()
     }
 
     /// Writes what the device measured into the Data Base.
@@ -111,22 +114,8 @@ impl Frame {
         data_base: &mut DataBase<WORDS>,
         measured: &[Word],
     ) -> Result<(), FrameError> {
-        self.outputs.has_length(measured.len())?;
-        // What is finite as a float is valid in every format; only otherwise it takes a closer look.
-        if !measured.iter().all(|word| word.is_valid(Format::F32)) {
-            self.outputs.check(measured)?;
-        }
-        let storage = data_base.storage_mut();
-        let mut rest = measured;
-        for (block, _) in &self.outputs.types {
-            let Some(targets) = storage.words_mut(*block) else { break };
-            let Some((words, behind)) = rest.split_at_checked(targets.len()) else { break };
-            for (target, word) in targets.iter_mut().zip(words) {
-                *target = word.0;
-            }
-            rest = behind;
-        }
-        Ok(())
+        let words = data_base.storage_mut().words_mut(self.outputs.span);
+        self.outputs.write(words.unwrap_or_default(), measured)
     }
 
     /// Reads what the device is commanded out of the Data Base.
@@ -139,50 +128,61 @@ impl Frame {
         data_base: &DataBase<WORDS>,
         commanded: &mut [Word],
     ) -> Result<(), FrameError> {
-        self.inputs.has_length(commanded.len())?;
-        let storage = data_base.storage();
-        for (block, data_type) in &self.inputs.types {
-            let Some(words) = storage.words(*block) else { break };
-            check(data_type, words.iter().copied().map(Word))?;
-        }
-        let mut rest = commanded;
-        for (block, _) in &self.inputs.types {
-            let Some(words) = storage.words(*block) else { break };
-            let Some((targets, behind)) = rest.split_at_mut_checked(words.len()) else { break };
-            for (target, word) in targets.iter_mut().zip(words) {
-                *target = Word(*word);
-            }
-            rest = behind;
-        }
-        Ok(())
+        let words = data_base.storage().words(self.inputs.span);
+        self.inputs.read(words.unwrap_or_default(), commanded)
     }
 }
 
 impl Side {
-    const EMPTY: Self = Self { types: Vec::new(), words: 0 };
+    const EMPTY: Self = Self { types: Vec::new(), span: Block { offset: 0, words: 0 } };
 
-    fn check(&self, words: &[Word]) -> Result<(), FrameError> {
-        let mut rest = words;
+    fn words(&self) -> usize {
+        usize::from(self.span.words)
+    }
+
+    fn write(&self, words: &mut [u32], measured: &[Word]) -> Result<(), FrameError> {
+        self.check(measured.iter().copied())?;
+        for (word, measured) in words.iter_mut().zip(measured) {
+            *word = measured.0;
+        }
+        Ok(())
+    }
+
+    fn read(&self, words: &[u32], commanded: &mut [Word]) -> Result<(), FrameError> {
+        self.has_length(commanded.len())?;
+        self.check(words.iter().copied().map(Word))?;
+        for (commanded, word) in commanded.iter_mut().zip(words) {
+            *commanded = Word(*word);
+        }
+        Ok(())
+    }
+
+    #[inline]
+    fn check(&self, mut words: impl ExactSizeIterator<Item = Word> + Clone) -> Result<(), FrameError> {
+        self.has_length(words.len())?;
+        // What is finite as a float is valid in every format; only otherwise it takes a closer look.
+        if words.clone().all(|word| word.is_valid(Format::F32)) {
+            Ok(())
+        } else {
+            self.find_fault(&mut words)
+        }
+    }
+
+    /// Which word is no valid value of its type, if any.
+    #[cold]
+    fn find_fault(&self, words: &mut dyn Iterator<Item = Word>) -> Result<(), FrameError> {
         for (block, data_type) in &self.types {
-            let Some((words, behind)) = rest.split_at_checked(usize::from(block.words)) else { break };
-            check(data_type, words.iter().copied())?;
-            rest = behind;
+            for word in 0..block.words {
+                if words.next().is_some_and(|word| !word.is_valid(data_type.format)) {
+                    return Err(FrameError::NotFinite { signal: data_type.first(), word });
+                }
+            }
         }
         Ok(())
     }
 
     fn has_length(&self, found: usize) -> Result<(), FrameError> {
-        if found == self.words { Ok(()) } else { Err(FrameError::Length { expected: self.words, found }) }
-    }
-}
-
-fn check(data_type: &DataType, words: impl Iterator<Item = Word> + Clone) -> Result<(), FrameError> {
-    // What is finite as a float is valid in every format; only otherwise it takes a closer look.
-    if words.clone().all(|word| word.is_valid(Format::F32)) {
-        return Ok(());
-    }
-    match (0_u16..).zip(words).find(|(_, word)| !word.is_valid(data_type.format)) {
-        Some((word, _)) => Err(FrameError::NotFinite { signal: data_type.first(), word }),
-        None => Ok(()),
+        let expected = self.words();
+        if found == expected { Ok(()) } else { Err(FrameError::Length { expected, found }) }
     }
 }

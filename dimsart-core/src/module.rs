@@ -1,7 +1,9 @@
 //! The module template: what a control engineer writes.
 
+use crate::cost::{Cost, Costs};
 use crate::data::Data;
 use crate::device::DeviceDescriptor;
+use crate::engine::Calls;
 use crate::parameter::{ParameterError, Parameters, Value};
 use crate::port::Ports;
 
@@ -119,6 +121,8 @@ pub trait Module: Default {
 pub trait ModuleList: Sized + 'static {
     /// Names and summaries, by kind.
     const KINDS: &'static [Kind];
+    /// What they cost; the first table that knows a kind counts.
+    const COSTS: &'static [&'static Costs] = &[];
 
     /// Makes a module of kind number `kind`, with default parameters.
     fn create(kind: u8) -> Option<Self>;
@@ -132,6 +136,9 @@ pub trait ModuleList: Sized + 'static {
     fn compute(&mut self, data: &Data<'_>);
     /// See [`Module::compute_late`].
     fn compute_late(&mut self, data: &Data<'_>);
+    /// [Runs](Calls::run) the calls of a tick. Part of the list, so that it is compiled where the list is, for speed or
+    /// for size as the modules are.
+    fn step(calls: Calls<'_, Self>, data: &Data<'_>);
     /// See [`Module::reset`].
     fn reset(&mut self);
     /// See [`Module::init`].
@@ -149,19 +156,29 @@ pub trait ModuleList: Sized + 'static {
     ) -> Result<(), ParameterError>;
 }
 
-/// Name and purpose of a kind of module.
+/// What there is to say of a kind of module.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Kind {
     /// [`Module::NAME`].
     pub name: &'static str,
     /// [`Module::SUMMARY`].
     pub summary: &'static str,
+    /// What it adds to a tick; none as long as that is not known. Where a tick may take so long only, such a module is
+    /// refused.
+    pub cost: Option<Cost>,
 }
 
 /// Makes a [`ModuleList`] of the modules of an image; one line registers a module.
+///
+/// Behind the list there can be tables of what modules cost, `costs [COSTS, MY_COSTS]`, each a
+/// [`&Costs`](crate::Costs); the library's is [`COSTS`](crate::modules::COSTS). The cost of a kind that none of them
+/// has is not known.
 #[macro_export]
 macro_rules! module_list {
-    ($(#[$meta:meta])* $visibility:vis enum $list:ident { $($kind:ident($module:ty)),+ $(,)? }) => {
+    (
+        $(#[$meta:meta])* $visibility:vis enum $list:ident { $($kind:ident($module:ty)),+ $(,)? }
+        $(costs [$($costs:expr),+])?
+    ) => {
         $(#[$meta])*
         #[derive(Debug)]
         // A plain tag: read and jumped through faster than one packed into a module's spare bits.
@@ -170,9 +187,11 @@ macro_rules! module_list {
         $visibility enum $list { $($kind($module)),+ }
 
         impl $crate::ModuleList for $list {
+            $(const COSTS: &'static [&'static $crate::Costs] = &[$($costs),+];)?
             const KINDS: &'static [$crate::Kind] = &[$($crate::Kind {
                 name: <$module as $crate::Module>::NAME,
                 summary: <$module as $crate::Module>::SUMMARY,
+                cost: $crate::cost_of(<$module as $crate::Module>::NAME, Self::COSTS),
             }),+];
 
             fn create(kind: u8) -> Option<Self> {
@@ -199,7 +218,14 @@ macro_rules! module_list {
                 match self { $(Self::$kind(module) => call(module, data)),+ }
             }
             fn compute_late(&mut self, data: &$crate::Data<'_>) {
-                match self { $(Self::$kind(module) => $crate::Module::compute_late(module, data)),+ }
+                #[inline(never)]
+                fn call<T: $crate::Module>(module: &mut T, data: &$crate::Data<'_>) {
+                    module.compute_late(data);
+                }
+                match self { $(Self::$kind(module) => call(module, data)),+ }
+            }
+            fn step(calls: $crate::Calls<'_, Self>, data: &$crate::Data<'_>) {
+                calls.run(data);
             }
             fn reset(&mut self) {
                 match self { $(Self::$kind(module) => $crate::Module::reset(module)),+ }

@@ -22,6 +22,11 @@
 //! them may look. Motion needs the [`Lease`], which one of them holds for 200 ms at a time; while it does, nobody
 //! else changes anything, and once it does not, the device gets its safe input.
 //!
+//! # Keys
+//!
+//! With feature `auth` a board can keep a key ([`KeyAction`]). It then takes what changes or moves something
+//! ([`Request::needs_key`]) sealed with that key alone; see `Gate` and `RequestSealer`. What it answers is not sealed.
+//!
 //! # Unasked
 //!
 //! A device sends a [`Heartbeat`] (class 5) ten times per second, and to one client at a time the signals that it
@@ -45,28 +50,40 @@
 //! belong to a task of lower priority; [`Request`] (16 bytes on a Cortex-M) and [`Response`] (less than
 //! 200) are plain values that fit a queue between the two.
 
+mod cycles;
 mod description;
 mod device_info;
 mod frame;
+#[cfg(feature = "auth")]
+mod gate;
 mod heartbeat;
+mod key;
 mod lease;
 mod receiver;
 mod request;
 mod response;
 mod schemes;
+#[cfg(feature = "auth")]
+mod sealed;
 mod serve;
 #[cfg(test)]
 mod snapshot;
 mod telemetry;
 
 pub use crate::envelope::MAX_CONTENT_BYTES;
+pub use cycles::CyclesReport;
 pub use description::{
     Accepted, DataTypeText, Identity, InstanceText, MAX_CHOICES, ModuleText, ParameterText, PortText,
     UnitText,
 };
 pub use device_info::{Blocked, DeviceInfo, FirstFault};
 pub use frame::{DecodeError, MAX_FRAME_BYTES, NoRoom};
+#[cfg(feature = "auth")]
+pub use gate::{Gate, Taken};
 pub use heartbeat::{HEARTBEATS_PER_S, Heartbeat, decode_heartbeat, encode_heartbeat};
+#[cfg(feature = "auth")]
+pub use key::KeyBytes;
+pub use key::{KeyAction, KeyRefusal, KeyState};
 pub use lease::{Lease, LeaseAction, LeaseStatus, NOBODY};
 pub use receiver::{Counters, Receiver};
 pub use request::{Request, client_of, decode_request, encode_request, request_id};
@@ -75,10 +92,12 @@ pub use response::{
     encode_response,
 };
 pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};
+#[cfg(feature = "auth")]
+pub use sealed::RequestSealer;
 pub use serve::{answer, serve};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 3;
+pub const PROTOCOL_VERSION: u16 = 4;
 /// Bits per second of a serial command line, unless both ends were told otherwise.
 pub const DEFAULT_BAUD: u32 = 921_600;

@@ -1,8 +1,9 @@
-//! Authenticated contents: nothing is taken that was not sealed with the key.
+//! Authenticated contents and requests: nothing is taken that was not sealed with the key.
 #![no_main]
 
 use dimsart_core::auth::{Key, Opener, Profile};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use dimsart_core::protocol::{Gate, MAX_FRAME_BYTES, Taken};
 use libfuzzer_sys::fuzz_target;
 
 const CHANNEL: u16 = 0;
@@ -17,5 +18,13 @@ fuzz_target!(|bytes: &[u8]| {
             assert!(!matches!(opener.open(now_ms, piece, &mut out), Ok(Some(_))));
             let _ = opener.challenge(now_ms);
         }
+    }
+    let mut gate = Gate::locked(Key::new(&[7; 16]), 1);
+    let Some((length, rest)) = bytes.split_first() else { return };
+    for (piece, now_ms) in rest.chunks(usize::from(*length).max(1)).zip((0..).step_by(50)) {
+        // As if the checksum had been right, which no fuzzer finds by chance.
+        let taken = gate.take(now_ms, piece);
+        assert!(!matches!(taken, Taken::Request(_, request) if request.needs_key()));
+        let _ = gate.challenge(now_ms, &mut [0; MAX_FRAME_BYTES]);
     }
 });

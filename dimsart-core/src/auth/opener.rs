@@ -141,13 +141,24 @@ impl Opener {
         out: &'o mut [u8],
     ) -> Result<Option<&'o [u8]>, AuthError> {
         let covered = verify(content, self.channel).map_err(AuthError::Envelope)?;
+        let Some(sealed) = self.open_covered(now_ms, covered)? else { return Ok(None) };
+        plain(self.channel, sealed, out).map(Some)
+    }
+
+    /// As [`open`](Self::open), for a content without the CRC that was right for the channel. What it gives has
+    /// neither CRC nor freshness nor tag, and its class is that of a tagged content.
+    pub(crate) fn open_covered<'c>(
+        &mut self,
+        now_ms: u32,
+        covered: &'c [u8],
+    ) -> Result<Option<&'c [u8]>, AuthError> {
         if covered.first().is_some_and(|class| class & TAGGED == 0) {
             return self.shake_hands(covered).map(|()| None);
         }
         if self.profile == Profile::Short && self.lockout.is_locked(now_ms) {
             return Err(AuthError::LockedOut);
         }
-        let length = self.check(covered).inspect_err(|error| match error {
+        let sealed = self.check(covered).inspect_err(|error| match error {
             // Every line repeats something now and then.
             AuthError::NotFresh if self.stale < DOUBTFUL => self.stale += 1,
             _ => {
@@ -158,11 +169,11 @@ impl Opener {
             }
         })?;
         self.stale = 0;
-        plain(self.channel, covered, length, out).map(Some)
+        Ok(Some(sealed))
     }
 
-    /// Length of the content without freshness and tag, if these are right.
-    fn check(&mut self, covered: &[u8]) -> Result<usize, AuthError> {
+    /// The content without freshness and tag, if these are right.
+    fn check<'c>(&mut self, covered: &'c [u8]) -> Result<&'c [u8], AuthError> {
         let bytes = EnvelopeError::Length { bytes: covered.len() };
         let session = self.session.as_mut().ok_or(AuthError::Tag)?;
         let length = covered.len().checked_sub(self.profile.overhead());
@@ -178,7 +189,7 @@ impl Opener {
             return Err(AuthError::Tag);
         }
         session.newest = freshness;
-        Ok(sealed.len())
+        Ok(sealed)
     }
 
     fn shake_hands(&mut self, covered: &[u8]) -> Result<(), AuthError> {
@@ -209,12 +220,12 @@ impl Opener {
     }
 }
 
-/// The first `length` bytes as they were before they were tagged.
-fn plain<'o>(channel: u16, covered: &[u8], length: usize, out: &'o mut [u8]) -> Result<&'o [u8], AuthError> {
+/// The content as it was before it was tagged.
+fn plain<'o>(channel: u16, sealed: &[u8], out: &'o mut [u8]) -> Result<&'o [u8], AuthError> {
+    let length = sealed.len();
     let no_room = AuthError::Envelope(EnvelopeError::Length { bytes: length });
-    let (sealed, place) = covered.get(..length).zip(out.get_mut(..length)).ok_or(no_room)?;
-    place.copy_from_slice(sealed);
-    if let Some(class) = place.first_mut() {
+    out.get_mut(..length).ok_or(no_room)?.copy_from_slice(sealed);
+    if let Some(class) = out.first_mut() {
         *class &= !TAGGED;
     }
     close(channel, length, out).ok_or(no_room)

@@ -40,11 +40,23 @@ impl Sealer {
 
     /// Takes a content that came back from the opener's end; gives whether it was a challenge.
     pub fn take_challenge(&mut self, content: &[u8]) -> bool {
-        let Some(Handshake::Challenge { nonce }) = Handshake::open(content, self.channel) else {
-            return false;
-        };
+        self.take_handshake(Handshake::open(content, self.channel))
+    }
+
+    /// As [`take_challenge`](Self::take_challenge), for a content without the CRC that was right for the channel.
+    pub(crate) fn take_covered(&mut self, covered: &[u8]) -> bool {
+        self.take_handshake(Handshake::of_covered(covered))
+    }
+
+    fn take_handshake(&mut self, handshake: Option<Handshake>) -> bool {
+        let Some(Handshake::Challenge { nonce }) = handshake else { return false };
         self.answer(nonce);
         true
+    }
+
+    /// Waits for a challenge, as in the beginning.
+    pub(crate) fn forget(&mut self) {
+        (self.nonce, self.owes_proof) = (None, false);
     }
 
     /// Uses the nonce of a challenge from now on.
@@ -53,7 +65,7 @@ impl Sealer {
         self.owes_proof = true;
     }
 
-    pub(super) fn has_nonce(&self) -> bool {
+    pub(crate) fn has_nonce(&self) -> bool {
         self.nonce.is_some()
     }
 
@@ -64,7 +76,8 @@ impl Sealer {
     /// Seals for a channel. Who listens to it has not challenged this sealer yet.
     pub(super) fn send_on(&mut self, channel: u16) {
         if channel != self.channel {
-            (self.channel, self.nonce, self.owes_proof) = (channel, None, false);
+            self.channel = channel;
+            self.forget();
         }
     }
 

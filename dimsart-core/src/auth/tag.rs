@@ -2,7 +2,12 @@
 
 use aes::Aes128;
 use cmac::{Cmac, KeyInit, Mac};
+use heapless::Vec;
 
+use crate::envelope::MAX_CONTENT_BYTES;
+
+/// Channel, nonce, freshness, and a content.
+const MAX_TAGGED_BYTES: usize = 2 + 8 + 8 + MAX_CONTENT_BYTES;
 /// Bytes of the longest tag that travels.
 pub(super) const FULL_TAG_BYTES: usize = 8;
 
@@ -24,11 +29,16 @@ impl Key {
     }
 
     /// The first 8 bytes of the CMAC over `parts`, one behind the other.
+    ///
+    /// Parts are joined before: every call of the library sets the cipher up anew.
     pub(super) fn tag(&self, parts: &[&[u8]]) -> [u8; FULL_TAG_BYTES] {
-        let mut mac = self.0.clone();
+        let mut joined: Vec<u8, MAX_TAGGED_BYTES> = Vec::new();
         for part in parts {
-            mac.update(part);
+            // Fits: nothing longer than a content is sealed or opened.
+            let _ = joined.extend_from_slice(part);
         }
+        let mut mac = self.0.clone();
+        mac.update(&joined);
         let whole: [u8; 16] = mac.finalize().into_bytes().into();
         let [a, b, c, d, e, f, g, h, ..] = whole;
         [a, b, c, d, e, f, g, h]

@@ -146,10 +146,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     fn plug_in(&mut self, module: ModuleRef, index: usize) -> Result<(), CommandError> {
-        let instance = self.instances.get_mut(index).ok_or(CommandError::UnknownModule(module))?;
+        let instance = self.instances.get(index).ok_or(CommandError::UnknownModule(module))?;
         if instance.is_active {
             return Err(CommandError::PluggedIn(module));
         }
+        self.admit(module)?;
+        let instance = self.instances.get_mut(index).ok_or(CommandError::UnknownModule(module))?;
         let mut specs = PortSpecs::new();
         if !instance.declare(&self.device, &self.data_base, &mut specs) {
             return Err(CommandError::TooManyPorts);
@@ -186,6 +188,18 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             return Err(CommandError::WouldBreak(fault));
         }
         self.place_before = None;
+        Ok(())
+    }
+
+    /// Whether a tick is short enough with one more module.
+    fn admit(&self, module: ModuleRef) -> Result<(), CommandError> {
+        let Some(limit) = self.limit_cycles else { return Ok(()) };
+        let known = self.cycles_of(module.kind).zip(self.tick_cycles());
+        let (cycles, others) = known.ok_or(CommandError::CostUnknown(module))?;
+        let (tick_cycles, limit_cycles) = (others + cycles, limit.get());
+        if tick_cycles > limit_cycles {
+            return Err(CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles });
+        }
         Ok(())
     }
 

@@ -102,7 +102,7 @@ impl Module for CommTx {
         link.since_sent_ticks.set(0);
         link.sent_every_ticks.set(self.every_ticks);
         self.number = next_number(self.number);
-        let [channel, counter] = [self.channel, self.number].map(low_half);
+        let (channel, counter) = (low_half(self.channel), low_half(self.number));
         link.sent_number.set(self.number);
         link.outgoing.open(channel, counter, link.accepted_counter.get(), self.content);
         let room = link.outgoing.room().as_slice();

@@ -39,7 +39,7 @@ pub enum Blocked {
     },
 }
 
-/// The first tick that was refused.
+/// The first tick that was refused, or in which a link was lost.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FirstFault {
@@ -124,7 +124,7 @@ impl DeviceInfo {
             Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
         };
         if self.first_fault.is_none() {
-            self.first_fault = self.refused().map(|reason| FirstFault { tick: self.ticks, reason });
+            self.first_fault = self.trouble().map(|reason| FirstFault { tick: self.ticks, reason });
         }
     }
 
@@ -156,12 +156,7 @@ impl DeviceInfo {
 
     /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
     pub(super) fn keeps_still(&self) -> Option<Blocked> {
-        let is_over = |reason: &Blocked| matches!(reason, Blocked::Stopped | Blocked::Disarmed);
-        if self.lease.is_armed() {
-            self.blocked.filter(|reason| !is_over(reason))
-        } else {
-            Some(Blocked::Disarmed)
-        }
+        if self.lease.is_armed() { self.trouble() } else { Some(Blocked::Disarmed) }
     }
 
     /// Takes note of a reset: a link that was lost is not any more.
@@ -170,7 +165,8 @@ impl DeviceInfo {
     }
 
     /// What was wrong with the last tick.
-    fn refused(&self) -> Option<Blocked> {
-        self.blocked.filter(|reason| matches!(reason, Blocked::Measurement(_) | Blocked::Command(_)))
+    fn trouble(&self) -> Option<Blocked> {
+        let is_state = |reason: &Blocked| matches!(reason, Blocked::Stopped | Blocked::Disarmed);
+        self.blocked.filter(|reason| !is_state(reason))
     }
 }

@@ -9,7 +9,7 @@ use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse, 
 pub use crate::carrier::stream::MAX_FRAME_BYTES;
 
 /// The channel of all that is between hosts and one controller.
-const CHANNEL: u16 = 0;
+pub(super) const CHANNEL: u16 = 0;
 
 /// The buffer is too small for the frame; one of [`MAX_FRAME_BYTES`] never is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

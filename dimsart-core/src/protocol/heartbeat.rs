@@ -18,11 +18,11 @@ pub struct Heartbeat {
     /// Why the scheme did not command the device in the last tick; none when it did. Without a check:
     /// [`Blocked::Stopped`] for every scheme that does not run, [`Status`](super::Status) says why.
     pub blocked: Option<Blocked>,
-    /// The first tick that was refused.
+    /// The first tick that was refused, or in which a link was lost.
     pub first_fault: Option<FirstFault>,
     /// Who may move the device.
     pub lease: LeaseStatus,
-    /// What the tick dropped because nobody took it: answers, packets, samples.
+    /// What was dropped because nobody took it in time: answers, packets in and out, samples.
     pub dropped: u32,
     /// What came over this line and was refused: damaged, cut, or too long.
     pub damaged: u32,

@@ -5,7 +5,8 @@
 //!   ▲                │ gives it back, or its time is over: from that very tick on the device gets its safe input
 //!   └────────────────┘
 //! ```
-//! Nothing but a renewal by its holder prolongs it: neither questions nor telemetry do.
+//! Nothing but a renewal by its holder prolongs it: neither questions nor telemetry do. What its holder asks of the kept
+//! schemes is a renewal, too, until it is done.
 
 use serde::{Deserialize, Serialize};
 

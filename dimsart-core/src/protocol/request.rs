@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::frame::{DecodeError, NoRoom, decode, encode};
-use super::{LeaseAction, SchemeAction};
+use super::{KeyAction, LeaseAction, SchemeAction};
 use crate::command::{Command, ModuleRef, Target, Verb};
 use crate::data_type::TypeRef;
 use crate::envelope::Class;
@@ -84,7 +84,8 @@ pub enum Request {
     },
     /// How well the ticks keep their time.
     Timing,
-    /// Schemes that the board keeps; for whoever has the storage, [`serve`](super::serve) has none.
+    /// Schemes that the board keeps; for whoever has the storage, [`serve`](super::serve) has none. A change renews the
+    /// lease of a client that holds it: who has the storage asks again while it hears nobody.
     Schemes(SchemeAction),
     /// The right to move the device, answered by how it stands then.
     Lease(LeaseAction),
@@ -98,6 +99,16 @@ pub enum Request {
         signal: TypeRef,
         /// Ticks from one sample to the next; 0 ends it.
         every_ticks: u32,
+    },
+    /// The key that the board keeps; for whoever has it, [`serve`](super::serve) knows of none.
+    Key(KeyAction),
+    /// What was measured of a tick since the scheme was changed; for a caller of the tick that measures,
+    /// [`serve`](super::serve) has nothing of that number.
+    Cycles {
+        /// 0 for the whole tick, then 1 for the first of [`Engine::steps`](crate::Engine::steps) and so on.
+        place: u8,
+        /// Forgets all that was measured, of every place, once it is answered.
+        begins_anew: bool,
     },
 }
 
@@ -113,10 +124,22 @@ impl Request {
             _ => false,
         }
     }
+
+    /// Whether a board that holds a key takes it only from who has that: all that changes or moves something, but for
+    /// what brings the device to rest.
+    #[cfg(feature = "auth")]
+    #[must_use]
+    pub fn needs_key(&self) -> bool {
+        match self {
+            Self::Lease(action) => *action != LeaseAction::Look,
+            Self::Key(action) => *action != KeyAction::Look,
+            _ => self.is_change(),
+        }
+    }
 }
 
-/// The id of a client's request. A host draws its client number at random, 1 to 255, once per line: two hosts on
-/// one line take each other's answers for their own in one case of 255.
+/// The id of a client's request. A host draws its client number at random, 1 to 255, and draws another one when it
+/// hears an answer to it that it never asked for, or finds the lease held by it before it took it.
 #[must_use]
 pub fn request_id(client: u8, number: u8) -> u16 {
     u16::from_le_bytes([number, client])

@@ -3,11 +3,13 @@
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
+use super::cycles::CyclesReport;
 use super::description::{
     DataTypeText, Identity, InstanceText, ModuleText, ParameterText, PortText, UnitText,
 };
 use super::device_info::{Blocked, FirstFault};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
+use super::key::{KeyRefusal, KeyState};
 use super::lease::LeaseStatus;
 use super::schemes::{SchemeStatus, StoreError};
 use crate::command::{Command, CommandError};
@@ -71,6 +73,10 @@ pub enum Response<'a> {
         /// Of all signals; 0 when it has ended.
         words: u8,
     },
+    /// How the board stands to keys.
+    Key(KeyState),
+    /// What was measured of a tick.
+    Cycles(CyclesReport),
 }
 
 /// Why a request was refused.
@@ -98,6 +104,8 @@ pub enum Refusal {
         /// The client that has it.
         client: u8,
     },
+    /// The board holds a key, or held one.
+    Key(KeyRefusal),
 }
 
 impl core::fmt::Display for Refusal {
@@ -108,6 +116,7 @@ impl core::fmt::Display for Refusal {
             Self::TooLong => write!(f, "the answer does not fit a frame: shorten the texts in the image"),
             Self::Engine(error) => error.fmt(f),
             Self::Store(error) => error.fmt(f),
+            Self::Key(refusal) => refusal.fmt(f),
             Self::Lease { holder: 0 } => {
                 write!(
                     f,

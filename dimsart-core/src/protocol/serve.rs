@@ -5,6 +5,7 @@ use heapless::Vec;
 use super::description::{Identity, InstanceText, PortText};
 use super::device_info::{Blocked, DeviceInfo};
 use super::frame::{DecodeError, NoRoom};
+use super::lease::LeaseAction;
 use super::request::{Request, client_of, decode_request};
 use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
 use super::schemes::StoreError;
@@ -97,7 +98,14 @@ fn respond<M: ModuleList, const WORDS: usize>(
             Response::SchemeCommand(found(engine.command_of(place, index))?)
         }
         Request::Timing => Response::Timing(found(info.timing)?.into()),
-        Request::Schemes(_) => return Err(Refusal::Store(StoreError::NoStorage)),
+        Request::Schemes(_) => {
+            if request.is_change() {
+                let _ = info.lease.carry_out(client_of(id), LeaseAction::Renew);
+            }
+            return Err(Refusal::Store(StoreError::NoStorage));
+        }
+        Request::Key(_) => return Err(Refusal::NotUnderstood),
+        Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(action) => Response::Lease(info.lease.carry_out(client_of(id), action)?),
         Request::Telemetry { place, signal, every_ticks } => {
             let wanted = Wanted { id, place, signal, every_ticks };
@@ -235,6 +243,7 @@ mod tests {
         let length = match *payload {
             [a] => encode(class, 9, &(a,), &mut frame),
             [a, b] => encode(class, 9, &(a, b), &mut frame),
+            [a, b, c] => encode(class, 9, &(a, b, c), &mut frame),
             _ => unreachable!(),
         };
         let request = content(&frame[..length.ok().unwrap()]);
@@ -255,6 +264,11 @@ mod tests {
         assert_eq!(refusal(&[250]), Refusal::NotUnderstood, "unknown");
         assert_eq!(refusal(&[1]), Refusal::NotUnderstood, "too short");
         assert_eq!(refusal(&[0, 0]), Refusal::NotUnderstood, "too long");
+    }
+
+    #[test]
+    fn who_does_not_measure_says_so() {
+        assert_eq!(refusal(&[18, 0, 0]), Refusal::NotThere);
     }
 
     #[test]

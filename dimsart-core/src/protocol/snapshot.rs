@@ -41,7 +41,7 @@ fn assert_bytes<T: Serialize + Deserialize<'static> + PartialEq + Debug>(values:
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 3);
+    assert_eq!(PROTOCOL_VERSION, 4);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -66,6 +66,7 @@ fn requests() {
         Request::Lease(LeaseAction::Renew),
         Request::Lease(LeaseAction::GiveBack),
         Request::Telemetry { place: 1, signal: SIGNAL, every_ticks: 300 },
+        Request::Cycles { place: 1, begins_anew: true },
     ];
     let expected = [
         "00",
@@ -91,6 +92,7 @@ fn requests() {
         "0f 02",
         "0f 03",
         "10 01 ac 02 01 ac 02",
+        "12 01 01",
     ];
     assert_bytes(&requests, &expected);
 }
@@ -163,7 +165,12 @@ fn refusals() {
         ]
         .map(CommandError::Parameter),
     );
-    errors.extend([CommandError::WouldBreak(FINDING), CommandError::DoesNotMatch { faults: 2 }]);
+    errors.extend([
+        CommandError::WouldBreak(FINDING),
+        CommandError::DoesNotMatch { faults: 2 },
+        CommandError::TooSlow { module: MODULE, cycles: 300, tick_cycles: 9, limit_cycles: 8 },
+        CommandError::CostUnknown(MODULE),
+    ]);
     let expected = [
         "00 03 02",
         "01 09",
@@ -185,6 +192,8 @@ fn refusals() {
         "0a 06",
         "0b 00 ac 02 01 00",
         "0c 02",
+        "0d 03 02 ac 02 09 08",
+        "0e 03 02",
     ];
     assert_bytes(&errors, &expected);
     let refusals = [
@@ -202,6 +211,37 @@ fn refusals() {
     ];
     let expected = ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
     assert_bytes(&refusals, &expected);
+}
+
+#[cfg(feature = "auth")]
+#[test]
+fn keys() {
+    let bytes = core::array::from_fn(|index| u8::try_from(index).unwrap());
+    let requests = [
+        Request::Key(KeyAction::Look),
+        Request::Key(KeyAction::Set { key: KeyBytes(bytes), salt: 300 }),
+        Request::Key(KeyAction::Clear),
+    ];
+    let expected = ["11 00", "11 01 00 01 02 03 04 05 06 07 08 09 0a 0b 0c 0d 0e 0f ac 02", "11 02"];
+    assert_bytes(&requests, &expected);
+    let states = [KeyState::Open, KeyState::Locked, KeyState::Damaged].map(Response::Key);
+    assert_bytes(&states, &["12 00", "12 01", "12 02"]);
+    let refusals = [KeyRefusal::Locked, KeyRefusal::Damaged, KeyRefusal::NotAccepted, KeyRefusal::InUse]
+        .map(Refusal::Key);
+    assert_bytes(&refusals, &["07 00", "07 01", "07 02", "07 03"]);
+}
+
+/// Requests about keys are not understood, and what follows them in later versions keeps its number.
+#[cfg(not(feature = "auth"))]
+#[test]
+fn keys() {
+    for payload in [(17_u8, 0_u8), (17, 2)] {
+        let mut frame = [0; MAX_FRAME_BYTES];
+        let length = encode(Class::Request, 7, &payload, &mut frame).ok().unwrap();
+        let mut decoded = Vec::new();
+        Receiver::new().take_all(&frame[..length], |content| decoded.push(decode_request(content)));
+        assert_eq!(decoded, [Err(DecodeError::NotUnderstood { id: 7 })]);
+    }
 }
 
 #[test]
@@ -329,6 +369,13 @@ fn responses() {
         schemes(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None),
         Response::Lease(LeaseStatus { holder: 3, ticks_left: 300 }),
         Response::Telemetry { words: 9 },
+        Response::Cycles(CyclesReport {
+            runs: 300,
+            least: 1,
+            mean: 2,
+            greatest: 300,
+            per_1024_instructions: 0,
+        }),
     ];
     let expected = [
         "00 01",
@@ -365,6 +412,7 @@ fn responses() {
         "0f 00 01 04 03 ac 02 04 00 01",
         "10 03 ac 02",
         "11 09",
+        "13 ac 02 01 02 ac 02 00",
     ];
     assert_bytes(&responses, &expected);
 }

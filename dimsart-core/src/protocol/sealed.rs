@@ -1,0 +1,72 @@
+//! Requests with a tag that only who has the board's key can make: the host's end.
+
+use super::frame::{CHANNEL, NoRoom};
+use super::request::Request;
+use crate::auth::{Key, Profile, Sealer};
+use crate::carrier::stream;
+use crate::encode::encode_into;
+use crate::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
+
+/// Seals a host's requests for a board.
+///
+/// Before the first request both find together: a [`handshake`](Self::handshake) goes out, and the board's challenge
+/// comes back.
+#[derive(Debug)]
+pub struct RequestSealer(Sealer);
+
+impl RequestSealer {
+    /// One that no board knows yet.
+    #[must_use]
+    pub fn new(key: Key) -> Self {
+        Self(Sealer::new(key, Profile::Full, CHANNEL))
+    }
+
+    /// Takes the content of a frame; gives whether it was the board's challenge.
+    pub fn take(&mut self, content: &[u8]) -> bool {
+        self.0.take_covered(content)
+    }
+
+    /// Whether the board has said which nonce it takes.
+    #[must_use]
+    pub fn is_answered(&self) -> bool {
+        self.0.has_nonce()
+    }
+
+    /// Finds together anew: the board did not take what was sealed, it may have been restarted.
+    pub fn forget(&mut self) {
+        self.0.forget();
+    }
+
+    /// The frame that is to be sent before the next request, if there is one: a hello for as long as the board has
+    /// not challenged, or the answer to its challenge.
+    ///
+    /// # Errors
+    /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+    pub fn handshake<'o>(&mut self, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, NoRoom> {
+        let Some(content) = self.0.handshake() else { return Ok(None) };
+        stream::encode(content, out).map(Some).ok_or(NoRoom)
+    }
+
+    /// Writes the frame of a sealed request to the start of `out` and gives it; none before the board's challenge. A
+    /// frame is taken once: a request that is sent again is sealed again.
+    ///
+    /// # Errors
+    /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
+    pub fn encode<'o>(
+        &mut self,
+        request: &Request,
+        id: u16,
+        out: &'o mut [u8],
+    ) -> Result<Option<&'o [u8]>, NoRoom> {
+        if !self.is_answered() {
+            return Ok(None);
+        }
+        let mut content = [0; MAX_CONTENT_BYTES];
+        let room = content.get_mut(HEADER_BYTES..).ok_or(NoRoom)?;
+        let length = encode_into(request, room).ok_or(NoRoom)?.len();
+        let content = seal(Class::Request, CHANNEL, id, length, &mut content).ok_or(NoRoom)?;
+        let mut sealed = [0; MAX_CONTENT_BYTES];
+        let sealed = self.0.seal(content, &mut sealed).ok_or(NoRoom)?;
+        stream::encode(sealed, out).map(Some).ok_or(NoRoom)
+    }
+}
