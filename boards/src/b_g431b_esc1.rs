@@ -21,7 +21,7 @@
 //! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
 //! effect meanwhile. Its angle is 0 where the board was started.
 
-use dimsart_core::{AxisKind, Scalar as _, Tick, Word};
+use dimsart_core::{AxisKind, DataType, Scalar as _, Tick, Word};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
@@ -34,7 +34,7 @@ use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
-use crate::board::{Board, Joints, Parts};
+use crate::board::{Axes, Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::{ALIGNING_ANGLE_RAD, Motor, phase_duties};
 use crate::stm32g4::flash::{self, SchemeFlash};
@@ -79,7 +79,9 @@ impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
     const WORDS: usize = 240;
+    const CLOCK_HZ: u32 = stm32g4::CLOCK_HZ;
     const TICK_HZ: u32 = 1_000;
+    const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
 
     type Joints = ThreePhaseMotor;
     type CommandPort = UartPort;
@@ -123,7 +125,7 @@ impl Board for BG431bEsc1 {
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
         let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
         let links = fdcan::start(can, 0);
-        stm32g4::parts(&[AxisKind::Rotary], joints, command_port, links, storage, chip.IWDG)
+        stm32g4::parts(Axes::from_array([AxisKind::Rotary]), joints, command_port, links, storage, chip.IWDG)
     }
 
     fn disarm() {

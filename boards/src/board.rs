@@ -2,13 +2,22 @@
 
 use core::ops::Range;
 
-use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::{DeviceDescriptor, MAX_PACKET_BYTES, Tick, Word};
+#[cfg(feature = "auth")]
+use dimsart_core::auth::Profile;
+use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
+use dimsart_core::{AxisKind, DataType, MAX_PACKET_BYTES, Tick, Word, types};
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::listening::Listening;
+
+/// Most bytes that a link brings or takes at once: a packet, with its tag where it has one.
+#[cfg(not(feature = "auth"))]
+pub const MAX_CARRIED_BYTES: usize = MAX_PACKET_BYTES;
+/// Most bytes that a link brings or takes at once: a packet, with its tag where it has one.
+#[cfg(feature = "auth")]
+pub const MAX_CARRIED_BYTES: usize = MAX_PACKET_BYTES + Profile::Full.overhead();
 
 /// A board and the device on it.
 ///
@@ -19,8 +28,14 @@ pub trait Board: Sized {
     const NAME: &'static str;
     /// Words of the Data Base that the board's memory has room for.
     const WORDS: usize;
+    /// Of the processor's clock.
+    const CLOCK_HZ: u32;
     /// Ticks per second. The board's time driver must be able to wake at this rate.
     const TICK_HZ: u32;
+    /// Types that the device measures; [`types::TIMING`], if at all, last.
+    const OUTPUTS: &'static [&'static DataType];
+    /// Types that the device is commanded by.
+    const INPUTS: &'static [&'static DataType] = &[types::DES_FORCE];
     /// Bits of [`cycles`](Self::cycles) that count; it wraps behind them.
     const CYCLE_BITS: u32 = 32;
     /// Packets of all links that can come in between two ticks; what comes beyond them is lost.
@@ -53,6 +68,12 @@ pub trait Board: Sized {
     /// A free-running counter of the processor's clock, if there is one.
     fn cycles() -> Option<u32>;
 
+    /// What 1024 instructions take by [`cycles`](Self::cycles), on an emulated board: it has no cycles, and its counter
+    /// counts the emulator's time. 0 where that counts the processor's cycles.
+    fn counts_per_1024_instructions() -> u32 {
+        0
+    }
+
     /// Shows what the tick has left in the Data Base to whoever looks on: its revision and the words of every
     /// signal. Called after every tick; a board that nobody looks at does nothing.
     fn show(_revision: u32, _words: impl Iterator<Item = u32>) {}
@@ -64,10 +85,13 @@ pub trait Board: Sized {
     fn reset() -> !;
 }
 
+/// What moves on each axis.
+pub type Axes = heapless::Vec<AxisKind, MAX_DOF, u8>;
+
 /// What a started board is made of.
 pub struct Parts<B: Board> {
-    /// The device, as the controller sees it.
-    pub device: DeviceDescriptor,
+    /// What moves on each axis of the device.
+    pub axes: Axes,
     /// Runs tasks above everything but the time driver: the tick.
     pub tick: SendSpawner,
     /// Runs tasks below the tick: commands, telemetry, links.
@@ -93,6 +117,9 @@ pub struct Storage<F> {
     pub flash: F,
     /// The part to be used: whole pages, four at least, and none of the image's.
     pub range: Range<u32>,
+    /// The part that a key is kept in: two whole pages, and none of the image's or the schemes'.
+    #[cfg(feature = "auth")]
+    pub keys: Range<u32>,
     /// Whether the processor stands still while the flash is written.
     pub stalls_tick: bool,
 }
@@ -101,7 +128,7 @@ pub struct Storage<F> {
 pub trait Joints: Send + 'static {
     /// Reads every sensor, in the order of the descriptor's outputs. Takes bounded time and never waits.
     ///
-    /// `measured` ends before [`types::TIMING`](dimsart_core::types::TIMING), if the device has them: the tick
+    /// `measured` ends before [`types::TIMING`], if the device has them: the tick
     /// measures these itself.
     ///
     /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe input.
@@ -128,7 +155,7 @@ pub trait LinkIn: Send + 'static {
     fn receive(
         &mut self,
         listening: &Listening,
-        packet: &mut [u8; MAX_PACKET_BYTES],
+        packet: &mut [u8; MAX_CARRIED_BYTES],
     ) -> impl Future<Output = (usize, usize)>;
 }
 

@@ -7,6 +7,9 @@ pub struct BoardInfo {
     pub name: &'static str,
     /// The linker's memory map that images for the board are laid out by.
     pub memory_map: &'static str,
+    /// What firmware for it may take, as TOML: `clock_hz` and `tick_hz` of the board, `tick_cycles` of any scheme, and
+    /// `flash_bytes` and `ram_bytes` of the plain image, unless there is room for any.
+    pub budget: &'static str,
     /// What tools need beyond that.
     pub tooling: Tooling,
 }
@@ -16,17 +19,11 @@ pub struct BoardInfo {
 pub struct Tooling {
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.
     pub chip: Option<&'static str>,
-    /// What the plain image may take; none for an emulated board: it has room. A variant has all of the chip's memory.
-    pub budget: Option<Size>,
-    /// Features that make further images of it, next to the plain one.
+    /// Features that make further images of it, next to the plain one; of several for one image, a comma between.
     pub variants: &'static [&'static str],
+    /// Interrupt handlers of its images, each with the priority that the board gives it; smaller is more urgent.
+    pub interrupts: &'static [(&'static str, i16)],
 }
 
-/// Bytes of an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Size {
-    /// Code and data, as they lie in flash.
-    pub flash: u64,
-    /// Variables; the stack is apart.
-    pub ram: u64,
-}
+/// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.
+pub const CALLS: &str = include_str!("../calls.txt");

@@ -3,6 +3,7 @@
 //! Nothing in it masks interrupts: what is handed over below the tick never holds a tick up.
 
 use core::future::poll_fn;
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use core::task::{Context, Poll};
 
 use atomic_waker::AtomicWaker;
@@ -30,7 +31,20 @@ impl Sleeper {
 /// A queue of at most `N` - 1 items with one giver and one taker.
 pub struct Handover<T, const N: usize> {
     queue: Queue<T, N>,
+    both: Both,
+}
+
+/// What both ends look at.
+struct Both {
     waiting: Sleeper,
+    /// Written by the giver alone.
+    dropped: AtomicU32,
+}
+
+impl Both {
+    fn count(&self) {
+        self.dropped.store(self.dropped.load(Relaxed).saturating_add(1), Relaxed);
+    }
 }
 
 impl<T, const N: usize> Default for Handover<T, N> {
@@ -43,30 +57,30 @@ impl<T, const N: usize> Handover<T, N> {
     /// An empty one.
     #[must_use]
     pub const fn new() -> Self {
-        Self { queue: Queue::new(), waiting: Sleeper::new() }
+        let both = Both { waiting: Sleeper::new(), dropped: AtomicU32::new(0) };
+        Self { queue: Queue::new(), both }
     }
 
     /// Its two ends.
     pub fn split(&'static mut self) -> (Giver<T>, Taker<T>) {
         let (producer, consumer) = self.queue.split();
-        (Giver { producer, waiting: &self.waiting, dropped: 0 }, Taker { consumer, waiting: &self.waiting })
+        (Giver { producer, both: &self.both }, Taker { consumer, both: &self.both })
     }
 }
 
 /// The end that items go in at.
 pub struct Giver<T: 'static> {
     producer: Producer<'static, T>,
-    waiting: &'static Sleeper,
-    dropped: u32,
+    both: &'static Both,
 }
 
 impl<T> Giver<T> {
     /// Hands an item over, or drops and counts it when the queue is full. Never waits.
     pub fn give(&mut self, item: T) {
         if self.producer.enqueue(item).is_err() {
-            self.dropped = self.dropped.saturating_add(1);
+            self.both.count();
         }
-        self.waiting.wake();
+        self.both.waiting.wake();
     }
 
     /// As [`give`](Self::give), but leaves a place free for what matters more.
@@ -74,33 +88,55 @@ impl<T> Giver<T> {
         if self.producer.len() + 1 < self.producer.capacity() {
             self.give(item);
         } else {
-            self.dropped = self.dropped.saturating_add(1);
+            self.both.count();
         }
     }
 
     /// Items dropped since the start.
     #[must_use]
     pub fn dropped(&self) -> u32 {
-        self.dropped
+        self.both.dropped.load(Relaxed)
     }
 }
 
 /// The end that items come out at.
 pub struct Taker<T: 'static> {
     consumer: Consumer<'static, T>,
-    waiting: &'static Sleeper,
+    both: &'static Both,
 }
 
 impl<T> Taker<T> {
+    /// Items that the other end dropped since the start.
+    #[must_use]
+    pub fn dropped(&self) -> u32 {
+        self.both.dropped.load(Relaxed)
+    }
+
     /// Takes an item if there is one. Never waits.
     pub fn take(&mut self) -> Option<T> {
         self.consumer.dequeue()
     }
 
+    /// Shows an item where it lies, if there is one, and then drops it: for what is too large to be moved about.
+    pub fn take_in_place<R>(&mut self, look: impl FnOnce(&T) -> R) -> Option<R> {
+        let found = self.consumer.peek().map(look);
+        drop(self.consumer.dequeue());
+        found
+    }
+
+    /// Waits until there is an item.
+    pub async fn ready(&mut self) {
+        poll_fn(|context| {
+            self.both.waiting.register(context);
+            if self.consumer.ready() { Poll::Ready(()) } else { Poll::Pending }
+        })
+        .await;
+    }
+
     /// Waits for an item.
     pub async fn next(&mut self) -> T {
         poll_fn(|context| {
-            self.waiting.register(context);
+            self.both.waiting.register(context);
             self.consumer.dequeue().map_or(Poll::Pending, Poll::Ready)
         })
         .await

@@ -6,8 +6,9 @@
 //! # Adding a board
 //!
 //! A file here that implements `Board`, its memory map `memory/NAME.x`, and its line in `boards!` below, which is all
-//! that the build and `cargo xtask` read. Cargo wants a feature of the board's name in `Cargo.toml`, with what the
-//! board depends on, and a second one that passes it on in `firmware/Cargo.toml`.
+//! that the build and `cargo xtask` read; what its drivers call through pointers stands in `calls.txt`. Cargo wants a
+//! feature of the board's name in `Cargo.toml`, with what the board depends on, and a second one that passes it on in
+//! `firmware/Cargo.toml`.
 #![no_std]
 
 #[cfg(test)]
@@ -25,13 +26,14 @@ mod listening;
 pub mod motor;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;
+pub mod unsent;
 
 #[cfg(target_os = "none")]
-pub use board::{Board, CommandPort, Idle, Joints, LinkIn, LinkOut, Parts, Storage};
+pub use board::{Axes, Board, CommandPort, Idle, Joints, LinkIn, LinkOut, MAX_CARRIED_BYTES, Parts, Storage};
 #[cfg(target_os = "none")]
 pub use listening::Listening;
 
-use catalogue::{BoardInfo, Size, Tooling};
+use catalogue::{BoardInfo, Tooling};
 
 /// Registers the boards; `Selected` is the one that the build chose.
 macro_rules! boards {
@@ -47,18 +49,46 @@ macro_rules! boards {
         pub const BOARDS: &[BoardInfo] = &[$(BoardInfo {
             name: $name,
             memory_map: include_str!(concat!("../memory/", $name, ".x")),
+            budget: include_str!(concat!("../budgets/", $name, ".toml")),
             tooling: $tooling,
         }),*];
     };
 }
 
+/// Of all boards with an STM32G4: time, tick, lines, background.
+const STM32G4_INTERRUPTS: &[(&str, i16)] = &[
+    ("TIM3", 0),
+    ("TIM5", 0),
+    ("CORDIC", 2),
+    ("DMA1_CHANNEL1", 4),
+    ("DMA1_CHANNEL2", 4),
+    ("DMA1_CHANNEL3", 4),
+    ("DMA1_CHANNEL4", 4),
+    ("FDCAN1_IT0", 4),
+    ("FDCAN1_IT1", 4),
+    ("FLASH", 4),
+    ("LPUART1", 4),
+    ("USART2", 4),
+    ("USART3", 4),
+    ("FMAC", 6),
+];
+
+const MPS2_INTERRUPTS: &[(&str, i16)] = &[
+    ("boards::mps2_an386::unexpected", 0),
+    ("boards::mps2_an386::clock::timer_interrupt", 0x20),
+    ("boards::mps2_an386::run_tick", 0x40),
+    ("boards::mps2_an386::run_background", 0x80),
+    ("boards::mps2_an386::uart::received", 0x80),
+    ("boards::mps2_an386::uart::sent", 0x80),
+];
+
 boards! {
     "mps2-an386" mps2_an386 Mps2An386
-        Tooling { chip: None, budget: None, variants: &["timer-tick"] };
+        Tooling { chip: None, variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
+            interrupts: MPS2_INTERRUPTS };
     "nucleo-g474re" nucleo_g474re NucleoG474re
-        Tooling { chip: Some("STM32G474RETx"), budget: Some(Size { flash: 96 * 1024, ram: 32 * 1024 }),
-            variants: &["classic-can", "uart-link"] };
-    // A quarter of its flash to spare; the linker keeps the RAM.
+        Tooling { chip: Some("STM32G474RETx"), variants: &["classic-can", "uart-link", "measure", "auth"],
+            interrupts: STM32G4_INTERRUPTS };
     "b-g431b-esc1" b_g431b_esc1 BG431bEsc1
-        Tooling { chip: Some("STM32G431CBUx"), budget: Some(Size { flash: 96 * 1024, ram: 24_960 }), variants: &[] };
+        Tooling { chip: Some("STM32G431CBUx"), variants: &[], interrupts: STM32G4_INTERRUPTS };
 }

@@ -21,7 +21,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SYST};
 use defmt_semihosting as _;
 use dimsart_core::exchange::MAX_PACKETS;
-use dimsart_core::{Tick, Word};
+use dimsart_core::{DataType, Tick, Word};
 use embassy_executor::InterruptExecutor;
 
 use crate::board::{Board, Joints, Parts};
@@ -98,7 +98,9 @@ static __INTERRUPTS: [Handler; INTERRUPTS] = {
 impl Board for Mps2An386 {
     const NAME: &'static str = "mps2-an386";
     const WORDS: usize = 32_768;
+    const CLOCK_HZ: u32 = 25_000_000;
     const TICK_HZ: u32 = 1_000;
+    const OUTPUTS: &'static [&'static DataType] = host::OUTPUTS;
     const CYCLE_BITS: u32 = 24;
     const PACKETS_PER_TICK: usize = MAX_PACKETS;
 
@@ -125,16 +127,18 @@ impl Board for Mps2An386 {
                 peripherals.NVIC.set_priority(interrupt, priority);
             }
         }
-        let (idle, device, link_in, link_out) = host::connect(Self::TICK_HZ);
+        // First: a host that has been greeted may take its folder away.
+        let storage = flash::storage();
+        let (idle, axes, link_in, link_out) = host::connect();
         let parts = Parts {
-            device,
+            axes,
             tick: TICK.start(Interrupt::Tick),
             background: BACKGROUND.start(Interrupt::Background),
             joints: PlayedJoints,
             command_port: uart::CommandPort,
             link_in,
             link_out,
-            storage: flash::storage(),
+            storage,
             idle,
         };
         if cfg!(feature = "timer-tick") {
@@ -151,6 +155,22 @@ impl Board for Mps2An386 {
     fn cycles() -> Option<u32> {
         // The counter counts down.
         Some(CYCLE_MASK - SYST::get_current())
+    }
+
+    fn counts_per_1024_instructions() -> u32 {
+        let counts = |turns: u32| {
+            cortex_m::interrupt::free(|_| {
+                let start = SYST::get_current();
+                #[expect(unsafe_code, reason = "a loop whose instructions are known")]
+                // SAFETY: it changes nothing but its own register and the flags.
+                unsafe {
+                    core::arch::asm!("2:", "subs {0}, #1", "bne 2b", inout(reg) turns => _, options(nomem, nostack));
+                }
+                start.wrapping_sub(SYST::get_current()) & CYCLE_MASK
+            })
+        };
+        // Two instructions per turn.
+        counts(1024).wrapping_sub(counts(512))
     }
 
     fn show(revision: u32, words: impl Iterator<Item = u32>) {

@@ -25,7 +25,7 @@ mod can_link;
 #[cfg(feature = "uart-link")]
 mod uart_link;
 
-use dimsart_core::{AxisKind, Scalar as _, Tick, Word};
+use dimsart_core::{AxisKind, DataType, Scalar as _, Tick, Word};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1, TIM2, TIM3, TIM4};
 use embassy_stm32::rcc::PllPreDiv;
@@ -41,7 +41,7 @@ use static_cell::ConstStaticCell;
 use self::can_link as link;
 #[cfg(feature = "uart-link")]
 use self::uart_link as link;
-use crate::board::{Board, Joints, Parts};
+use crate::board::{Axes, Board, Joints, Parts};
 use crate::encoder::Encoder;
 use crate::motor::Motor;
 use crate::stm32g4::flash::{self, SchemeFlash};
@@ -81,7 +81,9 @@ pub struct NucleoG474re;
 impl Board for NucleoG474re {
     const NAME: &'static str = "nucleo-g474re";
     const WORDS: usize = 2048;
+    const CLOCK_HZ: u32 = stm32g4::CLOCK_HZ;
     const TICK_HZ: u32 = 1_000;
+    const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
 
     type Joints = BrushedMotors;
     type CommandPort = UartPort;
@@ -134,7 +136,14 @@ impl Board for NucleoG474re {
         let links = link::start(chip.FDCAN1, chip.PA11, chip.PA12);
         #[cfg(feature = "uart-link")]
         let links = link::start(chip.USART3, (chip.PC11, chip.DMA1_CH3), (chip.PC10, chip.DMA1_CH4));
-        stm32g4::parts(&[AxisKind::Rotary; AXES], joints, command_port, links, storage, chip.IWDG)
+        stm32g4::parts(
+            Axes::from_array([AxisKind::Rotary; AXES]),
+            joints,
+            command_port,
+            links,
+            storage,
+            chip.IWDG,
+        )
     }
 
     fn disarm() {

@@ -15,9 +15,12 @@ pub(crate) mod uart;
 #[cfg(feature = "uart-link")]
 pub(crate) mod uart_link;
 
+#[cfg(all(feature = "auth", feature = "classic-can"))]
+compile_error!("packets over classic CAN have no tags on a board: leave `auth` or `classic-can` out");
+
 use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Word, types};
+use dimsart_core::{DataType, Word, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;
@@ -29,10 +32,9 @@ use embassy_stm32::{Config, Peri, Peripherals, interrupt, peripherals};
 
 use self::flash::SchemeFlash;
 use self::uart::UartPort;
-use crate::board::{Board, Idle, Parts, Storage};
+use crate::board::{Axes, Board, Idle, Parts, Storage};
 
 /// What the crystal is made into.
-#[cfg(not(feature = "uart-link"))]
 pub(crate) const CLOCK_HZ: u32 = 168_000_000;
 /// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
 /// takes longer than 20 ms.
@@ -105,7 +107,7 @@ fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
 }
 
 /// What a board measures, its own ticks last.
-const OUTPUTS: [&DataType; 7] = {
+pub(crate) const OUTPUTS: &[&DataType] = &{
     let [cycles, mean, max, late, overruns] = types::TIMING;
     [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns]
 };
@@ -127,7 +129,7 @@ fn rejoins_of_can() -> u32 {
 /// The parts of a board whose axes turn and measure their angle. Last of all that is started: the watchdog
 /// runs from here on, on its own oscillator, and nothing but a reset stops it.
 pub(crate) fn parts<B>(
-    axes: &[AxisKind],
+    axes: Axes,
     joints: B::Joints,
     command_port: UartPort,
     (link_in, link_out): (B::LinkIn, B::LinkOut),
@@ -137,13 +139,10 @@ pub(crate) fn parts<B>(
 where
     B: Board<CommandPort = UartPort, Flash = SchemeFlash, Idle = Sleep>,
 {
-    let period_s = 1.0 / B::TICK_HZ as f32;
-    let device = DeviceDescriptor::new(B::NAME, axes, period_s, &OUTPUTS, &[types::DES_FORCE]);
-    let Ok(device) = device else { defmt::panic!("the device has no axes or no sample period") };
     let (tick, background) = start_executors();
     IndependentWatchdog::new(watchdog, WATCHDOG_US).unleash();
     let storage = Some(storage);
-    Parts { device, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
+    Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
 }
 
 fn start_executors() -> (SendSpawner, SendSpawner) {

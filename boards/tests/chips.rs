@@ -72,9 +72,12 @@ fn every_board_s_memory_map_is_its_chip_s() {
         let (flash, ram) = (of_kind(true), of_kind(false));
         let mapped = regions(board.memory_map).unwrap();
         let names: Vec<_> = mapped.iter().map(|(name, _)| *name).collect();
-        assert_eq!(names, ["FLASH", "STORAGE", "STACK", "RAM"], "{}", board.name);
+        // A variant with keys wants pages for them.
+        let has_keys = board.tooling.variants.contains(&"auth");
+        let expected = ["FLASH", "STORAGE", "STACK", "RAM"].into_iter().chain(has_keys.then_some("KEYS"));
+        assert!(names.iter().copied().eq(expected), "{}: {names:?}", board.name);
         for (name, range) in &mapped {
-            let memory = if ["FLASH", "STORAGE"].contains(name) { &flash } else { &ram };
+            let memory = if ["FLASH", "STORAGE", "KEYS"].contains(name) { &flash } else { &ram };
             assert!(is_covered(range.clone(), memory), "{}: {name} {range:x?} in {memory:x?}", board.name);
         }
         // An image at the start of the flash and schemes behind it, in whole pages, enough to take turns.
@@ -84,6 +87,11 @@ fn every_board_s_memory_map_is_its_chip_s() {
         let pages = (storage.start % PAGE_BYTES, storage.end % PAGE_BYTES);
         assert_eq!(pages, (0, 0), "{}: {storage:x?} is not made of whole pages", board.name);
         assert!(storage.end - storage.start >= 4 * PAGE_BYTES, "{}: {storage:x?}", board.name);
+        if let Some((_, keys)) = mapped.get(4) {
+            assert!(keys.start >= storage.end, "{}: {keys:x?} reaches into {storage:x?}", board.name);
+            let pages = (keys.start % PAGE_BYTES, keys.end - keys.start);
+            assert_eq!(pages, (0, 2 * PAGE_BYTES), "{}: {keys:x?}", board.name);
+        }
         // A stack that ends where no memory is.
         let below_stack = mapped[2].1.start - 1;
         let is_memory = |regions: &[Range<u64>]| regions.iter().any(|region| region.contains(&below_stack));

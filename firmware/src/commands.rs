@@ -2,21 +2,22 @@
 //!
 //! One request is with the tick at a time. A flood of them waits in the line and then is lost, as the
 //! protocol expects; the tick carries out one per period. Requests for the kept schemes go to their
-//! [keeper](crate::keeper) instead: the tick never waits for flash. Heartbeats and telemetry go out before the next
-//! request is looked at.
+//! [keeper](crate::keeper) instead: the tick never waits for flash. Heartbeats go on while a scheme is collected,
+//! and wait while flash is written.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use boards::Selected;
 use dimsart_core::protocol::{
     Counters, DecodeError, Heartbeat, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Sample,
-    decode_request, encode_heartbeat, encode_response, encode_sample,
+    encode_heartbeat, encode_response, encode_sample,
 };
-use embassy_futures::select::{Either, select};
-use embedded_io_async::{Read as _, Write as _};
+use embedded_io_async::Write as _;
+use firmware::{Hearing, Next};
 
 use crate::handover::{Giver, Taker};
 use crate::keeper::Keeper;
+use crate::key_keeper::KeyKeeper;
 
 type CommandPort = <Selected as boards::Board>::CommandPort;
 
@@ -54,49 +55,53 @@ pub(crate) fn alive() -> u32 {
 
 #[embassy_executor::task]
 pub(crate) async fn serve(
-    mut port: CommandPort,
+    port: CommandPort,
     mut tick: Link,
-    mut reports: Taker<Report>,
+    reports: Taker<Report>,
     mut keeper: Keeper,
+    mut keys: KeyKeeper,
 ) {
-    let (mut receiver, mut speaker) = (Receiver::new(), Speaker { heartbeats: 0 });
-    let (mut bytes, mut unread, mut frame) = ([0; 64], 0..0, [0; MAX_FRAME_BYTES]);
+    let mut line =
+        Line { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 };
+    let mut hearing = Hearing::new();
     loop {
-        ALIVE.store(alive().wrapping_add(1), Relaxed);
-        let mut length = reports.take().map(|report| speaker.encode(report, &receiver, &mut frame));
-        if length.is_none() && unread.is_empty() {
-            match select(port.read(&mut bytes), reports.next()).await {
-                Either::First(read) => unread = 0..read.unwrap_or_default(),
-                Either::Second(report) => length = Some(speaker.encode(report, &receiver, &mut frame)),
-            }
-        }
-        let length = if let Some(length) = length {
-            length
-        } else {
-            let Some(byte) = unread.next().and_then(|index| bytes.get(index)) else { continue };
-            let Some(content) = receiver.take(*byte) else { continue };
-            let answer = match decode_request(content) {
-                Ok((id, request)) => {
-                    tick.id = id;
-                    match request {
-                        // The tick keeps none, but knows who may change them.
-                        Request::Schemes(action) => match who_may_not(tick.ask(request).await) {
-                            Some(refusal) => Response::Refused(refusal),
-                            None => keeper.carry_out(action, &mut tick).await,
-                        },
-                        request => tick.ask(request).await,
-                    }
+        let length = match keys.challenge(&mut line.frame) {
+            Some(length) => length,
+            None => match hearing.next(&mut line.port, async || line.reports.ready().await).await {
+                Next::Report => line.encode_report(),
+                Next::Byte(byte) => {
+                    let Some(content) = line.receiver.take(byte) else { continue };
+                    let answer = match keys.take(content) {
+                        Ok((id, request)) => {
+                            tick.id = id;
+                            match request {
+                                // The tick keeps none, but knows who may change them.
+                                Request::Schemes(action) => match who_may_not(tick.ask(request).await) {
+                                    Some(refusal) => Response::Refused(refusal),
+                                    None => keeper.carry_out(action, &mut tick, &mut line).await,
+                                },
+                                #[cfg(feature = "auth")]
+                                Request::Key(action) => {
+                                    let flash = keeper.store.as_mut().map(firmware::SchemeStore::flash);
+                                    keys.carry_out(action, flash, &mut tick).await
+                                }
+                                #[cfg(not(feature = "auth"))]
+                                Request::Key(action) => match action {},
+                                request => tick.ask(request).await,
+                            }
+                        }
+                        Err(DecodeError::NotUnderstood { id }) => {
+                            tick.id = id;
+                            Response::Refused(keys.refusal())
+                        }
+                        Err(DecodeError::OtherClass) => continue,
+                    };
+                    hearing.answered();
+                    encode_response(&answer, tick.id, &mut line.frame).map_or(0, <[u8]>::len)
                 }
-                Err(DecodeError::NotUnderstood { id }) => {
-                    tick.id = id;
-                    Response::Refused(Refusal::NotUnderstood)
-                }
-                Err(DecodeError::OtherClass) => continue,
-            };
-            encode_response(&answer, tick.id, &mut frame).map_or(0, <[u8]>::len)
+            },
         };
-        // An error of the line is a lost frame: the host finds that out.
-        let _ = port.write_all(frame.get(..length).unwrap_or_default()).await;
+        line.say(length).await;
     }
 }
 
@@ -108,23 +113,41 @@ fn who_may_not(answer: Answer) -> Option<Refusal> {
     }
 }
 
-/// Makes frames of what the tick says; apart from the task, so that it holds none of that while it waits.
-struct Speaker {
+/// The line, and what the tick wants to be said on it.
+pub(crate) struct Line {
+    port: CommandPort,
+    reports: Taker<Report>,
+    receiver: Receiver,
+    frame: [u8; MAX_FRAME_BYTES],
     heartbeats: u16,
 }
 
-impl Speaker {
-    /// Length of the frame, 0 when there is none.
-    fn encode(&mut self, report: Report, receiver: &Receiver, frame: &mut [u8]) -> usize {
-        let encoded = match report {
-            Report::Sample(sample) => encode_sample(&sample, frame),
-            Report::Heartbeat(mut heartbeat) => {
-                let Counters { damaged, too_long, .. } = receiver.counters();
+impl Line {
+    /// Says what the tick has to say, if anything.
+    pub(crate) async fn say_report(&mut self) {
+        let length = self.encode_report();
+        self.say(length).await;
+    }
+
+    /// Length of the next report's frame, 0 when there is none.
+    #[inline(never)]
+    fn encode_report(&mut self) -> usize {
+        let encoded = match self.reports.take() {
+            None => return 0,
+            Some(Report::Sample(sample)) => encode_sample(&sample, &mut self.frame),
+            Some(Report::Heartbeat(mut heartbeat)) => {
+                let Counters { damaged, too_long, .. } = self.receiver.counters();
                 heartbeat.damaged = damaged.saturating_add(too_long);
                 self.heartbeats = self.heartbeats.wrapping_add(1);
-                encode_heartbeat(&heartbeat, self.heartbeats, frame)
+                encode_heartbeat(&heartbeat, self.heartbeats, &mut self.frame)
             }
         };
         encoded.map_or(0, <[u8]>::len)
+    }
+
+    /// Sends the frame. An error of the line is a lost frame: the host finds that out.
+    async fn say(&mut self, length: usize) {
+        ALIVE.store(alive().wrapping_add(1), Relaxed);
+        let _ = self.port.write_all(self.frame.get(..length).unwrap_or_default()).await;
     }
 }

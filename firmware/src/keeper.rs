@@ -8,7 +8,7 @@ use dimsart_core::saved_scheme::{SchemeBytes, Writer};
 use dimsart_core::{CommandError, Cursor};
 use firmware::{Broken, SchemeStore};
 
-use crate::commands::{Answer, Link};
+use crate::commands::{Answer, Line, Link};
 
 pub(crate) type Store = SchemeStore<'static, <Selected as boards::Board>::Flash>;
 
@@ -25,14 +25,25 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    pub(crate) async fn carry_out(&mut self, action: SchemeAction, tick: &mut Link) -> Answer {
-        match self.try_to(action, tick).await {
+    /// Does what a client wants. What the tick says by itself is said meanwhile, except while flash is written.
+    pub(crate) async fn carry_out(
+        &mut self,
+        action: SchemeAction,
+        tick: &mut Link,
+        line: &mut Line,
+    ) -> Answer {
+        match self.try_to(action, tick, line).await {
             Ok(()) => Response::Schemes(self.status),
             Err(refusal) => Response::Refused(refusal),
         }
     }
 
-    async fn try_to(&mut self, action: SchemeAction, tick: &mut Link) -> Result<(), Refusal> {
+    async fn try_to(
+        &mut self,
+        action: SchemeAction,
+        tick: &mut Link,
+        line: &mut Line,
+    ) -> Result<(), Refusal> {
         let Some(store) = &mut self.store else {
             return if action == SchemeAction::Look { Ok(()) } else { Err(refused(StoreError::NoStorage)) };
         };
@@ -42,7 +53,9 @@ impl Keeper {
         let is_tried = self.status.origin == Origin::Trial;
         let result = match action {
             SchemeAction::Save => {
-                collect(self.scheme, self.fingerprint, tick).await?;
+                collect(self.scheme, self.fingerprint, tick, line).await?;
+                // Renews the lease of whom it is for: nobody is heard meanwhile.
+                tick.ask(Request::Schemes(action)).await;
                 store.save(self.scheme).await
             }
             SchemeAction::Confirm if is_tried && store.trial() == Trial::Tried => store.confirm().await,
@@ -61,12 +74,17 @@ fn refused(error: StoreError) -> Refusal {
     Refusal::Store(error)
 }
 
-async fn runs(tick: &mut Link) -> bool {
+pub(crate) async fn runs(tick: &mut Link) -> bool {
     matches!(tick.ask(Request::Status).await, Response::Status(status) if status.is_running)
 }
 
 /// The scheme as it is, a command per tick. It cannot change meanwhile: who changes it waits for this.
-async fn collect(scheme: &mut SchemeBytes, fingerprint: u32, tick: &mut Link) -> Result<(), Refusal> {
+async fn collect(
+    scheme: &mut SchemeBytes,
+    fingerprint: u32,
+    tick: &mut Link,
+    line: &mut Line,
+) -> Result<(), Refusal> {
     if let Response::Finding { faults: faults @ 1.., .. } = tick.ask(Request::Finding { index: 0 }).await {
         let faults = usize::try_from(faults).unwrap_or(usize::MAX);
         return Err(Refusal::Engine(CommandError::DoesNotMatch { faults }));
@@ -74,6 +92,7 @@ async fn collect(scheme: &mut SchemeBytes, fingerprint: u32, tick: &mut Link) ->
     let too_long = |_| refused(StoreError::TooLong);
     let (mut writer, mut cursor) = (Writer::new(scheme, fingerprint), Cursor::default());
     loop {
+        line.say_report().await;
         let (place, index) = cursor.place_and_index();
         let answer = tick.ask(Request::SchemeCommand { place, index }).await;
         let is_there = if let Response::SchemeCommand(command) = answer {

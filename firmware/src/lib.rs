@@ -1,11 +1,16 @@
-//! What the firmware keeps that needs no board: the schemes it starts with, and when a watchdog is fed.
+//! What of the firmware needs no board: the schemes it starts with, its key, whose turn it is on the command line, and
+//! when a watchdog is fed.
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod hearing;
+mod key_store;
 mod scheme_store;
 mod start;
 mod watchdog;
 
+pub use hearing::{Hearing, Next};
+pub use key_store::{Kept, KeptKey, KeyStore, SEEDS_PER_START};
 pub use scheme_store::{BUFFER_BYTES, Broken, SchemeStore};
 pub use start::start;
 pub use watchdog::Watchdog;

@@ -10,11 +10,19 @@
 #![no_main]
 
 mod commands;
+mod entry_points;
 mod keeper;
+#[cfg_attr(not(feature = "auth"), path = "no_keys.rs")]
+mod key_keeper;
 mod links;
+#[cfg(feature = "measure")]
+mod measure;
+mod memory;
 mod rescue;
 mod telemetry;
 mod tick;
+
+use core::num::NonZeroU32;
 
 use boards::{Board as _, Parts, Selected, Storage, handover};
 use cortex_m_rt::entry;
@@ -26,30 +34,47 @@ use embassy_futures::block_on;
 use firmware::{BUFFER_BYTES, SchemeStore};
 use static_cell::ConstStaticCell;
 
+use crate::entry_points::Frames;
 use crate::handover::Handover;
 use crate::keeper::Keeper;
+use crate::key_keeper::{KeyKeeper, KeysToTake};
 
 type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
 
+/// Tells this image from every other one: board and version.
+const IMAGE: &str = env!("DIMSART_IMAGE");
 /// The built-in scheme, as the build has made it of its text.
 const BUILT_IN: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-scheme"));
 
+/// What a tick may take, by the board's budget.
+const TICK_CYCLES: Option<NonZeroU32> = match u32::from_str_radix(env!("DIMSART_TICK_CYCLES"), 10) {
+    Ok(cycles) => NonZeroU32::new(cycles),
+    Err(_) => None,
+};
+
 #[entry]
 fn main() -> ! {
-    boards::Idle::run(start())
+    let idle = start();
+    #[expect(unsafe_code, reason = "tasks may run from here on")]
+    // SAFETY: no critical section is left: `start` has returned.
+    unsafe {
+        cortex_m::interrupt::enable();
+    }
+    boards::Idle::run(idle)
 }
 
-/// Apart from what comes after it, and never ends: what it needs is off the stack by then.
+/// Apart from what comes after it, and never ends: what it needs is off the stack by then. Masks all interrupts when it
+/// gives out the tasks.
 #[inline(never)]
 fn start() -> <Selected as boards::Board>::Idle {
-    let Parts { device, tick, background, joints, command_port, link_in, link_out, storage, idle } =
+    let Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle } =
         Selected::start();
     static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
-    let dimsart = DIMSART.take();
-    if let Err(error) = dimsart.connect(device) {
-        defmt::panic!("the board's Data Base is too small for its device: {}", error);
-    }
-    let keeper = start_scheme(storage, dimsart);
+    static FRAMES: ConstStaticCell<Frames> = ConstStaticCell::new(Frames::new());
+    let (dimsart, frames) = (DIMSART.take(), FRAMES.take());
+    entry_points::connect(dimsart, &axes, frames);
+    dimsart.engine_mut().limit_cycles(TICK_CYCLES);
+    let (keeper, keys, keys_to_take) = start_scheme(storage, dimsart);
 
     static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_core::protocol::Request), 2>> =
         ConstStaticCell::new(Handover::new());
@@ -76,20 +101,22 @@ fn start() -> <Selected as boards::Board>::Idle {
         status,
     };
     let link = commands::Link { requests, answers: answers_to_take, id: 0 };
-    background.spawn(token(commands::serve(command_port, link, reports_to_take, keeper)));
-    background.spawn(token(links::receive(link_in, packets_in)));
-    background.spawn(token(links::send(link_out, packets_to_send)));
+    // The tasks wait until all that is on the stack here is off it.
+    cortex_m::interrupt::disable();
+    background.spawn(token(commands::serve(command_port, link, reports_to_take, keeper, keys)));
+    links::start(background, (link_in, link_out), (packets_in, packets_to_send), keys_to_take);
     background.spawn(token(telemetry::log(status_to_take)));
-    tick.spawn(token(tick::run(dimsart, joints, ends)));
+    tick.spawn(token(tick::run(dimsart, frames, joints, ends)));
     idle
 }
 
-/// Starts a kept scheme or the built-in one. If none matches, the board is idle, but answers.
+/// Starts a kept scheme or the built-in one. If none matches, the board is idle, but answers. Reads the key, too.
 fn start_scheme(
     storage: Option<Storage<<Selected as boards::Board>::Flash>>,
     dimsart: &mut BoardDimsart,
-) -> Keeper {
+) -> (Keeper, KeyKeeper, KeysToTake) {
     let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
+    let keys = storage.as_ref().map(key_keeper::range);
     static BUFFER: ConstStaticCell<[u8; BUFFER_BYTES]> = ConstStaticCell::new([0; BUFFER_BYTES]);
     static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
     let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
@@ -98,7 +125,9 @@ fn start_scheme(
     if status.fallback.is_some() {
         defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
     }
-    Keeper { store, stalls_tick, status, fingerprint: fingerprint_of(BUILT_IN), scheme: SCHEME.take() }
+    let (keys, keys_to_take) = key_keeper::start(keys, store.as_mut().map(SchemeStore::flash));
+    let fingerprint = fingerprint_of(BUILT_IN);
+    (Keeper { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }, keys, keys_to_take)
 }
 
 /// A task that is started once; each is.

@@ -87,6 +87,11 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
         Ok(true)
     }
 
+    /// The flash, of which the store's range is the store's.
+    pub fn flash(&mut self) -> &mut F {
+        self.map.flash()
+    }
+
     /// Gives the flash back.
     #[must_use]
     pub fn into_flash(self) -> F {

@@ -10,7 +10,7 @@ pub(crate) struct Status {
     pub(crate) timing: Timing,
     pub(crate) tick: Tick,
     pub(crate) refused_ticks: u32,
-    /// Items that found a full queue on their way out of the tick.
+    /// Items that found a full queue on their way into the tick or out of it.
     pub(crate) dropped: u32,
 }
 

@@ -1,17 +1,18 @@
 //! The tick, once per period, above everything but time itself.
 
 use boards::{Board as _, Joints as _, Selected};
-use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
-use dimsart_core::protocol::{self, DeviceInfo, HEARTBEATS_PER_S, Request};
-use dimsart_core::{MAX_DEVICE_TYPES, Tick, Timing, Word, types};
+use dimsart_core::limits::MAX_LINKS;
+use dimsart_core::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
+use dimsart_core::{Packet, Tick, Timing, types};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
-use crate::BoardDimsart;
 use crate::commands::{self, Answer, Report};
+use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
 use crate::telemetry::Status;
+use crate::{BoardDimsart, IMAGE};
 
 type Joints = <Selected as boards::Board>::Joints;
 
@@ -24,9 +25,6 @@ const REPORT_EVERY: u32 = Selected::TICK_HZ;
 const HEARTBEAT_EVERY: u32 = Selected::TICK_HZ / HEARTBEATS_PER_S;
 /// Ticks that the communication may be silent for before the watchdog is no longer fed: it speaks at every heartbeat.
 const PATIENCE: u32 = 5 * HEARTBEAT_EVERY / 2;
-/// Tells this image from every other one: board and version.
-const IMAGE: &str = env!("DIMSART_IMAGE");
-const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
 /// The tick's ends of the queues.
 pub(crate) struct Ends {
@@ -39,16 +37,15 @@ pub(crate) struct Ends {
 }
 
 #[embassy_executor::task]
-pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, mut ends: Ends) {
-    let (words_in, words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
-    let (mut measured, mut commanded) = ([Word(0); MAX_WORDS], [Word(0); MAX_WORDS]);
-    let (Some(measured), Some(commanded)) = (measured.get_mut(..words_in), commanded.get_mut(..words_out))
-    else {
-        defmt::panic!("a device of {} and {} words", words_in, words_out);
-    };
+pub(crate) async fn run(
+    dimsart: &'static mut BoardDimsart,
+    frames: &'static mut Frames,
+    mut joints: Joints,
+    mut ends: Ends,
+) {
     // The words behind the sensors' are the tick's own.
     let timed = if dimsart.engine().device().measures_timing() { types::TIMING.len() } else { 0 };
-    let sensed = measured.len().saturating_sub(timed);
+    let sensed = frames.measured().len().saturating_sub(timed);
     let mut timing = Timing::default();
     let mut watchdog = Watchdog::new(PATIENCE);
     let mut info = DeviceInfo::new(IMAGE).for_clients(Selected::TICK_HZ);
@@ -59,14 +56,14 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
         let is_late = Instant::now() > due + TOLERANCE;
 
         let start = Selected::cycles();
-        if let Some((sensors, timings)) = measured.split_at_mut_checked(sensed) {
+        if let Some((sensors, timings)) = frames.measured().split_at_mut_checked(sensed) {
             joints.read(sensors);
             for (word, value) in timings.iter_mut().zip(timing.words()) {
                 *word = value;
             }
         }
-        let tick = step(dimsart, measured, commanded, &mut info, &mut ends);
-        joints.write(tick, commanded);
+        let tick = step(dimsart, frames, &mut info, &mut ends);
+        joints.write(tick, frames.commanded());
         if let (Some(start), Some(end)) = (start, Selected::cycles()) {
             timing.measure(start, end, Selected::CYCLE_BITS);
         }
@@ -84,7 +81,8 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
         if watchdog.tick(!is_late && !has_overrun, commands::alive()) {
             Selected::feed_watchdog();
         }
-        let dropped = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();
+        let out = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();
+        let dropped = out + ends.packets_in.dropped();
         if let Some(sample) = info.sample(dimsart.engine().data_base()) {
             ends.reports.give_sparingly(Report::Sample(sample));
         }
@@ -98,30 +96,31 @@ pub(crate) async fn run(dimsart: &'static mut BoardDimsart, mut joints: Joints, 
 }
 
 /// At most one request, the packets that came, one tick.
-fn step(
-    dimsart: &mut BoardDimsart,
-    measured: &[Word],
-    commanded: &mut [Word],
-    info: &mut DeviceInfo,
-    ends: &mut Ends,
-) -> Tick {
+#[inline(never)]
+fn step(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
     if let Some((id, request)) = ends.requests.take() {
-        ends.answers.give(protocol::serve(id, &request, dimsart, info));
+        #[cfg(feature = "measure")]
+        let answer = frames.measurements.serve(id, &request, dimsart, info);
+        #[cfg(not(feature = "measure"))]
+        let answer = dimsart_core::protocol::serve(id, &request, dimsart, info);
+        ends.answers.give(answer);
         links::listen(dimsart);
     }
     for _ in 0..Selected::PACKETS_PER_TICK {
-        let Some(Received { link, packet }) = ends.packets_in.take() else { break };
-        if packet.as_ref().is_ok_and(|packet| packet.channel != links::listened_to(link)) {
-            // It was wanted when it came.
-            continue;
+        let taken = ends.packets_in.take_in_place(|Received { link, packet }| {
+            let was_wanted = |packet: &Packet| packet.channel == links::listened_to(*link);
+            if packet.as_ref().ok().is_none_or(was_wanted) {
+                entry_points::deliver(dimsart, *link, packet);
+            }
+        });
+        if taken.is_none() {
+            break;
         }
-        // What is refused is counted by the controller.
-        let _ = dimsart.deliver(link, &packet);
     }
-    let tick = dimsart.tick(measured, commanded);
-    let tick = info.end(tick, commanded);
+    let tick = entry_points::tick(dimsart, frames);
+    let tick = info.end(tick, frames.commanded());
     for link in 0..MAX_LINKS {
-        if let Some(packet) = dimsart.outgoing(link) {
+        if let Some(packet) = entry_points::take(dimsart, link) {
             ends.packets_out.give(Outgoing { link, packet });
         }
     }

@@ -1,6 +1,9 @@
 //! Schemes in a flash whose power goes at every write, and in one that is worn.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
+mod common;
+
+use std::num::NonZeroU32;
 use std::ops::Range;
 
 use dimsart_core::modules::Standard;
@@ -8,118 +11,15 @@ use dimsart_core::protocol::{
     DeviceInfo, Fallback, MAX_FRAME_BYTES, Origin, Receiver, Request, Response, SchemeStatus, Trial, answer,
     decode_response, encode_request,
 };
-use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, save};
+use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, load, save};
 use dimsart_core::{
-    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Engine, ModuleRef, Value, Verb, types,
+    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Engine, ModuleRef, TypeRef, Value, Verb,
+    types,
 };
 use embassy_futures::block_on;
-use embedded_storage_async::nor_flash::{
-    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
-};
 use firmware::{BUFFER_BYTES, SchemeStore, start};
 
-const WORD: usize = 8;
-const PAGE: usize = 2048;
-const PAGES: usize = 4;
-
-/// Flash that takes each word once between two erasures, but zeros at any time, as an STM32G4's does; and
-/// whose power can go.
-#[derive(Clone)]
-struct Flash {
-    bytes: Vec<u8>,
-    is_written: Vec<bool>,
-    erasures: Vec<u32>,
-    /// Words and pages that are still begun to be written or erased; the last one is left half done.
-    power: Option<usize>,
-}
-
-#[derive(Debug)]
-struct PowerGone;
-
-impl NorFlashError for PowerGone {
-    fn kind(&self) -> NorFlashErrorKind {
-        NorFlashErrorKind::Other
-    }
-}
-
-impl Flash {
-    fn new() -> Self {
-        Self {
-            bytes: vec![0xFF; PAGES * PAGE],
-            is_written: vec![false; PAGES * PAGE / WORD],
-            erasures: vec![0; PAGES],
-            power: None,
-        }
-    }
-
-    /// Whether there is power for another word or page.
-    fn has_power(&mut self) -> Option<bool> {
-        match &mut self.power {
-            None => Some(true),
-            Some(0) => None,
-            Some(left) => {
-                *left -= 1;
-                Some(*left > 0)
-            }
-        }
-    }
-}
-
-impl ErrorType for Flash {
-    type Error = PowerGone;
-}
-
-impl ReadNorFlash for Flash {
-    const READ_SIZE: usize = 1;
-
-    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), PowerGone> {
-        let offset = offset as usize;
-        bytes.copy_from_slice(&self.bytes[offset..offset + bytes.len()]);
-        Ok(())
-    }
-
-    fn capacity(&self) -> usize {
-        self.bytes.len()
-    }
-}
-
-impl NorFlash for Flash {
-    const WRITE_SIZE: usize = WORD;
-    const ERASE_SIZE: usize = PAGE;
-
-    async fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), PowerGone> {
-        assert!(
-            (offset as usize).is_multiple_of(WORD) && bytes.len().is_multiple_of(WORD),
-            "not whole words"
-        );
-        for (word, content) in (offset as usize / WORD..).zip(bytes.chunks(WORD)) {
-            let is_zero = content.iter().all(|byte| *byte == 0);
-            assert!(is_zero || !self.is_written[word], "word {word} is written twice");
-            let is_whole = self.has_power().ok_or(PowerGone)?;
-            let length = if is_whole { WORD } else { WORD / 2 };
-            self.is_written[word] = true;
-            self.bytes[word * WORD..][..length].copy_from_slice(&content[..length]);
-            if !is_whole {
-                return Err(PowerGone);
-            }
-        }
-        Ok(())
-    }
-
-    async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerGone> {
-        for page in from as usize / PAGE..to as usize / PAGE {
-            let is_whole = self.has_power().ok_or(PowerGone)?;
-            let length = if is_whole { PAGE } else { PAGE / 2 };
-            self.bytes[page * PAGE..][..length].fill(0xFF);
-            self.is_written[page * PAGE / WORD..][..length / WORD].fill(false);
-            self.erasures[page] += 1;
-            if !is_whole {
-                return Err(PowerGone);
-            }
-        }
-        Ok(())
-    }
-}
+use common::{Flash, PAGE, PAGES, WORD};
 
 fn pd() -> ModuleRef {
     Engine::<Standard>::module("PDCTRL_MOD").unwrap()
@@ -437,4 +337,31 @@ fn without_any_scheme_that_loads_the_board_is_empty_and_answers() {
     let fallback = Some(Fallback::BuiltIn(LoadError::Damaged));
     let expected = SchemeStatus { origin: Origin::Empty, fallback, trial: Trial::None, is_saved: false };
     assert_eq!((status, dimsart.engine().usage().modules), (expected, 0));
+}
+
+#[test]
+fn a_saved_scheme_that_takes_too_long_gives_way_to_the_built_in_one() {
+    let mut larger = controller();
+    load(&scheme(5), fingerprint(larger.engine_mut()), &mut larger).unwrap();
+    let p = Engine::<Standard>::module("PCTRL_MOD").unwrap();
+    let beside = TypeRef { number: 2, ..types::DES_FORCE.first() };
+    larger.command(Command::bind(p, 2, beside)).unwrap();
+    larger.command(Command::engine(Verb::ModOn, p)).unwrap();
+    let mut board = Board::start(Flash::new());
+    block_on(board.store.save(&save(larger.engine_mut()).unwrap())).unwrap();
+    block_on(board.store.confirm()).unwrap();
+
+    let limit_cycles = board.dimsart.engine().tick_cycles().unwrap();
+    let mut store = SchemeStore::new(board.store.into_flash(), ALL, buffer()).unwrap();
+    let mut dimsart = controller();
+    dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit_cycles));
+    let status = block_on(start(Some(&mut store), &scheme(BUILT_IN), &mut dimsart));
+    let Some(Fallback::Saved(LoadError::Refused { error, .. })) = status.fallback else {
+        panic!("{status:?}")
+    };
+    let tick_cycles = larger.engine().tick_cycles().unwrap();
+    let cycles = tick_cycles - limit_cycles;
+    assert_eq!(error, CommandError::TooSlow { module: p, cycles, tick_cycles, limit_cycles });
+    assert_eq!((status.origin, status.is_saved), (Origin::BuiltIn, true));
+    assert_eq!(Board { store, dimsart, status }.running(), BUILT_IN);
 }

@@ -11,7 +11,11 @@ use crate::board::Storage;
 /// As on an STM32G4, so that the same happens.
 const PAGE_BYTES: u32 = 2048;
 const WORD_BYTES: usize = 8;
-const FLASH_BYTES: u32 = 4 * PAGE_BYTES;
+const SCHEME_BYTES: u32 = 4 * PAGE_BYTES;
+#[cfg(not(feature = "auth"))]
+const FLASH_BYTES: u32 = SCHEME_BYTES;
+#[cfg(feature = "auth")]
+const FLASH_BYTES: u32 = SCHEME_BYTES + 2 * PAGE_BYTES;
 const NAME: &core::ffi::CStr = c"flash";
 
 /// The file.
@@ -43,7 +47,13 @@ pub(super) fn storage() -> Option<Storage<FileFlash>> {
         flash.fill(0, FLASH_BYTES).ok()?;
         Some(flash)
     });
-    flash.map(|flash| Storage { flash, range: 0..FLASH_BYTES, stalls_tick: false })
+    flash.map(|flash| Storage {
+        flash,
+        range: 0..SCHEME_BYTES,
+        #[cfg(feature = "auth")]
+        keys: SCHEME_BYTES..FLASH_BYTES,
+        stalls_tick: false,
+    })
 }
 
 impl FileFlash {

@@ -4,10 +4,7 @@ use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering::Relaxed};
 
 use critical_section::Mutex;
-use dimsart_core::{
-    AxisKind, DataType, DeviceDescriptor, MAX_DEVICE_TYPES, MAX_PACKET_BYTES, Tick, Word, limits::MAX_DOF,
-    types,
-};
+use dimsart_core::{AxisKind, DataType, MAX_DEVICE_TYPES, Tick, Word, limits::MAX_DOF, types};
 use heapless::Vec;
 use semihosting::fd::{AsFd as _, OwnedFd};
 use semihosting::fs::File;
@@ -16,7 +13,7 @@ use semihosting::process::exit;
 use static_cell::ConstStaticCell;
 
 use super::{Mps2An386, SharedWords, clock, uart};
-use crate::board::{Board, Idle, LinkIn, LinkOut};
+use crate::board::{Axes, Board, Idle, LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::handover::{Giver, Handover, Taker};
 use crate::listening::Listening;
 use dimsart_core::exchange::{ExchangeError, Frame, MAX_SIGNAL_WORDS, Tag, VERSION};
@@ -47,7 +44,7 @@ const EXIT_NO_HOST: i32 = 2;
 const EXIT_BAD_FRAME: i32 = 3;
 
 /// A link's number and a packet's bytes.
-type Numbered = (usize, Vec<u8, MAX_PACKET_BYTES>);
+type Numbered = (usize, Vec<u8, MAX_CARRIED_BYTES>);
 type Packets = Handover<Numbered, 5>;
 
 /// Packets that the host's frames bring.
@@ -56,7 +53,7 @@ pub struct FromHost(Taker<Numbered>);
 pub struct ToHost(Giver<Numbered>);
 
 impl LinkIn for FromHost {
-    async fn receive(&mut self, _: &Listening, packet: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
+    async fn receive(&mut self, _: &Listening, packet: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
         let (link, bytes) = self.0.next().await;
         for (to, from) in packet.iter_mut().zip(&bytes) {
             *to = *from;
@@ -158,7 +155,7 @@ impl From<semihosting::io::Error> for Trouble {
 }
 
 /// Waits for the host and learns from it what device to drive; without a host, three linear axes.
-pub(super) fn connect(tick_hz: u32) -> (Host, DeviceDescriptor, FromHost, ToHost) {
+pub(super) fn connect() -> (Host, Axes, FromHost, ToHost) {
     static FRAME: ConstStaticCell<Frame> = ConstStaticCell::new(Frame::new());
     static PACKETS_IN: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
     static PACKETS_OUT: ConstStaticCell<Packets> = ConstStaticCell::new(Packets::new());
@@ -172,35 +169,22 @@ pub(super) fn connect(tick_hz: u32) -> (Host, DeviceDescriptor, FromHost, ToHost
     let frame = FRAME.take();
     let mut host = Host { streams, frame, packets_in, packets_out, words_in: 0, words_out: 0 };
     let axes = host.greet().unwrap_or_else(|trouble| give_up(&trouble));
-    let device = device(&axes, tick_hz);
-    let words = |types: &[&dimsart_core::DataType]| types.iter().map(|of| of.shape.words(device.dof())).sum();
+    let words = |types: &[&DataType]| types.iter().map(|of| of.shape.words(axes.len())).sum();
     host.words_in = words(&[PLAYED]);
-    host.words_out = words(device.inputs);
-    (host, device, FromHost(to_take), ToHost(to_give))
+    host.words_out = words(Mps2An386::INPUTS);
+    (host, axes, FromHost(to_take), ToHost(to_give))
 }
 
-type Axes = Vec<AxisKind, MAX_DOF>;
 /// What the host measures.
 const PLAYED: &DataType = types::POSITION;
 
-fn device(axes: &Axes, tick_hz: u32) -> DeviceDescriptor {
-    #[expect(clippy::cast_precision_loss, reason = "a rate in hertz is exact")]
-    let period_s = 1.0 / tick_hz as f32;
-    // Host-clocked, every tick is in time: the device is the host's alone.
-    let outputs: &[&DataType] = if cfg!(feature = "timer-tick") {
-        &const {
-            let [cycles, mean, max, late, overruns] = types::TIMING;
-            [PLAYED, cycles, mean, max, late, overruns]
-        }
-    } else {
-        &[PLAYED]
-    };
-    let device = DeviceDescriptor::new("played", axes, period_s, outputs, &[types::DES_FORCE]);
-    device.unwrap_or_else(|_| {
-        defmt::error!("the host plays a device of {} axes: 1 to {} are possible", axes.len(), MAX_DOF);
-        exit(EXIT_BAD_FRAME)
-    })
-}
+/// Host-clocked, every tick is in time: the device is the host's alone.
+pub(super) const OUTPUTS: &[&DataType] = if cfg!(feature = "timer-tick") {
+    let [cycles, mean, max, late, overruns] = types::TIMING;
+    &[PLAYED, cycles, mean, max, late, overruns]
+} else {
+    &[PLAYED]
+};
 
 fn give_up(trouble: &Trouble) -> ! {
     match trouble {
@@ -222,7 +206,7 @@ impl Host {
         self.receive()?;
         for section in self.frame.sections() {
             match section? {
-                (Tag::Device, kinds) => {
+                (Tag::Device, kinds @ [_, ..]) => {
                     let kind = |kind: &u8| if *kind == 0 { AxisKind::Linear } else { AxisKind::Rotary };
                     // Too many axes are refused with their number as far as it fits.
                     axes = kinds.iter().take(MAX_DOF).map(kind).collect();

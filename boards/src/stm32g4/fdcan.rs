@@ -5,7 +5,8 @@
 //! no two nodes share one. Only what is listened to comes through the controller's filter: one channel, or on
 //! channel 0 every 29-bit identifier.
 //!
-//! A node that had to leave the bus joins it again as [`bus_off`](crate::bus_off) says. The controller keeps 3 frames
+//! A node that had to leave the bus joins it again as [`bus_off`](crate::bus_off) says, and what nobody acknowledges is
+//! given up for what is newer as [`unsent`](crate::unsent) says. The controller keeps 3 frames
 //! that came in: a classic packet of more frames needs the task below the tick to run every 3 frames (350 us).
 
 #[cfg(feature = "classic-can")]
@@ -16,7 +17,6 @@ mod fd;
 use core::num::{NonZeroU8, NonZeroU16};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use dimsart_core::MAX_PACKET_BYTES;
 use embassy_stm32::can::config::{DataBitTiming, GlobalFilter, NominalBitTiming, TxBufferMode};
 use embassy_stm32::can::enums::BusErrorMode;
 use embassy_stm32::can::filter::{
@@ -25,6 +25,7 @@ use embassy_stm32::can::filter::{
 use embassy_stm32::can::{CanConfigurator, CanRx, CanTx, Properties};
 use embassy_stm32::interrupt::{self, InterruptExt as _};
 use embassy_stm32::pac;
+use embassy_stm32::pac::can::regs::Txbcr;
 use embassy_time::{Duration, Instant, with_deadline, with_timeout};
 use embedded_can::{ExtendedId, Id, StandardId};
 
@@ -33,9 +34,10 @@ use self::classic as kind;
 #[cfg(not(feature = "classic-can"))]
 use self::fd as kind;
 use super::CLOCK_HZ;
-use crate::board::{LinkIn, LinkOut};
+use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::bus_off::{BusOff, Step};
 use crate::listening::Listening;
+use crate::unsent::Unsent;
 
 /// Delay compensation allows 1 or 2.
 const PRESCALER: u8 = 2;
@@ -46,6 +48,8 @@ const DATA_BIT: [u8; 2] = [16, 4];
 const _: () = assert!(bits_per_s(BIT) == 1_000_000 && bits_per_s(DATA_BIT) == 4_000_000);
 /// Time that a frame may wait for room in the controller.
 const PATIENCE: Duration = Duration::from_millis(1);
+/// Looks at what waits until it is taken away: a few microseconds.
+const CANCEL_LOOKS: u8 = 30;
 /// Time between two looks at the state of the bus and at what is listened to.
 const LOOK_PERIOD: Duration = Duration::from_millis(LOOK_PERIOD_MS as u64);
 const LOOK_PERIOD_MS: u32 = 10;
@@ -76,6 +80,7 @@ pub struct ToCan {
     link: usize,
     frames: CanTx<'static>,
     serial_number: ExtendedId,
+    unsent: Unsent,
 }
 
 /// Joins the bus, as link `link`.
@@ -112,7 +117,7 @@ pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan,
         channel: None,
         receiver: kind::Receiver::new(),
     };
-    (from, ToCan { link, frames: to, serial_number: serial_number() })
+    (from, ToCan { link, frames: to, serial_number: serial_number(), unsent: Unsent::new() })
 }
 
 const fn bits_per_s([before, behind]: [u8; 2]) -> u32 {
@@ -150,11 +155,21 @@ fn identifier(channel: u16) -> Option<StandardId> {
     StandardId::new(channel).filter(|_| channel != 0)
 }
 
+/// Takes away the frames that wait; the one that is on its way is not sent again. The oldest first: a FIFO goes on
+/// only when that one is cancelled. Its place is used again two frames later, when it has left the line for sure.
+fn take_away() {
+    let can = pac::FDCAN1;
+    for _ in 0..CANCEL_LOOKS {
+        let oldest = 1 << can.txfqs().read().tfgi();
+        can.txbcr().write_value(Txbcr(can.txbrp().read().0 & oldest));
+    }
+}
+
 impl LinkIn for FromCan {
     async fn receive(
         &mut self,
         listening: &Listening,
-        content: &mut [u8; MAX_PACKET_BYTES],
+        content: &mut [u8; MAX_CARRIED_BYTES],
     ) -> (usize, usize) {
         loop {
             // Given up while it waits, it goes on where it was: it keeps nothing but in `self`.
@@ -217,11 +232,16 @@ impl LinkOut for ToCan {
             return;
         }
         let identifier = identifier(channel).map_or(Id::Extended(self.serial_number), Id::Standard);
+        if self.unsent.is_stuck(pac::FDCAN1.txbrp().read().0.count_ones()) {
+            take_away();
+        }
         for frame in kind::frames(content, channel, identifier) {
             if with_timeout(PATIENCE, self.frames.write_fd(&frame)).await.is_err() {
-                // The rest would be of no use.
+                // The rest would be of no use, nor is what waits.
+                take_away();
                 return;
             }
+            self.unsent.add();
         }
     }
 }

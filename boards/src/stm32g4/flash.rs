@@ -20,21 +20,40 @@ pub(crate) fn storage(
     stalls_tick: bool,
 ) -> Storage<SchemeFlash> {
     interrupt::FLASH.set_priority(LINE_PRIORITY);
-    Storage { flash: SchemeFlash(Flash::new(flash, interrupts)), range: range(), stalls_tick }
+    Storage {
+        flash: SchemeFlash(Flash::new(flash, interrupts)),
+        range: schemes(),
+        #[cfg(feature = "auth")]
+        keys: keys(),
+        stalls_tick,
+    }
 }
 
-/// As an offset from the start of the flash.
-fn range() -> Range<u32> {
+/// The pages of the schemes, as an offset from the start of the flash.
+fn schemes() -> Range<u32> {
     #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
     // SAFETY: the memory map defines both.
     unsafe extern "C" {
         safe static _storage_start: u8;
         safe static _storage_end: u8;
     }
-    let offset = |symbol: *const u8| {
-        u32::try_from(symbol.addr().wrapping_sub(embassy_stm32::flash::FLASH_BASE)).unwrap_or(u32::MAX)
-    };
     offset(&raw const _storage_start)..offset(&raw const _storage_end)
+}
+
+/// The pages of the key.
+#[cfg(feature = "auth")]
+fn keys() -> Range<u32> {
+    #[expect(unsafe_code, reason = "the linker's symbols are declared so; only their addresses are used")]
+    // SAFETY: the memory map of a board that has a variant with keys defines both.
+    unsafe extern "C" {
+        safe static _keys_start: u8;
+        safe static _keys_end: u8;
+    }
+    offset(&raw const _keys_start)..offset(&raw const _keys_end)
+}
+
+fn offset(symbol: *const u8) -> u32 {
+    u32::try_from(symbol.addr().wrapping_sub(embassy_stm32::flash::FLASH_BASE)).unwrap_or(u32::MAX)
 }
 
 impl ErrorType for SchemeFlash {

@@ -2,12 +2,11 @@
 
 use core::ops::Range;
 
-use dimsart_core::MAX_PACKET_BYTES;
 use dimsart_core::carrier::stream::{self, StreamReceiver};
 use embassy_stm32::mode::Async;
 use embassy_stm32::usart::{RingBufferedUartRx, UartTx};
 
-use crate::board::{LinkIn, LinkOut};
+use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::listening::Listening;
 
 /// Contents that come in over a UART.
@@ -37,7 +36,7 @@ pub(crate) fn over(
 }
 
 impl LinkIn for FromUart {
-    async fn receive(&mut self, _: &Listening, content: &mut [u8; MAX_PACKET_BYTES]) -> (usize, usize) {
+    async fn receive(&mut self, _: &Listening, content: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
         loop {
             for index in self.waiting.by_ref() {
                 if let Some(byte) = self.bytes.get(index)

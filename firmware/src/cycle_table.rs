@@ -1,0 +1,169 @@
+//! Checks the cycle table of the crate `cycles` on a chip: every row's sequence, measured and as the model has it.
+//!
+//! It starts no clock: after reset a part runs slowly enough for flash without waiting, as the table has it.
+//! Where the processor's cycle counter stands still, as in QEMU, it counts instructions by `SysTick` instead: it shows
+//! that the sequences are what they are meant to be, and nothing of their cycles.
+#![no_std]
+#![no_main]
+
+use core::panic::PanicInfo;
+
+// For its interrupt table and its way to log.
+use boards as _;
+use cortex_m::Peripherals;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{DWT, SYST};
+use cortex_m_rt::entry;
+use semihosting::process::exit;
+use sequences::{NOPS, SEQUENCES, cycle_empty, cycle_nops};
+
+/// Calls of each sequence.
+const CALLS: u32 = 1 << 8;
+/// `SysTick` has 24 bits.
+const SYSTICK_MASK: u32 = 0x00FF_FFFF;
+
+/// A sequence as `cycles::sequences` describes it. Three floats on top, so that no division is one by zero.
+type Code = unsafe extern "C" fn(&mut [u64; 8], u32, u32, u32, f32, f32, f32);
+
+struct Sequence {
+    row: &'static str,
+    text: &'static str,
+    code: Code,
+    instructions: u32,
+    likely: u32,
+    upper: u32,
+}
+
+#[expect(unsafe_code, reason = "code that was written as numbers")]
+mod sequences {
+    use super::Sequence;
+
+    /// Functions of a [`Code`](super::Code)'s signature.
+    macro_rules! code {
+        ($($name:ident)*) => {
+            unsafe extern "C" {
+                $(pub(super) fn $name(buffer: &mut [u64; 8], _: u32, _: u32, _: u32, _: f32, _: f32, _: f32);)*
+            }
+        };
+    }
+
+    include!(concat!(env!("OUT_DIR"), "/cycle_table.rs"));
+}
+
+/// A clock that counts up.
+type Clock = fn() -> u32;
+
+#[entry]
+fn main() -> ! {
+    cortex_m::interrupt::disable();
+    let Some(mut peripherals) = Peripherals::take() else { exit(1) };
+    peripherals.DCB.enable_trace();
+    peripherals.DWT.enable_cycle_counter();
+    peripherals.SYST.set_clock_source(SystClkSource::Core);
+    peripherals.SYST.set_reload(SYSTICK_MASK);
+    peripherals.SYST.clear_current();
+    peripherals.SYST.enable_counter();
+
+    let before = DWT::cycle_count();
+    cortex_m::asm::delay(100);
+    let wrong = if DWT::cycle_count() == before { count_instructions() } else { measure_cycles() };
+    match wrong {
+        0 => defmt::println!("{=usize} sequences, none differs", SEQUENCES.len()),
+        _ => defmt::println!("{=usize} sequences, {=u32} differ", SEQUENCES.len(), wrong),
+    }
+    exit(i32::from(wrong > 0))
+}
+
+/// Cycles of every sequence, and how many take more than the model's upper bound.
+fn measure_cycles() -> u32 {
+    let clock: Clock = DWT::cycle_count;
+    let empty = total(clock, u32::MAX, cycle_empty);
+    let measure = |code| (total(clock, u32::MAX, code).wrapping_sub(empty) + CALLS / 2) / CALLS;
+    let nops = measure(cycle_nops);
+    if nops > NOPS {
+        defmt::println!(
+            "{=u32} NOP take {=u32} cycles: the memory waits, and the table has none of that",
+            NOPS,
+            nops
+        );
+    }
+    defmt::println!("| row | measured | likely | upper | | sequence |");
+    let mut above = 0;
+    for sequence in SEQUENCES {
+        let measured = measure(sequence.code);
+        let verdict = match measured {
+            _ if measured == sequence.likely => "ok",
+            _ if measured > sequence.upper => "DIFFERS: above the upper bound",
+            _ if measured < sequence.likely => "differs: faster",
+            _ => "within",
+        };
+        above += u32::from(measured > sequence.upper);
+        defmt::println!(
+            "| {=str} | {=u32} | {=u32} | {=u32} | {=str} | {=str} |",
+            sequence.row,
+            measured,
+            sequence.likely,
+            sequence.upper,
+            verdict,
+            sequence.text
+        );
+    }
+    above
+}
+
+/// Instructions of every sequence, and how many have not as many as they should.
+fn count_instructions() -> u32 {
+    defmt::println!(
+        "the cycle counter stands still: this is an emulator, instructions are counted and no cycles"
+    );
+    let clock: Clock = || SYSTICK_MASK - SYST::get_current();
+    let empty = total(clock, SYSTICK_MASK, cycle_empty);
+    let ticks = |code| total(clock, SYSTICK_MASK, code).wrapping_sub(empty) & SYSTICK_MASK;
+    let per_instruction = (ticks(cycle_nops) / NOPS).max(1);
+    defmt::println!("| row | counted | instructions | | sequence |");
+    let mut wrong = 0;
+    for sequence in SEQUENCES {
+        let counted = (ticks(sequence.code) + per_instruction / 2) / per_instruction;
+        let is_right = counted == sequence.instructions;
+        wrong += u32::from(!is_right);
+        let verdict = if is_right { "ok" } else { "DIFFERS" };
+        defmt::println!(
+            "| {=str} | {=u32} | {=u32} | {=str} | {=str} |",
+            sequence.row,
+            counted,
+            sequence.instructions,
+            verdict,
+            sequence.text
+        );
+    }
+    wrong
+}
+
+/// Ticks of the clock that all calls of a sequence take, the loop around them too.
+#[inline(never)]
+fn total(clock: Clock, mask: u32, code: Code) -> u32 {
+    let mut buffer = [0; 8];
+    let begin = clock();
+    for _ in 0..CALLS {
+        #[expect(unsafe_code, reason = "code that was written as numbers")]
+        // SAFETY: sequences are functions of this signature that keep to the buffer and to the registers that a caller
+        // does not count on (`cycles::sequences`).
+        unsafe {
+            code(&mut buffer, 0, u32::MAX, 1, 1.0, 2.0, 3.0);
+        }
+    }
+    clock().wrapping_sub(begin) & mask
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    exit(1)
+}
+
+#[expect(unsafe_code, reason = "the runtime wants it so")]
+mod hard_fault {
+    #[cortex_m_rt::exception]
+    unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+        super::exit(1)
+    }
+}

@@ -1,0 +1,130 @@
+//! What the firmware asks of a controller, as functions that the image has by name.
+//!
+//! `dimsart cycles` calls these very functions in an emulated processor, and bounds them: so they are never part of
+//! what calls them, and take what a host can give. A slice is an address and a length there; what is returned goes
+//! to an address that comes before the other arguments.
+#![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
+#![expect(improper_ctypes_definitions, reason = "a host only hands on what has no layout of its own")]
+
+use boards::{Board as _, Selected};
+use dimsart_core::limits::MAX_DOF;
+use dimsart_core::saved_scheme::LoadError;
+use dimsart_core::{
+    AxisKind, DeviceDescriptor, MAX_DEVICE_TYPES, Packet, PacketError, Tick, Word, saved_scheme,
+};
+
+use crate::{BUILT_IN, BoardDimsart};
+
+const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
+
+/// What a host tool has to know of the image.
+#[repr(C)]
+struct Image {
+    clock_hz: u32,
+    tick_hz: u32,
+    name: &'static str,
+    controller_bytes: usize,
+}
+
+#[unsafe(export_name = "dimsart_image")]
+static IMAGE: Image = Image {
+    clock_hz: Selected::CLOCK_HZ,
+    tick_hz: Selected::TICK_HZ,
+    name: crate::IMAGE,
+    controller_bytes: size_of::<BoardDimsart>(),
+};
+
+/// What ticks take from the device and give to it. All zero until a device is [connected](connect).
+#[repr(C)]
+pub(crate) struct Frames {
+    words_in: usize,
+    words_out: usize,
+    measured: [Word; MAX_WORDS],
+    commanded: [Word; MAX_WORDS],
+    #[cfg(feature = "measure")]
+    pub(crate) measurements: crate::measure::Measurements,
+}
+
+impl Frames {
+    pub(crate) const fn new() -> Self {
+        Self {
+            words_in: 0,
+            words_out: 0,
+            measured: [Word(0); MAX_WORDS],
+            commanded: [Word(0); MAX_WORDS],
+            #[cfg(feature = "measure")]
+            measurements: crate::measure::Measurements::new(),
+        }
+    }
+
+    pub(crate) fn measured(&mut self) -> &mut [Word] {
+        self.measured.get_mut(..self.words_in).unwrap_or_default()
+    }
+
+    pub(crate) fn commanded(&mut self) -> &mut [Word] {
+        self.commanded.get_mut(..self.words_out).unwrap_or_default()
+    }
+}
+
+/// Starts a controller anew for the board's device with these axes.
+#[unsafe(export_name = "dimsart_connect")]
+#[inline(never)]
+pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
+    let period_s = 1.0 / Selected::TICK_HZ as f32;
+    let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::OUTPUTS, Selected::INPUTS);
+    let Ok(device) = device else { defmt::panic!("a device of {} axes", axes.len()) };
+    if let Err(error) = dimsart.connect(device) {
+        defmt::panic!("the board's Data Base is too small for its device: {}", error);
+    }
+    (frames.words_in, frames.words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
+}
+
+/// Replaces the scheme by a saved one and starts it; gives 0, or the number of the command that was refused, from 1,
+/// or the greatest number for bytes that are not of this image.
+#[unsafe(export_name = "dimsart_load")]
+extern "C" fn load(dimsart: &mut BoardDimsart, scheme: &[u8]) -> u32 {
+    match saved_scheme::load(scheme, saved_scheme::fingerprint_of(BUILT_IN), dimsart) {
+        Ok(()) => 0,
+        Err(LoadError::Refused { command, .. }) => u32::from(command) + 1,
+        Err(_) => u32::MAX,
+    }
+}
+
+/// Reads the packet that came in over a link, on the channel that is listened to.
+#[unsafe(export_name = "dimsart_read")]
+#[inline(never)]
+pub(crate) extern "C" fn read(bytes: &[u8], channel: u16) -> Result<Packet, PacketError> {
+    Packet::from_bytes(bytes, channel)
+}
+
+/// Puts a packet where the next tick finds it.
+#[unsafe(export_name = "dimsart_deliver")]
+#[inline(never)]
+pub(crate) extern "C" fn deliver(
+    dimsart: &mut BoardDimsart,
+    link: usize,
+    packet: &Result<Packet, PacketError>,
+) {
+    // What is refused is counted by the controller.
+    let _ = dimsart.deliver(link, packet);
+}
+
+/// One tick.
+#[unsafe(export_name = "dimsart_tick")]
+#[inline(never)]
+pub(crate) extern "C" fn tick(dimsart: &mut BoardDimsart, frames: &mut Frames) -> Tick {
+    let Frames { words_in, words_out, measured, commanded, .. } = frames;
+    let measured = measured.get(..*words_in).unwrap_or_default();
+    let commanded = commanded.get_mut(..*words_out).unwrap_or_default();
+    #[cfg(feature = "measure")]
+    return frames.measurements.tick(dimsart, measured, commanded);
+    #[cfg(not(feature = "measure"))]
+    dimsart.tick(measured, commanded)
+}
+
+/// Takes the packet that the tick left for a link, if any.
+#[unsafe(export_name = "dimsart_take")]
+#[inline(never)]
+pub(crate) extern "C" fn take(dimsart: &mut BoardDimsart, link: usize) -> Option<Packet> {
+    dimsart.outgoing(link)
+}

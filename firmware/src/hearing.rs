@@ -1,0 +1,136 @@
+//! What the command line deals with next: a byte that came in, or what the tick says by itself.
+//!
+//! Both can be more than the line carries. They take turns, then: what the tick says waits for one request, and a
+//! request for one report.
+
+use core::ops::Range;
+
+use embassy_futures::poll_once;
+use embassy_futures::select::{Either, select};
+use embedded_io_async::Read;
+
+/// What comes next.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Next {
+    /// A byte that came in.
+    Byte(u8),
+    /// Something that the tick says by itself.
+    Report,
+}
+
+/// The bytes that came in and were not looked at yet, and whose turn it is.
+#[derive(Debug)]
+pub struct Hearing {
+    bytes: [u8; 32],
+    unread: Range<usize>,
+    reports_next: bool,
+}
+
+impl Default for Hearing {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Hearing {
+    /// Of a line on which nothing came yet.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self { bytes: [0; 32], unread: 0..0, reports_next: true }
+    }
+
+    /// Waits for what comes next; errors of the line are nothing that came. `report` waits until there is a report.
+    pub async fn next(&mut self, line: &mut impl Read, mut report: impl AsyncFnMut()) -> Next {
+        loop {
+            if core::mem::take(&mut self.reports_next) && poll_once(report()).is_ready() {
+                return Next::Report;
+            }
+            if let Some(byte) = self.unread.next().and_then(|index| self.bytes.get(index)) {
+                self.reports_next = self.unread.is_empty();
+                return Next::Byte(*byte);
+            }
+            match select(line.read(&mut self.bytes), report()).await {
+                Either::First(read) => self.unread = 0..read.unwrap_or_default(),
+                Either::Second(()) => return Next::Report,
+            }
+        }
+    }
+
+    /// Takes note of a request that was answered.
+    pub fn answered(&mut self) {
+        self.reports_next = true;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use core::convert::Infallible;
+    use core::future::pending;
+
+    use embassy_futures::block_on;
+    use embedded_io_async::ErrorType;
+    use std::string::String;
+
+    use super::*;
+
+    /// Bytes of requests, of which the last one is 9; then nothing.
+    struct Line(&'static [u8]);
+
+    impl ErrorType for Line {
+        type Error = Infallible;
+    }
+
+    impl Read for Line {
+        async fn read(&mut self, buffer: &mut [u8]) -> Result<usize, Infallible> {
+            if self.0.is_empty() {
+                return pending().await;
+            }
+            // A few at a time, as they come in.
+            let (read, rest) = self.0.split_at(self.0.len().min(5));
+            buffer[..read.len()].copy_from_slice(read);
+            self.0 = rest;
+            Ok(read.len())
+        }
+    }
+
+    /// What a line deals with in `steps` steps, a letter each: a byte, the last one of a request, a report.
+    fn deal(bytes: &'static [u8], reports: usize, steps: usize) -> String {
+        let (mut hearing, mut line, mut left) = (Hearing::new(), Line(bytes), reports);
+        let mut deal = || match block_on(hearing.next(&mut line, async || {
+            if left == 0 {
+                pending().await
+            }
+        })) {
+            Next::Byte(9) => {
+                hearing.answered();
+                'A'
+            }
+            Next::Byte(_) => 'b',
+            Next::Report => {
+                left -= 1;
+                'R'
+            }
+        };
+        (0..steps).map(|_| deal()).collect()
+    }
+
+    #[test]
+    fn whoever_is_alone_is_dealt_with_at_once() {
+        assert_eq!(deal(&[1, 2, 9, 1, 2, 9], 0, 6), "bbAbbA");
+        assert_eq!(deal(&[], 5, 5), "RRRRR");
+    }
+
+    #[test]
+    fn reports_without_end_hold_up_a_request_by_one_each_time_that_bytes_come() {
+        assert_eq!(deal(&[1, 2, 3, 4, 5, 6, 9, 1, 9], 1000, 18), "RbbbbbRbARbARRRRRR");
+    }
+
+    #[test]
+    fn requests_or_noise_without_end_hold_up_a_report_by_one_of_them_each() {
+        const NOISE: &[u8] = &[1; 1000];
+        assert_eq!(deal(&[9; 100], 4, 10), "RARARARAAA");
+        assert_eq!(deal(NOISE, 3, 20), "RbbbbbRbbbbbRbbbbbbb");
+    }
+}

@@ -1,0 +1,284 @@
+//! The key in flash, apart from the schemes: never lost with them, never lost to them.
+//!
+//! ```text
+//! page    record | mark | mark | ...          two pages, of which one holds the record that counts
+//! record  key 16 bytes | salt u64 | generation u32 | starts u32 | is set u32 | CRC-32 u32 | commit 8 bytes
+//! ```
+//! A new record goes to the other page and is committed by a word of its own; then the old page is erased. A cut leaves
+//! the old record or the new one. A committed record that cannot be read is not the same as none: the board is locked.
+//! (`sequential-storage` takes the record before it in its place.)
+//!
+//! Every start of the board puts a mark behind the record: nonces are made of how many there were.
+
+use core::ops::Range;
+
+use crc::{CRC_32_AUTOSAR, Crc, NoTable};
+use embedded_storage_async::nor_flash::NorFlash;
+
+use crate::Broken;
+
+const PAGES: u32 = 2;
+/// A commit, a mark: written once, and a whole number of words of every flash here.
+const WORD_BYTES: usize = 8;
+const BODY_BYTES: usize = 40;
+const CRC_BYTES: usize = 4;
+/// Offsets within a page.
+const COMMIT: u32 = 40;
+const MARKS: u32 = 48;
+const MARK_BYTES: u32 = 8;
+const _: () = assert!(
+    COMMIT as usize == BODY_BYTES && MARKS - COMMIT == MARK_BYTES && MARK_BYTES as usize == WORD_BYTES
+);
+const WRITTEN: [u8; WORD_BYTES] = [0; WORD_BYTES];
+/// Of a flash that was erased.
+const ERASED: u8 = 0xFF;
+
+/// Numbers that a start may use: [`KeptKey::seed`] and those behind it.
+pub const SEEDS_PER_START: u64 = 8;
+
+/// A key, as the board may use it from this start on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub struct KeptKey {
+    /// The key.
+    pub key: [u8; 16],
+    /// The first of [`SEEDS_PER_START`] numbers that no other start has, as long as the key is kept.
+    pub seed: u64,
+}
+
+/// It is not shown.
+impl core::fmt::Debug for KeptKey {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("KeptKey(..)")
+    }
+}
+
+/// What is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kept {
+    /// No key.
+    None,
+    /// A key.
+    Key(KeptKey),
+    /// There was something that cannot be read: nobody may be taken for who has the key.
+    Damaged,
+}
+
+/// A key in two pages of a flash.
+#[derive(Debug)]
+pub struct KeyStore {
+    start: u32,
+    page_bytes: u32,
+    /// The page that counts, and its record; none while neither holds one.
+    current: Option<(u32, Record)>,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Record {
+    key: Option<[u8; 16]>,
+    salt: u64,
+    /// Higher than that of the record before it.
+    generation: u32,
+    /// Starts before the first mark.
+    starts: u32,
+}
+
+/// What is found at the beginning of a page.
+enum Found {
+    /// Nothing that was ever whole.
+    Nothing,
+    Record(Record),
+    /// It was whole.
+    Damaged,
+}
+
+impl KeyStore {
+    /// A store in `range` of a flash. None when that is not two pages. [`open`](Self::open) it before anything else.
+    #[must_use]
+    pub fn new<F: NorFlash>(range: Range<u32>) -> Option<Self> {
+        const { assert!(WORD_BYTES.is_multiple_of(F::WRITE_SIZE) && F::ERASE_SIZE > MARKS as usize + WORD_BYTES) };
+        let page_bytes = u32::try_from(F::ERASE_SIZE).ok()?;
+        let is_whole =
+            range.start.is_multiple_of(page_bytes) && range.len() == F::ERASE_SIZE * PAGES as usize;
+        is_whole.then_some(Self { start: range.start, page_bytes, current: None })
+    }
+
+    /// Reads what is kept, and counts a start of the board.
+    ///
+    /// [`Kept::Damaged`] also when the flash can be neither read nor written: then nothing is known of the key, or
+    /// nothing new can be made of it.
+    pub async fn open<F: NorFlash>(&mut self, flash: &mut F) -> Kept {
+        self.try_open(flash).await.unwrap_or(Kept::Damaged)
+    }
+
+    async fn try_open<F: NorFlash>(&mut self, flash: &mut F) -> Result<Kept, Broken> {
+        self.current = None;
+        let mut is_damaged = false;
+        for page in 0..PAGES {
+            match self.find(page, flash).await? {
+                Found::Nothing => {}
+                Found::Damaged => is_damaged = true,
+                Found::Record(record) => {
+                    let is_newer = |(_, other): (u32, Record)| other.generation < record.generation;
+                    if self.current.is_none_or(is_newer) {
+                        self.current = Some((page, record));
+                    }
+                }
+            }
+        }
+        let Some((page, record)) = self.current else {
+            return Ok(if is_damaged { Kept::Damaged } else { Kept::None });
+        };
+        // Left there by a cut.
+        self.erase_used(other(page), flash).await?;
+        let Some(key) = record.key else { return Ok(Kept::None) };
+        let starts = self.count_start(page, record, flash).await?;
+        Ok(Kept::Key(KeptKey { key, seed: seed(record.salt, starts) }))
+    }
+
+    /// Keeps a key in place of what was kept. `salt` is a random number, another one whenever a key is set.
+    ///
+    /// # Errors
+    /// [`Broken`]; what was kept before still is. The next start may find the new one.
+    pub async fn set<F: NorFlash>(
+        &mut self,
+        key: [u8; 16],
+        salt: u64,
+        flash: &mut F,
+    ) -> Result<KeptKey, Broken> {
+        self.replace(Record { key: Some(key), salt, generation: 0, starts: 0 }, flash).await?;
+        Ok(KeptKey { key, seed: seed(salt, 0) })
+    }
+
+    /// Keeps no key any more.
+    ///
+    /// # Errors
+    /// As of [`set`](Self::set).
+    pub async fn clear<F: NorFlash>(&mut self, flash: &mut F) -> Result<(), Broken> {
+        self.replace(Record { key: None, salt: 0, generation: 0, starts: 0 }, flash).await
+    }
+
+    /// Writes a record to the other page, then erases the one that it replaces.
+    async fn replace<F: NorFlash>(&mut self, record: Record, flash: &mut F) -> Result<(), Broken> {
+        let (page, generation) = self.current.map_or((0, 0), |(page, old)| (other(page), old.generation));
+        let record = Record { generation: generation.wrapping_add(1), ..record };
+        self.erase_used(page, flash).await?;
+        let place = self.place(page);
+        write(flash, place, &record.to_bytes()).await?;
+        write(flash, place + COMMIT, &WRITTEN).await?;
+        self.current = Some((page, record));
+        // What stays is erased at the next start.
+        let _ = self.erase_used(other(page), flash).await;
+        Ok(())
+    }
+
+    /// Puts a mark behind the record; gives how many starts there were.
+    async fn count_start<F: NorFlash>(
+        &mut self,
+        page: u32,
+        record: Record,
+        flash: &mut F,
+    ) -> Result<u32, Broken> {
+        let first = self.place(page) + MARKS;
+        let mut free = first;
+        let mut word = WRITTEN;
+        for place in (first..self.place(page + 1)).step_by(WORD_BYTES) {
+            flash.read(place, &mut word).await.map_err(|_| Broken)?;
+            if !is_erased(&word) {
+                free = place + MARK_BYTES;
+            }
+        }
+        let starts = record.starts.wrapping_add((free - first) / MARK_BYTES + 1);
+        if free < self.place(page + 1) {
+            write(flash, free, &WRITTEN).await?;
+        } else {
+            self.replace(Record { starts, ..record }, flash).await?;
+        }
+        Ok(starts)
+    }
+
+    async fn find<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<Found, Broken> {
+        let (mut body, mut commit) = ([0; BODY_BYTES], WRITTEN);
+        let place = self.place(page);
+        flash.read(place, &mut body).await.map_err(|_| Broken)?;
+        flash.read(place + COMMIT, &mut commit).await.map_err(|_| Broken)?;
+        if is_erased(&commit) {
+            return Ok(Found::Nothing);
+        }
+        Ok(Record::from_bytes(&body).map_or(Found::Damaged, Found::Record))
+    }
+
+    /// Erases a page unless it is as if it was just erased.
+    async fn erase_used<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
+        let (from, to) = (self.place(page), self.place(page + 1));
+        let mut word = WRITTEN;
+        for place in (from..to).step_by(WORD_BYTES) {
+            flash.read(place, &mut word).await.map_err(|_| Broken)?;
+            if !is_erased(&word) {
+                return flash.erase(from, to).await.map_err(|_| Broken);
+            }
+        }
+        Ok(())
+    }
+
+    fn place(&self, page: u32) -> u32 {
+        self.start + page * self.page_bytes
+    }
+}
+
+fn other(page: u32) -> u32 {
+    1 - page
+}
+
+fn seed(salt: u64, starts: u32) -> u64 {
+    salt.wrapping_add(SEEDS_PER_START.wrapping_mul(starts.into()))
+}
+
+fn is_erased(bytes: &[u8]) -> bool {
+    bytes.iter().all(|byte| *byte == ERASED)
+}
+
+async fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), Broken> {
+    flash.write(place, bytes).await.map_err(|_| Broken)
+}
+
+impl Record {
+    fn to_bytes(self) -> [u8; BODY_BYTES] {
+        let mut bytes = [0; BODY_BYTES];
+        let parts: [&[u8]; 5] = [
+            &self.key.unwrap_or_default(),
+            &self.salt.to_le_bytes(),
+            &self.generation.to_le_bytes(),
+            &self.starts.to_le_bytes(),
+            &u32::from(self.key.is_some()).to_le_bytes(),
+        ];
+        for (to, from) in bytes.iter_mut().zip(parts.into_iter().flatten()) {
+            *to = *from;
+        }
+        let (covered, end) = bytes.split_at_mut(BODY_BYTES - CRC_BYTES);
+        end.copy_from_slice(&checksum(covered).to_le_bytes());
+        bytes
+    }
+
+    /// None when it is not as it was written.
+    fn from_bytes(bytes: &[u8; BODY_BYTES]) -> Option<Self> {
+        let (covered, end) = bytes.split_last_chunk::<CRC_BYTES>()?;
+        if checksum(covered) != u32::from_le_bytes(*end) {
+            return None;
+        }
+        let (key, rest) = covered.split_first_chunk()?;
+        let (salt, rest) = rest.split_first_chunk()?;
+        let (generation, rest) = rest.split_first_chunk()?;
+        let (starts, is_set) = rest.split_first_chunk()?;
+        Some(Self {
+            key: (is_set != [0; 4]).then_some(*key),
+            salt: u64::from_le_bytes(*salt),
+            generation: u32::from_le_bytes(*generation),
+            starts: u32::from_le_bytes(*starts),
+        })
+    }
+}
+
+fn checksum(bytes: &[u8]) -> u32 {
+    const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_AUTOSAR);
+    CRC.checksum(bytes)
+}

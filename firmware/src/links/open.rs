@@ -1,0 +1,42 @@
+//! Packets as they are.
+
+use boards::{LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES};
+use embassy_executor::SendSpawner;
+
+use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
+use crate::handover::{Giver, Taker};
+use crate::{entry_points, token};
+
+/// Starts what carries packets.
+pub(crate) fn start(
+    background: SendSpawner,
+    (link_in, link_out): (LinkIn, LinkOut),
+    (packets_in, packets_out): (Giver<Received>, Taker<Outgoing>),
+    (): (),
+) {
+    background.spawn(token(receive(link_in, packets_in)));
+    background.spawn(token(send(link_out, packets_out)));
+}
+
+#[embassy_executor::task]
+async fn receive(mut link_in: LinkIn, mut packets: Giver<Received>) {
+    let mut buffer = [0; MAX_CARRIED_BYTES];
+    loop {
+        let (link, length) = link_in.receive(&LISTENING, &mut buffer).await;
+        if let Some(bytes) = buffer.get(..length) {
+            packets.give(Received { link, packet: entry_points::read(bytes, listened_to(link)) });
+        }
+    }
+}
+
+#[embassy_executor::task]
+async fn send(mut link_out: LinkOut, mut packets: Taker<Outgoing>) {
+    loop {
+        // The packet itself is not kept while its bytes go out.
+        let (link, channel, bytes) = {
+            let Outgoing { link, packet } = packets.next().await;
+            (link, packet.channel, packet.to_bytes())
+        };
+        link_out.send(link, channel, &bytes).await;
+    }
+}

@@ -1,0 +1,129 @@
+//! What every call of a module and every tick take, by the board's counter (feature `measure`).
+
+use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
+
+use boards::{Board as _, Selected};
+use dimsart_core::limits::MAX_MODULES;
+use dimsart_core::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, Response};
+use dimsart_core::{Observer, Tick, Word};
+
+use crate::BoardDimsart;
+use crate::commands::Answer;
+
+/// Most calls in a tick: each module early and late.
+const MAX_CALLS: usize = 2 * MAX_MODULES;
+const COUNTER_MASK: u32 = u32::MAX >> (32 - Selected::CYCLE_BITS);
+
+/// Since the last change of the scheme. All zero at first.
+pub(crate) struct Measurements {
+    tick: Tally,
+    calls: [Tally; MAX_CALLS],
+    /// Calls that the tick has made.
+    made: usize,
+}
+
+#[derive(Clone, Copy)]
+struct Tally {
+    runs: u32,
+    least: u32,
+    greatest: u32,
+    sum: u64,
+}
+
+impl Measurements {
+    pub(crate) const fn new() -> Self {
+        Self { tick: Tally::new(), calls: [Tally::new(); MAX_CALLS], made: 0 }
+    }
+
+    /// One tick. Those that call no module are not counted.
+    pub(crate) fn tick(
+        &mut self,
+        dimsart: &mut BoardDimsart,
+        measured: &[Word],
+        commanded: &mut [Word],
+    ) -> Tick {
+        self.made = 0;
+        let start = counter();
+        let tick = dimsart.tick_observed(measured, commanded, self);
+        let counts = counter().wrapping_sub(start);
+        if self.made > 0 {
+            self.tick.add(counts);
+        }
+        tick
+    }
+
+    fn clear(&mut self) {
+        self.tick = Tally::new();
+        self.calls.fill(Tally::new());
+    }
+
+    /// Answers what is asked of these, and has the rest answered by the controller.
+    pub(crate) fn serve(
+        &mut self,
+        id: u16,
+        request: &Request,
+        dimsart: &mut BoardDimsart,
+        info: &mut DeviceInfo,
+    ) -> Answer {
+        let Request::Cycles { place, begins_anew } = *request else {
+            if matches!(request, Request::Command(_)) {
+                self.clear();
+            }
+            return protocol::serve(id, request, dimsart, info);
+        };
+        let place = usize::from(place);
+        let tallies = core::iter::once(&self.tick).chain(&self.calls);
+        let found = tallies.take(1 + dimsart.engine().steps().count()).nth(place).map(Tally::report);
+        if begins_anew {
+            self.clear();
+        }
+        found.map_or(Response::Refused(Refusal::NotThere), Response::Cycles)
+    }
+}
+
+impl Observer for Measurements {
+    fn call(&mut self, call: impl FnOnce()) {
+        let counts = timed(call);
+        if let Some(tally) = self.calls.get_mut(self.made) {
+            tally.add(counts);
+        }
+        self.made += 1;
+    }
+}
+
+impl Tally {
+    const fn new() -> Self {
+        Self { runs: 0, least: 0, greatest: 0, sum: 0 }
+    }
+
+    fn add(&mut self, counts: u32) {
+        let counts = counts & COUNTER_MASK;
+        self.least = if self.runs == 0 { counts } else { self.least.min(counts) };
+        self.greatest = self.greatest.max(counts);
+        self.sum += u64::from(counts);
+        self.runs = self.runs.saturating_add(1);
+    }
+
+    fn report(&self) -> CyclesReport {
+        let Self { runs, least, greatest, sum } = *self;
+        let mean = u32::try_from(sum / u64::from(runs.max(1))).unwrap_or(u32::MAX);
+        let per_1024_instructions = Selected::counts_per_1024_instructions();
+        CyclesReport { runs, least, mean, greatest, per_1024_instructions }
+    }
+}
+
+/// Never part of its caller: `dimsart cycles` counts it by its name, all of it, and so no less than is measured here.
+#[inline(never)]
+fn timed(call: impl FnOnce()) -> u32 {
+    let start = counter();
+    call();
+    counter().wrapping_sub(start)
+}
+
+/// Nothing moves past a reading.
+fn counter() -> u32 {
+    compiler_fence(SeqCst);
+    let counts = Selected::cycles().unwrap_or_default();
+    compiler_fence(SeqCst);
+    counts
+}

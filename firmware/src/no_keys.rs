@@ -1,0 +1,38 @@
+//! In place of the keeper of keys, in an image without authentication: everything is taken, and costs nothing.
+
+use boards::{Selected, Storage};
+use dimsart_core::protocol::{DecodeError, MAX_FRAME_BYTES, Refusal, Request, decode_request};
+
+type Flash = <Selected as boards::Board>::Flash;
+
+/// Nothing.
+pub(crate) type KeysToTake = ();
+
+/// Nothing.
+pub(crate) fn range(_: &Storage<Flash>) {}
+
+/// Nothing.
+pub(crate) fn start(_: Option<()>, _: Option<&mut Flash>) -> (KeyKeeper, KeysToTake) {
+    (KeyKeeper, ())
+}
+
+/// Takes everything.
+pub(crate) struct KeyKeeper;
+
+#[expect(clippy::unused_self, reason = "the other one has a state")]
+impl KeyKeeper {
+    /// The request in the content of a frame. What is [not understood](DecodeError::NotUnderstood) is refused.
+    pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
+        decode_request(content)
+    }
+
+    /// Why the last request was refused.
+    pub(crate) fn refusal(&self) -> Refusal {
+        Refusal::NotUnderstood
+    }
+
+    /// None.
+    pub(crate) fn challenge(&mut self, _: &mut [u8; MAX_FRAME_BYTES]) -> Option<usize> {
+        None
+    }
+}

@@ -1,0 +1,207 @@
+//! A key in a flash whose power goes at every write, in one that is damaged, and in one that is worn.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
+
+mod common;
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use common::{Flash, PAGE, WORD};
+use embassy_futures::block_on;
+use firmware::{BUFFER_BYTES, Kept, KeptKey, KeyStore, SEEDS_PER_START, SchemeStore};
+
+/// Schemes before it.
+const KEYS: Range<u32> = 4096..8192;
+const PLACE: usize = 4096;
+const BODY_BYTES: usize = 40;
+
+/// What a user does to a board.
+#[derive(Debug, Clone, Copy)]
+enum Step {
+    Set(u8),
+    Clear,
+    Restart,
+}
+
+fn key(number: u8) -> [u8; 16] {
+    [number; 16]
+}
+
+/// A board that has just started, with the flash in it.
+struct Board {
+    flash: Flash,
+    store: KeyStore,
+    kept: Kept,
+}
+
+impl Board {
+    fn start(mut flash: Flash) -> Self {
+        let mut store = KeyStore::new::<Flash>(KEYS).unwrap();
+        let kept = block_on(store.open(&mut flash));
+        Self { flash, store, kept }
+    }
+
+    fn with_key(number: u8) -> Self {
+        let mut board = Self::start(Flash::new());
+        assert_eq!(board.kept, Kept::None);
+        board.carry_out(Step::Set(number)).unwrap();
+        board
+    }
+
+    /// The number of the key, none without one.
+    fn number(&self) -> Option<u8> {
+        match self.kept {
+            Kept::Key(KeptKey { key, .. }) => Some(key[0]),
+            Kept::None => None,
+            Kept::Damaged => panic!("damaged"),
+        }
+    }
+
+    fn carry_out(&mut self, step: Step) -> Option<()> {
+        let Self { flash, store, kept } = self;
+        *kept = match step {
+            Step::Set(number) => Kept::Key(block_on(store.set(key(number), number.into(), flash)).ok()?),
+            Step::Clear => block_on(store.clear(flash)).map(|()| Kept::None).ok()?,
+            Step::Restart => {
+                *self = Self::start(self.flash.clone());
+                // Without power nothing is known.
+                return (self.flash.power != Some(0)).then_some(());
+            }
+        };
+        Some(())
+    }
+}
+
+fn script() -> Vec<Step> {
+    use Step::{Clear, Restart, Set};
+    let mut steps =
+        vec![Restart, Set(1), Restart, Restart, Set(2), Restart, Clear, Restart, Set(3), Set(4), Clear];
+    steps.extend([Clear, Set(5)]);
+    // More than a page has room to count.
+    steps.extend([Restart; PAGE / WORD + 10]);
+    steps.extend([Set(6), Restart]);
+    steps
+}
+
+#[test]
+fn after_a_cut_at_any_write_the_old_or_the_new_key_is_kept() {
+    let (mut board, mut cuts) = (Board::start(Flash::new()), 0);
+    for step in script() {
+        let before = board.number();
+        for power in 0.. {
+            let flash = Flash { power: Some(power), ..board.flash.clone() };
+            let mut cut = Board { flash, store: KeyStore::new::<Flash>(KEYS).unwrap(), kept: Kept::None };
+            if !matches!(step, Step::Restart) {
+                // With power, as before.
+                cut.flash.power = None;
+                cut = Board::start(cut.flash);
+                cut.flash.power = Some(power);
+            }
+            if cut.carry_out(step).is_some() && cut.flash.power != Some(0) {
+                break;
+            }
+            cuts += 1;
+            let mut after = Board::start(Flash { power: None, ..cut.flash });
+            let allowed = match step {
+                Step::Set(number) => [before, Some(number)],
+                Step::Clear => [before, None],
+                Step::Restart => [before; 2],
+            };
+            assert!(allowed.contains(&after.number()), "{step:?} cut at {power}: {:?}", after.kept);
+            // The store is as good as new.
+            after.carry_out(Step::Set(77)).unwrap();
+            assert_eq!(Board::start(after.flash).number(), Some(77), "{step:?} cut at {power}");
+        }
+        board.carry_out(step).unwrap();
+        let expected = match step {
+            Step::Set(number) => Some(number),
+            Step::Clear => None,
+            Step::Restart => before,
+        };
+        assert_eq!(board.number(), expected, "{step:?}");
+    }
+    assert!(cuts > 300, "{cuts} cuts: too little was written");
+}
+
+#[test]
+fn nothing_of_an_old_key_is_left() {
+    for last in [Step::Set(2), Step::Clear] {
+        let mut board = Board::with_key(0xA5);
+        board.carry_out(last).unwrap();
+        assert!(!board.flash.bytes.windows(4).any(|bytes| bytes == [0xA5; 4]), "{last:?}");
+    }
+}
+
+#[test]
+fn a_damaged_record_locks_whatever_it_said() {
+    let mut cleared = Board::with_key(1);
+    cleared.carry_out(Step::Clear).unwrap();
+    for board in [Board::with_key(1), cleared] {
+        let place =
+            [PLACE, PLACE + PAGE].into_iter().find(|place| board.flash.is_written[place / WORD]).unwrap();
+        for bit in 0..8 * BODY_BYTES {
+            let mut flash = board.flash.clone();
+            flash.bytes[place + bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(Board::start(flash).kept, Kept::Damaged, "bit {bit}");
+        }
+        let mut flash = board.flash.clone();
+        flash.bytes[place..place + BODY_BYTES].fill(0xFF);
+        assert_eq!(Board::start(flash).kept, Kept::Damaged, "its commit is still there");
+        // What is behind it says nothing of keys.
+        for bit in 8 * BODY_BYTES..8 * (BODY_BYTES + 3 * WORD) {
+            let mut flash = board.flash.clone();
+            flash.bytes[place + bit / 8] ^= 1 << (bit % 8);
+            assert_eq!(Board::start(flash).number(), board.number(), "bit {bit}");
+        }
+    }
+}
+
+#[test]
+fn no_start_has_the_seed_of_another_one() {
+    let mut board = Board::with_key(1);
+    let mut seeds = BTreeSet::new();
+    for start in 0..5_000 {
+        let Kept::Key(KeptKey { seed, .. }) = board.kept else { panic!("{:?}", board.kept) };
+        assert!(seeds.range(seed..seed + SEEDS_PER_START).next().is_none(), "start {start}");
+        seeds.insert(seed);
+        // Some starts end before anything else happens, with a mark half written.
+        let power = (start % 7 == 0).then_some(1);
+        let cut = Board::start(Flash { power, ..board.flash });
+        board = Board::start(Flash { power: None, ..cut.flash });
+    }
+    // Two starts each time. A page of an STM32G4 takes 10 000 erasures: 3 million starts.
+    let most = *board.flash.erasures.iter().max().unwrap();
+    assert!(most <= 33, "{:?}", board.flash.erasures);
+}
+
+#[test]
+fn a_start_that_cannot_be_counted_is_locked() {
+    let board = Board::with_key(1);
+    assert_eq!(Board::start(Flash { power: Some(0), ..board.flash }).kept, Kept::Damaged);
+}
+
+#[test]
+fn schemes_that_are_garbage_and_erased_take_no_key_with_them() {
+    let Board { mut flash, .. } = Board::with_key(3);
+    flash.bytes[..PLACE].fill(0x5A);
+    flash.is_written[..PLACE / WORD].fill(true);
+    let mut buffer = [0; BUFFER_BYTES];
+    let mut schemes = SchemeStore::new(flash, 0..KEYS.start, &mut buffer).unwrap();
+    assert!(block_on(schemes.open()).is_err());
+    block_on(schemes.save(&[1, 2, 3])).unwrap();
+    let flash = schemes.into_flash();
+    assert!(flash.erasures[..2].iter().all(|erasures| *erasures > 0), "{:?}", flash.erasures);
+    assert_eq!(Board::start(flash).number(), Some(3));
+}
+
+#[test]
+fn only_two_whole_pages_are_taken() {
+    for range in [0..4095, 0..2048, 0..8192, 8..4104] {
+        assert!(KeyStore::new::<Flash>(range.clone()).is_none(), "{range:?}");
+    }
+}
