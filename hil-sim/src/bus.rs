@@ -7,7 +7,7 @@ pub mod can;
 mod datagram;
 mod delay;
 mod line;
-mod random;
+pub(crate) mod random;
 pub mod time;
 mod traffic;
 mod uart;

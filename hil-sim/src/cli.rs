@@ -3,6 +3,7 @@
 mod bus;
 mod check;
 mod connect;
+mod cycles;
 mod dbc;
 mod doctor;
 mod modules;
@@ -44,6 +45,7 @@ enum Command {
     NewModule(new_module::NewModule),
     Connect(connect::Connect),
     Dbc(dbc::Dbc),
+    Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
 }
 
@@ -63,6 +65,7 @@ pub fn main() -> ExitCode {
         Command::NewModule(new_module) => new_module.execute(&mut out),
         Command::Connect(connect) => connect.execute(&mut out),
         Command::Dbc(dbc) => dbc.execute(&mut out),
+        Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {

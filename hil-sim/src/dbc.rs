@@ -23,6 +23,22 @@ pub enum Frames {
     CanFd,
 }
 
+impl Frames {
+    /// Place in the attribute's list, with an identifier of 11 bits.
+    fn format(self) -> u8 {
+        match self {
+            Self::Can => 0,
+            Self::CanFd => 14,
+        }
+    }
+}
+
+/// What kind of bus and frames it is, as CAN tools read it.
+const ATTRIBUTES: &str = r#"BA_DEF_ "BusType" STRING ;
+BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","StandardCAN_FD","ExtendedCAN_FD";
+BA_DEF_DEF_ "BusType" "CAN";
+BA_DEF_DEF_ "VFrameFormat" "StandardCAN";"#;
+
 /// A message: all packets of one sending module.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
@@ -32,6 +48,8 @@ pub struct Message {
     pub name: String,
     /// Who sends it.
     pub sender: String,
+    /// Frames that carry it.
+    pub frames: Frames,
     /// Longest frame, bytes.
     pub bytes: usize,
     /// What is in it.
@@ -160,7 +178,7 @@ fn message<const WORDS: usize>(
     }
     let name = format!("{side}_{}", module.replace('.', "_"));
     let signals = layout::signals(frames, words);
-    Ok(Message { identifier: packet.channel, name, sender: side, bytes, signals })
+    Ok(Message { identifier: packet.channel, name, sender: side, frames, bytes, signals })
 }
 
 /// Messages as a DBC file.
@@ -192,12 +210,19 @@ impl Display for Dbc {
         let mut nodes: Vec<&str> = self.messages.iter().map(|message| message.sender.as_str()).collect();
         nodes.dedup();
         writeln!(f, "BU_: {}\n", nodes.join(" "))?;
-        for Message { identifier, name, sender, bytes, signals } in &self.messages {
+        for Message { identifier, name, sender, bytes, signals, .. } in &self.messages {
             writeln!(f, "BO_ {identifier} {name}: {bytes} {sender}")?;
             for signal in signals {
                 writeln!(f, "{signal}")?;
             }
             writeln!(f)?;
+        }
+        writeln!(f, "{ATTRIBUTES}")?;
+        if self.messages.iter().any(|message| message.frames == Frames::CanFd) {
+            writeln!(f, "BA_ \"BusType\" \"CAN FD\";")?;
+        }
+        for Message { identifier, frames, .. } in &self.messages {
+            writeln!(f, "BA_ \"VFrameFormat\" BO_ {identifier} {};", frames.format())?;
         }
         for message in &self.messages {
             for signal in message.signals.iter().filter(|signal| signal.kind == Kind::Real) {

@@ -24,9 +24,10 @@ mod upload;
 
 use std::time::Duration;
 
-pub use board::Board;
+pub use board::{Board, BoardKey};
 pub(crate) use emulator::end_all;
 pub use error::EmulatedError;
+pub(crate) use image::built;
 pub use image::{BOARD, BUILD, FOLDER_VARIABLE, Image};
 pub use processor::share_one_processor;
 

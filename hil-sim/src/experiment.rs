@@ -17,7 +17,7 @@ pub use error::ExperimentError;
 pub use side::Side;
 pub use station::device;
 
-use guards::guard_both;
+use guards::{board_key, guard_both};
 use one_side::Alone;
 use station::{controller, station};
 
@@ -121,7 +121,8 @@ impl Experiment {
         Ok(words)
     }
 
-    /// Lets the controller of a side run as firmware on an emulated board. The firmware's log goes to `log`.
+    /// Lets the controller of a side run as firmware on an emulated board. The firmware's log goes to `log`. Where the
+    /// scenario names a key and the image takes one, it is the firmware that authenticates packets.
     ///
     /// # Errors
     /// [`ExperimentError::Emulated`] when image or emulator are not there or not the right ones.
@@ -133,7 +134,8 @@ impl Experiment {
     ) -> Result<(), ExperimentError> {
         let stations = self.rig.stations_mut();
         for station in stations.iter_mut().filter(|station| station.name == side.name()) {
-            let board = Board::start(image, &mut station.dimsart, log.take());
+            let key = board_key(&self.scenario, side)?.filter(|_| image.is_authenticated());
+            let board = Board::start(image, &mut station.dimsart, key, log.take());
             let board =
                 board.map_err(|source| ExperimentError::Emulated { side: side.name().to_owned(), source })?;
             station.move_to(board);

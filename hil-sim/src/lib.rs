@@ -50,11 +50,13 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod budget;
 pub mod bus;
 pub mod bus_plan;
 pub mod chain;
 pub mod cli;
 pub mod connect;
+pub mod cycles;
 pub mod dbc;
 pub mod emulated;
 pub mod energy;

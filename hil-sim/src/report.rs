@@ -8,6 +8,7 @@
 mod bitmap;
 mod bus_timeline;
 mod csv;
+mod cycle_bars;
 mod decimate;
 mod figure;
 mod html;
@@ -24,6 +25,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
+pub use cycle_bars::{CycleBar, CycleBars};
 pub use figure::{Figure, Level, Line, Panel, Span};
 pub use tick_map::{TickMap, TypeRow};
 
@@ -37,6 +39,7 @@ const PAGE_FILE: &str = "report.html";
 const SIGNALS_FILE: &str = "signals.csv";
 const TIMELINE_STEM: &str = "timeline";
 const BUS_STEM: &str = "bus";
+const CYCLES_STEM: &str = "cycles";
 
 /// Everything a run has to say about itself.
 #[derive(Debug)]
@@ -259,6 +262,15 @@ fn write_pictures(
 pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], ReportError> {
     make_folder(folder)?;
     write_picture(folder, BUS_STEM, bus, &ProgressBar::hidden())
+}
+
+/// Writes the picture of what a tick takes alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    write_picture(folder, CYCLES_STEM, cycles, &ProgressBar::hidden())
 }
 
 fn write_picture(

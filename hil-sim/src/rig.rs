@@ -9,8 +9,10 @@
 
 mod guarded;
 mod probe;
+mod tape;
 
 pub use probe::Probe;
+pub use tape::TickTape;
 
 use dimsart_core::auth::{AuthError, Guard};
 use dimsart_core::envelope::Class;
@@ -46,6 +48,7 @@ pub struct Station {
     guarded: Option<Guarded>,
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
+    tape: Option<TickTape>,
     position_m: Vec<f32>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
@@ -66,6 +69,7 @@ impl Station {
             trouble: None,
             guarded: None,
             is_tagged: false,
+            tape: None,
             position_m: vec![0.0; words_in],
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
@@ -79,14 +83,29 @@ impl Station {
         &self.position_m
     }
 
-    /// Lets a board that was [started](Board::start) with this station's controller be the controller.
+    /// Lets a board that was [started](Board::start) with this station's controller be the controller, and the guard
+    /// of its link if it has a key.
     pub fn move_to(&mut self, board: Board) {
+        if board.is_authenticated() {
+            self.guarded = None;
+        }
         self.board = Some(Box::new(board));
     }
 
     /// The board that the controller runs on; none when it runs here.
     pub fn board_mut(&mut self) -> Option<&mut Board> {
         self.board.as_deref_mut()
+    }
+
+    /// Has every tick of the controller taped from now on, if it runs here.
+    pub fn start_tape(&mut self) {
+        self.tape = Some(TickTape::default());
+    }
+
+    /// The last tick; none until a tape was [started](Self::start_tape).
+    #[must_use]
+    pub fn tape(&self) -> Option<&TickTape> {
+        self.tape.as_ref()
     }
 
     /// Has a link authenticate what goes over it. Its clock are the ticks of a controller that is stepped every
@@ -103,11 +122,14 @@ impl Station {
     }
 
     fn receive(&mut self, link: usize, bytes: &[u8]) {
-        let Self { guarded, board, dimsart, is_tagged, .. } = self;
+        let Self { guarded, board, dimsart, is_tagged, tape, .. } = self;
         let mut deliver = |content: &[u8]| match board {
             Some(board) => board.receive(link, content),
             // What is refused is counted by the controller.
             None => {
+                if let Some(tape) = tape {
+                    tape.received.push((link, dimsart.listening_channel(link), content.to_vec()));
+                }
                 if let Err(PacketError::Class { found }) = dimsart.receive(link, content) {
                     *is_tagged |= found >= HANDSHAKE;
                 }
@@ -120,7 +142,7 @@ impl Station {
     }
 
     fn send(&mut self, link: usize, mut carry: impl FnMut(&[u8])) {
-        let Self { guarded, board, dimsart, .. } = self;
+        let Self { guarded, board, dimsart, tape, .. } = self;
         let mut guarded = guarded.as_mut().filter(|guarded| guarded.link == link);
         if let Some(guarded) = &mut guarded {
             guarded.tick();
@@ -135,6 +157,7 @@ impl Station {
             None => {
                 if let Some(packet) = dimsart.outgoing(link) {
                     carry(&packet.to_bytes());
+                    tape.iter_mut().for_each(|tape| tape.sent.push((link, packet.clone())));
                 }
             }
         }
@@ -156,6 +179,9 @@ impl Station {
                 }
             },
         };
+        if let Some(tape) = &mut self.tape {
+            tape.keep(&self.measured, &self.commanded);
+        }
         for (command_n, word) in self.command_n.iter_mut().zip(&self.commanded) {
             *command_n = f32::from_bits(word.0);
         }
@@ -290,6 +316,7 @@ impl Rig {
     /// can be looked at before [`advance`](Self::advance).
     pub fn tick(&mut self) {
         for (index, station) in self.stations.iter_mut().enumerate() {
+            station.tape.iter_mut().for_each(TickTape::clear);
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
             {
                 let end = connection.to.link;

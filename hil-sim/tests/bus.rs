@@ -66,8 +66,7 @@ fn a_line_that_is_too_slow_is_a_fault() {
 /// The master's packets are the more urgent ones: those that are left behind are the slave's.
 #[test]
 fn what_a_full_bus_does_not_take_is_told_of_both_sides() {
-    let slow =
-        ["link.carrier=can_fd", "can.bits_per_s=500000", "can.data_bits_per_s=1000000", "duration_s=3"];
+    let slow = ["link.carrier=can_fd", "can.bits_per_s=480000", "can.data_bits_per_s=960000", "duration_s=3"];
     let outcome = run(&slow).outcome;
     assert_eq!(outcome.received.len(), 2);
     let [traffic] = &outcome.media[..] else { panic!("{:?}", outcome.media) };

@@ -63,6 +63,33 @@ fn both_sides_are_checked_unless_one_is_named() {
 }
 
 #[test]
+fn whose_packets_are_heard_is_noted() {
+    let (_, out) = check(BILATERAL, &[]);
+    assert!(!out.contains("note"), "{out}");
+    let without = |rows: &str| {
+        let is_kept = |line: &&str| !line.contains(rows);
+        check(&BILATERAL.lines().filter(is_kept).collect::<Vec<_>>().join("\n"), &["--side", "master"])
+    };
+    for (left_out, expected) in [
+        (
+            "_CHANNEL",
+            "takes its own packets for the other side's where a line gives them back, and on a CAN bus everybody's",
+        ),
+        ("CTX_CHANNEL", "sends on channel 0, which on a CAN bus everybody hears"),
+    ] {
+        let (status, out) = without(left_out);
+        assert_eq!(status, Some(0), "{out}");
+        assert!(out.contains(&format!("  note: over link 0 it {expected}")), "{out}");
+        assert!(out.contains("give each direction a channel above 0 of its own"), "{out}");
+    }
+    let (_, out) = check(&BILATERAL.replace("_CHANNEL     2", "_CHANNEL     1"), &["--side", "master"]);
+    assert!(
+        out.contains("it takes its own packets for the other side's where a line gives them back; give"),
+        "{out}"
+    );
+}
+
+#[test]
 fn a_read_of_the_last_tick_is_listed_as_a_delay() {
     let rows =
         BILATERAL.replace("m&s      WTRANSF_MOD    B_PARAM         10", "all WTRANSF_MOD FORM PRINTED");
@@ -92,33 +119,33 @@ fn a_typo_is_named_with_row_column_and_the_nearest_word() {
     const K: &str = "master   PDCTRL_MOD     K_PARAM         3000";
     const ON: &str = "m&s      MOD_ENG        MOD_ON          PDCTRL_MOD";
     for (row, instead, expected) in [
-        (K, "mastr PDCTRL_MOD K_PARAM 3000", "13:1: 'mastr' is not a side; did you mean 'master'?"),
-        (K, "master PDCTL_MOD K_PARAM 3000", "13:8: 'PDCTL_MOD' is not a module; did you mean 'PDCTRL_MOD'?"),
+        (K, "mastr PDCTRL_MOD K_PARAM 3000", "16:1: 'mastr' is not a side; did you mean 'master'?"),
+        (K, "master PDCTL_MOD K_PARAM 3000", "16:8: 'PDCTL_MOD' is not a module; did you mean 'PDCTRL_MOD'?"),
         (
             K,
             "master PDCTRL_MOD K_PARM 3000",
-            "13:19: 'K_PARM' is not a parameter or port of PDCTRL_MOD; did you mean 'K_PARAM'?",
+            "16:19: 'K_PARM' is not a parameter or port of PDCTRL_MOD; did you mean 'K_PARAM'?",
         ),
-        (K, "master PDCTRL_MOD K_PARAM 3o00", "13:27: '3o00' is not a number from 0 to 1000000"),
-        (K, "master PDCTRL_MOD K_PARAM nan", "13:27: 'nan' is not a number from 0 to 1000000"),
-        (K, "master PDCTRL_MOD K_PARAM", "13:26: the row ends where a number from 0 to 1000000 should be"),
-        (K, "master PDCTRL_MOD K_PARAM 1 2", "13:29: '2' is one word too many on this row"),
-        (K, "master PDCTRL_MOD K_PARAM[3] 1", "13:19: no such axis: the device has 3 of them"),
+        (K, "master PDCTRL_MOD K_PARAM 3o00", "16:27: '3o00' is not a number from 0 to 1000000"),
+        (K, "master PDCTRL_MOD K_PARAM nan", "16:27: 'nan' is not a number from 0 to 1000000"),
+        (K, "master PDCTRL_MOD K_PARAM", "16:26: the row ends where a number from 0 to 1000000 should be"),
+        (K, "master PDCTRL_MOD K_PARAM 1 2", "16:29: '2' is one word too many on this row"),
+        (K, "master PDCTRL_MOD K_PARAM[3] 1", "16:19: no such axis: the device has 3 of them"),
         (
             K,
             "master PDCTRL_MOD PORT_POSITION POSITON",
-            "13:33: 'POSITON' is not a data type; did you mean 'POSITION'?",
+            "16:33: 'POSITON' is not a data type; did you mean 'POSITION'?",
         ),
         (
             ON,
             "m&s MOD_ENG MOD_UN PDCTRL_MOD",
-            "15:13: 'MOD_UN' is not a command of the engine; did you mean 'MOD_ON'?",
+            "18:13: 'MOD_UN' is not a command of the engine; did you mean 'MOD_ON'?",
         ),
-        (ON, "m&s MOD_ENG MOD_ON PDCTRL", "15:20: 'PDCTRL' is not a module; did you mean 'PDCTRL_MOD'?"),
+        (ON, "m&s MOD_ENG MOD_ON PDCTRL", "18:20: 'PDCTRL' is not a module; did you mean 'PDCTRL_MOD'?"),
         (
             LAST_ROW,
             "m&s MOD_ENG",
-            "20:12: the row ends where a command of the engine should be; there is MOD_ON, ",
+            "25:12: the row ends where a command of the engine should be; there is MOD_ON, ",
         ),
     ] {
         let out = faulty(row, instead);
@@ -177,4 +204,36 @@ fn the_rows_in_the_help_of_modules_are_understood() {
     assert!(rows.len() >= 5, "{help}");
     let (_, out) = check(&rows.join("\n"), &["--side", "master"]);
     assert!(out.contains("PDCTRL_MOD.2") && !out.contains("fault: my.scheme:"), "{out}");
+}
+
+#[test]
+fn on_a_board_a_scheme_is_told_how_long_its_ticks_can_be() {
+    let (status, out) = check(BILATERAL, &["--side", "master", "--board", "nucleo-g474re"]);
+    assert_eq!(status, Some(0), "{out}");
+    let line = out.lines().find(|line| line.starts_with("  a tick takes up to ")).unwrap();
+    assert!(line.contains(" of 84000 cycles (") && line.ends_with(" % of the time to the next one"), "{out}");
+    let (_, without) = check(BILATERAL, &["--side", "master"]);
+    assert!(!without.contains("a tick takes"), "{without}");
+}
+
+#[test]
+fn a_module_too_many_for_a_board_is_named_with_the_numbers() {
+    let receivers: String =
+        (1..=16).map(|number| format!("all MOD_ENG MOD_ON COMM_RXMOD.{number}\n")).collect();
+    let types = ["CH2_WAVES", "CH1_WAVES", "FORCE", "VELOCITY"];
+    let rows: String = types.iter().map(|name| format!("all COMM_RXMOD CRX_ADD_DATA {name}\n")).collect();
+    let more = ["--side", "master", "--dof", "8"];
+    let (status, out) = check(&(rows + &receivers), &[&more[..], &["--board", "mps2-an386"]].concat());
+    assert_eq!(status, Some(1), "{out}");
+    let refused = out.lines().find(|line| line.contains("refused")).unwrap();
+    let place = refused.contains("my.scheme:") && refused.contains("'COMM_RXMOD.");
+    assert!(place && refused.contains("it may take 20000: MOD_OFF another module first"), "{refused}");
+}
+
+#[test]
+fn a_board_that_does_not_exist_is_told_with_the_ones_that_do() {
+    let output = dimsart(&["check", "builtin:bilateral", "--board", "nucleo"]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && message.contains("'nucleo' is not a board"), "{message}");
+    assert!(message.contains("nucleo-g474re, b-g431b-esc1"), "{message}");
 }

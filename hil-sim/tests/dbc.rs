@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-use can_dbc::{ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
+use can_dbc::{AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
 use dimsart_core::carrier::{can, can_fd};
 use dimsart_core::{Dimsart, Packet, Word, types};
 use hil_sim::dbc::{self, Frames};
@@ -14,14 +14,11 @@ use tempfile::TempDir;
 
 const CHANNEL: u16 = 0x123;
 
-/// The built-in scheme with a channel of its own for each direction.
+/// The built-in scheme on other channels.
 fn scheme() -> SchemeText {
     let text = SchemeText::read("builtin:bilateral").unwrap().text;
-    let rows = format!(
-        "master COMM_TXMOD CTX_CHANNEL {CHANNEL}\nslave COMM_TXMOD CTX_CHANNEL 17\n\
-         master COMM_RXMOD CRX_CHANNEL 17\nslave COMM_RXMOD CRX_CHANNEL {CHANNEL}\n"
-    );
-    SchemeText { name: "bus.scheme".to_owned(), text: rows + &text }
+    let text = text.replace("_CHANNEL     1", &format!("_CHANNEL {CHANNEL}"));
+    SchemeText { name: "bus.scheme".to_owned(), text: text.replace("_CHANNEL     2", "_CHANNEL 17") }
 }
 
 fn controller(dof: usize) -> Dimsart {
@@ -110,6 +107,17 @@ fn check(dof: usize, frames: Frames) {
         reals.clone().all(|list| list.signal_extended_value_type == SignalExtendedValueType::IEEEfloat32Bit)
     );
     assert_eq!(reals.count(), dof);
+    let (format, bus_type) = match frames {
+        Frames::Can => (0, None),
+        Frames::CanFd => (14, Some("CAN FD")),
+    };
+    assert_eq!(dbc.attribute_values_message.len(), 1);
+    let value = &dbc.attribute_values_message[0];
+    assert_eq!((value.name.as_str(), value.message_id), ("VFrameFormat", MessageId::Standard(CHANNEL)));
+    assert_eq!(value.value, AttributeValue::Uint(format));
+    let found = dbc.attribute_values_database.first().map(|value| (value.name.as_str(), &value.value));
+    let expected = bus_type.map(|name| AttributeValue::String(name.to_owned()));
+    assert_eq!(found, expected.as_ref().map(|value| ("BusType", value)));
     let unit = &dbc.messages[0].signals.iter().find(|signal| signal.name == "CH1_TD_WAVES_1").unwrap().unit;
     assert_eq!(unit, "sqrt(W)");
 }
@@ -152,6 +160,8 @@ fn the_command_writes_both_sides_and_says_what_is_missing() {
     let (is_done, [_, error]) = dimsart(&[path.to_str().unwrap()]);
     let both = "master_COMM_TXMOD and slave_COMM_TXMOD both send on channel 291";
     assert!(!is_done && error.contains(both), "{error}");
-    let (is_done, [_, error]) = dimsart(&["builtin:bilateral"]);
+    let text = scheme().text.replace("CTX_CHANNEL 17", "CTX_CHANNEL 0");
+    std::fs::write(&path, text).unwrap();
+    let (is_done, [_, error]) = dimsart(&[path.to_str().unwrap()]);
     assert!(!is_done && error.contains("CTX_CHANNEL n`, n from 1 to 2047"), "{error}");
 }

@@ -26,7 +26,7 @@ const UART_ERRORS: &str = "UART, a bit in 100 000 wrong";
 const CAN_FD: &str = "CAN FD, 1 and 4 Mbit/s";
 const CAN_FD_ERRORS: &str = "CAN FD, a bit in 100 000 wrong";
 const CAN: &str = "classic CAN, 1 Mbit/s, every 3rd tick";
-const CAN_ERRORS: &str = "classic CAN, every 4th tick, a bit in 100 000 wrong";
+const CAN_ERRORS: &str = "classic CAN, 900 kbit/s, every 4th tick, a bit in 100 000 wrong";
 const UDP: &str = "UDP, 5 ms each way";
 const UDP_BAD: &str = "UDP, 3 to 7 ms, 1 % lost in bursts";
 
@@ -62,13 +62,13 @@ pub(crate) const CASES: [Case; 21] = [
     bad(
         CAN_ERRORS,
         "zero",
-        "link.carrier=can link.every_ticks=4 can.bit_error_rate=1e-5 link.stale=zero",
+        "link.carrier=can can.bits_per_s=900000 link.every_ticks=4 can.bit_error_rate=1e-5 link.stale=zero",
         true,
     ),
     bad(
         CAN_ERRORS,
         "limited",
-        "link.carrier=can link.every_ticks=4 can.bit_error_rate=1e-5 link.stale=limited",
+        "link.carrier=can can.bits_per_s=900000 link.every_ticks=4 can.bit_error_rate=1e-5 link.stale=limited",
         true,
     ),
     clean(UDP, "zero", "link.carrier=udp udp.delay_s=0.005 link.stale=zero"),

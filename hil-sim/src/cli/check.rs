@@ -1,20 +1,24 @@
 //! `dimsart check`: whether a scheme matches, without running it.
 
 use std::io::Write;
+use std::num::NonZeroU32;
 use std::process::ExitCode;
 
 use clap::Args;
+use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{Dimsart, limits};
 
 use super::Ending;
+use crate::budget::Budget;
 use crate::experiment::{Side, device};
+use crate::first_packet::first_packet;
 use crate::schemes::{self, SchemeText};
 
 /// Check a scheme against a device: exit status 0 when it matches, 1 when not.
 ///
 /// Names every fault at once: a type that nobody provides or that two modules provide, a port bound to a type of
 /// another unit, a word that does not exist, a module that does not fit any more. A type that is read before it is
-/// written in the tick is named as a delay.
+/// written in the tick is named as a delay. A note says what depends on the line: whose packets are heard on it.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Check {
@@ -30,6 +34,9 @@ pub(super) struct Check {
     /// Sample period of the device, s.
     #[arg(long, default_value_t = 1e-3, value_name = "SECONDS", allow_negative_numbers = true)]
     sample_period_s: f64,
+    /// Board whose limit of cycles per tick holds, such as `nucleo-g474re`; none when left out.
+    #[arg(long, value_name = "BOARD")]
+    board: Option<String>,
 }
 
 const EXAMPLES: &str = "\
@@ -37,6 +44,8 @@ Examples:
   dimsart check builtin:table1               the paper's Table 1: on the slave, a type has no provider
   dimsart check my.scheme --side slave       the rows for one side
   dimsart check my.scheme --dof 7            on a robot of seven joints
+  dimsart check my.scheme --board nucleo-g474re
+                                             whether that board takes it, and how long its ticks can be
 
 A scheme is a text of `dest module command value` rows; the built-in ones are in the folder schemes/.";
 
@@ -60,6 +69,9 @@ impl Check {
         // As large as on the smallest board: what passes here fits there.
         let mut dimsart: Dimsart = Dimsart::new(device(side.name(), self.dof, self.sample_period_s)?)
             .map_err(dimsart_core::CommandError::from)?;
+        let budget = self.board.as_deref().map(Budget::of).transpose()?;
+        let limit = budget.and_then(|budget| NonZeroU32::new(budget.tick_cycles));
+        dimsart.engine_mut().limit_cycles(limit);
         let loaded = schemes::load(scheme, side.name(), &[], &mut dimsart);
         let is_sound = loaded.is_sound();
         let verdict = if is_sound { "matches" } else { "does NOT match" };
@@ -82,7 +94,43 @@ impl Check {
                 usage.words,
                 usage.words_in_all
             )?;
+            if let Some((budget, cycles)) = budget.zip(dimsart.engine().tick_cycles()) {
+                writeln!(out, "  {}", time_text(&budget, cycles))?;
+            }
+            for note in (0..MAX_LINKS).filter_map(|link| note(&mut dimsart, link)) {
+                writeln!(out, "  note: {note}")?;
+            }
         }
         Ok(is_sound)
     }
+}
+
+/// What the scheme hears over a link on some lines, and should not.
+fn note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
+    let own = first_packet(dimsart, link)?;
+    let _ = dimsart.receive(link, &own.to_bytes());
+    let hears_itself = first_packet(dimsart, link).is_some_and(|next| next.echo == own.counter);
+    let what = match (hears_itself, own.channel) {
+        (true, 0) => {
+            "takes its own packets for the other side's where a line gives them back, and on a CAN bus everybody's"
+        }
+        (true, _) => "takes its own packets for the other side's where a line gives them back",
+        (false, 0) => "sends on channel 0, which on a CAN bus everybody hears who listens to channel 0",
+        (false, _) => return None,
+    };
+    Some(format!(
+        "over link {link} it {what}; give each direction a channel above 0 of its own (CTX_CHANNEL here is CRX_CHANNEL on \
+         the other side)"
+    ))
+}
+
+/// How long a tick can be, and how much of what it may take and of all its time that is.
+fn time_text(budget: &Budget, cycles: u32) -> String {
+    let share = |whole: u32| 100.0 * f64::from(cycles) / f64::from(whole);
+    format!(
+        "a tick takes up to {cycles} of {} cycles ({:.1} %), {:.1} % of the time to the next one",
+        budget.tick_cycles,
+        share(budget.tick_cycles),
+        share(budget.period_cycles())
+    )
 }

@@ -4,6 +4,7 @@ mod live;
 
 use std::fmt::Display;
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -12,8 +13,9 @@ use dimsart_core::protocol::DEFAULT_BAUD;
 use serde::Serialize;
 
 use super::Ending;
-use crate::connect::{self, ConnectError, Patience, Stream};
+use crate::connect::{self, ConnectError, KeyReport, Patience, Stream};
 use crate::experiment::Side;
+use crate::key_file::{self, KeyFileError};
 use crate::schemes::SchemeText;
 
 type Device = connect::Device<Box<dyn Stream>>;
@@ -38,6 +40,9 @@ pub(super) struct Connect {
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
     #[arg(global = true)]
     tries: u32,
+    /// The key that the board holds: what a locked board would refuse is sealed with it.
+    #[arg(long, value_name = "FILE", global = true)]
+    key_file: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -47,6 +52,7 @@ Examples:
   dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, row by row
   dimsart connect /dev/ttyACM0 arm                                lets the device be moved until Ctrl-C
   dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
+  dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
   dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program
 
@@ -127,6 +133,9 @@ enum Action {
     Confirm(Json),
     /// Forget the scheme on trial: the next start runs the one that was saved before, or the built-in one.
     Rollback(Json),
+    /// Give the board a key, or take it away: a board that holds one is locked.
+    #[command(subcommand)]
+    Key(KeyAction),
     /// Show signals live, until Ctrl-C.
     Watch {
         /// Signals, such as `POSITION`; all that are in the Data Base when none is named.
@@ -141,6 +150,18 @@ enum Action {
         #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = seconds)]
         period_s: Duration,
     },
+}
+
+#[derive(Debug, Subcommand)]
+enum KeyAction {
+    /// Give it the key in FILE. FROM THEN ON it takes what changes or moves it with --key-file alone, and its links
+    /// are authenticated. Losing the key means to erase the board's flash.
+    Set {
+        /// 32 hexadecimal digits, such as `(umask 077; openssl rand -hex 16 > FILE)` writes.
+        file: PathBuf,
+    },
+    /// Have it forget its key: it is open then, and authenticates nothing.
+    Clear,
 }
 
 #[derive(Debug, Args)]
@@ -160,6 +181,13 @@ impl Json {
     }
 }
 
+fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
+    if let Some(warning) = key_file::exposure(file) {
+        eprintln!("dimsart: warning: {warning}");
+    }
+    key_file::read(file)
+}
+
 fn seconds(text: &str) -> Result<Duration, String> {
     let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
     Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
@@ -173,6 +201,12 @@ impl Connect {
             Device::greet(stream, patience).map_err(|error| format!("{}: {error}", self.port))?;
         if let Some(note) = device.version_note() {
             eprintln!("dimsart: note: {note}");
+        }
+        if let Some(file) = &self.key_file {
+            let state = device.use_key(&read_key(file)?)?;
+            if state != KeyReport::Locked {
+                eprintln!("dimsart: note: {}: {state}", self.port);
+            }
         }
         let is_well = self.action.unwrap_or(Action::Show(Json { json: false })).execute(&mut device, out)?;
         Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
@@ -216,6 +250,8 @@ impl Action {
             Self::Save(json) => json.print(out, &device.save()?)?,
             Self::Confirm(json) => json.print(out, &device.confirm()?)?,
             Self::Rollback(json) => json.print(out, &device.roll_back()?)?,
+            Self::Key(KeyAction::Set { file }) => writeln!(out, "{}", device.set_key(&read_key(&file)?)?)?,
+            Self::Key(KeyAction::Clear) => writeln!(out, "{}", device.clear_key()?)?,
             Self::Watch { signals, once: true, .. } => {
                 writeln!(out, "{}", live::lines(&device.signals(&signals)?))?;
             }

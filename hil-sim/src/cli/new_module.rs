@@ -167,6 +167,10 @@ impl NewModule {
             writeln!(out, "  {line}")?;
         }
         writeln!(out, "then see it with `cargo run --release -- modules {}`", names.module)?;
+        writeln!(
+            out,
+            "and run `cargo xtask costs` before it goes to a board: boards refuse what they do not know the cost of"
+        )?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -1,7 +1,6 @@
 //! A device that is asked: what it answers, under its own names.
 
 use std::io::{Read, Write};
-use std::time::Instant;
 
 use dimsart_core::protocol::{InstanceText, PROTOCOL_VERSION, PortText, Refusal, Request, Response, Status};
 use dimsart_core::{Direction, ModuleRef, TypeRef, Value};
@@ -16,8 +15,8 @@ pub struct Device<S> {
     identity: Identity,
     kinds: List<Kind>,
     types: List<DataType>,
-    /// When the lease is to be renewed; none while it is not held.
-    pub(super) renewal: Option<Instant>,
+    /// Whether this client has taken the lease, and not given it back.
+    pub(super) has_taken_lease: bool,
 }
 
 /// The part of a list on the device that has been asked for.
@@ -70,7 +69,7 @@ impl<S: Read + Write> Device<S> {
             Response::Refused(refusal) => return Err(ConnectError::Refused(refusal)),
             _ => return Err(ConnectError::OtherAnswer),
         };
-        Ok(Self { line, identity, kinds: List::default(), types: List::default(), renewal: None })
+        Ok(Self { line, identity, kinds: List::default(), types: List::default(), has_taken_lease: false })
     }
 
     pub(super) fn line(&self) -> &Line<S> {

@@ -26,6 +26,14 @@ pub enum ConnectError {
          bytes, or the device has too little time for it"
     )]
     LeaseOver,
+    /// An image without authentication, or an older one.
+    #[error(
+        "this image has no authentication; flash the `auth` variant, such as `cargo xtask flash nucleo-g474re,auth`"
+    )]
+    NoKeys,
+    /// The system gives no random numbers.
+    #[error("the system gives no random number, which the device's nonces would begin with: {0}")]
+    NoRandomness(String),
     /// Undamaged, and no answer to what was asked.
     #[error("the device answered something else than was asked: is its image of another version?")]
     OtherAnswer,

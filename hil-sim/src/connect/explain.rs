@@ -147,6 +147,20 @@ impl<S: Read + Write> Device<S> {
             CommandError::DoesNotMatch { faults } => {
                 format!("the scheme does not match, it has {faults} fault(s); `faults` names them")
             }
+            CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles } => {
+                let module = self.module_name(module)?;
+                format!(
+                    "{module} takes up to {cycles} cycles and a tick with it up to {tick_cycles}, but on this device a \
+                     tick may take {limit_cycles}: unplug another module first (`off MODULE`)"
+                )
+            }
+            CommandError::CostUnknown(module) => {
+                let module = self.module_name(module)?;
+                format!(
+                    "on this device a tick may take so long only, and what {module} takes is not known: run \
+                     `cargo xtask costs`, then build and flash the image again"
+                )
+            }
             CommandError::Parameter(ParameterError::OutOfRange) => match parameter {
                 Some(parameter) => {
                     let unit = parameter.units.on(&self.identity().axes);

@@ -82,7 +82,7 @@ impl fmt::Display for Faults {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}\n{} of {} ticks refused", self.state, self.refused_ticks, self.ticks)?;
         if let Some(FirstFaultText { tick, reason }) = &self.first_fault {
-            write!(f, ", the first one tick {tick}: {reason}")?;
+            write!(f, "; the first trouble was in tick {tick}: {reason}")?;
         }
         write_findings(f, self.faults, &self.findings)
     }

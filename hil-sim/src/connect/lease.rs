@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::io::{Read, Write};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use dimsart_core::protocol::{Blocked, LeaseAction, LeaseStatus, NOBODY, Refusal, Request, Response};
 use serde::Serialize;
@@ -11,8 +11,6 @@ use super::{ConnectError, Device, LineError, Patience};
 
 /// A device that says nothing for so long is told to be silent: three heartbeats.
 const SILENCE: Duration = Duration::from_millis(300);
-/// A quarter of what the lease lasts.
-const RENEWAL_PERIOD: Duration = Duration::from_millis(50);
 /// All tries together end before the lease does.
 const RENEWAL: Patience = Patience { timeout: Duration::from_millis(45), tries: 3 };
 
@@ -66,20 +64,29 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Refused`] with the holder, when another client has it.
     pub fn take_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
+        if !self.has_taken_lease {
+            let holder = self.lease_status()?.map(|status| status.holder);
+            // Drawn twice on this line: both would be the holder.
+            if holder == Some(self.client()) {
+                self.line_mut().change_client();
+            }
+        }
         let taken = self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)?;
+        self.has_taken_lease = true;
         // What it said before is not true any more.
         self.line_mut().unasked_mut().forget_heartbeat();
         Ok(taken)
     }
 
-    /// Takes the lease and renews it in time from now on, whenever the device is asked for something or
-    /// [`renew_in_time`](Self::renew_in_time) is called, until it is [given back](Self::give_lease_back).
+    /// Takes the lease and renews it in time from now on, while the device is asked for something, is
+    /// [listened](Self::listen) to or [`renew_in_time`](Self::renew_in_time) is called, until it is
+    /// [given back](Self::give_lease_back). Up to three renewals in a row may get lost.
     ///
     /// # Errors
     /// As [`take_lease`](Self::take_lease). All that asks the device later can fail as [`renew_lease`](Self::renew_lease).
     pub fn hold_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let taken = self.take_lease()?;
-        self.renewal = Some(Instant::now() + RENEWAL_PERIOD);
+        self.line_mut().hold_lease(true);
         Ok(taken)
     }
 
@@ -88,12 +95,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`renew_lease`](Self::renew_lease).
     pub fn renew_in_time(&mut self) -> Result<(), ConnectError> {
-        let now = Instant::now();
-        if self.renewal.is_some_and(|due| due <= now) {
-            self.renewal = Some(now + RENEWAL_PERIOD);
-            self.renew_lease()?;
-        }
-        Ok(())
+        self.line_mut().renew()
     }
 
     /// Prolongs the lease.
@@ -116,7 +118,8 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`take_lease`](Self::take_lease).
     pub fn give_lease_back(&mut self) -> Result<(), ConnectError> {
-        self.renewal = None;
+        self.line_mut().hold_lease(false);
+        self.has_taken_lease = false;
         self.lease(LeaseAction::GiveBack).map(drop)
     }
 

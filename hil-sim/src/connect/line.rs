@@ -1,17 +1,24 @@
 //! One question, one answer, over a line that may lose either.
 
+use std::collections::VecDeque;
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::{Duration, Instant};
 
+use dimsart_core::auth::Key;
 use dimsart_core::protocol::{
-    Counters, DecodeError, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, client_of,
-    decode_response, encode_request, request_id,
+    Counters, DecodeError, KeyAction, KeyRefusal, LeaseAction, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver,
+    Refusal, Request, RequestSealer, Response, client_of, decode_response, encode_request, request_id,
 };
 use dimsart_core::{Command, Target, Value, Verb};
 
+use super::ConnectError;
+use super::renewal::Renewal;
 use super::unasked::Unasked;
+
+/// Requests of which an answer can still come.
+const REMEMBERED: usize = 32;
 
 /// How long an answer is waited for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,21 +101,113 @@ pub struct Line<S> {
     id: u16,
     content: Vec<u8>,
     unasked: Unasked,
+    /// Of what needs the key of a locked device.
+    sealer: Option<RequestSealer>,
+    /// Of the lease, while it is held.
+    renewal: Option<Renewal>,
+    /// The last requests.
+    asked: VecDeque<u16>,
+    /// Whether another client was heard with the number of this one.
+    is_number_taken: bool,
 }
 
 impl<S: Read + Write> Line<S> {
     /// A line over an open stream without a buffer whose reads end soon; see [`Stream`](super::Stream).
     pub fn new(stream: S, patience: Patience) -> Self {
-        // The system's own randomness: not what another host on the line draws, nor an earlier program here.
-        let [number, client, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
-        let id = request_id(client.max(1), number);
-        let (receiver, content) = (Receiver::new(), Vec::new());
-        Self { stream, patience, receiver, bytes: 0, id, content, unasked: Unasked::new() }
+        Self {
+            stream,
+            patience,
+            receiver: Receiver::new(),
+            bytes: 0,
+            id: any_id(),
+            content: Vec::new(),
+            unasked: Unasked::new(),
+            sealer: None,
+            renewal: None,
+            asked: VecDeque::new(),
+            is_number_taken: false,
+        }
     }
 
     /// This host's number on the line, from 1.
     pub(super) fn client(&self) -> u8 {
         client_of(self.id)
+    }
+
+    /// Seals with a key, from now on, what needs it; none: nothing.
+    pub(super) fn seal_with(&mut self, key: Option<Key>) {
+        self.sealer = key.map(RequestSealer::new);
+    }
+
+    /// Becomes another client.
+    pub(super) fn change_client(&mut self) {
+        let before = self.client();
+        while self.client() == before {
+            self.id = any_id();
+        }
+        (self.is_number_taken, self.renewal) = (false, None);
+    }
+
+    /// Renews the lease from now on, or no more.
+    pub(super) fn hold_lease(&mut self, is_held: bool) {
+        self.renewal = is_held.then(|| Renewal::new(self.client()));
+    }
+
+    /// Renews the lease if it is held and time to, and says whether it still is.
+    pub(super) fn renew(&mut self) -> Result<(), ConnectError> {
+        self.send_renewal()?;
+        self.renewal.as_ref().map_or(Ok(()), Renewal::check)
+    }
+
+    fn send_renewal(&mut self) -> Result<(), LineError> {
+        let Some(id) = self.renewal.as_mut().and_then(Renewal::due) else { return Ok(()) };
+        self.send(&Request::Lease(LeaseAction::Renew), id)
+    }
+
+    /// Sends a request, or loses it. Of one that is to be sealed only a hello goes out while the device does not know
+    /// this end.
+    fn send(&mut self, request: &Request, id: u16) -> Result<(), LineError> {
+        if self.asked.len() == REMEMBERED {
+            self.asked.pop_front();
+        }
+        self.asked.push_back(id);
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        let frame = if self.is_sealed(request) {
+            self.shake_hands()?;
+            let Some(sealer) = &mut self.sealer else { return Ok(()) };
+            sealer.encode(request, id, &mut buffer)
+        } else {
+            encode_request(request, id, &mut buffer).map(Some)
+        };
+        self.write(frame.map_err(|_| too_long())?)
+    }
+
+    fn is_sealed(&self, request: &Request) -> bool {
+        self.sealer.is_some() && request.needs_key()
+    }
+
+    /// Sends what is to be sent before the next sealed request, if anything.
+    fn shake_hands(&mut self) -> Result<(), LineError> {
+        let Some(sealer) = &mut self.sealer else { return Ok(()) };
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        let frame = sealer.handshake(&mut buffer).map_err(|_| too_long())?;
+        self.write(frame)
+    }
+
+    /// Has the device know this end, if it does not yet.
+    fn find_together(&mut self) -> Result<(), LineError> {
+        let Patience { timeout, tries } = self.patience;
+        let mut hellos = 0;
+        while self.sealer.as_ref().is_some_and(|sealer| !sealer.is_answered()) {
+            if hellos == tries {
+                let Counters { frames, .. } = self.receiver.counters();
+                return Err(LineError::NoAnswer { tries, timeout, bytes: self.bytes, frames });
+            }
+            hellos += 1;
+            self.shake_hands()?;
+            self.read_until(Instant::now() + timeout, Awaited::Challenge)?;
+        }
+        Ok(())
     }
 
     /// Id of the last request.
@@ -132,7 +231,7 @@ impl<S: Read + Write> Line<S> {
 
     /// Takes in what comes unasked, for some time.
     pub(super) fn listen(&mut self, time: Duration) -> Result<(), LineError> {
-        self.read_until(Instant::now() + time, None).map(drop)
+        self.read_until(Instant::now() + time, Awaited::Nothing).map(drop)
     }
 
     /// Sends a request and gives the answer with its id; other frames and noise are passed over.
@@ -144,24 +243,34 @@ impl<S: Read + Write> Line<S> {
     /// [`LineError`]; after [`LineError::Unsure`] the command may have been carried out, otherwise the
     /// line can be used on.
     pub fn ask(&mut self, request: &Request) -> Result<Response<'_>, LineError> {
+        if self.is_number_taken && self.renewal.is_none() {
+            self.change_client();
+        }
         let [number, client] = self.id.to_le_bytes();
-        self.id = request_id(client, number.wrapping_add(1));
-        let mut buffer = [0; MAX_FRAME_BYTES];
-        let frame = encode_request(request, self.id, &mut buffer)
-            .map_err(|_| LineError::Io(ErrorKind::InvalidInput.into()))?;
+        self.id = request_id(client, number.wrapping_add(2));
+        let is_sealed = self.is_sealed(request);
         let may_repeat = may_repeat(request);
-        let tries = if may_repeat { self.patience.tries.max(1) } else { 1 };
-        for _ in 0..tries {
-            match self.stream.write_all(frame) {
-                // The line takes nothing more: as lost as if it did.
-                Err(error) if is_nothing_yet(error.kind()) => {}
-                result => result.map_err(failed)?,
+        let mut tries = if may_repeat { self.patience.tries.max(1) } else { 1 };
+        let (mut tried, mut is_known_anew) = (0, false);
+        while tried < tries {
+            tried += 1;
+            if is_sealed {
+                self.find_together()?;
             }
-            if self.read_until(Instant::now() + self.patience.timeout, Some(self.id))? {
-                return decode_response(&self.content)
-                    .map(|(_, response)| response)
-                    .map_err(|_| LineError::NotUnderstood);
+            self.send(request, self.id)?;
+            if !self.read_until(Instant::now() + self.patience.timeout, Awaited::Answer(self.id))? {
+                continue;
             }
+            if is_sealed && !is_known_anew && is_not_accepted(&self.content) {
+                // It was restarted, or another client has found together with it: nothing was done.
+                is_known_anew = true;
+                tries += 1;
+                self.sealer.iter_mut().for_each(RequestSealer::forget);
+                continue;
+            }
+            return decode_response(&self.content)
+                .map(|(_, response)| response)
+                .map_err(|_| LineError::NotUnderstood);
         }
         let timeout = self.patience.timeout;
         let Counters { frames, .. } = self.receiver.counters();
@@ -171,11 +280,31 @@ impl<S: Read + Write> Line<S> {
         })
     }
 
-    /// Puts the answer to `id` into `content`; false when it does not come in time.
-    fn read_until(&mut self, deadline: Instant, id: Option<u16>) -> Result<bool, LineError> {
-        let Self { stream, receiver, bytes, content: answer, unasked, .. } = self;
+    fn write(&mut self, frame: Option<&[u8]>) -> Result<(), LineError> {
+        match self.stream.write_all(frame.unwrap_or_default()) {
+            // The line takes nothing more: as lost as if it did.
+            Err(error) if is_nothing_yet(error.kind()) => Ok(()),
+            result => result.map_err(failed),
+        }
+    }
+
+    /// Reads until something comes; false when it does not come in time. An answer is in `content` then.
+    fn read_until(&mut self, deadline: Instant, awaited: Awaited) -> Result<bool, LineError> {
         let mut buffer = [0; 1024];
         while Instant::now() < deadline {
+            self.send_renewal()?;
+            let Self {
+                stream,
+                receiver,
+                bytes,
+                content: answer,
+                unasked,
+                sealer,
+                renewal,
+                asked,
+                is_number_taken,
+                ..
+            } = self;
             let count = match stream.read(&mut buffer) {
                 Ok(0) => return Err(LineError::Closed),
                 Ok(count) => count,
@@ -185,14 +314,33 @@ impl<S: Read + Write> Line<S> {
             let mut is_there = false;
             *bytes += u64::try_from(count).unwrap_or_default();
             receiver.take_all(buffer.get(..count).unwrap_or_default(), |content| {
+                let is_known = sealer.as_ref().is_none_or(RequestSealer::is_answered);
                 match answers(content) {
+                    None if sealer.as_mut().is_some_and(|sealer| sealer.take(content)) => {
+                        if !is_known {
+                            is_there |= awaited == Awaited::Challenge;
+                            renewal.iter_mut().for_each(Renewal::hurry);
+                        }
+                    }
                     None => unasked.take(content),
-                    found if found == id => {
+                    Some(id) if awaited == Awaited::Answer(id) => {
                         is_there = true;
                         content.clone_into(answer);
                     }
-                    // To another client, or an earlier request.
-                    Some(_) => {}
+                    Some(other) if asked.contains(&other) => {
+                        let Some(renewal) = renewal.as_mut().filter(|_| is_renewal(other)) else { return };
+                        if is_not_accepted(content) {
+                            sealer.iter_mut().for_each(RequestSealer::forget);
+                            renewal.hurry();
+                        } else {
+                            renewal.take(content);
+                        }
+                    }
+                    // To another client, or to nobody: an older request is long forgotten.
+                    Some(other) => {
+                        *is_number_taken |=
+                            asked.back().is_some_and(|last| client_of(*last) == client_of(other))
+                    }
                 }
             });
             if is_there {
@@ -201,6 +349,38 @@ impl<S: Read + Write> Line<S> {
         }
         Ok(false)
     }
+}
+
+/// What is waited for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Awaited {
+    Answer(u16),
+    /// By which a device that does not know this end lets itself be found.
+    Challenge,
+    /// Time to pass.
+    Nothing,
+}
+
+fn too_long() -> LineError {
+    LineError::Io(ErrorKind::InvalidInput.into())
+}
+
+/// Whether an answer says that the device does not know this end.
+fn is_not_accepted(content: &[u8]) -> bool {
+    let refused = Response::Refused(Refusal::Key(KeyRefusal::NotAccepted));
+    decode_response(content).is_ok_and(|(_, response)| response == refused)
+}
+
+/// A client's first id. From the system's own randomness: not what another host on the line draws, nor an earlier
+/// program here.
+fn any_id() -> u16 {
+    let [number, client, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
+    request_id(client.max(1), number & !1)
+}
+
+/// Whether a request of this id was a renewal of the lease: they have odd numbers.
+fn is_renewal(id: u16) -> bool {
+    id & 1 == 1
 }
 
 /// The id of an answer, understood or not; none for other frames.
@@ -227,8 +407,11 @@ fn failed(error: io::Error) -> LineError {
 /// Whether a request given twice comes to the same as given once.
 ///
 /// A module cannot be plugged in, out or closed twice, and a type that is added twice is in the list
-/// twice.
+/// twice. A device that has been given a key takes no other one unsealed.
 fn may_repeat(request: &Request) -> bool {
+    if let Request::Key(action) = request {
+        return *action == KeyAction::Look;
+    }
     let Request::Command(Command { module, param, value, .. }) = request else { return true };
     match module {
         Target::Engine => ![Verb::ModOn, Verb::ModOff, Verb::ModClose].map(|verb| verb as u8).contains(param),

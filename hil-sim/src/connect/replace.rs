@@ -33,7 +33,10 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// The commands that would build the scheme as it is.
-    fn commands(&mut self) -> Result<Vec<Command>, ConnectError> {
+    ///
+    /// # Errors
+    /// [`ConnectError::Line`] when the device does not answer.
+    pub fn commands(&mut self) -> Result<Vec<Command>, ConnectError> {
         let take = |response: Response<'_>| match response {
             Response::SchemeCommand(command) => Some(command),
             _ => None,

@@ -11,6 +11,7 @@ use super::description::{Identity, Range, ValueText, axis_name, joined};
 use super::device::take;
 use super::faults::FirstFaultText;
 use super::kept::{KeptReport, TimingText};
+use super::key::KeyReport;
 use super::signals::SignalReport;
 use super::words::Named;
 use super::{ConnectError, Device};
@@ -97,6 +98,8 @@ pub struct StatusReport {
     pub schemes: Option<KeptReport>,
     /// Who may move it; none on a device that moves without a lease.
     pub lease: Option<LeaseStatus>,
+    /// How it stands to keys; none where its image has no authentication.
+    pub key: Option<KeyReport>,
 }
 
 /// Everything that a device is at the moment.
@@ -127,7 +130,7 @@ impl fmt::Display for Overview {
         writeln!(f, "{}", status.state)?;
         write!(f, "{} of {} ticks refused", status.refused_ticks, status.ticks)?;
         if let Some(FirstFaultText { tick, reason }) = &status.first_fault {
-            write!(f, ", the first one tick {tick}: {reason}")?;
+            write!(f, "; the first trouble was in tick {tick}: {reason}")?;
         }
         let Usage { modules: count, slots, words, words_in_all } = status.usage;
         writeln!(f, "\ntakes {count} modules, {slots} slots, {words} of {words_in_all} words")?;
@@ -137,6 +140,9 @@ impl fmt::Display for Overview {
             Some(LeaseStatus { holder, ticks_left }) => {
                 writeln!(f, "client {holder} holds the lease, for {ticks_left} ticks unless it renews it")?;
             }
+        }
+        if let Some(key) = &status.key {
+            writeln!(f, "{key}")?;
         }
         if let Some(timing) = &status.timing {
             writeln!(f, "{timing}")?;
@@ -184,6 +190,7 @@ impl<S: Read + Write> Device<S> {
             timing: self.timing()?,
             schemes: self.kept()?,
             lease: self.lease_status()?,
+            key: self.key_report()?,
         })
     }
 

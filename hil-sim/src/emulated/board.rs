@@ -3,7 +3,9 @@
 use std::fs::File;
 
 use dimsart_core::exchange::{self, Frame, MAX_PACKETS, Tag};
-use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
+use dimsart_core::protocol::{
+    KeyBytes, LeaseAction, MAX_FRAME_BYTES, Request, RequestSealer, encode_request, request_id,
+};
 use dimsart_core::{AxisKind, Tick, Word};
 
 use super::emulator::Emulator;
@@ -28,6 +30,17 @@ pub struct Board {
     ticks_to_renewal: u32,
     /// How the next request says that the board may move its device.
     lease: LeaseAction,
+    /// The cycle counter at the beginning of the tick before the last one.
+    began: Option<u32>,
+}
+
+/// What an image [with authentication](Image::is_authenticated) is given a key of.
+#[derive(Debug, Clone, Copy)]
+pub struct BoardKey {
+    /// The key.
+    pub bytes: KeyBytes,
+    /// What the board's nonces begin with: the two sides of a link need different ones.
+    pub salt: u64,
 }
 
 /// What goes there and back in one exchange.
@@ -40,23 +53,26 @@ pub(super) struct Wire {
     /// Packets for it, those that it has no room for among them.
     packets: usize,
     has_room: bool,
+    /// Once the board is locked.
+    pub(super) sealer: Option<RequestSealer>,
 }
 
 impl Board {
     /// Starts the image, and on it the scheme of `copy` for a device with the same axes. The firmware's log goes
-    /// to `log`.
+    /// to `log`. With a key the board is locked and authenticates its links; its image must know how to.
     ///
     /// # Errors
     /// [`EmulatedError`] says what is missing or differs; no process is left.
     pub fn start(
         image: &Image,
         copy: &mut SimulatedDimsart,
+        key: Option<BoardKey>,
         log: Option<File>,
     ) -> Result<Self, EmulatedError> {
         let device = copy.engine().device().clone();
         let mut wire = Wire::open(image, device.axes(), log)?;
-        let layout = upload::upload(&mut wire, copy)?;
-        Ok(Self { wire, layout, ticks_to_renewal: 0, lease: LeaseAction::Take })
+        let layout = upload::upload(&mut wire, copy, key)?;
+        Ok(Self { wire, layout, ticks_to_renewal: 0, lease: LeaseAction::Take, began: None })
     }
 
     /// Gives a packet that came in over `link` to the next tick, which takes [`MAX_PACKETS`] at most: with more
@@ -81,6 +97,7 @@ impl Board {
         copy: &mut SimulatedDimsart,
     ) -> Result<Tick, EmulatedError> {
         self.keep_lease();
+        self.began = self.stamps().map(|[before, _, _]| before);
         let Self { wire, layout, .. } = self;
         if !wire.has_room {
             return Err(EmulatedError::TooManyPackets { found: wire.packets });
@@ -111,13 +128,16 @@ impl Board {
     /// Asks for the lease in time; in a tick that nobody holds it the board says [`Tick::Disarmed`].
     fn keep_lease(&mut self) {
         if self.ticks_to_renewal == 0 {
-            let mut buffer = [0; MAX_FRAME_BYTES];
-            // Fits: the buffer is as long as a frame can be.
-            let request = encode_request(&Request::Lease(self.lease), request_id(CLIENT, 0), &mut buffer);
-            self.wire.send(Tag::Command, request.unwrap_or_default());
+            self.wire.ask(&Request::Lease(self.lease), request_id(CLIENT, 0));
             (self.ticks_to_renewal, self.lease) = (RENEWAL_TICKS, LeaseAction::Renew);
         }
         self.ticks_to_renewal -= 1;
+    }
+
+    /// Whether it authenticates its links by itself.
+    #[must_use]
+    pub fn is_authenticated(&self) -> bool {
+        self.wire.sealer.is_some()
     }
 
     /// The packets that the last tick left for `link`.
@@ -129,12 +149,24 @@ impl Board {
     /// thousand: the emulator's time counts them.
     #[must_use]
     pub fn instructions(&self) -> Option<u32> {
+        let [before, after, mask] = self.stamps()?;
+        instructions(after.wrapping_sub(before) & mask)
+    }
+
+    /// Instructions from the beginning of the tick before the last one to that of the last one: whatever the board did
+    /// meanwhile, the exchange with its host among it. None before the second tick.
+    #[must_use]
+    pub fn instructions_of_all(&self) -> Option<u32> {
+        let [before, _, mask] = self.stamps()?;
+        instructions(before.wrapping_sub(self.began?) & mask)
+    }
+
+    /// The cycle counter before and after the last tick, and the bits of it that count.
+    fn stamps(&self) -> Option<[u32; 3]> {
         let stamps = self.wire.sections(|tag| tag == Tag::Stamps).next()?;
         let mut cycles = words(stamps);
         let mask = u32::MAX.checked_shr(32 - u32::from(*stamps.get(8)?))?;
-        let (before, after) = (cycles.next()?, cycles.next()?);
-        let cycles = after.wrapping_sub(before) & mask;
-        u32::try_from(u64::from(cycles) * NS_PER_CYCLE / NS_PER_INSTRUCTION).ok()
+        Some([cycles.next()?, cycles.next()?, mask])
     }
 
     /// What came back on the command line in the last tick.
@@ -153,7 +185,7 @@ impl Wire {
         let emulator = Emulator::start(image, log)?;
         let (mut request, answer) = (Frame::new(), Frame::new());
         request.clear();
-        let mut wire = Self { emulator, request, answer, packets: 0, has_room: true };
+        let mut wire = Self { emulator, request, answer, packets: 0, has_room: true, sealer: None };
         let kinds: Vec<u8> = axes.iter().map(|axis| u8::from(*axis == AxisKind::Rotary)).collect();
         wire.send(Tag::Device, &kinds);
         wire.swap()?;
@@ -167,6 +199,20 @@ impl Wire {
     /// Adds a section to the next request. One that does not fit is lost, as on a line that is full.
     pub(super) fn send(&mut self, tag: Tag, content: &[u8]) {
         let _ = self.request.push(tag, content);
+    }
+
+    /// Puts a request on the command line, sealed when it must be.
+    pub(super) fn ask(&mut self, request: &Request, id: u16) {
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        // Fits: the buffer is as long as a frame can be.
+        let frame = match &mut self.sealer {
+            Some(sealer) if request.needs_key() => {
+                sealer.encode(request, id, &mut buffer).unwrap_or_default()
+            }
+            _ => encode_request(request, id, &mut buffer).ok(),
+        };
+        let frame = frame.unwrap_or_default().to_vec();
+        self.send(Tag::Command, &frame);
     }
 
     /// One tick of the board.
@@ -192,6 +238,10 @@ impl Wire {
         let is_wanted = move |(tag, content)| is_wanted(tag).then_some(content);
         self.answer.sections().filter_map(Result::ok).filter_map(is_wanted)
     }
+}
+
+fn instructions(cycles: u32) -> Option<u32> {
+    u32::try_from(u64::from(cycles) * NS_PER_CYCLE / NS_PER_INSTRUCTION).ok()
 }
 
 /// The words that bytes hold.

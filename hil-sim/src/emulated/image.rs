@@ -20,6 +20,7 @@ const BUILT: &str = "thumbv7em-none-eabihf/firmware/firmware";
 pub struct Image {
     path: PathBuf,
     bytes: Vec<u8>,
+    is_authenticated: bool,
 }
 
 impl Image {
@@ -42,13 +43,22 @@ impl Image {
             Ok(bytes) => bytes,
             Err(source) => return Err(EmulatedError::Image { path, source }),
         };
-        let wanted = format!("dimsart {} {BOARD}", env!("CARGO_PKG_VERSION"));
+        let version = env!("CARGO_PKG_VERSION");
+        let (wanted, with_keys) =
+            (format!("dimsart {version} {BOARD}"), format!("dimsart {version} auth+{BOARD}"));
         let has = |text: &str| bytes.windows(text.len()).any(|part| part == text.as_bytes());
+        let is_authenticated = has(&with_keys);
         // An image whose tick comes from a timer does not wait for a host.
-        if !has(&wanted) || has("+timer-tick") {
+        if !(is_authenticated || has(&wanted)) || has("+timer-tick") {
             return Err(EmulatedError::WrongImage { path, wanted });
         }
-        Ok(Self { path, bytes })
+        Ok(Self { path, bytes, is_authenticated })
+    }
+
+    /// Whether it authenticates links and requests, once it is given a key.
+    #[must_use]
+    pub fn is_authenticated(&self) -> bool {
+        self.is_authenticated
     }
 
     /// Where it is.
@@ -65,7 +75,7 @@ impl Image {
 }
 
 /// Where a build leaves the image: in the folder that this program was built in, or in `target`.
-fn built() -> PathBuf {
+pub(crate) fn built() -> PathBuf {
     let program = env::current_exe().unwrap_or_default();
     let beside = program.ancestors().map(|folder| folder.join(BUILT)).find(|path| path.is_file());
     beside.unwrap_or_else(|| Path::new("target").join(BUILT))

@@ -1,14 +1,15 @@
 //! Brings a controller's scheme to the board, by commands, and learns where the board keeps its signals.
 
+use dimsart_core::auth::Key;
 use dimsart_core::exchange::Tag;
 use dimsart_core::protocol::{
-    self, DeviceInfo, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Refusal, Request, Response,
-    decode_response, encode_request, request_id,
+    self, DeviceInfo, KeyAction, KeyState, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Refusal, Request,
+    RequestSealer, Response, decode_response, request_id,
 };
 use dimsart_core::{Command, TypeRef, Verb, Word};
 
 use super::EmulatedError;
-use super::board::{Wire, words};
+use super::board::{BoardKey, Wire, words};
 use crate::rig::SimulatedDimsart;
 
 /// This process, to the board.
@@ -43,24 +44,22 @@ impl Layout {
     }
 }
 
-/// Gives the board the scheme of `copy`. Nothing is measured meanwhile, so nothing is computed.
-pub(super) fn upload(wire: &mut Wire, copy: &mut SimulatedDimsart) -> Result<Layout, EmulatedError> {
+/// Gives the board the scheme of `copy`, and a key. Nothing is measured meanwhile, so nothing is computed.
+pub(super) fn upload(
+    wire: &mut Wire,
+    copy: &mut SimulatedDimsart,
+    key: Option<BoardKey>,
+) -> Result<Layout, EmulatedError> {
     let nothing_measured = vec![Word::from(f32::NAN); copy.frame().output_words()];
     let mut line = Line { wire, nothing_measured, number: 0, content: Vec::new() };
     line.compare_devices(copy)?;
     line.compare_libraries(copy)?;
-    let mut commands = vec![Command::plain(Verb::Close)];
-    commands.extend(copy.engine_mut().commands());
-    commands.push(Command::plain(Verb::MatchingCheck));
-    for command in commands {
-        match line.ask(&Request::Command(command))? {
-            Response::Effect(protocol::Effect { refused: None, .. }) => {}
-            Response::Effect(protocol::Effect { refused: Some(error), .. }) => {
-                return Err(EmulatedError::Refused(Refusal::Engine(error)));
-            }
-            answer => return Err(unexpected(&answer)),
-        }
+    line.carry_out([Command::plain(Verb::Close)])?;
+    if let Some(key) = key {
+        line.lock(key)?;
     }
+    line.carry_out(copy.engine_mut().commands())?;
+    line.carry_out([Command::plain(Verb::MatchingCheck)])?;
     line.layout(copy)
 }
 
@@ -80,13 +79,51 @@ struct Line<'a> {
 }
 
 impl Line<'_> {
+    fn carry_out(&mut self, commands: impl IntoIterator<Item = Command>) -> Result<(), EmulatedError> {
+        for command in commands {
+            match self.ask(&Request::Command(command))? {
+                Response::Effect(protocol::Effect { refused: None, .. }) => {}
+                Response::Effect(protocol::Effect { refused: Some(error), .. }) => {
+                    return Err(EmulatedError::Refused(Refusal::Engine(error)));
+                }
+                answer => return Err(unexpected(&answer)),
+            }
+        }
+        Ok(())
+    }
+
+    /// Gives the board a key, and finds together with it.
+    fn lock(&mut self, BoardKey { bytes, salt }: BoardKey) -> Result<(), EmulatedError> {
+        match self.ask(&Request::Key(KeyAction::Set { key: bytes, salt }))? {
+            Response::Key(KeyState::Locked) => {}
+            answer => return Err(unexpected(&answer)),
+        }
+        let mut sealer = RequestSealer::new(Key::new(&bytes.0));
+        let mut receiver = Receiver::new();
+        for _ in 0..ANSWER_TICKS {
+            // A hello at first, and at last the answer to the challenge.
+            let is_answered = sealer.is_answered();
+            if let Ok(Some(handshake)) = sealer.handshake(&mut [0; MAX_FRAME_BYTES]) {
+                self.wire.send(Tag::Command, handshake);
+            }
+            self.wire.exchange(&self.nothing_measured)?;
+            if is_answered {
+                self.wire.sealer = Some(sealer);
+                return Ok(());
+            }
+            for bytes in self.wire.sections(|tag| tag == Tag::Command) {
+                receiver.take_all(bytes, |content| {
+                    sealer.take(content);
+                });
+            }
+        }
+        Err(EmulatedError::NoAnswer { ticks: ANSWER_TICKS })
+    }
+
     fn ask(&mut self, request: &Request) -> Result<Response<'_>, EmulatedError> {
         self.number = self.number.wrapping_add(1);
         let id = request_id(CLIENT, self.number);
-        let mut buffer = [0; MAX_FRAME_BYTES];
-        // Fits: the buffer is as long as a frame can be.
-        let frame = encode_request(request, id, &mut buffer).unwrap_or_default();
-        self.wire.send(Tag::Command, frame);
+        self.wire.ask(request, id);
         let mut receiver = Receiver::new();
         let mut is_there = false;
         for _ in 0..ANSWER_TICKS {

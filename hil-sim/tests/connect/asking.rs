@@ -45,7 +45,7 @@ fn show_is_the_default_and_has_the_same_as_json() {
     let emulated = Emulated::with_scheme("master");
     let text = emulated.out(&[], 0);
     for part in [
-        "arm, image test 0.1, protocol 3",
+        "arm, image test 0.1, protocol 4",
         "the scheme runs and commands the device",
         "  3 PDCTRL_MOD  reads ",
         "3000  3000  3000 N/m or N·m/rad",
@@ -178,7 +178,7 @@ fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
         assert_eq!(emulated.state(), format!("{loaded:?}"), "{side}");
     }
     let out = Emulated::start().out(&["scheme", "builtin:bilateral", "--side", "slave"], 0);
-    let expected = "builtin:bilateral: 12 rows for the slave; the scheme runs and commands the device\n";
+    let expected = "builtin:bilateral: 14 rows for the slave; the scheme runs and commands the device\n";
     assert_eq!(out, expected);
 }
 
@@ -222,7 +222,7 @@ fn a_scheme_upon_a_scheme_is_told_how_to_replace_it() {
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     let message = device.send_scheme(&scheme, "master").unwrap_err().to_string();
     assert!(message.contains("5 modules were on the device before: `--replace` puts"), "{message}");
-    assert_eq!(device.replace_scheme(&scheme, "slave").unwrap().rows, 12);
+    assert_eq!(device.replace_scheme(&scheme, "slave").unwrap().rows, 14);
     let expected = Emulated::with_scheme("slave").connect(QUICK).overview().unwrap();
     assert_eq!(device.overview().unwrap(), expected);
 }

@@ -2,12 +2,14 @@
 
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use dimsart_core::protocol::{HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, encode_heartbeat, encode_sample};
+use dimsart_core::protocol::{
+    HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat, encode_sample,
+};
 use dimsart_core::{Tick, Word};
 use hil_sim::connect::{Device, Stream, open};
 
@@ -21,6 +23,8 @@ struct Shared {
     clients: Mutex<Vec<TcpStream>>,
     last: Mutex<Option<(Tick, [Word; 3])>>,
     is_stopped: AtomicBool,
+    /// Answers about its state that get lost from now on.
+    lost_answers: AtomicU32,
 }
 
 /// A board at a socket. Whatever it says, every client hears.
@@ -60,6 +64,11 @@ impl Board {
         self.shared.is_stopped.store(true, Ordering::Relaxed);
     }
 
+    /// Loses the next answers about its state.
+    pub(crate) fn lose_answers(&self, count: u32) {
+        self.shared.lost_answers.store(count, Ordering::Relaxed);
+    }
+
     /// Waits for a tick that ends like this, and gives what it commanded.
     pub(crate) fn wait_for(&self, wanted: Tick) -> [Word; 3] {
         for _ in 0..20_000 {
@@ -92,7 +101,9 @@ fn tick(robot: &Mutex<Robot>, shared: &Shared) {
         let Robot { dimsart, info, .. } = &mut *robot;
         let sample = info.sample(dimsart.engine().data_base());
         let heartbeat = (number == 0).then(|| info.heartbeat(7));
+        let challenge = robot.challenge();
         drop(robot);
+        shared.say(&challenge);
         *shared.last.lock().unwrap() = Some((tick, commanded));
         let mut frame = [0; MAX_FRAME_BYTES];
         if let Some(sample) = sample {
@@ -107,6 +118,13 @@ fn tick(robot: &Mutex<Robot>, shared: &Shared) {
 fn answer(mut stream: TcpStream, robot: &Mutex<Robot>, shared: &Shared) {
     let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
     while let Ok(count @ 1..) = stream.read(&mut buffer) {
-        receiver.take_all(&buffer[..count], |content| shared.say(&robot.lock().unwrap().answer(content)));
+        receiver.take_all(&buffer[..count], |content| {
+            let answer = robot.lock().unwrap().answer(content);
+            let is_about_state = matches!(decode_request(content), Ok((_, Request::Status)));
+            let lose = |left: u32| left.checked_sub(1).filter(|_| is_about_state);
+            if shared.lost_answers.fetch_update(Ordering::Relaxed, Ordering::Relaxed, lose).is_err() {
+                shared.say(&answer);
+            }
+        });
     }
 }

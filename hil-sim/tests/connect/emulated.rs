@@ -5,9 +5,13 @@ use std::net::{TcpListener, TcpStream};
 use std::process::{Command, Output};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, answer, decode_request};
+use dimsart_core::auth::Key;
+use dimsart_core::protocol::{
+    DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
+    decode_request, encode_response, serve,
+};
 use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Unit, Word, types};
 use hil_sim::connect::{Device, Patience, Stream, open};
 use hil_sim::schemes::SchemeText;
@@ -34,6 +38,8 @@ pub(crate) struct Robot {
     pub(crate) info: DeviceInfo,
     /// Commands that it took.
     pub(crate) commands: u32,
+    gate: Gate,
+    start: Instant,
 }
 
 impl Robot {
@@ -41,7 +47,23 @@ impl Robot {
         let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
         let outputs = &[types::POSITION, MAP];
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
-        Self { dimsart: Dimsart::new(device).unwrap(), info: DeviceInfo::new("test 0.1"), commands: 0 }
+        let (dimsart, info) = (Dimsart::new(device).unwrap(), DeviceInfo::new("test 0.1"));
+        Self { dimsart, info, commands: 0, gate: Gate::open(), start: Instant::now() }
+    }
+
+    /// Holds a key from now on.
+    pub(crate) fn lock(&mut self, key: &[u8; 16]) {
+        self.gate = Gate::locked(Key::new(key), 1);
+    }
+
+    fn now_ms(&self) -> u32 {
+        self.start.elapsed().as_millis().try_into().unwrap()
+    }
+
+    /// The challenge that is due, or nothing.
+    pub(crate) fn challenge(&mut self) -> Vec<u8> {
+        let now_ms = self.now_ms();
+        self.gate.challenge(now_ms, &mut [0; MAX_FRAME_BYTES]).unwrap().unwrap_or_default().to_vec()
     }
 
     pub(crate) fn tick(&mut self, position: f32) {
@@ -55,8 +77,16 @@ impl Robot {
     pub(crate) fn answer(&mut self, content: &[u8]) -> Vec<u8> {
         let is_command = matches!(decode_request(content), Ok((_, Request::Command(_))));
         self.commands += u32::from(is_command);
-        let mut buffer = [0; MAX_FRAME_BYTES];
-        answer(content, &mut self.dimsart, &mut self.info, &mut buffer).unwrap().unwrap_or_default().to_vec()
+        let (id, response) = match self.gate.take(self.now_ms(), content) {
+            Taken::Request(id, Request::Key(KeyAction::Look)) => (id, Response::Key(self.gate.state())),
+            Taken::Request(id, request) => (id, serve(id, &request, &mut self.dimsart, &mut self.info)),
+            Taken::Refused(id, refusal) => (id, Response::Refused(Refusal::Key(refusal))),
+            Taken::NotUnderstood(id) => (id, Response::Refused(Refusal::NotUnderstood)),
+            Taken::Nothing => return self.challenge(),
+        };
+        let mut bytes = encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec();
+        bytes.extend(self.challenge());
+        bytes
     }
 }
 

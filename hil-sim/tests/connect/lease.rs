@@ -1,11 +1,13 @@
 //! What a board says by itself, and the right to move it.
 
-use std::io::Read;
+use std::io::{Read, Write};
 use std::process::{Child, Command, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
+use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use dimsart_core::{Tick, Word};
-use hil_sim::connect::{Live, ValueText};
+use hil_sim::connect::{ConnectError, Device, Live, Patience, ValueText, open};
 use hil_sim::schemes::SchemeText;
 
 use crate::board::Board;
@@ -55,7 +57,7 @@ fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
     let board = running();
     let child = spawn(&board, &["arm"]);
     board.wait_for(Tick::Ran);
-    std::thread::sleep(Duration::from_millis(300));
+    thread::sleep(Duration::from_millis(300));
     let mut other = board.connect();
     let refused = other.take_lease().unwrap_err().to_string();
     assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
@@ -82,7 +84,7 @@ fn arm_tells_a_program_every_change() {
     // Whoever sees that it must rest may say so.
     other.stop().unwrap();
     board.wait_for(Tick::Idle);
-    std::thread::sleep(Duration::from_millis(400));
+    thread::sleep(Duration::from_millis(400));
     let out = interrupt(child);
     let reports: Vec<serde_json::Value> =
         out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
@@ -117,6 +119,113 @@ fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
     device.give_lease_back().unwrap();
     board.wait_for(Tick::Disarmed);
     device.state().unwrap();
+}
+
+#[test]
+fn an_answer_that_gets_lost_does_not_cost_the_lease() {
+    let board = running();
+    let patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
+    let mut device = Device::greet(open(&board.port, 0).unwrap(), patience).unwrap();
+    device.hold_lease().unwrap();
+    for lost in 1..=2 {
+        board.lose_answers(lost);
+        let start = Instant::now();
+        device.state().unwrap();
+        assert!(start.elapsed() >= lost * patience.timeout, "nothing was lost");
+        device.renew_in_time().unwrap();
+    }
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+}
+
+/// The board holds a key from now on.
+fn lock(board: &Board) -> [u8; 16] {
+    let key = [7; 16];
+    board.robot.lock().unwrap().lock(&key);
+    key
+}
+
+#[test]
+fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
+    let board = running();
+    let key = lock(&board);
+    let mut device = board.connect();
+    let refused = device.hold_lease().unwrap_err().to_string();
+    assert!(refused.contains("the board is locked"), "{refused}");
+    device.use_key(&key).unwrap();
+    device.hold_lease().unwrap();
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_millis(400) {
+        device.state().unwrap();
+    }
+    device.listen(Duration::from_millis(400)).unwrap();
+    device.renew_in_time().unwrap();
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+    device.give_lease_back().unwrap();
+    board.wait_for(Tick::Disarmed);
+}
+
+/// The board knows one of those who seal at a time.
+#[test]
+fn others_who_seal_do_not_cost_the_lease() {
+    let board = running();
+    let key = lock(&board);
+    let (mut device, mut other) = (board.connect(), board.connect());
+    device.use_key(&key).unwrap();
+    other.use_key(&key).unwrap();
+    // So that what either seals next is older than what the board has taken: now the one's, then the other's.
+    for _ in 0..20 {
+        other.take_lease().unwrap();
+        other.give_lease_back().unwrap();
+    }
+    device.hold_lease().unwrap();
+    let other = thread::spawn(move || {
+        for _ in 0..8 {
+            let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
+            assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+            thread::sleep(Duration::from_millis(100));
+        }
+    });
+    while !other.is_finished() {
+        device.listen(Duration::from_millis(20)).unwrap();
+        device.renew_in_time().unwrap();
+    }
+    other.join().unwrap();
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+    device.give_lease_back().unwrap();
+}
+
+/// Asks the board for something as a client of this number would, beside the others.
+fn ask_as(board: &Board, client: u8, request: Request) {
+    let mut line = open(&board.port, 0).unwrap();
+    line.write_all(encode_request(&request, request_id(client, 3), &mut [0; MAX_FRAME_BYTES]).unwrap())
+        .unwrap();
+    // Until it is answered.
+    while line.read(&mut [0; 8]).is_err() {}
+}
+
+#[test]
+fn a_client_whose_number_another_one_has_takes_another_number_and_not_its_lease() {
+    let board = running();
+    let mut device = board.connect();
+    let number = device.client();
+    ask_as(&board, number, Request::Lease(LeaseAction::Take));
+    let refused = device.take_lease().unwrap_err();
+    assert!(
+        matches!(refused, ConnectError::Refused(Refusal::Lease { holder }) if holder == number),
+        "{refused}"
+    );
+    assert_ne!(device.client(), number);
+
+    let number = device.client();
+    ask_as(&board, number, Request::Status);
+    device.listen(Duration::from_millis(100)).unwrap();
+    device.state().unwrap();
+    assert_ne!(device.client(), number, "it was heard");
+    let number = device.client();
+    device.state().unwrap();
+    device.listen(Duration::from_millis(100)).unwrap();
+    device.state().unwrap();
+    assert_eq!(device.client(), number, "its own answers are no other client's");
 }
 
 #[test]
@@ -172,7 +281,7 @@ fn watch_shows_how_the_device_is_doing() {
     let board = running();
     let child = spawn(&board, &["watch", "POSITION", "--arm", "--period-s", "0.02"]);
     board.wait_for(Tick::Ran);
-    std::thread::sleep(Duration::from_millis(300));
+    thread::sleep(Duration::from_millis(300));
     let out = interrupt(child);
     assert!(out.contains(": the scheme runs and commands the device; client "), "{out}");
     assert!(out.contains("POSITION"), "{out}");

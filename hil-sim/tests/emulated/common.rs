@@ -15,12 +15,26 @@ pub(crate) fn length(short: usize, full: usize) -> usize {
 
 /// The image whose tick comes from a timer, beside the other one; none, after a line that says so, without it.
 pub(crate) fn timer_image() -> Option<PathBuf> {
+    variant("timer-tick", "the timer's tick")
+}
+
+/// The image whose tick comes from a timer, with authentication.
+pub(crate) fn timer_key_image() -> Option<PathBuf> {
+    variant("auth,timer-tick", "authentication")
+}
+
+/// As [`timer_image`], the one that measures itself.
+pub(crate) fn measuring_image() -> Option<PathBuf> {
+    variant("timer-tick,measure", "measuring")
+}
+
+fn variant(features: &str, what: &str) -> Option<PathBuf> {
     let Some(folder) = env::var_os(FOLDER_VARIABLE).map(PathBuf::from) else {
-        say_once("the timer's tick", &format!("{FOLDER_VARIABLE} names no folder of images"));
+        say_once(what, &format!("{FOLDER_VARIABLE} names no folder of images"));
         return None;
     };
-    let path = folder.join(format!("{BOARD}-timer-tick-master"));
-    assert!(path.is_file(), "no image {}: `{BUILD} --features timer-tick` builds it", path.display());
+    let path = folder.join(format!("{BOARD}-{}-master", features.replace(',', "-")));
+    assert!(path.is_file(), "no image {}: `{BUILD} --features {features}` builds it", path.display());
     Some(path)
 }
 
@@ -39,6 +53,13 @@ pub(crate) fn image() -> Option<Image> {
             None
         }
     }
+}
+
+/// The image with authentication, beside the other one; none, after a line that says so, without it.
+pub(crate) fn key_image() -> Option<Image> {
+    image()?;
+    let path = variant("auth", "authentication")?;
+    Some(Image::find(Some(&path)).unwrap())
 }
 
 /// Past the capture of what passing tests print; one line, however many tests it is true of.

@@ -9,16 +9,21 @@ use std::time::{Duration, Instant};
 use hil_sim::connect::{Device, Patience, Stream, open};
 use tempfile::TempDir;
 
-use crate::common::timer_image;
+use crate::common::{measuring_image, timer_image};
 
 const UART: &str = "uart0";
 const LOG: &str = "log";
+/// 16 ns per instruction: a tick of 1 ms has room for 62 500.
+const SHIFT: u8 = 4;
+/// 128 ns, 3.2 counts of the board's counter: a tick has room for 7812.
+const MEASURING_SHIFT: u8 = 7;
 /// Where a debugger reaches the emulator, of which it then holds the processor.
 pub(crate) const DEBUGGER: &str = "gdb";
 
 /// A board that nobody plays a device to, or that waits for one at its FIFOs.
 pub(crate) struct Firmware {
     image: PathBuf,
+    shift: u8,
     emulator: Child,
     folder: TempDir,
 }
@@ -29,21 +34,34 @@ impl Firmware {
         Some(Self::start_image(timer_image()?, has_device))
     }
 
+    /// Of the image that measures itself, as fast as every instruction can be told by its counter.
+    pub(crate) fn start_measuring() -> Option<Self> {
+        Some(Self::start_shifted(measuring_image()?, false, MEASURING_SHIFT))
+    }
+
     /// Of an image of any kind.
     pub(crate) fn start_image(image: PathBuf, has_device: bool) -> Self {
+        Self::start_shifted(image, has_device, SHIFT)
+    }
+
+    fn start_shifted(image: PathBuf, has_device: bool, shift: u8) -> Self {
         let folder = tempfile::tempdir().unwrap();
         if has_device {
             let fifos = ["to-board", "from-board"].map(|name| folder.path().join(name));
             assert!(Command::new("mkfifo").args(fifos).status().unwrap().success());
         }
-        Self { emulator: emulator(&image, folder.path()), image, folder }
+        Self { emulator: emulator(&image, folder.path(), shift), image, shift, folder }
     }
 
     /// Ends it and starts it anew, with what its flash holds.
     pub(crate) fn restart(&mut self) {
         self.end();
         let _ = fs::remove_file(self.folder().join(UART));
-        self.emulator = emulator(&self.image, self.folder.path());
+        self.emulator = emulator(&self.image, self.folder.path(), self.shift);
+    }
+
+    pub(crate) fn image(&self) -> &Path {
+        &self.image
     }
 
     pub(crate) fn folder(&self) -> &Path {
@@ -62,7 +80,13 @@ impl Firmware {
     }
 
     pub(crate) fn uart(&self) -> Box<dyn Stream> {
-        open(&self.port(), 0).unwrap()
+        // Its name is there a moment before it listens.
+        let port = self.port();
+        let tries = std::iter::repeat_with(|| {
+            thread::sleep(Duration::from_millis(10));
+            open(&port, 0)
+        });
+        tries.take(100).find_map(Result::ok).unwrap()
     }
 
     /// What it logged about its ticks, once it has ended.
@@ -103,13 +127,12 @@ impl Drop for Firmware {
     }
 }
 
-fn emulator(image: &Path, folder: &Path) -> Child {
-    // 16 ns per instruction: a tick of 1 ms has room for 62 500.
+fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
     Command::new("qemu-system-arm")
         .args(["-M", "mps2-an386", "-nographic", "-monitor", "none"])
         .args(["-serial", &format!("unix:{UART},server=on,wait=off")])
         .args(["-semihosting-config", "enable=on,target=native"])
-        .args(["-icount", "shift=4,align=off,sleep=off"])
+        .args(["-icount", &format!("shift={shift},align=off,sleep=off")])
         .args(["-gdb", &format!("unix:{DEBUGGER},server=on,wait=off")])
         .arg("-kernel")
         .arg(std::path::absolute(image).unwrap())

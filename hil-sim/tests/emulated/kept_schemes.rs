@@ -4,6 +4,10 @@ use std::fs;
 use std::process::Command;
 
 use crc::{Algorithm, CRC_32_AUTOSAR, CRC_32_ISCSI, Crc};
+use dimsart_core::protocol::{
+    MAX_FRAME_BYTES, Receiver, Request, Response, SchemeAction, decode_heartbeat, decode_response,
+    encode_request, request_id,
+};
 use dimsart_core::saved_scheme::{SAVED_SCHEME_VERSION, fingerprint};
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
 use rand_core::{Rng, SeedableRng};
@@ -133,4 +137,38 @@ fn timing_is_in_show_and_in_the_data_base() {
     for name in signals {
         assert!(text.contains(name), "{name}: {text}");
     }
+}
+
+/// A save takes as many ticks as the scheme has commands: sooner or later a heartbeat falls into one.
+#[test]
+fn the_heart_beats_on_while_a_scheme_is_collected() {
+    let Some(firmware) = Firmware::start(false) else { return };
+    let mut uart = firmware.uart();
+    let requests = [Request::Status, Request::Schemes(SchemeAction::Save), Request::Status];
+    let mut burst = Vec::new();
+    for (number, request) in (0..).zip(&requests) {
+        let frame =
+            encode_request(request, request_id(1, number), &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec();
+        burst.extend(frame);
+    }
+    let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
+    for _ in 0..1000 {
+        let (mut ticks, mut beats, mut is_saved) = (Vec::new(), Vec::new(), false);
+        uart.write_all(&burst).unwrap();
+        while ticks.len() < 2 {
+            let Ok(count) = uart.read(&mut buffer) else { continue };
+            receiver.take_all(&buffer[..count], |content| match decode_response(content) {
+                Ok((_, Response::Status(status))) => ticks.push(status.ticks),
+                Ok((_, Response::Schemes(_))) => is_saved = true,
+                _ => beats.extend(decode_heartbeat(content).map(|(_, beat)| (beat.ticks, is_saved))),
+            });
+        }
+        assert!(is_saved && ticks[1] > ticks[0] + 10, "{ticks:?}");
+        // Well inside, where it was made while the scheme was collected.
+        if let Some((_, is_after)) = beats.iter().find(|(at, _)| ticks[0] + 2 < *at && *at + 5 < ticks[1]) {
+            assert!(!is_after, "heard only when all was done: {ticks:?} {beats:?}");
+            return;
+        }
+    }
+    panic!("no heartbeat in any save");
 }

@@ -4,7 +4,8 @@
 //! submit ──▶ waiting (per node) ──arbitration──▶ wire ──▶ arrived (per node) ──▶ receive
 //! ```
 //! Whenever the wire is free and something waits, the lowest identifier of all nodes goes. A bit error is seen by
-//! all nodes; the frame is broken off there, an error frame follows, and it is sent again. Nodes count errors, become
+//! all nodes; the frame is broken off there, an error frame follows, and it is sent again. In a frame's last bit it comes
+//! too late for who listens: the frame is taken, and once more when it is sent again. Nodes count errors, become
 //! passive and leave the bus as ISO 11898-1 says. A node that left comes back after 128 times 11 recessive bits, as
 //! often as it is allowed to; then it stays away.
 
@@ -121,19 +122,26 @@ impl CanBus {
     /// Lets the frames of a content wait in a node from `now_ns` on; the times of calls never go back. False if they
     /// do not all fit: then none waits, and the node counts it.
     pub fn submit(&mut self, node: usize, now_ns: u64, frames: Vec<CanFrame>) -> bool {
-        self.run_until(now_ns);
-        let room = self.parameters.queue_frames;
-        let Some(node) = self.nodes.get_mut(node) else { return false };
-        if node.state(now_ns) == ErrorState::BusOff || node.waiting.len() + frames.len() > room {
-            node.dropped += 1;
+        if self.has_no_room(node, now_ns, frames.len()) {
             return false;
         }
+        let Some(node) = self.nodes.get_mut(node) else { return false };
         node.waiting.extend(frames.into_iter().map(|frame| Waiting {
             bits: frame.wire_bits(),
             frame,
             ready_ns: now_ns,
         }));
         true
+    }
+
+    /// Whether a content of so many frames does not fit from `now_ns` on; then the node counts it.
+    pub fn has_no_room(&mut self, node: usize, now_ns: u64, frames: usize) -> bool {
+        self.run_until(now_ns);
+        let room = self.parameters.queue_frames;
+        let Some(node) = self.nodes.get_mut(node) else { return true };
+        let is_full = node.state(now_ns) == ErrorState::BusOff || node.waiting.len() + frames > room;
+        node.dropped += u64::from(is_full);
+        is_full
     }
 
     /// Gives `deliver` the frames that a node listens for and that ended by `now_ns`.
@@ -149,6 +157,9 @@ impl CanBus {
 
     /// Sends all that begins before `now_ns`.
     pub fn run_until(&mut self, now_ns: u64) {
+        if self.free_ns >= now_ns {
+            return;
+        }
         while let Some(ready_ns) = self.nodes.iter().filter_map(Node::ready_ns).min() {
             let start_ns = self.free_ns.max(ready_ns);
             if start_ns >= now_ns {
@@ -172,6 +183,7 @@ impl CanBus {
         let good_bits = self.random.before_failure(self.parameters.bit_error_rate);
         let good_bits = u32::try_from(good_bits).unwrap_or(u32::MAX).min(all);
         let is_good = good_bits >= all;
+        let is_received = is_acknowledged && good_bits + 1 >= all;
         let bits = match (is_good, is_acknowledged) {
             (true, false) => all - BITS_FROM_ACKNOWLEDGE,
             (true, true) => all,
@@ -191,9 +203,12 @@ impl CanBus {
             label: waiting.frame.identifier.to_string(),
             is_error: !is_sent,
         });
-        self.count(sender, start_ns, is_good, is_acknowledged);
+        self.count(sender, start_ns, [is_good, is_acknowledged, is_good || is_received]);
+        if is_received {
+            self.deliver(sender, end_ns, &waiting.frame);
+        }
         if is_sent {
-            self.deliver(sender, end_ns, waiting);
+            self.note_response(end_ns, &waiting);
         } else if let Some(node) = self.nodes.get_mut(sender)
             && node.state(self.free_ns) != ErrorState::BusOff
         {
@@ -217,7 +232,7 @@ impl CanBus {
     }
 
     /// Error counters, and what follows from them.
-    fn count(&mut self, sender: usize, start_ns: u64, is_good: bool, is_acknowledged: bool) {
+    fn count(&mut self, sender: usize, start_ns: u64, [is_good, is_acknowledged, is_received]: [bool; 3]) {
         let [recessive_ns, suspended_ns, rejoin_ns] = [RECESSIVE_BITS, SUSPENDED_BITS, REJOIN_BITS]
             .map(|bits| bits_ns(bits, self.parameters.bits_per_s));
         let (free_ns, rejoins) = (self.free_ns, self.parameters.rejoins);
@@ -227,7 +242,7 @@ impl CanBus {
                 // A whole frame counts as one stretch of recessive bits: its end and the space behind it.
                 node.back_ns = node.back_ns.saturating_add(taken_ns.saturating_sub(recessive_ns));
             } else if index != sender {
-                node.has_received(is_good);
+                node.has_received(is_received);
             } else if node.has_sent(is_good, is_acknowledged) {
                 let may_return = node.bus_offs < rejoins;
                 node.bus_offs += 1;
@@ -241,13 +256,15 @@ impl CanBus {
         }
     }
 
-    fn deliver(&mut self, sender: usize, end_ns: u64, waiting: Waiting) {
-        let Waiting { frame, ready_ns, .. } = waiting;
-        let response = self.responses.entry(frame.identifier).or_default();
-        let took_ns = end_ns - ready_ns;
+    fn note_response(&mut self, end_ns: u64, waiting: &Waiting) {
+        let response = self.responses.entry(waiting.frame.identifier).or_default();
+        let took_ns = end_ns - waiting.ready_ns;
         response.frames += 1;
         response.longest_ns = response.longest_ns.max(took_ns);
         response.sum_ns += took_ns;
+    }
+
+    fn deliver(&mut self, sender: usize, end_ns: u64, frame: &CanFrame) {
         let others = self.nodes.iter_mut().enumerate().filter(|(index, _)| *index != sender);
         for (_, node) in others {
             if node.accepts.contains(&frame.identifier) && end_ns >= node.back_ns {

@@ -160,6 +160,30 @@ fn error_frames_come_as_often_as_bits_are_wrong_and_everything_gets_through() {
     assert!(longest_ns(&bus, 1) > bits_ns(bits + 23, 1_000_000) && longest_ns(&bus, 1) < 3 * most_ns);
 }
 
+/// ISO 11898-1: for who listens a frame is good from the last bit but one of its end on, for its sender from the last.
+#[test]
+fn an_error_in_the_last_bit_brings_a_frame_twice_and_none_takes_one_away() {
+    const FRAMES: u8 = 200;
+    const ROUNDS: u64 = 500;
+    let parameters = CanParameters { bit_error_rate: 5e-4, ..CLEAN };
+    let (mut bus, mut twice) = (bus(parameters, 2), 0);
+    for round in 0..ROUNDS {
+        let mut taken = Vec::new();
+        for number in 0..FRAMES {
+            let now_ns = (round * u64::from(FRAMES) + u64::from(number)) * 1_000_000;
+            assert!(bus.submit(0, now_ns, vec![frame(0, &[number; 8])]));
+            bus.receive(1, now_ns + 999_999, |_, frame| taken.push(frame.data().first().copied()));
+        }
+        let all = taken.len();
+        taken.dedup();
+        assert_eq!(taken, (0..FRAMES).map(Some).collect::<Vec<_>>());
+        twice += all - taken.len();
+    }
+    // Each time that a frame is sent, as often as it gets to its last bit and that is wrong.
+    let expected = f64::from(FRAMES) * ROUNDS as f64 * 5e-4 / (1.0 - 5e-4);
+    assert!((twice as f64 - expected).abs() < 4.0 * expected.sqrt(), "{twice} for {expected}");
+}
+
 /// Above one error in nine frames a sender's counter grows: +8 for an error, -1 for a success.
 #[test]
 fn a_sender_with_too_many_errors_comes_back_as_often_as_it_may_and_then_stays_away() {

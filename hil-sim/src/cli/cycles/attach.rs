@@ -1,0 +1,198 @@
+//! `dimsart cycles --attach`: what a controller has measured, beside the model.
+
+use std::error::Error;
+use std::io::Write;
+use std::time::Duration;
+
+use comfy_table::{CellAlignment, Table, presets};
+use dimsart_core::Command;
+use serde::Serialize;
+
+use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Patience, open};
+use crate::cycles::{Figures, Row};
+
+const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
+
+/// A controller that measures itself.
+pub(super) struct Attached {
+    port: String,
+    board: String,
+    pub(super) image: String,
+    pub(super) dof: usize,
+    pub(super) commands: Vec<Command>,
+    measured: Measured,
+}
+
+/// What one thing takes, as the controller has measured it and as the model has it.
+#[derive(Debug, Serialize)]
+struct Comparison<'a> {
+    name: &'a str,
+    runs: u32,
+    measured_min: f64,
+    measured_mean: f64,
+    measured_max: f64,
+    emulated_min: u64,
+    emulated_max: u64,
+    /// Of cycles, whatever was measured.
+    bound: Option<u64>,
+}
+
+/// All of it, for programs.
+#[derive(Debug, Serialize)]
+struct Report<'a> {
+    image: &'a str,
+    measured_unit: &'static str,
+    emulated_unit: &'static str,
+    bound_unit: &'static str,
+    profile: &'a str,
+    column: &'a str,
+    tick: &'a Comparison<'a>,
+    modules: &'a [Comparison<'a>],
+}
+
+impl<'a> Comparison<'a> {
+    fn new(measured: MeasuredRow, model: &'a Row) -> Self {
+        let MeasuredRow { runs, least, mean, greatest } = measured;
+        Self {
+            name: &model.name,
+            runs,
+            measured_min: least,
+            measured_mean: mean,
+            measured_max: greatest,
+            emulated_min: model.emulated_min,
+            emulated_max: model.emulated_max.max(model.random_max),
+            bound: model.bound,
+        }
+    }
+
+    /// The bound, when more was measured.
+    #[expect(clippy::cast_precision_loss, reason = "far fewer than 2^53")]
+    fn broken(&self) -> Option<u64> {
+        self.bound.filter(|bound| self.measured_max > *bound as f64)
+    }
+
+    fn cells(&self) -> [String; 8] {
+        [
+            self.name.to_owned(),
+            self.runs.to_string(),
+            format!("{:.0}", self.measured_min),
+            format!("{:.0}", self.measured_mean),
+            format!("{:.0}", self.measured_max),
+            self.emulated_min.to_string(),
+            self.emulated_max.to_string(),
+            self.bound.map_or("-".to_owned(), |bound| bound.to_string()),
+        ]
+    }
+}
+
+impl Attached {
+    /// Learns who is at a port, its scheme, and what it has measured.
+    pub(super) fn greet(port: &str, baud: u32) -> Result<Self, Box<dyn Error>> {
+        let at_port = |error: ConnectError| format!("{port}: {error}");
+        let stream = open(port, baud).map_err(ConnectError::from)?;
+        let mut device = Device::greet(stream, PATIENCE).map_err(at_port)?;
+        let identity = device.identity();
+        let (board, image, dof) = (identity.device.clone(), identity.image.clone(), identity.axes.len());
+        let Some(measured) = device.measured().map_err(at_port)? else {
+            return Err(format!(
+                "{port}: `{image}` does not measure: flash the variant that does, `cargo xtask flash {board},measure`"
+            )
+            .into());
+        };
+        if measured.tick.runs == 0 {
+            let state = device.state().map_err(at_port)?;
+            return Err(
+                format!("{port}: nothing is measured, no module runs ({state}): let the scheme run").into()
+            );
+        }
+        let commands = device.commands().map_err(at_port)?;
+        Ok(Self { port: port.to_owned(), board, image, dof, commands, measured })
+    }
+
+    pub(super) fn counts_instructions(&self) -> bool {
+        self.measured.is_instructions
+    }
+
+    /// Prints measured beside model, and warns where the bound does not hold.
+    pub(super) fn print(
+        self,
+        out: &mut impl Write,
+        figures: &Figures,
+        as_json: bool,
+    ) -> Result<(), Box<dyn Error>> {
+        let Self { port, board, image, dof, measured, .. } = &self;
+        if measured.calls.len() != figures.steps.len() {
+            return Err(format!(
+                "{port}: {} calls of modules were measured and the scheme has {}: it was changed meanwhile, try again",
+                measured.calls.len(),
+                figures.steps.len()
+            )
+            .into());
+        }
+        let tick = Comparison::new(measured.tick, &figures.tick);
+        let mut modules = Vec::new();
+        for (place, module) in figures.modules.iter().enumerate() {
+            let own = figures.steps.iter().zip(&measured.calls).filter(|(step, _)| **step == place);
+            let sum = own.map(|(_, call)| *call).reduce(MeasuredRow::then);
+            modules.extend(sum.map(|sum| Comparison::new(sum, module)));
+        }
+        let Figures { profile, column, unit, .. } = *figures;
+        let measured_unit = if measured.is_instructions { "instructions" } else { "cycles" };
+        writeln!(out, "{board} at {port}, {dof} axes, `{image}`")?;
+        if measured.is_instructions {
+            writeln!(
+                out,
+                "measured and emulated are INSTRUCTIONS: an emulated board has no cycles; the bound is of {unit} (memory \
+                 {profile}, column {column})"
+            )?;
+        } else {
+            writeln!(
+                out,
+                "measured are the processor's cycles; emulated and bound {unit} (memory {profile}, column {column})"
+            )?;
+        }
+        let mut table = Table::new();
+        table.load_style(presets::UTF8_FULL_CONDENSED).set_header([
+            "",
+            "measured",
+            "least",
+            "mean",
+            "greatest",
+            "emulated least",
+            "greatest",
+            "bound",
+        ]);
+        table.add_row(tick.cells());
+        for module in &modules {
+            table.add_row(module.cells());
+        }
+        table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
+        writeln!(out, "{table}")?;
+        for (row, bound) in
+            std::iter::once(&tick).chain(&modules).filter_map(|row| Some((row, row.broken()?)))
+        {
+            writeln!(
+                out,
+                "WARNING: {} took {:.0} {measured_unit}, more than its bound of {bound}: the bound is of memory `{profile}`; \
+                 is it the board's (`--profile flash` where flash waits), and is an interrupt in it? \
+                 `cargo xtask cycle-table {board}` holds the model to the chip",
+                row.name, row.measured_max
+            )?;
+        }
+        if as_json {
+            let emulated_unit = if measured.is_instructions { measured_unit } else { unit };
+            let report = Report {
+                image,
+                measured_unit,
+                emulated_unit,
+                bound_unit: unit,
+                profile,
+                column,
+                tick: &tick,
+                modules: &modules,
+            };
+            writeln!(out, "{}", serde_json::to_string(&report)?)?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,34 @@
+//! What a controller's ticks cost on a board: the cycles and the stack of the very image that is flashed.
+//!
+//! ```text
+//! ELF ──▶ Firmware: entry points, board
+//!             │
+//!             ▼              rig: the same controller here, its plant, the other side
+//!        Controller ◀─ tape ─┘   every tick: what was measured, what came in
+//!             │
+//!             ├─ the same bits commanded and sent, or an error
+//!             └─ Tally of cycles: tick, modules, packets, commands ──▶ Figures
+//! ```
+//! All cycles are those of a model of the Cortex-M4F that is built on Arm's tables (the crate `cycles`).
+
+mod controller;
+mod costs;
+mod error;
+mod figures;
+mod firmware;
+mod random;
+mod replay;
+mod steady;
+mod tally;
+mod worst;
+
+pub use controller::Controller;
+pub use costs::{SchemeBound, Variant};
+pub use error::CyclesError;
+pub use figures::{Figures, Row};
+pub use firmware::Firmware;
+pub use replay::{Setup, measure};
+pub use steady::Steady;
+
+/// What the figures count.
+pub const UNIT: &str = "TRM-model cycles";

@@ -1,0 +1,282 @@
+//! A controller built inside an emulated processor's memory by the image's own functions.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use ::cycles::bound::{Call, Input};
+use ::cycles::instruction::Width;
+use ::cycles::machine::{Machine, MachineError, Run};
+use ::cycles::timing::Timing;
+use dimsart_core::limits::MAX_PACKET_WORDS;
+use dimsart_core::{Packet, Word};
+
+use super::firmware::EntryPoints;
+use super::{CyclesError, Firmware};
+
+/// Where the controller is: plain memory of its own, which no image uses, so that it need not fit beside anything; the
+/// emulated board has memory there too.
+const CONTROLLER: u32 = 0x2100_0000;
+/// Where arguments and results are.
+const ARGUMENTS: u32 = 0x2140_0000;
+const ARGUMENT_BYTES: u32 = 0x2000;
+/// `Frames`: two counts, then the words measured and those commanded.
+const FRAMES: u32 = ARGUMENTS;
+const MEASURED: u32 = FRAMES + 8;
+const COMMANDED: u32 = MEASURED + 4 * MAX_WORDS;
+const MAX_WORDS: u32 = 64;
+/// Bytes of a scheme, of a packet, or a kind per axis.
+const BYTES: u32 = ARGUMENTS + 0x800;
+/// A packet that was read, or the lack of one.
+const RECEIVED: u32 = ARGUMENTS + 0x1000;
+/// What damaged bytes are read as, while a packet is there.
+const DAMAGED: u32 = ARGUMENTS + 0x1400;
+/// What a function returns.
+const RESULT: u32 = ARGUMENTS + 0x1800;
+/// Room for a packet and what is around it.
+const RESULT_BYTES: usize = 0x100;
+
+/// Arguments of a tick.
+const TICK: [u32; 4] = [RESULT, CONTROLLER, FRAMES, 0];
+
+/// Counters that an image may read which measures itself: `DWT_CYCCNT` and `SYST_CVR`, each in memory of its own.
+const COUNTERS: [u32; 2] = [0xE000_1004, 0xE000_E018];
+
+/// A controller in an emulated processor.
+#[derive(Debug, Clone)]
+pub struct Controller {
+    machine: Machine,
+    entry: EntryPoints,
+    words_in: usize,
+    words_out: usize,
+    /// Whether it reads the counters.
+    measures: bool,
+}
+
+impl Controller {
+    /// A controller without a scheme for the board's device, with this many linear axes.
+    ///
+    /// # Errors
+    /// [`CyclesError::Machine`] when the image does not get that far, such as with more axes than it knows.
+    pub fn new(firmware: &Firmware, timing: Timing, dof: usize) -> Result<Self, CyclesError> {
+        let mut machine = Machine::new(firmware.image.clone(), timing).map_err(machine("the image"))?;
+        machine.map(CONTROLLER, firmware.controller_bytes.next_multiple_of(4));
+        machine.map(ARGUMENTS, ARGUMENT_BYTES);
+        if firmware.measures {
+            COUNTERS.iter().for_each(|counter| machine.map(*counter, 4));
+        }
+        machine.mark(firmware.compute.iter().copied().chain([firmware.command]));
+        let mut controller =
+            Self { machine, entry: firmware.entry, words_in: 0, words_out: 0, measures: firmware.measures };
+        // All zero: linear axes.
+        let connect = Call::new(firmware.entry.connect, [CONTROLLER, BYTES, number(dof), FRAMES]);
+        controller.run("dimsart_connect", &connect)?;
+        let [words_in, words_out] = [0, 4].map(|offset| controller.words(FRAMES + offset, 1));
+        let count = |words: Vec<Word>| words.first().map_or(0, |word| word.0 as usize);
+        (controller.words_in, controller.words_out) = (count(words_in), count(words_out));
+        Ok(controller)
+    }
+
+    /// Gives it a [saved scheme](dimsart_core::saved_scheme).
+    ///
+    /// # Errors
+    /// [`CyclesError::OtherImage`] or [`CyclesError::Refused`]; it has no scheme then.
+    pub fn load(&mut self, scheme: &[u8]) -> Result<Run, CyclesError> {
+        let run = self.call_of_load(scheme)?;
+        let run = self.run("dimsart_load", &run)?;
+        match run.result {
+            0 => Ok(run),
+            u32::MAX => Err(CyclesError::OtherImage),
+            command => Err(CyclesError::Refused { command }),
+        }
+    }
+
+    /// Reads bytes that came in over a link on a channel, and leaves the packet for the next tick: what these two take.
+    ///
+    /// # Errors
+    /// [`CyclesError::Machine`].
+    pub fn receive(&mut self, link: usize, channel: u16, bytes: &[u8]) -> Result<[Run; 2], CyclesError> {
+        let length = self.put_bytes(bytes)?;
+        let read = Call::new(self.entry.read, [RECEIVED, BYTES, length, channel.into()]);
+        let read = self.run("dimsart_read", &read)?;
+        Ok([read, self.run("dimsart_deliver", &self.call_of_deliver(number(link)))?])
+    }
+
+    /// The processor before the first instruction of a tick, to be stepped through it; the controller stays as it is.
+    ///
+    /// # Errors
+    /// [`CyclesError::Access`].
+    pub fn before_tick(&self, measured: &[Word]) -> Result<Machine, CyclesError> {
+        let mut controller = self.clone();
+        controller.measure(measured)?;
+        controller.machine.begin(self.entry.tick, TICK);
+        Ok(controller.machine)
+    }
+
+    /// One tick. What the board measures beyond `measured`, such as the time of its ticks, is 0.
+    ///
+    /// # Errors
+    /// [`CyclesError::Machine`].
+    pub fn tick(&mut self, measured: &[Word]) -> Result<Run, CyclesError> {
+        self.measure(measured)?;
+        self.run("dimsart_tick", &self.call_of_tick())
+    }
+
+    fn measure(&mut self, measured: &[Word]) -> Result<(), CyclesError> {
+        let rest = std::iter::repeat(&Word(0));
+        let words = measured.iter().chain(rest).take(self.words_in);
+        let bytes: Vec<u8> = words.flat_map(|word| word.0.to_le_bytes()).collect();
+        self.write(MEASURED, &bytes)
+    }
+
+    /// What the last tick commanded.
+    #[must_use]
+    pub fn commanded(&self) -> Vec<Word> {
+        self.words(COMMANDED, self.words_out)
+    }
+
+    /// Takes the packet that the last tick left for a link.
+    ///
+    /// # Errors
+    /// [`CyclesError::Machine`].
+    pub fn take(&mut self, link: usize) -> Result<(Run, Taken), CyclesError> {
+        self.write(RESULT, &[0; RESULT_BYTES])?;
+        let run = self.run("dimsart_take", &self.call_of_take(number(link)))?;
+        let mut bytes = vec![0; RESULT_BYTES];
+        self.machine.read(RESULT, &mut bytes).map_err(access)?;
+        Ok((run, Taken(bytes)))
+    }
+
+    /// The memory as it is.
+    pub(super) fn machine(&self) -> &Machine {
+        &self.machine
+    }
+
+    pub(super) fn call_of_load(&mut self, scheme: &[u8]) -> Result<Call, CyclesError> {
+        let length = self.put_bytes(scheme)?;
+        Ok(Call::new(self.entry.load, [CONTROLLER, BYTES, length, 0]))
+    }
+
+    pub(super) fn call_of_deliver(&self, link: u32) -> Call {
+        Call::new(self.entry.deliver, [CONTROLLER, link, RECEIVED, 0])
+    }
+
+    /// Deliveries over a link: of something damaged, and of packets on a channel with any content and each number
+    /// of words.
+    pub(super) fn calls_of_any_delivery(
+        &mut self,
+        link: u32,
+        channel: u16,
+    ) -> Result<Vec<Call>, CyclesError> {
+        // What differs between these is what a packet carries.
+        let packet = |words, bit: bool| {
+            let number = if bit { u16::MAX } else { 0x0101 };
+            let words = std::iter::repeat_n(if bit { u32::MAX } else { 0 }, words).collect();
+            Packet { channel, counter: number, echo: number, content: number, words }.to_bytes()
+        };
+        let shorter = self.read(RECEIVED, channel, &packet(MAX_PACKET_WORDS - 1, true))?;
+        let zeros = self.read(RECEIVED, channel, &packet(MAX_PACKET_WORDS, false))?;
+        let ones = self.read(RECEIVED, channel, &packet(MAX_PACKET_WORDS, true))?;
+        let (mut content, mut lengths) = (Vec::new(), Vec::new());
+        for (place, words) in ones.iter().zip(zeros).zip(shorter).enumerate() {
+            let start = RECEIVED + 4 * number(place);
+            let addresses = start..start + 4;
+            match words {
+                ((ones, zeros), _) if *ones != zeros => content.push(Input::any(addresses)),
+                ((ones, _), shorter) if *ones != shorter => lengths.push(addresses),
+                _ => {}
+            }
+        }
+        self.read(DAMAGED, channel, &[])?;
+        let mut calls = vec![Call::new(self.entry.deliver, [CONTROLLER, link, DAMAGED, 0])];
+        for words in 0..=number(MAX_PACKET_WORDS) {
+            let length = |addresses: &Range<u32>| Input {
+                addresses: addresses.clone(),
+                width: Width::Word,
+                values: words..=words,
+            };
+            let inputs = content.iter().cloned().chain(lengths.iter().map(length)).collect();
+            calls.push(Call { inputs, ..self.call_of_deliver(link) });
+        }
+        Ok(calls)
+    }
+
+    /// Reads bytes to an address; gives the words there.
+    fn read(&mut self, to: u32, channel: u16, bytes: &[u8]) -> Result<Vec<u32>, CyclesError> {
+        let length = self.put_bytes(bytes)?;
+        self.run("dimsart_read", &Call::new(self.entry.read, [to, BYTES, length, channel.into()]))?;
+        Ok(self.words(to, RESULT_BYTES / 4).into_iter().map(|word| word.0).collect())
+    }
+
+    /// With any words measured, by the counters, too.
+    pub(super) fn call_of_tick(&self) -> Call {
+        let mut inputs = vec![Input::words(MEASURED..MEASURED + 4 * number(self.words_in))];
+        if self.measures {
+            inputs.extend(COUNTERS.map(|counter| Input::words(counter..counter + 4)));
+        }
+        Call { inputs, ..Call::new(self.entry.tick, TICK) }
+    }
+
+    pub(super) fn call_of_take(&self, link: u32) -> Call {
+        Call::new(self.entry.take, [RESULT, CONTROLLER, link, 0])
+    }
+
+    /// Runs a call with known arguments.
+    fn run(&mut self, name: &'static str, call: &Call) -> Result<Run, CyclesError> {
+        let arguments = call.arguments.each_ref().map(|argument| *argument.start());
+        self.machine.call(call.function, arguments).map_err(machine(name))
+    }
+
+    /// Puts bytes where functions find them; gives their number.
+    fn put_bytes(&mut self, bytes: &[u8]) -> Result<u32, CyclesError> {
+        let length = number(bytes.len());
+        if length > RECEIVED - BYTES {
+            return Err(CyclesError::TooManyBytes { bytes: bytes.len() });
+        }
+        self.write(BYTES, bytes)?;
+        Ok(length)
+    }
+
+    fn write(&mut self, address: u32, bytes: &[u8]) -> Result<(), CyclesError> {
+        self.machine.write(address, bytes).map_err(access)
+    }
+
+    /// Words of the arguments.
+    fn words(&self, address: u32, count: usize) -> Vec<Word> {
+        let mut bytes = vec![0; 4 * count];
+        // Mapped for good: it is there.
+        let _ = self.machine.read(address, &mut bytes);
+        let (words, _) = bytes.as_chunks::<4>();
+        words.iter().map(|word| Word(u32::from_le_bytes(*word))).collect()
+    }
+}
+
+/// A packet as the image has it in memory, or the lack of one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Taken(Vec<u8>);
+
+impl Taken {
+    /// Whether it is this packet: one with the same words, counter, echo and content.
+    ///
+    /// How a packet lies in memory is the compiler's choice, so that each of them is looked for wherever it may be.
+    #[must_use]
+    pub fn is(&self, packet: &Packet) -> bool {
+        let words: Vec<u8> = packet.words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let halves: BTreeSet<[u8; 2]> = self.0.as_chunks::<2>().0.iter().copied().collect();
+        let numbers = [packet.counter, packet.echo, packet.content];
+        self.0.windows(words.len().max(1)).any(|window| window.starts_with(&words))
+            && numbers.iter().all(|number| halves.contains(&number.to_le_bytes()))
+    }
+}
+
+/// As an argument; out of every range if it does not fit.
+fn number(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
+}
+
+fn machine(what: &'static str) -> impl Fn(MachineError) -> CyclesError {
+    move |source| CyclesError::Machine { what, source }
+}
+
+fn access(source: ::cycles::state::AccessError) -> CyclesError {
+    CyclesError::Access(source)
+}

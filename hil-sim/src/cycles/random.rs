@@ -1,0 +1,130 @@
+//! Inputs that no scenario has: anything measured, packets with anything in them, or none for long.
+
+use dimsart_core::saved_scheme::{self, fingerprint_of};
+use dimsart_core::{DeviceDescriptor, Packet, Word};
+
+use super::CyclesError;
+use crate::bus::random::Random;
+use crate::experiment::ExperimentError;
+use crate::rig::{SimulatedDimsart, TickTape};
+
+/// Ticks after which the scheme starts anew: what is wild once can stay so.
+const EPISODE_TICKS: u64 = 64;
+/// Longest silence of a link, ticks: longer than it takes to be lost.
+const SILENCE_TICKS: u32 = 40;
+/// Words that a board can measure beyond its axes.
+const MORE_WORDS: usize = 64;
+
+/// A packet of the scheme's other side: link, channel, contents.
+pub(super) type Template = (usize, u16, Packet);
+
+/// A controller here that gets random inputs.
+#[derive(Debug)]
+pub(super) struct RandomInputs<'a> {
+    random: Random,
+    dimsart: Box<SimulatedDimsart>,
+    scheme: &'a [u8],
+    template: Option<Template>,
+    silence_ticks: u64,
+    tape: TickTape,
+    ticks: u64,
+}
+
+impl<'a> RandomInputs<'a> {
+    pub(super) fn new(
+        device: DeviceDescriptor,
+        scheme: &'a [u8],
+        template: Option<Template>,
+        seed: u64,
+    ) -> Result<Self, CyclesError> {
+        let dimsart = SimulatedDimsart::new(device).map_err(ExperimentError::Storage)?;
+        let (random, tape) = (Random::new(seed), TickTape::default());
+        Ok(Self { random, dimsart: Box::new(dimsart), scheme, template, silence_ticks: 0, tape, ticks: 0 })
+    }
+
+    /// The next tick, with all that came of it here, and whether the scheme started anew before it.
+    pub(super) fn tick(&mut self) -> (bool, &TickTape) {
+        let is_new = self.ticks.is_multiple_of(EPISODE_TICKS);
+        if is_new {
+            // It ran before.
+            let _ = saved_scheme::load(self.scheme, fingerprint_of(self.scheme), &mut self.dimsart);
+            self.silence_ticks = 0;
+        }
+        let is_wild = (self.ticks / EPISODE_TICKS) % 2 == 1;
+        self.ticks += 1;
+        self.receive();
+        self.measure(is_wild);
+        let Self { dimsart, tape, .. } = self;
+        let measured = tape.measured.get(..dimsart.frame().output_words()).unwrap_or_default();
+        tape.commanded.resize(dimsart.frame().input_words(), Word(0));
+        dimsart.tick(measured, &mut tape.commanded);
+        tape.sent.clear();
+        for link in 0..dimsart_core::limits::MAX_LINKS {
+            tape.sent.extend(dimsart.outgoing(link).map(|packet| (link, packet)));
+        }
+        (is_new, &self.tape)
+    }
+
+    fn receive(&mut self) {
+        self.tape.received.clear();
+        if self.silence_ticks > 0 {
+            self.silence_ticks -= 1;
+            return;
+        }
+        if self.random.happens(0.01) {
+            self.silence_ticks = self.random.up_to(SILENCE_TICKS);
+        }
+        let packets = if self.random.happens(0.1) { 2 } else { self.random.up_to(9).min(1) };
+        for _ in 0..packets {
+            let Some((link, channel, packet)) = self.packet() else { return };
+            let mut bytes = packet.to_bytes().to_vec();
+            if self.random.happens(0.03) {
+                bytes.iter_mut().take(3).for_each(|byte| *byte ^= 0x55);
+            }
+            // What is refused is counted by the controller.
+            let _ = self.dimsart.receive(link, &bytes);
+            self.tape.received.push((link, channel, bytes));
+        }
+    }
+
+    fn packet(&mut self) -> Option<Template> {
+        let ahead = match self.random.up_to(19) {
+            0 => self.random.up_to(40),
+            1 => self.random.up_to(u16::MAX.into()),
+            _ => 1,
+        };
+        let words = self.template.as_ref()?.2.words.len();
+        let is_wild = self.random.happens(0.02);
+        let words: Vec<u32> = (0..words).map(|_| self.word(is_wild)).collect();
+        let is_other = self.random.happens(0.02);
+        let echo = u16::try_from(self.random.up_to(u16::MAX.into())).unwrap_or(0);
+        let (link, channel, packet) = self.template.as_mut()?;
+        packet.counter = packet.counter.wrapping_add(u16::try_from(ahead).unwrap_or(1)).max(1);
+        packet.echo = echo;
+        let content = packet.content ^ u16::from(is_other);
+        let words = words.into_iter().collect();
+        Some((*link, *channel, Packet { words, content, ..packet.clone() }))
+    }
+
+    fn measure(&mut self, is_wild: bool) {
+        let axes = self.dimsart.frame().output_words();
+        let words: Vec<Word> = (0..axes).map(|_| Word(self.word(is_wild))).collect();
+        // Counts and times of the board: any number.
+        let more = (0..MORE_WORDS).map(|_| Word(self.bits())).collect::<Vec<_>>();
+        self.tape.measured = words.into_iter().chain(more).collect();
+    }
+
+    /// A number within ±1, or any bits.
+    fn word(&mut self, is_wild: bool) -> u32 {
+        if is_wild && self.random.happens(0.3) {
+            return self.bits();
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "a number within ±1")]
+        let number = (2.0 * self.random.uniform() - 1.0) as f32;
+        number.to_bits()
+    }
+
+    fn bits(&mut self) -> u32 {
+        u32::try_from(self.random.up_to(u32::MAX)).unwrap_or(0)
+    }
+}

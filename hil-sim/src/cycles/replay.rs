@@ -1,0 +1,332 @@
+//! Every tick of a controller here, repeated by the image: the same bits, and what they take.
+
+use ::cycles::machine::{Call, Run};
+use ::cycles::timing::{self, Column, Timing};
+use dimsart_core::limits::MAX_LINKS;
+use dimsart_core::modules::Standard;
+use dimsart_core::saved_scheme::{self, SchemeBytes};
+use dimsart_core::{Command, Engine, ModuleRef, PORT, Packet, Target, Verb, Word};
+
+use super::figures::Row;
+use super::random::{RandomInputs, Template};
+use super::steady::channels;
+use super::tally::{Inputs, Tally};
+use super::worst::{Most, Worst};
+use super::{Controller, CyclesError, Figures, Firmware, UNIT};
+use crate::experiment::{Experiment, Side};
+use crate::rig::{Station, TickTape};
+use crate::scenario::Scenario;
+
+/// What is measured.
+#[derive(Debug)]
+pub struct Setup<'a> {
+    /// The image.
+    pub firmware: &'a Firmware,
+    /// Where the ticks' inputs come from.
+    pub scenario: &'a Scenario,
+    /// The side whose controller the image runs.
+    pub side: Side,
+    /// Commands that make the controller's scheme, in place of the scenario's.
+    pub commands: Option<&'a [Command]>,
+    /// The model of its cycles.
+    pub timing: Timing,
+    /// Ticks with random inputs, after those of the scenario.
+    pub random_ticks: u64,
+    /// Whether instructions are counted in the emulated run in place of cycles; bounds are of cycles all the same.
+    pub counts_instructions: bool,
+    /// Its memory, for the figures.
+    pub profile: &'static str,
+    /// Its values, for the figures.
+    pub column: &'static str,
+}
+
+/// Runs the scenario on the host, and every tick of one side's controller again in the image. `progress` hears the
+/// ticks done and those in all, now and then.
+///
+/// # Errors
+/// [`CyclesError`]: among them that the image commands or sends other bits than the host.
+pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<Figures, CyclesError> {
+    let Setup { firmware, scenario, side, timing, .. } = setup;
+    let mut experiment = Experiment::new(scenario)?.without_recording();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    let ticks = (experiment.duration_s() / scenario.sample_period_s).round() as u64;
+    let rig = experiment.rig_mut();
+    let mut controller = Controller::new(firmware, *timing, scenario.dof)?;
+    let mut replay = Replay { counts_instructions: setup.counts_instructions, ..Replay::default() };
+    let mut stations = rig.stations_mut().iter_mut();
+    let Some(station) = stations.find(|station| station.name == side.name()) else {
+        return Ok(replay.figures(setup, 0));
+    };
+    if let Some(commands) = setup.commands {
+        replace_scheme(station, commands)?;
+    }
+    station.start_tape();
+    let device = station.dimsart.engine().device().clone();
+    let scheme = replay.load(station, setup, &mut controller)?;
+    let loaded = controller.clone();
+    let all_ticks = ticks + setup.random_ticks;
+    let mut template: Option<Template> = None;
+    for tick in 0..ticks {
+        if tick % 256 == 0 {
+            progress(tick, all_ticks);
+        }
+        rig.step();
+        let Some(tape) = rig.stations().iter().find_map(Station::tape) else { continue };
+        replay.repeat(Inputs::Scenario, tick, tape, firmware, &mut controller)?;
+        let packet = tape.received.iter().find_map(|(link, channel, bytes)| {
+            Some((*link, *channel, Packet::from_bytes(bytes, *channel).ok()?))
+        });
+        template = packet.or(template);
+    }
+    let mut random = RandomInputs::new(device, &scheme, template, scenario.seed)?;
+    for tick in ticks..all_ticks {
+        if tick % 256 == 0 {
+            progress(tick, all_ticks);
+        }
+        let (is_new, tape) = random.tick();
+        if is_new {
+            controller = loaded.clone();
+        }
+        replay.repeat(Inputs::Random, tick, tape, firmware, &mut controller)?;
+    }
+    progress(all_ticks, all_ticks);
+    Ok(replay.figures(setup, ticks))
+}
+
+/// Gives the controller here another scheme.
+fn replace_scheme(station: &mut Station, commands: &[Command]) -> Result<(), CyclesError> {
+    let (first, last) = ([Command::plain(Verb::Close)], [Command::plain(Verb::MatchingCheck)]);
+    for command in first.iter().chain(commands).chain(&last) {
+        let refused = station.dimsart.command(*command);
+        refused.map_err(|error| CyclesError::SchemeHere(format!("{}: {error}", name(command))))?;
+    }
+    Ok(())
+}
+
+/// What was counted so far.
+#[derive(Debug, Default)]
+struct Replay {
+    /// The module of every call of a tick, by its place in `modules`.
+    steps: Vec<usize>,
+    modules: Vec<(ModuleRef, Tally)>,
+    tick: Tally,
+    rest: Tally,
+    read: Tally,
+    deliver: Tally,
+    take: Tally,
+    commands: Vec<(String, Tally, Option<Most>)>,
+    instructions: u64,
+    counts_instructions: bool,
+    worst: Option<Worst>,
+    no_bound: Option<String>,
+}
+
+impl Replay {
+    /// Gives the image's controller the scheme of the one here.
+    fn load(
+        &mut self,
+        station: &mut Station,
+        setup: &Setup<'_>,
+        controller: &mut Controller,
+    ) -> Result<SchemeBytes, CyclesError> {
+        let Setup { firmware, timing, .. } = setup;
+        let engine = station.dimsart.engine_mut();
+        for step in engine.steps() {
+            let known = self.modules.iter().position(|(module, _)| *module == step.module);
+            self.steps.push(known.unwrap_or(self.modules.len()));
+            if known.is_none() {
+                self.modules.push((step.module, Tally::default()));
+            }
+        }
+        let scheme = saved_scheme::save(engine).map_err(|_| CyclesError::SchemeTooLong)?;
+        let given = [Command::plain(Verb::Close)].into_iter().chain(engine.commands());
+        let names: Vec<String> =
+            given.chain([Command::plain(Verb::MatchingCheck)]).map(|command| name(&command)).collect();
+        let bounds = self.bounded(Worst::of_commands(firmware, timing, controller, &scheme));
+        let bounds = bounds.into_iter().flatten().map(Some).chain(std::iter::repeat(None));
+        let run = controller.load(&scheme)?;
+        let calls = run.calls.iter().filter(|call| call.function == firmware.command);
+        for ((name, call), most) in names.into_iter().zip(calls).zip(bounds) {
+            let known = self.commands.iter().position(|(known, ..)| *known == name);
+            let place = known.unwrap_or_else(|| {
+                self.commands.push((name, Tally::default(), most));
+                self.commands.len() - 1
+            });
+            if let Some((_, tally, known)) = self.commands.get_mut(place) {
+                tally.add(Inputs::Scenario, call.cycles, call.stack_bytes);
+                *known = known.zip(most).map(|(known, most)| known.or(most));
+            }
+        }
+        let channels = channels(&station.dimsart);
+        self.worst = self.bounded(Worst::of_ticks(firmware, timing, controller, channels.map(Some)));
+        Ok(scheme)
+    }
+
+    /// What there is, or else notes why not.
+    fn bounded<T>(&mut self, worst: Result<T, CyclesError>) -> Option<T> {
+        worst.map_err(|error| self.no_bound.get_or_insert(error.to_string()).clone()).ok()
+    }
+
+    /// Repeats one tick of the controller here.
+    fn repeat(
+        &mut self,
+        inputs: Inputs,
+        tick: u64,
+        tape: &TickTape,
+        firmware: &Firmware,
+        controller: &mut Controller,
+    ) -> Result<(), CyclesError> {
+        for (link, channel, bytes) in &tape.received {
+            let [read, deliver] = controller.receive(*link, *channel, bytes)?;
+            self.read.add_run(inputs, &read);
+            self.deliver.add_run(inputs, &deliver);
+        }
+        let run = controller.tick(&tape.measured)?;
+        self.tick.add(inputs, self.counted(run.cycles, run.instructions), run.stack_bytes);
+        self.instructions += run.instructions;
+        let calls: Vec<&Call> =
+            run.calls.iter().filter(|call| firmware.compute.contains(&call.function)).collect();
+        self.add_modules(inputs, tick, &run, &calls)?;
+        let commanded = controller.commanded();
+        if commanded != tape.commanded {
+            let (expected, found) = (bits(&tape.commanded), bits(&commanded));
+            return Err(CyclesError::Differs { tick, what: "command to the device", expected, found });
+        }
+        for link in 0..MAX_LINKS {
+            let (take, taken) = controller.take(link)?;
+            self.take.add_run(inputs, &take);
+            let sent = tape.sent.iter().find(|(sent, _)| *sent == link);
+            if let Some((_, packet)) = sent.filter(|(_, packet)| !taken.is(packet)) {
+                let (expected, found) = (format!("{packet:x?}"), format!("{taken:x?}"));
+                return Err(CyclesError::Differs { tick, what: "packet", expected, found });
+            }
+        }
+        Ok(())
+    }
+
+    fn counted(&self, cycles: u64, instructions: u64) -> u64 {
+        if self.counts_instructions { instructions } else { cycles }
+    }
+
+    fn add_modules(
+        &mut self,
+        inputs: Inputs,
+        tick: u64,
+        run: &Run,
+        calls: &[&Call],
+    ) -> Result<(), CyclesError> {
+        if calls.is_empty() {
+            // A tick that was refused.
+            return Ok(());
+        }
+        if calls.len() != self.steps.len() {
+            return Err(CyclesError::Calls { tick, expected: self.steps.len(), found: calls.len() });
+        }
+        let mut outside = self.counted(run.cycles, run.instructions);
+        let is_instructions = self.counts_instructions;
+        for (place, (_, tally)) in self.modules.iter_mut().enumerate() {
+            let own = self.steps.iter().zip(calls).filter(|(step, _)| **step == place);
+            let (mut cycles, mut stack_bytes) = (0, 0);
+            for (_, call) in own {
+                cycles += if is_instructions { call.instructions } else { call.cycles };
+                stack_bytes = stack_bytes.max(call.stack_bytes);
+            }
+            tally.add(inputs, cycles, stack_bytes);
+            outside = outside.saturating_sub(cycles);
+        }
+        self.rest.add(inputs, outside, run.stack_bytes);
+        Ok(())
+    }
+
+    /// The worst case of each module out of those of its calls.
+    fn by_module(&self, calls: &[Most]) -> Vec<Most> {
+        let mut modules = vec![Most::default(); self.modules.len()];
+        for (place, call) in self.steps.iter().zip(calls) {
+            if let Some(module) = modules.get_mut(*place) {
+                *module = module.then(*call);
+            }
+        }
+        modules
+    }
+
+    fn figures(self, setup: &Setup<'_>, ticks: u64) -> Figures {
+        let Setup { firmware, scenario, side, profile, column, .. } = setup;
+        let budget_cycles = firmware.budget_cycles();
+        let row = |name: &str, tally: &Tally, most| Row::new(name.to_owned(), tally, most, budget_cycles);
+        let worst = self.worst.as_ref();
+        let modules = worst.map(|worst| self.by_module(&worst.calls));
+        let module = |(place, (module, tally)): (usize, &(ModuleRef, Tally))| {
+            let most = modules.as_ref().and_then(|modules| modules.get(place)).copied();
+            row(&Engine::<Standard>::module_name(*module).to_string(), tally, most)
+        };
+        let rest = worst.zip(modules.as_ref()).map(|(worst, modules)| {
+            let inside: u64 = modules.iter().map(|module| module.cycles).sum();
+            Most { cycles: worst.tick.cycles.saturating_sub(inside), ..worst.tick }
+        });
+        Figures {
+            unit: UNIT,
+            image: firmware.name.clone(),
+            side: side.name(),
+            scheme: match setup.commands {
+                Some(_) => "the controller's own scheme".to_owned(),
+                None => side.section(scenario).scheme.clone(),
+            },
+            dof: scenario.dof,
+            ticks,
+            random_ticks: setup.random_ticks,
+            profile,
+            column,
+            clock_hz: firmware.clock_hz,
+            budget_cycles,
+            tick: row("tick", &self.tick, worst.map(|worst| worst.tick)),
+            frame_and_engine: row("frame and engine", &self.rest, rest),
+            modules: self.modules.iter().enumerate().map(module).collect(),
+            steps: self.steps.clone(),
+            packets: vec![
+                row("read a packet", &self.read, None),
+                row("deliver it", &self.deliver, worst.map(|worst| worst.deliver)),
+                row("take one to send", &self.take, worst.map(|worst| worst.take)),
+            ],
+            commands: self.commands.iter().map(|(name, tally, most)| row(name, tally, *most)).collect(),
+            interrupt: interrupt(budget_cycles),
+            instructions: self.instructions,
+            no_bound: self.no_bound,
+        }
+    }
+}
+
+/// What the processor does around an interrupt, by the table: nothing of it is an instruction.
+fn interrupt(budget_cycles: u64) -> Vec<Row> {
+    let rows = [
+        ("interrupt entry", timing::Row::ExceptionEntry, EXCEPTION_FRAME_BYTES),
+        ("interrupt exit", timing::Row::ExceptionExit, 0),
+        ("float registers at entry", timing::Row::LazyStacking, 0),
+    ];
+    let row = |(name, row, stack_bytes): (&str, timing::Row, u32)| {
+        let [likely, upper] = [Column::Likely, Column::Upper].map(|column| row.cost().of(column).into());
+        let mut tally = Tally::default();
+        tally.add(Inputs::Scenario, likely, stack_bytes);
+        Row::new(name.to_owned(), &tally, Some(Most { cycles: upper, stack_bytes }), budget_cycles)
+    };
+    rows.map(row).into()
+}
+
+/// Of the frame that the processor pushes: 8 words, 18 for floats, and up to one for alignment.
+const EXCEPTION_FRAME_BYTES: u32 = 4 * (8 + 18 + 1);
+
+/// A kind of command, in the words of a scheme.
+fn name(command: &Command) -> String {
+    match command.module {
+        Target::Engine => {
+            let known = Verb::ALL.iter().find(|(verb, ..)| *verb as u8 == command.param);
+            known.map_or("?", |(_, name, _)| name).to_owned()
+        }
+        Target::Module(_) if command.param >= PORT => "a port's type".to_owned(),
+        Target::Module(_) => "a parameter".to_owned(),
+    }
+}
+
+fn bits(words: &[Word]) -> String {
+    let words: Vec<String> = words.iter().map(|word| format!("{:08x}", word.0)).collect();
+    words.join(" ")
+}

@@ -1,0 +1,134 @@
+//! What no tick can exceed, whatever is measured and comes in: bounds by the machine code.
+
+use std::collections::BTreeSet;
+
+use ::cycles::bound::{Bound, BoundError, Call, CallBound, Question, Snapshot};
+use ::cycles::timing::Timing;
+use dimsart_core::limits::MAX_LINKS;
+
+use super::{Controller, CyclesError, Firmware};
+
+/// Cycles and bytes of stack that are never exceeded.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Most {
+    pub(super) cycles: u64,
+    pub(super) stack_bytes: u32,
+}
+
+impl Most {
+    /// One of either.
+    pub(super) fn or(self, other: Self) -> Self {
+        let (cycles, stack_bytes) = (self.cycles.max(other.cycles), self.stack_bytes.max(other.stack_bytes));
+        Self { cycles, stack_bytes }
+    }
+
+    /// One after the other.
+    pub(super) fn then(self, other: Self) -> Self {
+        Self { cycles: self.cycles.saturating_add(other.cycles), ..self.or(other) }
+    }
+}
+
+impl From<&Bound> for Most {
+    fn from(bound: &Bound) -> Self {
+        Self { cycles: bound.cycles, stack_bytes: bound.stack_bytes }
+    }
+}
+
+impl From<&CallBound> for Most {
+    fn from(bound: &CallBound) -> Self {
+        Self { cycles: bound.cycles, stack_bytes: bound.stack_bytes }
+    }
+}
+
+/// Worst cases of a scheme.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Worst {
+    pub(super) tick: Most,
+    /// Calls of modules, in order.
+    pub(super) calls: Vec<Most>,
+    pub(super) deliver: Most,
+    pub(super) take: Most,
+}
+
+/// What a firmware asks of a controller.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Step {
+    Deliver,
+    Tick,
+    Take,
+}
+
+impl Worst {
+    /// Of every tick from now on, for any number of them. Before each of them, anything or nothing comes in over each
+    /// link that has a channel here, on that channel.
+    pub(super) fn of_ticks(
+        firmware: &Firmware,
+        timing: &Timing,
+        controller: &Controller,
+        channels: [Option<u16>; MAX_LINKS],
+    ) -> Result<Self, CyclesError> {
+        let links = (0_u32..).take(MAX_LINKS);
+        let mut steps = Vec::new();
+        let mut controller = controller.clone();
+        for (link, channel) in links.clone().zip(channels) {
+            let Some(channel) = channel else { continue };
+            let any = controller.calls_of_any_delivery(link, channel)?;
+            // Each finds what the others left, the first one too.
+            let any = any.iter().chain(any.first());
+            steps.extend(any.map(|call| (Step::Deliver, Call { is_optional: true, ..call.clone() })));
+        }
+        steps.push((Step::Tick, controller.call_of_tick()));
+        steps.extend(links.map(|link| (Step::Take, controller.call_of_take(link))));
+        let (steps, calls): (Vec<Step>, Vec<Call>) = steps.into_iter().unzip();
+        let memory = Snapshot::from(controller.machine());
+        let question = Question {
+            image: &firmware.image,
+            timing,
+            memory: &memory,
+            stack_top: firmware.stack_top,
+            calls: &calls,
+            marked: &firmware.compute,
+        };
+        let bounds = Bound::of_every(&question).map_err(unbounded)?;
+        let mut worst = Self::default();
+        for (step, bound) in steps.into_iter().zip(&bounds) {
+            let place = match step {
+                Step::Deliver => &mut worst.deliver,
+                Step::Tick => {
+                    worst.calls = bound.calls.iter().map(Most::from).collect();
+                    &mut worst.tick
+                }
+                Step::Take => &mut worst.take,
+            };
+            *place = place.or(bound.into());
+        }
+        Ok(worst)
+    }
+
+    /// Of each command of a scheme, as it is applied when the scheme is loaded.
+    pub(super) fn of_commands(
+        firmware: &Firmware,
+        timing: &Timing,
+        controller: &Controller,
+        scheme: &[u8],
+    ) -> Result<Vec<Most>, CyclesError> {
+        let mut controller = controller.clone();
+        let calls = [controller.call_of_load(scheme)?];
+        let memory = Snapshot::from(controller.machine());
+        let marked = BTreeSet::from([firmware.command]);
+        let question = Question {
+            image: &firmware.image,
+            timing,
+            memory: &memory,
+            stack_top: firmware.stack_top,
+            calls: &calls,
+            marked: &marked,
+        };
+        let bounds = Bound::of_once(&question).map_err(unbounded)?;
+        Ok(bounds.iter().flat_map(|bound| &bound.calls).map(Most::from).collect())
+    }
+}
+
+fn unbounded(source: BoundError) -> CyclesError {
+    CyclesError::Unbounded { source }
+}
