@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use boards::BOARDS;
-use boards::catalogue::{BoardInfo, Size};
+use boards::catalogue::{BoardInfo, CALLS};
+use cycles::declared::Declared;
 use object::elf::FileHeader32;
 use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
@@ -14,10 +15,20 @@ use crate::toolchain::{Toolchain, output};
 /// The scheme's sides, each with the feature that chooses it.
 pub(crate) const SIDES: [(&str, Option<&str>); 2] = [("master", None), ("slave", Some("slave"))];
 
+/// Bytes of an image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Size {
+    /// Code and data, as they lie in flash.
+    pub(crate) flash: u64,
+    /// Variables; the stack is apart.
+    pub(crate) ram: u64,
+}
+
 /// An image that was built.
 pub(crate) struct Image {
     /// As its file is named: `BOARD[-VARIANT]-SIDE`.
     pub(crate) name: String,
+    pub(crate) board: &'static BoardInfo,
     pub(crate) size: Size,
     /// What it may take; none where the chip's whole memory is there for it.
     pub(crate) budget: Option<Size>,
@@ -26,6 +37,25 @@ pub(crate) struct Image {
 /// Where images are collected.
 pub(crate) fn folder() -> PathBuf {
     target().join("images")
+}
+
+impl Image {
+    /// Reads it for an analysis of its machine code.
+    pub(crate) fn read(&self) -> Result<cycles::image::Image, String> {
+        read_image(&folder().join(&self.name))
+    }
+}
+
+/// Reads a file for an analysis of its machine code.
+pub(crate) fn read_image(file: &Path) -> Result<cycles::image::Image, String> {
+    let unreadable = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", file.display());
+    let bytes = std::fs::read(file).map_err(|error| unreadable(&error))?;
+    cycles::image::Image::read(&bytes).map_err(|error| unreadable(&error))
+}
+
+/// What the images' machine code does not say of itself.
+pub(crate) fn declared() -> Result<Declared, String> {
+    Declared::read(CALLS).map_err(|error| format!("boards/calls.txt, {error}"))
 }
 
 /// Builds every image of every board into [`folder`].
@@ -58,13 +88,13 @@ pub(crate) fn build(
     let arguments = ["--package", "firmware", "--profile", "firmware", "--features", &features.join(",")];
     run(&mut toolchain.cargo("build", &arguments))?;
     let name: Vec<&str> = [Some(board.name), variant, Some(side)].into_iter().flatten().collect();
-    let (name, built) = (name.join("-"), output("firmware").join("firmware"));
+    let (name, built) = (name.join("-").replace(',', "-"), output("firmware").join("firmware"));
     let image = folder().join(&name);
     let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(&built, &image));
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
     let size = size(&image)?;
-    let budget = board.tooling.budget.filter(|_| variant.is_none());
-    Ok(Image { name, size, budget })
+    let budget = if variant.is_none() { budget(board)? } else { None };
+    Ok(Image { name, board, size, budget })
 }
 
 /// The format of the boards' files: behind a macro, `cargo fmt` does not find them.
@@ -78,6 +108,7 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
         for features in std::iter::once(board.name.to_owned())
             .chain(board.tooling.variants.iter().map(|variant| format!("{},{variant}", board.name)))
+            .chain(std::iter::once(format!("{},cycle-table", board.name)))
         {
             let arguments = ["--quiet", "--package", "firmware", "--features", &features];
             run(toolchain.cargo("clippy", &arguments).args(["--", "--deny", "warnings"]))?;
@@ -93,6 +124,19 @@ pub(crate) fn document(toolchain: Toolchain) -> Outcome {
         run(toolchain.cargo("doc", &arguments).env("RUSTDOCFLAGS", "--deny warnings"))?;
     }
     Ok(())
+}
+
+/// What the plain image of a board may take, by the board's budget; none where that says nothing of it.
+fn budget(board: &BoardInfo) -> Result<Option<Size>, String> {
+    let wrong = |what: &str| format!("boards/budgets/{}.toml: {what}", board.name);
+    let budget: toml::Table =
+        board.budget.parse().map_err(|error: toml::de::Error| wrong(&error.to_string()))?;
+    let bytes = |key: &str| {
+        let bytes =
+            budget.get(key).map(|bytes| bytes.as_integer().and_then(|bytes| u64::try_from(bytes).ok()));
+        bytes.map(|bytes| bytes.ok_or_else(|| wrong(&format!("{key} is no number of bytes")))).transpose()
+    };
+    Ok(bytes("flash_bytes")?.zip(bytes("ram_bytes")?).map(|(flash, ram)| Size { flash, ram }))
 }
 
 fn over_budget(image: &Image) -> Option<String> {
@@ -133,15 +177,16 @@ mod tests {
     #[test]
     fn every_board_with_a_chip_has_a_budget() {
         for board in BOARDS {
-            assert_eq!(board.tooling.chip.is_some(), board.tooling.budget.is_some(), "{}", board.name);
+            assert_eq!(board.tooling.chip.is_some(), budget(board).unwrap().is_some(), "{}", board.name);
         }
     }
 
     #[test]
     fn an_image_over_its_budget_is_named_with_both_sizes() {
-        let board = BOARDS.iter().find(|board| board.tooling.budget.is_some()).unwrap();
-        let most = board.tooling.budget.unwrap();
-        let image = |flash| Image { name: "big".into(), size: Size { flash, ..most }, budget: Some(most) };
+        let (board, most) =
+            BOARDS.iter().find_map(|board| budget(board).unwrap().map(|most| (board, most))).unwrap();
+        let size = |flash| Size { flash, ..most };
+        let image = |flash| Image { name: "big".into(), board, size: size(flash), budget: Some(most) };
         assert_eq!(over_budget(&image(most.flash)), None);
         let message = over_budget(&image(most.flash + 1)).unwrap();
         assert!(message.starts_with(&format!(

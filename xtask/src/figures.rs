@@ -2,23 +2,30 @@
 
 use std::fmt::Write;
 
-use boards::catalogue::Size;
-
-use crate::boards::{Image, build_all, folder, hold};
-use crate::setup;
+use crate::boards::{Image, Size, build_all, folder, hold};
 use crate::shell::{Outcome, cargo, command, run as start, top};
 use crate::table::table;
 use crate::toolchain::Toolchain;
+use crate::{setup, stack};
 
 const HEAD: &str = "\
 # What the firmware takes
 
-Written by `cargo xtask figures`; this and `cargo xtask test` fail when an image is over its budget.
+Written by `cargo xtask figures`; this and `cargo xtask test` fail when an image is over its budget in
+`boards/budgets/`.
 Flash is code, constants and the initial values of variables; RAM is all variables, the Data Base and 16 modules
 of up to 8 degrees of freedom among them, without the stack. The emulated board and variants of others
 have room and no budget.
 The Data Base of nucleo-g474re, 2048 words, holds all 16 modules at 7 degrees of freedom beside a recorder of 250
 rows (`tests/capacity.rs`).
+";
+
+const STACK: &str = "
+## Stack
+
+Every priority at its deepest on top of the others, with what interrupts save: by following all calls in the machine
+code. `cargo xtask stack` shows the calls. At most is what the memory map leaves for it; `cargo xtask test` fails when
+that is too little.
 ";
 
 const TIME: &str = "
@@ -39,15 +46,34 @@ to the board, and 0 while requests come: what is handed over below the tick mask
 moment (from reading, not measured).
 ";
 
+const CYCLES: &str = "
+## Cycles of a tick
+
+By `hil-sim/examples/cycle_figures.rs`: cycles of a model that is built on Arm's tables ([cycles.md](cycles.md)),
+never of silicon. Each tick of the shipped scenario, with jitter and loss, and of random inputs is run in the
+emulated processor and is the host's bit by bit; the bound holds for anything that is measured and comes in.
+";
+
 /// Builds every image, measures and writes the page.
 pub(crate) fn run() -> Outcome {
     setup::emulator()?;
     let images = build_all(Toolchain::set_up()?)?;
-    let page = page(&images) + TIME + "\n" + &lockstep()? + JITTER;
+    let bounds = stack::bounds(&images)?;
+    let page = page(&images) + STACK + &stack::summary(&images, &bounds);
+    let page = page
+        + TIME
+        + "
+" + &example("firmware_figures")?
+        + JITTER;
+    let page = page
+        + CYCLES
+        + "
+" + &example("cycle_figures")?;
     println!("{page}");
     let file = top().join("docs/firmware.md");
     std::fs::write(&file, page).map_err(|error| format!("cannot write {}: {error}", file.display()))?;
-    hold(&images)
+    hold(&images)?;
+    stack::hold(&images, &bounds)
 }
 
 fn page(images: &[Image]) -> String {
@@ -60,9 +86,9 @@ fn page(images: &[Image]) -> String {
     page
 }
 
-/// The table that `hil-sim/examples/firmware_figures.rs` prints.
-fn lockstep() -> Result<String, String> {
-    let example = ["--quiet", "--release", "--package", "hil-sim", "--example", "firmware_figures"];
+/// What an example of `hil-sim` prints.
+fn example(name: &str) -> Result<String, String> {
+    let example = ["--quiet", "--release", "--package", "hil-sim", "--example", name];
     // Apart from the run, to show how the build goes.
     start(cargo(&["build"]).args(example))?;
     let output = cargo(&["run"]).args(example).env("DIMSART_FIRMWARE", folder()).output();

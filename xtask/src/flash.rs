@@ -1,5 +1,7 @@
 //! `cargo xtask flash BOARD [master|slave]`: builds a board's image, flashes it and shows its log.
 
+use std::path::Path;
+
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 
@@ -18,12 +20,16 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
     }
     let side = SIDES.into_iter().find(|(name, _)| *name == side);
     let side = side.ok_or("the side is master or slave")?;
+    let image = build(Toolchain::set_up()?, board, variant, side)?;
+    run_on_chip(chip, &folder().join(image.name))
+}
+
+/// Flashes an image and shows its log until it ends.
+pub(crate) fn run_on_chip(chip: &str, image: &Path) -> Outcome {
     if !succeeds(&mut command("probe-rs", ["--version"])) {
         return Err("probe-rs is not there: cargo install probe-rs-tools --locked".into());
     }
-    let image = build(Toolchain::set_up()?, board, variant, side)?;
-    let mut flash = command("probe-rs", ["run", "--chip", chip]);
-    run(flash.arg(folder().join(image.name))).map_err(|error| {
+    run(command("probe-rs", ["run", "--chip", chip]).arg(image)).map_err(|error| {
         format!("{error}\nIs the board connected? `cargo run --release -- doctor` looks for its probe.")
     })
 }

@@ -2,6 +2,8 @@
 
 mod bench;
 mod boards;
+mod costs;
+mod cycle_table;
 mod figures;
 mod flash;
 mod fuzz;
@@ -9,6 +11,7 @@ mod long;
 mod panic_free;
 mod setup;
 mod shell;
+mod stack;
 mod table;
 mod test;
 mod toolchain;
@@ -21,12 +24,16 @@ usage: cargo xtask COMMAND
   test        set up what is missing, build every board's image, run every test
   flash BOARD[,VARIANT] [master|slave]
               build a board's image, flash it through its debug probe and show its log
+  cycle-table BOARD
+              run the image that measures every row of the cycle table on a board (docs/cycles.md)
+  costs       what each kind of module costs, by bounds of every board's image, as a table of the core; about 30 minutes
   figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
   long        tests that ci runs short, at their full length, then fuzz 1000000000; says how long they take
-  panic-free  show that nothing a tick reaches in the machine code can panic
+  panic-free  show that nothing a tick reaches in the images' machine code can panic
+  stack       bound the stack of every image by its machine code, with the deepest calls of every priority
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";
 
@@ -37,6 +44,8 @@ fn main() -> ExitCode {
         ["test"] => test::test(),
         ["flash", board] => flash::flash(board, "master"),
         ["flash", board, side] => flash::flash(board, side),
+        ["cycle-table", board] => cycle_table::cycle_table(board),
+        ["costs"] => costs::write(),
         ["figures"] => figures::run(),
         ["bench"] => bench::run(),
         ["fuzz"] => fuzz::fuzz(fuzz::INPUTS),
@@ -46,6 +55,7 @@ fn main() -> ExitCode {
         },
         ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),
+        ["stack"] => stack::run(),
         ["ci"] => test::ci(),
         ["help" | "-h" | "--help", ..] => {
             print!("{USAGE}");

@@ -2,13 +2,16 @@
 
 use crate::shell::{Outcome, cargo, command, run, top};
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, fuzz, panic_free, setup};
+use crate::{bench, boards, cycle_table, fuzz, panic_free, setup, stack};
 
 /// Sets up what is missing, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
     let python = setup::python()?;
     setup::emulator()?;
-    boards::hold(&boards::build_all(Toolchain::set_up()?)?)?;
+    let images = boards::build_all(Toolchain::set_up()?)?;
+    boards::hold(&images)?;
+    stack::hold(&images, &stack::bounds(&images)?)?;
+    cycle_table::cycle_table("mps2-an386")?;
     let oracle = top().join("target/oracle");
     let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];
     run(command(python, script).arg(&oracle))?;
@@ -30,5 +33,6 @@ pub(crate) fn ci() -> Outcome {
     test()?;
     fuzz::fuzz(fuzz::INPUTS)?;
     panic_free::run()?;
+    stack::cross_check(toolchain)?;
     bench::run()
 }

@@ -7,7 +7,7 @@ use crate::setup::install;
 use crate::shell::{cargo, command, succeeds};
 
 /// What every board's processor is to the compiler.
-const TARGET: &str = "thumbv7em-none-eabihf";
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 /// A Rust of Debian's with the sources of `core`, which is compiled along; the last one is its linker.
 const DEBIAN: [&str; 5] = ["rustc-web", "cargo-web", "rust-web-clippy", "rust-web-src", "lld-22"];
 /// What Debian's Rust looks for as `rust-lld`, and does not bring.
