@@ -17,7 +17,7 @@ use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
 use crate::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_PORTS};
 use crate::matching::{Difference, Finding, Report, Scheme};
-use crate::module::ModuleList;
+use crate::module::{Compute, ModuleList};
 use crate::modules::{self, Standard};
 use crate::parameter::{Parameter, ParameterError, Parameters, Value};
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Ports, Stage};
@@ -59,17 +59,30 @@ impl Port {
 }
 
 /// One call of a module in a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Call {
+#[derive(Debug)]
+pub(crate) struct Call<M> {
     pub(crate) instance: u8,
     pub(crate) stage: Stage,
+    compute: Compute<M>,
+}
+
+impl<M: ModuleList> Call<M> {
+    /// Of the instance with this number.
+    pub(crate) fn new(instance: u8, stage: Stage, instances: &[Instance<M>]) -> Option<Self> {
+        let module = &instances.get(usize::from(instance))?.module;
+        let compute = match stage {
+            Stage::Early => module.compute(),
+            Stage::Late => module.compute_late(),
+        };
+        Some(Self { instance, stage, compute })
+    }
 }
 
 /// The calls of a tick, with the modules they go to.
 #[derive(Debug)]
 pub struct Calls<'a, M> {
     instances: &'a mut [Instance<M>],
-    schedule: &'a [Call],
+    schedule: &'a [Call<M>],
 }
 
 impl<M: ModuleList> Calls<'_, M> {
@@ -84,10 +97,7 @@ impl<M: ModuleList> Calls<'_, M> {
     pub fn run_observed(self, data: &Data<'_>, observer: &mut impl Observer) {
         for call in self.schedule {
             if let Some(instance) = self.instances.get_mut(usize::from(call.instance)) {
-                observer.call(|| match call.stage {
-                    Stage::Early => instance.module.compute(data),
-                    Stage::Late => instance.module.compute_late(data),
-                });
+                observer.call(|| (call.compute)(&mut instance.module, data));
             }
         }
     }
@@ -125,7 +135,7 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     data_base: DataBase<WORDS>,
     instances: Vec<Instance<M>, MAX_MODULES>,
     plug_in_order: Vec<u8, MAX_MODULES>,
-    schedule: Vec<Call, MAX_CALLS>,
+    schedule: Vec<Call<M>, MAX_CALLS>,
     place_before: Option<ModuleRef>,
     limit_cycles: Option<NonZeroU32>,
     is_running: bool,

@@ -108,7 +108,7 @@ pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
 pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
 pub use matching::{Difference, Finding, Party, Report};
-pub use module::{Kind, Module, ModuleList};
+pub use module::{Compute, Kind, Module, ModuleList};
 pub use names::Name;
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError};
 pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};

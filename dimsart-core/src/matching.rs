@@ -179,7 +179,7 @@ fn bit(slot: u8) -> u64 {
 pub(crate) struct Scheme<'a, M> {
     pub(crate) device: &'a DeviceDescriptor,
     pub(crate) instances: &'a Vec<Instance<M>, MAX_MODULES>,
-    pub(crate) schedule: &'a [Call],
+    pub(crate) schedule: &'a [Call<M>],
     /// Leave this module out, as if it were unplugged.
     pub(crate) without: Option<ModuleRef>,
 }
@@ -332,7 +332,7 @@ impl<M> Scheme<'_, M> {
     }
 
     fn active(&self) -> impl Iterator<Item = &Instance<M>> {
-        let is_early = |call: &&Call| call.stage == Stage::Early;
+        let is_early = |call: &&Call<M>| call.stage == Stage::Early;
         let instances = self.schedule.iter().filter(is_early);
         instances
             .filter_map(|call| self.instances.get(usize::from(call.instance)))

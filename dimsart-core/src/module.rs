@@ -115,6 +115,11 @@ pub trait Module: Default {
     }
 }
 
+/// Calls a module that is of one kind; does nothing to others.
+///
+/// The engine asks for it when a module is plugged in: a tick then jumps right there, whatever number of kinds there is.
+pub type Compute<M> = fn(&mut M, &Data<'_>);
+
 /// Every module of an image: an enum with one variant per kind, made by
 /// [`module_list!`](crate::module_list).
 #[doc(alias = "List of Modules")]
@@ -132,10 +137,10 @@ pub trait ModuleList: Sized + 'static {
     fn activate(&mut self, ports: &mut Ports<'_>);
     /// See [`Module::prepare`].
     fn prepare(&mut self, device: &DeviceDescriptor);
-    /// See [`Module::compute`].
-    fn compute(&mut self, data: &Data<'_>);
-    /// See [`Module::compute_late`].
-    fn compute_late(&mut self, data: &Data<'_>);
+    /// What calls [`Module::compute`] of modules of this kind.
+    fn compute(&self) -> Compute<Self>;
+    /// What calls [`Module::compute_late`] of modules of this kind.
+    fn compute_late(&self) -> Compute<Self>;
     /// [Runs](Calls::run) the calls of a tick. Part of the list, so that it is compiled where the list is, for speed or
     /// for size as the modules are.
     fn step(calls: Calls<'_, Self>, data: &Data<'_>);
@@ -209,20 +214,25 @@ macro_rules! module_list {
             fn prepare(&mut self, device: &$crate::DeviceDescriptor) {
                 match self { $(Self::$kind(module) => $crate::Module::prepare(module, device)),+ }
             }
-            fn compute(&mut self, data: &$crate::Data<'_>) {
-                // Not inlined: calling any module would otherwise cost what entering the largest one costs.
-                #[inline(never)]
-                fn call<T: $crate::Module>(module: &mut T, data: &$crate::Data<'_>) {
-                    module.compute(data);
-                }
-                match self { $(Self::$kind(module) => call(module, data)),+ }
+            fn compute(&self) -> $crate::Compute<Self> {
+                match self { $(Self::$kind(_) => {
+                    fn call(any: &mut $list, data: &$crate::Data<'_>) {
+                        if let $list::$kind(module) = any {
+                            $crate::Module::compute(module, data);
+                        }
+                    }
+                    call
+                }),+ }
             }
-            fn compute_late(&mut self, data: &$crate::Data<'_>) {
-                #[inline(never)]
-                fn call<T: $crate::Module>(module: &mut T, data: &$crate::Data<'_>) {
-                    module.compute_late(data);
-                }
-                match self { $(Self::$kind(module) => call(module, data)),+ }
+            fn compute_late(&self) -> $crate::Compute<Self> {
+                match self { $(Self::$kind(_) => {
+                    fn call(any: &mut $list, data: &$crate::Data<'_>) {
+                        if let $list::$kind(module) = any {
+                            $crate::Module::compute_late(module, data);
+                        }
+                    }
+                    call
+                }),+ }
             }
             fn step(calls: $crate::Calls<'_, Self>, data: &$crate::Data<'_>) {
                 calls.run(data);

@@ -4,6 +4,7 @@ use heapless::Vec;
 
 use crate::engine::{Call, Instance};
 use crate::limits::{MAX_MODULES, MAX_SLOTS};
+use crate::module::ModuleList;
 use crate::port::Stage;
 
 /// Most calls in a tick: each module early and late.
@@ -14,25 +15,28 @@ pub(crate) const MAX_CALLS: usize = 2 * MAX_MODULES;
 ///
 /// A late stage that waits for something nobody writes comes at the end; the matching check reports
 /// what it waits for.
-pub(crate) fn schedule<M>(instances: &[Instance<M>], plug_in_order: &[u8]) -> Vec<Call, MAX_CALLS> {
+pub(crate) fn schedule<M: ModuleList>(
+    instances: &[Instance<M>],
+    plug_in_order: &[u8],
+) -> Vec<Call<M>, MAX_CALLS> {
     let mut plan = Plan { instances, unwritten: [0; MAX_SLOTS], calls: Vec::new() };
     for &instance in plug_in_order {
         for stage in [Stage::Early, Stage::Late] {
-            plan.count(Call { instance, stage }, |count| count.saturating_add(1));
+            plan.count(instance, stage, |count| count.saturating_add(1));
         }
     }
     let mut waiting = Vec::<u8, MAX_MODULES>::new();
     for &instance in plug_in_order {
-        plan.add(Call { instance, stage: Stage::Early });
+        plan.add(instance, Stage::Early);
         if plan.has_late_stage(instance) {
             let _ = waiting.push(instance);
         }
         while let Some(ready) = waiting.iter().position(|&instance| plan.can_follow(instance)) {
-            plan.add(Call { instance: waiting.remove(ready), stage: Stage::Late });
+            plan.add(waiting.remove(ready), Stage::Late);
         }
     }
     for instance in waiting {
-        plan.add(Call { instance, stage: Stage::Late });
+        plan.add(instance, Stage::Late);
     }
     plan.calls
 }
@@ -41,18 +45,20 @@ struct Plan<'a, M> {
     instances: &'a [Instance<M>],
     /// By slot: writes of this tick that are not in `calls` yet.
     unwritten: [u8; MAX_SLOTS],
-    calls: Vec<Call, MAX_CALLS>,
+    calls: Vec<Call<M>, MAX_CALLS>,
 }
 
-impl<M> Plan<'_, M> {
-    fn add(&mut self, call: Call) {
-        self.count(call, |count| count.saturating_sub(1));
-        let _ = self.calls.push(call);
+impl<M: ModuleList> Plan<'_, M> {
+    fn add(&mut self, instance: u8, stage: Stage) {
+        self.count(instance, stage, |count| count.saturating_sub(1));
+        if let Some(call) = Call::new(instance, stage, self.instances) {
+            let _ = self.calls.push(call);
+        }
     }
 
-    fn count(&mut self, call: Call, change: impl Fn(u8) -> u8) {
-        let Some(instance) = self.instances.get(usize::from(call.instance)) else { return };
-        let is_written = |port: &&crate::engine::Port| port.is_written && port.stage == call.stage;
+    fn count(&mut self, instance: u8, stage: Stage, change: impl Fn(u8) -> u8) {
+        let Some(instance) = self.instances.get(usize::from(instance)) else { return };
+        let is_written = |port: &&crate::engine::Port| port.is_written && port.stage == stage;
         for port in instance.ports.iter().filter(is_written) {
             if let Some(count) = self.unwritten.get_mut(usize::from(port.slot)) {
                 *count = change(*count);
