@@ -159,16 +159,18 @@ impl AbstractMemory {
         Ok(domain.combine(&slots, bytes))
     }
 
-    /// Calls the value at `address`, of which nothing is known, by a symbol.
+    /// Calls the byte at `address`, of which nothing is known, by a symbol; the word that it is a part of, if that is
+    /// not known either.
     fn give_name(&mut self, address: u32, value: Word) {
         match self.cell_mut(address) {
-            Some(Cell::Whole(word)) if *word == Word::ANYTHING => *word = value,
+            Some(Cell::Whole(word)) => *word = value,
             Some(Cell::Parts(slots)) => {
-                for slot in Rc::make_mut(slots).iter_mut().filter(|slot| slot.word == Word::ANYTHING) {
+                let place = usize::try_from(address % 4).unwrap_or(0);
+                if let Some(slot) = Rc::make_mut(slots).get_mut(place) {
                     slot.word = value;
                 }
             }
-            _ => {}
+            None => {}
         }
     }
 

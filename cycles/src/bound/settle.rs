@@ -63,8 +63,6 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
         let facts = Facts::default();
         let mut after = Join::new(&mut domain, &facts, &found.facts).memory(&memory, &found.memory);
         domain.facts = facts;
-        // What is below SP when a call begins is whatever came there since the last one.
-        given.push(question.stack_top - found.stack_bytes..question.stack_top);
         let change = memory.first_change(&domain, &after, &given);
         // In the first round, inputs and what is below the stack are not unknown yet.
         let Some(lowest) = change.or((number == 1).then_some(0)) else {
@@ -78,6 +76,8 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
             return Err(BoundError { address, place, callers: Vec::new(), reason });
         }
         after = after.widen(&mut domain, &mut growths);
+        // What is below SP when a call begins is whatever came there since the last one.
+        given.push(question.stack_top - found.stack_bytes..question.stack_top);
         for range in given.iter().cloned() {
             after.forget(&mut domain, range, Width::Byte, &Values::between(0, 0xFF));
         }

@@ -90,8 +90,8 @@ impl Abstract {
     /// Whether a byte can be all that it can be after, and is tied to others as it is after. `same` is which symbol
     /// after stands for which one before.
     fn covers(&self, same: &mut HashMap<u32, (u32, u32)>, before: Slot, after: Slot) -> bool {
-        if before.word == Word::ANYTHING {
-            return true;
+        if before.word == Word::ANYTHING || after.word == Word::ANYTHING {
+            return before.word == Word::ANYTHING;
         }
         if before.word.is_constant() {
             let number = |slot: Slot| slot.word.offset >> (8 * u32::from(slot.byte)) & 0xFF;
@@ -105,28 +105,30 @@ impl Abstract {
             && (before == after || values.union(&self.values(after.word)) == values)
     }
 
+    /// A word that can be all that this one can be, or more if that has grown. Only what [`covers`](Self::covers) looks
+    /// at is kept, ties to other words that `wider` is kept for: what else a symbol comes from, such as which of two
+    /// paths was taken, holds for the round it was found in and perhaps for no other.
     fn widened(&mut self, wider: &mut HashMap<u32, Word>, word: Word, growths: &mut u32) -> Word {
         if let Some(widened) = wider.get(&word.symbol) {
             return widened.plus(word.offset);
         }
         let symbol = Word { offset: 0, ..word };
-        let Some(Origin::Joined(joined)) = self.symbol(word.symbol).map(|symbol| &symbol.origin) else {
-            return word;
-        };
-        let (is_last, before) = (joined.join == self.joins, joined.left.values);
         let now = self.values(symbol);
-        let widened = if is_last && before.union(&now) != before {
-            *growths += 1;
-            if *growths < PATIENCE {
-                symbol
-            } else if *growths < THRESHOLDS {
-                self.unknown(grown(&before, &now, &self.thresholds))
-            } else {
-                self.unknown(Values::ALL)
-            }
-        } else {
-            symbol
+        let before = match self.symbol(word.symbol).map(|symbol| &symbol.origin) {
+            None | Some(Origin::Given) => return word,
+            Some(Origin::Joined(joined)) if joined.join == self.joins => joined.left.values,
+            Some(_) => now,
         };
+        let mut values = now;
+        if before.union(&now) != before {
+            *growths += 1;
+            values = match *growths {
+                ..PATIENCE => now,
+                PATIENCE..THRESHOLDS => grown(&before, &now, &self.thresholds),
+                _ => Values::ALL,
+            };
+        }
+        let widened = self.unknown(values);
         wider.insert(word.symbol, widened);
         widened.plus(word.offset)
     }
