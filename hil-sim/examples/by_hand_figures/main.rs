@@ -64,6 +64,7 @@ fn parts(
 /// Mean cycles of the hand-written master over every tick of the scenario. It has to command and send the same bits.
 fn by_hand(firmware: &Firmware, scenario: &Scenario, timing: Timing) -> Result<f64, Box<dyn Error>> {
     let mut experiment = Experiment::new(scenario)?.without_recording();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     let ticks = (experiment.duration_s() / scenario.sample_period_s).round() as u32;
     let rig = experiment.rig_mut();
     rig.stations_mut().first_mut().ok_or("no master")?.start_tape();
