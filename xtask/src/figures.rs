@@ -77,7 +77,10 @@ pub(crate) fn run() -> Outcome {
     let page = page
         + CYCLES
         + "
-" + &example("cycle_figures")?;
+" + &example("cycle_figures")?
+        + BY_HAND
+        + "
+" + &example("by_hand_figures")?;
     println!("{page}");
     let file = top().join("docs/firmware.md");
     std::fs::write(&file, page).map_err(|error| format!("cannot write {}: {error}", file.display()))?;
