@@ -78,6 +78,11 @@ fn link() {
     for symbol in ["dimsart_image", "dimsart_load"] {
         println!("cargo:rustc-link-arg-bin=firmware=--undefined={symbol}");
     }
+    if env::var_os("CARGO_FEATURE_BY_HAND").is_some() {
+        for symbol in ["by_hand_start", "by_hand_tick"] {
+            println!("cargo:rustc-link-arg-bin=firmware=--undefined={symbol}");
+        }
+    }
     for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }

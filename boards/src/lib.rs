@@ -87,7 +87,7 @@ boards! {
         Tooling { chip: None, variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
             interrupts: MPS2_INTERRUPTS };
     "nucleo-g474re" nucleo_g474re NucleoG474re
-        Tooling { chip: Some("STM32G474RETx"), variants: &["classic-can", "uart-link", "measure", "auth"],
+        Tooling { chip: Some("STM32G474RETx"), variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"],
             interrupts: STM32G4_INTERRUPTS };
     "b-g431b-esc1" b_g431b_esc1 BG431bEsc1
         Tooling { chip: Some("STM32G431CBUx"), variants: &[], interrupts: STM32G4_INTERRUPTS };

@@ -7,7 +7,7 @@ use core::num::NonZeroU8;
 
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
-use crate::limits::{MAX_DOF, MAX_LINKS};
+use crate::limits::MAX_LINKS;
 use crate::mailbox::LinkPort;
 use crate::word::{Scalar, Word};
 
@@ -66,12 +66,7 @@ impl<'a> Data<'a> {
     {
         let Some(sources) = inputs.words(self) else { return };
         let Some(sinks) = outputs.words(self) else { return };
-        let mut lanes = lanes.into_iter();
-        for axis in 0..MAX_DOF {
-            if axis >= self.dof() {
-                return;
-            }
-            let Some(lane) = lanes.next() else { return };
+        for (axis, lane) in (0..self.dof()).zip(lanes) {
             let values = law(lane, <[Input<Vector>; I]>::read(&sources, axis));
             <[Output<Vector>; O]>::write(&sinks, axis, values);
         }

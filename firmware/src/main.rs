@@ -9,6 +9,8 @@
 #![no_std]
 #![no_main]
 
+#[cfg(feature = "by-hand")]
+mod by_hand;
 mod commands;
 mod entry_points;
 mod keeper;

@@ -3,7 +3,6 @@
 //! `table1 TICKS` · `table1-silent TICKS` · `empty MODULES TICKS` · `p ACTIVE INACTIVE DOF TYPES DATA_BASE TICKS`
 #![expect(clippy::expect_used, reason = "a program that measures: a set-up that fails ends it")]
 
-mod by_hand;
 mod engine_cost;
 mod table1;
 

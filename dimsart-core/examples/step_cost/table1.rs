@@ -1,8 +1,7 @@
 //! Table 1 against the same thing by hand: the same bits, and how many instructions each takes.
 
+use by_hand::{DOF, Master, PACKET_WORDS};
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, Packet, Tick, Word, scheme, types};
-
-use crate::by_hand::{self, DOF, Master, PACKET_WORDS};
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 

@@ -37,11 +37,11 @@ use super::channel::{CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, s
 use super::reception::{Expected, Reception};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
-use crate::mailbox::low_half;
+use crate::mailbox::{counters_ahead, low_half};
 use crate::parameter::TypeList;
 use crate::{
-    Choice, Data, DeviceDescriptor, LinkPort, Module, Output, ParameterError, Parameters, Ports, Single,
-    Unit, Value, types,
+    Choice, Data, DeviceDescriptor, Module, Output, ParameterError, Parameters, Ports, Single, Unit, Value,
+    types,
 };
 
 /// See the [module docs](self).
@@ -172,11 +172,18 @@ impl Module for CommRx {
 
     fn compute(&mut self, data: &Data<'_>) {
         let Some(link) = data.link(self.link) else { return };
-        if self.playout_ticks != 0 && self.stale.makes_up() {
-            self.play_out(data, link);
-        } else if self.reception.is_holding() {
+        let plays_out = self.playout_ticks != 0 && self.stale.makes_up();
+        if plays_out {
+            self.left_ticks = self.left_ticks.saturating_sub(1);
+            self.reception.hold_no_more();
+        }
+        let before = self.reception.counter();
+        if self.reception.is_holding() {
             self.reception.hold(link);
         } else if self.reception.accept(link, &self.expected) {
+            if plays_out {
+                self.play_out(before);
+            }
             self.take(data, link.received.room());
         } else {
             self.go_without(data);
@@ -228,16 +235,11 @@ impl CommRx {
         }
     }
 
-    /// Takes what comes, and gives out what is owed evenly in the time that is left for it.
+    /// Has what a new packet brings given out evenly in the time that is left for it; `before` was the counter then.
     #[cold]
-    fn play_out(&mut self, data: &Data<'_>, link: &LinkPort) {
-        self.left_ticks = self.left_ticks.saturating_sub(1);
+    fn play_out(&mut self, before: u16) {
         let every_ticks = self.expected.every_ticks;
-        let packets = self.reception.accept_at_once(link, &self.expected);
-        if packets == 0 {
-            self.go_without(data);
-            return;
-        }
+        let packets = counters_ahead(self.reception.counter(), before).max(1);
         let brought_ticks = packets.saturating_mul(low_half(every_ticks));
         let most_ticks = low_half(every_ticks + self.playout_ticks);
         // A faster packet than all before it moves the time forward, and so does a sender's clock that is fast.
@@ -245,9 +247,9 @@ impl CommRx {
         if self.reception.is_restart {
             self.left_ticks = most_ticks;
         }
-        // Nothing is handed through as it came.
+        // Nothing is handed through as it came, nor held.
         self.reception.is_next = false;
-        self.take(data, link.received.room());
+        self.reception.hold_no_more();
     }
 
     /// What the wave is in a tick without a new packet.

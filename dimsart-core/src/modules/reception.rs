@@ -60,6 +60,16 @@ impl Reception {
         *waited += u16::from(link.received.is_full());
     }
 
+    /// Does not let it go on any more.
+    pub(super) fn hold_no_more(&mut self) {
+        self.held_ticks = 0;
+    }
+
+    /// Counter of the newest packet that was accepted; 0 before the first.
+    pub(super) fn counter(&self) -> u16 {
+        self.counter
+    }
+
     /// Whether the wave of the newest packet goes on for another tick.
     #[inline]
     pub(super) fn is_holding(&self) -> bool {
@@ -97,18 +107,6 @@ impl Reception {
             self.measure_round_trip(link, echo);
         }
         true
-    }
-
-    /// As [`accept`](Self::accept), without holding its wave: how many packets after the one before it the new one was
-    /// sent, 0 when none is there.
-    pub(super) fn accept_at_once(&mut self, link: &LinkPort, expected: &Expected) -> u16 {
-        let before = self.counter;
-        self.held_ticks = 0;
-        if !self.accept(link, expected) {
-            return 0;
-        }
-        self.held_ticks = 0;
-        counters_ahead(self.counter, before).max(1)
     }
 
     /// What came of the present tick; told to the link when it is lost.

@@ -2,13 +2,14 @@
 //!
 //! Everything the modular scheme works out, to the bit and with the same checks, for three axes and
 //! with the parameters as constants: what one would write if nothing ever had to be plugged in.
+#![no_std]
 
 use dimsart_core::{LinkState, counters_ahead, is_newer, math, next_number};
 
 /// Degrees of freedom.
-pub(crate) const DOF: usize = 3;
+pub const DOF: usize = 3;
 /// Words of a packet: a wave and its two counters per axis.
-pub(crate) const PACKET_WORDS: usize = 3 * DOF;
+pub const PACKET_WORDS: usize = 3 * DOF;
 
 /// What a packet carries: one wave on three linear axes.
 const CONTENT: u16 = 0xF2ED;
@@ -26,40 +27,60 @@ const TIMEOUT_TICKS: u32 = 20;
 const WAVE_COUNTS: f32 = PERIOD_S / (1.0 / 268_435_456.0);
 const ENERGY_COUNTS: f32 = PERIOD_S / (1.0 / 1_073_741_824.0);
 
-/// A packet, in or out.
+/// A packet, in or out; laid out for a host to write and read it in an image's memory.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Packet {
-    pub(crate) content: u16,
-    pub(crate) counter: u16,
-    pub(crate) echo: u16,
-    pub(crate) words: [u32; PACKET_WORDS],
+#[repr(C)]
+pub struct Packet {
+    /// What it carries.
+    pub content: u16,
+    /// Its number, low half.
+    pub counter: u16,
+    /// Counter of the newest packet that the sender has received.
+    pub echo: u16,
     /// Whether the samples are finite: looked at outside the tick, as the engine does.
-    pub(crate) is_finite: bool,
+    pub is_finite: bool,
+    /// Samples, then counters.
+    pub words: [u32; PACKET_WORDS],
 }
 
 /// Every signal of the scheme; the modular one has them in its Data Base.
 #[derive(Debug, Default)]
-pub(crate) struct Signals {
-    pub(crate) position: [f32; DOF],
-    pub(crate) wave_in: [f32; DOF],
-    pub(crate) desired_position: [f32; DOF],
-    pub(crate) force: [f32; DOF],
-    pub(crate) wave_out: [f32; DOF],
-    pub(crate) delayed_wave: [f32; DOF],
-    pub(crate) line_force: [f32; DOF],
-    pub(crate) line_velocity: [f32; DOF],
-    pub(crate) age_ticks: u32,
-    pub(crate) lost: u32,
-    pub(crate) round_trip_ticks: u32,
-    pub(crate) refused: u32,
-    pub(crate) state: LinkState,
-    pub(crate) jitter_ticks: f32,
+pub struct Signals {
+    /// Measured, `m`.
+    pub position: [f32; DOF],
+    /// `CH2_WAVES`, `sqrt(W)`.
+    pub wave_in: [f32; DOF],
+    /// `DES_POSITION`, `m`.
+    pub desired_position: [f32; DOF],
+    /// `DES_FORCE`, `N`.
+    pub force: [f32; DOF],
+    /// `CH1_WAVES`, `sqrt(W)`.
+    pub wave_out: [f32; DOF],
+    /// `CH1_TD_WAVES`, `sqrt(W)`.
+    pub delayed_wave: [f32; DOF],
+    /// `LINE_FORCE`, `N`.
+    pub line_force: [f32; DOF],
+    /// `LINE_VELOCITY`, `m/s`.
+    pub line_velocity: [f32; DOF],
+    /// `LINK_AGE`.
+    pub age_ticks: u32,
+    /// `LINK_LOST`.
+    pub lost: u32,
+    /// `LINK_ROUND_TRIP`.
+    pub round_trip_ticks: u32,
+    /// `LINK_REFUSED`.
+    pub refused: u32,
+    /// `LINK_STATE`.
+    pub state: LinkState,
+    /// `LINK_JITTER`.
+    pub jitter_ticks: f32,
 }
 
 /// The master: its signals and what it remembers.
 #[derive(Debug)]
-pub(crate) struct Master {
-    pub(crate) signals: Signals,
+pub struct Master {
+    /// What it has worked out in the last tick.
+    pub signals: Signals,
     a: f32,
     two_over_a: f32,
     is_running_in: bool,
@@ -80,8 +101,16 @@ pub(crate) struct Master {
     is_lost: bool,
 }
 
+impl Default for Master {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Master {
-    pub(crate) fn new() -> Self {
+    /// Before its first tick.
+    #[must_use]
+    pub fn new() -> Self {
         let a = math::sqrt(2.0 * IMPEDANCE);
         Self {
             signals: Signals::default(),
@@ -111,7 +140,7 @@ impl Master {
     #[expect(clippy::indexing_slicing, reason = "the axes of fixed arrays, as one writes it by hand")]
     #[expect(clippy::cast_possible_truncation, reason = "counters: towards zero and saturating")]
     #[expect(clippy::cast_precision_loss, reason = "counters: differences are small")]
-    pub(crate) fn tick(
+    pub fn tick(
         &mut self,
         position: &[f32; DOF],
         received: Option<&Packet>,
