@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::boards::{Image, Size, build_all, folder, hold};
-use crate::shell::{Outcome, cargo, command, run as start, top};
+use crate::boards::{Image, Size, build_all, hold};
+use crate::example::example;
+use crate::shell::{Outcome, command, top};
 use crate::table::table;
 use crate::toolchain::Toolchain;
 use crate::{setup, stack};
@@ -63,12 +64,12 @@ pub(crate) fn run() -> Outcome {
     let page = page
         + TIME
         + "
-" + &example("firmware_figures")?
+" + &example("firmware_figures", &[])?
         + JITTER;
     let page = page
         + CYCLES
         + "
-" + &example("cycle_figures")?;
+" + &example("cycle_figures", &[])?;
     println!("{page}");
     let file = top().join("docs/firmware.md");
     std::fs::write(&file, page).map_err(|error| format!("cannot write {}: {error}", file.display()))?;
@@ -84,20 +85,6 @@ fn page(images: &[Image]) -> String {
     let head = ["Image", "Flash, bytes", "At most", "RAM, bytes", "At most"];
     let _ = write!(page, "\n## Memory\n{}", table(head, &rows));
     page
-}
-
-/// What an example of `hil-sim` prints.
-fn example(name: &str) -> Result<String, String> {
-    let example = ["--quiet", "--release", "--package", "hil-sim", "--example", name];
-    // Apart from the run, to show how the build goes.
-    start(cargo(&["build"]).args(example))?;
-    let output = cargo(&["run"]).args(example).env("DIMSART_FIRMWARE", folder()).output();
-    let output = output.map_err(|error| format!("cannot measure the firmware's time: {error}"))?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        Err(format!("cannot measure the firmware's time: {}", String::from_utf8_lossy(&output.stderr)))
-    }
 }
 
 fn row(image: &Image) -> [String; 5] {
