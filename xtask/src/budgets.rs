@@ -44,7 +44,8 @@ pub(crate) fn hold() -> Outcome {
         return Ok(());
     }
     Err(changes.wrong.join("\n")
-        + "\nmake it cheaper; if it is worth that, run `cargo xtask budgets` and commit the files with the reason")
+        + "\nmake it cheaper; if it is worth that, or the scheme is another one, run `cargo xtask budgets` and commit the \
+           files with the reason")
 }
 
 /// Against the files, of all boards.
