@@ -54,7 +54,7 @@ const MOTOR: Motor = Motor {
 /// Torque that aligning the rotor pulls with at most, `N·m`.
 const ALIGNING_TORQUE_NM: f32 = 0.1;
 /// Ticks that aligning takes.
-const ALIGNING_TICKS: u32 = BG431bEsc1::TICK_HZ / 2;
+const ALIGNING_TICKS: u32 = crate::TICK_HZ / 2;
 const PWM_FREQUENCY: Hertz = Hertz(20_000);
 /// Cycles of 168 MHz.
 const DEAD_TIME: u16 = 134;
@@ -79,8 +79,6 @@ impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
     const WORDS: usize = 240;
-    const CLOCK_HZ: u32 = stm32g4::CLOCK_HZ;
-    const TICK_HZ: u32 = 1_000;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
 
     type Joints = ThreePhaseMotor;

@@ -28,10 +28,6 @@ pub trait Board: Sized {
     const NAME: &'static str;
     /// Words of the Data Base that the board's memory has room for.
     const WORDS: usize;
-    /// Of the processor's clock.
-    const CLOCK_HZ: u32;
-    /// Ticks per second. The board's time driver must be able to wake at this rate.
-    const TICK_HZ: u32;
     /// Types that the device measures; [`types::TIMING`], if at all, last.
     const OUTPUTS: &'static [&'static DataType];
     /// Types that the device is commanded by.

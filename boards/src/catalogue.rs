@@ -7,8 +7,8 @@ pub struct BoardInfo {
     pub name: &'static str,
     /// The linker's memory map that images for the board are laid out by.
     pub memory_map: &'static str,
-    /// What firmware for it may take, as TOML: `clock_hz` and `tick_hz` of the board, `tick_cycles` of any scheme, and
-    /// `flash_bytes` and `ram_bytes` of the plain image, unless there is room for any.
+    /// What firmware for it may take, as TOML: `tick_cycles` of any scheme, `flash_bytes` and `ram_bytes` of the plain
+    /// image, unless there is room for any, and cycles and stack of the shipped scheme's parts.
     pub budget: &'static str,
     /// What tools need beyond that.
     pub tooling: Tooling,
@@ -17,6 +17,10 @@ pub struct BoardInfo {
 /// What is registered of a board beside its name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tooling {
+    /// Of the processor's clock.
+    pub clock_hz: u32,
+    /// Ticks per second.
+    pub tick_hz: u32,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.
     pub chip: Option<&'static str>,
     /// Features that make further images of it, next to the plain one; of several for one image, a comma between.

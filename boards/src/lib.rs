@@ -5,10 +5,10 @@
 //!
 //! # Adding a board
 //!
-//! A file here that implements `Board`, its memory map `memory/NAME.x`, and its line in `boards!` below, which is all
-//! that the build and `cargo xtask` read; what its drivers call through pointers stands in `calls.txt`. Cargo wants a
-//! feature of the board's name in `Cargo.toml`, with what the board depends on, and a second one that passes it on in
-//! `firmware/Cargo.toml`.
+//! A file here that implements `Board`, its memory map `memory/NAME.x`, what it may take in `budgets/NAME.toml`, and its
+//! line in `boards!` below, which is all that the build and the host's tools read; what its drivers call through pointers
+//! stands in `calls.txt`. Cargo wants a feature of the board's name in `Cargo.toml`, with what the board depends on, and
+//! a second one that passes it on in `firmware/Cargo.toml`.
 #![no_std]
 
 #[cfg(test)]
@@ -43,6 +43,12 @@ macro_rules! boards {
             mod $module;
             #[cfg(all(target_os = "none", feature = $name))]
             pub use $module::$board as Selected;
+            /// Of the clock of the chosen board's processor.
+            #[cfg(all(target_os = "none", feature = $name))]
+            pub const CLOCK_HZ: u32 = $tooling.clock_hz;
+            /// Ticks per second of the chosen board. Its time driver must be able to wake at this rate.
+            #[cfg(all(target_os = "none", feature = $name))]
+            pub const TICK_HZ: u32 = $tooling.tick_hz;
         )*
 
         /// Every board.
@@ -54,6 +60,9 @@ macro_rules! boards {
         }),*];
     };
 }
+
+/// Of all boards with an STM32G4: what `stm32g4::start` makes of their crystals.
+const STM32G4_CLOCK_HZ: u32 = 168_000_000;
 
 /// Of all boards with an STM32G4: time, tick, lines, background.
 const STM32G4_INTERRUPTS: &[(&str, i16)] = &[
@@ -84,11 +93,12 @@ const MPS2_INTERRUPTS: &[(&str, i16)] = &[
 
 boards! {
     "mps2-an386" mps2_an386 Mps2An386
-        Tooling { chip: None, variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
-            interrupts: MPS2_INTERRUPTS };
+        Tooling { clock_hz: 25_000_000, tick_hz: 1_000, chip: None,
+            variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"], interrupts: MPS2_INTERRUPTS };
     "nucleo-g474re" nucleo_g474re NucleoG474re
-        Tooling { chip: Some("STM32G474RETx"), variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"],
-            interrupts: STM32G4_INTERRUPTS };
+        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, chip: Some("STM32G474RETx"),
+            variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"], interrupts: STM32G4_INTERRUPTS };
     "b-g431b-esc1" b_g431b_esc1 BG431bEsc1
-        Tooling { chip: Some("STM32G431CBUx"), variants: &[], interrupts: STM32G4_INTERRUPTS };
+        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, chip: Some("STM32G431CBUx"), variants: &[],
+            interrupts: STM32G4_INTERRUPTS };
 }

@@ -98,8 +98,6 @@ static __INTERRUPTS: [Handler; INTERRUPTS] = {
 impl Board for Mps2An386 {
     const NAME: &'static str = "mps2-an386";
     const WORDS: usize = 32_768;
-    const CLOCK_HZ: u32 = 25_000_000;
-    const TICK_HZ: u32 = 1_000;
     const OUTPUTS: &'static [&'static DataType] = host::OUTPUTS;
     const CYCLE_BITS: u32 = 24;
     const PACKETS_PER_TICK: usize = MAX_PACKETS;
@@ -143,7 +141,7 @@ impl Board for Mps2An386 {
         };
         if cfg!(feature = "timer-tick") {
             uart::start();
-            clock::start_timer(Self::TICK_HZ);
+            clock::start_timer();
         }
         parts
     }

@@ -81,8 +81,6 @@ pub struct NucleoG474re;
 impl Board for NucleoG474re {
     const NAME: &'static str = "nucleo-g474re";
     const WORDS: usize = 2048;
-    const CLOCK_HZ: u32 = stm32g4::CLOCK_HZ;
-    const TICK_HZ: u32 = 1_000;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
 
     type Joints = BrushedMotors;

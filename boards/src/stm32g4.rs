@@ -34,8 +34,6 @@ use self::flash::SchemeFlash;
 use self::uart::UartPort;
 use crate::board::{Axes, Board, Idle, Parts, Storage};
 
-/// What the crystal is made into.
-pub(crate) const CLOCK_HZ: u32 = 168_000_000;
 /// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
 /// takes longer than 20 ms.
 const CRYSTAL_PATIENCE: u32 = 1_000_000;
@@ -70,8 +68,8 @@ fn FMAC() {
     }
 }
 
-/// Starts the chip, once: [`CLOCK_HZ`] from a crystal of `crystal`, which `divider` brings down to 4 MHz, and the
-/// counter of the processor's cycles.
+/// Starts the chip, once: [`CLOCK_HZ`](crate::CLOCK_HZ) from a crystal of `crystal`, which `divider` brings down to 4 MHz,
+/// and the counter of the processor's cycles.
 pub(crate) fn start(crystal: Hertz, divider: PllPreDiv) -> Peripherals {
     let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
     // Before the library waits for it, which it does for ever.

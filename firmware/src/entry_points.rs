@@ -28,8 +28,8 @@ struct Image {
 
 #[unsafe(export_name = "dimsart_image")]
 static IMAGE: Image = Image {
-    clock_hz: Selected::CLOCK_HZ,
-    tick_hz: Selected::TICK_HZ,
+    clock_hz: boards::CLOCK_HZ,
+    tick_hz: boards::TICK_HZ,
     name: crate::IMAGE,
     controller_bytes: size_of::<BoardDimsart>(),
 };
@@ -70,7 +70,7 @@ impl Frames {
 #[unsafe(export_name = "dimsart_connect")]
 #[inline(never)]
 pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
-    let period_s = 1.0 / Selected::TICK_HZ as f32;
+    let period_s = 1.0 / boards::TICK_HZ as f32;
     let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::OUTPUTS, Selected::INPUTS);
     let Ok(device) = device else { defmt::panic!("a device of {} axes", axes.len()) };
     if let Err(error) = dimsart.connect(device) {

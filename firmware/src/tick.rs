@@ -16,13 +16,13 @@ use crate::{BoardDimsart, IMAGE};
 
 type Joints = <Selected as boards::Board>::Joints;
 
-const PERIOD: Duration = Duration::from_hz(Selected::TICK_HZ as u64);
+const PERIOD: Duration = Duration::from_hz(boards::TICK_HZ as u64);
 /// A tick that begins later than this is late.
 const TOLERANCE: Duration = Duration::from_ticks(PERIOD.as_ticks() / 10);
 /// Ticks between two reports.
-const REPORT_EVERY: u32 = Selected::TICK_HZ;
+const REPORT_EVERY: u32 = boards::TICK_HZ;
 /// Ticks between two heartbeats.
-const HEARTBEAT_EVERY: u32 = Selected::TICK_HZ / HEARTBEATS_PER_S;
+const HEARTBEAT_EVERY: u32 = boards::TICK_HZ / HEARTBEATS_PER_S;
 /// Ticks that the communication may be silent for before the watchdog is no longer fed: it speaks at every heartbeat.
 const PATIENCE: u32 = 5 * HEARTBEAT_EVERY / 2;
 
@@ -48,7 +48,7 @@ pub(crate) async fn run(
     let sensed = frames.measured().len().saturating_sub(timed);
     let mut timing = Timing::default();
     let mut watchdog = Watchdog::new(PATIENCE);
-    let mut info = DeviceInfo::new(IMAGE).for_clients(Selected::TICK_HZ);
+    let mut info = DeviceInfo::new(IMAGE).for_clients(boards::TICK_HZ);
     links::listen(dimsart);
     let mut due = Instant::now() + PERIOD;
     loop {

@@ -1,16 +1,10 @@
 //! What a scheme may take on a board: the boards' budgets.
 
+use boards::BOARDS;
 use serde::Deserialize;
 
-/// A line per file of `boards/budgets`.
-const BUDGETS: &[(&str, &str)] = &[
-    ("mps2-an386", include_str!("../../boards/budgets/mps2-an386.toml")),
-    ("nucleo-g474re", include_str!("../../boards/budgets/nucleo-g474re.toml")),
-    ("b-g431b-esc1", include_str!("../../boards/budgets/b-g431b-esc1.toml")),
-];
-
 /// What a board's processor and a tick have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
     /// Of the processor.
     pub clock_hz: u32,
@@ -20,11 +14,17 @@ pub struct Budget {
     pub tick_cycles: u32,
 }
 
+/// What is read here of a file of `boards/budgets`.
+#[derive(Deserialize)]
+struct BudgetFile {
+    tick_cycles: u32,
+}
+
 /// Why there is no budget.
 #[derive(Debug, thiserror::Error)]
 pub enum BudgetError {
     /// No board of this name.
-    #[error("'{name}' is not a board; the boards are {}", names().join(", "))]
+    #[error("'{name}' is not a board; the boards are {}", names())]
     Unknown {
         /// What was asked for.
         name: String,
@@ -45,9 +45,11 @@ impl Budget {
     /// # Errors
     /// [`BudgetError`] when there is no such board.
     pub fn of(board: &str) -> Result<Self, BudgetError> {
-        let found = BUDGETS.iter().find(|(name, _)| *name == board);
-        let (name, text) = found.ok_or_else(|| BudgetError::Unknown { name: board.to_owned() })?;
-        toml::from_str(text).map_err(|source| BudgetError::Wrong { name, source })
+        let found = BOARDS.iter().find(|known| known.name == board);
+        let board = found.ok_or_else(|| BudgetError::Unknown { name: board.to_owned() })?;
+        let BudgetFile { tick_cycles } =
+            toml::from_str(board.budget).map_err(|source| BudgetError::Wrong { name: board.name, source })?;
+        Ok(Self { clock_hz: board.tooling.clock_hz, tick_hz: board.tooling.tick_hz, tick_cycles })
     }
 
     /// From one tick to the next, cycles.
@@ -57,10 +59,8 @@ impl Budget {
     }
 }
 
-/// Every board that has a budget.
-#[must_use]
-pub fn names() -> Vec<&'static str> {
-    BUDGETS.iter().map(|(name, _)| *name).collect()
+fn names() -> String {
+    BOARDS.iter().map(|board| board.name).collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]
@@ -68,17 +68,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_file_is_a_board_whose_ticks_fit_into_their_time() {
-        let files = std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/../boards/budgets")).unwrap();
-        let files = files.map(|file| file.unwrap().path().file_stem().unwrap().to_str().unwrap().to_owned());
-        let mut files: Vec<String> = files.collect();
-        let mut names = names();
-        files.sort_unstable();
-        names.sort_unstable();
-        assert_eq!(files, names);
-        for name in names {
-            let budget = Budget::of(name).unwrap();
-            assert!(budget.tick_cycles > 0 && budget.tick_cycles <= budget.period_cycles(), "{name}");
+    fn every_board_s_ticks_fit_into_their_time() {
+        for board in BOARDS {
+            let budget = Budget::of(board.name).unwrap();
+            assert!(budget.tick_cycles > 0 && budget.tick_cycles <= budget.period_cycles(), "{}", board.name);
         }
     }
 

@@ -9,6 +9,7 @@ use object::elf::FileHeader32;
 use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
 
+use crate::budget_file::BudgetFile;
 use crate::shell::{Outcome, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
@@ -128,15 +129,8 @@ pub(crate) fn document(toolchain: Toolchain) -> Outcome {
 
 /// What the plain image of a board may take, by the board's budget; none where that says nothing of it.
 fn budget(board: &BoardInfo) -> Result<Option<Size>, String> {
-    let wrong = |what: &str| format!("boards/budgets/{}.toml: {what}", board.name);
-    let budget: toml::Table =
-        board.budget.parse().map_err(|error: toml::de::Error| wrong(&error.to_string()))?;
-    let bytes = |key: &str| {
-        let bytes =
-            budget.get(key).map(|bytes| bytes.as_integer().and_then(|bytes| u64::try_from(bytes).ok()));
-        bytes.map(|bytes| bytes.ok_or_else(|| wrong(&format!("{key} is no number of bytes")))).transpose()
-    };
-    Ok(bytes("flash_bytes")?.zip(bytes("ram_bytes")?).map(|(flash, ram)| Size { flash, ram }))
+    let BudgetFile { flash_bytes, ram_bytes, .. } = BudgetFile::of(board)?;
+    Ok(flash_bytes.zip(ram_bytes).map(|(flash, ram)| Size { flash, ram }))
 }
 
 fn over_budget(image: &Image) -> Option<String> {

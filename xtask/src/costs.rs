@@ -8,7 +8,8 @@ use dimsart_core::modules::{COSTS, Standard, TICK};
 use dimsart_core::{Cost, ModuleList};
 
 use crate::boards::{SIDES, build, folder};
-use crate::shell::{Outcome, cargo, run, top};
+use crate::example::example;
+use crate::shell::{Outcome, top};
 use crate::toolchain::Toolchain;
 
 const FILE: &str = "dimsart-core/src/modules/costs.rs";
@@ -56,24 +57,13 @@ pub(crate) fn hold() -> Outcome {
 /// What `module_costs` says of every board's image.
 fn measure(dofs: &[u16]) -> Result<String, String> {
     let toolchain = Toolchain::set_up()?;
-    let example = ["--quiet", "--release", "--package", "hil-sim", "--example", "module_costs"];
-    // Apart from the run, to show how the build goes.
-    run(cargo(&["build"]).args(example))?;
     let mut rows = String::new();
     for board in BOARDS {
         let image = folder().join(build(toolchain, board, None, SIDES[0])?.name);
         println!("bounds of every kind of module on {}", board.name);
-        let output = cargo(&["run"])
-            .args(example)
-            .arg("--")
-            .arg(&image)
-            .args(dofs.iter().map(u16::to_string))
-            .output();
-        let output = output.map_err(|error| format!("cannot bound the modules: {error}"))?;
-        if !output.status.success() {
-            return Err(format!("cannot bound the modules: {}", String::from_utf8_lossy(&output.stderr)));
-        }
-        rows.push_str(&String::from_utf8_lossy(&output.stdout));
+        let mut arguments = vec![image.into_os_string()];
+        arguments.extend(dofs.iter().map(|dof| dof.to_string().into()));
+        rows.push_str(&example("module_costs", &arguments)?);
     }
     Ok(rows)
 }

@@ -2,8 +2,9 @@
 
 use std::fmt::Write;
 
-use crate::boards::{Image, Size, build_all, folder, hold};
-use crate::shell::{Outcome, cargo, command, run as start, top};
+use crate::boards::{Image, Size, build_all, hold};
+use crate::example::example;
+use crate::shell::{Outcome, command, top};
 use crate::table::table;
 use crate::toolchain::Toolchain;
 use crate::{setup, stack};
@@ -57,10 +58,10 @@ emulated processor and is the host's bit by bit; the bound holds for anything th
 const BY_HAND: &str = "
 ## Against a function by hand
 
-What the master's tick takes beside Table 1 written by hand as one function (`by-hand/src/lib.rs`), in the same image
-and optimised as the core is: over the shipped scenario with jitter and loss, with the same commands and packets bit by
-bit. The function has one scheme, parameters that are constants and a frame of three positions; the board's frame has
-what the board says of itself, too, 9 words in all.
+What the master's tick takes beside Table 1 written by hand as one function (`dimsart-core/by-hand/src/lib.rs`), in the
+same image and optimised as the core is: over the shipped scenario with jitter and loss, with the same commands and
+packets bit by bit. The function has one scheme, parameters that are constants and a frame of three positions; the
+board's frame has what the board says of itself, too, 9 words in all.
 ";
 
 /// Builds every image, measures and writes the page.
@@ -72,15 +73,15 @@ pub(crate) fn run() -> Outcome {
     let page = page
         + TIME
         + "
-" + &example("firmware_figures")?
+" + &example("firmware_figures", &[])?
         + JITTER;
     let page = page
         + CYCLES
         + "
-" + &example("cycle_figures")?
+" + &example("cycle_figures", &[])?
         + BY_HAND
         + "
-" + &example("by_hand_figures")?;
+" + &example("by_hand_figures", &[])?;
     println!("{page}");
     let file = top().join("docs/firmware.md");
     std::fs::write(&file, page).map_err(|error| format!("cannot write {}: {error}", file.display()))?;
@@ -96,20 +97,6 @@ fn page(images: &[Image]) -> String {
     let head = ["Image", "Flash, bytes", "At most", "RAM, bytes", "At most"];
     let _ = write!(page, "\n## Memory\n{}", table(head, &rows));
     page
-}
-
-/// What an example of `hil-sim` prints.
-fn example(name: &str) -> Result<String, String> {
-    let example = ["--quiet", "--release", "--package", "hil-sim", "--example", name];
-    // Apart from the run, to show how the build goes.
-    start(cargo(&["build"]).args(example))?;
-    let output = cargo(&["run"]).args(example).env("DIMSART_FIRMWARE", folder()).output();
-    let output = output.map_err(|error| format!("cannot measure the firmware's time: {error}"))?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        Err(format!("cannot measure the firmware's time: {}", String::from_utf8_lossy(&output.stderr)))
-    }
 }
 
 fn row(image: &Image) -> [String; 5] {

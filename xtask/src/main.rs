@@ -2,8 +2,11 @@
 
 mod bench;
 mod boards;
+mod budget_file;
+mod budgets;
 mod costs;
 mod cycle_table;
+mod example;
 mod figures;
 mod flash;
 mod fuzz;
@@ -27,6 +30,7 @@ usage: cargo xtask COMMAND
   cycle-table BOARD
               run the image that measures every row of the cycle table on a board (docs/cycles.md)
   costs       what each kind of module costs, by bounds of every board's image, as a table of the core; about 30 minutes
+  budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
   figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
@@ -46,6 +50,7 @@ fn main() -> ExitCode {
         ["flash", board, side] => flash::flash(board, side),
         ["cycle-table", board] => cycle_table::cycle_table(board),
         ["costs"] => costs::write(),
+        ["budgets"] => budgets::write(),
         ["figures"] => figures::run(),
         ["bench"] => bench::run(),
         ["fuzz"] => fuzz::fuzz(fuzz::INPUTS),

@@ -2,7 +2,7 @@
 
 use crate::shell::{Outcome, cargo, command, run, top};
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, cycle_table, fuzz, panic_free, setup, stack};
+use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, setup, stack};
 
 /// Sets up what is missing, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
@@ -11,6 +11,7 @@ pub(crate) fn test() -> Outcome {
     let images = boards::build_all(Toolchain::set_up()?)?;
     boards::hold(&images)?;
     stack::hold(&images, &stack::bounds(&images)?)?;
+    budgets::hold()?;
     cycle_table::cycle_table("mps2-an386")?;
     let oracle = top().join("target/oracle");
     let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];

@@ -6,12 +6,12 @@ use core::cell::{Cell, RefCell};
 use core::task::Waker;
 
 use critical_section::{CriticalSection, Mutex};
-use embassy_time_driver::{Driver, TICK_HZ, time_driver_impl};
+use embassy_time_driver::{Driver, time_driver_impl};
 use embassy_time_queue_utils::Queue;
 
 use super::{Interrupt, Register, unmask};
+use crate::{CLOCK_HZ, TICK_HZ};
 
-const CORE_HZ: u32 = 25_000_000;
 const CONTROL: Register = Register(0x4000_0000);
 const RELOAD: Register = Register(0x4000_0008);
 const CLEAR: Register = Register(0x4000_000C);
@@ -59,9 +59,9 @@ pub(super) fn advance() {
 }
 
 /// Lets timer 0 move time on.
-pub(super) fn start_timer(tick_hz: u32) {
-    const { assert!(TICK_HZ == 1_000, "time is counted in ticks of the controller") };
-    RELOAD.write(CORE_HZ / tick_hz - 1);
+pub(super) fn start_timer() {
+    const { assert!(embassy_time_driver::TICK_HZ == TICK_HZ as u64, "time is counted in ticks of the controller") };
+    RELOAD.write(CLOCK_HZ / TICK_HZ - 1);
     CONTROL.write(ENABLE_AND_INTERRUPT);
     unmask(Interrupt::Timer0);
 }

@@ -33,7 +33,7 @@ use embedded_can::{ExtendedId, Id, StandardId};
 use self::classic as kind;
 #[cfg(not(feature = "classic-can"))]
 use self::fd as kind;
-use super::CLOCK_HZ;
+use crate::CLOCK_HZ;
 use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::bus_off::{BusOff, Step};
 use crate::listening::Listening;

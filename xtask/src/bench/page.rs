@@ -19,7 +19,7 @@ move them by a few percent. Only the time that the shipped scenario takes, at th
 const TABLE1: &str = "
 `schemes/bilateral.scheme`, side master, 3 DoF, the whole `Dimsart::tick` with both frames. By hand: the
 same arithmetic as one function over plain arrays with constant parameters, the same packets and checks,
-and the same bits in every signal and packet over 10 000 ticks (`by-hand/src/lib.rs`).
+and the same bits in every signal and packet over 10 000 ticks (`dimsart-core/by-hand/src/lib.rs`).
 ";
 
 /// The whole page.

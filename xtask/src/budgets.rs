@@ -1,0 +1,137 @@
+//! `cargo xtask budgets`: what the shipped scheme takes on every board, of cycles and stack, for a tick and for each
+//! module, kept in `boards/budgets` and held to that.
+
+mod changes;
+
+use boards::BOARDS;
+use boards::catalogue::BoardInfo;
+use changes::Changes;
+
+use crate::boards::{SIDES, build, folder};
+use crate::budget_file::{self, BudgetFile, Part, Parts};
+use crate::example::example;
+use crate::shell::{Outcome, top};
+use crate::toolchain::Toolchain;
+
+/// Builds every board's plain images and writes its file anew; says what has changed.
+pub(crate) fn write() -> Outcome {
+    let toolchain = Toolchain::set_up()?;
+    for board in BOARDS {
+        for side in SIDES {
+            build(toolchain, board, None, side)?;
+        }
+    }
+    let found = measure()?;
+    print!("{}", changes(&found)?);
+    for board in BOARDS {
+        let sides = SIDES.map(|(side, _)| (side, of(&found, board, side)));
+        let name = budget_file::name(board);
+        let file = top().join(&name);
+        let text = std::fs::read_to_string(&file).map_err(|error| format!("cannot read {name}: {error}"))?;
+        let written = std::fs::write(&file, budget_file::with_parts(&text, &sides));
+        written.map_err(|error| format!("cannot write {name}: {error}"))?;
+    }
+    Ok(())
+}
+
+/// Holds every board's plain images, which are built, to its file.
+pub(crate) fn hold() -> Outcome {
+    let changes = changes(&measure()?)?;
+    if !changes.gained.is_empty() {
+        println!("{}\nrun `cargo xtask budgets` to keep what was gained", changes.gained.join("\n"));
+    }
+    if changes.wrong.is_empty() {
+        return Ok(());
+    }
+    Err(changes.wrong.join("\n")
+        + "\nmake it cheaper; if it is worth that, or the scheme is another one, run `cargo xtask budgets` and commit the \
+           files with the reason")
+}
+
+/// Against the files, of all boards.
+fn changes(found: &[Row]) -> Result<Changes, String> {
+    let mut changes = Changes::default();
+    for board in BOARDS {
+        let file = BudgetFile::of(board)?;
+        for (side, _) in SIDES {
+            changes.add(board, side, file.side(side), &of(found, board, side));
+        }
+    }
+    Ok(changes)
+}
+
+/// Bounds of the images that are built.
+fn measure() -> Result<Vec<Row>, String> {
+    println!("bounds of the shipped scheme on every board");
+    let mut arguments = vec![folder().into_os_string()];
+    arguments.extend(BOARDS.iter().map(|board| board.name.into()));
+    rows(&example("scheme_budgets", &arguments)?)
+}
+
+/// What `scheme_budgets` says; of no side it may say nothing.
+fn rows(text: &str) -> Result<Vec<Row>, String> {
+    let rows: Vec<Row> = text.lines().map(Row::read).collect::<Result<_, _>>()?;
+    let mut sides = BOARDS.iter().flat_map(|board| SIDES.map(|(side, _)| (board, side)));
+    match sides.find(|(board, side)| of(&rows, board, side).is_empty()) {
+        None => Ok(rows),
+        Some((board, side)) => Err(format!("scheme_budgets says nothing of {}'s {side}", board.name)),
+    }
+}
+
+fn of(rows: &[Row], board: &BoardInfo, side: &str) -> Parts {
+    let own = rows.iter().filter(|row| row.board == board.name && row.side == side);
+    own.map(|row| (row.name.clone(), row.part)).collect()
+}
+
+/// One line of `scheme_budgets`.
+struct Row {
+    board: String,
+    side: String,
+    name: String,
+    part: Part,
+}
+
+impl Row {
+    fn read(line: &str) -> Result<Self, String> {
+        let read = || {
+            let words: Vec<&str> = line.split(' ').collect();
+            let [board, side, name, cycles, stack_bytes] = words.as_slice() else { return None };
+            let part = Part { cycles: cycles.parse().ok()?, stack_bytes: stack_bytes.parse().ok()? };
+            let [board, side, name] = [board, side, name].map(|word| (*word).to_owned());
+            Some(Self { board, side, name, part })
+        };
+        read().ok_or_else(|| format!("'{line}' is no row of scheme_budgets"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_side_of_which_nothing_is_said_is_told() {
+        let all = |side| BOARDS.iter().map(move |board| format!("{} {side} tick 3162 224\n", board.name));
+        let (masters, slaves): (String, String) = (all("master").collect(), all("slave").collect());
+        let read = rows(&format!("{masters}{slaves}")).unwrap();
+        for board in BOARDS {
+            assert_eq!(
+                of(&read, board, "slave"),
+                [("tick".to_owned(), Part { cycles: 3162, stack_bytes: 224 })]
+            );
+        }
+        let refused = |text: &str| rows(text).err().unwrap();
+        assert!(refused(&masters).ends_with("'s slave"), "{}", refused(&masters));
+        assert_eq!(refused("a master tick 1"), "'a master tick 1' is no row of scheme_budgets");
+        assert_eq!(refused("a master tick 1 -2"), "'a master tick 1 -2' is no row of scheme_budgets");
+    }
+
+    #[test]
+    fn every_file_has_both_sides() {
+        for board in BOARDS {
+            let file = BudgetFile::of(board).unwrap();
+            for (side, _) in SIDES {
+                assert!(file.side(side).contains_key("tick"), "{} {side}", board.name);
+            }
+        }
+    }
+}
