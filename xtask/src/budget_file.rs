@@ -12,11 +12,20 @@ pub(crate) struct BudgetFile {
     /// Of the plain image; none where there is room for any.
     pub(crate) flash_bytes: Option<u64>,
     pub(crate) ram_bytes: Option<u64>,
+    /// The compiler that made the images of which the rest is, such as `1.95.0`.
+    pub(crate) rustc: Option<Version>,
     /// Of the shipped scheme's sides, by what of a tick takes it.
     #[serde(default)]
     master: BTreeMap<String, Part>,
     #[serde(default)]
     slave: BTreeMap<String, Part>,
+}
+
+/// Of a compiler.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Version {
+    pub(crate) version: String,
 }
 
 /// What a tick, or a module in it, takes at most.
@@ -51,12 +60,13 @@ pub(crate) fn name(board: &BoardInfo) -> String {
     format!("boards/budgets/{}.toml", board.name)
 }
 
-/// A file's text with other parts; what stands before them stays.
-pub(crate) fn with_parts(text: &str, sides: &[(&str, Parts)]) -> String {
+/// A file's text with other parts, by images of another compiler; what stands before them stays.
+pub(crate) fn with_parts(text: &str, rustc: &str, sides: &[(&str, Parts)]) -> String {
     let before = text.split_inclusive('\n').take_while(|line| !line.starts_with('['));
     let mut text: String = before.collect();
-    for (number, (side, parts)) in sides.iter().enumerate() {
-        let _ = writeln!(text, "{}[{side}]", if number == 0 { "" } else { "\n" });
+    let _ = writeln!(text, "[rustc]\nversion = \"{rustc}\"");
+    for (side, parts) in sides {
+        let _ = writeln!(text, "\n[{side}]");
         let keys = || parts.iter().map(|(name, part)| (key(name), part));
         let width = keys().map(|(key, _)| key.len()).max().unwrap_or_default();
         for (key, Part { cycles, stack_bytes }) in keys() {
@@ -90,19 +100,18 @@ mod tests {
         let [master, slave] =
             [[("tick", 3187, 232), ("PCTRL_MOD.2", 285, 36)], [("tick", 12, 0), ("PCTRL_MOD.2", 7, 104)]];
         let sides = [("master", parts(&master)), ("slave", parts(&slave))];
-        let text = with_parts(before, &sides);
+        let text = with_parts(before, "1.95.0", &sides);
         assert!(text.starts_with(before), "{text}");
         let file = BudgetFile::read(&text).unwrap();
+        assert_eq!(file.rustc, Some(Version { version: "1.95.0".to_owned() }));
         assert_eq!((file.flash_bytes, file.ram_bytes), (Some(98_304), Some(32_768)));
         for (side, parts) in &sides {
             assert_eq!(*file.side(side), parts.iter().cloned().collect());
         }
         let others = [("master", parts(&[("tick", 1, 2)])), ("slave", Parts::new())];
-        let text = with_parts(&text, &others);
-        assert_eq!(
-            text,
-            format!("{before}[master]\ntick = {{ cycles =     1, stack_bytes =    2 }}\n\n[slave]\n")
-        );
+        let text = with_parts(&text, "1.96.1", &others);
+        let parts = "[master]\ntick = { cycles =     1, stack_bytes =    2 }\n\n[slave]\n";
+        assert_eq!(text, format!("{before}[rustc]\nversion = \"1.96.1\"\n\n{parts}"));
     }
 
     #[test]

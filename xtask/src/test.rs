@@ -8,10 +8,11 @@ use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, setup, stack}
 pub(crate) fn test() -> Outcome {
     let python = setup::python()?;
     setup::emulator()?;
-    let images = boards::build_all(Toolchain::set_up()?)?;
+    let toolchain = Toolchain::set_up()?;
+    let images = boards::build_all(toolchain)?;
     boards::hold(&images)?;
     stack::hold(&images, &stack::bounds(&images)?)?;
-    budgets::hold()?;
+    budgets::hold(toolchain)?;
     cycle_table::cycle_table("mps2-an386")?;
     let oracle = top().join("target/oracle");
     let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];

@@ -45,6 +45,18 @@ impl Toolchain {
         Ok(Self::Debian)
     }
 
+    /// Of the compiler, such as `1.95.0`.
+    pub(crate) fn version(self) -> Result<String, String> {
+        let rustc = if self == Self::Debian { "/usr/bin/rustc" } else { "rustc" };
+        let output =
+            command(rustc, ["--version"]).output().map_err(|error| format!("cannot run {rustc}: {error}"))?;
+        let said = String::from_utf8_lossy(&output.stdout).into_owned();
+        said.split(' ')
+            .nth(1)
+            .map(str::to_owned)
+            .ok_or_else(|| format!("{rustc} says of its version '{said}'"))
+    }
+
     /// A cargo command for the boards' processor.
     pub(crate) fn cargo(self, subcommand: &str, arguments: &[&str]) -> Command {
         let mut cargo = match (self, subcommand) {
