@@ -8,7 +8,7 @@ use ::cycles::instruction::Width;
 use ::cycles::machine::{Machine, MachineError, Run};
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_PACKET_WORDS;
-use dimsart_core::{Packet, Word};
+use dimsart_core::{MAX_PACKET_BYTES, Packet, Word};
 
 use super::firmware::EntryPoints;
 use super::{CyclesError, Firmware};
@@ -154,6 +154,18 @@ impl Controller {
     pub(super) fn call_of_load(&mut self, scheme: &[u8]) -> Result<Call, CyclesError> {
         let length = self.put_bytes(scheme)?;
         Ok(Call::new(self.entry.load, [CONTROLLER, BYTES, length, 0]))
+    }
+
+    /// Readings of any bytes on any channel: as many as a packet can have, and more. Apart, because what is too long is
+    /// checked and not copied.
+    pub(super) fn calls_of_any_read(&self) -> [Call; 2] {
+        let longest = number(MAX_PACKET_BYTES);
+        [0..=longest, longest + 1..=RECEIVED - BYTES].map(|length| Call {
+            function: self.entry.read,
+            arguments: [RECEIVED..=RECEIVED, BYTES..=BYTES, length, 0..=u16::MAX.into()],
+            inputs: vec![Input::any(BYTES..RECEIVED)],
+            is_optional: false,
+        })
     }
 
     pub(super) fn call_of_deliver(&self, link: u32) -> Call {

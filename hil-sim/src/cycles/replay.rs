@@ -118,6 +118,7 @@ struct Replay {
     instructions: u64,
     counts_instructions: bool,
     worst: Option<Worst>,
+    worst_read: Option<Most>,
     no_bound: Option<String>,
 }
 
@@ -157,6 +158,7 @@ impl Replay {
                 *known = known.zip(most).map(|(known, most)| known.or(most));
             }
         }
+        self.worst_read = self.bounded(Worst::of_read(firmware, timing, controller));
         let channels = channels(&station.dimsart);
         self.worst = self.bounded(Worst::of_ticks(firmware, timing, controller, channels.map(Some)));
         Ok(scheme)
@@ -283,7 +285,7 @@ impl Replay {
             modules: self.modules.iter().enumerate().map(module).collect(),
             steps: self.steps.clone(),
             packets: vec![
-                row("read a packet", &self.read, None),
+                row("read a packet", &self.read, self.worst_read),
                 row("deliver it", &self.deliver, worst.map(|worst| worst.deliver)),
                 row("take one to send", &self.take, worst.map(|worst| worst.take)),
             ],
