@@ -267,15 +267,21 @@ impl Controller {
 pub struct Taken(Vec<u8>);
 
 impl Taken {
-    /// Whether it is this packet: one with the same words, counter, echo and content.
+    /// Whether it is this packet: one with the same words, counter, echo and content. What is not a number here is not
+    /// one there; its bits are each processor's own.
     ///
     /// How a packet lies in memory is the compiler's choice, so that each of them is looked for wherever it may be.
     #[must_use]
     pub fn is(&self, packet: &Packet) -> bool {
-        let words: Vec<u8> = packet.words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let is_nan = |word| f32::from_bits(word).is_nan();
+        let is_same = |(bytes, word): (&[u8; 4], &u32)| {
+            let found = u32::from_le_bytes(*bytes);
+            found == *word || is_nan(found) && is_nan(*word)
+        };
+        let are_words = |window: &[u8]| window.as_chunks().0.iter().zip(&packet.words).all(is_same);
         let halves: BTreeSet<[u8; 2]> = self.0.as_chunks::<2>().0.iter().copied().collect();
         let numbers = [packet.counter, packet.echo, packet.content];
-        self.0.windows(words.len().max(1)).any(|window| window.starts_with(&words))
+        self.0.windows((4 * packet.words.len()).max(1)).any(are_words)
             && numbers.iter().all(|number| halves.contains(&number.to_le_bytes()))
     }
 }
