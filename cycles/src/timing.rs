@@ -89,6 +89,15 @@ impl Timing {
         self.cycles.get(row as usize).map_or(0, |cycles| u32::from(*cycles))
     }
 
+    /// The longest that so many reads of flash are waited for, whatever is in the caches.
+    #[must_use]
+    pub fn longest_waits(&self, reads: u32) -> u32 {
+        match &self.profile {
+            Profile::ZeroWait => 0,
+            Profile::Flash(flash) => reads.saturating_mul(flash.longest_read()),
+        }
+    }
+
     /// Cycles of an instruction behind `pipeline`, which it moves on, whatever is in the caches: flash is waited for
     /// in full at every new line, behind every jump (and there a read that was under way comes first), and at every
     /// load that can be from flash.

@@ -16,6 +16,7 @@ mod costs;
 mod error;
 mod figures;
 mod firmware;
+mod interrupt;
 mod random;
 mod replay;
 mod steady;

@@ -44,6 +44,12 @@ const RUNS: &[Run] = &[
         package: "hil-sim",
         test: ["cycles", "bounds::the_whole_of_table_1"],
     },
+    Run {
+        what: "10^6 ticks with random inputs and parameters of every kind of module, against its bound",
+        minutes: 5,
+        package: "hil-sim",
+        test: ["cycles", "kinds::every_kind_of_module"],
+    },
     Run::faults(
         2,
         "2 x 10^8 damaged frames, every 4 wrong bits, 2 x 10^7 bursts; the same with a CRC of 16 bits",

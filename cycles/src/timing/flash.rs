@@ -72,7 +72,7 @@ impl Flash {
     }
 
     /// The longest that a read is waited for: one ahead of it may be under way.
-    fn longest_read(&self) -> u32 {
+    pub(super) fn longest_read(&self) -> u32 {
         let ahead = if self.prefetches { self.cycles_ahead() } else { 0 };
         u32::from(self.wait_states) + ahead
     }

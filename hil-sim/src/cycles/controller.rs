@@ -8,7 +8,7 @@ use ::cycles::instruction::Width;
 use ::cycles::machine::{Machine, MachineError, Run};
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_PACKET_WORDS;
-use dimsart_core::{Packet, Word};
+use dimsart_core::{MAX_PACKET_BYTES, Packet, Word};
 
 use super::firmware::EntryPoints;
 use super::{CyclesError, Firmware};
@@ -156,6 +156,18 @@ impl Controller {
         Ok(Call::new(self.entry.load, [CONTROLLER, BYTES, length, 0]))
     }
 
+    /// Readings of any bytes on any channel: as many as a packet can have, and more. Apart, because what is too long is
+    /// checked and not copied.
+    pub(super) fn calls_of_any_read(&self) -> [Call; 2] {
+        let longest = number(MAX_PACKET_BYTES);
+        [0..=longest, longest + 1..=RECEIVED - BYTES].map(|length| Call {
+            function: self.entry.read,
+            arguments: [RECEIVED..=RECEIVED, BYTES..=BYTES, length, 0..=u16::MAX.into()],
+            inputs: vec![Input::any(BYTES..RECEIVED)],
+            is_optional: false,
+        })
+    }
+
     pub(super) fn call_of_deliver(&self, link: u32) -> Call {
         Call::new(self.entry.deliver, [CONTROLLER, link, RECEIVED, 0])
     }
@@ -255,15 +267,21 @@ impl Controller {
 pub struct Taken(Vec<u8>);
 
 impl Taken {
-    /// Whether it is this packet: one with the same words, counter, echo and content.
+    /// Whether it is this packet: one with the same words, counter, echo and content. What is not a number here is not
+    /// one there; its bits are each processor's own.
     ///
     /// How a packet lies in memory is the compiler's choice, so that each of them is looked for wherever it may be.
     #[must_use]
     pub fn is(&self, packet: &Packet) -> bool {
-        let words: Vec<u8> = packet.words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let is_nan = |word| f32::from_bits(word).is_nan();
+        let is_same = |(bytes, word): (&[u8; 4], &u32)| {
+            let found = u32::from_le_bytes(*bytes);
+            found == *word || is_nan(found) && is_nan(*word)
+        };
+        let are_words = |window: &[u8]| window.as_chunks().0.iter().zip(&packet.words).all(is_same);
         let halves: BTreeSet<[u8; 2]> = self.0.as_chunks::<2>().0.iter().copied().collect();
         let numbers = [packet.counter, packet.echo, packet.content];
-        self.0.windows(words.len().max(1)).any(|window| window.starts_with(&words))
+        self.0.windows((4 * packet.words.len()).max(1)).any(are_words)
             && numbers.iter().all(|number| halves.contains(&number.to_le_bytes()))
     }
 }

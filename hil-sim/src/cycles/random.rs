@@ -1,5 +1,7 @@
 //! Inputs that no scenario has: anything measured, packets with anything in them, or none for long.
 
+use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use dimsart_core::limits::MAX_PACKET_WORDS;
 use dimsart_core::saved_scheme::{self, fingerprint_of};
 use dimsart_core::{DeviceDescriptor, Packet, Word};
 
@@ -81,6 +83,10 @@ impl<'a> RandomInputs<'a> {
             if self.random.happens(0.03) {
                 bytes.iter_mut().take(3).for_each(|byte| *byte ^= 0x55);
             }
+            if self.random.happens(0.02) {
+                let length = self.length(MAX_CONTENT_BYTES);
+                bytes.resize(length, 0x55);
+            }
             // What is refused is counted by the controller.
             let _ = self.dimsart.receive(link, &bytes);
             self.tape.received.push((link, channel, bytes));
@@ -93,7 +99,10 @@ impl<'a> RandomInputs<'a> {
             1 => self.random.up_to(u16::MAX.into()),
             _ => 1,
         };
-        let words = self.template.as_ref()?.2.words.len();
+        let words = match self.random.happens(0.05) {
+            true => self.length(MAX_PACKET_WORDS),
+            false => self.template.as_ref()?.2.words.len(),
+        };
         let is_wild = self.random.happens(0.02);
         let words: Vec<u32> = (0..words).map(|_| self.word(is_wild)).collect();
         let is_other = self.random.happens(0.02);
@@ -104,6 +113,15 @@ impl<'a> RandomInputs<'a> {
         let content = packet.content ^ u16::from(is_other);
         let words = words.into_iter().collect();
         Some((*link, *channel, Packet { words, content, ..packet.clone() }))
+    }
+
+    /// Up to `most`, which takes the longest, often that.
+    fn length(&mut self, most: usize) -> usize {
+        if self.random.happens(0.5) {
+            return most;
+        }
+        let most = u32::try_from(most).unwrap_or(u32::MAX);
+        usize::try_from(self.random.up_to(most)).unwrap_or(0)
     }
 
     fn measure(&mut self, is_wild: bool) {

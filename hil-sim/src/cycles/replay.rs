@@ -1,13 +1,14 @@
 //! Every tick of a controller here, repeated by the image: the same bits, and what they take.
 
 use ::cycles::machine::{Call, Run};
-use ::cycles::timing::{self, Column, Timing};
+use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Command, Engine, ModuleRef, PORT, Packet, Target, Verb, Word};
 
 use super::figures::Row;
+use super::interrupt::interrupt;
 use super::random::{RandomInputs, Template};
 use super::steady::channels;
 use super::tally::{Inputs, Tally};
@@ -118,6 +119,7 @@ struct Replay {
     instructions: u64,
     counts_instructions: bool,
     worst: Option<Worst>,
+    worst_read: Option<Most>,
     no_bound: Option<String>,
 }
 
@@ -157,6 +159,7 @@ impl Replay {
                 *known = known.zip(most).map(|(known, most)| known.or(most));
             }
         }
+        self.worst_read = self.bounded(Worst::of_read(firmware, timing, controller));
         let channels = channels(&station.dimsart);
         self.worst = self.bounded(Worst::of_ticks(firmware, timing, controller, channels.map(Some)));
         Ok(scheme)
@@ -250,7 +253,7 @@ impl Replay {
     }
 
     fn figures(self, setup: &Setup<'_>, ticks: u64) -> Figures {
-        let Setup { firmware, scenario, side, profile, column, .. } = setup;
+        let Setup { firmware, scenario, side, timing, profile, column, .. } = setup;
         let budget_cycles = firmware.budget_cycles();
         let row = |name: &str, tally: &Tally, most| Row::new(name.to_owned(), tally, most, budget_cycles);
         let worst = self.worst.as_ref();
@@ -283,36 +286,17 @@ impl Replay {
             modules: self.modules.iter().enumerate().map(module).collect(),
             steps: self.steps.clone(),
             packets: vec![
-                row("read a packet", &self.read, None),
+                row("read a packet", &self.read, self.worst_read),
                 row("deliver it", &self.deliver, worst.map(|worst| worst.deliver)),
                 row("take one to send", &self.take, worst.map(|worst| worst.take)),
             ],
             commands: self.commands.iter().map(|(name, tally, most)| row(name, tally, *most)).collect(),
-            interrupt: interrupt(budget_cycles),
+            interrupt: interrupt(timing, budget_cycles),
             instructions: self.instructions,
             no_bound: self.no_bound,
         }
     }
 }
-
-/// What the processor does around an interrupt, by the table: nothing of it is an instruction.
-fn interrupt(budget_cycles: u64) -> Vec<Row> {
-    let rows = [
-        ("interrupt entry", timing::Row::ExceptionEntry, EXCEPTION_FRAME_BYTES),
-        ("interrupt exit", timing::Row::ExceptionExit, 0),
-        ("float registers at entry", timing::Row::LazyStacking, 0),
-    ];
-    let row = |(name, row, stack_bytes): (&str, timing::Row, u32)| {
-        let [likely, upper] = [Column::Likely, Column::Upper].map(|column| row.cost().of(column).into());
-        let mut tally = Tally::default();
-        tally.add(Inputs::Scenario, likely, stack_bytes);
-        Row::new(name.to_owned(), &tally, Some(Most { cycles: upper, stack_bytes }), budget_cycles)
-    };
-    rows.map(row).into()
-}
-
-/// Of the frame that the processor pushes: 8 words, 18 for floats, and up to one for alignment.
-const EXCEPTION_FRAME_BYTES: u32 = 4 * (8 + 18 + 1);
 
 /// A kind of command, in the words of a scheme.
 fn name(command: &Command) -> String {

@@ -105,6 +105,25 @@ impl Worst {
         Ok(worst)
     }
 
+    /// Of reading any bytes: it takes nothing from the controller.
+    pub(super) fn of_read(
+        firmware: &Firmware,
+        timing: &Timing,
+        controller: &Controller,
+    ) -> Result<Most, CyclesError> {
+        let memory = Snapshot::from(controller.machine());
+        let question = Question {
+            image: &firmware.image,
+            timing,
+            memory: &memory,
+            stack_top: firmware.stack_top,
+            calls: &controller.calls_of_any_read(),
+            marked: &BTreeSet::new(),
+        };
+        let bounds = Bound::of_once(&question).map_err(unbounded)?;
+        Ok(bounds.iter().fold(Most::default(), |most, bound| most.or(bound.into())))
+    }
+
     /// Of each command of a scheme, as it is applied when the scheme is loaded.
     pub(super) fn of_commands(
         firmware: &Firmware,

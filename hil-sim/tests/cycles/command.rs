@@ -29,7 +29,9 @@ fn the_last_line_is_json_with_every_figure_and_a_picture_is_drawn() {
     let figures: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
     let modules = figures["modules"].as_array().unwrap();
     assert_eq!(modules.len(), 5);
-    for row in modules.iter().chain([&figures["tick"]]) {
+    let interrupt = figures["interrupt"].as_array().unwrap();
+    assert_eq!(interrupt.len(), 3);
+    for row in modules.iter().chain(interrupt).chain([&figures["tick"]]) {
         assert!(row["name"].is_string(), "{row}");
         for key in ["emulated_min", "emulated_mean", "emulated_max", "bound", "stack_bytes"] {
             assert!(row[key].is_number(), "{key}: {row}");

@@ -7,3 +7,4 @@
 mod bounds;
 mod command;
 mod common;
+mod kinds;

@@ -1,0 +1,30 @@
+//! What the processor does around an interrupt: nothing of it is an instruction.
+
+use ::cycles::timing::{self, Column, Timing};
+
+use super::figures::Row;
+use super::tally::{Inputs, Tally};
+use super::worst::Most;
+
+/// Of the frame that the processor pushes: 8 words, 18 for floats, and up to one for alignment.
+const EXCEPTION_FRAME_BYTES: u32 = 4 * (8 + 18 + 1);
+
+/// Entry, exit and the float registers, by the table.
+///
+/// Its reads of flash that are waited for at most: the one that is under way, then the handler's address and first
+/// line, or the line that it goes back to.
+pub(super) fn interrupt(timing: &Timing, budget_cycles: u64) -> Vec<Row> {
+    let rows = [
+        ("interrupt entry", timing::Row::ExceptionEntry, 3, EXCEPTION_FRAME_BYTES),
+        ("interrupt exit", timing::Row::ExceptionExit, 2, 0),
+        ("float registers at entry", timing::Row::LazyStacking, 0, 0),
+    ];
+    let row = |(name, row, reads, stack_bytes): (&str, timing::Row, u32, u32)| {
+        let [likely, upper] = [Column::Likely, Column::Upper].map(|column| u64::from(row.cost().of(column)));
+        let upper = upper + u64::from(timing.longest_waits(reads));
+        let mut tally = Tally::default();
+        tally.add(Inputs::Scenario, likely, stack_bytes);
+        Row::new(name.to_owned(), &tally, Some(Most { cycles: upper, stack_bytes }), budget_cycles)
+    };
+    rows.map(row).into()
+}

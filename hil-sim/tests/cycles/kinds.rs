@@ -1,0 +1,97 @@
+//! Every kind of module against its bound, with parameters and inputs that are left to chance.
+
+use cycles::timing::{Column, Profile, Timing};
+use dimsart_core::modules::Standard;
+use dimsart_core::{Accepts, Command, Engine, ModuleList, ModuleRef, Parameter, Value, Verb, saved_scheme};
+use hil_sim::experiment::{Experiment, Side};
+use hil_sim::rig::SimulatedDimsart;
+use hil_sim::scenario::Scenario;
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+use crate::bounds::{hold, run};
+use crate::common::{firmware, length};
+
+const EVERY_MODULE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
+
+/// Number of anything, so that a board has the memory for it.
+const MOST: u32 = 100;
+
+#[test]
+fn every_kind_of_module_on_the_master() {
+    every_kind(Side::Master);
+}
+
+#[test]
+fn every_kind_of_module_on_the_slave() {
+    every_kind(Side::Slave);
+}
+
+/// On both sides together 10^4 ticks with random inputs, or 10^6.
+fn every_kind(side: Side) {
+    let Some(firmware) = firmware() else { return };
+    let schemes = length(1, 10);
+    let ticks = length(5_000, 500_000) / schemes;
+    let mut random = Pcg64Mcg::seed_from_u64(side as u64);
+    for dof in [2, 3, 1].into_iter().cycle().take(usize::try_from(schemes).unwrap()) {
+        let both = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
+        let settings = both.into_iter().chain(["duration_s=0.2".to_owned(), format!("dof={dof}")]);
+        let scenario = Scenario::load(None, &settings.collect::<Vec<_>>()).unwrap();
+        let commands = with_random_parameters(&scenario, side, &mut random);
+        let timing = Timing::new(Profile::ZeroWait, Column::Upper);
+        let figures = run(&firmware, &scenario, side, Some(&commands), timing, ticks);
+        hold(&figures);
+        assert_eq!(figures.modules.len(), Standard::KINDS.len());
+        assert!(figures.modules.iter().all(|row| row.random_max > 0), "{:?}", figures.modules);
+    }
+}
+
+/// The side's scheme as commands, with random values of as many parameters as it runs with.
+fn with_random_parameters(scenario: &Scenario, side: Side, random: &mut Pcg64Mcg) -> Vec<Command> {
+    let mut experiment = Experiment::new(scenario).unwrap();
+    let mut stations = experiment.rig_mut().stations_mut().iter_mut();
+    let dimsart = &mut stations.find(|station| station.name == side.name()).unwrap().dimsart;
+    let modules: Vec<ModuleRef> = dimsart.engine().steps().map(|step| step.module).collect();
+    let described = |module: ModuleRef| {
+        let describe = move |index| Engine::<Standard>::describe_parameter(module.kind, index);
+        (0..).map_while(move |index| Some((module, index, describe(index)?)))
+    };
+    let mut parameters: Vec<(ModuleRef, u8, Parameter)> = modules.into_iter().flat_map(described).collect();
+    // A saved scheme has no room for all of them.
+    parameters.sort_by_cached_key(|_| random.next_u32());
+    let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
+    let given = commands.len();
+    for (module, index, parameter) in parameters {
+        let Some(value) = random_value(&parameter, random) else { continue };
+        let plug_in = Command::engine(Verb::ModOn, module);
+        let place = commands.iter().position(|command| *command == plug_in).unwrap();
+        commands.insert(place, Command::set(module, index, value));
+        if !runs(dimsart, &commands) {
+            commands.remove(place);
+        }
+    }
+    assert!(commands.len() >= given + 10, "{} parameters", commands.len() - given);
+    commands
+}
+
+/// None for what the other side would have to be given, too.
+fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
+    if parameter.name.ends_with("_LINK") || parameter.name.ends_with("_CHANNEL") {
+        return None;
+    }
+    let number = random.next_u32();
+    Some(match parameter.accepts {
+        Accepts::Real { min, max, .. } => Value::Real(min + (max - min) * (number as f32 / u32::MAX as f32)),
+        Accepts::Count { min, max } => Value::Count(min + number % (max.min(MOST) - min + 1)),
+        Accepts::Flag => Value::Flag(number.is_multiple_of(2)),
+        Accepts::Choice(names) => Value::Choice(u8::try_from(number as usize % names.len()).unwrap()),
+        Accepts::Types => return None,
+    })
+}
+
+/// Whether a controller starts a scheme of these commands, and can save it.
+fn runs(dimsart: &mut SimulatedDimsart, commands: &[Command]) -> bool {
+    let [first, last] = [Verb::Close, Verb::MatchingCheck].map(Command::plain);
+    [&first].into_iter().chain(commands).chain([&last]).all(|command| dimsart.command(*command).is_ok())
+        && saved_scheme::save(dimsart.engine_mut()).is_ok()
+}
