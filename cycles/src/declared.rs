@@ -72,6 +72,7 @@ impl Declared {
     /// [`DeclaredError`].
     pub fn read(text: &str) -> Result<Self, DeclaredError> {
         let mut declared = Self::default();
+        let mut line_of_caller = 0;
         for (line, text) in (1..).zip(text.lines()) {
             let error = |problem| DeclaredError { line, problem };
             let words = text.trim();
@@ -97,10 +98,20 @@ impl Declared {
                     Some((name, from)) => (name, Some(Name::new(from))),
                     None => (words, None),
                 };
+                declared.has_callees(line_of_caller)?;
+                line_of_caller = line;
                 declared.callers.push(Caller { name: Name::new(name), from, callees: Vec::new() });
             }
         }
+        declared.has_callees(line_of_caller)?;
         Ok(declared)
+    }
+
+    /// Refuses a last caller without callees: it would be taken to call nothing.
+    fn has_callees(&self, line: usize) -> Result<(), DeclaredError> {
+        let is_empty = self.callers.last().is_some_and(|caller| caller.callees.is_empty());
+        let problem = "a caller without callees; name them below it, indented";
+        if is_empty { Err(DeclaredError { line, problem }) } else { Ok(()) }
     }
 }
 
@@ -169,6 +180,9 @@ mod tests {
         let error = |text| Declared::read(text).unwrap_err().to_string();
         assert!(error("\n    callee").starts_with("line 2: "));
         assert!(error("at most two f").starts_with("line 1: "));
+        // It would be taken to call nothing.
+        assert!(error("# why\na\n\nb\n    c").starts_with("line 2: "));
+        assert!(error("a\n    b\nc from d\nat most 2 e").starts_with("line 3: "));
     }
 
     #[test]

@@ -33,6 +33,16 @@ pub enum GraphError {
         /// What it is called from.
         root: String,
     },
+    /// A call of an address where no function begins.
+    #[error(
+        "{place}: a call of {target:#010x}, where no function begins; give it a function's symbol (`.type`)"
+    )]
+    NoFunction {
+        /// Where.
+        place: String,
+        /// What is called.
+        target: u32,
+    },
     /// What is declared matches nothing.
     #[error("no function of the image is '{callee}', which {caller} is declared to call")]
     Unmatched {
@@ -67,7 +77,14 @@ impl<'a> Graph<'a> {
         self.frames.image()
     }
 
-    /// A function and what it calls on behalf of `root`, where an interrupt or the program begins.
+    /// Whether the function that begins at an address has such a name.
+    #[must_use]
+    pub fn has_name(&self, address: u32, name: &Name) -> bool {
+        self.image().functions.get(&address).is_some_and(|function| name.is_of(function))
+    }
+
+    /// A function and what it calls on behalf of `root`, where an interrupt or the program begins. At each call's target
+    /// a function begins.
     ///
     /// # Errors
     /// [`GraphError`].
@@ -76,6 +93,9 @@ impl<'a> Graph<'a> {
         let mut edges = Vec::new();
         for (&at, call) in &frame.calls {
             let callees = match call.callee {
+                Some(target) if !self.image().functions.contains_key(&target) => {
+                    return Err(GraphError::NoFunction { place: self.image().place(at), target });
+                }
                 Some(callee) => vec![callee],
                 None => self.pointed(root, function, at)?,
             };
@@ -106,11 +126,9 @@ impl<'a> Graph<'a> {
     /// What a call through a pointer can call.
     fn pointed(&self, root: u32, caller: u32, at: u32) -> Result<Vec<u32>, GraphError> {
         let image = self.image();
-        let has_name = |address: u32, name: &Name| {
-            image.functions.get(&address).is_some_and(|function| name.is_of(function))
-        };
         let declared = self.declared.callers.iter().find(|declared| {
-            has_name(caller, &declared.name) && declared.from.as_ref().is_none_or(|from| has_name(root, from))
+            self.has_name(caller, &declared.name)
+                && declared.from.as_ref().is_none_or(|from| self.has_name(root, from))
         });
         let Some(declared) = declared else {
             let [caller, root] = [caller, root].map(|address| image.place(address));
@@ -144,7 +162,6 @@ impl<'a> Graph<'a> {
                 self.frames.of(address)?.calls.values().filter_map(|call| call.callee).collect::<Vec<_>>();
             waiting.extend(known.into_iter().filter(|callee| seen.insert(*callee)));
         }
-        let mut functions = seen.iter().filter_map(|address| self.image().functions.get(address));
-        Ok(functions.any(|function| other.is_of(function)) == *reaches)
+        Ok(seen.iter().any(|address| self.has_name(*address, other)) == *reaches)
     }
 }

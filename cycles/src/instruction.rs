@@ -158,6 +158,18 @@ pub enum Width {
     Word,
 }
 
+impl Width {
+    /// How many they are.
+    #[must_use]
+    pub const fn bytes(self) -> u8 {
+        match self {
+            Self::Byte => 1,
+            Self::Half => 2,
+            Self::Word => 4,
+        }
+    }
+}
+
 /// An address in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Address {

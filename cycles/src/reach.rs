@@ -61,8 +61,7 @@ pub fn only(image: &Image, declared: &Declared, root: &str, allowed: &[Name]) ->
     let mut functions = Vec::new();
     let mut square_roots = 0;
     for &address in reached.keys() {
-        let Some(function) = image.functions.get(&address) else { continue };
-        let is_allowed = address == begin || allowed.iter().any(|name| name.is_of(function));
+        let is_allowed = address == begin || allowed.iter().any(|name| graph.has_name(address, name));
         if !is_allowed {
             return Err(ReachError::Forbidden { path: path(address) });
         }

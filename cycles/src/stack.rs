@@ -14,7 +14,7 @@ use core::cmp::Reverse;
 use std::collections::BTreeMap;
 
 use self::depths::Depths;
-use crate::declared::{Declared, Name};
+use crate::declared::Declared;
 use crate::graph::{Graph, GraphError};
 use crate::image::Image;
 
@@ -187,15 +187,12 @@ impl Stack<'_, '_> {
 
     /// Whether a handler does anything in this phase.
     fn runs(&self, handler: u32) -> bool {
-        self.phase == Phase::Later || !self.is_one_of(handler, &self.graph.declared.late)
+        let mut late = self.graph.declared.late.iter();
+        self.phase == Phase::Later || !late.any(|name| self.graph.has_name(handler, name))
     }
 
-    fn is_one_of(&self, function: u32, names: &[Name]) -> bool {
-        let function = self.graph.image().functions.get(&function);
-        function.is_some_and(|function| names.iter().any(|name| name.is_of(function)))
-    }
-
-    /// A handler, with what nothing interrupts or without; and whether it uses floats.
+    /// A handler, with what functions call that nothing interrupts or without; and whether it uses floats. The frames of
+    /// these functions are there in any case: interrupts are masked behind their begin.
     fn level(
         &self,
         priority: Option<Reverse<i16>>,
@@ -204,21 +201,27 @@ impl Stack<'_, '_> {
         is_last: bool,
     ) -> Result<(Level, bool), StackError> {
         let declared = self.graph.declared;
-        let last = if is_last { [].iter() } else { declared.last.iter() };
-        let is_later_program = self.phase == Phase::Later && priority.is_none();
-        let early = if is_later_program { declared.early.iter() } else { [].iter() };
-        let mut depths = Depths::new(self.graph, handler, last.chain(early).collect());
-        let deepest = depths.deepest()?;
+        let mut depths = Depths::new(self.graph, handler);
+        if !is_last {
+            depths.last = &declared.last;
+        }
+        if self.phase == Phase::Later && priority.is_none() {
+            depths.left_out = &declared.early;
+        }
+        let bytes = depths.bytes()?;
         let level = Level {
             priority: priority.map(|Reverse(priority)| priority),
             handler: self.graph.image().place(handler),
             saved_bytes,
-            bytes: deepest.bytes,
+            bytes,
             restarts_stack: self.graph.frames.of(handler).map_err(GraphError::from)?.restarts_stack,
             chain: depths.chain(),
         };
         // Once used, the floats' registers are in use: also by what is left out here.
-        let uses_floats = Depths::new(self.graph, handler, Vec::new()).deepest()?.uses_floats;
+        let mut uses_floats = false;
+        for function in self.graph.reached(handler)?.into_keys() {
+            uses_floats |= self.graph.frames.of(function).map_err(GraphError::from)?.uses_floats;
+        }
         Ok((level, uses_floats))
     }
 }

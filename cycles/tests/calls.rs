@@ -144,6 +144,45 @@ fn tables_of_jumps_are_followed() {
     let mut image = image(&[("f", vec![0xE8DF, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN])], &[]);
     image.code.remove(&(address(0) + 4));
     assert_eq!(Frames::new(&image).of(address(0)).unwrap().bytes, 64);
+    // The arm with the 64 bytes begins with what is not modelled, then the other one, too.
+    for unmodelled in [address(0) + 8, address(0) + 6] {
+        image.code.remove(&unmodelled);
+        let error = Frames::new(&image).of(address(0)).unwrap_err();
+        assert!(matches!(error, FrameError::NoCode { .. }), "{error}");
+    }
+}
+
+#[test]
+fn a_table_ends_where_it_is_filled_up_and_where_constants_begin() {
+    let bytes = |code: &[u16], table: std::ops::Range<u32>| {
+        let mut image = image(&[("f", code.to_vec())], &[]);
+        image.code.retain(|at, _| !table.contains(&(at - address(0))));
+        Frames::new(&image).of(address(0)).map(|frame| frame.bytes)
+    };
+    // Three bytes, and one that makes them even.
+    let three = [0xE8DF, 0xF000, 0x0302, 0x0004, RETURN, RETURN, TAKE_64, GIVE_64, RETURN];
+    assert_eq!(bytes(&three, 4..8), Ok(64));
+    // Only a last byte can be there for that.
+    let first = [&three[..2], &[0x0300, 0x0004], &three[4..]].concat();
+    assert!(matches!(bytes(&first, 4..8), Err(FrameError::NoCode { .. })));
+    // LDR R1, [PC, #4] loads what stands behind the table.
+    let constant = [0x4901, 0xE8DF, 0xF000, 0x0403, 0x0001, 0x0800, RETURN, TAKE_64, GIVE_64, RETURN];
+    assert_eq!(bytes(&constant, 6..12), Ok(64));
+    // TBB [R1, R0] has its table anywhere, TBB [PC, R0] without one leads nowhere.
+    let elsewhere = [0xE8D1, 0xF000, 0x0302, 0x0004, RETURN, RETURN, RETURN];
+    assert!(matches!(bytes(&elsewhere, 4..8), Err(FrameError::LostReturn { .. })));
+    assert!(matches!(bytes(&[0xE8DF, 0xF000, RETURN], 0..0), Err(FrameError::LostReturn { .. })));
+}
+
+#[test]
+fn a_call_of_what_has_no_functions_symbol_is_refused() {
+    // Out of assembly, behind a function without a size.
+    let mut image = image(&[("start", calling(0, 1)), ("label", vec![TAKE_64, LOOP])], &[0]);
+    image.functions.remove(&address(1));
+    image.functions.get_mut(&address(0)).unwrap().bytes = address(2) - address(0);
+    let error = GraphError::NoFunction { place: "start+0x2".into(), target: address(1) };
+    assert_eq!(bound(&image, ""), Err(StackError::Graph(error.clone())));
+    assert_eq!(reach::only(&image, &Declared::default(), "start", &[]), Err(ReachError::Graph(error)));
 }
 
 #[test]
@@ -204,6 +243,8 @@ fn recursion_is_refused_with_its_chain_and_allowed_as_declared() {
     assert_eq!(error, StackError::Recursion { chain: ["f", "g", "f"].map(String::from).to_vec() });
     // start, f, g, f, g, f: 8 bytes each.
     assert_eq!(bound(&image, "at most 2 g").unwrap().bytes, 48);
+    // start, f, g, f, g: each line counts its own functions.
+    assert_eq!(bound(&image, "at most 2 f\nat most 2 g").unwrap().bytes, 40);
 }
 
 #[test]
@@ -230,20 +271,25 @@ fn a_call_through_a_pointer_must_be_declared() {
 
 #[test]
 fn what_masks_interrupts_is_on_top_and_what_is_early_below_no_late_interrupt() {
-    let deep = vec![TAKE_64, LOOP];
     let functions = [
         ("start", calling(0, 3)),
         ("low", calling(1, 4)),
         ("high", vec![RETURN]),
         ("early", vec![TAKE_64, GIVE_64, RETURN]),
-        ("last", deep),
+        ("last", calling(4, 5)),
+        ("deep", vec![TAKE_64, LOOP]),
     ];
-    let image = image(&functions, &[0, NONE, NONE, 1, 2]);
+    let vectors = [0, NONE, NONE, 1, 2];
+    let image = code::image(&functions, &vectors);
     let bytes = |declared| bound(&image, declared).unwrap().bytes;
-    assert_eq!(bytes(""), 8 + 64 + 36 + 8 + 64 + 36);
-    assert_eq!(bytes("last last"), 8 + 64 + 36 + 8 + 64);
-    assert_eq!(bytes("late low\nearly early"), 8 + 36 + 8 + 64 + 36);
-    assert_eq!(bytes("late low\nearly early\nlast last"), 8 + 36 + 8 + 64);
+    assert_eq!(bytes(""), 8 + 64 + 36 + 8 + 8 + 64 + 36);
+    assert_eq!(bytes("last last"), 8 + 64 + 36 + 8 + 8 + 64);
+    assert_eq!(bytes("late low\nearly early"), 8 + 36 + 8 + 8 + 64 + 36);
+    assert_eq!(bytes("late low\nearly early\nlast last"), 8 + 36 + 8 + 8 + 64);
+    // Up to where it masks interrupts it is interrupted itself.
+    let own = [&functions[..4], &[("last", vec![TAKE_64, LOOP])]].concat();
+    let own = bound(&code::image(&own, &vectors), "last last").unwrap();
+    assert_eq!(own.bytes, 8 + 64 + 36 + 8 + 64 + 36);
     let error = bound(&image, "last nobody").unwrap_err();
     assert!(matches!(error, StackError::Unmatched { .. }), "{error}");
 }

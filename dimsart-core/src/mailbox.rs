@@ -104,12 +104,20 @@ impl Mailbox {
     }
 
     pub(crate) fn take(&self) -> Option<Packet> {
-        self.is_full.replace(false).then(|| Packet {
+        if !self.is_full.replace(false) {
+            return None;
+        }
+        let mut words = heapless::Vec::new();
+        for word in self.words() {
+            // There are no more than there is room for; to collect them would leave a panic in the image.
+            let _ = words.push(word.get());
+        }
+        Some(Packet {
             channel: self.channel.get(),
             content: self.content().id(),
             counter: self.counter(),
             echo: self.echo(),
-            words: self.words().iter().map(Cell::get).collect(),
+            words,
         })
     }
 }

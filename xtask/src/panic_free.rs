@@ -1,8 +1,11 @@
 //! `cargo xtask panic-free`: nothing that a tick can reach in the machine code may panic.
 //!
-//! From `dimsart_tick` on, every call in the machine code of every image is followed. All of it must be the core's own,
-//! its mathematics', plain memory moves or tallies of what was measured, without an instruction that traps: a panic, a
-//! formatter, an allocator or floats in software are faults, and so is a call whose target cannot be seen.
+//! From `dimsart_tick` on, and from what brings it packets and takes them from it, every call in the machine code of
+//! every image is followed. All of it must be the core's own, its mathematics', plain memory moves or tallies of what was
+//! measured, without an instruction that traps: a panic, a formatter, an allocator or floats in software are faults, and
+//! so is a call whose target cannot be seen.
+
+use std::collections::BTreeSet;
 
 use cycles::declared::Name;
 use cycles::reach;
@@ -11,8 +14,8 @@ use crate::boards::{build_all, declared};
 use crate::shell::Outcome;
 use crate::toolchain::Toolchain;
 
-/// Where a tick begins in an image.
-const ROOT: &str = "dimsart_tick";
+/// What the tick's interrupt asks of a controller in every period.
+const ROOTS: [&str; 3] = ["dimsart_deliver", "dimsart_tick", "dimsart_take"];
 /// What a tick may be made of.
 const ALLOWED: [&str; 14] = [
     "dimsart_core::*",
@@ -37,10 +40,15 @@ pub(crate) fn run() -> Outcome {
     let allowed = ALLOWED.map(Name::new);
     let declared = declared()?;
     for image in build_all(Toolchain::set_up()?)? {
-        let name = &image.name;
-        let reached = reach::only(&image.read()?, &declared, ROOT, &allowed);
-        let reached = reached.map_err(|error| format!("{name}: a tick does what it must not: {error}"))?;
-        println!("{name}: a tick reaches {} functions, none of which can panic", reached.functions.len());
+        let (name, image) = (&image.name, image.read()?);
+        let mut functions = BTreeSet::new();
+        for root in ROOTS {
+            let reached = reach::only(&image, &declared, root, &allowed);
+            let reached =
+                reached.map_err(|error| format!("{name}: a tick does what it must not: {error}"))?;
+            functions.extend(reached.functions);
+        }
+        println!("{name}: a tick reaches {} functions, none of which can panic", functions.len());
     }
     Ok(())
 }

@@ -82,11 +82,7 @@ fn mix([a, b, c]: [u32; 3]) -> u32 {
 }
 
 fn width_bytes(width: Width) -> usize {
-    match width {
-        Width::Byte => 1,
-        Width::Half => 2,
-        Width::Word => 4,
-    }
+    width.bytes().into()
 }
 
 impl Both {

@@ -37,13 +37,10 @@ impl<D: Domain, M: Memory<D>> Execution<'_, D, M> {
 
     /// An address that the processor wants divisible. One that is not known is left to the memory.
     fn aligned(&self, address: D::Word, width: Width) -> Fallible<D::Word> {
-        let bytes = match width {
-            Width::Byte => 1,
-            Width::Half => 2,
-            Width::Word => 4,
-        };
         match self.domain.known(address) {
-            Some(address) if address % bytes != 0 => Err(AccessError::Unaligned { address }.into()),
+            Some(address) if !address.is_multiple_of(width.bytes().into()) => {
+                Err(AccessError::Unaligned { address }.into())
+            }
             _ => Ok(address),
         }
     }

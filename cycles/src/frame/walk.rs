@@ -8,7 +8,7 @@ use super::{Call, Frame, FrameError, Frames};
 use crate::execute::{Flow, execute};
 use crate::image::Image;
 use crate::image::jump_table;
-use crate::instruction::{Condition, FloatUnary, Instruction, LR, Operation, Register, SP, Undecoded};
+use crate::instruction::{Condition, FloatUnary, Instruction, LR, Operation, PC, Register, SP, Undecoded};
 use crate::state::Registers;
 
 /// Registers that a call may change: R0 to R3, R12 and LR (AAPCS32, 6.1.1).
@@ -117,8 +117,12 @@ impl<'a> Walk<'a> {
                 self.call(instruction, Some(target), state, next)
             }
             (Flow::Jump(target), _) => self.jump(instruction, target, state, pieces),
-            (Flow::Indirect(_), Operation::TableBranch { half, .. }) => {
-                for target in jump_table::targets(self.image, address, half) {
+            (Flow::Indirect(_), Operation::TableBranch { n: PC, half, .. }) => {
+                let targets = jump_table::targets(self.image, address, half);
+                if targets.is_empty() {
+                    return Err(self.lost_return(instruction));
+                }
+                for target in targets {
                     self.reach((target, pieces.clone()), state.clone())?;
                 }
                 Ok(())

@@ -1,13 +1,18 @@
 //! Tables of jumps.
 
 use crate::image::Image;
+use crate::instruction::{Address, Instruction, Offset, Operation, PC};
+
+/// What stands behind a table is aligned to this at most.
+const ALIGNMENT: u32 = 4;
 
 /// Targets of a table branch (`TBB`, of halves `TBH`) at an address: its table stands behind it, up to the next
-/// instruction or the first target.
+/// instruction, constant or target. There need not be code at a target: it can be of a kind that is not modelled.
 pub(crate) fn targets(image: &Image, address: u32, is_half: bool) -> Vec<u32> {
     let start = address.wrapping_add(4);
     let bytes = if is_half { 2 } else { 1 };
-    let mut end = image.code.range(start..).next().map_or(start, |(address, _)| *address);
+    let code = image.code.range(start..).next().map(|(address, _)| *address);
+    let mut end = code.into_iter().chain(first_constant(image, start)).min().unwrap_or(start);
     let mut targets = Vec::new();
     let mut place = start;
     while place + bytes <= end {
@@ -17,12 +22,33 @@ pub(crate) fn targets(image: &Image, address: u32, is_half: bool) -> Vec<u32> {
             _ => break,
         };
         let target = start.wrapping_add(2 * entry);
-        // What fills the table up to an even length is no entry.
-        if image.code.contains_key(&target) {
-            end = if target > start { end.min(target) } else { end };
+        // Nothing goes on in the table: such an entry is what fills it up. Anywhere else it is kept, and found wrong.
+        let is_filling = target <= place && end - place < ALIGNMENT;
+        if !is_filling {
+            end = if target > place { end.min(target) } else { end };
             targets.push(target);
         }
         place += bytes;
     }
     targets
+}
+
+/// The first constant from `start` on that the function around it loads.
+fn first_constant(image: &Image, start: u32) -> Option<u32> {
+    let function = image.function_at(start)?;
+    let code = image.code.range(function.address..function.end());
+    code.filter_map(|(_, instruction)| constant(instruction)).filter(|constant| *constant >= start).min()
+}
+
+/// The address of the constant that an instruction loads.
+fn constant(instruction: &Instruction) -> Option<u32> {
+    let offset = match instruction.operation {
+        Operation::Load { address: Address { base: PC, offset: Offset::Immediate(offset), .. }, .. }
+        | Operation::LoadPair {
+            address: Address { base: PC, offset: Offset::Immediate(offset), .. }, ..
+        }
+        | Operation::FloatLoad { base: PC, offset, .. } => offset,
+        _ => return None,
+    };
+    Some((instruction.address.wrapping_add(4) & !3).wrapping_add_signed(offset))
 }

@@ -8,85 +8,98 @@ use crate::graph::{Edge, Graph};
 
 /// A call chain, from its deepest end.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Deepest {
-    pub(super) bytes: u32,
-    /// Whether anything that is called uses floats.
-    pub(super) uses_floats: bool,
+struct Deepest {
+    bytes: u32,
     /// The call that is deepest, none where the function itself is.
     by: Option<Edge>,
 }
+
+/// A function on the stack, and how many functions of each declared nesting are there with it.
+type Place = (u32, Vec<u32>);
 
 /// The depths of what is called on behalf of one handler.
 pub(super) struct Depths<'g, 'a> {
     graph: &'g Graph<'a>,
     root: u32,
     /// Functions that are not called now.
-    left_out: Vec<&'g Name>,
-    /// By function and how many functions with a declared nesting are on the stack.
-    known: BTreeMap<(u32, u32), Deepest>,
-    path: Vec<(u32, u32)>,
+    pub(super) left_out: &'g [Name],
+    /// Functions that call nothing now.
+    pub(super) last: &'g [Name],
+    known: BTreeMap<Place, Deepest>,
+    path: Vec<Place>,
 }
 
 impl<'g, 'a> Depths<'g, 'a> {
-    pub(super) fn new(graph: &'g Graph<'a>, root: u32, left_out: Vec<&'g Name>) -> Self {
-        Self { graph, root, left_out, known: BTreeMap::new(), path: Vec::new() }
+    pub(super) fn new(graph: &'g Graph<'a>, root: u32) -> Self {
+        Self { graph, root, left_out: &[], last: &[], known: BTreeMap::new(), path: Vec::new() }
     }
 
-    /// The handler at its deepest.
-    pub(super) fn deepest(&mut self) -> Result<Deepest, StackError> {
-        self.of((self.root, 0))
+    /// Bytes of the handler at its deepest.
+    pub(super) fn bytes(&mut self) -> Result<u32, StackError> {
+        Ok(self.of(self.begin())?.bytes)
     }
 
-    fn of(&mut self, (function, nested): (u32, u32)) -> Result<Deepest, StackError> {
-        let key = (function, nested);
-        if let Some(deepest) = self.known.get(&key) {
+    fn begin(&self) -> Place {
+        (self.root, vec![0; self.graph.declared.nesting.len()])
+    }
+
+    fn of(&mut self, place: Place) -> Result<Deepest, StackError> {
+        if let Some(deepest) = self.known.get(&place) {
             return Ok(*deepest);
         }
-        if let Some(begin) = self.path.iter().position(|place| *place == key) {
-            let place = |(function, _): &(u32, u32)| self.graph.image().place(*function);
-            let chain = self.path.iter().skip(begin).chain([&key]).map(place).collect();
+        if let Some(begin) = self.path.iter().position(|known| *known == place) {
+            let name = |(function, _): &Place| self.graph.image().place(*function);
+            let chain = self.path.iter().skip(begin).chain([&place]).map(name).collect();
             return Err(StackError::Recursion { chain });
         }
-        self.path.push(key);
-        let (frame, edges) = self.graph.calls(self.root, function)?;
-        let mut deepest = Deepest { bytes: frame.bytes, uses_floats: frame.uses_floats, by: None };
+        let (function, nested) = &place;
+        let (frame, edges) = self.graph.calls(self.root, *function)?;
+        let mut deepest = Deepest { bytes: frame.bytes, by: None };
+        let edges = if self.is_one_of(*function, self.last) { Vec::new() } else { edges };
+        self.path.push(place.clone());
         for edge in edges {
             let Some(called) = self.called(edge, nested) else { continue };
-            let called = self.of(called)?;
-            deepest.uses_floats |= called.uses_floats;
-            let bytes = edge.depth_bytes.saturating_add(called.bytes);
+            let bytes = edge.depth_bytes.saturating_add(self.of(called)?.bytes);
             if bytes > deepest.bytes {
-                deepest = Deepest { bytes, by: Some(edge), ..deepest };
+                deepest = Deepest { bytes, by: Some(edge) };
             }
         }
         self.path.pop();
-        self.known.insert(key, deepest);
+        self.known.insert(place, deepest);
         Ok(deepest)
     }
 
-    /// What a call leads to where `nested` functions with a declared nesting are on the stack; none if the call does not
-    /// happen.
-    fn called(&self, edge: Edge, nested: u32) -> Option<(u32, u32)> {
-        let function = self.graph.image().functions.get(&edge.callee)?;
-        if self.left_out.iter().any(|name| name.is_of(function)) {
+    /// What a call leads to where `nested` functions of each declared nesting are on the stack; none if the call does
+    /// not happen.
+    fn called(&self, edge: Edge, nested: &[u32]) -> Option<Place> {
+        if self.is_one_of(edge.callee, self.left_out) {
             return None;
         }
-        let declared = self.graph.declared.nesting.iter().find(|(_, name)| name.is_of(function));
-        match declared {
-            Some((most, _)) => (nested < *most).then_some((edge.callee, nested + 1)),
-            None => Some((edge.callee, nested)),
+        let mut nested = nested.to_vec();
+        for (count, (most, name)) in nested.iter_mut().zip(&self.graph.declared.nesting) {
+            if self.graph.has_name(edge.callee, name) {
+                *count += 1;
+                if *count > *most {
+                    return None;
+                }
+            }
         }
+        Some((edge.callee, nested))
+    }
+
+    fn is_one_of(&self, function: u32, names: &[Name]) -> bool {
+        names.iter().any(|name| self.graph.has_name(function, name))
     }
 
     /// The deepest chain, once all depths are known: functions, each with the bytes that it has on the stack.
     pub(super) fn chain(&self) -> Vec<(String, u32)> {
         let mut chain = Vec::new();
-        let mut place = Some((self.root, 0));
-        while let Some(key) = place {
-            let Some(deepest) = self.known.get(&key) else { break };
+        let mut place = Some(self.begin());
+        while let Some((function, nested)) = place {
+            let Some(deepest) = self.known.get(&(function, nested.clone())) else { break };
             let bytes = deepest.by.map_or(deepest.bytes, |edge| edge.depth_bytes);
-            chain.push((self.graph.image().place(key.0), bytes));
-            place = deepest.by.and_then(|edge| self.called(edge, key.1));
+            chain.push((self.graph.image().place(function), bytes));
+            place = deepest.by.and_then(|edge| self.called(edge, &nested));
         }
         chain
     }

@@ -23,8 +23,12 @@ impl Timing {
         // result is waited for anyway, could overtake one that stalls later: joined pipelines would bound neither.
         let mut stalls = self.fetch_stall(pipeline, instruction);
         if matches!(operation, Operation::IfThen { .. }) {
-            // It may be folded away: what is before it is then right before the next instruction.
+            // It may be folded away: what is before it is then right before the next instruction. If it takes its time, two
+            // loads around it do not pipeline.
             let own = self.row(Row::IfThen);
+            if own > 0 {
+                pipeline.load = None;
+            }
             pipeline.pass(own);
             return stalls + own;
         }

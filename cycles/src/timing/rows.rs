@@ -91,7 +91,7 @@ pub(super) fn each(operation: &Operation) -> Option<(Row, u32)> {
 /// Bytes that an operation loads; none if it loads nothing.
 pub(super) fn loaded_bytes(operation: &Operation) -> Option<u32> {
     match *operation {
-        Operation::Load { width, .. } | Operation::LoadExclusive { width, .. } => Some(bytes(width)),
+        Operation::Load { width, .. } | Operation::LoadExclusive { width, .. } => Some(width.bytes().into()),
         Operation::LoadPair { .. } => Some(8),
         Operation::LoadMultiple { registers, .. } => Some(4 * registers.count_ones()),
         Operation::TableBranch { half, .. } => Some(if half { 2 } else { 1 }),
@@ -135,13 +135,5 @@ pub(super) fn immediate_offset(operation: &Operation) -> Option<(Register, i32)>
         Operation::LoadMultiple { n, .. } | Operation::FloatLoadMultiple { n, .. } => Some((*n, 0)),
         Operation::FloatLoad { base, offset, .. } => Some((*base, *offset)),
         _ => None,
-    }
-}
-
-fn bytes(width: Width) -> u32 {
-    match width {
-        Width::Byte => 1,
-        Width::Half => 2,
-        Width::Word => 4,
     }
 }

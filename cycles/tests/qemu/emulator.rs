@@ -41,7 +41,7 @@ impl Emulator {
             command.args(["-device", &loader]);
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
-        let mut process = command.spawn().expect("qemu-system-arm, which `cargo xtask test` installs");
+        let mut process = command.spawn().expect("QEMU");
         let log = process.stderr.take().expect("a pipe");
         Self { process, log: BufReader::with_capacity(AT_ONCE, log), line: Vec::new(), said: String::new() }
     }

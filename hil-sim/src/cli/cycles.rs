@@ -140,8 +140,9 @@ impl Cycles {
         bar.finish_and_clear();
         let figures = figures?;
         if let Some(attached) = attached {
-            attached.print(out, &figures, self.json)?;
-            return figures.no_bound.map_or(Ok(ExitCode::SUCCESS), |reason| Err(reason.into()));
+            let holds = attached.print(out, &figures, self.json)?;
+            let ending = if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+            return figures.no_bound.map_or(Ok(ending), |reason| Err(reason.into()));
         }
         print(out, &figures)?;
         if !self.no_picture {

@@ -46,6 +46,8 @@ struct Report<'a> {
     bound_unit: &'static str,
     profile: &'a str,
     column: &'a str,
+    /// Whether there are bounds, and nothing that was measured is above its own.
+    holds: bool,
     tick: &'a Comparison<'a>,
     modules: &'a [Comparison<'a>],
 }
@@ -113,13 +115,13 @@ impl Attached {
         self.measured.is_instructions
     }
 
-    /// Prints measured beside model, and warns where the bound does not hold.
+    /// Prints measured beside model, and warns where the bound does not hold. Gives whether it holds everywhere.
     pub(super) fn print(
         self,
         out: &mut impl Write,
         figures: &Figures,
         as_json: bool,
-    ) -> Result<(), Box<dyn Error>> {
+    ) -> Result<bool, Box<dyn Error>> {
         let Self { port, board, image, dof, measured, .. } = &self;
         if measured.calls.len() != figures.steps.len() {
             return Err(format!(
@@ -168,9 +170,10 @@ impl Attached {
         }
         table.column_iter_mut().skip(1).for_each(|column| column.set_cell_alignment(CellAlignment::Right));
         writeln!(out, "{table}")?;
-        for (row, bound) in
-            std::iter::once(&tick).chain(&modules).filter_map(|row| Some((row, row.broken()?)))
-        {
+        let rows = std::iter::once(&tick).chain(&modules);
+        let broken: Vec<_> = rows.filter_map(|row| Some((row, row.broken()?))).collect();
+        let holds = figures.no_bound.is_none() && broken.is_empty();
+        for (row, bound) in broken {
             writeln!(
                 out,
                 "WARNING: {} took {:.0} {measured_unit}, more than its bound of {bound}: the bound is of memory `{profile}`; \
@@ -188,11 +191,88 @@ impl Attached {
                 bound_unit: unit,
                 profile,
                 column,
+                holds,
                 tick: &tick,
                 modules: &modules,
             };
             writeln!(out, "{}", serde_json::to_string(&report)?)?;
         }
-        Ok(())
+        Ok(holds)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUND: u64 = 120;
+
+    fn model(name: &str) -> Row {
+        Row {
+            name: name.to_owned(),
+            emulated_min: 90,
+            emulated_mean: 95.0,
+            emulated_max: 100,
+            runs: 10,
+            random_max: 110,
+            bound: Some(BOUND),
+            ratio: None,
+            stack_bytes: None,
+            stack_emulated_bytes: 0,
+            budget_percent: 0.0,
+        }
+    }
+
+    fn figures(no_bound: Option<String>) -> Figures {
+        Figures {
+            unit: "cycles",
+            image: "image".into(),
+            side: "master",
+            scheme: "scheme".into(),
+            dof: 1,
+            ticks: 10,
+            random_ticks: 0,
+            profile: "0ws",
+            column: "upper",
+            clock_hz: 1,
+            budget_cycles: 1,
+            tick: model("tick"),
+            frame_and_engine: model("frame and engine"),
+            modules: vec![model("PDCTRL_MOD")],
+            steps: vec![0],
+            packets: Vec::new(),
+            commands: Vec::new(),
+            interrupt: Vec::new(),
+            instructions: 0,
+            no_bound,
+        }
+    }
+
+    /// Whether the bound holds, as it is returned and as it is in the JSON, and the text.
+    fn printed(greatest: f64, figures: &Figures) -> (bool, bool, String) {
+        let row = |greatest| MeasuredRow { runs: 1, least: 90.0, mean: 95.0, greatest };
+        let measured = Measured { tick: row(100.0), calls: vec![row(greatest)], is_instructions: false };
+        let [port, board, image] = ["port", "board", "image"].map(str::to_owned);
+        let attached = Attached { port, board, image, dof: 1, commands: Vec::new(), measured };
+        let mut out = Vec::new();
+        let holds = attached.print(&mut out, figures, true).unwrap();
+        let text = String::from_utf8(out).unwrap();
+        let json: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+        (holds, json["holds"].as_bool().unwrap(), text)
+    }
+
+    #[test]
+    fn a_bound_that_is_broken_holds_no_more() {
+        let figures = figures(None);
+        let (holds, in_json, text) = printed(BOUND as f64, &figures);
+        assert!(holds && in_json && !text.contains("WARNING"), "{text}");
+        let (holds, in_json, text) = printed(BOUND as f64 + 1.0, &figures);
+        assert!(!holds && !in_json && text.contains("WARNING: PDCTRL_MOD took 121 cycles"), "{text}");
+    }
+
+    #[test]
+    fn no_bound_holds_nothing() {
+        let (holds, in_json, _) = printed(100.0, &figures(Some("a call through a pointer".into())));
+        assert!(!holds && !in_json);
     }
 }
