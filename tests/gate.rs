@@ -29,6 +29,7 @@ fn guarded() -> Vec<Request> {
         Request::Schemes(SchemeAction::RollBack),
         Request::Key(KeyAction::Set { key: KeyBytes(*KEY), salt: u64::MAX }),
         Request::Key(KeyAction::Clear),
+        Request::Cycles { place: 0, begins_anew: true },
     ]
 }
 
@@ -41,6 +42,7 @@ fn harmless() -> Vec<Request> {
         Request::Lease(LeaseAction::Look),
         Request::Schemes(SchemeAction::Look),
         Request::Key(KeyAction::Look),
+        Request::Cycles { place: 0, begins_anew: false },
     ]
 }
 

@@ -1,6 +1,8 @@
 //! Both sides of a link, each with a guard.
 #![expect(clippy::expect_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
+use std::collections::VecDeque;
+
 use dimsart_core::Packet;
 use dimsart_core::auth::{AuthError, CHALLENGE_MS, Guard, Key, Profile};
 use dimsart_core::carrier::can::{Assembler, frames};
@@ -195,6 +197,40 @@ fn a_side_that_starts_anew_or_changes_its_channel_is_taken_again() {
     sides[1].taken.clear();
     run(&mut sides, &mut now_ms, 2 * CHALLENGE_MS, &mut clean);
     assert!(sides[1].taken.len() >= 100, "{} taken, {:?}", sides[1].taken.len(), sides[1].refused);
+}
+
+/// What comes of the other side before both have found together is no try of a tag, however long that takes.
+#[test]
+fn a_side_that_starts_anew_far_away_is_not_locked_out() {
+    for profile in [Profile::Full, Profile::Short] {
+        for delay_ms in [6, 50, 300] {
+            let mut sides = sides(profile, CHANNELS);
+            let mut on_the_way = VecDeque::new();
+            let mut now_ms = 0;
+            for start in 0..3 {
+                for _ in 0..5 * delay_ms + CHALLENGE_MS {
+                    now_ms += 1;
+                    for (from, to) in [(0, 1), (1, 0)] {
+                        let sent = sides[from].send(now_ms);
+                        on_the_way.extend(sent.into_iter().map(|content| (now_ms + delay_ms, to, content)));
+                    }
+                    while let Some((_, to, content)) =
+                        on_the_way.pop_front_if(|(due_ms, ..)| *due_ms <= now_ms)
+                    {
+                        sides[to].take(now_ms, &content, CHANNELS[1 - to]);
+                    }
+                }
+                for side in &sides {
+                    let what = format!("{profile:?}, {delay_ms} ms, start {start}");
+                    assert_eq!(side.guard.lockouts(), 0, "{what}");
+                    assert!(side.taken.len() >= 50, "{what}: {} taken", side.taken.len());
+                }
+                let [left, right] = CHANNELS;
+                sides[1] = Side::new(KEY, profile, [right, left], 3 + start);
+                sides[0].taken.clear();
+            }
+        }
+    }
 }
 
 proptest! {

@@ -92,6 +92,19 @@ impl<T> Giver<T> {
         }
     }
 
+    /// Waits until all that was handed over is taken, so that nothing of what is given next is dropped. Asks again and
+    /// again, for a taker wakes nobody: for what is seldom given, from below the tick.
+    pub async fn taken(&mut self) {
+        poll_fn(|context| {
+            if self.producer.is_empty() {
+                return Poll::Ready(());
+            }
+            context.waker().wake_by_ref();
+            Poll::Pending
+        })
+        .await;
+    }
+
     /// Items dropped since the start.
     #[must_use]
     pub fn dropped(&self) -> u32 {
@@ -140,5 +153,41 @@ impl<T> Taker<T> {
             self.consumer.dequeue().map_or(Poll::Pending, Poll::Ready)
         })
         .await
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    use embassy_futures::block_on;
+    use embassy_futures::join::join;
+    use embassy_futures::yield_now;
+
+    use super::*;
+
+    #[test]
+    fn who_waits_until_it_is_taken_has_nothing_dropped() {
+        let (mut giver, mut taker) = Box::leak(Box::new(Handover::<u8, 2>::new())).split();
+        let give = async {
+            for item in [1, 2, 3] {
+                giver.give(item);
+                giver.taken().await;
+            }
+            giver.dropped()
+        };
+        let take = async {
+            let mut taken = Vec::new();
+            for turn in 0..40 {
+                // Busy with something else most of the time.
+                if turn % 10 == 9 {
+                    taken.extend(taker.take());
+                }
+                yield_now().await;
+            }
+            taken
+        };
+        assert_eq!(block_on(join(give, take)), (0, [1, 2, 3].into()));
     }
 }

@@ -19,7 +19,6 @@ mod board;
 pub mod bus_off;
 pub mod catalogue;
 pub mod encoder;
-#[cfg(target_os = "none")]
 pub mod handover;
 #[cfg(target_os = "none")]
 mod listening;

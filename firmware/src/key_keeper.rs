@@ -130,6 +130,8 @@ impl KeyKeeper {
         let kept = kept.map_err(|Broken| Refusal::Store(StoreError::Storage))?;
         self.gate = gate(kept);
         self.links.give(kept);
+        // From the answer on they have it too, and there is room for the next one.
+        self.links.taken().await;
         Ok(())
     }
 }

@@ -1,12 +1,13 @@
 //! The key in flash, apart from the schemes: never lost with them, never lost to them.
 //!
 //! ```text
-//! page    record | mark | mark | ...          two pages, of which one holds the record that counts
-//! record  key 16 bytes | salt u64 | generation u32 | starts u32 | is set u32 | CRC-32 u32 | commit 8 bytes
+//! page    record | commit | retired | mark | mark | ...     two pages, of which one holds the record that counts
+//! record  key 16 bytes | salt u64 | generation u32 | starts u32 | is set u32 | CRC-32 u32
 //! ```
-//! A new record goes to the other page and is committed by a word of its own; then the old page is erased. A cut leaves
-//! the old record or the new one. A committed record that cannot be read is not the same as none: the board is locked.
-//! (`sequential-storage` takes the record before it in its place.)
+//! A new record goes to the other page and is committed by a word of its own; then the old one is retired by another
+//! word, and its page erased. A cut leaves the old record or the new one. A record that was committed, not retired, and
+//! cannot be read is not the same as none: it may be the newer one, so the board is locked whatever the other page
+//! says. (`sequential-storage` takes the record before it in its place.)
 //!
 //! Every start of the board puts a mark behind the record: nonces are made of how many there were.
 
@@ -18,20 +19,22 @@ use embedded_storage_async::nor_flash::NorFlash;
 use crate::Broken;
 
 const PAGES: u32 = 2;
-/// A commit, a mark: written once, and a whole number of words of every flash here.
+/// A commit, a retirement, a mark: written once, and a whole number of words of every flash here.
 const WORD_BYTES: usize = 8;
 const BODY_BYTES: usize = 40;
 const CRC_BYTES: usize = 4;
 /// Offsets within a page.
 const COMMIT: u32 = 40;
-const MARKS: u32 = 48;
+const RETIRED: u32 = 48;
+const MARKS: u32 = 56;
 const MARK_BYTES: u32 = 8;
-const _: () = assert!(
-    COMMIT as usize == BODY_BYTES && MARKS - COMMIT == MARK_BYTES && MARK_BYTES as usize == WORD_BYTES
-);
+const _: () = assert!(COMMIT as usize == BODY_BYTES && MARK_BYTES as usize == WORD_BYTES);
+const _: () = assert!(RETIRED == COMMIT + MARK_BYTES && MARKS == RETIRED + MARK_BYTES);
 const WRITTEN: [u8; WORD_BYTES] = [0; WORD_BYTES];
 /// Of a flash that was erased.
 const ERASED: u8 = 0xFF;
+/// Half of a word: no damage of a few bits makes a record count, or not.
+const HALF_BITS: u32 = 32;
 
 /// Numbers that a start may use: [`KeptKey::seed`] and those behind it.
 pub const SEEDS_PER_START: u64 = 8;
@@ -84,10 +87,10 @@ struct Record {
 
 /// What is found at the beginning of a page.
 enum Found {
-    /// Nothing that was ever whole.
+    /// Nothing that was ever whole, or what was replaced since.
     Nothing,
     Record(Record),
-    /// It was whole.
+    /// It was whole, and nothing says that it was replaced.
     Damaged,
 }
 
@@ -125,11 +128,13 @@ impl KeyStore {
                 }
             }
         }
-        let Some((page, record)) = self.current else {
-            return Ok(if is_damaged { Kept::Damaged } else { Kept::None });
-        };
+        // Even beside a record: what it said may have come later.
+        if is_damaged {
+            return Ok(Kept::Damaged);
+        }
+        let Some((page, record)) = self.current else { return Ok(Kept::None) };
         // Left there by a cut.
-        self.erase_used(other(page), flash).await?;
+        self.retire(other(page), flash).await?;
         let Some(key) = record.key else { return Ok(Kept::None) };
         let starts = self.count_start(page, record, flash).await?;
         Ok(Kept::Key(KeptKey { key, seed: seed(record.salt, starts) }))
@@ -157,7 +162,7 @@ impl KeyStore {
         self.replace(Record { key: None, salt: 0, generation: 0, starts: 0 }, flash).await
     }
 
-    /// Writes a record to the other page, then erases the one that it replaces.
+    /// Writes a record to the other page, then retires and erases the one that it replaces.
     async fn replace<F: NorFlash>(&mut self, record: Record, flash: &mut F) -> Result<(), Broken> {
         let (page, generation) = self.current.map_or((0, 0), |(page, old)| (other(page), old.generation));
         let record = Record { generation: generation.wrapping_add(1), ..record };
@@ -167,8 +172,16 @@ impl KeyStore {
         write(flash, place + COMMIT, &WRITTEN).await?;
         self.current = Some((page, record));
         // What stays is erased at the next start.
-        let _ = self.erase_used(other(page), flash).await;
+        let _ = self.retire(other(page), flash).await;
         Ok(())
+    }
+
+    /// Erases a page that no longer counts. A cut on the way must not leave what looks like a damaged record.
+    async fn retire<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
+        if !matches!(self.find(page, flash).await?, Found::Nothing) {
+            write(flash, self.place(page) + RETIRED, &WRITTEN).await?;
+        }
+        self.erase_used(page, flash).await
     }
 
     /// Puts a mark behind the record; gives how many starts there were.
@@ -197,11 +210,13 @@ impl KeyStore {
     }
 
     async fn find<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<Found, Broken> {
-        let (mut body, mut commit) = ([0; BODY_BYTES], WRITTEN);
+        let (mut body, mut commit, mut retired) = ([0; BODY_BYTES], WRITTEN, WRITTEN);
         let place = self.place(page);
         flash.read(place, &mut body).await.map_err(|_| Broken)?;
         flash.read(place + COMMIT, &mut commit).await.map_err(|_| Broken)?;
-        if is_erased(&commit) {
+        flash.read(place + RETIRED, &mut retired).await.map_err(|_| Broken)?;
+        // An erasure that was cut leaves as many zeros in the one as in the other, more or less.
+        if zeros(commit) <= zeros(retired) + HALF_BITS {
             return Ok(Found::Nothing);
         }
         Ok(Record::from_bytes(&body).map_or(Found::Damaged, Found::Record))
@@ -235,6 +250,10 @@ fn seed(salt: u64, starts: u32) -> u64 {
 
 fn is_erased(bytes: &[u8]) -> bool {
     bytes.iter().all(|byte| *byte == ERASED)
+}
+
+fn zeros(word: [u8; WORD_BYTES]) -> u32 {
+    u64::from_le_bytes(word).count_zeros()
 }
 
 async fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), Broken> {

@@ -14,11 +14,16 @@ use std::ops::Range;
 use common::{Flash, PAGE, WORD};
 use embassy_futures::block_on;
 use firmware::{BUFFER_BYTES, Kept, KeptKey, KeyStore, SEEDS_PER_START, SchemeStore};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 /// Schemes before it.
 const KEYS: Range<u32> = 4096..8192;
 const PLACE: usize = 4096;
 const BODY_BYTES: usize = 40;
+const RETIRED: usize = 48;
+/// Record, commit and retirement.
+const HEAD_BYTES: usize = 56;
 
 /// What a user does to a board.
 #[derive(Debug, Clone, Copy)]
@@ -88,6 +93,80 @@ fn script() -> Vec<Step> {
     steps
 }
 
+/// What is left in the flash when the power goes at the first, the second, ... write of a step.
+fn cuts(board: &Board, step: Step) -> Vec<Flash> {
+    let mut left = Vec::new();
+    for power in 0.. {
+        let mut cut = Board::start(board.flash.clone());
+        cut.flash.power = Some(power);
+        let is_done = cut.carry_out(step).is_some() && cut.flash.power != Some(0);
+        if is_done {
+            break;
+        }
+        left.push(Flash { power: None, ..cut.flash });
+    }
+    left
+}
+
+#[test]
+fn damage_of_either_record_after_a_cut_at_any_write_takes_nothing_back_or_locks() {
+    use Step::{Clear, Set};
+    let (mut board, mut locked) = (Board::start(Flash::new()), 0);
+    for step in [Set(1), Set(2), Clear, Set(3), Clear, Clear, Set(4)] {
+        // A commit that was cut may be made whole by damage, but nothing is taken back.
+        let finished = match step {
+            Set(number) => Some(number),
+            _ => None,
+        };
+        for (power, flash) in cuts(&board, step).into_iter().enumerate() {
+            let allowed = [Board::start(flash.clone()).number(), finished];
+            for place in [PLACE, PLACE + PAGE].into_iter().flat_map(|page| page..page + HEAD_BYTES) {
+                for bit in 0..8 {
+                    let mut flash = flash.clone();
+                    flash.bytes[place] ^= 1 << bit;
+                    let damaged = Board::start(flash);
+                    if damaged.kept == Kept::Damaged {
+                        locked += 1;
+                        assert_eq!(Board::start(damaged.flash).kept, Kept::Damaged, "it stays so");
+                    } else {
+                        let number = damaged.number();
+                        assert!(
+                            allowed.contains(&number),
+                            "{step:?} cut at {power}, {place} {bit}: {number:?}"
+                        );
+                    }
+                }
+            }
+        }
+        board.carry_out(step).unwrap();
+    }
+    assert!(locked > 1000, "{locked}");
+}
+
+/// An erasure turns the bits of a page to ones, each in its own time.
+#[test]
+fn an_old_page_that_is_erased_in_part_locks_nothing() {
+    let board = Board::with_key(1);
+    let old = [PLACE, PLACE + PAGE].into_iter().find(|place| board.flash.is_written[place / WORD]).unwrap();
+    for (step, expected) in [(Step::Set(2), Some(2)), (Step::Clear, None)] {
+        let mut retired =
+            cuts(&board, step).into_iter().find(|flash| flash.bytes[old + RETIRED] == 0).unwrap();
+        retired.bytes[old + RETIRED..][..WORD].fill(0);
+        for erased in 1..=64 {
+            for seed in 0..20 {
+                let mut random = Pcg64Mcg::seed_from_u64(seed);
+                let mut flash = retired.clone();
+                for byte in &mut flash.bytes[old..old + PAGE] {
+                    for bit in 0..8 {
+                        *byte |= u8::from(random.next_u32() % 64 < erased) << bit;
+                    }
+                }
+                assert_eq!(Board::start(flash).number(), expected, "{step:?}, {erased} of 64, seed {seed}");
+            }
+        }
+    }
+}
+
 #[test]
 fn after_a_cut_at_any_write_the_old_or_the_new_key_is_kept() {
     let (mut board, mut cuts) = (Board::start(Flash::new()), 0);
@@ -153,7 +232,7 @@ fn a_damaged_record_locks_whatever_it_said() {
         flash.bytes[place..place + BODY_BYTES].fill(0xFF);
         assert_eq!(Board::start(flash).kept, Kept::Damaged, "its commit is still there");
         // What is behind it says nothing of keys.
-        for bit in 8 * BODY_BYTES..8 * (BODY_BYTES + 3 * WORD) {
+        for bit in 8 * BODY_BYTES..8 * (HEAD_BYTES + 2 * WORD) {
             let mut flash = board.flash.clone();
             flash.bytes[place + bit / 8] ^= 1 << (bit % 8);
             assert_eq!(Board::start(flash).number(), board.number(), "bit {bit}");

@@ -163,7 +163,9 @@ impl Opener {
             AuthError::NotFresh if self.stale < DOUBTFUL => self.stale += 1,
             _ => {
                 self.doubt();
-                if *error == AuthError::Tag && self.profile == Profile::Short {
+                // Without a session no tag was compared, so none was tried.
+                let is_compared = *error == AuthError::Tag && self.session.is_some();
+                if is_compared && self.profile == Profile::Short {
                     self.lockout.count_wrong(now_ms);
                 }
             }

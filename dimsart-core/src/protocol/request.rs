@@ -107,7 +107,8 @@ pub enum Request {
     Cycles {
         /// 0 for the whole tick, then 1 for the first of [`Engine::steps`](crate::Engine::steps) and so on.
         place: u8,
-        /// Forgets all that was measured, of every place, once it is answered.
+        /// Forgets all that was measured, of every place, once it is answered. It moves nothing, so that it needs no
+        /// lease.
         begins_anew: bool,
     },
 }
@@ -133,6 +134,7 @@ impl Request {
         match self {
             Self::Lease(action) => *action != LeaseAction::Look,
             Self::Key(action) => *action != KeyAction::Look,
+            Self::Cycles { begins_anew, .. } => *begins_anew,
             _ => self.is_change(),
         }
     }

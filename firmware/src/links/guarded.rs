@@ -98,9 +98,11 @@ async fn carry(
     let mut door = Door::new(kept);
     let mut buffer = [0; MAX_CARRIED_BYTES];
     loop {
-        // What goes out comes first: a tick leaves one packet per link, and whoever floods a link brings any number.
-        match select3(packets_out.next(), keys.next(), link_in.receive(&LISTENING, &mut buffer)).await {
-            Either3::First(Outgoing { link, packet }) => {
+        // Who changes a key waits for it. What goes out comes next: a tick leaves one packet per link, and whoever
+        // floods a link brings any number.
+        match select3(keys.next(), packets_out.next(), link_in.receive(&LISTENING, &mut buffer)).await {
+            Either3::First(kept) => door = Door::new(kept),
+            Either3::Second(Outgoing { link, packet }) => {
                 if let Some(guarded) = door.guarded(link) {
                     guarded.guard.send_on(packet.channel);
                     guarded.channel = packet.channel;
@@ -108,7 +110,6 @@ async fn carry(
                 shake_hands(&mut door, link, &mut link_out).await;
                 send(&mut door, link, &packet, &mut link_out).await;
             }
-            Either3::Second(kept) => door = Door::new(kept),
             Either3::Third((link, length)) => {
                 if let Some(packet) = buffer.get(..length).and_then(|content| door.open(link, content)) {
                     packets_in.give(Received { link, packet });
