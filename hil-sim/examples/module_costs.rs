@@ -81,7 +81,7 @@ fn bounds<'a>(
         while let Some((variant, dof)) = tasks.get(next.fetch_add(1, Ordering::Relaxed)) {
             let bound = match variant {
                 Some(variant) => SchemeBound::around(variant, firmware, timing, *dof)?,
-                None => Some(SchemeBound::of_many(MANY, firmware, timing, *dof)?),
+                None => SchemeBound::of_many(MANY, firmware, timing, *dof)?,
             };
             found.extend(bound.map(|bound| ((*variant, *dof), bound)));
         }

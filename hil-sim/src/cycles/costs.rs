@@ -92,7 +92,8 @@ fn values(parameter: &Parameter, takes_other: bool) -> Vec<Vec<Value>> {
 }
 
 impl SchemeBound {
-    /// Of the smallest scheme around a kind of module; none for values that the module refuses.
+    /// Of the smallest scheme around a kind of module; none for values that the module refuses, or a scheme that the
+    /// image does, such as one that it has no memory for.
     ///
     /// What it reads and nobody provides comes from generators, whose numbers are not known in a bound.
     ///
@@ -105,14 +106,19 @@ impl SchemeBound {
         dof: usize,
     ) -> Result<Option<Self>, CyclesError> {
         let Some(mut scheme) = Scheme::around(variant, dof)? else { return Ok(None) };
-        scheme.bound(firmware, timing, dof).map(Some)
+        scheme.bound(firmware, timing, dof)
     }
 
-    /// Of a scheme with this many P controllers.
+    /// Of a scheme with this many P controllers; none if the image refuses it.
     ///
     /// # Errors
     /// [`CyclesError`] when there is no bound of it.
-    pub fn of_many(count: u8, firmware: &Firmware, timing: Timing, dof: usize) -> Result<Self, CyclesError> {
+    pub fn of_many(
+        count: u8,
+        firmware: &Firmware,
+        timing: Timing,
+        dof: usize,
+    ) -> Result<Option<Self>, CyclesError> {
         let mut scheme = Scheme::new(named("PCTRL_MOD"), dof)?;
         for number in 1..=count {
             scheme.plug_in_controller(number)?;
@@ -196,13 +202,21 @@ impl Scheme {
         channels
     }
 
-    fn bound(&mut self, firmware: &Firmware, timing: Timing, dof: usize) -> Result<SchemeBound, CyclesError> {
+    fn bound(
+        &mut self,
+        firmware: &Firmware,
+        timing: Timing,
+        dof: usize,
+    ) -> Result<Option<SchemeBound>, CyclesError> {
         let engine = self.dimsart.engine_mut();
         let scheme = saved_scheme::save(engine).map_err(|_| CyclesError::SchemeTooLong)?;
         let steps: Vec<ModuleRef> = engine.steps().map(|step| step.module).collect();
         let channels = self.channels();
         let mut controller = Controller::new(firmware, timing, dof)?;
-        controller.load(&scheme)?;
+        match controller.load(&scheme) {
+            Err(CyclesError::Refused { .. }) => return Ok(None),
+            loaded => loaded?,
+        };
         let worst = Worst::of_ticks(firmware, &timing, &controller, channels)?;
         if worst.calls.len() != steps.len() {
             return Err(CyclesError::Calls { tick: 0, expected: steps.len(), found: worst.calls.len() });
@@ -210,7 +224,8 @@ impl Scheme {
         let all: u64 = worst.calls.iter().map(|call| call.cycles).sum();
         let own = steps.iter().zip(&worst.calls).filter(|(step, _)| **step == self.module);
         let module = own.fold((0, 0), |(cycles, calls), (_, call)| (cycles + call.cycles, calls + 1));
-        Ok(SchemeBound { rest: worst.tick.cycles.saturating_sub(all), calls: steps.len() as u64, module })
+        let rest = worst.tick.cycles.saturating_sub(all);
+        Ok(Some(SchemeBound { rest, calls: steps.len() as u64, module }))
     }
 }
 

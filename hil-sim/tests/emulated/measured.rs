@@ -1,7 +1,11 @@
 //! What the board measures of its modules is what the machine of `dimsart cycles` counts.
 
+use std::process::Command;
+
 use cycles::timing::{Column, Profile, Timing};
-use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, Verb, saved_scheme, types};
+use dimsart_core::{
+    AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, Verb, saved_scheme, types,
+};
 use hil_sim::connect::{Device, Measured, Stream};
 use hil_sim::cycles::{Controller, Firmware as Image};
 
@@ -61,14 +65,14 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
 }
 
 /// A device's scheme as bytes to keep.
-fn scheme(commands: &[Command], axes: usize) -> saved_scheme::SchemeBytes {
+fn scheme(commands: &[SchemeCommand], axes: usize) -> saved_scheme::SchemeBytes {
     let axes = vec![AxisKind::Linear; axes];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
     let mut dimsart: Dimsart = Dimsart::new(device.unwrap()).unwrap();
     for command in commands {
         dimsart.command(*command).unwrap();
     }
-    dimsart.command(Command::plain(Verb::MatchingCheck)).unwrap();
+    dimsart.command(SchemeCommand::plain(Verb::MatchingCheck)).unwrap();
     saved_scheme::save(dimsart.engine_mut()).unwrap()
 }
 
@@ -83,4 +87,24 @@ fn a_change_of_the_scheme_and_a_request_begin_anew() {
     device.stop().unwrap();
     let stopped = device.measured().unwrap().unwrap();
     assert_eq!((stopped.tick.runs, stopped.tick.greatest), (0, 0.0));
+}
+
+#[test]
+fn the_command_shows_them_beside_the_model_and_says_that_the_bounds_hold() {
+    let Some(firmware) = Firmware::start_measuring() else { return };
+    // Gone before the command comes, which is a client of its own.
+    drop(measured(&mut greet(firmware.uart())));
+    let output = Command::new(env!("CARGO_BIN_EXE_dimsart"))
+        .args(["cycles", firmware.image().to_str().unwrap(), "--attach", &firmware.port()])
+        .args(["--json", "--set", "duration_s=0.2", "--random-ticks", "100"])
+        .output()
+        .unwrap();
+    let (said, failed) =
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert!(output.status.success(), "{said}{failed}");
+    let report: serde_json::Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
+    assert_eq!(report["holds"], true, "{report}");
+    assert_eq!(report["measured_unit"], report["emulated_unit"], "{report}");
+    let modules = report["modules"].as_array().unwrap();
+    assert!(!modules.is_empty() && modules.iter().all(|row| row["measured_max"].is_number()), "{report}");
 }
