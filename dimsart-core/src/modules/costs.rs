@@ -7,24 +7,24 @@
 use crate::cost::{Cost, Costs};
 
 /// A tick without modules: the device's signals in and out, and the engine.
-pub const TICK: Cost = Cost::new(825, 73);
+pub const TICK: Cost = Cost::new(557, 69);
 
 /// What each kind of module adds.
 pub const COSTS: &Costs = &[
-    ("COMM_RXMOD", Cost::new(858, 504)),
-    ("COMM_TXMOD", Cost::new(554, 172)),
-    ("WTRANSF_MOD", Cost::new(404, 173)),
-    ("WIMPEDANCE_MOD", Cost::new(128, 35)),
-    ("TIMEDELAY_MOD", Cost::new(166, 14)),
-    ("PCTRL_MOD", Cost::new(106, 29)),
-    ("PDCTRL_MOD", Cost::new(198, 82)),
-    ("PIDCTRL_MOD", Cost::new(142, 91)),
-    ("VWALL_MOD", Cost::new(134, 70)),
-    ("SUM_MOD", Cost::new(118, 33)),
-    ("NORMALIZER_MOD", Cost::new(87, 38)),
-    ("INTEGRATOR_MOD", Cost::new(102, 65)),
-    ("DIFFERENTIATOR_MOD", Cost::new(107, 36)),
-    ("VEL2POS_MOD", Cost::new(119, 38)),
-    ("SIGGEN_MOD", Cost::new(184, 23)),
-    ("RECORDER_MOD", Cost::new(152, 11)),
+    ("COMM_RXMOD", Cost::new(772, 499)),
+    ("COMM_TXMOD", Cost::new(513, 145)),
+    ("WTRANSF_MOD", Cost::new(356, 142)),
+    ("WIMPEDANCE_MOD", Cost::new(112, 35)),
+    ("TIMEDELAY_MOD", Cost::new(168, 11)),
+    ("PCTRL_MOD", Cost::new(106, 17)),
+    ("PDCTRL_MOD", Cost::new(150, 61)),
+    ("PIDCTRL_MOD", Cost::new(139, 83)),
+    ("VWALL_MOD", Cost::new(135, 66)),
+    ("SUM_MOD", Cost::new(106, 22)),
+    ("NORMALIZER_MOD", Cost::new(91, 46)),
+    ("INTEGRATOR_MOD", Cost::new(95, 59)),
+    ("DIFFERENTIATOR_MOD", Cost::new(100, 33)),
+    ("VEL2POS_MOD", Cost::new(116, 34)),
+    ("SIGGEN_MOD", Cost::new(204, 16)),
+    ("RECORDER_MOD", Cost::new(142, 9)),
 ];
