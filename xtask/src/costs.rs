@@ -13,12 +13,17 @@ use crate::shell::{Outcome, top};
 use crate::toolchain::Toolchain;
 
 const FILE: &str = "dimsart-core/src/modules/costs.rs";
+const TEXT: &str = include_str!("../../dimsart-core/src/modules/costs.rs");
+/// Stands in [`HEAD`] for the compiler's version.
+const RUSTC: &str = "{RUSTC}";
 const HEAD: &str = "\
 //! What the modules cost, by the machine code. Written by `cargo xtask costs`.
 //!
 //! Each is the smallest line above the bounds on all boards' images for 1 to 8 degrees of freedom, with every choice of
-//! its parameters; what the engine takes to call it is in it. `cargo xtask long` holds the table to the images. A new
+//! its parameters; what the engine takes to call it is in it. Continuous integration holds the table to the images. A new
 //! kind of module has no line and is refused where a tick may take so long only: run `cargo xtask costs`.
+//!
+//! Images by rustc {RUSTC}.
 
 use crate::cost::{Cost, Costs};
 ";
@@ -39,15 +44,22 @@ type Points = BTreeMap<u16, u64>;
 
 /// Works out the table and writes it.
 pub(crate) fn write() -> Outcome {
-    let costs = costs(&measure(&DOFS)?)?;
+    let toolchain = Toolchain::set_up()?;
+    let costs = costs(&measure(toolchain, &DOFS)?)?;
     print!("{}", changes(&costs));
     let file = top().join(FILE);
-    std::fs::write(&file, text(&costs)?).map_err(|error| format!("cannot write {}: {error}", file.display()))
+    std::fs::write(&file, text(&costs, &toolchain.version()?)?)
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))
 }
 
-/// Whether the table still holds, and is not far above what is needed.
-pub(crate) fn hold() -> Outcome {
-    let costs = costs(&measure(&ENDS)?)?;
+/// Whether the table still holds, and is not far above what is needed. Another compiler than the table's is not held to it.
+pub(crate) fn hold(toolchain: Toolchain) -> Outcome {
+    let rustc = toolchain.version()?;
+    if !TEXT.contains(&by(&rustc)) {
+        println!("{FILE} is not of rustc {rustc}: not held to it");
+        return Ok(());
+    }
+    let costs = costs(&measure(toolchain, &ENDS)?)?;
     print!("{}", changes(&costs));
     let wrong: Vec<String> =
         costs.iter().filter_map(|(name, points)| wrong(name, committed(name), points)).collect();
@@ -55,8 +67,7 @@ pub(crate) fn hold() -> Outcome {
 }
 
 /// What `module_costs` says of every board's image.
-fn measure(dofs: &[u16]) -> Result<String, String> {
-    let toolchain = Toolchain::set_up()?;
+fn measure(toolchain: Toolchain, dofs: &[u16]) -> Result<String, String> {
     let mut rows = String::new();
     for board in BOARDS {
         let image = folder().join(build(toolchain, board, None, SIDES[0])?.name);
@@ -131,8 +142,13 @@ fn line(points: &Points) -> (u64, u64) {
     (offset(slope), slope)
 }
 
+/// What the table says of the compiler.
+fn by(rustc: &str) -> String {
+    format!("Images by rustc {rustc}.")
+}
+
 /// The table as the core has it.
-fn text(costs: &BTreeMap<String, Points>) -> Result<String, String> {
+fn text(costs: &BTreeMap<String, Points>, rustc: &str) -> Result<String, String> {
     let cost = |name: &str| {
         let (offset, slope) = costs.get(name).map(line).unwrap_or_default();
         match (u16::try_from(offset), u16::try_from(slope)) {
@@ -141,8 +157,9 @@ fn text(costs: &BTreeMap<String, Points>) -> Result<String, String> {
         }
     };
     let mut text = format!(
-        "{HEAD}\n/// A tick without modules: the device's signals in and out, and the engine.\n\
+        "{}\n/// A tick without modules: the device's signals in and out, and the engine.\n\
          pub const TICK: Cost = {};\n\n/// What each kind of module adds.\npub const COSTS: &Costs = &[\n",
+        HEAD.replace(&by(RUSTC), &by(rustc)),
         cost(OF_TICK)?
     );
     for kind in Standard::KINDS {
@@ -247,7 +264,8 @@ mod tests {
     #[test]
     fn the_table_has_every_kind() {
         let kinds: String = Standard::KINDS.iter().map(|kind| format!("{} 3 100 2\n", kind.name)).collect();
-        let text = text(&costs(&format!("{kinds}tick 3 500 2\n")).unwrap()).unwrap();
+        let text = text(&costs(&format!("{kinds}tick 3 500 2\n")).unwrap(), "1.95.0").unwrap();
+        assert!(text.contains("Images by rustc 1.95.0.") && TEXT.contains("Images by rustc "), "{text}");
         assert_eq!(text.matches("Cost::new(100, 0)").count(), Standard::KINDS.len());
         assert!(text.contains("pub const TICK: Cost = Cost::new(500, 0);"), "{text}");
     }

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::shell::{Outcome, cargo};
 use crate::toolchain::Toolchain;
-use crate::{boards, costs, fuzz, setup};
+use crate::{boards, fuzz, setup};
 
 /// Tells a test to run at its full length.
 const VARIABLE: &str = "DIMSART_LONG";
@@ -16,9 +16,6 @@ const A_MOMENT: Duration = Duration::from_secs(1);
 /// Inputs of each decoder, and the hours they take.
 const INPUTS: u64 = 1_000_000_000;
 const HOURS: u64 = 8;
-
-/// What bounds of every kind of module take, by what one image took.
-const COSTS_MINUTES: u64 = 30;
 
 /// Tests that read [`VARIABLE`].
 struct Run {
@@ -83,11 +80,6 @@ pub(crate) fn run() -> Outcome {
     let count = RUNS.len();
     println!("{count} long runs, about {minutes} min on two cores, then fuzzing, about {HOURS} h");
     let mut failed: Vec<&str> = RUNS.iter().filter(|run| run_one(run).is_err()).map(|run| run.what).collect();
-    println!("holding what modules cost to the images (about {COSTS_MINUTES} min)");
-    if let Err(error) = costs::hold() {
-        println!("{error}");
-        failed.push("what modules cost");
-    }
     if let Err(error) = fuzz::fuzz(INPUTS) {
         println!("{error}");
         failed.push("fuzzing");

@@ -2,7 +2,7 @@
 
 use crate::shell::{Outcome, cargo, command, run, top};
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, setup, stack};
+use crate::{bench, boards, budgets, costs, cycle_table, fuzz, panic_free, setup, stack};
 
 /// Sets up what is missing, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
@@ -35,6 +35,7 @@ pub(crate) fn ci() -> Outcome {
     test()?;
     fuzz::fuzz(fuzz::INPUTS)?;
     panic_free::run()?;
+    costs::hold(toolchain)?;
     stack::cross_check(toolchain)?;
     bench::run()
 }

@@ -1,5 +1,7 @@
 //! What a tick of a controller takes while nothing moves and nothing comes in, and at most.
 
+use std::collections::BTreeSet;
+
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::saved_scheme;
@@ -12,12 +14,14 @@ use crate::rig::SimulatedDimsart;
 const TICKS: usize = 30;
 
 /// Cycles of a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Steady {
     /// Of the last of some ticks with every measurement 0.
     pub emulated: u64,
     /// That no tick exceeds, whatever is measured and comes in.
     pub bound: u64,
+    /// Addresses of all instructions that a tick can execute.
+    pub visited: BTreeSet<u32>,
 }
 
 impl Steady {
@@ -41,7 +45,7 @@ impl Steady {
                 controller.take(link)?;
             }
         }
-        Ok(Self { emulated, bound: worst.tick.cycles })
+        Ok(Self { emulated, bound: worst.tick.cycles, visited: worst.visited })
     }
 }
 

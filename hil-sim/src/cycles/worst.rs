@@ -48,6 +48,8 @@ pub(super) struct Worst {
     pub(super) calls: Vec<Most>,
     pub(super) deliver: Most,
     pub(super) take: Most,
+    /// Addresses of all instructions that a tick can execute.
+    pub(super) visited: BTreeSet<u32>,
 }
 
 /// What a firmware asks of a controller.
@@ -96,6 +98,7 @@ impl Worst {
                 Step::Deliver => &mut worst.deliver,
                 Step::Tick => {
                     worst.calls = bound.calls.iter().map(Most::from).collect();
+                    worst.visited.clone_from(&bound.visited);
                     &mut worst.tick
                 }
                 Step::Take => &mut worst.take,

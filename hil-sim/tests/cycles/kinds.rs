@@ -12,7 +12,8 @@ use rand_pcg::Pcg64Mcg;
 use crate::bounds::{hold, run};
 use crate::common::{firmware, length};
 
-const EVERY_MODULE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
+pub(crate) const EVERY_MODULE: &str =
+    concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
 
 /// Number of anything, so that a board has the memory for it.
 const MOST: u32 = 100;

@@ -8,3 +8,4 @@ mod bounds;
 mod command;
 mod common;
 mod kinds;
+mod reached;
