@@ -10,7 +10,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::bounds::{hold, run};
-use crate::common::{firmware, length};
+use crate::common::{firmware_for_every_module, length};
 
 pub(crate) const EVERY_MODULE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");
@@ -30,7 +30,7 @@ fn every_kind_of_module_on_the_slave() {
 
 /// On both sides together 10^4 ticks with random inputs, or 10^6.
 fn every_kind(side: Side) {
-    let Some(firmware) = firmware() else { return };
+    let Some(firmware) = firmware_for_every_module() else { return };
     let schemes = length(1, 10);
     let ticks = length(5_000, 500_000) / schemes;
     let mut random = Pcg64Mcg::seed_from_u64(side as u64);
