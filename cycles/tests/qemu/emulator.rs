@@ -35,7 +35,7 @@ impl Emulator {
         let mut command = Command::new("qemu-system-arm");
         command.args(["-M", "mps2-an386", "-nographic", "-monitor", "none", "-serial", "none"]);
         command.args(["-semihosting-config", "enable=on,target=native"]);
-        command.args(["-accel", "tcg,one-insn-per-tb=on", "-d", "cpu,fpu,nochain", "-D", "/dev/stderr"]);
+        command.args(one_by_one()).args(["-d", "cpu,fpu,nochain", "-D", "/dev/stderr"]);
         for (file, address) in files {
             let loader = format!("loader,file={},addr={address},force-raw=on", file.display());
             command.args(["-device", &loader]);
@@ -76,6 +76,18 @@ impl Emulator {
                 _ => self.said.push_str(&String::from_utf8_lossy(line)),
             }
         }
+    }
+}
+
+/// Has QEMU go instruction by instruction, by the option's name in its version.
+fn one_by_one() -> &'static [&'static str] {
+    let output = Command::new("qemu-system-arm").arg("--version").output().expect("QEMU");
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let version = said.split("version ").nth(1).unwrap_or_default();
+    let mut numbers = version.split(['.', ' ']).map_while(|number| number.parse::<u32>().ok());
+    match (numbers.next(), numbers.next()) {
+        (Some(major), Some(minor)) if (major, minor) < (8, 1) => &["-singlestep"],
+        _ => &["-accel", "tcg,one-insn-per-tb=on"],
     }
 }
 
