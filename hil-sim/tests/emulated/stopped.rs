@@ -180,6 +180,16 @@ impl Debugger {
     fn ask(&mut self, request: &str) -> String {
         let sum = |text: &str| text.bytes().fold(0_u8, u8::wrapping_add);
         write!(self.0, "${request}#{:02x}", sum(request)).unwrap();
+        loop {
+            let answer = self.answer();
+            // QEMU 7 says unasked that the processor was stopped, `T`.
+            if !answer.starts_with('T') {
+                return answer;
+            }
+        }
+    }
+
+    fn answer(&mut self) -> String {
         let (mut answer, mut byte) = (String::new(), [0]);
         // `+$answer#`, then two digits.
         while byte != [b'#'] {
