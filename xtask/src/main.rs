@@ -29,7 +29,7 @@ usage: cargo xtask COMMAND
               build a board's image, flash it through its debug probe and show its log
   cycle-table BOARD
               run the image that measures every row of the cycle table on a board (docs/cycles.md)
-  costs       what each kind of module costs, by bounds of every board's image, as a table of the core; about 30 minutes
+  costs       what each kind of module costs, by bounds of every board's image, as a table of the core; about 6 minutes
   budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
   figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
