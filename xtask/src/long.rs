@@ -5,9 +5,11 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
+use ::boards::BOARDS;
+
 use crate::shell::{Outcome, cargo};
 use crate::toolchain::Toolchain;
-use crate::{boards, fuzz, setup};
+use crate::{boards, costs, fuzz, setup};
 
 /// Tells a test to run at its full length.
 const VARIABLE: &str = "DIMSART_LONG";
@@ -16,6 +18,9 @@ const A_MOMENT: Duration = Duration::from_secs(1);
 /// Inputs of each decoder, and the hours they take.
 const INPUTS: u64 = 1_000_000_000;
 const HOURS: u64 = 8;
+
+/// What bounds of every kind of module take.
+const COSTS_MINUTES: u64 = 5;
 
 /// Tests that read [`VARIABLE`].
 struct Run {
@@ -75,11 +80,17 @@ impl Run {
 /// Runs all of them, one after the other: each says how long it takes, and has taken.
 pub(crate) fn run() -> Outcome {
     setup::emulator()?;
-    boards::build_all(Toolchain::set_up()?)?;
+    let toolchain = Toolchain::set_up()?;
+    boards::build_all(toolchain)?;
     let minutes: u64 = RUNS.iter().map(|run| run.minutes).sum();
     let count = RUNS.len();
     println!("{count} long runs, about {minutes} min on two cores, then fuzzing, about {HOURS} h");
     let mut failed: Vec<&str> = RUNS.iter().filter(|run| run_one(run).is_err()).map(|run| run.what).collect();
+    println!("holding what modules cost to every board's image (about {COSTS_MINUTES} min)");
+    if let Err(error) = costs::hold(toolchain, BOARDS) {
+        println!("{error}");
+        failed.push("what modules cost");
+    }
     if let Err(error) = fuzz::fuzz(INPUTS) {
         println!("{error}");
         failed.push("fuzzing");
