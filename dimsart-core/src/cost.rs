@@ -2,9 +2,9 @@
 
 /// Most cycles that a module adds to a tick, by the machine code: `offset + per_dof * dof`.
 ///
-/// TRM-model cycles of a Cortex-M4F whose memory does not wait. They hold for whatever the module's parameters are,
-/// whatever is measured and comes in, and with the most that a COMM module can carry: so nothing but plugging in
-/// changes what a scheme may take.
+/// TRM-model cycles of a Cortex-M4F whose memory does not wait, by bounds with every choice and switch among the
+/// module's parameters and two values of each number, whatever is measured and comes in, and with the most that a COMM
+/// module can carry: nothing but plugging in is taken to change what a scheme may take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Cost {
     offset: u16,
