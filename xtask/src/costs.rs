@@ -4,7 +4,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use boards::BOARDS;
-use boards::catalogue::BoardInfo;
 use dimsart_core::modules::{COSTS, Standard, TICK};
 use dimsart_core::{Cost, ModuleList};
 
@@ -21,9 +20,8 @@ const HEAD: &str = "\
 //! What the modules cost, by the machine code. Written by `cargo xtask costs`.
 //!
 //! Each is the smallest line above the bounds on all boards' images for 1 to 8 degrees of freedom, with every choice of
-//! its parameters; what the engine takes to call it is in it. Continuous integration holds the table to an image,
-//! `cargo xtask long` to all. A new kind of module has no line and is refused where a tick may take so long only: run
-//! `cargo xtask costs`.
+//! its parameters; what the engine takes to call it is in it. `cargo xtask long` holds the table to the images. A new
+//! kind of module has no line and is refused where a tick may take so long only: run `cargo xtask costs`.
 //!
 //! Images by rustc {RUSTC}.
 
@@ -47,36 +45,32 @@ type Points = BTreeMap<u16, u64>;
 /// Works out the table and writes it.
 pub(crate) fn write() -> Outcome {
     let toolchain = Toolchain::set_up()?;
-    let costs = costs(&measure(toolchain, BOARDS, &DOFS)?)?;
+    let costs = costs(&measure(toolchain, &DOFS)?)?;
     print!("{}", changes(&costs));
     let file = top().join(FILE);
     std::fs::write(&file, text(&costs, &toolchain.version()?)?)
         .map_err(|error| format!("cannot write {}: {error}", file.display()))
 }
 
-/// Whether the table still holds for the images of these boards, and is not far above what is needed. Another compiler
+/// Whether the table still holds for every board's image, and is not far above what is needed. Another compiler
 /// than the table's is not held to it.
-pub(crate) fn hold(toolchain: Toolchain, boards: impl IntoIterator<Item = &'static BoardInfo>) -> Outcome {
+pub(crate) fn hold(toolchain: Toolchain) -> Outcome {
     let rustc = toolchain.version()?;
     if !TEXT.contains(&by(&rustc)) {
         println!("{FILE} is not of rustc {rustc}: not held to it");
         return Ok(());
     }
-    let costs = costs(&measure(toolchain, boards, &ENDS)?)?;
+    let costs = costs(&measure(toolchain, &ENDS)?)?;
     print!("{}", changes(&costs));
     let wrong: Vec<String> =
         costs.iter().filter_map(|(name, points)| wrong(name, committed(name), points)).collect();
     if wrong.is_empty() { Ok(()) } else { Err(wrong.join("\n") + "\nrun `cargo xtask costs`") }
 }
 
-/// What `module_costs` says of these boards' images.
-fn measure(
-    toolchain: Toolchain,
-    boards: impl IntoIterator<Item = &'static BoardInfo>,
-    dofs: &[u16],
-) -> Result<String, String> {
+/// What `module_costs` says of every board's image.
+fn measure(toolchain: Toolchain, dofs: &[u16]) -> Result<String, String> {
     let mut rows = String::new();
-    for board in boards {
+    for board in BOARDS {
         let image = folder().join(build(toolchain, board, None, SIDES[0])?.name);
         println!("bounds of every kind of module on {}", board.name);
         let mut arguments = vec![image.into_os_string()];

@@ -5,8 +5,6 @@ use std::process::Stdio;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use ::boards::BOARDS;
-
 use crate::shell::{Outcome, cargo};
 use crate::toolchain::Toolchain;
 use crate::{boards, costs, fuzz, setup};
@@ -87,7 +85,7 @@ pub(crate) fn run() -> Outcome {
     println!("{count} long runs, about {minutes} min on two cores, then fuzzing, about {HOURS} h");
     let mut failed: Vec<&str> = RUNS.iter().filter(|run| run_one(run).is_err()).map(|run| run.what).collect();
     println!("holding what modules cost to every board's image (about {COSTS_MINUTES} min)");
-    if let Err(error) = costs::hold(toolchain, BOARDS) {
+    if let Err(error) = costs::hold(toolchain) {
         println!("{error}");
         failed.push("what modules cost");
     }

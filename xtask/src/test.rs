@@ -1,10 +1,8 @@
 //! All tests, with everything they need.
 
-use ::boards::BOARDS;
-
 use crate::shell::{Outcome, cargo, command, run, top};
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, budgets, costs, cycle_table, fuzz, panic_free, setup, stack};
+use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, setup, stack};
 
 /// Sets up what is missing, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
@@ -37,8 +35,6 @@ pub(crate) fn ci() -> Outcome {
     test()?;
     fuzz::fuzz(fuzz::INPUTS)?;
     panic_free::run()?;
-    // Of one board for the time that it takes; they differ little.
-    costs::hold(toolchain, BOARDS.iter().find(|board| board.tooling.chip.is_some()))?;
     stack::cross_check(toolchain)?;
     bench::run()
 }

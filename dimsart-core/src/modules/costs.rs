@@ -1,9 +1,8 @@
 //! What the modules cost, by the machine code. Written by `cargo xtask costs`.
 //!
 //! Each is the smallest line above the bounds on all boards' images for 1 to 8 degrees of freedom, with every choice of
-//! its parameters; what the engine takes to call it is in it. Continuous integration holds the table to an image,
-//! `cargo xtask long` to all. A new kind of module has no line and is refused where a tick may take so long only: run
-//! `cargo xtask costs`.
+//! its parameters; what the engine takes to call it is in it. `cargo xtask long` holds the table to the images. A new
+//! kind of module has no line and is refused where a tick may take so long only: run `cargo xtask costs`.
 //!
 //! Images by rustc 1.95.0.
 
