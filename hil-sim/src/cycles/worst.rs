@@ -82,16 +82,7 @@ impl Worst {
         steps.push((Step::Tick, controller.call_of_tick()));
         steps.extend(links.map(|link| (Step::Take, controller.call_of_take(link))));
         let (steps, calls): (Vec<Step>, Vec<Call>) = steps.into_iter().unzip();
-        let memory = Snapshot::from(controller.machine());
-        let question = Question {
-            image: &firmware.image,
-            timing,
-            memory: &memory,
-            stack_top: firmware.stack_top,
-            calls: &calls,
-            marked: &firmware.compute,
-        };
-        let bounds = Bound::of_every(&question).map_err(unbounded)?;
+        let bounds = bounds(Bound::of_every, firmware, timing, &controller, &calls, &firmware.compute)?;
         let mut worst = Self::default();
         for (step, bound) in steps.into_iter().zip(&bounds) {
             let place = match step {
@@ -114,16 +105,8 @@ impl Worst {
         timing: &Timing,
         controller: &Controller,
     ) -> Result<Most, CyclesError> {
-        let memory = Snapshot::from(controller.machine());
-        let question = Question {
-            image: &firmware.image,
-            timing,
-            memory: &memory,
-            stack_top: firmware.stack_top,
-            calls: &controller.calls_of_any_read(),
-            marked: &BTreeSet::new(),
-        };
-        let bounds = Bound::of_once(&question).map_err(unbounded)?;
+        let calls = controller.calls_of_any_read();
+        let bounds = bounds(Bound::of_once, firmware, timing, controller, &calls, &BTreeSet::new())?;
         Ok(bounds.iter().fold(Most::default(), |most, bound| most.or(bound.into())))
     }
 
@@ -136,21 +119,22 @@ impl Worst {
     ) -> Result<Vec<Most>, CyclesError> {
         let mut controller = controller.clone();
         let calls = [controller.call_of_load(scheme)?];
-        let memory = Snapshot::from(controller.machine());
         let marked = BTreeSet::from([firmware.command]);
-        let question = Question {
-            image: &firmware.image,
-            timing,
-            memory: &memory,
-            stack_top: firmware.stack_top,
-            calls: &calls,
-            marked: &marked,
-        };
-        let bounds = Bound::of_once(&question).map_err(unbounded)?;
+        let bounds = bounds(Bound::of_once, firmware, timing, &controller, &calls, &marked)?;
         Ok(bounds.iter().flat_map(|bound| &bound.calls).map(Most::from).collect())
     }
 }
 
-fn unbounded(source: BoundError) -> CyclesError {
-    CyclesError::Unbounded { source }
+/// Bounds of calls, made once or again and again, from the controller's memory on.
+fn bounds(
+    of: fn(&Question<'_>) -> Result<Vec<Bound>, BoundError>,
+    firmware: &Firmware,
+    timing: &Timing,
+    controller: &Controller,
+    calls: &[Call],
+    marked: &BTreeSet<u32>,
+) -> Result<Vec<Bound>, CyclesError> {
+    let (memory, stack_top) = (Snapshot::from(controller.machine()), firmware.stack_top);
+    let question = Question { image: &firmware.image, timing, memory: &memory, stack_top, calls, marked };
+    of(&question).map_err(|source| CyclesError::Unbounded { source })
 }
