@@ -21,12 +21,23 @@ pub struct Tooling {
     pub clock_hz: u32,
     /// Ticks per second.
     pub tick_hz: u32,
+    /// What its images run from.
+    pub memory: CodeMemory,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.
     pub chip: Option<&'static str>,
     /// Features that make further images of it, next to the plain one; of several for one image, a comma between.
     pub variants: &'static [&'static str],
     /// Interrupt handlers of its images, each with the priority that the board gives it; smaller is more urgent.
     pub interrupts: &'static [(&'static str, i16)],
+}
+
+/// The memory that code runs from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CodeMemory {
+    /// Nothing waits.
+    NoWait,
+    /// Flash of an STM32G4 above 136 MHz, which waits, and its CCM SRAM, which does not.
+    Stm32G4,
 }
 
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.

@@ -32,7 +32,7 @@ pub use board::{Axes, Board, CommandPort, Idle, Joints, LinkIn, LinkOut, MAX_CAR
 #[cfg(target_os = "none")]
 pub use listening::Listening;
 
-use catalogue::{BoardInfo, Tooling};
+use catalogue::{BoardInfo, CodeMemory, Tooling};
 
 /// Registers the boards; `Selected` is the one that the build chose.
 macro_rules! boards {
@@ -92,12 +92,12 @@ const MPS2_INTERRUPTS: &[(&str, i16)] = &[
 
 boards! {
     "mps2-an386" mps2_an386 Mps2An386
-        Tooling { clock_hz: 25_000_000, tick_hz: 1_000, chip: None,
+        Tooling { clock_hz: 25_000_000, tick_hz: 1_000, memory: CodeMemory::NoWait, chip: None,
             variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"], interrupts: MPS2_INTERRUPTS };
     "nucleo-g474re" nucleo_g474re NucleoG474re
-        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, chip: Some("STM32G474RETx"),
+        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, memory: CodeMemory::Stm32G4, chip: Some("STM32G474RETx"),
             variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"], interrupts: STM32G4_INTERRUPTS };
     "b-g431b-esc1" b_g431b_esc1 BG431bEsc1
-        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, chip: Some("STM32G431CBUx"), variants: &[],
-            interrupts: STM32G4_INTERRUPTS };
+        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, memory: CodeMemory::Stm32G4, chip: Some("STM32G431CBUx"),
+            variants: &[], interrupts: STM32G4_INTERRUPTS };
 }

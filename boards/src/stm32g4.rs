@@ -7,6 +7,7 @@
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
 
+mod ccm;
 #[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;
 pub(crate) mod flash;

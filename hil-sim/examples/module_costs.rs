@@ -16,7 +16,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
-use cycles::timing::{Column, Profile, Timing};
+use cycles::timing::{Column, Timing};
 use hil_sim::cycles::{CyclesError, Firmware, SchemeBound, Variant};
 
 /// P controllers of the largest scheme.
@@ -74,7 +74,7 @@ fn bounds<'a>(
     firmware: &Firmware,
     tasks: &[Task<'a>],
 ) -> Result<Vec<(Task<'a>, SchemeBound)>, Box<dyn Error>> {
-    let timing = Timing::new(Profile::ZeroWait, Column::Upper);
+    let timing = Timing::new(firmware.memory().profile(), Column::Upper);
     let next = AtomicUsize::new(0);
     let work = || {
         let mut found = Vec::new();

@@ -17,6 +17,7 @@ mod error;
 mod figures;
 mod firmware;
 mod interrupt;
+mod memory;
 mod random;
 mod replay;
 mod steady;
@@ -28,6 +29,7 @@ pub use costs::{SchemeBound, Variant};
 pub use error::CyclesError;
 pub use figures::{Figures, Row};
 pub use firmware::Firmware;
+pub use memory::Memory;
 pub use replay::{Setup, measure};
 pub use steady::Steady;
 

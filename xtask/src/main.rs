@@ -36,7 +36,7 @@ usage: cargo xtask COMMAND
               (docs/benchmarks.md)
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
   long        tests that ci runs short, at their full length, then fuzz 1000000000; says how long they take
-  panic-free  show that nothing a tick reaches in the images' machine code can panic
+  panic-free  show that nothing a tick reaches in the images' machine code can panic, and that it is in CCM SRAM
   stack       bound the stack of every image by its machine code, with the deepest calls of every priority
   ci          formatting, lints and documentation with warnings denied, then all of the above
 ";

@@ -5,6 +5,7 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 mod bounds;
+mod ccm;
 mod command;
 mod common;
 mod kinds;

@@ -1,0 +1,67 @@
+//! The memory that instructions come from, by its name.
+
+use ::cycles::timing::{Flash, Profile};
+use boards::BOARDS;
+use boards::catalogue::CodeMemory;
+use clap::ValueEnum;
+
+/// Memory of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Memory {
+    /// Every access without waiting.
+    #[value(name = "0ws")]
+    ZeroWait,
+    /// An STM32G4 at full speed: flash of 4 wait states with its caches, which everything misses in a bound, and CCM SRAM
+    /// that does not wait.
+    Flash,
+}
+
+impl Memory {
+    /// What a board's images run from, by the board's name; where nothing waits for a board that is not registered.
+    #[must_use]
+    pub fn of_board(name: &str) -> Self {
+        match BOARDS.iter().find(|board| board.name == name).map(|board| board.tooling.memory) {
+            Some(CodeMemory::Stm32G4) => Self::Flash,
+            Some(CodeMemory::NoWait) | None => Self::ZeroWait,
+        }
+    }
+
+    /// Its name in commands and reports.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::ZeroWait => "0ws",
+            Self::Flash => "flash",
+        }
+    }
+
+    /// As the model has it.
+    #[must_use]
+    pub fn profile(self) -> Profile {
+        match self {
+            Self::ZeroWait => Profile::ZeroWait,
+            Self::Flash => Profile::Flash(Flash::STM32G4),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_has_the_memory_that_its_chip_has() {
+        for board in BOARDS {
+            let waits = Memory::of_board(board.name) == Memory::Flash;
+            assert_eq!(waits, board.tooling.chip.is_some(), "{}", board.name);
+        }
+        assert_eq!(Memory::of_board("unknown"), Memory::ZeroWait);
+    }
+
+    #[test]
+    fn its_name_is_the_one_that_a_command_takes() {
+        for memory in [Memory::ZeroWait, Memory::Flash] {
+            assert_eq!(Memory::from_str(memory.name(), false), Ok(memory));
+        }
+    }
+}
