@@ -14,7 +14,7 @@
 //! The half bridges have no enable pin: both transistors of each are held off by timer 1 instead. Timer 3
 //! is the time driver. The log goes out over RTT.
 //!
-//! Before the motor is powered: `docs/first-start.md` finds an encoder or a phase that is wired backwards.
+//! The motor's data are in `catalogue/b_g431b_esc1.rs`. Before it is powered: `docs/first-start.md` finds an encoder or a phase that is wired backwards.
 //!
 //! The motor is driven by voltage (see [`motor`](crate::motor)): the current sensors are not used, and with
 //! an incremental encoder the rotor has to be aligned. That is done once, in the first half second that the
@@ -25,7 +25,6 @@ use dimsart_core::{AxisKind, DataType, Scalar as _, Tick, Word};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
-use embassy_stm32::rcc::PllPreDiv;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwmPin};
 use embassy_stm32::timer::low_level::CountingMode;
@@ -34,23 +33,15 @@ use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
-use crate::board::{Axes, Board, Joints, Parts};
+use crate::board::{Axes, Board, Joints, Parts, is_driven};
+use crate::catalogue::b_g431b_esc1::MOTOR;
 use crate::encoder::Encoder;
-use crate::motor::{ALIGNING_ANGLE_RAD, Motor, phase_duties};
+use crate::motor::{ALIGNING_ANGLE_RAD, phase_duties};
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep, fdcan};
 
-/// The motor. Change it to what is connected: see the motor's and the supply's data sheets.
-const MOTOR: Motor = Motor {
-    torque_constant_nm_per_a: 0.05,
-    resistance_ohm: 0.6,
-    max_current_a: 5.0,
-    supply_v: 12.0,
-    counts_per_turn: 4096,
-    pole_pairs: 7,
-};
 /// Torque that aligning the rotor pulls with at most, `N·m`.
 const ALIGNING_TORQUE_NM: f32 = 0.1;
 /// Ticks that aligning takes.
@@ -78,7 +69,7 @@ pub struct BG431bEsc1;
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
-    const WORDS: usize = 240;
+    const WORDS: usize = 640;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
 
     type Joints = ThreePhaseMotor;
@@ -89,7 +80,7 @@ impl Board for BG431bEsc1 {
     type Idle = Sleep;
 
     fn start() -> Parts<Self> {
-        let chip = stm32g4::start(CRYSTAL, PllPreDiv::DIV2);
+        let chip = stm32g4::start(CRYSTAL);
 
         let pull_ups = qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
         let pwm = ComplementaryPwm::new(
@@ -167,7 +158,7 @@ impl Joints for ThreePhaseMotor {
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {
         let is_aligned = self.aligned_ticks >= ALIGNING_TICKS;
-        if tick != Tick::Ran {
+        if !is_driven(tick, commanded) || tick != Tick::Ran && !is_aligned {
             BG431bEsc1::disarm();
             if !is_aligned {
                 self.aligned_ticks = 0;

@@ -5,7 +5,7 @@ use core::ops::Range;
 #[cfg(feature = "auth")]
 use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
-use dimsart_core::{AxisKind, DataType, MAX_PACKET_BYTES, Tick, Word, types};
+use dimsart_core::{AxisKind, DataType, MAX_PACKET_BYTES, Scalar as _, Tick, Word, types};
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -127,13 +127,14 @@ pub trait Joints: Send + 'static {
     /// `measured` ends before [`types::TIMING`], if the device has them: the tick
     /// measures these itself.
     ///
-    /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe input.
+    /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe value.
     fn read(&mut self, measured: &mut [Word]);
 
     /// Commands every actuator, in the order of the descriptor's inputs. Takes bounded time and never
     /// waits.
     ///
-    /// `commanded` is finite, and all zero unless `tick` is [`Tick::Ran`]; a power stage is on only then.
+    /// `commanded` is what the safety stage decided, finite, and drives the actuators whatever `tick` is: a safe value
+    /// may be reached by and by. A power stage is on only while [`is_driven`].
     /// An actuator that does not follow shows up in its sensors, or disarms itself.
     fn write(&mut self, tick: Tick, commanded: &[Word]);
 }
@@ -141,6 +142,12 @@ pub trait Joints: Send + 'static {
 /// A byte stream to a host. Bytes that arrive faster than they are read are lost: the protocol above
 /// finds that out. Errors of the line are the same loss and are not reported.
 pub trait CommandPort: Read + Write + Send + 'static {}
+
+/// Whether a power stage has something to do: the scheme commands, or the way to zero is not over.
+#[must_use]
+pub fn is_driven(tick: Tick, commanded: &[Word]) -> bool {
+    tick == Tick::Ran || commanded.iter().any(|word| f32::from_word(*word) != 0.0)
+}
 
 /// Packets that come in over the device's links.
 pub trait LinkIn: Send + 'static {

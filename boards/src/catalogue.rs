@@ -1,21 +1,44 @@
-//! What tools need to know of a board to build, check and flash its images.
+//! What tools need to know of a board to build, check and flash its images: a file per board.
+
+pub(crate) mod b_g431b_esc1;
+pub(crate) mod mps2_an386;
+pub(crate) mod nucleo_g474re;
+
+use crate::motor::Motor;
+
+/// A scheme that images can start with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BuiltInScheme {
+    /// Its name, as in `builtin:NAME`.
+    pub name: &'static str,
+    /// Its rows.
+    pub text: &'static str,
+}
+
+/// The paper's scheme as it is shipped, for devices of its size.
+const BILATERAL: BuiltInScheme =
+    BuiltInScheme { name: "bilateral", text: include_str!("../../schemes/bilateral.scheme") };
+/// The same for motors of a tenth of a newton metre or more.
+const SMALL_MOTORS: BuiltInScheme =
+    BuiltInScheme { name: "small_motors", text: include_str!("../../schemes/small_motors.scheme") };
 
 /// A board as it is registered.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BoardInfo {
     /// Its name: its feature, and that of its files.
     pub name: &'static str,
     /// The linker's memory map that images for the board are laid out by.
     pub memory_map: &'static str,
-    /// What firmware for it may take, as TOML: `tick_cycles` of any scheme, `flash_bytes` and `ram_bytes` of the plain
-    /// image, unless there is room for any, and cycles and stack of the shipped scheme's parts.
+    /// What firmware for it may take, as TOML: a tick of any scheme `tick_percent` of the time to the next one, by cycles
+    /// of the `memory` that it runs from; the plain image `flash_bytes` and `ram_bytes`, unless there is room for any;
+    /// and cycles and stack of the shipped scheme's parts.
     pub budget: &'static str,
     /// What tools need beyond that.
     pub tooling: Tooling,
 }
 
 /// What is registered of a board beside its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tooling {
     /// Of the processor's clock.
     pub clock_hz: u32,
@@ -27,6 +50,11 @@ pub struct Tooling {
     pub variants: &'static [&'static str],
     /// Interrupt handlers of its images, each with the priority that the board gives it; smaller is more urgent.
     pub interrupts: &'static [(&'static str, i16)],
+    /// The motor of each of its axes; none where the device is a simulated one.
+    pub motor: Option<Motor>,
+    /// The built-in scheme of its images, which a board starts with that keeps no other one. Its gains fit the
+    /// motor: one count of the encoder asks for 1 % of the motor's largest torque at most.
+    pub scheme: BuiltInScheme,
 }
 
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.

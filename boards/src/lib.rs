@@ -5,9 +5,9 @@
 //!
 //! # Adding a board
 //!
-//! A file here that implements `Board`, its memory map `memory/NAME.x`, what it may take in `budgets/NAME.toml`, and its
-//! line in `boards!` below, which is all that the build and the host's tools read; what its drivers call through pointers
-//! stands in `calls.txt`. Cargo wants a feature of the board's name in `Cargo.toml`, with what the board depends on, and
+//! A file here that implements `Board`, one in `catalogue/` with its clock, interrupts, motor and built-in scheme, its
+//! memory map `memory/NAME.x`, what it may take in `budgets/NAME.toml`, and its line in `boards!` below, which is all that
+//! the build and the host's tools read; what its drivers call through pointers stands in `calls.txt`. Cargo wants a feature of the board's name in `Cargo.toml`, with what the board depends on, and
 //! a second one that passes it on in `firmware/Cargo.toml`.
 #![no_std]
 
@@ -18,6 +18,7 @@ extern crate std;
 mod board;
 pub mod bus_off;
 pub mod catalogue;
+pub mod clock_switch;
 pub mod encoder;
 pub mod handover;
 #[cfg(target_os = "none")]
@@ -28,11 +29,13 @@ mod stm32g4;
 pub mod unsent;
 
 #[cfg(target_os = "none")]
-pub use board::{Axes, Board, CommandPort, Idle, Joints, LinkIn, LinkOut, MAX_CARRIED_BYTES, Parts, Storage};
+pub use board::{
+    Axes, Board, CommandPort, Idle, Joints, LinkIn, LinkOut, MAX_CARRIED_BYTES, Parts, Storage, is_driven,
+};
 #[cfg(target_os = "none")]
 pub use listening::Listening;
 
-use catalogue::{BoardInfo, Tooling};
+use catalogue::BoardInfo;
 
 /// Registers the boards; `Selected` is the one that the build chose.
 macro_rules! boards {
@@ -60,44 +63,8 @@ macro_rules! boards {
     };
 }
 
-/// Of all boards with an STM32G4: what `stm32g4::start` makes of their crystals.
-const STM32G4_CLOCK_HZ: u32 = 168_000_000;
-
-/// Of all boards with an STM32G4: time, tick, lines, background.
-const STM32G4_INTERRUPTS: &[(&str, i16)] = &[
-    ("TIM3", 0),
-    ("TIM5", 0),
-    ("CORDIC", 2),
-    ("DMA1_CHANNEL1", 4),
-    ("DMA1_CHANNEL2", 4),
-    ("DMA1_CHANNEL3", 4),
-    ("DMA1_CHANNEL4", 4),
-    ("FDCAN1_IT0", 4),
-    ("FDCAN1_IT1", 4),
-    ("FLASH", 4),
-    ("LPUART1", 4),
-    ("USART2", 4),
-    ("USART3", 4),
-    ("FMAC", 6),
-];
-
-const MPS2_INTERRUPTS: &[(&str, i16)] = &[
-    ("boards::mps2_an386::unexpected", 0),
-    ("boards::mps2_an386::clock::timer_interrupt", 0x20),
-    ("boards::mps2_an386::run_tick", 0x40),
-    ("boards::mps2_an386::run_background", 0x80),
-    ("boards::mps2_an386::uart::received", 0x80),
-    ("boards::mps2_an386::uart::sent", 0x80),
-];
-
 boards! {
-    "mps2-an386" mps2_an386 Mps2An386
-        Tooling { clock_hz: 25_000_000, tick_hz: 1_000, chip: None,
-            variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"], interrupts: MPS2_INTERRUPTS };
-    "nucleo-g474re" nucleo_g474re NucleoG474re
-        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, chip: Some("STM32G474RETx"),
-            variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"], interrupts: STM32G4_INTERRUPTS };
-    "b-g431b-esc1" b_g431b_esc1 BG431bEsc1
-        Tooling { clock_hz: STM32G4_CLOCK_HZ, tick_hz: 1_000, chip: Some("STM32G431CBUx"), variants: &[],
-            interrupts: STM32G4_INTERRUPTS };
+    "mps2-an386" mps2_an386 Mps2An386 catalogue::mps2_an386::TOOLING;
+    "nucleo-g474re" nucleo_g474re NucleoG474re catalogue::nucleo_g474re::TOOLING;
+    "b-g431b-esc1" b_g431b_esc1 BG431bEsc1 catalogue::b_g431b_esc1::TOOLING;
 }

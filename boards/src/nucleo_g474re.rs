@@ -16,7 +16,7 @@
 //! | Link 0 with feature `uart-link`: USART 3 at 921 600 baud instead | PC10 out, PC11 in |
 //! | Crystal | 24 MHz |
 //!
-//! Before a motor is powered: `docs/first-start.md` finds an encoder or a motor that is wired backwards.
+//! The motors' data are in `catalogue/nucleo_g474re.rs`. Before a motor is powered: `docs/first-start.md` finds an encoder or a motor that is wired backwards.
 //!
 //! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
 
@@ -28,7 +28,6 @@ mod uart_link;
 use dimsart_core::{AxisKind, DataType, Scalar as _, Tick, Word};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1, TIM2, TIM3, TIM4};
-use embassy_stm32::rcc::PllPreDiv;
 use embassy_stm32::time::Hertz;
 use embassy_stm32::timer::complementary_pwm::ComplementaryPwm;
 use embassy_stm32::timer::low_level::CountingMode;
@@ -41,7 +40,8 @@ use static_cell::ConstStaticCell;
 use self::can_link as link;
 #[cfg(feature = "uart-link")]
 use self::uart_link as link;
-use crate::board::{Axes, Board, Joints, Parts};
+use crate::board::{Axes, Board, Joints, Parts, is_driven};
+use crate::catalogue::nucleo_g474re::MOTOR;
 use crate::encoder::Encoder;
 use crate::motor::Motor;
 use crate::stm32g4::flash::{self, SchemeFlash};
@@ -50,15 +50,7 @@ use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep};
 
 const AXES: usize = 3;
-/// The motors. Change it to what is connected: see the motor's and the supply's data sheets.
-const MOTORS: [Motor; AXES] = [Motor {
-    torque_constant_nm_per_a: 0.05,
-    resistance_ohm: 1.0,
-    max_current_a: 2.0,
-    supply_v: 12.0,
-    counts_per_turn: 4096,
-    pole_pairs: 1,
-}; AXES];
+const MOTORS: [Motor; AXES] = [MOTOR; AXES];
 const PWM_FREQUENCY: Hertz = Hertz(20_000);
 const CRYSTAL: Hertz = Hertz(24_000_000);
 /// Of port C.
@@ -80,7 +72,7 @@ pub struct NucleoG474re;
 
 impl Board for NucleoG474re {
     const NAME: &'static str = "nucleo-g474re";
-    const WORDS: usize = 2048;
+    const WORDS: usize = 3072;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
 
     type Joints = BrushedMotors;
@@ -91,7 +83,7 @@ impl Board for NucleoG474re {
     type Idle = Sleep;
 
     fn start() -> Parts<Self> {
-        let chip = stm32g4::start(CRYSTAL, PllPreDiv::DIV6);
+        let chip = stm32g4::start(CRYSTAL);
         let enable = Output::new(chip.PC3, Level::Low, Speed::Low);
 
         let pull_ups = || qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
@@ -190,7 +182,7 @@ impl Joints for BrushedMotors {
     }
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {
-        if tick != Tick::Ran {
+        if !is_driven(tick, commanded) {
             NucleoG474re::disarm();
             return;
         }

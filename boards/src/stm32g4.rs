@@ -1,12 +1,15 @@
 //! What boards with an STM32G4 have in common: clock, executors, watchdog, cycle counter, command line.
 //!
-//! 168 MHz from the board's crystal: CAN FD's 1 and 4 Mbit/s are whole parts of it, and not of 170 MHz. An RC
-//! oscillator is too inaccurate for CAN. A board whose crystal does not swing keeps its outputs off, says so in its log
-//! and starts over, again and again.
+//! 168 MHz from the board's crystal, by [`clock_switch`]: an RC oscillator is too inaccurate for CAN. A board whose
+//! crystal does not swing keeps its outputs off, says so in its log and starts over, again and again.
+//!
+//! The watchdog's first window is 512 ms, that of its reset value: the time that is set counts from the first feed on,
+//! which is the first tick.
 //!
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
 
+mod clock;
 #[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;
 pub(crate) mod flash;
@@ -25,7 +28,7 @@ use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;
 use embassy_stm32::pac::{DBGMCU, IWDG, RCC};
-use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllPreDiv, PllRDiv, PllSource, Sysclk, mux::Fdcansel};
+use embassy_stm32::rcc::{Hse, HseMode, Sysclk, mux::Fdcansel};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Config, Peri, Peripherals, interrupt, peripherals};
@@ -33,11 +36,12 @@ use embassy_stm32::{Config, Peri, Peripherals, interrupt, peripherals};
 use self::flash::SchemeFlash;
 use self::uart::UartPort;
 use crate::board::{Axes, Board, Idle, Parts, Storage};
+use crate::clock_switch;
 
 /// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
 /// takes longer than 20 ms.
 const CRYSTAL_PATIENCE: u32 = 1_000_000;
-/// Time the watchdog waits, `us`. Longer than loading the built-in scheme takes before the first tick.
+/// Time the watchdog waits from one feed to the next, `us`.
 const WATCHDOG_US: u32 = 50_000;
 
 /// Executors run in two interrupts whose peripherals no board uses.
@@ -68,16 +72,17 @@ fn FMAC() {
     }
 }
 
-/// Starts the chip, once: [`CLOCK_HZ`](crate::CLOCK_HZ) from a crystal of `crystal`, which `divider` brings down to 4 MHz,
-/// and the counter of the processor's cycles.
-pub(crate) fn start(crystal: Hertz, divider: PllPreDiv) -> Peripherals {
+/// Starts the chip, once: [`CLOCK_HZ`](crate::CLOCK_HZ) from a crystal of `crystal`, and the counter of the processor's
+/// cycles.
+pub(crate) fn start(crystal: Hertz) -> Peripherals {
     let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
     // Before the library waits for it, which it does for ever.
     RCC.cr().modify(|clocks| clocks.set_hseon(true));
     if !(0..CRYSTAL_PATIENCE).any(|_| RCC.cr().read().hserdy()) {
         defmt::panic!("the board's crystal does not swing");
     }
-    let chip = embassy_stm32::init(config(crystal, divider));
+    let chip = embassy_stm32::init(config());
+    clock_switch::switch(&mut clock::Chip, crystal.0);
     DBGMCU.apb1lfzr().modify(|frozen| frozen.set_iwdg(true));
     DBGMCU.apb2fzr().modify(|frozen| frozen.set_tim1(true));
     core.DCB.enable_trace();
@@ -86,19 +91,12 @@ pub(crate) fn start(crystal: Hertz, divider: PllPreDiv) -> Peripherals {
     chip
 }
 
-fn config(crystal: Hertz, divider: PllPreDiv) -> Config {
+/// The library is told of the clock that [`clock_switch`] makes behind it: what it sets up divides that frequency. It
+/// switches to the crystal itself, takes this frequency for the crystal's, and leaves the PLL alone.
+fn config() -> Config {
     let mut config = Config::default();
-    config.rcc.hse = Some(Hse { freq: crystal, mode: HseMode::Oscillator });
-    config.rcc.pll = Some(Pll {
-        source: PllSource::HSE,
-        prediv: divider,
-        mul: PllMul::MUL84,
-        divp: None,
-        divq: None,
-        divr: Some(PllRDiv::DIV2),
-    });
-    config.rcc.sys = Sysclk::PLL1_R;
-    config.rcc.boost = true;
+    config.rcc.hse = Some(Hse { freq: Hertz(crate::CLOCK_HZ), mode: HseMode::Oscillator });
+    config.rcc.sys = Sysclk::HSE;
     config.rcc.mux.fdcansel = Fdcansel::PCLK1;
     config.bdma_interrupt_priority = LINE_PRIORITY;
     config

@@ -1,7 +1,7 @@
 //! Commands: how a scheme is built and changed while one image runs.
 
 use crate::data_type::TypeRef;
-use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_MODULES, MAX_PORTS, MAX_SLOTS};
+use crate::limits::{MAX_BINDINGS, MAX_CHANNEL_TYPES, MAX_DOF, MAX_MODULES, MAX_PORTS, MAX_SLOTS, MAX_WIRES};
 use crate::matching::Finding;
 use crate::parameter::{ParameterError, Value};
 use crate::storage::StorageError;
@@ -175,8 +175,11 @@ pub enum CommandError {
         /// What a tick may take, cycles.
         limit_cycles: u32,
     },
-    /// What this module adds to a tick is not known, and a tick may take so long only.
+    /// The image's stamp does not say what this module adds to a tick, and a tick may take so long only.
     CostUnknown(ModuleRef),
+    /// All modules together have more than [`MAX_WIRES`] ports, or more than [`MAX_BINDINGS`] of them are bound by
+    /// commands.
+    WiringFull,
 }
 
 impl From<StorageError> for CommandError {
@@ -251,8 +254,15 @@ impl core::fmt::Display for CommandError {
             Self::CostUnknown(_) => {
                 write!(
                     f,
-                    "a tick has a limit and what the module takes is not known: work it out with `cargo xtask costs` \
-                     and build the image again"
+                    "a tick has a limit and the image's stamp does not say what the module takes: `dimsart stamp` says why \
+                     it found no bound"
+                )
+            }
+            Self::WiringFull => {
+                write!(
+                    f,
+                    "the modules have {MAX_WIRES} ports together, or commands have bound {MAX_BINDINGS} of them, and \
+                     no more fit: MOD_OFF another module, or MOD_INIT one whose bindings are not needed"
                 )
             }
         }

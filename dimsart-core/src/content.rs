@@ -1,8 +1,11 @@
 //! What a packet carries, as one number that both ends work out for themselves.
 
+use core::cell::Cell;
+
 use crate::checksum::CRC;
 use crate::data_type::DataType;
 use crate::unit::AxisKind;
+use crate::words::Words;
 
 /// Version of how samples and counters lie in a packet.
 const LAYOUT: u8 = 3;
@@ -13,6 +16,20 @@ const LAYOUT: u8 = 3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Content(u32);
+
+impl Words for Content {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn load(words: &[Cell<u32>]) -> Self {
+        Self(u32::load(words))
+    }
+
+    #[inline(always)]
+    fn store(self, words: &[Cell<u32>]) {
+        self.0.store(words);
+    }
+}
 
 impl Content {
     /// A content of `words` words with a known id.

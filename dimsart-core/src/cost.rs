@@ -1,21 +1,30 @@
-//! What a kind of module adds to a tick: cycles of the processor.
+//! What a tick and each kind of module take at most: cycles of the processor.
 
-/// Most cycles that a module adds to a tick, by the machine code: `offset + per_dof * dof`.
+/// Most cycles that something takes: `offset + per_dof * dof`.
 ///
-/// TRM-model cycles of a Cortex-M4F whose memory does not wait, by bounds with every choice and switch among the
-/// module's parameters and two values of each number, whatever is measured and comes in, and with the most that a COMM
-/// module can carry: nothing but plugging in is taken to change what a scheme may take.
+/// Worked out from the machine code of a linked image, and put into its [stamp](crate::stamp): what is measured and what
+/// comes in over a link can be anything.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
 pub struct Cost {
     offset: u16,
     per_dof: u16,
 }
 
 impl Cost {
+    /// Not known.
+    pub const UNKNOWN: Self = Self::new(0, 0);
+
     /// A straight line over the degrees of freedom: cycles, and cycles for each.
     #[must_use]
     pub const fn new(offset: u16, per_dof: u16) -> Self {
         Self { offset, per_dof }
+    }
+
+    /// The number of cycles without, and for each, degree of freedom.
+    #[must_use]
+    pub const fn line(self) -> (u16, u16) {
+        (self.offset, self.per_dof)
     }
 
     /// For a device with `dof` degrees of freedom, of which there are at most
@@ -27,40 +36,41 @@ impl Cost {
     }
 }
 
-/// Costs by the names of kinds; see [`module_list!`](crate::module_list).
-pub type Costs = [(&'static str, Cost)];
+/// What a tick takes without modules, and what each kind of module adds to it.
+///
+/// A module's cost covers every choice and switch among its parameters and two values of each number, and a COMM module
+/// that carries the most it can: nothing but plugging in is taken to change what a scheme may take.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Costs(&'static [Cost]);
 
-/// The cost of the kind with this name, out of the first table that knows it; none if no table does.
-#[must_use]
-pub const fn cost_of(name: &str, mut tables: &[&Costs]) -> Option<Cost> {
-    while let [table, others @ ..] = tables {
-        let mut lines: &Costs = table;
-        while let [(known, cost), rest @ ..] = lines {
-            if is_same(known.as_bytes(), name.as_bytes()) {
-                return Some(*cost);
-            }
-            lines = rest;
-        }
-        tables = others;
+impl Costs {
+    /// The tick's cost, then that of each kind in the order of the [list](crate::ModuleList::KINDS);
+    /// [`Cost::UNKNOWN`] where there is none.
+    #[must_use]
+    pub const fn new(lines: &'static [Cost]) -> Self {
+        Self(lines)
     }
-    None
-}
 
-const fn is_same(mut left: &[u8], mut right: &[u8]) -> bool {
-    while let ([one, left_rest @ ..], [other, right_rest @ ..]) = (left, right) {
-        if *one != *other {
-            return false;
-        }
-        (left, right) = (left_rest, right_rest);
+    /// Of a tick without modules: the device's signals in and out, and the engine.
+    #[must_use]
+    pub fn tick(self) -> Option<Cost> {
+        self.line(0)
     }
-    left.is_empty() && right.is_empty()
+
+    /// Of a kind of module, with the engine's calls of it; none if it is not known.
+    #[must_use]
+    pub fn kind(self, kind: u8) -> Option<Cost> {
+        self.line(usize::from(kind) + 1)
+    }
+
+    fn line(self, index: usize) -> Option<Cost> {
+        self.0.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN)
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const TABLE: &Costs = &[("P", Cost::new(100, 10)), ("PD", Cost::new(200, 20))];
 
     #[test]
     fn a_cost_is_a_straight_line() {
@@ -69,15 +79,10 @@ mod tests {
     }
 
     #[test]
-    fn a_kind_is_found_by_its_whole_name_or_is_unknown() {
-        assert_eq!(cost_of("PD", &[&[], TABLE]), Some(Cost::new(200, 20)));
-        assert_eq!(
-            cost_of("P", &[&[("P", Cost::new(1, 1))], TABLE]),
-            Some(Cost::new(1, 1)),
-            "the first table"
-        );
-        for unknown in ["", "D", "PID", "p"] {
-            assert_eq!(cost_of(unknown, &[TABLE]), None, "{unknown}");
-        }
+    fn a_kind_has_the_line_of_its_number_or_none() {
+        const LINES: [Cost; 3] = [Cost::new(500, 60), Cost::new(100, 10), Cost::UNKNOWN];
+        let costs = Costs::new(&LINES);
+        assert_eq!(costs.tick(), Some(Cost::new(500, 60)));
+        assert_eq!([0, 1, 2, u8::MAX].map(|kind| costs.kind(kind)), [Some(LINES[1]), None, None, None]);
     }
 }

@@ -3,11 +3,10 @@
 mod written_out;
 
 use core::cell::Cell;
-use core::num::NonZeroU8;
 
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
-use crate::limits::MAX_LINKS;
+use crate::limits::{MAX_DOF, MAX_LINKS};
 use crate::mailbox::LinkPort;
 use crate::word::{Scalar, Word};
 
@@ -20,8 +19,27 @@ pub struct Data<'a> {
     words: &'a [Cell<u32>],
     links: &'a [LinkPort; MAX_LINKS],
     device: &'a DeviceDescriptor,
-    /// Narrow and not zero, which spares checks: no sum with an offset overflows, each loop has a start.
-    dof: NonZeroU8,
+    dof: Dof,
+}
+
+/// Degrees of freedom. The compiler knows how few they can be, and that there is one: loops over axes are short and have
+/// a start, no sum with an offset overflows.
+#[derive(Debug, Clone, Copy)]
+#[repr(u8)]
+enum Dof {
+    One = 1,
+    Two,
+    Three,
+    Four,
+    Five,
+    Six,
+    Seven,
+    Eight,
+}
+
+impl Dof {
+    const ALL: [Self; MAX_DOF] =
+        [Self::One, Self::Two, Self::Three, Self::Four, Self::Five, Self::Six, Self::Seven, Self::Eight];
 }
 
 impl<'a> Data<'a> {
@@ -31,7 +49,7 @@ impl<'a> Data<'a> {
         links: &'a [LinkPort; MAX_LINKS],
         device: &'a DeviceDescriptor,
     ) -> Self {
-        let dof = u8::try_from(device.dof()).ok().and_then(NonZeroU8::new).unwrap_or(NonZeroU8::MIN);
+        let dof = Dof::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Dof::One);
         Self { words, links, device, dof }
     }
 
@@ -45,7 +63,7 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn dof(&self) -> usize {
-        usize::from(self.dof.get())
+        self.dof as usize
     }
 
     /// Computes every axis by one law, the way most control laws are written.
@@ -76,13 +94,13 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn axis<T: Scalar>(&self, input: Input<Vector<T>>, axis: usize) -> T {
-        self.axes(input.offset).and_then(|words| words.get(axis)).map_or_else(T::default, read)
+        self.axes(input.block.offset).and_then(|words| words.get(axis)).map_or_else(T::default, read)
     }
 
     /// Writes one axis of a vector; dropped beyond the last axis.
     #[inline]
     pub fn set_axis<T: Scalar>(&self, output: Output<Vector<T>>, axis: usize, value: T) {
-        if let Some(word) = self.axes(output.offset).and_then(|words| words.get(axis)) {
+        if let Some(word) = self.axes(output.block.offset).and_then(|words| words.get(axis)) {
             word.set(value.into_word().0);
         }
     }
@@ -91,13 +109,13 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn get<T: Scalar>(&self, input: Input<Single<T>>) -> T {
-        self.word(input.offset, 0).map_or_else(T::default, read)
+        self.word(input.block.offset, 0).map_or_else(T::default, read)
     }
 
     /// Writes a scalar.
     #[inline]
     pub fn set<T: Scalar>(&self, output: Output<Single<T>>, value: T) {
-        if let Some(word) = self.word(output.offset, 0) {
+        if let Some(word) = self.word(output.block.offset, 0) {
             word.set(value.into_word().0);
         }
     }
@@ -111,7 +129,7 @@ impl<'a> Data<'a> {
         row: usize,
         column: usize,
     ) -> T {
-        self.cell::<R, C>(input.offset, row, column).map_or_else(T::default, read)
+        self.cell::<R, C>(input.block.offset, row, column).map_or_else(T::default, read)
     }
 
     /// Writes an element of a matrix; dropped outside it.
@@ -123,7 +141,7 @@ impl<'a> Data<'a> {
         column: usize,
         value: T,
     ) {
-        if let Some(word) = self.cell::<R, C>(output.offset, row, column) {
+        if let Some(word) = self.cell::<R, C>(output.block.offset, row, column) {
             word.set(value.into_word().0);
         }
     }
@@ -132,14 +150,14 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn words<S: Signal>(&self, input: Input<S>) -> &[Cell<u32>] {
-        self.block(input.offset, S::words(self.dof()))
+        self.block(input.block.offset, S::words(self.dof()))
     }
 
     /// All words of a signal to be written.
     #[inline]
     #[must_use]
     pub fn words_out<S: Signal>(&self, output: Output<S>) -> &[Cell<u32>] {
-        self.block(output.offset, S::words(self.dof()))
+        self.block(output.block.offset, S::words(self.dof()))
     }
 
     /// A module's own memory; zero when it was plugged in.
@@ -166,7 +184,7 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn row_after(&self, memory: Memory, position: u16) -> u16 {
-        let next = position.saturating_add(u16::from(self.dof.get()));
+        let next = position.saturating_add(u16::from(self.dof as u8));
         if next < memory.block.words { next } else { 0 }
     }
 
@@ -177,10 +195,16 @@ impl<'a> Data<'a> {
         self.links.get(usize::try_from(number).ok()?)
     }
 
+    /// So many words from a place on, if there are so many.
+    #[inline(always)]
+    pub(crate) fn range(&self, start: u16, words: usize) -> Option<&'a [Cell<u32>]> {
+        let start = usize::from(start);
+        self.words.get(start..start + words)
+    }
+
     #[inline(always)]
     fn axes(&self, offset: u16) -> Option<&'a [Cell<u32>]> {
-        let start = usize::from(offset);
-        self.words.get(start..start + self.dof())
+        self.range(offset, self.dof())
     }
 
     #[inline(always)]

@@ -7,7 +7,7 @@ use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::limits::{MAX_LINKS, MAX_SLOTS};
 use crate::mailbox::LinkPort;
-use crate::storage::{Storage, StorageError};
+use crate::storage::{Block, Storage, StorageError};
 
 /// A signal that is in the Data Base now.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -16,12 +16,11 @@ pub struct Entry {
     pub signal: TypeRef,
     /// What it is.
     pub data_type: &'static DataType,
-    users: u8,
 }
 
 /// Signals, modules' memories and link mailboxes, in `WORDS` words and [`MAX_SLOTS`] slots.
 ///
-/// Memory is taken and given back only when a module is plugged in or out. A signal is there as long
+/// Memory is taken and given back only when a module comes, goes, or is plugged in or out. A signal is there as long
 /// as somebody reads or writes it.
 #[derive(Debug)]
 pub struct DataBase<const WORDS: usize> {
@@ -108,7 +107,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
         &self.links
     }
 
-    /// Counts one more user of a signal, making it when it is not there yet.
+    /// Slot of a signal, which is made when it is not there yet.
     pub(crate) fn insert(
         &mut self,
         data_type: &'static DataType,
@@ -116,14 +115,11 @@ impl<const WORDS: usize> DataBase<WORDS> {
         dof: usize,
     ) -> Result<u8, StorageError> {
         if let Some(slot) = self.slot(signal) {
-            if let Some(Some(entry)) = self.entries.get_mut(usize::from(slot)) {
-                entry.users = entry.users.saturating_add(1);
-            }
             return Ok(slot);
         }
         let slot = self.take(data_type.shape.words(dof))?;
         if let Some(entry) = self.entries.get_mut(usize::from(slot)) {
-            *entry = Some(Entry { signal, data_type, users: 1 });
+            *entry = Some(Entry { signal, data_type });
         }
         Ok(slot)
     }
@@ -135,19 +131,32 @@ impl<const WORDS: usize> DataBase<WORDS> {
         Ok(slot)
     }
 
-    /// Gives back one use of a signal, or a memory.
-    pub(crate) fn remove(&mut self, slot: u8) {
-        if let Some(entry) = self.entries.get_mut(usize::from(slot)) {
-            if let Some(used) = entry
-                && used.users > 1
-            {
-                used.users -= 1;
-                return;
+    /// Gives back every slot that is not among those used, a bit each.
+    pub(crate) fn keep_only(&mut self, used: u64) {
+        for slot in (0..MAX_SLOT_NUMBER).filter(|slot| used & bit(*slot) == 0) {
+            if self.storage.is_taken(slot) {
+                self.storage.give_back(slot);
+                self.revision = self.revision.wrapping_add(1);
             }
-            *entry = None;
+            if let Some(entry) = self.entries.get_mut(usize::from(slot)) {
+                *entry = None;
+            }
         }
-        self.storage.give_back(slot);
-        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// What is in a slot; none for one that is free or holds a memory.
+    pub(crate) fn entry(&self, slot: u8) -> Option<&Entry> {
+        self.entries.get(usize::from(slot))?.as_ref()
+    }
+
+    /// The words of signals and memories become zero; the modules' own stay.
+    pub(crate) fn zero_signals(&mut self) {
+        self.storage.zero_blocks();
+    }
+
+    /// Words of a module's own.
+    pub(crate) fn own(&mut self, block: Block) -> &[Cell<u32>] {
+        Cell::from_mut(self.storage.words_mut(block).unwrap_or_default()).as_slice_of_cells()
     }
 
     /// The view that modules get during a tick.
@@ -156,3 +165,12 @@ impl<const WORDS: usize> DataBase<WORDS> {
         Data::new(words, &self.links, device)
     }
 }
+
+/// A slot as one of 64 bits.
+pub(crate) fn bit(slot: u8) -> u64 {
+    const { assert!(MAX_SLOTS <= 64, "a set of slots is 64 bits") };
+    1_u64.checked_shl(u32::from(slot)).unwrap_or(0)
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "at most 64")]
+const MAX_SLOT_NUMBER: u8 = MAX_SLOTS as u8;

@@ -57,7 +57,7 @@ impl DataType {
 ///
 /// Several signals of one kind can live side by side, for example the forces of two controllers
 /// before they are added.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TypeRef {
     /// [`DataType::id`].

@@ -2,7 +2,8 @@
 
 use crate::data_type::DataType;
 use crate::frame::MAX_DEVICE_TYPES;
-use crate::limits::MAX_DOF;
+use crate::input_limits::{InputLimits, LimitsFault};
+use crate::limits::{MAX_DOF, MAX_LIMITED_WORDS};
 use crate::unit::AxisKind;
 
 /// Degrees of freedom, sample period, and the types a device gives and takes.
@@ -18,6 +19,18 @@ pub struct DeviceDescriptor {
     pub outputs: &'static [&'static DataType],
     /// Types the device is commanded by: read from the Data Base by the frame after every step.
     pub inputs: &'static [&'static DataType],
+    limits: &'static [&'static [InputLimits]],
+}
+
+/// A word of a device's inputs that has limits.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LimitedWord {
+    /// Place in the frame to the device.
+    pub(crate) place: usize,
+    /// Place within its type.
+    pub(crate) axis: usize,
+    pub(crate) data_type: &'static DataType,
+    pub(crate) limits: &'static InputLimits,
 }
 
 /// The device that is served, once there is one; until then it has no axes and types.
@@ -60,6 +73,25 @@ pub enum DescriptorError {
         /// Place of the second one.
         second: usize,
     },
+    /// Limits are declared for another number of inputs, or of words of an input.
+    LimitsCount {
+        /// Inputs, or words of an input.
+        expected: usize,
+        /// Declared.
+        found: usize,
+    },
+    /// More than [`MAX_LIMITED_WORDS`] words have limits.
+    TooManyLimits {
+        /// Words with limits.
+        wanted: usize,
+    },
+    /// The limits of a word cannot be kept.
+    Limits {
+        /// The word's place in the frame to the device, from 0.
+        word: usize,
+        /// Why.
+        fault: LimitsFault,
+    },
 }
 
 impl core::fmt::Display for DescriptorError {
@@ -78,6 +110,15 @@ impl core::fmt::Display for DescriptorError {
                 f,
                 "the device's type {id} is at place {first} and again at place {second}: each type can be there once"
             ),
+            Self::LimitsCount { expected, found } => write!(
+                f,
+                "limits for {found} where the device has {expected}: declare them for every input, and in each for \
+                 every word or for none"
+            ),
+            Self::TooManyLimits { wanted } => {
+                write!(f, "limits for {wanted} words: at most {MAX_LIMITED_WORDS} are possible")
+            }
+            Self::Limits { word, fault } => write!(f, "limits of word {word} of the inputs: {fault}"),
         }
     }
 }
@@ -86,8 +127,14 @@ impl core::error::Error for DescriptorError {}
 
 impl DeviceDescriptor {
     /// What stands in until there is a device: no axes, no types, no period.
-    const NONE: &'static Self =
-        &Self { name: "", axes: heapless::Vec::new(), sample_period_s: 0.0, outputs: &[], inputs: &[] };
+    const NONE: &'static Self = &Self {
+        name: "",
+        axes: heapless::Vec::new(),
+        sample_period_s: 0.0,
+        outputs: &[],
+        inputs: &[],
+        limits: &[],
+    };
 
     /// Describes a device with one entry of `axes` per degree of freedom.
     ///
@@ -108,7 +155,34 @@ impl DeviceDescriptor {
         }
         check_types(outputs)?;
         check_types(inputs)?;
-        Ok(Self { name, axes, sample_period_s, outputs, inputs })
+        Ok(Self { name, axes, sample_period_s, outputs, inputs, limits: &[] })
+    }
+
+    /// With limits of its inputs, in their order: of each word of an input, or of none. Inputs without limits get any
+    /// finite number, and zero as their safe value.
+    ///
+    /// # Errors
+    /// [`DescriptorError`] when there are limits for another number of inputs or words, for more than
+    /// [`MAX_LIMITED_WORDS`], or such as cannot be kept.
+    pub fn with_limits(self, limits: &'static [&'static [InputLimits]]) -> Result<Self, DescriptorError> {
+        let words = self.inputs.iter().map(|data_type| data_type.shape.words(self.dof()));
+        let has_count = |expected, found| match found == expected {
+            true => Ok(()),
+            false => Err(DescriptorError::LimitsCount { expected, found }),
+        };
+        has_count(self.inputs.len(), limits.len())?;
+        for (words, limits) in words.zip(limits).filter(|(_, limits)| !limits.is_empty()) {
+            has_count(words, limits.len())?;
+        }
+        let limited = Self { limits, ..self };
+        let wanted = limited.limited_words().count();
+        if wanted > MAX_LIMITED_WORDS {
+            return Err(DescriptorError::TooManyLimits { wanted });
+        }
+        for LimitedWord { place: word, data_type, limits, .. } in limited.limited_words() {
+            limits.check(data_type, &limited).map_err(|fault| DescriptorError::Limits { word, fault })?;
+        }
+        Ok(limited)
     }
 
     /// Name for reports.
@@ -151,6 +225,18 @@ impl DeviceDescriptor {
     #[must_use]
     pub fn measures_timing(&self) -> bool {
         self.outputs.ends_with(&crate::types::TIMING)
+    }
+
+    /// The words of its inputs that have limits.
+    #[inline]
+    pub(crate) fn limited_words(&self) -> impl Iterator<Item = LimitedWord> {
+        let (dof, mut next) = (self.dof(), 0);
+        self.inputs.iter().zip(self.limits).flat_map(move |(data_type, limits)| {
+            let first = next;
+            next += data_type.shape.words(dof);
+            let words = limits.iter().enumerate();
+            words.map(move |(axis, limits)| LimitedWord { place: first + axis, axis, data_type, limits })
+        })
     }
 
     fn own_types(&self) -> impl Iterator<Item = &'static DataType> {

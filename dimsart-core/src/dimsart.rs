@@ -1,45 +1,24 @@
-//! One controller: engine and frame, and the order of a tick.
+//! One controller: engine, frame and safety stage, and the order of a tick.
 
 use crate::command::{Command, CommandError};
 use crate::device::DeviceDescriptor;
 use crate::engine::{Engine, Observer};
-use crate::frame::{Frame, FrameError};
+use crate::frame::Frame;
+use crate::kind::ModuleList;
 use crate::limits::DEFAULT_WORDS;
 use crate::mailbox::{LinkPort, is_newer};
-use crate::module::ModuleList;
 use crate::modules::Standard;
 use crate::packet::{Packet, PacketError};
+use crate::safety::{Reason, Safety, Tick};
 use crate::storage::StorageError;
 use crate::word::Word;
-
-/// What a tick came to. It always leaves a usable frame for the device.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Tick {
-    /// The scheme ran and commands the device.
-    Ran,
-    /// The scheme does not run; the device gets its safe input, all zero.
-    Idle,
-    /// The measurement was refused and nothing was computed; the device gets its safe input.
-    MeasurementRefused(FrameError),
-    /// The scheme ran but a command is not a finite number; the device gets its safe input.
-    CommandRefused(FrameError),
-    /// The scheme ran and would command the device, but nobody holds the lease that motion needs; the device gets
-    /// its safe input. Where there is a lease, [`DeviceInfo::end`](crate::protocol::DeviceInfo::end) says so.
-    Disarmed,
-    /// The scheme ran, but nothing has come over a link for too long: the device gets its safe input until a reset.
-    LinkLost {
-        /// The link.
-        link: u8,
-    },
-}
 
 /// A whole DIMSART, for one device.
 #[derive(Debug)]
 pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     engine: Engine<M, WORDS>,
     frame: Frame,
-    refused_ticks: u32,
+    safety: Safety,
 }
 
 impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
@@ -59,7 +38,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [connected](Self::connect) in its place.
     #[must_use]
     pub const fn unconnected() -> Self {
-        Self { engine: Engine::unconnected(), frame: Frame::unconnected(), refused_ticks: 0 }
+        Self { engine: Engine::unconnected(), frame: Frame::unconnected(), safety: Safety::new() }
     }
 
     /// Starts anew for a device, with its types in the Data Base and no module plugged in.
@@ -69,14 +48,19 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [unconnected](Self::unconnected) then.
     pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
         self.frame = Frame::unconnected();
-        self.refused_ticks = 0;
+        self.safety.connect(&device);
         self.engine.connect(device.clone());
         let frame = Frame::connect(self.engine.data_base_mut(), &device);
         self.frame = frame.inspect_err(|_| self.engine.disconnect())?;
         Ok(())
     }
 
-    /// One tick: device to Data Base, every module, Data Base to device.
+    /// Allows motion from the next tick on, or forbids it: the device gets its safe value then. It is allowed at first.
+    pub fn allow_motion(&mut self, is_allowed: bool) {
+        self.safety.allow_motion(is_allowed);
+    }
+
+    /// One tick: device to Data Base, every module, Data Base to device by way of the [safety stage](Safety).
     ///
     /// This is the only place that knows the order; firmware and simulator both call it.
     /// `measured` and `commanded` are laid out as the descriptor's types say; whatever happens,
@@ -93,38 +77,30 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         commanded: &mut [Word],
         observer: &mut impl Observer,
     ) -> Tick {
-        let tick = self.run(measured, commanded, observer);
-        if tick != Tick::Ran {
-            commanded.fill(Word(0));
-            let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
-            self.refused_ticks = self.refused_ticks.saturating_add(u32::from(is_refused));
-        }
-        tick
+        let computed = self.compute(measured, observer);
+        self.safety.decide(computed, &self.engine, &self.frame, measured, commanded)
     }
 
-    fn run(&mut self, measured: &[Word], commanded: &mut [Word], observer: &mut impl Observer) -> Tick {
+    /// Measurement and modules. An error says why they command nothing.
+    #[inline]
+    fn compute(&mut self, measured: &[Word], observer: &mut impl Observer) -> Result<(), Tick> {
         if let Err(error) = self.frame.write(self.engine.data_base_mut(), measured) {
             self.engine.data_base().links().iter().for_each(LinkPort::miss_tick);
-            return Tick::MeasurementRefused(error);
+            return Err(Tick::MeasurementRefused(error));
         }
         if !self.engine.is_running() {
-            return Tick::Idle;
+            return Err(Tick::Idle);
         }
         self.engine.step_observed(observer);
-        let lost = self.lost_link();
-        match (self.frame.read(self.engine.data_base(), commanded), lost) {
-            (Err(error), _) => Tick::CommandRefused(error),
-            (Ok(()), Some(link)) => Tick::LinkLost { link },
-            (Ok(()), None) => Tick::Ran,
-        }
+        self.lost_link().map_or(Ok(()), |link| Err(Tick::LinkLost { link }))
     }
 
     /// A link that its receiving module has just called lost.
     fn lost_link(&self) -> Option<u8> {
         let links = self.engine.data_base().links();
-        let lost = (0..).zip(links).find(|(_, port)| port.is_lost.get()).map(|(link, _)| link)?;
+        let lost = links.iter().position(|port| port.is_lost.get())?;
         links.iter().for_each(|port| port.is_lost.set(false));
-        Some(lost)
+        u8::try_from(lost).ok()
     }
 
     /// Takes a command, between two ticks.
@@ -185,10 +161,17 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         self.engine.data_base().links().get(link)?.outgoing.take()
     }
 
-    /// Ticks in which a frame was refused, since the start.
+    /// Ticks in which a frame was refused, since the device was connected.
     #[must_use]
     pub fn refused_ticks(&self) -> u32 {
-        self.refused_ticks
+        let counts = self.safety.counts();
+        counts.of(Reason::MeasurementRefused).saturating_add(counts.of(Reason::CommandRefused))
+    }
+
+    /// The safety stage: why the device does not get what the scheme commands, and how often.
+    #[must_use]
+    pub fn safety(&self) -> &Safety {
+        &self.safety
     }
 
     /// The engine, to look at.

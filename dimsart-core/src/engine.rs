@@ -5,102 +5,41 @@ mod observer;
 mod plug;
 
 pub use commands::Cursor;
+use core::cell::Cell;
+use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
 use heapless::Vec;
-pub use observer::Observer;
+pub use observer::{Calls, Observer};
 
 use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
-use crate::data::Data;
+use crate::cost::Costs;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
+use crate::declare::Declare;
 use crate::device::{DeviceDescriptor, Served};
-use crate::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_PORTS};
-use crate::matching::{Difference, Finding, Report, Scheme};
-use crate::module::{Compute, ModuleList};
-use crate::modules::{self, Standard};
+use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleList};
+use crate::limits::{DEFAULT_WORDS, MAX_BINDINGS, MAX_MODULES, MAX_PORTS};
+use crate::matching::{Finding, Report, Scheme};
+use crate::modules::Standard;
 use crate::parameter::{Parameter, ParameterError, Parameters, Value};
-use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Ports, Stage};
-use crate::schedule::{MAX_CALLS, schedule};
+use crate::port::{Direction, PortSpec, PortSpecs, Stage};
 use crate::storage::Block;
-use crate::unit_tie::UnitTie;
+use crate::wiring::Wiring;
 
-/// A module that exists, plugged in or not.
-#[derive(Debug)]
-pub(crate) struct Instance<M> {
-    pub(crate) reference: ModuleRef,
-    module: M,
-    bindings: Vec<(&'static str, TypeRef), MAX_PORTS>,
-    pub(crate) link_end: Option<LinkEnd>,
-    /// Empty while the module is not plugged in.
-    pub(crate) ports: Vec<Port, MAX_PORTS>,
-    is_active: bool,
-}
-
-/// A port of a module that is plugged in.
+/// A module that exists, plugged in or not. Its parameters and state lie in the Data Base's words.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Port {
-    pub(crate) name: &'static str,
-    pub(crate) slot: u8,
-    /// None for memory.
-    pub(crate) signal: Option<TypeRef>,
-    pub(crate) is_written: bool,
-    pub(crate) stage: Stage,
-    pub(crate) is_delayed: bool,
-    pub(crate) difference: Option<Difference>,
-    pub(crate) tie: Option<UnitTie>,
+struct Instance {
+    reference: ModuleRef,
+    memory: Block,
 }
 
-impl Port {
-    /// How it uses its signal.
-    pub(crate) fn direction(&self) -> Direction {
-        if self.is_written { Direction::Write } else { Direction::Read }
-    }
-}
-
-/// One call of a module in a tick.
-#[derive(Debug)]
-pub(crate) struct Call<M> {
-    pub(crate) instance: u8,
-    pub(crate) stage: Stage,
-    compute: Compute<M>,
-}
-
-impl<M: ModuleList> Call<M> {
-    /// Of the instance with this number.
-    pub(crate) fn new(instance: u8, stage: Stage, instances: &[Instance<M>]) -> Option<Self> {
-        let module = &instances.get(usize::from(instance))?.module;
-        let compute = match stage {
-            Stage::Early => module.compute(),
-            Stage::Late => module.compute_late(),
-        };
-        Some(Self { instance, stage, compute })
-    }
-}
-
-/// The calls of a tick, with the modules they go to.
-#[derive(Debug)]
-pub struct Calls<'a, M> {
-    instances: &'a mut [Instance<M>],
-    schedule: &'a [Call<M>],
-}
-
-impl<M: ModuleList> Calls<'_, M> {
-    /// Makes every call, in order.
-    #[inline]
-    pub fn run(self, data: &Data<'_>) {
-        self.run_observed(data, &mut ());
-    }
-
-    /// As [`run`](Self::run), while an observer looks on.
-    #[inline]
-    pub fn run_observed(self, data: &Data<'_>, observer: &mut impl Observer) {
-        for call in self.schedule {
-            if let Some(instance) = self.instances.get_mut(usize::from(call.instance)) {
-                observer.call(|| (call.compute)(&mut instance.module, data));
-            }
-        }
-    }
+/// A port that a command has bound to another signal.
+#[derive(Debug, Clone, Copy)]
+struct Binding {
+    module: ModuleRef,
+    signal: TypeRef,
+    port: &'static str,
 }
 
 /// One call of the tick, as reports show it.
@@ -127,18 +66,24 @@ pub struct Usage {
 
 /// Modules, their Data Base and the device they serve.
 ///
-/// All of it is statically sized: `WORDS` words of Data Base, [`MAX_MODULES`] modules. Commands are
-/// given between ticks and take bounded time; [`step`](Self::step) cannot fail.
+/// All of it is statically sized: `WORDS` words of Data Base, which holds the modules' parameters and state, too, and
+/// [`MAX_MODULES`] modules. Commands are given between ticks and take bounded time; [`step`](Self::step) cannot fail.
 #[derive(Debug)]
 pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     device: Served,
     data_base: DataBase<WORDS>,
-    instances: Vec<Instance<M>, MAX_MODULES>,
-    plug_in_order: Vec<u8, MAX_MODULES>,
-    schedule: Vec<Call<M>, MAX_CALLS>,
+    instances: Vec<Instance, MAX_MODULES>,
+    bindings: Vec<Binding, MAX_BINDINGS>,
+    wiring: Wiring,
+    /// Where the wiring after a change is put together, before it takes the other one's place.
+    next: Wiring,
     place_before: Option<ModuleRef>,
     limit_cycles: Option<NonZeroU32>,
+    costs: Option<Costs>,
     is_running: bool,
+    /// Whether a module begins with its next call.
+    begins: bool,
+    list: PhantomData<M>,
 }
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -157,11 +102,15 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             device: Served(None),
             data_base: DataBase::new(),
             instances: Vec::new(),
-            plug_in_order: Vec::new(),
-            schedule: Vec::new(),
+            bindings: Vec::new(),
+            wiring: Wiring::new(),
+            next: Wiring::new(),
             place_before: None,
             limit_cycles: None,
+            costs: None,
             is_running: false,
+            begins: false,
+            list: PhantomData,
         }
     }
 
@@ -179,8 +128,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device);
-        let calls = Calls { instances: &mut self.instances, schedule: &self.schedule };
-        observer.look_on(calls, &data);
+        observer.look_on(Calls { wiring: &self.wiring, kinds: M::KINDS, begins: self.begins }, &data);
+        if self.begins {
+            self.begins = false;
+            self.wiring.has_begun();
+        }
     }
 
     /// Takes a command to the engine or to a module.
@@ -208,9 +160,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// # Errors
     /// [`CommandError`] when the module or the parameter does not exist.
     pub fn get(&mut self, module: ModuleRef, parameter: u8, axis: u8) -> Result<Value, CommandError> {
-        let instance = self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+        let memory = self.instance(module).ok_or(CommandError::NotPluggedIn(module))?.memory;
         let mut found = None;
-        instance.module.parameters(&mut Parameters::get(parameter, axis, &mut found));
+        self.visit(module, memory, axis, &mut Parameters::get(parameter, None, &mut found));
         found.ok_or(CommandError::Parameter(ParameterError::Unknown))
     }
 
@@ -219,25 +171,36 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn check(&self) -> Report {
         let mut report = Report::default();
-        self.check_without(None, &mut report);
+        self.check_wiring(&self.wiring, &mut report);
         report
     }
 
-    /// The first fault of the scheme without a module, or with all. Apart from what is done with it: the report
-    /// is off the stack by then.
+    /// The first fault of a wiring. Apart from what is done with it: the report is off the stack by then.
     #[inline(never)]
-    pub(crate) fn first_fault(&self, without: Option<ModuleRef>) -> Option<Finding> {
+    fn first_fault_of(&self, wiring: &Wiring) -> Option<Finding> {
         let mut report = Report::default();
-        self.check_without(without, &mut report);
+        self.check_wiring(wiring, &mut report);
         report.findings().iter().copied().find(Finding::is_fault)
+    }
+
+    /// The first fault of the scheme as it is plugged in now.
+    pub(crate) fn first_fault(&self) -> Option<Finding> {
+        self.first_fault_of(&self.wiring)
     }
 
     /// Finding `index` of the scheme, and the number of its faults.
     #[inline(never)]
     pub(crate) fn finding(&self, index: u8) -> (Option<Finding>, usize) {
         let mut report = Report::default();
-        self.check_without(None, &mut report);
+        self.check_wiring(&self.wiring, &mut report);
         (report.findings().get(usize::from(index)).copied(), report.faults())
+    }
+
+    /// Into an empty report: it is large, and would be copied.
+    #[inline(never)]
+    fn check_wiring(&self, wiring: &Wiring, report: &mut Report) {
+        let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
+        Scheme { device: &self.device, wiring }.check(signals, report);
     }
 
     /// Whether the scheme passed its check and runs.
@@ -277,19 +240,19 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The calls of a tick, in order.
     pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
-        self.schedule.iter().filter_map(|call| {
-            let instance = self.instances.get(usize::from(call.instance))?;
-            Some(Step { module: instance.reference, stage: call.stage })
+        self.wiring.calls().iter().filter_map(|call| {
+            let module = self.wiring.called(call)?.module;
+            Some(Step { module, stage: call.stage })
         })
     }
 
     /// The signals that a step reads or writes.
     pub fn step_signals(&self, step: Step) -> impl Iterator<Item = (TypeRef, Direction)> + '_ {
-        let instance = self.instances.iter().find(|instance| instance.reference == step.module);
-        let ports = instance.map(|instance| instance.ports.iter()).into_iter().flatten();
-        ports
-            .filter(move |port| port.stage == step.stage)
-            .filter_map(|port| port.signal.map(|signal| (signal, port.direction())))
+        let ports = self.wiring.find(step.module).map_or(&[][..], |plugged| self.wiring.ports(plugged));
+        ports.iter().filter(move |port| port.stage() == step.stage).filter_map(|port| {
+            let entry = self.data_base.entry(port.slot)?;
+            Some((entry.signal, port.direction()))
+        })
     }
 
     /// Every module that exists, plugged in or not.
@@ -300,21 +263,20 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Whether a module is plugged in.
     #[must_use]
     pub fn is_plugged_in(&self, module: ModuleRef) -> bool {
-        self.instances.iter().any(|instance| instance.reference == module && instance.is_active)
+        self.wiring.find(module).is_some()
     }
 
     /// The channel that a module listens to on a link; 0 while none does.
     pub(crate) fn listening_channel(&self, link: usize) -> u16 {
-        let active = self.instances.iter().filter(|instance| instance.is_active);
-        let mut ends = active.filter_map(|instance| instance.link_end);
+        let mut ends = self.wiring.modules().iter().filter_map(|plugged| plugged.link_end);
         ends.find(|end| end.listens_to(link)).map_or(0, |end| end.channel)
     }
 
     /// The first memory of a module that is plugged in, for example what a recorder has recorded.
     #[must_use]
     pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {
-        let instance = self.instances.iter().find(|instance| instance.reference == module)?;
-        let port = instance.ports.iter().find(|port| port.signal.is_none())?;
+        let ports = self.wiring.ports(self.wiring.find(module)?);
+        let port = ports.iter().find(|port| port.is_memory())?;
         Some(self.data_base.words(port.slot))
     }
 
@@ -329,25 +291,36 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
     }
 
-    /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in. None, as at
-    /// first: as long as it likes. Modules that are plugged in stay.
+    /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in, as soon as
+    /// [costs](Self::set_costs) are known. None, as at first: as long as it likes. Modules that are plugged in stay.
     pub fn limit_cycles(&mut self, limit: Option<NonZeroU32>) {
         self.limit_cycles = limit;
     }
 
-    /// What a tick takes at most with the modules that are plugged in, in processor cycles: [`TICK`](modules::TICK)
-    /// and the [cost](crate::Cost) of each. None if one's is not known.
+    /// What a tick and each kind of module cost. None, as at first: it is not known, and no module is refused for it.
+    pub fn set_costs(&mut self, costs: Option<Costs>) {
+        self.costs = costs;
+    }
+
+    /// What a tick takes at most with the modules that are plugged in, in processor cycles: its own
+    /// [cost](crate::Cost) and that of each. None if one's is not known.
     #[must_use]
     pub fn tick_cycles(&self) -> Option<u32> {
-        let active = self.instances.iter().filter(|instance| instance.is_active);
-        let mut costs = active.map(|instance| self.cycles_of(instance.reference.kind));
-        costs.try_fold(modules::TICK.cycles(self.device.dof()), |sum, cycles| Some(sum + cycles?))
+        let mut costs = self.wiring.modules().iter().map(|plugged| self.cycles_of(plugged.module.kind));
+        let own = self.costs?.tick()?.cycles(self.device.dof());
+        costs.try_fold(own, |sum, cycles| Some(sum + cycles?))
     }
 
     /// What a module of a kind adds to a tick of this device, in processor cycles; none if that is not known.
     #[must_use]
     pub fn cycles_of(&self, kind: u8) -> Option<u32> {
-        M::KINDS.get(usize::from(kind))?.cost.map(|cost| cost.cycles(self.device.dof()))
+        Some(self.costs?.kind(kind)?.cycles(self.device.dof()))
+    }
+
+    /// Words of the Data Base that an instance of a kind takes for its parameters and state, on this device.
+    #[must_use]
+    pub fn words_of(&self, kind: u8) -> Option<usize> {
+        M::KINDS.get(usize::from(kind)).map(|kind| kind.words(self.device.dof()))
     }
 
     /// Describes parameter `index` of a kind of module; none past the last one.
@@ -355,101 +328,82 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[inline(never)]
     pub fn describe_parameter(kind: u8, index: u8) -> Option<Parameter> {
         let mut found = None;
-        M::create(kind)?.parameters(&mut Parameters::describe(index, &mut found));
+        M::KINDS.get(usize::from(kind))?.describe(&mut Parameters::describe(index, &mut found));
         found
     }
 
     /// The ports of a module as its parameters are now; as by default for one that does not exist.
     #[must_use]
-    pub fn ports(&mut self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
+    pub fn ports(&self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
         let mut specs = Vec::new();
         self.declare(module, &mut specs).then_some(specs)
     }
 
     /// One of the [`ports`](Self::ports).
     #[inline(never)]
-    pub(crate) fn port(&mut self, module: ModuleRef, index: u8) -> Option<PortSpec> {
+    pub(crate) fn port(&self, module: ModuleRef, index: u8) -> Option<PortSpec> {
         let mut specs = Vec::new();
         self.declare(module, &mut specs).then_some(())?;
         specs.get(usize::from(index)).copied()
     }
 
-    fn declare(&mut self, module: ModuleRef, specs: &mut PortSpecs) -> bool {
-        match self.instances.iter_mut().find(|instance| instance.reference == module) {
-            Some(instance) => instance.declare(&self.device, &self.data_base, specs),
-            None => declare_default::<M>(module.kind, &self.device, specs),
-        }
-    }
-
-    /// Name of a port of a module that is plugged in.
+    /// Name of a port of a module.
     #[must_use]
     pub fn port_name(&self, module: ModuleRef, port: u8) -> Option<&'static str> {
-        let instance = self.instances.iter().find(|instance| instance.reference == module)?;
-        instance.ports.get(usize::from(port)).map(|port| port.name)
+        self.port(module, port).map(|spec| spec.name)
     }
 
     /// Where a port is bound to, if a command said so.
     #[must_use]
     pub fn binding(&self, module: ModuleRef, port_name: &str) -> Option<TypeRef> {
-        let instance = self.instances.iter().find(|instance| instance.reference == module)?;
-        instance.bound(port_name)
+        let is_it = |binding: &&Binding| binding.module == module && binding.port == port_name;
+        self.bindings.iter().find(is_it).map(|binding| binding.signal)
     }
 
-    /// Into an empty report: it is large, and would be copied.
+    /// Asks a module for its ports; false if there are too many, or no such kind.
     #[inline(never)]
-    fn check_without(&self, without: Option<ModuleRef>, report: &mut Report) {
-        let Self { device, instances, schedule, .. } = self;
-        let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
-        Scheme { device, instances, schedule, without }.check(signals, report);
+    fn declare(&self, module: ModuleRef, specs: &mut PortSpecs) -> bool {
+        let Some(kind) = M::KINDS.get(usize::from(module.kind)) else { return false };
+        let settings = self.settings(module, kind);
+        let mut declare = Declare::new(&self.device, specs);
+        kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
+        declare.has_all()
     }
 
-    fn reschedule(&mut self) {
-        self.schedule = schedule(&self.instances, &self.plug_in_order);
-    }
-}
-
-impl<M: ModuleList> Instance<M> {
-    fn new(reference: ModuleRef) -> Option<Self> {
-        let module = M::create(reference.kind).filter(|_| reference.number > 0)?;
-        let (bindings, ports) = (Vec::new(), Vec::new());
-        Some(Self { reference, module, bindings, link_end: None, ports, is_active: false })
-    }
-
-    /// Asks the module for its ports, false if there are too many; its handles stay as they are.
-    fn declare<const WORDS: usize>(
-        &mut self,
-        device: &DeviceDescriptor,
-        data_base: &DataBase<WORDS>,
-        specs: &mut PortSpecs,
-    ) -> bool {
-        let has_all = declare(&mut self.module, device, specs);
-        self.connect(device, data_base);
-        has_all
+    /// A copy of a module's settings; the default ones of a module that does not exist.
+    #[inline(never)]
+    fn settings(&self, module: ModuleRef, kind: &Kind) -> [Cell<u32>; MAX_SETTINGS_WORDS] {
+        let copy = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
+        match self.instances.iter().find(|instance| instance.reference == module) {
+            Some(instance) => {
+                let words = self.data_base.storage().words(instance.memory).unwrap_or_default();
+                let settings = words.get(kind.settings()).unwrap_or_default();
+                copy.iter().zip(settings).for_each(|(copy, word)| copy.set(*word));
+            }
+            None => {
+                kind.set_defaults(&copy);
+            }
+        }
+        copy
     }
 
-    /// Gives the module the handles of its ports.
-    fn connect<const WORDS: usize>(&mut self, device: &DeviceDescriptor, data_base: &DataBase<WORDS>) {
-        let blocks: Vec<Block, MAX_PORTS> =
-            self.ports.iter().map(|port| data_base.storage().block(port.slot)).collect();
-        let mut ports = Ports::connect(device, &blocks);
-        self.module.activate(&mut ports);
-        self.link_end = ports.link_end();
+    fn instance(&mut self, module: ModuleRef) -> Option<&mut Instance> {
+        self.instances.iter_mut().find(|instance| instance.reference == module)
     }
 
-    fn bound(&self, port_name: &str) -> Option<TypeRef> {
-        self.bindings.iter().find(|(name, _)| *name == port_name).map(|(_, signal)| *signal)
+    /// Visits the parameters of an instance, with the gains of an axis.
+    #[inline(never)]
+    fn visit(&mut self, module: ModuleRef, memory: Block, axis: u8, visit: &mut Parameters<'_>) {
+        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
+            kind.parameters(&kind.instance(self.data_base.own(memory)), axis, visit);
+        }
     }
-}
 
-fn declare<M: ModuleList>(module: &mut M, device: &DeviceDescriptor, specs: &mut PortSpecs) -> bool {
-    let mut ports = Ports::declare(device, specs);
-    module.activate(&mut ports);
-    ports.has_all()
-}
-
-/// As a module of this kind declares them by default; false if there is none. Apart from what is done with
-/// the ports: the module is off the stack by then.
-#[inline(never)]
-fn declare_default<M: ModuleList>(kind: u8, device: &DeviceDescriptor, specs: &mut PortSpecs) -> bool {
-    M::create(kind).is_some_and(|mut module| declare(&mut module, device, specs))
+    /// Works out what follows from an instance's parameters.
+    #[inline(never)]
+    fn prepare(&mut self, module: ModuleRef, memory: Block) {
+        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
+            kind.prepare(&kind.instance(self.data_base.own(memory)), &self.device);
+        }
+    }
 }

@@ -5,8 +5,9 @@ use core::fmt;
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::engine::Engine;
-use crate::matching::{Difference, Finding, Party};
-use crate::module::ModuleList;
+use crate::kind::ModuleList;
+use crate::matching::{Finding, Party};
+use crate::port::Difference;
 use crate::unit_tie::UnitRelation;
 
 /// Prints a finding with its names; see [`Engine::explain`].

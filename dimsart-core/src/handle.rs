@@ -1,14 +1,16 @@
 //! Typed handles: what a module holds of the Data Base.
 //!
-//! A handle says where the words of its signal lie. It is resolved when its module is plugged in, and
-//! anew whenever words move because another module was plugged out, so using it involves no name and
+//! A handle says where the words of its signal lie. It is resolved by the [`wiring`](crate::wiring) when its module is
+//! plugged in, and anew whenever words move because another module was plugged out, so using it involves no name and
 //! no search. A handle that is not connected reads nothing and writes nothing.
 
+use core::cell::Cell;
 use core::marker::PhantomData;
 
 use crate::data_type::Shape;
 use crate::storage::Block;
 use crate::word::{Format, Scalar};
+use crate::words::Words;
 
 /// What a handle gives access to: format and shape of a signal.
 pub trait Signal {
@@ -70,13 +72,27 @@ macro_rules! handle {
         #[doc = $doc]
         #[derive(Debug)]
         pub struct $name<S = Vector> {
-            pub(crate) offset: u16,
+            pub(crate) block: Block,
             signal: PhantomData<S>,
         }
 
         impl<S> $name<S> {
             pub(crate) const fn new(block: Block) -> Self {
-                Self { offset: block.offset, signal: PhantomData }
+                Self { block, signal: PhantomData }
+            }
+        }
+
+        impl<S> Words for $name<S> {
+            const COUNT: usize = 1;
+
+            #[inline(always)]
+            fn load(words: &[Cell<u32>]) -> Self {
+                Self::new(Block::from_word(u32::load(words)))
+            }
+
+            #[inline(always)]
+            fn store(self, words: &[Cell<u32>]) {
+                self.block.to_word().store(words);
             }
         }
 
@@ -105,9 +121,31 @@ pub struct Memory {
     pub(crate) block: Block,
 }
 
+impl Memory {
+    /// The memory as a signal, for a module that works one out in it.
+    #[must_use]
+    pub const fn as_input<S>(self) -> Input<S> {
+        Input::new(self.block)
+    }
+}
+
 impl Default for Memory {
     fn default() -> Self {
         Self { block: Block::FREE }
+    }
+}
+
+impl Words for Memory {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn load(words: &[Cell<u32>]) -> Self {
+        Self { block: Block::from_word(u32::load(words)) }
+    }
+
+    #[inline(always)]
+    fn store(self, words: &[Cell<u32>]) {
+        self.block.to_word().store(words);
     }
 }
 

@@ -15,6 +15,8 @@
 //!    └──────────┘   write   └────────┘
 //!         │  Frame::read    (Data Base -> device inputs)
 //!         ▼
+//!      Safety       decides what the device gets: the command within its limits, or a safe value
+//!         ▼
 //!   actuators, packets to send
 //! ```
 //!
@@ -39,7 +41,8 @@
 //!    sized storage ([`limits`]). Nothing is allocated or searched for in a tick.
 //! 2. A scheme that does not match does not run; a change that would break a running one is refused.
 //!    Whatever is refused, nothing has changed.
-//! 3. `step` cannot fail. Trouble in a tick is data, and the device gets a finite number or its safe input.
+//! 3. `step` cannot fail. Trouble in a tick is data, and one [safety stage](Safety) decides what
+//!    the device gets: a finite number within its limits, or its safe value.
 //! 4. Time is an argument: nothing here reads a clock. All arithmetic is plain `f32`, so the same inputs
 //!    give the same bits on every target.
 //! 5. SI units at every surface.
@@ -60,10 +63,12 @@ pub mod carrier;
 mod checksum;
 mod command;
 mod content;
+mod context;
 mod cost;
 mod data;
 mod data_base;
 mod data_type;
+mod declare;
 mod device;
 mod dimsart;
 mod encode;
@@ -73,6 +78,8 @@ pub mod exchange;
 mod explain;
 mod frame;
 mod handle;
+mod input_limits;
+mod kind;
 pub mod limits;
 mod mailbox;
 mod matching;
@@ -84,37 +91,47 @@ mod packet;
 pub mod parameter;
 mod port;
 pub mod protocol;
+mod safety;
 pub mod saved_scheme;
 mod schedule;
 pub mod scheme;
+pub mod stamp;
 mod storage;
 mod timing;
 pub mod types;
 mod unit;
 mod unit_tie;
+mod wiring;
 mod word;
+pub mod words;
 
 pub use command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
 pub use content::Content;
-pub use cost::{Cost, Costs, cost_of};
+pub use context::{Context, Lane};
+pub use cost::{Cost, Costs};
 pub use data::{Data, Inputs, Outputs};
 pub use data_base::{DataBase, Entry};
 pub use data_type::{DataType, Shape, TypeRef};
+pub use declare::Declare;
 pub use device::{DescriptorError, DeviceDescriptor};
-pub use dimsart::{Dimsart, Tick};
+pub use dimsart::Dimsart;
 pub use engine::{Calls, Cursor, Engine, Observer, Step, Usage};
 pub use explain::Explanation;
 pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
 pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
+pub use input_limits::{InputLimits, LimitsFault, SafeValue};
+pub use kind::{Kind, ModuleList};
 pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
-pub use matching::{Difference, Finding, Party, Report};
-pub use module::{Compute, Kind, Module, ModuleList};
+pub use matching::{Finding, Party, Report};
+pub use module::Module;
 pub use names::Name;
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError};
-pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, PerAxis, TypeList, Value};
-pub use port::{Direction, PortSpec, Ports, Stage};
+pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, TypeList, Value};
+pub use port::{Difference, Direction, PortSpec, Stage};
+pub use safety::{Reason, ReasonCounts, Safety, Tick};
 pub use storage::StorageError;
 pub use timing::{Duration, Timing};
 pub use unit::{AxisKind, Unit};
 pub use unit_tie::{UnitRelation, UnitTie};
 pub use word::{Format, Scalar, Word};
+pub use words::Words;

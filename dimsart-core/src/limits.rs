@@ -5,10 +5,16 @@
 
 /// Most degrees of freedom a device can have.
 pub const MAX_DOF: usize = 8;
+/// Most words of a device's inputs that can have [limits](crate::InputLimits).
+pub const MAX_LIMITED_WORDS: usize = 16;
 /// Most module instances that can exist at the same time, plugged in or not.
-pub const MAX_MODULES: usize = 16;
+pub const MAX_MODULES: usize = 32;
 /// Most ports one module instance can have.
 pub const MAX_PORTS: usize = 12;
+/// Most ports, and most handles, that all modules which are plugged in can have together.
+pub const MAX_WIRES: usize = 240;
+/// Most ports that commands can have bound to other signals, of all modules together.
+pub const MAX_BINDINGS: usize = 64;
 /// Most slots (data types and module memories) in a Data Base at the same time.
 pub const MAX_SLOTS: usize = 64;
 /// Most data types of one COMM channel (`ADD_DATA` commands).

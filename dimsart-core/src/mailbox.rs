@@ -8,6 +8,7 @@ use core::cell::Cell;
 use crate::content::Content;
 use crate::limits::MAX_PACKET_WORDS;
 use crate::packet::Packet;
+use crate::words::Words;
 
 /// One direction's packet. Interior cells let several modules share it within a tick.
 #[derive(Debug)]
@@ -232,4 +233,26 @@ pub enum LinkState {
     Error = 5,
     /// Nothing for so long that the link is lost, until a reset.
     Timeout = 6,
+}
+
+impl Words for LinkState {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn load(words: &[Cell<u32>]) -> Self {
+        match u32::load(words) {
+            1 => Self::Ok,
+            2 => Self::OkSomeLost,
+            3 => Self::Repeated,
+            4 => Self::WrongSequence,
+            5 => Self::Error,
+            6 => Self::Timeout,
+            _ => Self::NoData,
+        }
+    }
+
+    #[inline(always)]
+    fn store(self, words: &[Cell<u32>]) {
+        (self as u32).store(words);
+    }
 }

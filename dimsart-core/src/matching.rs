@@ -3,13 +3,14 @@
 use heapless::Vec;
 
 use crate::command::ModuleRef;
+use crate::data_base::bit;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
-use crate::engine::{Call, Instance};
-use crate::limits::{MAX_FINDINGS, MAX_MODULES, MAX_SLOTS};
-use crate::port::{Direction, Stage};
+use crate::limits::MAX_FINDINGS;
+use crate::port::{Difference, Direction};
 use crate::unit::Unit;
 use crate::unit_tie::UnitRelation;
+use crate::wiring::{Call, Plugged, Port, Wiring};
 
 /// Who reads or writes a signal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -91,18 +92,6 @@ pub enum Finding {
     },
 }
 
-/// How a signal differs from what a port expects.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Difference {
-    /// Another physical unit.
-    Unit,
-    /// Another number format.
-    Format,
-    /// Another shape.
-    Shape,
-}
-
 impl Finding {
     /// Whether a scheme with this finding must not run.
     #[must_use]
@@ -169,30 +158,23 @@ struct Use {
     is_delayed: bool,
 }
 
-/// A slot as one of 64 bits.
-fn bit(slot: u8) -> u64 {
-    const { assert!(MAX_SLOTS <= 64, "a set of slots is 64 bits") };
-    1_u64.checked_shl(u32::from(slot)).unwrap_or(0)
-}
-
-/// A scheme to be checked: the modules that are plugged in and the order of their calls.
-pub(crate) struct Scheme<'a, M> {
+/// A scheme to be checked.
+pub(crate) struct Scheme<'a> {
     pub(crate) device: &'a DeviceDescriptor,
-    pub(crate) instances: &'a Vec<Instance<M>, MAX_MODULES>,
-    pub(crate) schedule: &'a [Call<M>],
-    /// Leave this module out, as if it were unplugged.
-    pub(crate) without: Option<ModuleRef>,
+    pub(crate) wiring: &'a Wiring,
 }
 
-impl<M> Scheme<'_, M> {
-    /// Checks the scheme into an empty report; `signals` are those in the Data Base, with their slots.
+impl Scheme<'_> {
+    /// Checks the scheme into an empty report: it is large, and would be copied. `signals` are those in the Data Base,
+    /// with their slots.
     pub(crate) fn check(&self, signals: impl Iterator<Item = (u8, TypeRef)> + Clone, report: &mut Report) {
-        self.check_bindings(report);
-        self.check_ties(report);
+        let signal_in = |slot| signals.clone().find(|(found, _)| *found == slot).map(|(_, signal)| signal);
+        self.check_bindings(&signal_in, report);
+        self.check_ties(&signal_in, report);
         self.check_links(report);
         let suspects = self.suspects(signals.clone());
-        for (_, signal) in signals.filter(|(slot, _)| suspects & bit(*slot) != 0) {
-            self.check_signal(signal, report);
+        for (slot, signal) in signals.clone().filter(|(slot, _)| suspects & bit(*slot) != 0) {
+            self.check_signal(slot, signal, report);
         }
     }
 
@@ -206,15 +188,11 @@ impl<M> Scheme<'_, M> {
             slots.fold(0, |slots, slot| slots | slot)
         };
         let (mut written, mut suspects) = (of_frame(self.device.outputs), 0);
-        for call in self.schedule {
-            let instance = self.instances.get(usize::from(call.instance));
-            let Some(instance) = instance.filter(|instance| Some(instance.reference) != self.without) else {
-                continue;
-            };
+        for call in self.wiring.calls() {
             let (mut reads, mut writes) = (0, 0);
-            for port in instance.ports.iter().filter(|port| port.stage == call.stage) {
+            for port in self.ports_of(call) {
                 let slot = bit(port.slot);
-                if port.is_written {
+                if port.is_written() {
                     suspects |= writes & slot;
                     writes |= slot;
                 } else {
@@ -228,34 +206,36 @@ impl<M> Scheme<'_, M> {
         suspects | (of_frame(self.device.inputs) & !written)
     }
 
-    fn check_bindings(&self, report: &mut Report) {
-        for instance in self.active() {
-            for (port, found) in (0..).zip(&instance.ports) {
-                if let (Some(difference), Some(signal)) = (found.difference, found.signal) {
-                    report.add(Finding::Mismatch { module: instance.reference, port, signal, difference });
+    fn check_bindings(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut Report) {
+        for plugged in self.wiring.modules() {
+            for (port, found) in (0..).zip(self.wiring.ports(plugged)) {
+                let Some(difference) = found.difference() else { continue };
+                if let Some(signal) = signal_in(found.slot) {
+                    report.add(Finding::Mismatch { module: plugged.module, port, signal, difference });
                 }
             }
         }
     }
 
-    fn check_ties(&self, report: &mut Report) {
-        for instance in self.active() {
-            for (index, port) in instance.ports.iter().enumerate() {
-                let (Some(tie), Some(signal)) = (port.tie, port.signal) else { continue };
+    fn check_ties(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut Report) {
+        for plugged in self.wiring.modules() {
+            let ports = self.wiring.ports(plugged);
+            for (index, port) in ports.iter().enumerate() {
+                let Some((tie, signal)) = port.tie().zip(signal_in(port.slot)) else { continue };
                 let unit = self.unit(signal);
                 // Where the port it follows takes a signal of any unit, those tied alike agree all the same.
-                let wrong = (0..).zip(&instance.ports).take(index).find_map(|(number, other)| {
-                    let relation = match other.tie {
+                let wrong = (0..).zip(ports).take(index).find_map(|(number, other)| {
+                    let relation = match other.tie() {
                         _ if number == tie.port => tie.relation,
-                        found if found == port.tie => UnitRelation::Same,
+                        found if found == Some(tie) => UnitRelation::Same,
                         _ => return None,
                     };
-                    let other_signal = other.signal?;
+                    let other_signal = signal_in(other.slot)?;
                     let fits = relation.admits(unit, self.unit(other_signal));
                     (!fits).then_some((number, other_signal, relation))
                 });
                 if let (Some((other_port, other_signal, relation)), Ok(port)) = (wrong, u8::try_from(index)) {
-                    let module = instance.reference;
+                    let module = plugged.module;
                     report.add(Finding::UnitsDiffer {
                         module,
                         port,
@@ -270,12 +250,12 @@ impl<M> Scheme<'_, M> {
     }
 
     fn check_links(&self, report: &mut Report) {
-        for (place, second) in self.active().enumerate() {
+        let modules = self.wiring.modules();
+        for (place, second) in modules.iter().enumerate() {
             let Some(end) = second.link_end else { continue };
-            if let Some(first) =
-                self.active().take(place).find(|first| first.link_end.is_some_and(|other| other.is_same(end)))
-            {
-                let (first, second) = (first.reference, second.reference);
+            let has_it = |first: &&Plugged| first.link_end.is_some_and(|other| other.is_same(end));
+            if let Some(first) = modules.iter().take(place).find(has_it) {
+                let (first, second) = (first.module, second.module);
                 report.add(Finding::LinkTaken { link: end.link, first, second });
             }
         }
@@ -285,16 +265,16 @@ impl<M> Scheme<'_, M> {
         self.device.data_type(signal.id).map_or(Unit::Any, |data_type| data_type.unit)
     }
 
-    fn check_signal(&self, signal: TypeRef, report: &mut Report) {
+    fn check_signal(&self, slot: u8, signal: TypeRef, report: &mut Report) {
         let mut writer: Option<Use> = None;
-        self.visit_uses(signal, &mut |found| match writer {
+        self.visit_uses(slot, signal, &mut |found| match writer {
             _ if found.direction != Direction::Write => {}
             None => writer = Some(found),
             Some(first) => {
                 report.add(Finding::TwoProviders { signal, first: first.party, second: found.party });
             }
         });
-        self.visit_uses(signal, &mut |reader| match writer {
+        self.visit_uses(slot, signal, &mut |reader| match writer {
             None => report.add(Finding::NoProvider { signal, reader: reader.party }),
             Some(writer) if reader.direction == Direction::Read && reader.place <= writer.place => {
                 let is_declared = reader.is_delayed || writer.is_delayed;
@@ -308,22 +288,17 @@ impl<M> Scheme<'_, M> {
     /// Shows who uses a signal, in the order of the tick.
     ///
     /// Visited, and not an iterator: that one is many times the size.
-    fn visit_uses(&self, signal: TypeRef, visit: &mut dyn FnMut(Use)) {
+    fn visit_uses(&self, slot: u8, signal: TypeRef, visit: &mut dyn FnMut(Use)) {
         let is_mine = |types: &[&DataType]| types.iter().any(|data_type| data_type.first() == signal);
         let frame = |direction, place| Use { party: Party::Frame, place, direction, is_delayed: false };
         if is_mine(self.device.outputs) {
             visit(frame(Direction::Write, 0));
         }
-        for (place, call) in (1..).zip(self.schedule) {
-            let instance = self.instances.get(usize::from(call.instance));
-            let Some(instance) = instance.filter(|found| Some(found.reference) != self.without) else {
-                continue;
-            };
-            for port in instance.ports.iter().filter(|port| port.stage == call.stage) {
-                if port.signal == Some(signal) {
-                    let (party, direction) = (Party::Module(instance.reference), port.direction());
-                    visit(Use { party, place, direction, is_delayed: port.is_delayed });
-                }
+        for (place, call) in (1..).zip(self.wiring.calls()) {
+            let Some(plugged) = self.wiring.called(call) else { continue };
+            for port in self.ports_of(call).filter(|port| port.slot == slot) {
+                let (party, direction) = (Party::Module(plugged.module), port.direction());
+                visit(Use { party, place, direction, is_delayed: port.is_delayed() });
             }
         }
         if is_mine(self.device.inputs) {
@@ -331,11 +306,10 @@ impl<M> Scheme<'_, M> {
         }
     }
 
-    fn active(&self) -> impl Iterator<Item = &Instance<M>> {
-        let is_early = |call: &&Call<M>| call.stage == Stage::Early;
-        let instances = self.schedule.iter().filter(is_early);
-        instances
-            .filter_map(|call| self.instances.get(usize::from(call.instance)))
-            .filter(|instance| Some(instance.reference) != self.without)
+    /// Ports that a call uses.
+    fn ports_of(&self, call: &Call) -> impl Iterator<Item = &Port> {
+        let ports = self.wiring.called(call).map_or(&[][..], |plugged| self.wiring.ports(plugged));
+        let stage = call.stage;
+        ports.iter().filter(move |port| port.stage() == stage)
     }
 }

@@ -47,11 +47,9 @@ pub fn limit(x: f32, limit: f32) -> f32 {
     }
 }
 
-/// A sum that does not drift: what rounding takes is given back with the next step (Kahan, 1965).
-#[derive(Debug, Default, Clone, Copy)]
-pub struct CompensatedSum {
-    sum: f32,
-    lost: f32,
+crate::words! {
+    /// A sum that does not drift: what rounding takes is given back with the next step (Kahan, 1965).
+    pub struct CompensatedSum { sum: f32, lost: f32 }
 }
 
 impl CompensatedSum {

@@ -3,7 +3,6 @@
 mod channel;
 pub mod comm_rx;
 pub mod comm_tx;
-mod costs;
 pub mod differentiator;
 pub mod integrator;
 pub mod normalizer;
@@ -23,7 +22,6 @@ pub mod wave_transformer;
 
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
-pub use costs::{COSTS, TICK};
 pub use differentiator::Differentiator;
 pub use integrator::Integrator;
 pub use normalizer::Normalizer;
@@ -59,5 +57,4 @@ crate::module_list! {
         SignalGenerator(SignalGenerator),
         Recorder(Recorder),
     }
-    costs [COSTS]
 }

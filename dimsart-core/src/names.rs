@@ -6,7 +6,7 @@ use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
 use crate::engine::Engine;
-use crate::module::ModuleList;
+use crate::kind::ModuleList;
 
 /// A name and which copy of it, printed `NAME` or `NAME.2`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

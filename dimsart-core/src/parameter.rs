@@ -6,18 +6,70 @@
 
 mod visit;
 
-pub use visit::{Change, Parameters};
+pub use visit::Parameters;
+
+use core::cell::Cell;
 
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
 use crate::unit::Unit;
-
-/// One number per axis, the shape of a gain.
-pub type PerAxis = [f32; MAX_DOF];
+use crate::words::{Words, put, take};
 
 /// The data types of a comm channel, in the order they were added.
-pub type TypeList = heapless::Vec<TypeRef, MAX_CHANNEL_TYPES>;
+#[derive(Debug, Clone, Copy, Default)]
+pub struct TypeList {
+    count: u8,
+    signals: [TypeRef; MAX_CHANNEL_TYPES],
+}
+
+impl TypeList {
+    /// Adds one at the end; gives it back when the list is full.
+    pub(crate) fn push(&mut self, signal: TypeRef) -> Result<(), TypeRef> {
+        *self.signals.get_mut(usize::from(self.count)).ok_or(signal)? = signal;
+        self.count += 1;
+        Ok(())
+    }
+}
+
+impl core::ops::Deref for TypeList {
+    type Target = [TypeRef];
+
+    fn deref(&self) -> &[TypeRef] {
+        self.signals.get(..usize::from(self.count)).unwrap_or_default()
+    }
+}
+
+impl Words for TypeRef {
+    const COUNT: usize = 1;
+
+    #[inline(always)]
+    fn load(words: &[Cell<u32>]) -> Self {
+        let [id, id_high, number, _] = u32::load(words).to_le_bytes();
+        Self { id: u16::from_le_bytes([id, id_high]), number }
+    }
+
+    #[inline(always)]
+    fn store(self, words: &[Cell<u32>]) {
+        (u32::from(self.number) << 16 | u32::from(self.id)).store(words);
+    }
+}
+
+impl Words for TypeList {
+    const COUNT: usize = 1 + MAX_CHANNEL_TYPES;
+
+    #[inline(always)]
+    fn load(mut words: &[Cell<u32>]) -> Self {
+        let [count, ..] = take::<u32>(&mut words).to_le_bytes();
+        Self { count, signals: take(&mut words) }
+    }
+
+    #[inline(always)]
+    fn store(self, mut words: &[Cell<u32>]) {
+        put(u32::from(self.count), &mut words);
+        put(self.signals, &mut words);
+    }
+}
 
 /// A value as commands carry it.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -103,12 +155,17 @@ pub enum ParameterError {
     NeedsCounters,
 }
 
-/// A set of names a parameter can take, each standing for a value of the module's own enum.
-pub trait Choice: Copy + PartialEq + 'static {
-    /// Every value, in the order of [`NAMES`](Self::NAMES); the first one is the default.
-    const VALUES: &'static [Self];
+/// A set of names a parameter can take, each standing for a value of the module's own enum; made by
+/// [`choice!`](crate::choice). The first one is the default.
+pub trait Choice: Copy {
     /// Their names, `UPPER_CASE`.
     const NAMES: &'static [&'static str];
+
+    /// The value of a name, by its place; the first one for a place that no name has.
+    fn from_index(index: u32) -> Self;
+
+    /// Place of its name.
+    fn index(self) -> u32;
 }
 
 impl Accepts {
@@ -130,7 +187,7 @@ impl Accepts {
 
 impl Value {
     /// Whether it is the same, bit by bit.
-    fn is_same(self, other: Self) -> bool {
+    pub(crate) fn is_same(self, other: Self) -> bool {
         match (self, other) {
             (Self::Real(one), Self::Real(other)) => one.to_bits() == other.to_bits(),
             _ => self == other,

@@ -62,6 +62,7 @@ mod lease;
 mod receiver;
 mod request;
 mod response;
+mod safety;
 mod schemes;
 #[cfg(feature = "auth")]
 mod sealed;
@@ -91,6 +92,7 @@ pub use response::{
     Effect, MAX_SIGNAL_WORDS, Refusal, Response, SignalText, Status, TimingReport, decode_response,
     encode_response,
 };
+pub use safety::{MAX_REASONS, SafetyReport};
 pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};
 #[cfg(feature = "auth")]
 pub use sealed::RequestSealer;
@@ -98,6 +100,6 @@ pub use serve::{answer, serve};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 4;
+pub const PROTOCOL_VERSION: u16 = 5;
 /// Bits per second of a serial command line, unless both ends were told otherwise.
 pub const DEFAULT_BAUD: u32 = 921_600;

@@ -16,7 +16,7 @@ use crate::command::{Command, CommandError, ModuleRef, Verb};
 use crate::dimsart::Dimsart;
 use crate::encode::encode_into;
 use crate::engine::Engine;
-use crate::module::ModuleList;
+use crate::kind::ModuleList;
 use crate::protocol::ParameterText;
 use crate::types;
 

@@ -10,7 +10,7 @@ use heapless::Vec;
 use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
 use crate::dimsart::Dimsart;
 use crate::engine::Engine;
-use crate::module::ModuleList;
+use crate::kind::ModuleList;
 use crate::names::split_axis;
 use crate::parameter::{Accepts, ParameterError, Value};
 

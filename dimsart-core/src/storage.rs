@@ -1,7 +1,8 @@
 //! Statically sized storage of variable-length blocks that never fragments.
 //!
-//! Blocks lie one behind the other; taking one out closes the gap, so whatever is free is one piece
-//! at the end. A block is named by its index, which stays the same while its words move.
+//! Blocks of signals and memories lie one behind the other from the start; the modules' own ones from the end. Taking
+//! one out closes the gap, so whatever is free is one piece between them. A block at the start is named by its index,
+//! which stays the same while its words move; where a module's own one has moved, its instance is told.
 
 use crate::limits::MAX_SLOTS;
 
@@ -21,7 +22,7 @@ pub enum StorageError {
 }
 
 /// Where a block lies.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Block {
     pub(crate) offset: u16,
     pub(crate) words: u16,
@@ -30,6 +31,30 @@ pub(crate) struct Block {
 impl Block {
     /// That of a free slot: beyond the last word of any storage, so that there is nothing to reach.
     pub(crate) const FREE: Self = Self { offset: u16::MAX, words: 0 };
+
+    /// What a handle holds between the declaration of its port, number `port`, and the wiring.
+    pub(crate) const fn of_port(port: u8) -> Self {
+        Self { offset: port as u16, words: u16::MAX }
+    }
+
+    /// Number of the port that a handle is of while it is declared.
+    pub(crate) fn port(self) -> Option<u8> {
+        u8::try_from(self.offset).ok().filter(|_| self.words == u16::MAX)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn from_word(word: u32) -> Self {
+        let [offset, offset_high, words, words_high] = word.to_le_bytes();
+        Self {
+            offset: u16::from_le_bytes([offset, offset_high]),
+            words: u16::from_le_bytes([words, words_high]),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) const fn to_word(self) -> u32 {
+        (self.words as u32) << 16 | self.offset as u32
+    }
 
     #[inline]
     fn range(self) -> core::ops::Range<usize> {
@@ -43,24 +68,28 @@ impl Block {
 pub(crate) struct Storage<const WORDS: usize> {
     pub(crate) words: [u32; WORDS],
     blocks: [Option<Block>; MAX_SLOTS],
+    /// Words taken at the start.
     used: usize,
+    /// Words taken at the end.
+    used_at_end: usize,
 }
 
 impl<const WORDS: usize> Storage<WORDS> {
     pub(crate) const fn new() -> Self {
         const { assert!(WORDS < u16::MAX as usize, "a Data Base holds at most 65534 words") };
-        Self { words: [0; WORDS], blocks: [None; MAX_SLOTS], used: 0 }
+        Self { words: [0; WORDS], blocks: [None; MAX_SLOTS], used: 0, used_at_end: 0 }
     }
 
     /// Takes every block back.
     pub(crate) fn clear(&mut self) {
         self.blocks.fill(None);
         self.used = 0;
+        self.used_at_end = 0;
     }
 
     /// Words not taken.
     pub(crate) fn free_words(&self) -> usize {
-        WORDS.saturating_sub(self.used)
+        WORDS.saturating_sub(self.used + self.used_at_end)
     }
 
     /// Slots taken.
@@ -103,6 +132,44 @@ impl<const WORDS: usize> Storage<WORDS> {
         }
     }
 
+    /// Takes `words` words at the end, all zero, in front of those taken before. Nothing changes on an error.
+    pub(crate) fn take_at_end(&mut self, words: usize) -> Result<Block, StorageError> {
+        let free = self.free_words();
+        let no_room = StorageError::NoRoom { wanted: words, free };
+        if words > free {
+            return Err(no_room);
+        }
+        let offset = WORDS.saturating_sub(self.used_at_end + words);
+        let numbers = u16::try_from(offset).ok().zip(u16::try_from(words).ok());
+        let (offset, words) = numbers.ok_or(no_room)?;
+        let block = Block { offset, words };
+        if let Some(fresh) = self.words_mut(block) {
+            fresh.fill(0);
+        }
+        self.used_at_end += usize::from(words);
+        Ok(block)
+    }
+
+    /// Gives back a block at the end: those in front of it have moved by its words, towards the end.
+    pub(crate) fn give_back_at_end(&mut self, gone: Block) {
+        let start = WORDS.saturating_sub(self.used_at_end);
+        if let Some(moved) = self.words.get_mut(start..gone.range().end) {
+            let rest = moved.len().saturating_sub(gone.words.into());
+            moved.copy_within(..rest, moved.len() - rest);
+        }
+        self.used_at_end = self.used_at_end.saturating_sub(gone.words.into());
+    }
+
+    /// Sets the words of all blocks at the start to zero.
+    pub(crate) fn zero_blocks(&mut self) {
+        self.words.get_mut(..self.used).unwrap_or_default().fill(0);
+    }
+
+    /// Whether a block is taken.
+    pub(crate) fn is_taken(&self, index: u8) -> bool {
+        self.blocks.get(usize::from(index)).is_some_and(Option::is_some)
+    }
+
     /// Where a block lies; [`Block::FREE`] for a free index.
     pub(crate) fn block(&self, index: u8) -> Block {
         self.blocks.get(usize::from(index)).copied().flatten().unwrap_or(Block::FREE)
@@ -137,6 +204,30 @@ mod tests {
         let c = storage.take(5).unwrap();
         assert_eq!(storage.words(storage.block(c)).unwrap(), [0; 5]);
         assert_eq!(storage.free_words(), 0);
+    }
+
+    #[test]
+    fn what_is_taken_at_the_end_moves_there_when_a_gap_is_closed() {
+        let mut storage = Storage::<8>::new();
+        storage.take(1).unwrap();
+        let [a, b, c] = [3, 1, 2].map(|words| storage.take_at_end(words).unwrap());
+        assert_eq!([a, b, c].map(|block| block.offset), [5, 4, 2]);
+        for (block, value) in [(a, 1), (b, 2), (c, 3)] {
+            storage.words_mut(block).unwrap().fill(value);
+        }
+        assert_eq!(storage.take_at_end(2), Err(StorageError::NoRoom { wanted: 2, free: 1 }));
+        storage.give_back_at_end(b);
+        assert_eq!(storage.words, [0, 0, 3, 3, 3, 1, 1, 1], "words that are free are as they were");
+        assert_eq!(storage.take_at_end(2).unwrap(), Block { offset: 1, words: 2 });
+        assert_eq!(storage.words[1..3], [0, 0]);
+    }
+
+    #[test]
+    fn a_handle_is_the_word_it_is_kept_in() {
+        for block in [Block::FREE, Block { offset: 0x1234, words: 0xFEDC }, Block::of_port(255)] {
+            assert_eq!(Block::from_word(block.to_word()), block);
+        }
+        assert_eq!([Block::of_port(7), Block::FREE].map(Block::port), [Some(7), None]);
     }
 
     #[test]

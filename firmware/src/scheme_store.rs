@@ -2,7 +2,8 @@
 //!
 //! Three items of a map that `sequential-storage` keeps: two places for schemes, and a record of which one
 //! is confirmed. A new scheme goes to the place that is not confirmed. Every item is replaced whole or not
-//! at all, and every step is one item, so a cut leaves the state before it or the one after it.
+//! at all, and every step is one item, so a cut leaves the state before it or the one after it. A step is done when it
+//! could be [read back](crate::read_back).
 
 use core::ops::Range;
 
@@ -14,6 +15,8 @@ use sequential_storage::Error;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
+use crate::read_back::{ERASED, ReadBack};
+
 /// Keys of the items. A scheme's is its place.
 const RECORD: u8 = 0;
 const PLACES: [u8; 2] = [1, 2];
@@ -22,10 +25,8 @@ pub const BUFFER_BYTES: usize = MAX_SCHEME_BYTES + 32;
 
 /// Read at once; whole pages are made of such blocks.
 const BLOCK_BYTES: usize = 512;
-/// Of a flash that was erased.
-const ERASED: u8 = 0xFF;
 
-/// The storage cannot be read or written.
+/// The storage cannot be read, or holds something else than was written to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Broken;
 
@@ -37,7 +38,7 @@ impl<E> From<Error<E>> for Broken {
 
 /// Schemes in a range of a flash.
 pub struct SchemeStore<'b, F: NorFlash> {
-    map: MapStorage<u8, F, Cache<Uncached, Uncached, Uncached, u8>>,
+    map: MapStorage<u8, ReadBack<F>, Cache<Uncached, Uncached, Uncached, u8>>,
     record: Record,
     /// Whether the flash holds what no store has written.
     is_garbage: bool,
@@ -57,7 +58,7 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     ///
     /// None when the range is not made of whole pages. [`open`](Self::open) it before anything else.
     pub fn new(flash: F, range: Range<u32>, buffer: &'b mut [u8; BUFFER_BYTES]) -> Option<Self> {
-        let map = MapStorage::new(flash, MapConfig::try_new(range).ok()?, Cache::new_uncached());
+        let map = MapStorage::new(ReadBack(flash), MapConfig::try_new(range).ok()?, Cache::new_uncached());
         Some(Self { map, record: Record::default(), is_garbage: false, buffer })
     }
 
@@ -79,7 +80,7 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     async fn is_blank(&mut self) -> Result<bool, Broken> {
         for offset in self.map.flash_range().step_by(BLOCK_BYTES) {
             let Some(block) = self.buffer.get_mut(..BLOCK_BYTES) else { return Err(Broken) };
-            self.map.flash().read(offset, block).await.map_err(|_| Broken)?;
+            self.map.flash().0.read(offset, block).await.map_err(|_| Broken)?;
             if block.iter().any(|byte| *byte != ERASED) {
                 return Ok(false);
             }
@@ -89,13 +90,13 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
 
     /// The flash, of which the store's range is the store's.
     pub fn flash(&mut self) -> &mut F {
-        self.map.flash()
+        &mut self.map.flash().0
     }
 
     /// Gives the flash back.
     #[must_use]
     pub fn into_flash(self) -> F {
-        self.map.destroy().0
+        self.map.destroy().0.0
     }
 
     /// How the trial stands.

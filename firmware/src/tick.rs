@@ -12,7 +12,7 @@ use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
 use crate::telemetry::Status;
-use crate::{BoardDimsart, IMAGE};
+use crate::{BoardDimsart, stamp};
 
 type Joints = <Selected as boards::Board>::Joints;
 
@@ -48,7 +48,7 @@ pub(crate) async fn run(
     let sensed = frames.measured().len().saturating_sub(timed);
     let mut timing = Timing::default();
     let mut watchdog = Watchdog::new(PATIENCE);
-    let mut info = DeviceInfo::new(IMAGE).for_clients(boards::TICK_HZ);
+    let mut info = DeviceInfo::new(stamp::described()).for_clients(boards::TICK_HZ);
     links::listen(dimsart);
     let mut due = Instant::now() + PERIOD;
     loop {
@@ -117,8 +117,9 @@ fn step(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, 
             break;
         }
     }
+    dimsart.allow_motion(info.begin_tick());
     let tick = entry_points::tick(dimsart, frames);
-    let tick = info.end(tick, frames.commanded());
+    info.end_tick(tick);
     for link in 0..MAX_LINKS {
         if let Some(packet) = entry_points::take(dimsart, link) {
             ends.packets_out.give(Outgoing { link, packet });

@@ -13,8 +13,8 @@ use dimsart_core::protocol::{
 };
 use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, load, save};
 use dimsart_core::{
-    AxisKind, Command, CommandError, DeviceDescriptor, Dimsart, Engine, ModuleRef, TypeRef, Value, Verb,
-    types,
+    AxisKind, Command, CommandError, Cost, Costs, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef,
+    TypeRef, Value, Verb, types,
 };
 use embassy_futures::block_on;
 use firmware::{BUFFER_BYTES, SchemeStore, start};
@@ -25,6 +25,9 @@ fn pd() -> ModuleRef {
     Engine::<Standard>::module("PDCTRL_MOD").unwrap()
 }
 
+/// As if a tick cost as much as each of its modules.
+const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + Standard::KINDS.len()]);
+
 fn controller() -> Dimsart {
     let device = DeviceDescriptor::new(
         "arm",
@@ -33,7 +36,9 @@ fn controller() -> Dimsart {
         &[types::POSITION, types::DES_POSITION],
         &[types::DES_FORCE],
     );
-    Dimsart::new(device.unwrap()).unwrap()
+    let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+    dimsart.engine_mut().set_costs(Some(COSTS));
+    dimsart
 }
 
 /// A scheme that is told from others by its gain; larger ones have more modules.

@@ -1,7 +1,6 @@
 //! What the shipped scheme takes at most of images with their sides' schemes: rows for `cargo xtask budgets`.
 //!
-//! `cargo run --release -p hil-sim --example scheme_budgets FOLDER BOARD...`; the folder has `BOARD-master` and
-//! `BOARD-slave`.
+//! `cargo run --release -p hil-sim --example scheme_budgets FOLDER BOARD...`; the folder has an image named after each.
 //!
 //! ```text
 //! nucleo-g474re master PDCTRL_MOD 285 36        board, side, what of a tick, cycles, bytes of stack
@@ -36,8 +35,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn rows(folder: &Path, board: &str, side: Side) -> Result<String, String> {
-    let name = format!("{board}-{}", side.name());
-    let figures = figures(&folder.join(&name), board, side).map_err(|error| format!("{name}: {error}"))?;
+    let name = format!("{board} as {}", side.name());
+    let figures = figures(&folder.join(board), board, side).map_err(|error| format!("{name}: {error}"))?;
     let whole = [("tick", &figures.tick), ("frame_and_engine", &figures.frame_and_engine)];
     let modules = figures.modules.iter().map(|row| (row.name.as_str(), row));
     let row = |(what, row): (&str, &hil_sim::cycles::Row)| {

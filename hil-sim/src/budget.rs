@@ -3,6 +3,8 @@
 use boards::BOARDS;
 use serde::Deserialize;
 
+use crate::cycles::Memory;
+
 /// What a board's processor and a tick have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
@@ -10,14 +12,17 @@ pub struct Budget {
     pub clock_hz: u32,
     /// Ticks per second.
     pub tick_hz: u32,
-    /// What a tick of a scheme may take; firmware refuses a module that could make it longer.
-    pub tick_cycles: u32,
+    /// What a tick of a scheme may take of the time to the next one, per cent, unless its image's stamp says otherwise.
+    pub tick_percent: u32,
+    /// What its images run from.
+    pub memory: Memory,
 }
 
 /// What is read here of a file of `boards/budgets`.
 #[derive(Deserialize)]
 struct BudgetFile {
-    tick_cycles: u32,
+    tick_percent: u32,
+    memory: Memory,
 }
 
 /// Why there is no budget.
@@ -47,9 +52,16 @@ impl Budget {
     pub fn of(board: &str) -> Result<Self, BudgetError> {
         let found = BOARDS.iter().find(|known| known.name == board);
         let board = found.ok_or_else(|| BudgetError::Unknown { name: board.to_owned() })?;
-        let BudgetFile { tick_cycles } =
+        let BudgetFile { tick_percent, memory } =
             toml::from_str(board.budget).map_err(|source| BudgetError::Wrong { name: board.name, source })?;
-        Ok(Self { clock_hz: board.tooling.clock_hz, tick_hz: board.tooling.tick_hz, tick_cycles })
+        let boards::catalogue::Tooling { clock_hz, tick_hz, .. } = board.tooling;
+        Ok(Self { clock_hz, tick_hz, tick_percent, memory })
+    }
+
+    /// What a tick of a scheme may take, cycles.
+    #[must_use]
+    pub fn tick_cycles(&self) -> u32 {
+        share(self.period_cycles(), self.tick_percent)
     }
 
     /// From one tick to the next, cycles.
@@ -57,6 +69,12 @@ impl Budget {
     pub fn period_cycles(&self) -> u32 {
         self.clock_hz / self.tick_hz.max(1)
     }
+}
+
+/// So many per cent of some cycles.
+#[must_use]
+pub fn share(cycles: u32, percent: u32) -> u32 {
+    u32::try_from(u64::from(cycles) * u64::from(percent) / 100).unwrap_or(u32::MAX)
 }
 
 fn names() -> String {
@@ -71,7 +89,8 @@ mod tests {
     fn every_board_s_ticks_fit_into_their_time() {
         for board in BOARDS {
             let budget = Budget::of(board.name).unwrap();
-            assert!(budget.tick_cycles > 0 && budget.tick_cycles <= budget.period_cycles(), "{}", board.name);
+            let cycles = budget.tick_cycles();
+            assert!(cycles > 0 && cycles <= budget.period_cycles(), "{}", board.name);
         }
     }
 

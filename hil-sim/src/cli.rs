@@ -9,6 +9,7 @@ mod doctor;
 mod modules;
 mod new_module;
 mod run;
+mod stamp;
 mod summary;
 
 use std::error::Error;
@@ -47,6 +48,7 @@ enum Command {
     Dbc(dbc::Dbc),
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
+    Stamp(stamp::Stamp),
 }
 
 /// What a sub-command ends with: its exit status, or what went wrong.
@@ -67,6 +69,7 @@ pub fn main() -> ExitCode {
         Command::Dbc(dbc) => dbc.execute(&mut out),
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
+        Command::Stamp(stamp) => stamp.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
         // The reader has seen enough, as `head` has: that is no failure of ours.

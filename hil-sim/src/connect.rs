@@ -31,7 +31,7 @@ pub use command::Outcome;
 pub use description::{Identity, ValueText};
 pub use device::Device;
 pub use error::ConnectError;
-pub use faults::{Check, Faults, FindingText, FirstFaultText};
+pub use faults::{Check, Faults, FindingText, FirstFaultText, ReasonText};
 pub use kept::{KeptReport, TimingText};
 pub use key::KeyReport;
 pub use lease::LiveReport;

@@ -17,17 +17,20 @@ mod error;
 mod figures;
 mod firmware;
 mod interrupt;
+mod memory;
 mod random;
 mod replay;
+mod scheme_bound;
 mod steady;
 mod tally;
 mod worst;
 
 pub use controller::Controller;
-pub use costs::{SchemeBound, Variant};
+pub use costs::ImageCosts;
 pub use error::CyclesError;
 pub use figures::{Figures, Row};
 pub use firmware::Firmware;
+pub use memory::Memory;
 pub use replay::{Setup, measure};
 pub use steady::Steady;
 

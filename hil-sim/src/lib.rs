@@ -79,5 +79,6 @@ pub mod rig;
 pub mod round_trips;
 pub mod scenario;
 pub mod schemes;
+pub mod stamp;
 pub mod tick_map;
 pub mod watch;

@@ -14,6 +14,7 @@ pub const SIDES: &[&str] = &["master", "slave"];
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("bilateral", include_str!("../../schemes/bilateral.scheme")),
     ("position_position", include_str!("../../schemes/position_position.scheme")),
+    ("small_motors", include_str!("../../schemes/small_motors.scheme")),
     ("table1", include_str!("../../schemes/table1.scheme")),
 ];
 

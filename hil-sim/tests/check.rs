@@ -4,6 +4,8 @@
 use std::fs;
 use std::process::{Command, Output};
 
+use hil_sim::emulated::FOLDER_VARIABLE;
+
 const BILATERAL: &str = include_str!("../../schemes/bilateral.scheme");
 const LAST_ROW: &str = "m&s      MOD_ENG        MATCHING_CHECK";
 
@@ -206,8 +208,22 @@ fn the_rows_in_the_help_of_modules_are_understood() {
     assert!(out.contains("PDCTRL_MOD.2") && !out.contains("fault: my.scheme:"), "{out}");
 }
 
+/// By the stamps of images; false, after a line that says so, without a folder of them.
+fn has_images() -> bool {
+    let has_images = std::env::var_os(FOLDER_VARIABLE).is_some();
+    if !has_images {
+        eprintln!(
+            "nothing was checked against boards: {FOLDER_VARIABLE} names no folder; run `cargo xtask test`"
+        );
+    }
+    has_images
+}
+
 #[test]
 fn on_a_board_a_scheme_is_told_how_long_its_ticks_can_be() {
+    if !has_images() {
+        return;
+    }
     let (status, out) = check(BILATERAL, &["--side", "master", "--board", "nucleo-g474re"]);
     assert_eq!(status, Some(0), "{out}");
     let line = out.lines().find(|line| line.starts_with("  a tick takes up to ")).unwrap();
@@ -218,6 +234,9 @@ fn on_a_board_a_scheme_is_told_how_long_its_ticks_can_be() {
 
 #[test]
 fn a_module_too_many_for_a_board_is_named_with_the_numbers() {
+    if !has_images() {
+        return;
+    }
     let receivers: String =
         (1..=16).map(|number| format!("all MOD_ENG MOD_ON COMM_RXMOD.{number}\n")).collect();
     let types = ["CH2_WAVES", "CH1_WAVES", "FORCE", "VELOCITY"];
@@ -228,6 +247,20 @@ fn a_module_too_many_for_a_board_is_named_with_the_numbers() {
     let refused = out.lines().find(|line| line.contains("refused")).unwrap();
     let place = refused.contains("my.scheme:") && refused.contains("'COMM_RXMOD.");
     assert!(place && refused.contains("it may take 20000: MOD_OFF another module first"), "{refused}");
+}
+
+#[test]
+fn without_a_stamped_image_of_the_board_the_scheme_is_checked_and_how_long_it_takes_is_not_known() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let check = command.args(["check", "builtin:bilateral", "--board", "nucleo-g474re"]);
+    let output = check.env(FOLDER_VARIABLE, folder.path()).output().unwrap();
+    let out = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        output.status.success() && out.contains("how long a tick takes is not known: there is no"),
+        "{out}"
+    );
+    assert!(out.contains("cargo board nucleo-g474re"), "{out}");
 }
 
 #[test]

@@ -10,11 +10,11 @@ use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
 
 use crate::budget_file::BudgetFile;
-use crate::shell::{Outcome, command, run, target};
+use crate::shell::{Outcome, cargo, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
-/// The scheme's sides, each with the feature that chooses it.
-pub(crate) const SIDES: [(&str, Option<&str>); 2] = [("master", None), ("slave", Some("slave"))];
+/// The scheme's sides.
+pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 
 /// Bytes of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub(crate) struct Size {
 
 /// An image that was built.
 pub(crate) struct Image {
-    /// As its file is named: `BOARD[-VARIANT]-SIDE`.
+    /// As its file is named: `BOARD[-VARIANT]`.
     pub(crate) name: String,
     pub(crate) board: &'static BoardInfo,
     pub(crate) size: Size,
@@ -64,9 +64,7 @@ pub(crate) fn build_all(toolchain: Toolchain) -> Result<Vec<Image>, String> {
     let mut images = Vec::new();
     for board in BOARDS {
         for variant in std::iter::once(None).chain(board.tooling.variants.iter().copied().map(Some)) {
-            for side in SIDES {
-                images.push(build(toolchain, board, variant, side)?);
-            }
+            images.push(build(toolchain, board, variant)?);
         }
     }
     Ok(images)
@@ -78,24 +76,30 @@ pub(crate) fn hold(images: &[Image]) -> Outcome {
     if over.is_empty() { Ok(()) } else { Err(over.join("\n")) }
 }
 
-/// Builds one image.
+/// Builds one image, and stamps it as the master.
 pub(crate) fn build(
     toolchain: Toolchain,
     board: &'static BoardInfo,
     variant: Option<&str>,
-    (side, side_feature): (&str, Option<&str>),
 ) -> Result<Image, String> {
-    let features: Vec<&str> = [Some(board.name), variant, side_feature].into_iter().flatten().collect();
+    let features: Vec<&str> = [Some(board.name), variant].into_iter().flatten().collect();
     let arguments = ["--package", "firmware", "--profile", "firmware", "--features", &features.join(",")];
     run(&mut toolchain.cargo("build", &arguments))?;
-    let name: Vec<&str> = [Some(board.name), variant, Some(side)].into_iter().flatten().collect();
-    let (name, built) = (name.join("-").replace(',', "-"), output("firmware").join("firmware"));
+    let (name, built) = (features.join("-").replace(',', "-"), output("firmware").join("firmware"));
     let image = folder().join(&name);
     let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(&built, &image));
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
+    let [side, _] = SIDES;
+    stamp(&image, side)?;
     let size = size(&image)?;
     let budget = if variant.is_none() { budget(board)? } else { None };
     Ok(Image { name, board, size, budget })
+}
+
+/// Puts into an image what its modules cost, and the side that its scheme is for.
+pub(crate) fn stamp(image: &Path, side: &str) -> Outcome {
+    let stamp = ["run", "--quiet", "--release", "--package", "hil-sim", "--bin", "dimsart", "--", "stamp"];
+    run(cargo(&stamp).arg(image).args(["--side", side]))
 }
 
 /// The format of the boards' files: behind a macro, `cargo fmt` does not find them.

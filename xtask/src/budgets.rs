@@ -13,19 +13,17 @@ use crate::example::example;
 use crate::shell::{Outcome, top};
 use crate::toolchain::Toolchain;
 
-/// Builds every board's plain images and writes its file anew; says what has changed.
+/// Builds every board's plain image and writes its file anew; says what has changed.
 pub(crate) fn write() -> Outcome {
     let toolchain = Toolchain::set_up()?;
     for board in BOARDS {
-        for side in SIDES {
-            build(toolchain, board, None, side)?;
-        }
+        build(toolchain, board, None)?;
     }
     let found = measure()?;
     print!("{}", changes(&found)?);
     let rustc = toolchain.version()?;
     for board in BOARDS {
-        let sides = SIDES.map(|(side, _)| (side, of(&found, board, side)));
+        let sides = SIDES.map(|side| (side, of(&found, board, side)));
         let name = budget_file::name(board);
         let file = top().join(&name);
         let text = std::fs::read_to_string(&file).map_err(|error| format!("cannot read {name}: {error}"))?;
@@ -66,7 +64,7 @@ fn changes(found: &[Row]) -> Result<Changes, String> {
     let mut changes = Changes::default();
     for board in BOARDS {
         let file = BudgetFile::of(board)?;
-        for (side, _) in SIDES {
+        for side in SIDES {
             changes.add(board, side, file.side(side), &of(found, board, side));
         }
     }
@@ -84,7 +82,7 @@ fn measure() -> Result<Vec<Row>, String> {
 /// What `scheme_budgets` says; of no side it may say nothing.
 fn rows(text: &str) -> Result<Vec<Row>, String> {
     let rows: Vec<Row> = text.lines().map(Row::read).collect::<Result<_, _>>()?;
-    let mut sides = BOARDS.iter().flat_map(|board| SIDES.map(|(side, _)| (board, side)));
+    let mut sides = BOARDS.iter().flat_map(|board| SIDES.map(|side| (board, side)));
     match sides.find(|(board, side)| of(&rows, board, side).is_empty()) {
         None => Ok(rows),
         Some((board, side)) => Err(format!("scheme_budgets says nothing of {}'s {side}", board.name)),
@@ -142,7 +140,7 @@ mod tests {
     fn every_file_has_both_sides() {
         for board in BOARDS {
             let file = BudgetFile::of(board).unwrap();
-            for (side, _) in SIDES {
+            for side in SIDES {
                 assert!(file.side(side).contains_key("tick"), "{} {side}", board.name);
             }
         }

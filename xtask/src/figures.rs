@@ -18,7 +18,7 @@ Flash is code, constants and the initial values of variables; RAM is all variabl
 of up to 8 degrees of freedom among them, without the stack. The emulated board and variants of others
 have room and no budget.
 The Data Base of nucleo-g474re, 2048 words, holds all 16 modules at 7 degrees of freedom beside a recorder of 250
-rows (`tests/capacity.rs`).
+rows (`dimsart-core/tests/behaviour/capacity.rs`).
 ";
 
 const STACK: &str = "

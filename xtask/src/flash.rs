@@ -1,11 +1,11 @@
-//! `cargo xtask flash BOARD [master|slave]`: builds a board's image, flashes it and shows its log.
+//! `cargo xtask flash BOARD [master|slave]`: builds a board's image, stamps it, flashes it and shows its log.
 
 use std::path::Path;
 
 use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 
-use crate::boards::{SIDES, build, folder};
+use crate::boards::{SIDES, build, folder, stamp};
 use crate::shell::{Outcome, command, run, succeeds};
 use crate::toolchain::Toolchain;
 
@@ -18,10 +18,12 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
     if let Some(variant) = variant.filter(|variant| !variants.contains(variant)) {
         return Err(format!("{name} has no variant {variant}; it has: {}", variants.join(", ")));
     }
-    let side = SIDES.into_iter().find(|(name, _)| *name == side);
-    let side = side.ok_or("the side is master or slave")?;
-    let image = build(Toolchain::set_up()?, board, variant, side)?;
-    run_on_chip(chip, &folder().join(image.name))
+    if !SIDES.contains(&side) {
+        return Err("the side is master or slave".into());
+    }
+    let image = folder().join(build(Toolchain::set_up()?, board, variant)?.name);
+    stamp(&image, side)?;
+    run_on_chip(chip, &image)
 }
 
 /// Flashes an image and shows its log until it ends.

@@ -1,4 +1,4 @@
-//! `cargo xtask long`: tests that continuous integration runs short, at their full length.
+//! `cargo xtask long`: tests that continuous integration runs short, at their full length, and what it leaves out.
 
 use std::io::{IsTerminal, Write};
 use std::process::Stdio;
@@ -6,8 +6,9 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::shell::{Outcome, cargo};
+use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{boards, costs, fuzz, setup};
+use crate::{boards, fuzz, setup, stack};
 
 /// Tells a test to run at its full length.
 const VARIABLE: &str = "DIMSART_LONG";
@@ -16,9 +17,6 @@ const A_MOMENT: Duration = Duration::from_secs(1);
 /// Inputs of each decoder, and the hours they take.
 const INPUTS: u64 = 1_000_000_000;
 const HOURS: u64 = 8;
-
-/// What bounds of every kind of module take.
-const COSTS_MINUTES: u64 = 5;
 
 /// Tests that read [`VARIABLE`].
 struct Run {
@@ -50,50 +48,56 @@ const RUNS: &[Run] = &[
         package: "hil-sim",
         test: ["cycles", "kinds::every_kind_of_module"],
     },
-    Run::faults(
+    Run::core_faults(
         2,
         "2 x 10^8 damaged frames, every 4 wrong bits, 2 x 10^7 bursts; the same with a CRC of 16 bits",
-        "bit_errors::",
+        "faults::bit_errors::",
     ),
-    Run::faults(1, "10^8 random classic CAN frames", "classic_can::"),
-    Run::faults(
+    Run::core_faults(1, "10^8 random classic CAN frames", "faults::classic_can::"),
+    Run::core_faults(1, "3 x 10^6 packets that come twice, late and in any order", "faults::order::"),
+    Run::core_faults(1, "10^6 frames over a UART that drops and inserts bytes", "faults::stream::"),
+    Run::core_faults(2, "10^7 forged tags of 64 bits, 10^8 of 24, 2 x 10^6 repetitions", "faults::forgery::"),
+    Run::core_faults(1, "an hour with clocks 1000 ppm apart", "faults::clocks::"),
+    Run::loop_faults(
         2,
         "280 minutes of random losses in the two-sided loop, and every burst of 1 to 1000",
         "loss::",
     ),
-    Run::faults(1, "3 x 10^6 packets that come twice, late and in any order", "order::"),
-    Run::faults(1, "10^6 frames over a UART that drops and inserts bytes", "stream::"),
-    Run::faults(2, "10^7 forged tags of 64 bits, 10^8 of 24, 2 x 10^6 repetitions", "forgery::"),
-    Run::faults(1, "100 links that go and come, 400 CAN buses that send their nodes away", "bus_off::"),
-    Run::faults(1, "an hour with clocks 1000 ppm apart", "clocks::"),
+    Run::loop_faults(1, "100 links that go and come, 400 CAN buses that send their nodes away", "bus_off::"),
 ];
 
 impl Run {
+    /// Of the core's tests.
+    const fn core_faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
+        Self { what, minutes, package: "dimsart-core", test: ["behaviour", module] }
+    }
+
     /// Of the root package's `tests/faults`.
-    const fn faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
+    const fn loop_faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
         Self { what, minutes, package: "dimsart", test: ["faults", module] }
     }
 }
 
-/// Runs all of them, one after the other: each says how long it takes, and has taken.
+/// Runs all of them, one after the other, whatever fails: each says how long it takes, and has taken.
 pub(crate) fn run() -> Outcome {
-    setup::emulator()?;
-    let toolchain = Toolchain::set_up()?;
-    boards::build_all(toolchain)?;
-    let minutes: u64 = RUNS.iter().map(|run| run.minutes).sum();
-    let count = RUNS.len();
-    println!("{count} long runs, about {minutes} min on two cores, then fuzzing, about {HOURS} h");
-    let mut failed: Vec<&str> = RUNS.iter().filter(|run| run_one(run).is_err()).map(|run| run.what).collect();
-    println!("holding what modules cost to every board's image (about {COSTS_MINUTES} min)");
-    if let Err(error) = costs::hold(toolchain) {
-        println!("{error}");
-        failed.push("what modules cost");
-    }
-    if let Err(error) = fuzz::fuzz(INPUTS) {
-        println!("{error}");
-        failed.push("fuzzing");
-    }
-    if failed.is_empty() { Ok(()) } else { Err(format!("failed: {}", failed.join("; "))) }
+    Steps::run(|steps| {
+        let toolchain = steps.step("tools", || {
+            setup::emulator()?;
+            Toolchain::set_up()
+        })?;
+        steps.step("images", || boards::build_all(toolchain))?;
+        let minutes: u64 = RUNS.iter().map(|run| run.minutes).sum();
+        let count = RUNS.len();
+        println!("{count} long runs, about {minutes} min on two cores, then fuzzing, about {HOURS} h");
+        let mut outcomes: Vec<Outcome> =
+            RUNS.iter().map(|run| steps.step(run.what, || run_one(run))).collect();
+        outcomes.push(
+            steps.step("frames on the stack as the compiler has them", || stack::cross_check(toolchain)),
+        );
+        outcomes.push(steps.step("fuzzing", || fuzz::fuzz(INPUTS)));
+        let failed: Vec<String> = outcomes.into_iter().filter_map(Result::err).collect();
+        if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
+    })
 }
 
 fn run_one(run: &Run) -> Outcome {
@@ -103,7 +107,7 @@ fn run_one(run: &Run) -> Outcome {
     crate::shell::run(build.arg("--no-run"))?;
     let mut test = cargo(&test);
     test.args(["--", name]).env(VARIABLE, "1").env("DIMSART_FIRMWARE", boards::folder());
-    println!("{} (about {} min)", run.what, run.minutes);
+    println!("about {} min", run.minutes);
     let start = Instant::now();
     let child = test.stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
     let mut child = child.map_err(|error| format!("cargo could not be started: {error}"))?;
@@ -124,5 +128,5 @@ fn run_one(run: &Run) -> Outcome {
         return Ok(());
     }
     println!("{said}");
-    Err(run.what.to_owned())
+    Err("failed".to_owned())
 }

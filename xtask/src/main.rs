@@ -4,7 +4,6 @@ mod bench;
 mod boards;
 mod budget_file;
 mod budgets;
-mod costs;
 mod cycle_table;
 mod example;
 mod figures;
@@ -15,6 +14,7 @@ mod panic_free;
 mod setup;
 mod shell;
 mod stack;
+mod steps;
 mod table;
 mod test;
 mod toolchain;
@@ -24,32 +24,34 @@ use std::process::ExitCode;
 const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
+  quick       format, lints, tests of the core and of the two-sided loop: while one works
   test        set up what is missing, build every board's image, run every test
   flash BOARD[,VARIANT] [master|slave]
               build a board's image, flash it through its debug probe and show its log
   cycle-table BOARD
               run the image that measures every row of the cycle table on a board (docs/cycles.md)
-  costs       what each kind of module costs, by bounds of every board's image, as a table of the core; about 6 minutes
   budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
   figures     what the firmware takes, of memory and of time (docs/firmware.md)
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
-  long        tests that ci runs short, at their full length, then fuzz 1000000000; says how long they take
+  long        for the night: tests that ci runs short, at their full length, what ci leaves out, then
+              fuzz 1000000000; says how long they take
   panic-free  show that nothing a tick reaches in the images' machine code can panic
   stack       bound the stack of every image by its machine code, with the deepest calls of every priority
-  ci          formatting, lints and documentation with warnings denied, then all of the above
+  ci          for every change: format, lints and documentation with warnings denied, then test, panic-free,
+              fuzz 1000000 and bench
 ";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let result = match arguments.as_slice() {
+        ["quick"] => test::quick(),
         ["test"] => test::test(),
         ["flash", board] => flash::flash(board, "master"),
         ["flash", board, side] => flash::flash(board, side),
         ["cycle-table", board] => cycle_table::cycle_table(board),
-        ["costs"] => costs::write(),
         ["budgets"] => budgets::write(),
         ["figures"] => figures::run(),
         ["bench"] => bench::run(),

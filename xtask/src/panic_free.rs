@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use cycles::declared::Name;
 use cycles::reach;
 
-use crate::boards::{build_all, declared};
+use crate::boards::{Image, build_all, declared};
 use crate::shell::Outcome;
 use crate::toolchain::Toolchain;
 
@@ -37,9 +37,14 @@ const ALLOWED: [&str; 14] = [
 
 /// Builds every image and follows every path of its tick.
 pub(crate) fn run() -> Outcome {
+    hold(&build_all(Toolchain::set_up()?)?)
+}
+
+/// Follows every path of the images' ticks.
+pub(crate) fn hold(images: &[Image]) -> Outcome {
     let allowed = ALLOWED.map(Name::new);
     let declared = declared()?;
-    for image in build_all(Toolchain::set_up()?)? {
+    for image in images {
         let (name, image) = (&image.name, image.read()?);
         let mut functions = BTreeSet::new();
         for root in ROOTS {

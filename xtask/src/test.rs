@@ -1,40 +1,86 @@
-//! All tests, with everything they need.
+//! The tiers of tests: `quick` while one works, `test` for all tests, `ci` for every change. `long` is for the night.
 
+use crate::boards::Image;
 use crate::shell::{Outcome, cargo, command, run, top};
+use crate::steps::Steps;
 use crate::toolchain::Toolchain;
 use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, setup, stack};
 
+/// Format, lints of the host, tests of the core and of the two-sided loop.
+pub(crate) fn quick() -> Outcome {
+    Steps::run(|steps| {
+        steps.step("format", format)?;
+        steps.step("lints", lint)?;
+        steps.step("tests of the core", || {
+            run(&mut cargo(&["test", "--quiet", "--package", "dimsart-core"]))
+        })?;
+        steps.step("tests of the loop", || run(&mut cargo(&["test", "--quiet", "--package", "dimsart"])))
+    })
+}
+
 /// Sets up what is missing, builds every board's image and runs every test.
 pub(crate) fn test() -> Outcome {
-    let python = setup::python()?;
-    setup::emulator()?;
-    let toolchain = Toolchain::set_up()?;
-    let images = boards::build_all(toolchain)?;
-    boards::hold(&images)?;
-    stack::hold(&images, &stack::bounds(&images)?)?;
-    budgets::hold(toolchain)?;
-    cycle_table::cycle_table("mps2-an386")?;
-    let oracle = top().join("target/oracle");
-    let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];
-    run(command(python, script).arg(&oracle))?;
-    run(cargo(&["test", "--workspace"])
-        .env("DIMSART_ORACLE", &oracle)
-        .env("DIMSART_FIRMWARE", boards::folder()))
+    Steps::run(|steps| {
+        let toolchain = tools(steps)?;
+        tests(steps, toolchain).map(drop)
+    })
 }
 
 /// What continuous integration runs.
 pub(crate) fn ci() -> Outcome {
-    let toolchain = Toolchain::set_up()?;
+    Steps::run(|steps| {
+        steps.step("format", format)?;
+        steps.step("lints", lint)?;
+        let toolchain = tools(steps)?;
+        steps.step("lints of the boards", || boards::lint(toolchain))?;
+        steps.step("documentation", || {
+            run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))
+        })?;
+        steps.step("documentation of the boards", || boards::document(toolchain))?;
+        let images = tests(steps, toolchain)?;
+        steps.step("no panic in a tick", || panic_free::hold(&images))?;
+        steps.step("fuzzing", || fuzz::fuzz(fuzz::FEW_INPUTS))?;
+        steps.step("instructions of a tick", bench::run)
+    })
+}
+
+fn tools(steps: &mut Steps) -> Result<Toolchain, String> {
+    steps.step("tools", || {
+        setup::python()?;
+        setup::emulator()?;
+        Toolchain::set_up()
+    })
+}
+
+fn format() -> Outcome {
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
     run(&mut cargo(&["fmt", "--manifest-path", "fuzz/Cargo.toml", "--check"]))?;
-    boards::check_format()?;
-    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))?;
-    boards::lint(toolchain)?;
-    run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))?;
-    boards::document(toolchain)?;
-    test()?;
-    fuzz::fuzz(fuzz::INPUTS)?;
-    panic_free::run()?;
-    stack::cross_check(toolchain)?;
-    bench::run()
+    boards::check_format()
+}
+
+fn lint() -> Outcome {
+    run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))
+}
+
+/// Every test, and what the images are held to; gives the images.
+fn tests(steps: &mut Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
+    // Links of images take one core; the tests are built in another folder.
+    let (images, ()) = steps.both(
+        ("images", || boards::build_all(toolchain)),
+        ("build of the tests", || run(&mut cargo(&["test", "--workspace", "--no-run", "--quiet"]))),
+    )?;
+    steps.step("size of the images", || boards::hold(&images))?;
+    steps.step("stack of the images", || stack::hold(&images, &stack::bounds(&images)?))?;
+    steps.step("budgets of a tick", || budgets::hold(toolchain))?;
+    steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
+    let oracle = top().join("target/oracle");
+    steps.step("reference runs", || {
+        let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];
+        run(command(setup::python()?, script).arg(&oracle))
+    })?;
+    steps.step("tests", || {
+        let mut tests = cargo(&["test", "--workspace", "--quiet"]);
+        run(tests.env("DIMSART_ORACLE", &oracle).env("DIMSART_FIRMWARE", boards::folder()))
+    })?;
+    Ok(images)
 }

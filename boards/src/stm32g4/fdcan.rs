@@ -85,7 +85,9 @@ pub struct ToCan {
 
 /// Joins the bus, as link `link`.
 pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan, ToCan) {
-    interrupt::FDCAN1_IT0.set_priority(super::LINE_PRIORITY);
+    for line in [interrupt::FDCAN1_IT0, interrupt::FDCAN1_IT1] {
+        line.set_priority(super::LINE_PRIORITY);
+    }
     let prescaler = NonZeroU16::from(quanta(PRESCALER));
     let [seg1, seg2] = BIT.map(quanta);
     let bit = NominalBitTiming { prescaler, seg1, seg2, sync_jump_width: seg2 };

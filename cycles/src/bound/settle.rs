@@ -55,7 +55,7 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
     let mut domain = Abstract::default();
     let mut memory = question.start_memory();
     let inputs = question.calls.iter().flat_map(|call| &call.inputs);
-    let mut given: Vec<Range<u32>> = inputs.map(|input| input.addresses.clone()).collect();
+    let mut given = merged(inputs.map(|input| input.addresses.clone()).collect());
     let mut growths = BTreeMap::new();
     let mut number = 1;
     loop {
@@ -78,10 +78,24 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
         after = after.widen(&mut domain, &mut growths);
         // What is below SP when a call begins is whatever came there since the last one.
         given.push(question.stack_top - found.stack_bytes..question.stack_top);
+        given = merged(given);
         for range in given.iter().cloned() {
             after.forget(&mut domain, range, Width::Byte, &Values::between(0, 0xFF));
         }
         memory = after;
         number += 1;
     }
+}
+
+/// The same addresses in as few ranges as can be: every byte of memory is looked up in them, and calls share inputs.
+fn merged(mut ranges: Vec<Range<u32>>) -> Vec<Range<u32>> {
+    ranges.sort_by_key(|range| range.start);
+    let mut all: Vec<Range<u32>> = Vec::new();
+    for range in ranges {
+        match all.last_mut().filter(|last| range.start <= last.end) {
+            Some(last) => last.end = last.end.max(range.end),
+            None => all.push(range),
+        }
+    }
+    all
 }

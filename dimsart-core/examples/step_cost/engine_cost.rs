@@ -1,22 +1,29 @@
 //! Schemes made to measure: how the cost of a step grows, and what it does not depend on.
 
 use dimsart_core::{
-    AxisKind, Command, Data, DataType, DeviceDescriptor, Dimsart, Module, ModuleList, ModuleRef, Ports, Verb,
+    AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleList, ModuleRef,
+    Verb,
     modules::{self, Standard},
     scheme, types,
 };
 
 /// A module that does nothing, so that only the engine's call of it costs.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(crate) struct Empty;
 
 impl Module for Empty {
     const NAME: &'static str = "EMPTY_MOD";
     const SUMMARY: &'static str = "Does nothing.";
 
-    fn activate(&mut self, _: &mut Ports<'_>) {}
+    type Settings = ();
+    type Gains = ();
+    type State = ();
+    type Axis = ();
+    type Ports = ();
 
-    fn compute(&mut self, _: &Data<'_>) {}
+    fn ports(_: &(), _: &mut Declare<'_>) {}
+
+    fn compute(_: &Context<'_, Self>) {}
 }
 
 dimsart_core::module_list! {

@@ -41,7 +41,7 @@ macro_rules! written_out {
             fn words<'a>(&self, data: &Data<'a>) -> Option<Self::Words<'a>> {
                 let [$($port),*] = self;
                 let _ = data;
-                Some([$(data.axes($port.offset)?),*])
+                Some([$(data.axes($port.block.offset)?),*])
             }
 
             #[inline(always)]
@@ -59,7 +59,7 @@ macro_rules! written_out {
             fn words<'a>(&self, data: &Data<'a>) -> Option<Self::Words<'a>> {
                 let [$($port),*] = self;
                 let _ = data;
-                Some([$(data.axes($port.offset)?),*])
+                Some([$(data.axes($port.block.offset)?),*])
             }
 
             #[inline(always)]

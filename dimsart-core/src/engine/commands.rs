@@ -1,10 +1,9 @@
 //! A scheme as the commands that would build it.
 
 use super::Engine;
-use crate::command::{Command, Target, Verb};
-use crate::module::ModuleList;
-use crate::parameter::Parameters;
-use crate::port::PortSpecs;
+use crate::command::{Command, ModuleRef, Target, Verb};
+use crate::kind::ModuleList;
+use crate::parameter::{Accepts, Parameters, Value};
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Command `index` of those that would build the module at `place`; none past the last one.
@@ -14,34 +13,77 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// the same types, build the same scheme; `MATCHING_CHECK` then starts it.
     #[must_use]
     pub fn command_of(&mut self, place: u8, index: u16) -> Option<Command> {
-        let Self { device, data_base, instances, plug_in_order, .. } = self;
-        let unplugged = (0..).zip(instances.iter()).filter(|(_, instance)| !instance.is_active);
-        let mut places = plug_in_order.iter().copied().chain(unplugged.map(|(index, _)| index));
-        let instance = places.nth(usize::from(place))?;
-        let instance = instances.get_mut(usize::from(instance))?;
-        let module = instance.reference;
+        let plugged_in = self.wiring.modules().iter().map(|plugged| plugged.module);
+        let unplugged = self.instances().filter(|module| !self.is_plugged_in(*module));
+        let module = plugged_in.chain(unplugged).nth(usize::from(place))?;
+        let is_plugged_in = self.is_plugged_in(module);
         let mut skip = index;
-        if !instance.is_active {
+        if !is_plugged_in {
             let Some(rest) = skip.checked_sub(1) else {
                 // Makes it exist, even if nothing else is to be said of it.
                 return Some(Command::engine(Verb::ModInit, module));
             };
             skip = rest;
         }
-        let (dof, mut change) = (u8::try_from(device.dof()).unwrap_or(u8::MAX), None);
-        instance.module.parameters(&mut Parameters::changed(dof, &mut skip, &mut change));
-        if let Some(change) = change {
-            let (param, axis, value) = (change.index, change.axis, change.value);
-            return Some(Command { module: Target::Module(module), param, axis, value });
+        if let Some(command) = self.change(module, &mut skip) {
+            return Some(command);
         }
         // Behind the parameters: they decide what ports there are.
-        let mut specs = PortSpecs::new();
-        instance.declare(device, data_base, &mut specs).then_some(())?;
-        let bound = (0..).zip(&specs).filter_map(|(port, spec)| Some((port, instance.bound(spec.name)?)));
+        let specs = self.ports(module)?;
+        let bound =
+            (0..).zip(&specs).filter_map(|(port, spec)| Some((port, self.binding(module, spec.name)?)));
         let mut commands = bound
             .map(|(port, signal)| Command::bind(module, port, signal))
-            .chain(instance.is_active.then(|| Command::engine(Verb::ModOn, module)));
+            .chain(is_plugged_in.then(|| Command::engine(Verb::ModOn, module)));
         commands.nth(usize::from(skip))
+    }
+
+    /// The command that gives a parameter a value other than the default one, or an entry of a list: the first one after
+    /// `skip` others, which are counted down.
+    fn change(&mut self, module: ModuleRef, skip: &mut u16) -> Option<Command> {
+        let mut take = |param, axis, value| match skip.checked_sub(1) {
+            Some(rest) => {
+                *skip = rest;
+                None
+            }
+            None => Some(Command { module: Target::Module(module), param, axis, value }),
+        };
+        for param in 0..crate::command::PORT {
+            let parameter = Self::describe_parameter(module.kind, param)?;
+            let Some(default) = parameter.default else {
+                for entry in 0..=u8::MAX {
+                    let Some(value) = self.entry(module, param, entry) else { break };
+                    if let Some(command) = take(param, None, value) {
+                        return Some(command);
+                    }
+                }
+                continue;
+            };
+            let is_per_axis = matches!(parameter.accepts, Accepts::Real { per_axis: true, .. });
+            let dof = if is_per_axis { self.axes() } else { 1 };
+            let first = self.get(module, param, 0).ok()?;
+            let is_same = |engine: &mut Self, axis| {
+                engine.get(module, param, axis).is_ok_and(|value| value.is_same(first))
+            };
+            let is_uniform = (1..dof).all(|axis| is_same(self, axis));
+            for axis in 0..if is_uniform { 1 } else { dof } {
+                let value = self.get(module, param, axis).ok()?;
+                if !value.is_same(default)
+                    && let Some(command) = take(param, (!is_uniform).then_some(axis), value)
+                {
+                    return Some(command);
+                }
+            }
+        }
+        None
+    }
+
+    /// Entry of a parameter that is a list.
+    fn entry(&mut self, module: ModuleRef, param: u8, entry: u8) -> Option<Value> {
+        let memory = self.instance(module)?.memory;
+        let mut found = None;
+        self.visit(module, memory, 0, &mut Parameters::get(param, Some(entry), &mut found));
+        found
     }
 
     /// The commands that would build the scheme as it is; see [`command_of`](Self::command_of).

@@ -1,8 +1,9 @@
 //! Who looks on while an engine steps, such as to measure what its modules take.
 
 use crate::data::Data;
-use crate::engine::Calls;
-use crate::module::ModuleList;
+use crate::kind::Kind;
+use crate::port::Stage;
+use crate::wiring::{Call, Wiring};
 
 /// Makes the calls of a step. The core reads no clock: whoever has one can read it around each call.
 ///
@@ -12,8 +13,14 @@ pub trait Observer: Sized {
     fn call(&mut self, call: impl FnOnce());
 
     /// Makes all calls of a step.
-    fn look_on<M: ModuleList>(&mut self, calls: Calls<'_, M>, data: &Data<'_>) {
-        calls.run_observed(data, self);
+    #[inline]
+    fn look_on(&mut self, calls: Calls<'_>, data: &Data<'_>) {
+        for call in calls.wiring.calls() {
+            if calls.begins {
+                calls.begin(call, data);
+            }
+            self.call(|| (call.compute)(data, call.place));
+        }
     }
 }
 
@@ -24,7 +31,40 @@ impl Observer for () {
     }
 
     #[inline(always)]
-    fn look_on<M: ModuleList>(&mut self, calls: Calls<'_, M>, data: &Data<'_>) {
-        M::step(calls, data);
+    fn look_on(&mut self, calls: Calls<'_>, data: &Data<'_>) {
+        calls.run(data);
+    }
+}
+
+/// The calls of a tick.
+#[derive(Debug)]
+pub struct Calls<'a> {
+    pub(super) wiring: &'a Wiring,
+    pub(super) kinds: &'a [Kind],
+    /// Whether there is a module that begins with its next call.
+    pub(super) begins: bool,
+}
+
+impl Calls<'_> {
+    /// Not generic: compiled with the core, for speed or for size as the modules are.
+    #[inline(never)]
+    fn run(self, data: &Data<'_>) {
+        for call in self.wiring.calls() {
+            if self.begins {
+                self.begin(call, data);
+            }
+            (call.compute)(data, call.place);
+        }
+    }
+
+    /// Begins a module before its first stage, if it is to.
+    #[cold]
+    #[inline(never)]
+    fn begin(&self, call: &Call, data: &Data<'_>) {
+        let called = self.wiring.called(call).filter(|called| called.begins && call.stage == Stage::Early);
+        let kind = called.and_then(|called| self.kinds.get(usize::from(called.module.kind)));
+        if let Some(begin) = kind.and_then(Kind::begin) {
+            begin(data, call.place);
+        }
     }
 }

@@ -1,33 +1,35 @@
 //! Commands that build and change a scheme: each is carried out whole or not at all.
 
-use super::{Engine, Instance, Port};
+use super::{Binding, Engine, Instance};
 use crate::command::{CommandError, ModuleRef, Verb};
+use crate::data_base::bit;
 use crate::data_type::{DataType, TypeRef};
+use crate::kind::ModuleList;
 use crate::mailbox::LinkPort;
-use crate::matching::Difference;
-use crate::module::ModuleList;
-use crate::parameter::{ParameterError, Value};
-use crate::port::{Direction, PortSpec, PortSpecs};
+use crate::parameter::{ParameterError, Parameters, Value};
+use crate::schedule::schedule;
+use crate::storage::Block;
+use crate::wiring::New;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(super) fn engine_command(&mut self, verb: Verb, value: Value) -> Result<(), CommandError> {
         match (verb, value) {
             (Verb::ModOn, Value::Module(module)) => {
-                self.with_instance(module, |engine, index| engine.plug_in(module, index))
+                self.with_instance(module, |engine, _| engine.plug_in(module))
             }
             (Verb::ModOff, Value::Module(module)) => self.unplug(module),
             (Verb::PlaceBefore, Value::Module(module)) => {
-                self.active_index(module)?;
+                self.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
                 self.place_before = Some(module);
                 Ok(())
             }
             (Verb::ModReset, Value::Module(module)) => {
-                let instance = self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
-                instance.module.reset();
+                self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+                self.begin(|found| found == module);
                 Ok(())
             }
             (Verb::ModInit, Value::Module(module)) => {
-                self.with_instance(module, |engine, index| engine.init(module, index))
+                self.with_instance(module, |engine, memory| engine.init(module, memory))
             }
             (Verb::ModClose, Value::Module(module)) => self.close(module),
             (Verb::MatchingCheck, Value::Nothing) => {
@@ -58,20 +60,22 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     pub(super) fn bind(&mut self, module: ModuleRef, port: u8, signal: TypeRef) -> Result<(), CommandError> {
         self.known_type(signal)?;
-        self.with_instance(module, |engine, index| {
-            let device = &engine.device;
-            let instance = engine.instances.get_mut(index).ok_or(CommandError::UnknownModule(module))?;
-            if instance.is_active {
+        self.with_instance(module, |engine, _| {
+            if engine.is_plugged_in(module) {
                 return Err(CommandError::PluggedIn(module));
             }
-            let mut specs = PortSpecs::new();
-            if !instance.declare(device, &engine.data_base, &mut specs) {
+            if engine.ports(module).is_none() {
                 return Err(CommandError::TooManyPorts);
             }
-            let spec = specs.get(usize::from(port)).filter(|spec| spec.data_type.is_some());
-            let name = spec.ok_or(CommandError::UnknownPort(port))?.name;
-            instance.bindings.retain(|(bound, _)| *bound != name);
-            instance.bindings.push((name, signal)).map_err(|_| CommandError::TooManyPorts)
+            let spec = engine.port(module, port).filter(|spec| spec.data_type.is_some());
+            let port = spec.ok_or(CommandError::UnknownPort(port))?.name;
+            let is_it = |binding: &&mut Binding| binding.module == module && binding.port == port;
+            if let Some(binding) = engine.bindings.iter_mut().find(is_it) {
+                binding.signal = signal;
+                return Ok(());
+            }
+            let binding = Binding { module, port, signal };
+            engine.bindings.push(binding).map_err(|_| CommandError::WiringFull)
         })
     }
 
@@ -88,112 +92,121 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if axis.is_some_and(|axis| usize::from(axis) >= self.device.dof()) {
             return Err(ParameterError::NoSuchAxis.into());
         }
-        self.with_instance(module, |engine, index| {
-            let device = &engine.device;
-            let instance = engine.instances.get_mut(index).ok_or(CommandError::UnknownModule(module))?;
-            instance.module.command(parameter, axis, value, !instance.is_active)?;
-            instance.module.prepare(device);
+        self.with_instance(module, |engine, memory| {
+            let may_restructure = !engine.is_plugged_in(module);
+            let mut result = Ok(());
+            let mut visit = Parameters::set(parameter, axis, value, may_restructure, &mut result);
+            engine.visit(module, memory, axis.unwrap_or(0), &mut visit);
+            if visit.sets_per_axis() && axis.is_none() {
+                for other in 1..engine.axes() {
+                    let mut result = Ok(());
+                    let mut visit = Parameters::set(parameter, axis, value, may_restructure, &mut result);
+                    engine.visit(module, memory, other, &mut visit);
+                }
+            }
+            result?;
+            engine.prepare(module, memory);
             Ok(())
         })
     }
 
-    pub(super) fn instance(&mut self, module: ModuleRef) -> Option<&mut Instance<M>> {
-        self.instances.iter_mut().find(|instance| instance.reference == module)
+    /// Degrees of freedom.
+    pub(super) fn axes(&self) -> u8 {
+        u8::try_from(self.device.dof()).unwrap_or(u8::MAX)
     }
 
-    /// Carries out `action` on the instance, which is made for it if it does not exist, and unmade
+    /// Carries out `action` on the instance's memory, which is made for it if it does not exist, and unmade
     /// again if the action fails.
     fn with_instance(
         &mut self,
         module: ModuleRef,
-        action: impl FnOnce(&mut Self, usize) -> Result<(), CommandError>,
+        action: impl FnOnce(&mut Self, Block) -> Result<(), CommandError>,
     ) -> Result<(), CommandError> {
-        if let Some(index) = self.index(module) {
-            return action(self, index);
+        if let Some(instance) = self.instance(module) {
+            let memory = instance.memory;
+            return action(self, memory);
         }
-        let index = self.instances.len();
-        self.create(module)?;
-        action(self, index).inspect_err(|_| self.instances.truncate(index))
+        let memory = self.create(module)?;
+        action(self, memory).inspect_err(|_| {
+            self.instances.pop();
+            self.data_base.storage_mut().give_back_at_end(memory);
+        })
     }
 
-    /// Apart from what is done with the instance: its copy is off the stack by then.
-    #[inline(never)]
-    fn create(&mut self, module: ModuleRef) -> Result<(), CommandError> {
-        let fresh = Instance::new(module).ok_or(CommandError::UnknownModule(module))?;
-        self.instances.push(fresh).map_err(|_| CommandError::TooManyModules)
+    fn create(&mut self, module: ModuleRef) -> Result<Block, CommandError> {
+        let kind = M::KINDS.get(usize::from(module.kind)).filter(|_| module.number > 0);
+        let kind = kind.ok_or(CommandError::UnknownModule(module))?;
+        if self.instances.is_full() {
+            return Err(CommandError::TooManyModules);
+        }
+        let memory = self.data_base.storage_mut().take_at_end(kind.words(self.device.dof()))?;
+        let _ = self.instances.push(Instance { reference: module, memory });
+        self.set_defaults(module, memory);
+        Ok(memory)
+    }
+
+    fn set_defaults(&mut self, module: ModuleRef, memory: Block) {
+        for axis in 0..self.axes() {
+            self.visit(module, memory, axis, &mut Parameters::defaults());
+        }
+        self.prepare(module, memory);
     }
 
     /// Starts from rest, as after power-up: what modules and signals held may be long past.
     fn start(&mut self) {
         self.reset();
-        self.data_base.storage_mut().words.fill(0);
+        self.data_base.zero_signals();
         self.data_base.links().iter().for_each(LinkPort::forget_received);
         self.is_running = true;
     }
 
     fn reset(&mut self) {
-        self.instances.iter_mut().for_each(|instance| instance.module.reset());
+        self.begin(|_| true);
     }
 
-    fn init(&mut self, module: ModuleRef, index: usize) -> Result<(), CommandError> {
-        let instance = self.instances.get_mut(index).ok_or(CommandError::UnknownModule(module))?;
-        if instance.is_active {
+    fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
+        self.wiring.begin(is_meant);
+        self.begins = true;
+    }
+
+    fn init(&mut self, module: ModuleRef, memory: Block) -> Result<(), CommandError> {
+        if self.is_plugged_in(module) {
             return Err(CommandError::PluggedIn(module));
         }
-        instance.module.init();
-        instance.bindings.clear();
+        self.set_defaults(module, memory);
+        self.bindings.retain(|binding| binding.module != module);
         Ok(())
     }
 
-    fn plug_in(&mut self, module: ModuleRef, index: usize) -> Result<(), CommandError> {
-        let instance = self.instances.get(index).ok_or(CommandError::UnknownModule(module))?;
-        if instance.is_active {
+    fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
+        if self.is_plugged_in(module) {
             return Err(CommandError::PluggedIn(module));
         }
         self.admit(module)?;
-        let instance = self.instances.get_mut(index).ok_or(CommandError::UnknownModule(module))?;
-        let mut specs = PortSpecs::new();
-        if !instance.declare(&self.device, &self.data_base, &mut specs) {
-            return Err(CommandError::TooManyPorts);
-        }
-        for spec in &specs {
-            let bound = instance.bound(spec.name);
-            match self.data_base.insert_port(&self.device, spec, bound) {
-                Ok(port) => {
-                    let _ = instance.ports.push(port);
-                }
-                Err(error) => {
-                    instance.ports.iter().rev().for_each(|port| self.data_base.remove(port.slot));
-                    instance.ports.clear();
-                    return Err(error);
-                }
-            }
-        }
-        instance.is_active = true;
-        instance.connect(&self.device, &self.data_base);
-        instance.module.prepare(&self.device);
-        instance.module.reset();
-        let listens_to = |link| instance.link_end.is_some_and(|end| end.listens_to(link));
+        let kind = M::KINDS.get(usize::from(module.kind)).ok_or(CommandError::UnknownModule(module))?;
+        let settings = &self.settings(module, kind);
+        let order = self.place_before.and_then(|before| self.wiring.order_of(before));
+        let order = order.unwrap_or(self.wiring.modules().len());
+        let new = New { module, kind, settings, order };
+        let Self { wiring, next, device, data_base, bindings, .. } = self;
+        let bound = |port: &str| {
+            let mut found = bindings.iter().filter(|binding| binding.module == module);
+            found.find(|binding| binding.port == port).map(|binding| binding.signal)
+        };
+        let wired = next.with(&new, wiring, device, data_base, bound);
+        wired.and_then(|()| self.switch()).inspect_err(|_| self.give_back_slots())?;
+        self.begins = true;
+        let end = self.wiring.find(module).and_then(|plugged| plugged.link_end);
+        let listens_to = |link| end.is_some_and(|end| end.listens_to(link));
         let links = (0..).zip(self.data_base.links()).filter(|(number, _)| listens_to(*number));
         links.for_each(|(_, link)| link.forget_received());
-        let place = self.place_before.and_then(|before| self.place_of(before));
-        let entry = u8::try_from(index).unwrap_or(u8::MAX);
-        let place = place.unwrap_or(self.plug_in_order.len());
-        let _ = self.plug_in_order.insert(place, entry);
-        self.reschedule();
-        if self.is_running
-            && let Some(fault) = self.first_fault(None)
-        {
-            self.take_out(module);
-            return Err(CommandError::WouldBreak(fault));
-        }
         self.place_before = None;
         Ok(())
     }
 
     /// Whether a tick is short enough with one more module.
     fn admit(&self, module: ModuleRef) -> Result<(), CommandError> {
-        let Some(limit) = self.limit_cycles else { return Ok(()) };
+        let Some((limit, _)) = self.limit_cycles.zip(self.costs) else { return Ok(()) };
         let known = self.cycles_of(module.kind).zip(self.tick_cycles());
         let (cycles, others) = known.ok_or(CommandError::CostUnknown(module))?;
         let (tick_cycles, limit_cycles) = (others + cycles, limit.get());
@@ -204,124 +217,78 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     fn unplug(&mut self, module: ModuleRef) -> Result<(), CommandError> {
-        self.active_index(module)?;
+        self.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
+        self.next.without(module, &self.wiring);
+        self.switch()?;
+        self.place_before = self.place_before.filter(|before| *before != module);
+        self.give_back_slots();
+        Ok(())
+    }
+
+    /// The next wiring takes the place of the one there is, unless that runs and the next one has a fault.
+    fn switch(&mut self) -> Result<(), CommandError> {
+        let calls = schedule(&self.next);
+        self.next.set_calls(calls.into_iter(), M::KINDS);
         if self.is_running
-            && let Some(fault) = self.first_fault(Some(module))
+            && let Some(fault) = self.first_fault_of(&self.next)
         {
             return Err(CommandError::WouldBreak(fault));
         }
-        self.take_out(module);
+        core::mem::swap(&mut self.wiring, &mut self.next);
+        self.connect_wiring();
         Ok(())
+    }
+
+    /// Gives back what neither the wiring nor the device uses.
+    fn give_back_slots(&mut self) {
+        let types = self.device.outputs.iter().chain(self.device.inputs);
+        let slots = types.filter_map(|data_type| self.data_base.slot(data_type.first()));
+        let of_device = slots.fold(0, |slots, slot| slots | bit(slot));
+        self.data_base.keep_only(self.wiring.slots() | of_device);
+        // What lay behind the slots given back has moved.
+        self.connect_wiring();
+    }
+
+    fn connect_wiring(&mut self) {
+        let Self { wiring, data_base, instances, .. } = self;
+        let memory = |module| {
+            let found = instances.iter().find(|instance| instance.reference == module);
+            found.map_or(Block::FREE, |instance| instance.memory)
+        };
+        wiring.connect(data_base.storage_mut(), memory);
     }
 
     /// Stops and ends the existence of every module.
     pub(super) fn close_all(&mut self) {
         self.is_running = false;
-        while let Some(reference) = self.instances.last().map(|instance| instance.reference) {
-            self.remove(reference);
+        self.wiring.clear();
+        while let Some(Instance { memory, .. }) = self.instances.pop() {
+            self.data_base.storage_mut().give_back_at_end(memory);
         }
+        self.bindings.clear();
+        self.give_back_slots();
         self.place_before = None;
     }
 
+    /// Ends an instance; the others move up.
     fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
-        self.index(module).ok_or(CommandError::NotPluggedIn(module))?;
+        let index = self.instances.iter().position(|instance| instance.reference == module);
+        let index = index.ok_or(CommandError::NotPluggedIn(module))?;
         if self.is_plugged_in(module) {
             self.unplug(module)?;
         }
-        self.remove(module);
+        let gone = self.instances.remove(index).memory;
+        self.data_base.storage_mut().give_back_at_end(gone);
+        for instance in self.instances.iter_mut().filter(|instance| instance.memory.offset < gone.offset) {
+            instance.memory.offset += gone.words;
+        }
+        self.bindings.retain(|binding| binding.module != module);
+        self.connect_wiring();
         Ok(())
-    }
-
-    /// Takes a module out of the tick and gives its slots back, without asking whether it is missed.
-    fn take_out(&mut self, module: ModuleRef) {
-        let Some(place) = self.place_of(module) else { return };
-        self.plug_in_order.remove(place);
-        self.place_before = self.place_before.filter(|before| *before != module);
-        if let Some(instance) = self.instances.iter_mut().find(|instance| instance.reference == module) {
-            instance.is_active = false;
-            instance.ports.iter().rev().for_each(|port| self.data_base.remove(port.slot));
-            instance.ports.clear();
-        }
-        // What lay behind the slots given back has moved.
-        for instance in &mut self.instances {
-            instance.connect(&self.device, &self.data_base);
-        }
-        self.reschedule();
-    }
-
-    /// Ends an instance; the others move up.
-    fn remove(&mut self, module: ModuleRef) {
-        self.take_out(module);
-        let Some(index) = self.index(module) else { return };
-        self.instances.remove(index);
-        for entry in self.plug_in_order.iter_mut().filter(|entry| usize::from(**entry) > index) {
-            *entry -= 1;
-        }
-        self.reschedule();
-    }
-
-    fn index(&self, module: ModuleRef) -> Option<usize> {
-        self.instances.iter().position(|instance| instance.reference == module)
-    }
-
-    fn active_index(&self, module: ModuleRef) -> Result<usize, CommandError> {
-        let index = self.index(module).filter(|_| self.is_plugged_in(module));
-        index.ok_or(CommandError::NotPluggedIn(module))
-    }
-
-    /// Place of a module in the plug-in order.
-    fn place_of(&self, module: ModuleRef) -> Option<usize> {
-        let index = self.index(module)?;
-        self.plug_in_order.iter().position(|entry| usize::from(*entry) == index)
     }
 
     fn known_type(&self, signal: TypeRef) -> Result<&'static DataType, CommandError> {
         let known = self.device.data_type(signal.id).filter(|_| signal.number > 0);
         known.ok_or(CommandError::UnknownType(signal))
-    }
-}
-
-impl<const WORDS: usize> crate::data_base::DataBase<WORDS> {
-    /// Takes what a port needs: its signal, or its memory.
-    fn insert_port(
-        &mut self,
-        device: &crate::device::DeviceDescriptor,
-        spec: &PortSpec,
-        bound: Option<TypeRef>,
-    ) -> Result<Port, CommandError> {
-        let PortSpec { name, direction, stage, is_delayed, tie, .. } = *spec;
-        let port = |slot, signal, difference| Port {
-            name,
-            slot,
-            signal,
-            is_written: direction == Direction::Write,
-            stage,
-            is_delayed,
-            difference,
-            tie,
-        };
-        match (spec.data_type, direction) {
-            (Some((expected, default)), _) => {
-                let signal = bound.unwrap_or(default);
-                let found = device.data_type(signal.id).ok_or(CommandError::UnknownType(signal))?;
-                let slot = self.insert(found, signal, device.dof())?;
-                Ok(port(slot, Some(signal), difference(spec, expected, found)))
-            }
-            (None, Direction::Memory(words)) => Ok(port(self.take(words)?, None, None)),
-            (None, _) => Err(CommandError::WrongValue),
-        }
-    }
-}
-
-/// How the signal a port is bound to differs from what the port expects.
-fn difference(spec: &PortSpec, expected: &DataType, found: &DataType) -> Option<Difference> {
-    if !spec.takes_any_unit && !expected.unit.fits(found.unit) {
-        Some(Difference::Unit)
-    } else if expected.format != found.format {
-        Some(Difference::Format)
-    } else if expected.shape != found.shape {
-        Some(Difference::Shape)
-    } else {
-        spec.misfit
     }
 }

@@ -32,8 +32,8 @@ pub(super) fn is_wave(device: &DeviceDescriptor, signal: TypeRef) -> bool {
 }
 
 /// Words of a packet that are samples.
-pub(super) fn samples(device: &DeviceDescriptor, types: &[TypeRef]) -> u8 {
-    u8::try_from(types.len() * device.dof()).unwrap_or(u8::MAX)
+pub(super) fn samples(device: &DeviceDescriptor, types: &[TypeRef]) -> u32 {
+    u32::try_from(types.len() * device.dof()).unwrap_or(u32::MAX)
 }
 
 /// What decides, beside its types, what the words of a packet are.
@@ -47,8 +47,7 @@ impl Layout {
     pub(super) fn content(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> Content {
         let counters =
             first_wave(device, types).filter(|_| self.has_counters).map_or(0, |_| 2 * device.dof());
-        let counters = u8::try_from(counters).unwrap_or(u8::MAX);
-        let words = samples(device, types).saturating_add(counters);
+        let words = u8::try_from(types.len() * device.dof() + counters).unwrap_or(u8::MAX);
         let found = types.iter().filter_map(|signal| device.data_type(signal.id));
         let found: Vec<&DataType, MAX_CHANNEL_TYPES> = found.collect();
         let every = u8::try_from(self.every_ticks).unwrap_or(u8::MAX);

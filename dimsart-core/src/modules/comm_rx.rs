@@ -31,239 +31,304 @@
 
 use core::cell::Cell;
 
-use heapless::Vec;
-
 use super::channel::{CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, samples};
-use super::reception::{Expected, Reception};
+use super::reception::{Came, Expected, Reception};
 use super::wave_integral::Received;
-use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_PACKET_WORDS};
 use crate::mailbox::{counters_ahead, low_half};
 use crate::parameter::TypeList;
 use crate::{
-    Choice, Data, DeviceDescriptor, Module, Output, ParameterError, Parameters, Ports, Single, Unit, Value,
-    types,
+    Context, Declare, DeviceDescriptor, Lane, LinkPort, Module, Output, ParameterError, Parameters, Single,
+    Unit, choice, types, words,
 };
 
+choice! {
+    /// What a wave is while nothing new comes.
+    pub enum Stale { Zero = "ZERO", Hold = "HOLD", Limited = "LIMITED", Integral = "INTEGRAL" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        types: TypeList,
+        link: u32,
+        channel: u32,
+        stale: Stale,
+        hold_ticks: u32,
+        has_counters: bool,
+        expected: Expected,
+        playout_ticks: u32,
+        /// Signals of the channel.
+        signals: u32,
+        /// Place of the wave whose counters are in the packet; behind all signals where there is none.
+        counted: u32,
+        tick_s: f32,
+        /// Time that a packet's wave is given out for.
+        period_s: f32,
+    }
+    /// Of all axes.
+    pub struct State {
+        reception: Reception,
+        /// Ticks in which what is owed is to be given out, this one included.
+        left_ticks: u16,
+        /// Of the last tick.
+        playout_ticks: u32,
+    }
+    /// Signals, those of the channel first.
+    pub struct Ports {
+        channel: [Output; MAX_CHANNEL_TYPES],
+        /// The channel's first wave; not connected when there is none.
+        wave: Output,
+        age: Output<Single<u32>>,
+        lost: Output<Single<u32>>,
+        round_trip: Output<Single<u32>>,
+        refused: Output<Single<u32>>,
+        state: Output<Single<u32>>,
+        jitter: Output<Single<f32>>,
+    }
+}
+
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct CommRx {
-    link: u32,
-    channel: u32,
-    types: TypeList,
-    stale: Stale,
-    hold_ticks: u32,
-    has_counters: bool,
-    channels: Vec<Channel, MAX_CHANNEL_TYPES>,
-    /// The channel's first wave; not connected when there is none.
-    wave: Output,
-    expected: Expected,
-    age: Output<Single<u32>>,
-    lost: Output<Single<u32>>,
-    round_trip: Output<Single<u32>>,
-    refused: Output<Single<u32>>,
-    state: Output<Single<u32>>,
-    jitter: Output<Single<f32>>,
-    tick_s: f32,
-    /// Time that a packet's wave is given out for.
-    period_s: f32,
-    playout_ticks: u32,
-    /// Ticks in which what is owed is to be given out, this one included.
-    left_ticks: u16,
-    reception: Reception,
-    received: [Received; MAX_DOF],
-}
-
-#[derive(Debug, Default)]
-struct Channel {
-    output: Output,
-    /// Whether it is the wave whose counters are in the packet.
-    is_counted: bool,
-}
-
-/// What a wave is while nothing new comes.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-enum Stale {
-    #[default]
-    Zero,
-    Hold,
-    Limited,
-    Integral,
-}
-
-impl Choice for Stale {
-    const VALUES: &'static [Self] = &[Self::Zero, Self::Hold, Self::Limited, Self::Integral];
-    const NAMES: &'static [&'static str] = &["ZERO", "HOLD", "LIMITED", "INTEGRAL"];
-}
+#[derive(Debug)]
+pub struct CommRx;
 
 impl Module for CommRx {
     const NAME: &'static str = "COMM_RXMOD";
     const SUMMARY: &'static str = "Receives signals from the other side.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = State;
+    type Axis = Received;
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.types(&mut self.types, "CRX_ADD_DATA", "Adds a signal that the packet brings.");
-        visit.structural_count(&mut self.link, "CRX_LINK", Unit::One, 0..=1, 0, "Link it listens to.");
-        visit.choice(&mut self.stale, "STALE", "What a wave is while nothing new comes.");
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        visit.types(&mut settings.types, "CRX_ADD_DATA", "Adds a signal that the packet brings.");
+        visit.structural_count(&mut settings.link, "CRX_LINK", Unit::One, 0..=1, 0, "Link it listens to.");
+        visit.choice(&mut settings.stale, "STALE", "What a wave is while nothing new comes.");
         let summary = "Longest time a wave is held by STALE HOLD.";
-        visit.count(&mut self.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
+        visit.count(&mut settings.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
         let summary = "Channel it listens to; 0 between two ends.";
-        visit.structural_count(&mut self.channel, "CRX_CHANNEL", Unit::One, CHANNELS, 0, summary);
+        visit.structural_count(&mut settings.channel, "CRX_CHANNEL", Unit::One, CHANNELS, 0, summary);
         let summary = "Ticks from a packet to the next one, as CTX_EVERY.";
-        let every = &mut self.expected.every_ticks;
+        let every = &mut settings.expected.every_ticks;
         visit.structural_count(every, "CRX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
         let summary = "Whether packets carry counters, as CTX_COUNTERS.";
-        visit.structural_flag(&mut self.has_counters, "CRX_COUNTERS", true, summary);
+        visit.structural_flag(&mut settings.has_counters, "CRX_COUNTERS", true, summary);
         let summary = "Ticks without a due packet after which the link is lost; 0: never.";
-        let timeout = &mut self.expected.timeout_ticks;
+        let timeout = &mut settings.expected.timeout_ticks;
         visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
         let summary = "Delay that evens out jitter under STALE LIMITED and INTEGRAL.";
-        visit.count(&mut self.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
+        visit.count(&mut settings.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
     }
 
-    fn command(
-        &mut self,
-        parameter: u8,
-        axis: Option<u8>,
-        value: Value,
-        may_restructure: bool,
-    ) -> Result<(), ParameterError> {
-        let before = (self.stale, self.has_counters);
-        let playout_ticks = self.playout_ticks;
-        let mut result = Ok(());
-        self.parameters(&mut Parameters::set(parameter, axis, value, may_restructure, &mut result));
-        if !self.has_counters && self.stale.makes_up() {
-            (self.stale, self.has_counters) = before;
-            return Err(ParameterError::NeedsCounters);
+    fn validate(settings: &Settings) -> Result<(), ParameterError> {
+        match settings.stale.makes_up() && !settings.has_counters {
+            true => Err(ParameterError::NeedsCounters),
+            false => Ok(()),
         }
-        if playout_ticks != self.playout_ticks {
-            self.left_ticks = low_half(self.playout_ticks);
-        }
-        result
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        self.wave = Output::default();
-        self.channels.clear();
-        let wave = first_wave(ports.device(), &self.types);
-        for (place, (signal, name)) in self.types.iter().zip(CHANNEL_PORTS).enumerate() {
-            let mut output = Output::default();
-            ports.named_output(&mut output, name, *signal);
-            let is_wave = wave == Some(place);
-            if is_wave {
-                self.wave = output;
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.tick_s = device.sample_period_s();
+        let every_ticks = settings.expected.every_ticks;
+        let layout = Layout { every_ticks, has_counters: settings.has_counters };
+        settings.period_s = layout.period_s(device);
+        settings.expected.content = layout.content(device, &settings.types);
+        settings.expected.samples = samples(device, &settings.types);
+        settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
+        let counted = first_wave(device, &settings.types).filter(|_| settings.has_counters);
+        settings.counted = counted.and_then(|place| u32::try_from(place).ok()).unwrap_or(u32::MAX);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports::default();
+        let wave = first_wave(declare.device(), &settings.types);
+        for (place, ((signal, name), port)) in
+            settings.types.iter().zip(CHANNEL_PORTS).zip(&mut ports.channel).enumerate()
+        {
+            let Some(data_type) = declare.device().data_type(signal.id) else { continue };
+            *port = declare.of_signal(*signal).output(name, data_type);
+            if wave == Some(place) {
+                ports.wave = *port;
             }
-            let _ = self.channels.push(Channel { output, is_counted: is_wave && self.has_counters });
         }
-        ports.listens_to(self.link, self.channel);
-        ports.output(&mut self.age, "AGE", types::LINK_AGE);
-        ports.output(&mut self.lost, "LOST", types::LINK_LOST);
-        ports.output(&mut self.round_trip, "ROUND_TRIP", types::LINK_ROUND_TRIP);
-        ports.output(&mut self.refused, "REFUSED", types::LINK_REFUSED);
-        ports.output(&mut self.state, "STATE", types::LINK_STATE);
-        ports.output(&mut self.jitter, "JITTER", types::LINK_JITTER);
+        declare.listens_to(settings.link, settings.channel);
+        ports.age = declare.output("AGE", types::LINK_AGE);
+        ports.lost = declare.output("LOST", types::LINK_LOST);
+        ports.round_trip = declare.output("ROUND_TRIP", types::LINK_ROUND_TRIP);
+        ports.refused = declare.output("REFUSED", types::LINK_REFUSED);
+        ports.state = declare.output("STATE", types::LINK_STATE);
+        ports.jitter = declare.output("JITTER", types::LINK_JITTER);
+        ports
     }
 
-    fn prepare(&mut self, device: &DeviceDescriptor) {
-        self.tick_s = device.sample_period_s();
-        let layout = Layout { every_ticks: self.expected.every_ticks, has_counters: self.has_counters };
-        self.period_s = layout.period_s(device);
-        self.expected.content = layout.content(device, &self.types);
-        self.expected.samples = samples(device, &self.types);
+    fn begin(context: &Context<'_, Self>) {
+        context.clear();
+        let playout_ticks = context.settings().playout_ticks;
+        context.set_state(State { playout_ticks, ..State::default() });
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let Some(link) = data.link(self.link) else { return };
-        let plays_out = self.playout_ticks != 0 && self.stale.makes_up();
-        if plays_out {
-            self.left_ticks = self.left_ticks.saturating_sub(1);
-            self.reception.hold_no_more();
-        }
-        let before = self.reception.counter();
-        if self.reception.is_holding() {
-            self.reception.hold(link);
-        } else if self.reception.accept(link, &self.expected) {
-            if plays_out {
-                self.play_out(before);
-            }
-            self.take(data, link.received.room());
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let settings = context.settings();
+        let Some(link) = context.link(settings.link) else { return };
+        let mut state = context.state();
+        let is_usual = settings.playout_ticks | state.playout_ticks == 0
+            && state.reception.accept_next(link, &settings.expected);
+        let came = if is_usual {
+            context.set_state(state);
+            link.received.clear();
+            state.reception.acknowledge(link);
+            Some(Came::Next)
         } else {
-            self.go_without(data);
+            let came = accept_unusual(context, link);
+            state = context.state();
+            came
+        };
+        match came {
+            Some(came) => take(context, came, state.left_ticks, link.received.room()),
+            None => go_without(context),
         }
-        let reception = &self.reception;
-        data.set(self.age, reception.age_ticks);
-        data.set(self.lost, reception.lost);
-        data.set(self.round_trip, reception.round_trip_ticks);
-        data.set(self.refused, reception.refused.wrapping_add(link.superseded.get()));
-        data.set(self.state, reception.state(link) as u32);
-        data.set(self.jitter, reception.jitter_ticks);
-    }
-
-    fn reset(&mut self) {
-        self.reception = Reception::default();
-        self.received = Default::default();
-        self.left_ticks = 0;
+        show(context, &state.reception, link);
     }
 }
 
-impl CommRx {
-    /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
-    fn take(&mut self, data: &Data<'_>, words: &[Cell<u32>]) {
-        let (mut samples, counters) = (words, usize::from(self.expected.samples));
-        let stale = self.stale;
-        // What was sent before this side listened is not owed.
-        let settles = self.reception.is_restart || !stale.makes_up();
-        let is_next = self.reception.is_next;
-        let periods_s = [self.period_s, self.tick_s];
-        let left_ticks = self.left_ticks;
-        for channel in &self.channels {
-            let Some((values, rest)) = samples.split_at_checked(data.dof()) else { return };
-            samples = rest;
-            if channel.is_counted {
-                let Some(counters) = words.get(counters..counters + 2 * data.dof()) else { return };
-                let (counters, _) = counters.as_chunks::<2>();
-                let lanes = values.iter().zip(&mut self.received).zip(counters);
-                data.map_axes(lanes, [], [channel.output], |((value, received), [wave, energy]), []| {
-                    let counters = [wave.get(), energy.get()];
-                    if settles || is_next && received.is_settled() {
-                        received.settle(counters);
-                        return [f32::from_bits(value.get())];
-                    }
-                    [stale.pay_new(received, counters, periods_s, left_ticks)]
-                });
-            } else {
-                data.map_axes(values, [], [channel.output], |value, []| [f32::from_bits(value.get())]);
-            }
+/// How a packet came, if one did, in a tick without the packet that is the next one, or in which packets are played out.
+#[inline(never)]
+fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came> {
+    let settings = context.settings();
+    let State { mut reception, mut left_ticks, playout_ticks } = context.state();
+    if playout_ticks != settings.playout_ticks {
+        left_ticks = low_half(settings.playout_ticks);
+    }
+    let plays_out = settings.playout_ticks != 0 && settings.stale.makes_up();
+    if plays_out {
+        left_ticks = left_ticks.saturating_sub(1);
+        reception.hold_no_more();
+    }
+    let before = reception.counter();
+    let mut came = if reception.is_holding() {
+        reception.hold(link);
+        Some(Came::Held)
+    } else {
+        reception.accept(link, &settings.expected)
+    };
+    if let Some(came) = came.as_mut().filter(|_| plays_out) {
+        left_ticks = play_out(&mut reception, came, &settings, before, left_ticks);
+    }
+    context.set_state(State { reception, left_ticks, playout_ticks: settings.playout_ticks });
+    came
+}
+
+/// Says what is known of the link.
+#[inline(always)]
+fn show(context: &Context<'_, CommRx>, reception: &Reception, link: &LinkPort) {
+    let Ports { age, lost, round_trip, refused, state, jitter, .. } = context.ports();
+    context.set(age, reception.age_ticks);
+    context.set(lost, reception.lost);
+    context.set(round_trip, reception.round_trip_ticks);
+    context.set(refused, reception.refused.wrapping_add(link.superseded.get()));
+    context.set(state, reception.state(link) as u32);
+    context.set(jitter, reception.jitter_ticks);
+}
+
+/// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
+#[inline(always)]
+fn take(context: &Context<'_, CommRx>, came: Came, left_ticks: u16, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
+    let Settings { signals, counted, expected, .. } = context.settings();
+    if came == Came::Held {
+        return;
+    }
+    let has_counted = counted < signals;
+    if has_counted {
+        let port = usize::try_from(counted).unwrap_or(usize::MAX);
+        let samples = usize::try_from(expected.samples).unwrap_or(usize::MAX);
+        let Some((_, values)) = words.split_at_checked(port.wrapping_mul(context.dof())) else { return };
+        let Some((_, counters)) = words.split_at_checked(samples) else { return };
+        take_counted(context, came, left_ticks, context.port(port), values, counters);
+    }
+    if signals > u32::from(has_counted) {
+        take_others(context, words);
+    }
+}
+
+/// Gives the signals that have no counters to the Data Base.
+#[inline(never)]
+fn take_others(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
+    let Settings { signals, counted, .. } = context.settings();
+    let samples = words.chunks_exact(context.dof());
+    for ((place, values), output) in (0..signals).zip(samples).zip(context.ports().channel) {
+        if place != counted {
+            context.data().map_axes(values, [], [output], |value, []| [f32::from_bits(value.get())]);
         }
     }
+}
 
-    /// Has what a new packet brings given out evenly in the time that is left for it; `before` was the counter then.
-    #[cold]
-    fn play_out(&mut self, before: u16) {
-        let every_ticks = self.expected.every_ticks;
-        let packets = counters_ahead(self.reception.counter(), before).max(1);
-        let brought_ticks = packets.saturating_mul(low_half(every_ticks));
-        let most_ticks = low_half(every_ticks + self.playout_ticks);
-        // A faster packet than all before it moves the time forward, and so does a sender's clock that is fast.
-        self.left_ticks = self.left_ticks.saturating_add(brought_ticks).min(most_ticks);
-        if self.reception.is_restart {
-            self.left_ticks = most_ticks;
-        }
-        // Nothing is handed through as it came, nor held.
-        self.reception.is_next = false;
-        self.reception.hold_no_more();
+/// Gives out the wave that has counters.
+#[inline(always)]
+fn take_counted(
+    context: &Context<'_, CommRx>,
+    came: Came,
+    left_ticks: u16,
+    output: Output,
+    values: &[Cell<u32>],
+    counters: &[Cell<u32>],
+) {
+    let Settings { stale, period_s, tick_s, .. } = context.settings();
+    // What was sent before this side listened is not owed.
+    let settles = came == Came::Restarted || !stale.makes_up();
+    let (counters, _) = counters.as_chunks::<2>();
+    context.map_lanes([], [output], |axis, lane, []| {
+        let Some((value, [wave, energy])) = values.get(axis).zip(counters.get(axis)) else { return [0.0] };
+        let counters = [wave.get(), energy.get()];
+        let mut received = lane.axis();
+        let given = if settles || came == Came::Next && received.is_settled() {
+            received.settle(counters);
+            f32::from_bits(value.get())
+        } else {
+            return [pay_new(stale, &lane, counters, [period_s, tick_s], left_ticks)];
+        };
+        lane.set_axis(received);
+        [given]
+    });
+}
+
+/// Has what a new packet brings given out evenly in the ticks that are left for it; `before` was the counter then.
+#[cold]
+fn play_out(
+    reception: &mut Reception,
+    came: &mut Came,
+    settings: &Settings,
+    before: u16,
+    left_ticks: u16,
+) -> u16 {
+    let every_ticks = settings.expected.every_ticks;
+    let packets = counters_ahead(reception.counter(), before).max(1);
+    let brought_ticks = packets.saturating_mul(low_half(every_ticks));
+    let most_ticks = low_half(every_ticks + settings.playout_ticks);
+    reception.hold_no_more();
+    if *came == Came::Restarted {
+        return most_ticks;
     }
+    // Nothing is handed through as it came.
+    *came = Came::Jumped;
+    // A faster packet than all before it moves the time forward, and so does a sender's clock that is fast.
+    left_ticks.saturating_add(brought_ticks).min(most_ticks)
+}
 
-    /// What the wave is in a tick without a new packet.
-    fn go_without(&mut self, data: &Data<'_>) {
-        match self.stale {
-            Stale::Hold if self.reception.overdue_ticks(self.expected.every_ticks) <= self.hold_ticks => {}
-            Stale::Limited | Stale::Integral => {
-                let Self { stale, tick_s, left_ticks, .. } = *self;
-                data.map_axes(&mut self.received, [], [self.wave], |received, []| {
-                    [stale.pay(received, tick_s, left_ticks)]
-                });
-            }
-            _ => data.map_axes([(); MAX_DOF], [], [self.wave], |(), []| [0.0]),
+/// What the wave is in a tick without a new packet.
+#[inline(never)]
+fn go_without(context: &Context<'_, CommRx>) {
+    let Settings { stale, hold_ticks, expected, tick_s, .. } = context.settings();
+    let State { reception, left_ticks, .. } = context.state();
+    match stale {
+        Stale::Hold if reception.overdue_ticks(expected.every_ticks) <= hold_ticks => {}
+        Stale::Limited | Stale::Integral => {
+            context.map_axes([], [context.ports().wave], |(), received, []| {
+                [stale.pay(received, tick_s, left_ticks)]
+            });
         }
+        _ => context.data().map_axes([(); MAX_DOF], [], [context.ports().wave], |(), []| [0.0]),
     }
 }
 
@@ -273,23 +338,26 @@ impl Stale {
         matches!(self, Self::Limited | Self::Integral)
     }
 
-    /// The same after a new packet, which stands for the first period, or for the second one in play-out.
-    #[cold]
-    fn pay_new(
-        self,
-        received: &mut Received,
-        counters: [u32; 2],
-        [period_s, tick_s]: [f32; 2],
-        ticks: u16,
-    ) -> f32 {
-        received.update(counters);
-        self.pay(received, if ticks == 0 { period_s } else { tick_s }, ticks)
-    }
-
     /// What the policy gives out as wave of what the line owes, of which there are `ticks` left for; rare, as packets
     /// seldom get lost.
     #[cold]
     fn pay(self, received: &mut Received, period_s: f32, ticks: u16) -> f32 {
         received.pay(period_s, ticks, self == Self::Limited)
     }
+}
+
+/// What the policy gives out after a new packet, which stands for the first period, or for the second one in play-out.
+#[cold]
+fn pay_new(
+    stale: Stale,
+    lane: &Lane<'_, CommRx>,
+    counters: [u32; 2],
+    [period_s, tick_s]: [f32; 2],
+    ticks: u16,
+) -> f32 {
+    let mut received = lane.axis();
+    received.update(counters);
+    let wave = stale.pay(&mut received, if ticks == 0 { period_s } else { tick_s }, ticks);
+    lane.set_axis(received);
+    wave
 }

@@ -9,158 +9,200 @@
 //!
 //! The packet's counter and those of the wave go on over a reset: the other side would take a jump for a loss.
 
-use heapless::Vec;
+use core::cell::Cell;
 
 use super::channel::{
     BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, is_wave, samples,
 };
 use super::wave_integral::Sent;
-use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
 use crate::mailbox::{low_half, next_number};
 use crate::parameter::TypeList;
-use crate::{Content, Data, DeviceDescriptor, Input, LinkPort, Memory, Module, Parameters, Ports, Unit};
+use crate::{
+    Content, Context, Declare, DeviceDescriptor, Input, LinkPort, Memory, Module, Parameters, Unit, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        types: TypeList,
+        link: u32,
+        channel: u32,
+        every_ticks: u32,
+        has_counters: bool,
+        content: Content,
+        /// Words of the packet that are samples; counters follow.
+        samples: u32,
+        /// Signals of the channel.
+        signals: u32,
+        /// Place of the wave whose counters go into the packet; behind all signals where there is none.
+        counted: u32,
+        /// Time that a packet's wave stands for.
+        period_s: f32,
+    }
+    /// Of all axes.
+    pub struct State {
+        /// Of the last packet: its counter is the low half, which is never 0.
+        number: u32,
+        /// Ticks since the last packet.
+        since_sent_ticks: u32,
+    }
+    /// Signals and memory, by the place of the channel's type.
+    pub struct Ports {
+        /// What goes into the packet: the input, or the mean of a wave.
+        samples: [Input; MAX_CHANNEL_TYPES],
+        inputs: [Input; MAX_CHANNEL_TYPES],
+        /// Where a wave's mean is worked out, if not every one is sent.
+        blocks: [Memory; MAX_CHANNEL_TYPES],
+    }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct CommTx {
-    link: u32,
-    channel: u32,
-    types: TypeList,
-    every_ticks: u32,
-    has_counters: bool,
-    channels: Vec<Channel, MAX_CHANNEL_TYPES>,
-    content: Content,
-    /// Words of the packet that are samples; counters follow.
-    samples: u8,
-    /// Of the last packet: its counter is the low half, which is never 0.
-    number: u32,
-    /// Ticks since the last packet.
-    since_sent_ticks: u32,
-    /// Time that a packet's wave stands for.
-    period_s: f32,
-    sent: [Sent; MAX_DOF],
-}
-
-#[derive(Debug, Default)]
-struct Channel {
-    input: Input,
-    /// What goes into the packet: the input, or the mean of a wave.
-    sample: Input,
-    /// Where a wave's mean is worked out, if not every one is sent.
-    block: Option<Memory>,
-    /// Whether it is the wave whose counters go into the packet.
-    is_counted: bool,
-}
+#[derive(Debug)]
+pub struct CommTx;
 
 impl Module for CommTx {
     const NAME: &'static str = "COMM_TXMOD";
     const SUMMARY: &'static str = "Sends signals to the other side.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = State;
+    type Axis = Sent;
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.types(&mut self.types, "CTX_ADD_DATA", "Adds a signal to the packet.");
-        visit.structural_count(&mut self.link, "CTX_LINK", Unit::One, 0..=1, 0, "Link it sends over.");
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        visit.types(&mut settings.types, "CTX_ADD_DATA", "Adds a signal to the packet.");
+        visit.structural_count(&mut settings.link, "CTX_LINK", Unit::One, 0..=1, 0, "Link it sends over.");
         let summary = "Channel it sends on; 0 between two ends.";
-        visit.structural_count(&mut self.channel, "CTX_CHANNEL", Unit::One, CHANNELS, 0, summary);
+        visit.structural_count(&mut settings.channel, "CTX_CHANNEL", Unit::One, CHANNELS, 0, summary);
         let summary = "Ticks from a packet to the next one; of a wave the mean is sent.";
-        let every = &mut self.every_ticks;
+        let every = &mut settings.every_ticks;
         visit.structural_count(every, "CTX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
         let summary = "Whether packets carry counters, to make up for lost waves.";
-        visit.structural_flag(&mut self.has_counters, "CTX_COUNTERS", true, summary);
+        visit.structural_flag(&mut settings.has_counters, "CTX_COUNTERS", true, summary);
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        self.channels.clear();
-        let wave = first_wave(ports.device(), &self.types).filter(|_| self.has_counters);
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        let layout = Layout { every_ticks: settings.every_ticks, has_counters: settings.has_counters };
+        settings.period_s = layout.period_s(device);
+        settings.content = layout.content(device, &settings.types);
+        settings.samples = samples(device, &settings.types);
+        settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
+        let counted = first_wave(device, &settings.types).filter(|_| settings.has_counters);
+        settings.counted = counted.and_then(|place| u32::try_from(place).ok()).unwrap_or(u32::MAX);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports::default();
+        let Ports { samples, inputs, blocks } = &mut ports;
         let names = CHANNEL_PORTS.into_iter().zip(BLOCK_PORTS);
-        for (place, (signal, (name, block_name))) in self.types.iter().zip(names).enumerate() {
-            let mut input = Input::default();
-            ports.named_input(&mut input, name, *signal);
-            let (mut sample, mut block) = (input, None);
-            if self.every_ticks > 1 && is_wave(ports.device(), *signal) {
-                let (mut memory, dof) = (Memory::default(), ports.device().dof());
-                ports.memory(&mut memory, block_name, dof);
-                (sample, block) = (Input::new(memory.block), Some(memory));
+        let handles = inputs.iter_mut().zip(samples).zip(blocks);
+        for ((signal, (name, block_name)), ((input, sample), block)) in
+            settings.types.iter().zip(names).zip(handles)
+        {
+            let Some(data_type) = declare.device().data_type(signal.id) else { continue };
+            *input = declare.of_signal(*signal).input(name, data_type);
+            *sample = *input;
+            if settings.every_ticks > 1 && is_wave(declare.device(), *signal) {
+                let dof = declare.device().dof();
+                *block = declare.memory(block_name, dof);
+                *sample = block.as_input();
             }
-            let is_counted = wave == Some(place);
-            let _ = self.channels.push(Channel { input, sample, block, is_counted });
         }
-        ports.sends_over(self.link, self.channel);
+        declare.sends_over(settings.link, settings.channel);
+        ports
     }
 
-    fn prepare(&mut self, device: &DeviceDescriptor) {
-        let layout = Layout { every_ticks: self.every_ticks, has_counters: self.has_counters };
-        self.period_s = layout.period_s(device);
-        self.content = layout.content(device, &self.types);
-        self.samples = samples(device, &self.types);
+    /// The packet's counter and those of the wave go on.
+    fn begin(context: &Context<'_, Self>) {
+        context.set_state(State { since_sent_ticks: 0, ..context.state() });
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let Some(link) = data.link(self.link) else { return };
-        if self.every_ticks > 1 && !self.gather(data, link) {
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let settings = context.settings();
+        let Some(link) = context.link(settings.link) else { return };
+        if settings.every_ticks > 1 && !gather(context, link) {
             return;
         }
+        let mut state = context.state();
+        state.number = next_number(state.number);
+        context.set_state(state);
         link.since_sent_ticks.set(0);
-        link.sent_every_ticks.set(self.every_ticks);
-        self.number = next_number(self.number);
-        let (channel, counter) = (low_half(self.channel), low_half(self.number));
-        link.sent_number.set(self.number);
-        link.outgoing.open(channel, counter, link.accepted_counter.get(), self.content);
-        let room = link.outgoing.room().as_slice();
-        let (mut cells, counters) = (room, usize::from(self.samples));
-        let period_s = self.period_s;
-        for channel in &self.channels {
-            let Some((values, rest)) = cells.split_at_checked(data.dof()) else { return };
-            cells = rest;
-            if channel.is_counted {
-                let Some(counters) = room.get(counters..counters + 2 * data.dof()) else { return };
-                let (counters, _) = counters.as_chunks::<2>();
-                let lanes = self.sent.iter_mut().zip(values).zip(counters);
-                data.map_axes(
-                    lanes,
-                    [channel.sample],
-                    [],
-                    |((sent, value), [wave_count, energy_count]), [wave]| {
-                        value.set(wave.to_bits());
-                        let [waves, energies] = sent.add(value, wave, period_s);
-                        wave_count.set(waves);
-                        energy_count.set(energies);
-                        []
-                    },
-                );
-            } else {
-                data.map_axes(values, [channel.sample], [], |value, [sample]| {
-                    value.set(sample.to_bits());
-                    []
-                });
-            }
+        link.sent_every_ticks.set(settings.every_ticks);
+        let (channel, counter) = (low_half(settings.channel), low_half(state.number));
+        link.sent_number.set(state.number);
+        link.outgoing.open(channel, counter, link.accepted_counter.get(), settings.content);
+        let room = link.outgoing.room();
+        let has_counted = settings.counted < settings.signals;
+        if has_counted {
+            let port = usize::try_from(settings.counted).unwrap_or(usize::MAX);
+            let samples = usize::try_from(settings.samples).unwrap_or(usize::MAX);
+            let Some((_, values)) = room.split_at_checked(port.wrapping_mul(context.dof())) else { return };
+            let Some((_, counters)) = room.split_at_checked(samples) else { return };
+            send_counted(context, context.port(port), values, counters);
         }
-    }
-
-    fn reset(&mut self) {
-        self.since_sent_ticks = 0;
+        if settings.signals > u32::from(has_counted) {
+            send_others(context, room);
+        }
     }
 }
 
-impl CommTx {
-    /// Adds this tick's waves to their means; whether these are due to be sent.
-    #[cold]
-    fn gather(&mut self, data: &Data<'_>, link: &LinkPort) -> bool {
-        let is_first = self.since_sent_ticks == 0;
-        self.since_sent_ticks += 1;
-        let is_last = self.since_sent_ticks >= self.every_ticks;
-        #[expect(clippy::cast_precision_loss, reason = "at most 100")]
-        let share = if is_last { 1.0 / self.every_ticks as f32 } else { 1.0 };
-        for (channel, memory) in self.channels.iter().filter_map(|channel| Some((channel, channel.block?))) {
-            data.map_axes(data.memory(memory), [channel.input], [], |sum, [wave]| {
-                let before = if is_first { 0.0 } else { f32::from_bits(sum.get()) };
-                sum.set((share * (before + wave)).to_bits());
+/// Sends the signals that have no counters.
+#[inline(never)]
+fn send_others(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORDS]) {
+    let Settings { signals, counted, .. } = context.settings();
+    let cells = room.chunks_exact(context.dof());
+    for ((place, values), sample) in (0..signals).zip(cells).zip(context.ports().samples) {
+        if place != counted {
+            context.data().map_axes(values, [sample], [], |value, [sample]| {
+                value.set(sample.to_bits());
                 []
             });
         }
-        link.since_sent_ticks.set(self.since_sent_ticks);
-        if is_last {
-            self.since_sent_ticks = 0;
-        }
-        is_last
     }
+}
+
+/// Sends the wave that has counters, with them.
+#[inline(always)]
+fn send_counted(context: &Context<'_, CommTx>, sample: Input, values: &[Cell<u32>], counters: &[Cell<u32>]) {
+    let period_s = context.settings().period_s;
+    let (counters, _) = counters.as_chunks::<2>();
+    context.map_lanes([sample], [], |axis, lane, [wave]| {
+        let Some((value, [wave_count, energy_count])) = values.get(axis).zip(counters.get(axis)) else {
+            return [];
+        };
+        let mut sent = lane.axis();
+        let (wave, [waves, energies]) = sent.add(wave, period_s);
+        lane.set_axis(sent);
+        value.set(wave.to_bits());
+        wave_count.set(waves);
+        energy_count.set(energies);
+        []
+    });
+}
+
+/// Adds this tick's waves to their means; whether these are due to be sent.
+#[cold]
+fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
+    let (mut state, every_ticks) = (context.state(), context.settings().every_ticks);
+    let is_first = state.since_sent_ticks == 0;
+    state.since_sent_ticks += 1;
+    let is_last = state.since_sent_ticks >= every_ticks;
+    #[expect(clippy::cast_precision_loss, reason = "at most 100")]
+    let share = if is_last { 1.0 / every_ticks as f32 } else { 1.0 };
+    for (input, block) in context.ports().inputs.iter().zip(context.ports().blocks) {
+        // Of what is no wave there is no memory, and nothing to do.
+        context.data().map_axes(context.memory(block), [*input], [], |sum, [wave]| {
+            let before = if is_first { 0.0 } else { f32::from_bits(sum.get()) };
+            sum.set((share * (before + wave)).to_bits());
+            []
+        });
+    }
+    link.since_sent_ticks.set(state.since_sent_ticks);
+    if is_last {
+        state.since_sent_ticks = 0;
+    }
+    context.set_state(state);
+    is_last
 }

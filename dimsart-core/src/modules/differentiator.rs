@@ -4,61 +4,65 @@
 //! the first output is 0. Its unit is the input's over `s`; where that has no name, the output is a signal of
 //! any unit.
 
-use crate::limits::MAX_DOF;
-use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, Ports, Unit, UnitRelation, types};
+use crate::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { filter_time_s: f32, rate_hz: f32, smoothing: f32 }
+    /// Of an axis.
+    pub struct Axis { previous: f32, slope: f32 }
+    /// Signals.
+    pub struct Ports { input: Input, output: Output }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct Differentiator {
-    filter_time_s: f32,
-    input: Input,
-    output: Output,
-    rate_hz: f32,
-    smoothing: f32,
-    axes: [Axis; MAX_DOF],
-    is_fresh: bool,
-}
-
-#[derive(Debug, Default)]
-struct Axis {
-    previous: f32,
-    slope: f32,
-}
+#[derive(Debug)]
+pub struct Differentiator;
 
 impl Module for Differentiator {
     const NAME: &'static str = "DIFFERENTIATOR_MOD";
     const SUMMARY: &'static str = "Differentiates a signal by time, with a low-pass.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
         let summary = "Time constant of the low-pass; 0 for none.";
-        visit.real(&mut self.filter_time_s, "FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0, summary);
+        visit.real(&mut settings.filter_time_s, "FILTER_TIME", Unit::Second, 0.0..=10.0, 0.0, summary);
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.input, "SIGNAL_IN", types::SIGNAL);
-        ports.output(&mut self.output, "SIGNAL_OUT", types::SIGNAL_OUT);
-        ports.tie("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
-    }
-
-    fn prepare(&mut self, device: &DeviceDescriptor) {
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         let h = device.sample_period_s();
-        self.rate_hz = 1.0 / h;
-        self.smoothing = h / (h + self.filter_time_s);
+        settings.rate_hz = 1.0 / h;
+        settings.smoothing = h / (h + settings.filter_time_s);
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let (rate_hz, smoothing) = (self.rate_hz, self.smoothing);
-        let is_fresh = core::mem::take(&mut self.is_fresh);
-        data.map_axes(&mut self.axes, [self.input], [self.output], |axis, [x]| {
-            let previous = if is_fresh { x } else { axis.previous };
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let ports = Ports {
+            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+        };
+        declare.tie("SIGNAL_OUT", UnitRelation::Derivative, "SIGNAL_IN");
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().input], |(), [x]| Axis { previous: x, slope: 0.0 });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output } = context.ports();
+        let Settings { rate_hz, smoothing, .. } = context.settings();
+        context.map_axes([input], [output], |(), axis, [x]| {
+            let previous = axis.previous;
             axis.previous = x;
             axis.slope += smoothing * ((x - previous) * rate_hz - axis.slope);
             [axis.slope]
         });
-    }
-
-    fn reset(&mut self) {
-        self.is_fresh = true;
-        self.axes = Default::default();
     }
 }

@@ -6,84 +6,88 @@
 //! `F = S (x_d - x) - M` with `S = K + D/h` and `M = D e/h`, so that a wave transformer can solve for
 //! the desired position that the force itself depends on (its implicit form).
 
-use crate::{Data, DeviceDescriptor, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { publishes_law: bool }
+    /// Of an axis.
+    pub struct Gains {
+        stiffness: f32,
+        damping: f32,
+        /// `D / h`.
+        damping_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { previous_error: f32 }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        desired_position: Input,
+        force: Output,
+        control_stiffness: Output,
+        control_memory: Output,
+    }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct Pd {
-    stiffness: PerAxis,
-    damping: PerAxis,
-    publishes_law: bool,
-    position: Input,
-    desired_position: Input,
-    force: Output,
-    control_stiffness: Output,
-    control_memory: Output,
-    axes: [Axis; crate::limits::MAX_DOF],
-    is_fresh: bool,
-}
-
-#[derive(Debug, Default)]
-struct Axis {
-    stiffness: f32,
-    previous_error: f32,
-    /// `D / h`.
-    damping_per_tick: f32,
-}
+#[derive(Debug)]
+pub struct Pd;
 
 impl Module for Pd {
     const NAME: &'static str = "PDCTRL_MOD";
     const SUMMARY: &'static str = "PD controller on position: F = K e + D de/dt.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut self.stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
-        visit.per_axis(&mut self.damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { stiffness, damping, .. } = gains;
+        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
+        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
         let summary = "Publish the law of the next tick, for an implicit wave transformer.";
-        visit.structural_flag(&mut self.publishes_law, "LAW_OUTPUT", false, summary);
+        visit.structural_flag(&mut settings.publishes_law, "LAW_OUTPUT", false, summary);
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.position, "POSITION", types::POSITION);
-        ports.input(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
-        ports.output(&mut self.force, "DES_FORCE", types::DES_FORCE);
-        if self.publishes_law {
-            ports.output(&mut self.control_stiffness, "CONTROL_STIFFNESS", types::CONTROL_STIFFNESS);
-            ports.output(&mut self.control_memory, "CONTROL_MEMORY", types::CONTROL_MEMORY);
-        }
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.damping_per_tick = gains.damping / device.sample_period_s();
     }
 
-    fn prepare(&mut self, device: &DeviceDescriptor) {
-        for ((axis, stiffness), damping) in self.axes.iter_mut().zip(self.stiffness).zip(self.damping) {
-            axis.stiffness = stiffness;
-            axis.damping_per_tick = damping / device.sample_period_s();
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports {
+            position: declare.input("POSITION", types::POSITION),
+            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+            ..Ports::default()
+        };
+        if settings.publishes_law {
+            ports.control_stiffness = declare.output("CONTROL_STIFFNESS", types::CONTROL_STIFFNESS);
+            ports.control_memory = declare.output("CONTROL_MEMORY", types::CONTROL_MEMORY);
         }
+        ports
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let inputs = [self.position, self.desired_position];
-        if self.is_fresh {
-            self.is_fresh = false;
-            data.map_axes(&mut self.axes, inputs, [], |axis, [x, desired]| {
-                axis.previous_error = desired - x;
-                []
-            });
-        }
-        data.map_axes(&mut self.axes, inputs, [self.force], |axis, [x, desired]| {
+    fn begin(context: &Context<'_, Self>) {
+        let inputs = [context.ports().position, context.ports().desired_position];
+        context.begin_axes(inputs, |_, [x, desired]| Axis { previous_error: desired - x });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, force, .. } = context.ports();
+        context.map_axes([position, desired_position], [force], |gains, axis, [x, desired]| {
             let error = desired - x;
             let change = error - axis.previous_error;
             axis.previous_error = error;
-            [axis.stiffness * error + axis.damping_per_tick * change]
+            [gains.stiffness * error + gains.damping_per_tick * change]
         });
-        if self.publishes_law {
-            let outputs = [self.control_stiffness, self.control_memory];
-            data.map_axes(&self.axes, [], outputs, |axis, []| {
-                let Axis { stiffness, damping_per_tick, previous_error } = axis;
-                [stiffness + damping_per_tick, damping_per_tick * previous_error]
+        if context.settings().publishes_law {
+            let outputs = [context.ports().control_stiffness, context.ports().control_memory];
+            context.map_axes([], outputs, |Gains { stiffness, damping_per_tick, .. }, axis, []| {
+                [stiffness + damping_per_tick, damping_per_tick * axis.previous_error]
             });
         }
-    }
-
-    fn reset(&mut self) {
-        self.is_fresh = true;
     }
 }

@@ -14,40 +14,53 @@ const MAX_DELTA: u32 = 3;
 /// Share of a new deviation in the smoothed jitter (RFC 3550, 6.4.1).
 const SMOOTHING: f32 = 1.0 / 16.0;
 
-/// What the receiver listens for; it changes with parameters only.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Expected {
-    pub(super) content: Content,
-    /// Words of the packet that are samples; counters follow.
-    pub(super) samples: u8,
-    /// Ticks from a packet to the next one.
-    pub(super) every_ticks: u32,
-    /// Ticks without a packet that was due after which the link is lost; 0 for never.
-    pub(super) timeout_ticks: u32,
+crate::words! {
+    /// What the receiver listens for; it changes with parameters only.
+    pub(super) struct Expected {
+        pub(super) content: Content,
+        /// Words of the packet that are samples; counters follow.
+        pub(super) samples: u32,
+        /// Ticks from a packet to the next one.
+        pub(super) every_ticks: u32,
+        /// Ticks without a packet that was due after which the link is lost; 0 for never.
+        pub(super) timeout_ticks: u32,
+    }
+
+    /// What came so far.
+    pub(super) struct Reception {
+        /// Of the newest packet accepted; 0 before the first.
+        counter: u16,
+        /// What may be the first packet of a sender that has started anew.
+        restart_counter: u16,
+        /// The newest one accepted then.
+        restart_accepted: u16,
+        pub(super) age_ticks: u32,
+        pub(super) lost: u32,
+        pub(super) refused: u32,
+        pub(super) round_trip_ticks: u32,
+        pub(super) jitter_ticks: f32,
+        state: LinkState,
+        is_lost: bool,
+        /// Ticks that the newest packet's wave is still held for; a packet that comes meanwhile waits.
+        held_ticks: u32,
+        /// Ticks that the packet which waits now has waited.
+        waits_ticks: u32,
+        /// Ticks that the one before it had to wait.
+        waited_ticks: u32,
+    }
 }
 
-/// What came so far.
-#[derive(Debug, Default)]
-pub(super) struct Reception {
-    /// Of the newest packet accepted; 0 before the first.
-    counter: u16,
-    /// What may be the first packet of a sender that has started anew, and the newest one accepted then.
-    restart: [u16; 2],
-    /// Whether the newest packet begins another life of its sender.
-    pub(super) is_restart: bool,
-    /// Whether the newest packet is the one right after the one before it.
-    pub(super) is_next: bool,
-    pub(super) age_ticks: u32,
-    pub(super) lost: u32,
-    pub(super) refused: u32,
-    pub(super) round_trip_ticks: u32,
-    pub(super) jitter_ticks: f32,
-    state: LinkState,
-    is_lost: bool,
-    /// Ticks that the newest packet's wave is still held for; a packet that comes meanwhile waits.
-    held_ticks: u16,
-    /// Ticks that the packet which waits now, and the one before it, had to.
-    waited_ticks: [u16; 2],
+/// How a packet came that was accepted.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Came {
+    /// Right after the one before it.
+    Next,
+    /// After some that are missing.
+    Jumped,
+    /// As the first one of another life of its sender.
+    Restarted,
+    /// A while ago: its wave goes on.
+    Held,
 }
 
 impl Reception {
@@ -56,8 +69,7 @@ impl Reception {
     pub(super) fn hold(&mut self, link: &LinkPort) {
         self.held_ticks = self.held_ticks.saturating_sub(1);
         self.age_ticks = self.age_ticks.saturating_add(1);
-        let [waited, _] = &mut self.waited_ticks;
-        *waited += u16::from(link.received.is_full());
+        self.waits_ticks += u32::from(link.received.is_full());
     }
 
     /// Does not let it go on any more.
@@ -76,37 +88,69 @@ impl Reception {
         self.held_ticks != 0
     }
 
-    /// Whether a new packet is there; takes note of its header.
-    #[inline]
-    pub(super) fn accept(&mut self, link: &LinkPort, expected: &Expected) -> bool {
+    /// Whether the packet right after the last one is there, on a link that is as it should be and brings one every
+    /// tick; takes note of its header then, and has not changed otherwise. Writes nothing of the link.
+    #[inline(always)]
+    pub(super) fn accept_next(&mut self, link: &LinkPort, expected: &Expected) -> bool {
+        let received = &link.received;
+        let counter = received.counter();
+        let is_next = received.is_full()
+            && received.content() == expected.content
+            && u32::from(received.finite_words()) >= expected.samples
+            && counter == self.counter.wrapping_add(1)
+            && self.counter != 0
+            && expected.every_ticks == 1
+            && !self.is_lost;
+        if is_next {
+            self.state = LinkState::Ok;
+            self.measure_jitter(1, 1);
+            self.counter = counter;
+            self.age_ticks = 0;
+            let echo = received.echo();
+            if echo != 0 {
+                self.measure_round_trip(link, echo);
+            }
+        }
+        is_next
+    }
+
+    /// Tells the link which packet was accepted.
+    #[inline(always)]
+    pub(super) fn acknowledge(&self, link: &LinkPort) {
+        link.is_damaged.set(false);
+        link.missed_ticks.set(0);
+        link.accepted_counter.set(self.counter);
+    }
+
+    /// How a new packet came, if there is one that is accepted; takes note of its header.
+    pub(super) fn accept(&mut self, link: &LinkPort, expected: &Expected) -> Option<Came> {
         if !link.received.is_full() {
             return self.go_without(link, expected);
         }
         link.received.clear();
-        if link.received.content() != expected.content || link.received.finite_words() < expected.samples {
+        if link.received.content() != expected.content
+            || u32::from(link.received.finite_words()) < expected.samples
+        {
             return self.refuse(LinkState::Error, expected);
         }
         let counter = link.received.counter();
-        self.is_restart = false;
         // The first one of all has none before it.
-        self.is_next = self.counter != 0 && counter == self.counter.wrapping_add(1);
-        if self.is_next {
+        let came = if self.counter != 0 && counter == self.counter.wrapping_add(1) {
             self.state = LinkState::Ok;
             self.measure_jitter(expected.every_ticks, expected.every_ticks);
-        } else if !self.accept_jump(link, counter, expected) {
-            return false;
-        }
+            Came::Next
+        } else {
+            self.accept_jump(link, counter, expected)?
+        };
         self.counter = counter;
         self.age_ticks = 0;
-        self.held_ticks = low_half(expected.every_ticks.saturating_sub(1));
-        link.is_damaged.set(false);
-        link.missed_ticks.set(0);
-        link.accepted_counter.set(counter);
+        self.held_ticks = expected.every_ticks.saturating_sub(1);
+        self.acknowledge(link);
         let echo = link.received.echo();
         if echo != 0 {
             self.measure_round_trip(link, echo);
         }
-        true
+        Some(came)
     }
 
     /// What came of the present tick; told to the link when it is lost.
@@ -125,7 +169,7 @@ impl Reception {
     }
 
     #[inline(never)]
-    fn go_without(&mut self, link: &LinkPort, expected: &Expected) -> bool {
+    fn go_without(&mut self, link: &LinkPort, expected: &Expected) -> Option<Came> {
         self.catch_up(link);
         self.grow_older(expected);
         if link.is_damaged.replace(false) {
@@ -133,17 +177,16 @@ impl Reception {
         } else if self.overdue_ticks(expected.every_ticks) > 0 {
             self.state = LinkState::NoData;
         }
-        false
+        None
     }
 
     #[cold]
-    fn refuse(&mut self, state: LinkState, expected: &Expected) -> bool {
+    fn refuse(&mut self, state: LinkState, expected: &Expected) -> Option<Came> {
         self.refused = self.refused.wrapping_add(1);
         self.state = state;
-        let [waited, _] = &mut self.waited_ticks;
-        *waited = 0;
+        self.waits_ticks = 0;
         self.grow_older(expected);
-        false
+        None
     }
 
     /// Time has gone on in ticks that computed nothing; before the first packet there is nothing that ages.
@@ -166,9 +209,8 @@ impl Reception {
     fn measure_jitter(&mut self, sent_ticks: u32, every_ticks: u32) {
         let mut came_ticks = self.age_ticks + 1;
         if every_ticks > 1 {
-            let [waited, waited_before] = self.waited_ticks;
-            came_ticks = came_ticks.saturating_add(waited_before.into()).saturating_sub(waited.into());
-            self.waited_ticks = [0, waited];
+            came_ticks = came_ticks.saturating_add(self.waited_ticks).saturating_sub(self.waits_ticks);
+            self.waited_ticks = core::mem::take(&mut self.waits_ticks);
         }
         #[expect(clippy::cast_precision_loss, reason = "few ticks, or so many that it does not matter")]
         let deviation = came_ticks.abs_diff(sent_ticks) as f32;
@@ -185,9 +227,9 @@ impl Reception {
         }
     }
 
-    /// Whether a packet that is not the next one is new; counts what is missing before it.
+    /// How a packet came that is not the next one, if it is new; counts what is missing before it.
     #[cold]
-    fn accept_jump(&mut self, link: &LinkPort, counter: u16, expected: &Expected) -> bool {
+    fn accept_jump(&mut self, link: &LinkPort, counter: u16, expected: &Expected) -> Option<Came> {
         self.catch_up(link);
         if counter == self.counter {
             return self.refuse(LinkState::Repeated, expected);
@@ -199,16 +241,12 @@ impl Reception {
         let is_ahead = !is_start
             && is_newer(counter, self.counter)
             && sent_ticks <= self.age_ticks.saturating_add(1 + LATE_TICKS);
-        let [first, accepted] = self.restart;
-        let follows_first = accepted == self.counter && is_newer(counter, first);
+        let first = self.restart_counter;
+        let follows_first = self.restart_accepted == self.counter && is_newer(counter, first);
         self.state = LinkState::WrongSequence;
         if self.counter == 0 {
-            self.is_restart = true;
             self.state = LinkState::Ok;
-        } else if is_ahead && follows_first && first <= START_COUNTERS {
-            self.is_restart = true;
-        } else if is_ahead {
-            self.is_next = delta == 1;
+        } else if is_ahead && !(follows_first && first <= START_COUNTERS) {
             self.lost = self.lost.wrapping_add(delta.wrapping_sub(1));
             self.measure_jitter(sent_ticks, expected.every_ticks);
             self.state = match delta {
@@ -216,19 +254,17 @@ impl Reception {
                 2..=MAX_DELTA => LinkState::OkSomeLost,
                 _ => LinkState::WrongSequence,
             };
-        } else {
+            return Some(if delta == 1 { Came::Next } else { Came::Jumped });
+        } else if !is_ahead {
             let is_silent = self.age_ticks >= RESTART_TICKS;
             if is_silent || is_start {
-                self.restart = [counter, self.counter];
+                (self.restart_counter, self.restart_accepted) = (counter, self.counter);
             }
             if !(is_silent && follows_first) {
                 return self.refuse(LinkState::WrongSequence, expected);
             }
-            self.is_restart = true;
         }
-        if self.is_restart {
-            self.round_trip_ticks = 0;
-        }
-        true
+        self.round_trip_ticks = 0;
+        Some(Came::Restarted)
     }
 }

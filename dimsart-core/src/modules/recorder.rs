@@ -3,59 +3,68 @@
 //! Row `n` is at word `(n mod LENGTH) × DoF` of the module's memory, read from outside with
 //! [`Engine::memory`](crate::Engine::memory); `RECORDED_ROWS` says how many rows there have been.
 
-use crate::{Data, Input, Memory, Module, Output, Parameters, Ports, Single, Unit, types};
+use crate::{Context, Declare, Input, Memory, Module, Output, Parameters, Single, Unit, types, words};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { length: u32, every_ticks: u32, is_recording: bool }
+    /// Of all axes.
+    pub struct State {
+        /// Where the next row goes.
+        position: u16,
+        rows: u32,
+        wait_ticks: u32,
+    }
+    /// Signals and memory.
+    pub struct Ports { input: Input, rows: Output<Single<u32>>, memory: Memory }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct Recorder {
-    length: u32,
-    every_ticks: u32,
-    is_recording: bool,
-    input: Input,
-    rows_out: Output<Single<u32>>,
-    memory: Memory,
-    position: u16,
-    rows: u32,
-    wait_ticks: u32,
-}
+#[derive(Debug)]
+pub struct Recorder;
 
 impl Module for Recorder {
     const NAME: &'static str = "RECORDER_MOD";
     const SUMMARY: &'static str = "Keeps the last rows of a signal to be read out later.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = State;
+    type Axis = ();
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        let Self { length, every_ticks, is_recording, .. } = self;
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        let Settings { length, every_ticks, is_recording } = settings;
         visit.structural_count(length, "LENGTH", Unit::One, 1..=60_000, 100, "Rows kept.");
         visit.count(every_ticks, "EVERY", Unit::Tick, 1..=1_000_000, 1, "Ticks from one row to the next.");
         visit.flag(is_recording, "RECORD", true, "Whether rows are taken.");
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.input, "SIGNAL_IN", types::SIGNAL);
-        ports.output(&mut self.rows_out, "ROWS", types::RECORDED_ROWS);
-        let rows = usize::try_from(self.length).unwrap_or(usize::MAX);
-        let words = rows.saturating_mul(ports.device().dof());
-        ports.memory(&mut self.memory, "ROWS_KEPT", words);
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let rows = usize::try_from(settings.length).unwrap_or(usize::MAX);
+        let words = rows.saturating_mul(declare.device().dof());
+        Ports {
+            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            rows: declare.output("ROWS", types::RECORDED_ROWS),
+            memory: declare.memory("ROWS_KEPT", words),
+        }
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        if self.is_recording && self.wait_ticks == 0 {
-            let row = data.row(self.memory, self.position).unwrap_or_default();
-            data.map_axes(row, [self.input], [], |cell, [sample]| {
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, rows, memory } = context.ports();
+        let mut state = context.state();
+        if context.settings().is_recording && state.wait_ticks == 0 {
+            let row = context.row(memory, state.position).unwrap_or_default();
+            context.data().map_axes(row, [input], [], |cell, [sample]| {
                 cell.set(sample.to_bits());
                 []
             });
-            self.position = data.row_after(self.memory, self.position);
-            self.rows = self.rows.wrapping_add(1);
-            self.wait_ticks = self.every_ticks;
+            state.position = context.row_after(memory, state.position);
+            state.rows = state.rows.wrapping_add(1);
+            state.wait_ticks = context.settings().every_ticks;
         }
-        self.wait_ticks = self.wait_ticks.saturating_sub(1);
-        data.set(self.rows_out, self.rows);
-    }
-
-    fn reset(&mut self) {
-        self.position = 0;
-        self.rows = 0;
-        self.wait_ticks = 0;
+        state.wait_ticks = state.wait_ticks.saturating_sub(1);
+        context.set(rows, state.rows);
+        context.set_state(state);
     }
 }

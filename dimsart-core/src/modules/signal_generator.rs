@@ -5,65 +5,71 @@
 //! `OFFSET + A sin(2 pi p)`, `SQUARE` `OFFSET ± A`, `TRIANGLE` starts at `OFFSET`, rising. The periods are
 //! a compensated sum, so that a slow signal keeps its frequency.
 
-use crate::{Choice, Data, DeviceDescriptor, Module, Output, Parameters, PerAxis, Ports, Unit, math, types};
+use crate::{
+    Context, Declare, DeviceDescriptor, Module, Output, Parameters, Unit, choice, math, types, words,
+};
+
+choice! {
+    /// Form of the signal.
+    pub enum Form { Constant = "CONSTANT", Step = "STEP", Sine = "SINE", Square = "SQUARE", Triangle = "TRIANGLE" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        form: Form,
+        frequency_hz: f32,
+        /// Without whole periods, which change nothing but that there was one.
+        periods_per_tick: f32,
+        is_faster_than_ticks: bool,
+    }
+    /// Of an axis.
+    pub struct Gains { amplitude: f32, offset: f32 }
+    /// Of all axes.
+    pub struct State { periods: math::CompensatedSum, has_stepped: bool }
+    /// Signals.
+    pub struct Ports { output: Output }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct SignalGenerator {
-    form: Form,
-    amplitude: PerAxis,
-    offset: PerAxis,
-    frequency_hz: f32,
-    output: Output,
-    /// Without whole periods, which change nothing but that there was one.
-    periods_per_tick: f32,
-    is_faster_than_ticks: bool,
-    periods: math::CompensatedSum,
-    has_stepped: bool,
-}
-
-/// Form of the signal.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-enum Form {
-    #[default]
-    Constant,
-    Step,
-    Sine,
-    Square,
-    Triangle,
-}
-
-impl Choice for Form {
-    const VALUES: &'static [Self] = &[Self::Constant, Self::Step, Self::Sine, Self::Square, Self::Triangle];
-    const NAMES: &'static [&'static str] = &["CONSTANT", "STEP", "SINE", "SQUARE", "TRIANGLE"];
-}
+#[derive(Debug)]
+pub struct SignalGenerator;
 
 impl Module for SignalGenerator {
     const NAME: &'static str = "SIGGEN_MOD";
     const SUMMARY: &'static str = "Generates a constant, step, sine, square or triangle.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = State;
+    type Axis = ();
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.choice(&mut self.form, "FORM", "Form of the signal.");
-        visit.per_axis(&mut self.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
-        visit.per_axis(&mut self.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
-        visit.real(&mut self.frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, "Periods per second.");
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.choice(&mut settings.form, "FORM", "Form of the signal.");
+        visit.per_axis(&mut gains.amplitude, "AMPLITUDE", Unit::Any, -1e6..=1e6, 0.0, "Amplitude.");
+        visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
+        let frequency_hz = &mut settings.frequency_hz;
+        visit.real(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, "Periods per second.");
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.output(&mut self.output, "SIGNAL_OUT", types::SIGNAL_OUT);
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        let periods_per_tick = (settings.frequency_hz * device.sample_period_s()).min(f32::MAX);
+        settings.periods_per_tick = math::fraction(periods_per_tick);
+        settings.is_faster_than_ticks = periods_per_tick >= 1.0;
     }
 
-    fn prepare(&mut self, device: &DeviceDescriptor) {
-        let periods_per_tick = (self.frequency_hz * device.sample_period_s()).min(f32::MAX);
-        self.periods_per_tick = math::fraction(periods_per_tick);
-        self.is_faster_than_ticks = periods_per_tick >= 1.0;
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports { output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT) }
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let p = self.periods.value();
-        let shape = match self.form {
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Settings { form, periods_per_tick, is_faster_than_ticks, .. } = context.settings();
+        let State { mut periods, mut has_stepped } = context.state();
+        let p = periods.value();
+        let shape = match form {
             Form::Constant => 1.0,
-            Form::Step => f32::from(u8::from(self.has_stepped)),
+            Form::Step => f32::from(u8::from(has_stepped)),
             Form::Sine => math::sin(core::f32::consts::TAU * p),
             Form::Square => {
                 if p < 0.5 {
@@ -83,17 +89,14 @@ impl Module for SignalGenerator {
                 }
             }
         };
-        let lanes = self.amplitude.iter().zip(&self.offset);
-        data.map_axes(lanes, [], [self.output], |(amplitude, offset), []| [offset + amplitude * shape]);
-        self.has_stepped |= self.is_faster_than_ticks;
-        if self.periods.add(self.periods_per_tick) >= 1.0 {
-            self.periods.turn_back(1.0);
-            self.has_stepped = true;
+        context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
+            [offset + amplitude * shape]
+        });
+        has_stepped |= is_faster_than_ticks;
+        if periods.add(periods_per_tick) >= 1.0 {
+            periods.turn_back(1.0);
+            has_stepped = true;
         }
-    }
-
-    fn reset(&mut self) {
-        self.periods = math::CompensatedSum::default();
-        self.has_stepped = false;
+        context.set_state(State { periods, has_stepped });
     }
 }

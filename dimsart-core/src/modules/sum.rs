@@ -2,37 +2,47 @@
 //!
 //! `out = A_GAIN a + B_GAIN b`; the gains are pure numbers, so all three have the same unit.
 
-use crate::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, UnitRelation, types};
+use crate::{Context, Declare, Input, Module, Output, Parameters, Unit, UnitRelation, types, words};
+
+words! {
+    /// Of an axis.
+    pub struct Gains { a: f32, b: f32 }
+    /// Signals.
+    pub struct Ports { a: Input, b: Input, output: Output }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct Sum {
-    gain_a: PerAxis,
-    gain_b: PerAxis,
-    a: Input,
-    b: Input,
-    output: Output,
-}
+#[derive(Debug)]
+pub struct Sum;
 
 impl Module for Sum {
     const NAME: &'static str = "SUM_MOD";
     const SUMMARY: &'static str = "Adds two signals, each with a gain.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut self.gain_a, "A_GAIN", Unit::One, -1e6..=1e6, 1.0, "Factor of the first.");
-        visit.per_axis(&mut self.gain_b, "B_GAIN", Unit::One, -1e6..=1e6, 1.0, "Factor of the second.");
+    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.per_axis(&mut gains.a, "A_GAIN", Unit::One, -1e6..=1e6, 1.0, "Factor of the first.");
+        visit.per_axis(&mut gains.b, "B_GAIN", Unit::One, -1e6..=1e6, 1.0, "Factor of the second.");
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.a, "A", types::SIGNAL);
-        ports.input(&mut self.b, "B", types::SIGNAL);
-        ports.output(&mut self.output, "SIGNAL_OUT", types::SIGNAL_OUT);
-        ports.tie("B", UnitRelation::Same, "A");
-        ports.tie("SIGNAL_OUT", UnitRelation::Same, "A");
+    fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
+        let ports = Ports {
+            a: declare.input("A", types::SIGNAL),
+            b: declare.input("B", types::SIGNAL),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+        };
+        declare.tie("B", UnitRelation::Same, "A");
+        declare.tie("SIGNAL_OUT", UnitRelation::Same, "A");
+        ports
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let gains = self.gain_a.iter().zip(&self.gain_b);
-        data.map_axes(gains, [self.a, self.b], [self.output], |(k_a, k_b), [a, b]| [k_a * a + k_b * b]);
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { a, b, output } = context.ports();
+        context.map_axes([a, b], [output], |gains, (), [a, b]| [gains.a * a + gains.b * b]);
     }
 }

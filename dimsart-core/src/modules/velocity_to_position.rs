@@ -2,48 +2,53 @@
 //!
 //! `x_d += h v`, `x_d = x` when plugged in or reset. The sum is compensated (Kahan).
 
-use crate::limits::MAX_DOF;
 use crate::math::CompensatedSum;
-use crate::{Data, DeviceDescriptor, Input, Module, Output, Ports, types};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, types, words};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { period_s: f32 }
+    /// Of an axis.
+    pub struct Axis { desired: CompensatedSum }
+    /// Signals.
+    pub struct Ports { position: Input, velocity: Input, desired_position: Output }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct VelocityToPosition {
-    position: Input,
-    velocity: Input,
-    desired_position: Output,
-    period_s: f32,
-    axes: [CompensatedSum; MAX_DOF],
-    is_fresh: bool,
-}
+#[derive(Debug)]
+pub struct VelocityToPosition;
 
 impl Module for VelocityToPosition {
     const NAME: &'static str = "VEL2POS_MOD";
     const SUMMARY: &'static str = "Integrates a desired velocity from the present position on.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.position, "POSITION", types::POSITION);
-        ports.input(&mut self.velocity, "DES_VELOCITY", types::DES_VELOCITY);
-        ports.output(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
     }
 
-    fn prepare(&mut self, device: &DeviceDescriptor) {
-        self.period_s = device.sample_period_s();
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            velocity: declare.input("DES_VELOCITY", types::DES_VELOCITY),
+            desired_position: declare.output("DES_POSITION", types::DES_POSITION),
+        }
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let period_s = self.period_s;
-        let is_fresh = core::mem::take(&mut self.is_fresh);
-        let inputs = [self.position, self.velocity];
-        data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, [x, velocity]| {
-            if is_fresh {
-                *axis = CompensatedSum::new(x);
-            }
-            [axis.add(period_s * velocity)]
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().position], |(), [x]| Axis { desired: CompensatedSum::new(x) });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { velocity, desired_position, .. } = context.ports();
+        let Settings { period_s } = context.settings();
+        context.map_axes([velocity], [desired_position], |(), axis, [velocity]| {
+            [axis.desired.add(period_s * velocity)]
         });
-    }
-
-    fn reset(&mut self) {
-        self.is_fresh = true;
     }
 }

@@ -3,82 +3,79 @@
 //! `F = -s max(0, K p + B p')` with the penetration `p = s (x - x_w) > 0`; `s = +1` for a wall that
 //! stops motion to larger positions, `-1` for `BELOW`. Pushes, never pulls. `p'` by backward difference.
 
-use crate::{Choice, Data, DeviceDescriptor, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use crate::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
+};
+
+choice! {
+    /// Where the wall is, seen from free space.
+    pub enum Side { Above = "ABOVE", Below = "BELOW" }
+}
+
+words! {
+    /// Of all axes.
+    pub struct Settings { side: Side }
+    /// Of an axis.
+    pub struct Gains {
+        wall_position: f32,
+        stiffness: f32,
+        damping: f32,
+        /// `B / h`.
+        damping_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { previous: f32 }
+    /// Signals.
+    pub struct Ports { position: Input, force: Output }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct VirtualWall {
-    wall_position: PerAxis,
-    stiffness: PerAxis,
-    damping: PerAxis,
-    side: Side,
-    position: Input,
-    force: Output,
-    axes: [Axis; crate::limits::MAX_DOF],
-    is_fresh: bool,
-}
-
-#[derive(Debug, Default)]
-struct Axis {
-    wall_position: f32,
-    stiffness: f32,
-    /// `B / h`.
-    damping_per_tick: f32,
-    previous: f32,
-}
-
-/// Where the wall is, seen from free space.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-enum Side {
-    #[default]
-    Above,
-    Below,
-}
-
-impl Choice for Side {
-    const VALUES: &'static [Self] = &[Self::Above, Self::Below];
-    const NAMES: &'static [&'static str] = &["ABOVE", "BELOW"];
-}
+#[derive(Debug)]
+pub struct VirtualWall;
 
 impl Module for VirtualWall {
     const NAME: &'static str = "VWALL_MOD";
     const SUMMARY: &'static str = "One-sided virtual wall: spring and damper that only push.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        let Self { wall_position, stiffness, damping, side, .. } = self;
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { wall_position, stiffness, damping, .. } = gains;
         visit.per_axis(wall_position, "WALL_POSITION", Unit::Position, -1e3..=1e3, 0.0, "Where it begins.");
         visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
         visit.per_axis(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping inside the wall.");
-        visit.choice(side, "SIDE", "Whether it stops motion to larger or to smaller positions.");
+        let summary = "Whether it stops motion to larger or to smaller positions.";
+        visit.choice(&mut settings.side, "SIDE", summary);
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.position, "POSITION", types::POSITION);
-        ports.output(&mut self.force, "DES_FORCE", types::DES_FORCE);
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.damping_per_tick = gains.damping / device.sample_period_s();
     }
 
-    fn prepare(&mut self, device: &DeviceDescriptor) {
-        let laws = self.wall_position.iter().zip(&self.stiffness).zip(&self.damping);
-        for (axis, ((wall_position, stiffness), damping)) in self.axes.iter_mut().zip(laws) {
-            axis.wall_position = *wall_position;
-            axis.stiffness = *stiffness;
-            axis.damping_per_tick = damping / device.sample_period_s();
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
         }
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let outwards = if self.side == Side::Above { 1.0 } else { -1.0 };
-        let is_fresh = core::mem::take(&mut self.is_fresh);
-        data.map_axes(&mut self.axes, [self.position], [self.force], |axis, [x]| {
-            let previous = if is_fresh { x } else { axis.previous };
-            axis.previous = x;
-            let depth = outwards * (x - axis.wall_position);
-            let push = axis.stiffness * depth + axis.damping_per_tick * outwards * (x - previous);
-            [if depth > 0.0 { -outwards * push.max(0.0) } else { 0.0 }]
-        });
+    fn begin(context: &Context<'_, Self>) {
+        context.begin_axes([context.ports().position], |_, [x]| Axis { previous: x });
     }
 
-    fn reset(&mut self) {
-        self.is_fresh = true;
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, force } = context.ports();
+        let outwards = if context.settings().side == Side::Above { 1.0 } else { -1.0 };
+        context.map_axes([position], [force], |gains, axis, [x]| {
+            let previous = axis.previous;
+            axis.previous = x;
+            let depth = outwards * (x - gains.wall_position);
+            let push = gains.stiffness * depth + gains.damping_per_tick * outwards * (x - previous);
+            [if depth > 0.0 { -outwards * push.max(0.0) } else { 0.0 }]
+        });
     }
 }

@@ -5,43 +5,56 @@
 //! classical master of Niemeyer and Slotine (1991).
 
 use crate::{
-    Data, DeviceDescriptor, Input, Module, Output, Parameters, Ports, Unit, limits::MAX_DOF, math, types,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
 };
 
-/// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct WaveImpedance {
-    impedance: f32,
-    a: f32,
-    waves_in: Input,
-    velocity: Input,
-    waves_out: Output,
-    force: Output,
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        impedance: f32,
+        /// `sqrt(2 b)`.
+        a: f32,
+    }
+    /// Signals.
+    pub struct Ports { waves_in: Input, velocity: Input, waves_out: Output, force: Output }
 }
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct WaveImpedance;
 
 impl Module for WaveImpedance {
     const NAME: &'static str = "WIMPEDANCE_MOD";
     const SUMMARY: &'static str = "Wave port with velocity in and force out.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.real(&mut self.impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        let impedance = &mut settings.impedance;
+        visit.real(impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.waves_in, "WAVES_IN", types::CH2_WAVES);
-        ports.input(&mut self.velocity, "VELOCITY", types::VELOCITY);
-        ports.output(&mut self.waves_out, "WAVES_OUT", types::CH1_WAVES);
-        ports.output(&mut self.force, "DES_FORCE", types::DES_FORCE);
+    fn prepare(settings: &mut Settings, _: &DeviceDescriptor) {
+        settings.a = math::sqrt(2.0 * settings.impedance);
     }
 
-    fn prepare(&mut self, _: &DeviceDescriptor) {
-        self.a = math::sqrt(2.0 * self.impedance);
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            waves_in: declare.input("WAVES_IN", types::CH2_WAVES),
+            velocity: declare.input("VELOCITY", types::VELOCITY),
+            waves_out: declare.output("WAVES_OUT", types::CH1_WAVES),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let (a, b) = (self.a, self.impedance);
-        let outputs = [self.waves_out, self.force];
-        data.map_axes([(); MAX_DOF], [self.waves_in, self.velocity], outputs, |(), [wave, velocity]| {
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { waves_in, velocity, waves_out, force } = context.ports();
+        let Settings { impedance: b, a } = context.settings();
+        context.map_axes([waves_in, velocity], [waves_out, force], |(), (), [wave, velocity]| {
             [a * velocity - wave, a * wave - b * velocity]
         });
     }

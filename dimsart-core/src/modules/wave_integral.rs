@@ -5,8 +5,6 @@
 //! of what it has given out; the differences are what the line still owes (idea: Niemeyer and
 //! Slotine, ICRA 1998). Giving out at most `sqrt(2 E / h)` keeps the line passive.
 
-use core::cell::Cell;
-
 use crate::math;
 
 /// `sqrt(W)·s` per count of the wave counter: 2^-28, so it wraps after ±8.
@@ -19,27 +17,32 @@ const TOO_MUCH: f32 = 4_294_967_296.0;
 /// More than the roundings of an energy that is worked out in `f32`.
 const MARGIN: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// What one axis has sent since the module was made.
-#[derive(Debug, Default, Clone, Copy)]
-pub(super) struct Sent {
-    wave: u32,
-    energy: u32,
-    wave_rest: f32,
-    energy_rest: f32,
+crate::words! {
+    /// What one axis has sent since the module was made.
+    pub struct Sent { wave: u32, energy: u32, wave_rest: f32, energy_rest: f32 }
+
+    /// What one axis has received, and of that what it still owes.
+    pub struct Received {
+        wave: u32,
+        energy: u32,
+        owed: i32,
+        unspent: u32,
+        /// Given out but not taken off `unspent` yet, in counts, below 1 or 1.
+        spent_rest: f32,
+    }
 }
 
 impl Sent {
-    /// Adds the wave that is sent this tick in `cell`; gives both counters.
+    /// Adds the wave that is to be sent this tick; gives what is sent, and both counters.
     ///
     /// A wave that is no finite number is sent as 0, as the other side would never get rid of it. It
     /// and a wave of 4 J or more add nothing: what does not fit into the counters would stay in the rests.
-    pub(super) fn add(&mut self, cell: &Cell<u32>, wave: f32, period_s: f32) -> [u32; 2] {
+    pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (f32, [u32; 2]) {
         let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
         // False for what is no number.
         let fits = energy_counts < TOO_MUCH;
         if !fits {
-            clear_unless_finite(cell);
-            return [self.wave, self.energy];
+            return (unless_finite(wave), [self.wave, self.energy]);
         }
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
@@ -48,19 +51,8 @@ impl Sent {
         let whole = to_unsigned(energy_counts);
         self.energy_rest = energy_counts - from_unsigned(whole);
         self.energy = self.energy.wrapping_add(whole);
-        [self.wave, self.energy]
+        (wave, [self.wave, self.energy])
     }
-}
-
-/// What one axis has received, and of that what it still owes.
-#[derive(Debug, Default, Clone, Copy)]
-pub(super) struct Received {
-    wave: u32,
-    energy: u32,
-    owed: i32,
-    unspent: u32,
-    /// Given out but not taken off `unspent` yet, in counts, below 1 or 1.
-    spent_rest: f32,
 }
 
 impl Received {
@@ -117,10 +109,8 @@ impl Received {
 }
 
 #[cold]
-fn clear_unless_finite(cell: &Cell<u32>) {
-    if !f32::from_bits(cell.get()).is_finite() {
-        cell.set(0);
-    }
+fn unless_finite(wave: f32) -> f32 {
+    if wave.is_finite() { wave } else { 0.0 }
 }
 
 /// Towards zero; saturates.

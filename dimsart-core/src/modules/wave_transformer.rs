@@ -30,145 +30,132 @@
 //! The sum of `x_d` is compensated (Kahan), so that it does not drift over hours.
 
 use crate::{
-    Choice, Data, DeviceDescriptor, Input, Module, Output, Parameters, Ports, Unit, limits::MAX_DOF, math,
-    types,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
 };
 
-/// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct WaveTransformer {
-    impedance: f32,
-    mode: Mode,
-    form: Form,
-    waves_in: Input,
-    position: Input,
-    control_stiffness: Input,
-    control_memory: Input,
-    force: Input,
-    waves_out: Output,
-    desired_position: Output,
-    line_force: Output,
-    line_velocity: Output,
-    axes: [Axis; MAX_DOF],
-    is_fresh: bool,
-    coefficients: Coefficients,
+choice! {
+    /// Which end of the line this is.
+    pub enum Mode { Master = "MASTER", Slave = "SLAVE" }
 }
 
-/// What is worked out once from the impedance.
-#[derive(Debug, Default, Clone, Copy)]
-struct Coefficients {
-    /// `sqrt(2 b)`.
-    a: f32,
-    /// `2 / a`.
-    two_over_a: f32,
-    /// `1 / b`.
-    mobility: f32,
-    /// `h / b`.
-    mobility_per_tick: f32,
-    /// `+1` on the slave, `-1` on the master.
-    line_sign: f32,
+choice! {
+    /// How the loop with the controller is closed.
+    pub enum Form { Split = "SPLIT", Implicit = "IMPLICIT", Printed = "PRINTED" }
 }
 
-#[derive(Debug, Default)]
-struct Axis {
-    desired: math::CompensatedSum,
-    previous_force: f32,
-    /// The force without its fast part.
-    settled_force: f32,
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        impedance: f32,
+        mode: Mode,
+        form: Form,
+        /// `sqrt(2 b)`.
+        a: f32,
+        /// `2 / a`.
+        two_over_a: f32,
+        /// `1 / b`.
+        mobility: f32,
+        /// `h / b`.
+        mobility_per_tick: f32,
+        /// `+1` on the slave, `-1` on the master.
+        line_sign: f32,
+    }
+    /// Of an axis.
+    pub struct Axis {
+        desired: math::CompensatedSum,
+        previous_force: f32,
+        /// The force without its fast part.
+        settled_force: f32,
+    }
+    /// Signals.
+    pub struct Ports {
+        waves_in: Input,
+        position: Input,
+        control_stiffness: Input,
+        control_memory: Input,
+        force: Input,
+        waves_out: Output,
+        desired_position: Output,
+        line_force: Output,
+        line_velocity: Output,
+    }
 }
 
 /// How much of the way the settled force goes to the present one in a tick.
 const SETTLING: f32 = 0.125;
 
-/// Which end of the line this is.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-enum Mode {
-    #[default]
-    Master,
-    Slave,
-}
-
-impl Choice for Mode {
-    const VALUES: &'static [Self] = &[Self::Master, Self::Slave];
-    const NAMES: &'static [&'static str] = &["MASTER", "SLAVE"];
-}
-
-/// How the loop with the controller is closed.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-enum Form {
-    #[default]
-    Split,
-    Implicit,
-    Printed,
-}
-
-impl Choice for Form {
-    const VALUES: &'static [Self] = &[Self::Split, Self::Implicit, Self::Printed];
-    const NAMES: &'static [&'static str] = &["SPLIT", "IMPLICIT", "PRINTED"];
-}
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct WaveTransformer;
 
 impl Module for WaveTransformer {
     const NAME: &'static str = "WTRANSF_MOD";
     const SUMMARY: &'static str = "Wave transformer: waves to desired position, force to waves.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.real(&mut self.impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
-        visit.choice(&mut self.mode, "CONF_MODE", "Which end of the line this is.");
-        visit.structural_choice(&mut self.form, "FORM", "How the loop with the controller is closed.");
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        let Settings { impedance, mode, form, .. } = settings;
+        visit.real(impedance, "B_PARAM", Unit::Damping, 1e-3..=1e4, 10.0, "Wave impedance b.");
+        visit.choice(mode, "CONF_MODE", "Which end of the line this is.");
+        visit.structural_choice(form, "FORM", "How the loop with the controller is closed.");
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.position, "POSITION", types::POSITION);
-        if self.form == Form::Implicit {
-            ports.delayed_input(&mut self.control_stiffness, "CONTROL_STIFFNESS", types::CONTROL_STIFFNESS);
-            ports.delayed_input(&mut self.control_memory, "CONTROL_MEMORY", types::CONTROL_MEMORY);
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.a = math::sqrt(2.0 * settings.impedance);
+        settings.two_over_a = 2.0 / settings.a;
+        settings.mobility = 1.0 / settings.impedance;
+        settings.mobility_per_tick = device.sample_period_s() / settings.impedance;
+        settings.line_sign = if settings.mode == Mode::Master { -1.0 } else { 1.0 };
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports { position: declare.input("POSITION", types::POSITION), ..Ports::default() };
+        if settings.form == Form::Implicit {
+            let stiffness = types::CONTROL_STIFFNESS;
+            ports.control_stiffness = declare.delayed().input("CONTROL_STIFFNESS", stiffness);
+            ports.control_memory = declare.delayed().input("CONTROL_MEMORY", types::CONTROL_MEMORY);
         }
-        if self.form == Form::Printed {
-            ports.late_input(&mut self.waves_in, "WAVES_IN", types::CH2_WAVES);
-            ports.delayed_output(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
+        if settings.form == Form::Printed {
+            ports.waves_in = declare.late().input("WAVES_IN", types::CH2_WAVES);
+            ports.desired_position = declare.late().delayed().output("DES_POSITION", types::DES_POSITION);
         } else {
-            ports.input(&mut self.waves_in, "WAVES_IN", types::CH2_WAVES);
-            ports.output(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
+            ports.waves_in = declare.input("WAVES_IN", types::CH2_WAVES);
+            ports.desired_position = declare.output("DES_POSITION", types::DES_POSITION);
         }
-        ports.late_input(&mut self.force, "DES_FORCE", types::DES_FORCE);
-        ports.late_output(&mut self.waves_out, "WAVES_OUT", types::CH1_WAVES);
-        ports.late_output(&mut self.line_force, "LINE_FORCE", types::LINE_FORCE);
-        ports.late_output(&mut self.line_velocity, "LINE_VELOCITY", types::LINE_VELOCITY);
+        ports.force = declare.late().input("DES_FORCE", types::DES_FORCE);
+        ports.waves_out = declare.late().output("WAVES_OUT", types::CH1_WAVES);
+        ports.line_force = declare.late().output("LINE_FORCE", types::LINE_FORCE);
+        ports.line_velocity = declare.late().output("LINE_VELOCITY", types::LINE_VELOCITY);
+        ports
     }
 
-    fn prepare(&mut self, device: &DeviceDescriptor) {
-        let a = math::sqrt(2.0 * self.impedance);
-        let mobility = 1.0 / self.impedance;
-        self.coefficients = Coefficients {
-            a,
-            two_over_a: 2.0 / a,
-            mobility,
-            mobility_per_tick: device.sample_period_s() / self.impedance,
-            line_sign: if self.mode == Mode::Master { -1.0 } else { 1.0 },
-        };
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, .. } = context.ports();
+        context.map_axes([position], [desired_position], |(), axis, [x]| {
+            *axis = Axis { desired: math::CompensatedSum::new(x), ..Axis::default() };
+            [x]
+        });
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let Coefficients { a, mobility_per_tick, .. } = self.coefficients;
-        if self.is_fresh {
-            self.is_fresh = false;
-            data.map_axes(&mut self.axes, [self.position], [self.desired_position], |axis, [x]| {
-                *axis = Axis { desired: math::CompensatedSum::new(x), ..Axis::default() };
-                [x]
-            });
-        }
-        match self.form {
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { waves_in, position, control_stiffness, control_memory, desired_position, .. } =
+            context.ports();
+        let Settings { form, a, mobility_per_tick, .. } = context.settings();
+        match form {
             Form::Split => {
-                let outputs = [self.desired_position];
-                data.map_axes(&mut self.axes, [self.waves_in], outputs, |axis, [wave]| {
+                context.map_axes([waves_in], [desired_position], |(), axis, [wave]| {
                     let position = axis.desired.add(mobility_per_tick * (a * wave - axis.previous_force));
                     [position - mobility_per_tick * axis.settled_force]
                 });
             }
             Form::Implicit => {
-                let inputs = [self.waves_in, self.position, self.control_stiffness, self.control_memory];
-                data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, inputs| {
-                    let [wave, x, stiffness, memory] = inputs;
+                let inputs = [waves_in, position, control_stiffness, control_memory];
+                context.map_axes(inputs, [desired_position], |(), axis, [wave, x, stiffness, memory]| {
                     let free = axis.desired.value() + mobility_per_tick * (a * wave);
                     let force = (stiffness * (free - x) - memory) / (1.0 + stiffness * mobility_per_tick);
                     [free - mobility_per_tick * force]
@@ -178,45 +165,40 @@ impl Module for WaveTransformer {
         }
     }
 
-    fn compute_late(&mut self, data: &Data<'_>) {
-        let Coefficients { a, two_over_a, mobility, line_sign, .. } = self.coefficients;
-        let inputs = [self.waves_in, self.force];
-        let outputs = [self.waves_out, self.line_force, self.line_velocity];
-        data.map_axes(&mut self.axes, inputs, outputs, |axis, [wave, force]| {
+    #[inline(always)]
+    fn compute_late(context: &Context<'_, Self>) {
+        let Ports { waves_in, force, waves_out, line_force, line_velocity, .. } = context.ports();
+        let Settings { form, a, two_over_a, mobility, line_sign, .. } = context.settings();
+        let outputs = [waves_out, line_force, line_velocity];
+        context.map_axes([waves_in, force], outputs, |(), axis, [wave, force]| {
             axis.previous_force = force;
             axis.settled_force += SETTLING * (force - axis.settled_force);
             [wave - two_over_a * force, line_sign * force, mobility * (a * wave - force)]
         });
-        if self.form != Form::Split {
-            self.follow(data);
+        if form != Form::Split {
+            follow(context);
         }
-    }
-
-    fn reset(&mut self) {
-        self.is_fresh = true;
     }
 }
 
-impl WaveTransformer {
-    /// Moves the desired position by the force that was really commanded.
-    ///
-    /// Not inlined, so that the usual form does not carry its weight.
-    #[inline(never)]
-    fn follow(&mut self, data: &Data<'_>) {
-        let Coefficients { a, mobility_per_tick, .. } = self.coefficients;
-        let inputs = [self.waves_in, self.force];
-        let step = |axis: &mut Axis, [wave, force]: [f32; 2]| {
-            axis.desired.add(mobility_per_tick * (a * wave - force))
-        };
-        if self.form == Form::Printed {
-            data.map_axes(&mut self.axes, inputs, [self.desired_position], |axis, port| [step(axis, port)]);
-        } else {
-            // The force that was solved for and the one commanded differ by rounding: only the one
-            // that is in the outgoing wave may go into the sum, or the two drift apart.
-            data.map_axes(&mut self.axes, inputs, [], |axis, port| {
-                step(axis, port);
-                []
-            });
-        }
+/// Moves the desired position by the force that was really commanded.
+///
+/// Not inlined, so that the usual form does not carry its weight.
+#[inline(never)]
+fn follow(context: &Context<'_, WaveTransformer>) {
+    let Ports { waves_in, force, desired_position, .. } = context.ports();
+    let Settings { form, a, mobility_per_tick, .. } = context.settings();
+    let inputs = [waves_in, force];
+    let step =
+        |axis: &mut Axis, [wave, force]: [f32; 2]| axis.desired.add(mobility_per_tick * (a * wave - force));
+    if form == Form::Printed {
+        context.map_axes(inputs, [desired_position], |(), axis, port| [step(axis, port)]);
+    } else {
+        // The force that was solved for and the one commanded differ by rounding: only the one
+        // that is in the outgoing wave may go into the sum, or the two drift apart.
+        context.map_axes(inputs, [], |(), axis, port| {
+            step(axis, port);
+            []
+        });
     }
 }

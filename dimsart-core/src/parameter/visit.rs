@@ -1,6 +1,8 @@
 //! The visit of a module's parameters: one list of calls, asked in turn for everything a parameter is for.
 
-use super::{Accepts, Choice, Parameter, ParameterError, PerAxis, TypeList, Value};
+use core::ops::RangeInclusive;
+
+use super::{Accepts, Choice, Parameter, ParameterError, TypeList, Value};
 use crate::unit::Unit;
 
 /// Visits a module's parameters, one call per parameter; see the [module docs](super).
@@ -8,66 +10,47 @@ use crate::unit::Unit;
 pub struct Parameters<'a> {
     request: Request<'a>,
     index: u8,
+    sets_per_axis: bool,
 }
 
 #[derive(Debug)]
 enum Request<'a> {
     Defaults,
-    Describe {
-        index: u8,
-        found: &'a mut Option<Parameter>,
-    },
-    Get {
-        index: u8,
-        axis: u8,
-        found: &'a mut Option<Value>,
-    },
-    Set {
-        index: u8,
-        axis: Option<u8>,
-        value: Value,
-        may_restructure: bool,
-        result: &'a mut Result<(), ParameterError>,
-    },
-    Changed {
-        dof: u8,
-        skip: &'a mut u16,
-        found: &'a mut Option<Change>,
-    },
+    Describe { index: u8, found: &'a mut Option<Parameter> },
+    Get { index: u8, entry: Option<u8>, found: &'a mut Option<Value> },
+    Set(Set<'a>),
 }
 
-/// A value that is not the default one, and how to set it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Change {
-    /// Number of the parameter.
-    pub index: u8,
-    /// Axis; none for all axes.
-    pub axis: Option<u8>,
-    /// The value; for a list, one of its entries.
-    pub value: Value,
+#[derive(Debug)]
+struct Set<'a> {
+    index: u8,
+    axis: Option<u8>,
+    value: Value,
+    may_restructure: bool,
+    result: &'a mut Result<(), ParameterError>,
 }
 
 // A call and no more for each line of a parameter list: nothing of it is inlined or generic.
 impl<'a> Parameters<'a> {
     /// Sets every parameter to its default.
     #[must_use]
-    pub fn defaults() -> Self {
-        Self { request: Request::Defaults, index: 0 }
+    pub(crate) fn defaults() -> Self {
+        Self::new(Request::Defaults)
     }
 
     /// Fills `found` with the description of parameter `index`.
-    pub fn describe(index: u8, found: &'a mut Option<Parameter>) -> Self {
-        Self { request: Request::Describe { index, found }, index: 0 }
+    pub(crate) fn describe(index: u8, found: &'a mut Option<Parameter>) -> Self {
+        Self::new(Request::Describe { index, found })
     }
 
-    /// Fills `found` with the value of parameter `index`; of the last entry for a list.
-    pub fn get(index: u8, axis: u8, found: &'a mut Option<Value>) -> Self {
-        Self { request: Request::Get { index, axis, found }, index: 0 }
+    /// Fills `found` with the value of parameter `index`; of a list with entry `entry`, or the last one.
+    pub(crate) fn get(index: u8, entry: Option<u8>, found: &'a mut Option<Value>) -> Self {
+        Self::new(Request::Get { index, entry, found })
     }
 
     /// Sets parameter `index`; without an axis, of all axes. `result` starts as
     /// [`ParameterError::Unknown`] and says how it went.
-    pub fn set(
+    pub(crate) fn set(
         index: u8,
         axis: Option<u8>,
         value: Value,
@@ -75,13 +58,28 @@ impl<'a> Parameters<'a> {
         result: &'a mut Result<(), ParameterError>,
     ) -> Self {
         *result = Err(ParameterError::Unknown);
-        Self { request: Request::Set { index, axis, value, may_restructure, result }, index: 0 }
+        Self::new(Request::Set(Set { index, axis, value, may_restructure, result }))
     }
 
-    /// Fills `found` with a value that is not the default one, or an entry of a list: the first one after
-    /// `skip` others, which are counted down. Axes from `dof` on are not looked at.
-    pub fn changed(dof: u8, skip: &'a mut u16, found: &'a mut Option<Change>) -> Self {
-        Self { request: Request::Changed { dof, skip, found }, index: 0 }
+    fn new(request: Request<'a>) -> Self {
+        Self { request, index: 0, sets_per_axis: false }
+    }
+
+    /// Whether it has set a parameter that each axis has its own of.
+    pub(crate) fn sets_per_axis(&self) -> bool {
+        self.sets_per_axis
+    }
+
+    /// Whether what was visited has changed and is to be kept, which takes parameters that fit together.
+    pub(crate) fn admits_change(&mut self, validity: Result<(), ParameterError>) -> bool {
+        match &mut self.request {
+            Request::Defaults => true,
+            Request::Set(Set { result, .. }) if result.is_ok() => {
+                **result = validity;
+                validity.is_ok()
+            }
+            _ => false,
+        }
     }
 
     /// A real number, the same for all axes.
@@ -91,58 +89,25 @@ impl<'a> Parameters<'a> {
         field: &mut f32,
         name: &'static str,
         unit: Unit,
-        range: core::ops::RangeInclusive<f32>,
+        range: RangeInclusive<f32>,
         default: f32,
         summary: &'static str,
     ) {
-        let (min, max) = range.into_inner();
-        let accepts = Accepts::Real { min, max, per_axis: false };
-        self.visit(
-            name,
-            unit,
-            accepts,
-            Some(Value::Real(default)),
-            false,
-            summary,
-            &mut |access| match access {
-                Access::Get(_, found) => *found = Some(Value::Real(*field)),
-                Access::Set(_, Value::Real(value)) => *field = value,
-                Access::Set(..) => {}
-            },
-        );
+        self.number(field, name, unit, range, default, false, summary);
     }
 
-    /// A real number per axis, such as a gain.
+    /// A real number per axis, such as a gain: the one of the axis that is visited.
     #[inline(never)]
     pub fn per_axis(
         &mut self,
-        field: &mut PerAxis,
+        field: &mut f32,
         name: &'static str,
         unit: Unit,
-        range: core::ops::RangeInclusive<f32>,
+        range: RangeInclusive<f32>,
         default: f32,
         summary: &'static str,
     ) {
-        let (min, max) = range.into_inner();
-        let accepts = Accepts::Real { min, max, per_axis: true };
-        self.visit(
-            name,
-            unit,
-            accepts,
-            Some(Value::Real(default)),
-            false,
-            summary,
-            &mut |access| match access {
-                Access::Get(axis, found) => *found = field.get(usize::from(axis)).copied().map(Value::Real),
-                Access::Set(None, Value::Real(value)) => field.fill(value),
-                Access::Set(Some(axis), Value::Real(value)) => {
-                    if let Some(entry) = field.get_mut(usize::from(axis)) {
-                        *entry = value;
-                    }
-                }
-                Access::Set(..) => {}
-            },
-        );
+        self.number(field, name, unit, range, default, true, summary);
     }
 
     /// A whole number that can be changed at any time.
@@ -151,7 +116,7 @@ impl<'a> Parameters<'a> {
         field: &mut u32,
         name: &'static str,
         unit: Unit,
-        range: core::ops::RangeInclusive<u32>,
+        range: RangeInclusive<u32>,
         default: u32,
         summary: &'static str,
     ) {
@@ -164,7 +129,7 @@ impl<'a> Parameters<'a> {
         field: &mut u32,
         name: &'static str,
         unit: Unit,
-        range: core::ops::RangeInclusive<u32>,
+        range: RangeInclusive<u32>,
         default: u32,
         summary: &'static str,
     ) {
@@ -201,27 +166,58 @@ impl<'a> Parameters<'a> {
     #[inline(never)]
     pub fn types(&mut self, field: &mut TypeList, name: &'static str, summary: &'static str) {
         if matches!(self.request, Request::Defaults) {
-            field.clear();
+            *field = TypeList::default();
         }
-        if let Request::Changed { skip, found, .. } = &mut self.request {
-            for signal in field.iter() {
-                let change = Change { index: self.index, axis: None, value: Value::Type(*signal) };
-                change.put(skip, found);
-            }
-        }
-        let is_full = field.is_full();
-        let is_mine = matches!(self.request, Request::Set { index, .. } if index == self.index);
-        self.visit(name, Unit::Any, Accepts::Types, None, true, summary, &mut |access| match access {
-            Access::Get(_, found) => *found = field.last().copied().map(Value::Type),
-            Access::Set(_, Value::Type(value)) => drop(field.push(value)),
-            Access::Set(..) => {}
-        });
-        if let Request::Set { result, .. } = &mut self.request
-            && is_mine
-            && is_full
-            && result.is_ok()
+        let last = match self.request {
+            Request::Get { entry: Some(entry), .. } => field.get(usize::from(entry)),
+            _ => field.last(),
+        };
+        let (unit, accepts) = (Unit::Any, Accepts::Types);
+        let parameter = Parameter { name, unit, accepts, default: None, is_structural: true, summary };
+        if let Some(Value::Type(signal)) = self.visit(&parameter, last.copied().map(Value::Type))
+            && field.push(signal).is_err()
+            && let Request::Set(Set { result, .. }) = &mut self.request
         {
             **result = Err(ParameterError::ListFull);
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
+    fn number(
+        &mut self,
+        field: &mut f32,
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<f32>,
+        default: f32,
+        per_axis: bool,
+        summary: &'static str,
+    ) {
+        let (min, max) = range.into_inner();
+        let (accepts, default) = (Accepts::Real { min, max, per_axis }, Some(Value::Real(default)));
+        let parameter = Parameter { name, unit, accepts, default, is_structural: false, summary };
+        if let Some(Value::Real(value)) = self.visit(&parameter, Some(Value::Real(*field))) {
+            *field = value;
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
+    #[inline(never)]
+    fn whole(
+        &mut self,
+        field: &mut u32,
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<u32>,
+        default: u32,
+        is_structural: bool,
+        summary: &'static str,
+    ) {
+        let (min, max) = range.into_inner();
+        let (accepts, default) = (Accepts::Count { min, max }, Some(Value::Count(default)));
+        let parameter = Parameter { name, unit, accepts, default, is_structural, summary };
+        if let Some(Value::Count(value)) = self.visit(&parameter, Some(Value::Count(*field))) {
+            *field = value;
         }
     }
 
@@ -234,43 +230,11 @@ impl<'a> Parameters<'a> {
         is_structural: bool,
         summary: &'static str,
     ) {
-        let default = Some(Value::Flag(default));
-        self.visit(
-            name,
-            Unit::One,
-            Accepts::Flag,
-            default,
-            is_structural,
-            summary,
-            &mut |access| match access {
-                Access::Get(_, found) => *found = Some(Value::Flag(*field)),
-                Access::Set(_, Value::Flag(value)) => *field = value,
-                Access::Set(..) => {}
-            },
-        );
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
-    #[inline(never)]
-    fn whole(
-        &mut self,
-        field: &mut u32,
-        name: &'static str,
-        unit: Unit,
-        range: core::ops::RangeInclusive<u32>,
-        default: u32,
-        is_structural: bool,
-        summary: &'static str,
-    ) {
-        let (min, max) = range.into_inner();
-        let default = Some(Value::Count(default));
-        self.visit(name, unit, Accepts::Count { min, max }, default, is_structural, summary, &mut |access| {
-            match access {
-                Access::Get(_, found) => *found = Some(Value::Count(*field)),
-                Access::Set(_, Value::Count(value)) => *field = value,
-                Access::Set(..) => {}
-            }
-        });
+        let (accepts, default) = (Accepts::Flag, Some(Value::Flag(default)));
+        let parameter = Parameter { name, unit: Unit::One, accepts, default, is_structural, summary };
+        if let Some(Value::Flag(value)) = self.visit(&parameter, Some(Value::Flag(*field))) {
+            *field = value;
+        }
     }
 
     fn choose<C: Choice>(
@@ -280,97 +244,47 @@ impl<'a> Parameters<'a> {
         is_structural: bool,
         summary: &'static str,
     ) {
-        let position = C::VALUES.iter().position(|value| value == field);
-        let mut position = position.and_then(|position| u8::try_from(position).ok()).unwrap_or(0);
-        self.named(&mut position, C::NAMES, name, is_structural, summary);
-        if let Some(value) = C::VALUES.get(usize::from(position)) {
-            *field = *value;
-        }
+        let index = self.named(field.index(), C::NAMES, name, is_structural, summary);
+        *field = C::from_index(index);
     }
 
     #[inline(never)]
     fn named(
         &mut self,
-        field: &mut u8,
+        index: u32,
         names: &'static [&'static str],
         name: &'static str,
         is_structural: bool,
         summary: &'static str,
-    ) {
+    ) -> u32 {
         let (accepts, default) = (Accepts::Choice(names), Some(Value::Choice(0)));
-        self.visit(name, Unit::One, accepts, default, is_structural, summary, &mut |access| match access {
-            Access::Get(_, found) => *found = Some(Value::Choice(*field)),
-            Access::Set(_, Value::Choice(index)) => *field = index,
-            Access::Set(..) => {}
-        });
+        let parameter = Parameter { name, unit: Unit::One, accepts, default, is_structural, summary };
+        match self.visit(&parameter, Some(Value::Choice(u8::try_from(index).unwrap_or(0)))) {
+            Some(Value::Choice(index)) => index.into(),
+            _ => index,
+        }
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the fields of a Parameter, one by one")]
-    fn visit(
-        &mut self,
-        name: &'static str,
-        unit: Unit,
-        accepts: Accepts,
-        default: Option<Value>,
-        is_structural: bool,
-        summary: &'static str,
-        field: &mut dyn FnMut(Access<'_>),
-    ) {
+    /// Goes on to the next parameter; gives the value that this one is to have, if it is to change.
+    fn visit(&mut self, parameter: &Parameter, value: Option<Value>) -> Option<Value> {
         let mine = self.index;
         self.index = self.index.saturating_add(1);
         match &mut self.request {
-            Request::Defaults => {
-                if let Some(value) = default {
-                    field(Access::Set(None, value));
+            Request::Defaults => return parameter.default,
+            Request::Describe { index, found } if *index == mine => **found = Some(*parameter),
+            Request::Get { index, found, .. } if *index == mine => **found = value,
+            Request::Set(set) if set.index == mine => {
+                *set.result = parameter.accepts.admit(set.value, set.axis);
+                if parameter.is_structural && !set.may_restructure {
+                    *set.result = Err(ParameterError::WhilePluggedIn);
                 }
-            }
-            Request::Describe { index, found } if *index == mine => {
-                **found = Some(Parameter { name, unit, accepts, default, is_structural, summary });
-            }
-            Request::Get { index, axis, found } if *index == mine => field(Access::Get(*axis, found)),
-            Request::Set { index, axis, value, may_restructure, result } if *index == mine => {
-                **result = accepts.admit(*value, *axis);
-                if is_structural && !*may_restructure {
-                    **result = Err(ParameterError::WhilePluggedIn);
-                }
-                if result.is_ok() {
-                    field(Access::Set(*axis, *value));
-                }
-            }
-            Request::Changed { dof, skip, found } => {
-                let Some(default) = default else { return };
-                let mut value_of = |axis| {
-                    let mut found = None;
-                    field(Access::Get(axis, &mut found));
-                    found.unwrap_or(default)
-                };
-                let first = value_of(0);
-                let is_per_axis = matches!(accepts, Accepts::Real { per_axis: true, .. });
-                let is_uniform = !is_per_axis || (1..*dof).all(|axis| value_of(axis).is_same(first));
-                for axis in 0..if is_uniform { 1 } else { *dof } {
-                    let value = value_of(axis);
-                    if !value.is_same(default) {
-                        Change { index: mine, axis: (!is_uniform).then_some(axis), value }.put(skip, found);
-                    }
+                if set.result.is_ok() {
+                    self.sets_per_axis = matches!(parameter.accepts, Accepts::Real { per_axis: true, .. });
+                    return Some(set.value);
                 }
             }
             _ => {}
         }
-    }
-}
-
-enum Access<'a> {
-    Get(u8, &'a mut Option<Value>),
-    Set(Option<u8>, Value),
-}
-
-impl Change {
-    fn put(self, skip: &mut u16, found: &mut Option<Self>) {
-        match skip.checked_sub(1) {
-            Some(rest) => *skip = rest,
-            None => {
-                found.get_or_insert(self);
-            }
-        }
+        None
     }
 }

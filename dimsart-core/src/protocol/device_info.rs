@@ -7,11 +7,10 @@ use super::lease::Lease;
 use super::response::Refusal;
 use super::telemetry::{Sample, Subscription, Wanted};
 use crate::data_base::DataBase;
-use crate::dimsart::Tick;
 use crate::frame::FrameError;
 use crate::matching::Finding;
+use crate::safety::{Reason, Tick};
 use crate::timing::Timing;
-use crate::word::Word;
 
 const LEASES_PER_S: u32 = 5;
 /// Telemetry ends when its client has been silent for so long.
@@ -37,6 +36,20 @@ pub enum Blocked {
         /// The link.
         link: u8,
     },
+}
+
+impl Blocked {
+    /// Its reason in numbers: what the [safety stage](crate::Safety) says of such a tick.
+    #[must_use]
+    pub const fn reason(&self) -> Reason {
+        match self {
+            Self::Fault(_) | Self::Stopped => Reason::Stopped,
+            Self::Measurement(_) => Reason::MeasurementRefused,
+            Self::Command(_) => Reason::CommandRefused,
+            Self::Disarmed => Reason::Disarmed,
+            Self::LinkLost { .. } => Reason::LinkLost,
+        }
+    }
 }
 
 /// The first tick that was refused, or in which a link was lost.
@@ -96,15 +109,11 @@ impl DeviceInfo {
         self.timing = Some(timing);
     }
 
-    /// Ends a tick: counts it, and takes its command back when nobody holds the lease. Gives what it came to.
-    pub fn end(&mut self, tick: Tick, commanded: &mut [Word]) -> Tick {
-        let is_armed = self.lease.tick();
-        let tick = if is_armed || tick != Tick::Ran { tick } else { Tick::Disarmed };
-        if tick == Tick::Disarmed {
-            commanded.fill(Word(0));
-        }
-        self.count(tick);
-        tick
+    /// Begins a tick: counts the time of the lease. Gives whether the device may be moved in this tick, for
+    /// [`Dimsart::allow_motion`](crate::Dimsart::allow_motion).
+    #[must_use]
+    pub fn begin_tick(&mut self) -> bool {
+        self.lease.tick()
     }
 
     /// Takes note of a tick that was left out because the one before it overran: a lease lasts no longer for it.
@@ -112,8 +121,8 @@ impl DeviceInfo {
         let _ = self.lease.tick();
     }
 
-    /// Counts a tick, where motion needs no lease.
-    pub fn count(&mut self, tick: Tick) {
+    /// Ends a tick: counts it, and takes note of what it came to.
+    pub fn end_tick(&mut self, tick: Tick) {
         self.ticks = self.ticks.saturating_add(1);
         self.blocked = match tick {
             Tick::Ran => None,

@@ -111,6 +111,8 @@ pub enum Request {
         /// lease.
         begins_anew: bool,
     },
+    /// Why the device does not get what the scheme commands, and how often.
+    Safety,
 }
 
 impl Request {

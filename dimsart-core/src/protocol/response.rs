@@ -11,6 +11,7 @@ use super::device_info::{Blocked, FirstFault};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
 use super::key::{KeyRefusal, KeyState};
 use super::lease::LeaseStatus;
+use super::safety::SafetyReport;
 use super::schemes::{SchemeStatus, StoreError};
 use crate::command::{Command, CommandError};
 use crate::data_type::TypeRef;
@@ -77,6 +78,8 @@ pub enum Response<'a> {
     Key(KeyState),
     /// What was measured of a tick.
     Cycles(CyclesReport),
+    /// Why the device does not get what the scheme commands, and how often.
+    Safety(SafetyReport),
 }
 
 /// Why a request was refused.

@@ -95,7 +95,7 @@ pub enum StoreError {
     TooLong,
     /// No scheme on trial was loaded by the last start.
     NotTried,
-    /// The storage cannot be read or written.
+    /// The storage cannot be read, or holds something else than was written to it.
     Storage,
 }
 
@@ -120,7 +120,11 @@ impl core::fmt::Display for StoreError {
                 )
             }
             Self::Storage => {
-                write!(f, "its storage cannot be written, what was kept before still is: try again")
+                write!(
+                    f,
+                    "its storage does not hold what was written to it, what was kept before still is: try again; if it \
+                     stays so, the flash is worn out or write-protected"
+                )
             }
         }
     }

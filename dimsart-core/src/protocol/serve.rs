@@ -16,7 +16,7 @@ use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::dimsart::Dimsart;
 use crate::engine::Engine;
-use crate::module::ModuleList;
+use crate::kind::ModuleList;
 use crate::parameter::Value;
 use crate::port::Stage;
 use crate::types;
@@ -104,6 +104,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
             }
             return Err(Refusal::Store(StoreError::NoStorage));
         }
+        Request::Safety => Response::Safety(dimsart.safety().into()),
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(action) => Response::Lease(info.lease.carry_out(client_of(id), action)?),
@@ -193,7 +194,7 @@ fn blocked<M: ModuleList, const WORDS: usize>(
     if engine.is_running() {
         return info.keeps_still();
     }
-    Some(engine.first_fault(None).map_or(Blocked::Stopped, Blocked::Fault))
+    Some(engine.first_fault().map_or(Blocked::Stopped, Blocked::Fault))
 }
 
 fn words<M: ModuleList, const WORDS: usize>(

@@ -41,7 +41,7 @@ fn assert_bytes<T: Serialize + Deserialize<'static> + PartialEq + Debug>(values:
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 4);
+    assert_eq!(PROTOCOL_VERSION, 5);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -67,6 +67,7 @@ fn requests() {
         Request::Lease(LeaseAction::GiveBack),
         Request::Telemetry { place: 1, signal: SIGNAL, every_ticks: 300 },
         Request::Cycles { place: 1, begins_anew: true },
+        Request::Safety,
     ];
     let expected = [
         "00",
@@ -93,6 +94,7 @@ fn requests() {
         "0f 03",
         "10 01 ac 02 01 ac 02",
         "12 01 01",
+        "13",
     ];
     assert_bytes(&requests, &expected);
 }
@@ -376,6 +378,10 @@ fn responses() {
             greatest: 300,
             per_1024_instructions: 0,
         }),
+        Response::Safety(SafetyReport {
+            reason: 16,
+            ticks: heapless::Vec::from_slice(&[(16, 300), (96, 1)]).unwrap(),
+        }),
     ];
     let expected = [
         "00 01",
@@ -413,6 +419,7 @@ fn responses() {
         "10 03 ac 02",
         "11 09",
         "13 ac 02 01 02 ac 02 00",
+        "14 10 02 10 ac 02 60 01",
     ];
     assert_bytes(&responses, &expected);
 }

@@ -17,7 +17,7 @@ use hil_sim::scenario::Scenario;
 
 use crate::hand::Hand;
 
-const IMAGE: &str = "nucleo-g474re-by-hand-master";
+const IMAGE: &str = "nucleo-g474re-by-hand";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let given = std::env::args().nth(1).map(PathBuf::from);

@@ -2,17 +2,20 @@
 
 use std::io::Write;
 use std::num::NonZeroU32;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::limits::MAX_LINKS;
-use dimsart_core::{Dimsart, limits};
+use dimsart_core::{Costs, Dimsart, limits};
 
 use super::Ending;
 use crate::budget::Budget;
+use crate::cycles::Firmware;
 use crate::experiment::{Side, device};
 use crate::first_packet::first_packet;
 use crate::schemes::{self, SchemeText};
+use crate::stamp::StampedImage;
 
 /// Check a scheme against a device: exit status 0 when it matches, 1 when not.
 ///
@@ -34,9 +37,12 @@ pub(super) struct Check {
     /// Sample period of the device, s.
     #[arg(long, default_value_t = 1e-3, value_name = "SECONDS", allow_negative_numbers = true)]
     sample_period_s: f64,
-    /// Board whose limit of cycles per tick holds, such as `nucleo-g474re`; none when left out.
+    /// Board whose limit of cycles per tick holds, by the stamp of its image, such as `nucleo-g474re`; none when left out.
     #[arg(long, value_name = "BOARD")]
     board: Option<String>,
+    /// That board's image (ELF); the one that was built last when left out.
+    #[arg(long, value_name = "FILE", requires = "board")]
+    image: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -69,9 +75,11 @@ impl Check {
         // As large as on the smallest board: what passes here fits there.
         let mut dimsart: Dimsart = Dimsart::new(device(side.name(), self.dof, self.sample_period_s)?)
             .map_err(dimsart_core::CommandError::from)?;
-        let budget = self.board.as_deref().map(Budget::of).transpose()?;
-        let limit = budget.and_then(|budget| NonZeroU32::new(budget.tick_cycles));
-        dimsart.engine_mut().limit_cycles(limit);
+        let limit = self.board.as_deref().map(|board| self.limit(board)).transpose()?;
+        if let Some(Ok(limit)) = &limit {
+            dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit.cycles));
+            dimsart.engine_mut().set_costs(Some(limit.costs));
+        }
         let loaded = schemes::load(scheme, side.name(), &[], &mut dimsart);
         let is_sound = loaded.is_sound();
         let verdict = if is_sound { "matches" } else { "does NOT match" };
@@ -94,8 +102,10 @@ impl Check {
                 usage.words,
                 usage.words_in_all
             )?;
-            if let Some((budget, cycles)) = budget.zip(dimsart.engine().tick_cycles()) {
-                writeln!(out, "  {}", time_text(&budget, cycles))?;
+            match (limit, dimsart.engine().tick_cycles()) {
+                (Some(Ok(limit)), Some(cycles)) => writeln!(out, "  {}", limit.time_text(cycles))?,
+                (Some(Err(reason)), _) => writeln!(out, "  how long a tick takes is not known: {reason}")?,
+                _ => {}
             }
             for note in (0..MAX_LINKS).filter_map(|link| note(&mut dimsart, link)) {
                 writeln!(out, "  note: {note}")?;
@@ -124,13 +134,42 @@ fn note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
     ))
 }
 
-/// How long a tick can be, and how much of what it may take and of all its time that is.
-fn time_text(budget: &Budget, cycles: u32) -> String {
-    let share = |whole: u32| 100.0 * f64::from(cycles) / f64::from(whole);
-    format!(
-        "a tick takes up to {cycles} of {} cycles ({:.1} %), {:.1} % of the time to the next one",
-        budget.tick_cycles,
-        share(budget.tick_cycles),
-        share(budget.period_cycles())
-    )
+/// What a tick may take on a board, by the stamp of an image.
+struct Limit {
+    cycles: u32,
+    period_cycles: u32,
+    costs: Costs,
+}
+
+impl Check {
+    /// Of the board's image; without a stamped one, the reason.
+    fn limit(&self, board: &str) -> Result<Result<Limit, String>, Box<dyn std::error::Error>> {
+        let period_cycles = Budget::of(board)?.period_cycles();
+        let firmware = match Firmware::find(self.image.as_deref(), Some(board)) {
+            Ok(firmware) => firmware,
+            Err(error) if self.image.is_some() => return Err(error.into()),
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        let image = StampedImage::read(&firmware.path)?;
+        let Some(costs) = image.costs() else {
+            let path = firmware.path.display();
+            return Ok(Err(format!("{path} is not stamped; `dimsart stamp {path}` does that")));
+        };
+        // Once for each side of a scheme.
+        let costs = Costs::new(costs.leak());
+        Ok(Ok(Limit { cycles: image.limit_cycles(), period_cycles, costs }))
+    }
+}
+
+impl Limit {
+    /// How long a tick can be, and how much of what it may take and of all its time that is.
+    fn time_text(&self, cycles: u32) -> String {
+        let share = |whole: u32| 100.0 * f64::from(cycles) / f64::from(whole);
+        format!(
+            "a tick takes up to {cycles} of {} cycles ({:.1} %), {:.1} % of the time to the next one",
+            self.cycles,
+            share(self.cycles),
+            share(self.period_cycles)
+        )
+    }
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use ::cycles::timing::{Column, Flash, Profile, Timing};
+use ::cycles::timing::{Column, Timing};
 use attach::Attached;
 use clap::{Args, ValueEnum};
 use comfy_table::{CellAlignment, Table, presets};
@@ -15,7 +15,7 @@ use dimsart_core::protocol::DEFAULT_BAUD;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Ending;
-use crate::cycles::{Figures, Firmware, Row, Setup, UNIT, measure};
+use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
 use crate::experiment::Side;
 use crate::report;
 use crate::scenario::Scenario;
@@ -79,16 +79,6 @@ Examples:
   dimsart cycles --attach /dev/ttyACM0 --profile flash   what the controller there has measured, beside the model
   dimsart cycles --set duration_s=1 --json           figures for a program";
 
-/// Memory of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Memory {
-    /// Every access without waiting.
-    #[value(name = "0ws")]
-    ZeroWait,
-    /// Flash of an STM32G4 at full speed, 4 wait states, with its caches; for the bound everything misses them.
-    Flash,
-}
-
 /// Column of the model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Value {
@@ -113,10 +103,6 @@ impl Cycles {
             Some(attached) => Firmware::find_by_name(elf, &attached.image)?,
             None => Firmware::find(elf, self.board.as_deref())?,
         };
-        let (profile, profile_name) = match self.profile {
-            Memory::ZeroWait => (Profile::ZeroWait, "0ws"),
-            Memory::Flash => (Profile::Flash(Flash::STM32G4), "flash"),
-        };
         let (column, column_name) = match self.column {
             Value::Likely => (Column::Likely, "likely"),
             Value::Upper => (Column::Upper, "upper"),
@@ -126,10 +112,10 @@ impl Cycles {
             scenario: &scenario,
             side: self.side,
             commands: attached.as_ref().map(|attached| attached.commands.as_slice()),
-            timing: Timing::new(profile, column),
+            timing: Timing::new(self.profile.profile(), column),
             counts_instructions: attached.as_ref().is_some_and(Attached::counts_instructions),
             random_ticks: self.random_ticks,
-            profile: profile_name,
+            profile: self.profile.name(),
             column: column_name,
         };
         let bar = progress_bar();

@@ -29,9 +29,10 @@ const RESERVED: &[&str] = &[
     "box",
     "break",
     "const",
+    "context",
     "continue",
     "crate",
-    "data",
+    "declare",
     "do",
     "dyn",
     "else",
@@ -41,6 +42,7 @@ const RESERVED: &[&str] = &[
     "final",
     "fn",
     "for",
+    "gains",
     "gen",
     "if",
     "impl",
@@ -79,6 +81,7 @@ const RESERVED: &[&str] = &[
     "virtual",
     "where",
     "while",
+    "words",
     "yield",
 ];
 
@@ -167,10 +170,6 @@ impl NewModule {
             writeln!(out, "  {line}")?;
         }
         writeln!(out, "then see it with `cargo run --release -- modules {}`", names.module)?;
-        writeln!(
-            out,
-            "and run `cargo xtask costs` before it goes to a board: boards refuse what they do not know the cost of"
-        )?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -157,8 +157,8 @@ impl<S: Read + Write> Device<S> {
             CommandError::CostUnknown(module) => {
                 let module = self.module_name(module)?;
                 format!(
-                    "on this device a tick may take so long only, and what {module} takes is not known: run \
-                     `cargo xtask costs`, then build and flash the image again"
+                    "on this device a tick may take so long only, and the stamp of its image does not say what {module} \
+                     takes: `dimsart stamp IMAGE` says why it found no bound; flash the image again when it does"
                 )
             }
             CommandError::Parameter(ParameterError::OutOfRange) => match parameter {

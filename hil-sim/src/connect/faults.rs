@@ -3,10 +3,12 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{FirstFault, Request, Response};
-use dimsart_core::{Command, CommandError, Verb};
+use dimsart_core::protocol::{FirstFault, Request, Response, SafetyReport};
+use dimsart_core::{Command, CommandError, Reason, Verb};
 use serde::Serialize;
 
+use super::device::take;
+use super::kept::known;
 use super::{ConnectError, Device};
 
 /// A finding of the device's own check.
@@ -64,10 +66,23 @@ pub struct Faults {
     pub refused_ticks: u32,
     /// The first of them.
     pub first_fault: Option<FirstFaultText>,
+    /// Ticks by why the device did not get what the scheme commands; none from a device that does not tell.
+    pub reasons: Vec<ReasonText>,
     /// Faults of the scheme in all, listed or not.
     pub faults: u32,
     /// Findings, faults first; not all of them when there are very many.
     pub findings: Vec<FindingText>,
+}
+
+/// A reason of the device's safety stage; `docs/faults.md` says what to do next.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct ReasonText {
+    /// Number.
+    pub number: u8,
+    /// Name.
+    pub name: &'static str,
+    /// Ticks that had it.
+    pub ticks: u32,
 }
 
 impl Faults {
@@ -83,6 +98,10 @@ impl fmt::Display for Faults {
         write!(f, "{}\n{} of {} ticks refused", self.state, self.refused_ticks, self.ticks)?;
         if let Some(FirstFaultText { tick, reason }) = &self.first_fault {
             write!(f, "; the first trouble was in tick {tick}: {reason}")?;
+        }
+        for (place, ReasonText { number, name, ticks }) in self.reasons.iter().enumerate() {
+            let before = if place == 0 { "\nticks by reason: " } else { ", " };
+            write!(f, "{before}{number} {name} {ticks}")?;
         }
         write_findings(f, self.faults, &self.findings)
     }
@@ -130,9 +149,19 @@ impl<S: Read + Write> Device<S> {
             ticks: status.ticks,
             refused_ticks: status.refused_ticks,
             first_fault,
+            reasons: self.reasons()?,
             faults,
             findings,
         })
+    }
+
+    fn reasons(&mut self) -> Result<Vec<ReasonText>, ConnectError> {
+        let report: Option<SafetyReport> = known(self.ask(&Request::Safety, take!(Safety)))?;
+        let text = |(number, ticks)| {
+            let name = Reason::by_number(number).map_or("unknown to this version", Reason::name);
+            ReasonText { number, name, ticks }
+        };
+        Ok(report.map(|report| report.ticks.into_iter().map(text).collect()).unwrap_or_default())
     }
 
     pub(super) fn first_fault_text(

@@ -172,7 +172,7 @@ impl<S: Read + Write> Device<S> {
 }
 
 /// What an older device, or one without storage, does not know is no error.
-fn known<T>(answer: Result<Option<T>, ConnectError>) -> Result<Option<T>, ConnectError> {
+pub(super) fn known<T>(answer: Result<Option<T>, ConnectError>) -> Result<Option<T>, ConnectError> {
     match answer {
         Err(ConnectError::Refused(Refusal::NotUnderstood | Refusal::Store(StoreError::NoStorage))) => {
             Ok(None)

@@ -41,6 +41,15 @@ const TICK: [u32; 4] = [RESULT, CONTROLLER, FRAMES, 0];
 /// Counters that an image may read which measures itself: `DWT_CYCCNT` and `SYST_CVR`, each in memory of its own.
 const COUNTERS: [u32; 2] = [0xE000_1004, 0xE000_E018];
 
+/// How packets of all lengths are delivered in a bound.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Lengths {
+    /// Each by itself: the closest bound of a delivery.
+    Each,
+    /// In one call: all that the ticks after it see, in a fiftieth of the time.
+    Together,
+}
+
 /// A controller in an emulated processor.
 #[derive(Debug, Clone)]
 pub struct Controller {
@@ -74,6 +83,14 @@ impl Controller {
         let count = |words: Vec<Word>| words.first().map_or(0, |word| word.0 as usize);
         (controller.words_in, controller.words_out) = (count(words_in), count(words_out));
         Ok(controller)
+    }
+
+    /// Has it refuse modules by the image's stamp, as a board does.
+    ///
+    /// # Errors
+    /// [`CyclesError::Machine`].
+    pub fn limit(&mut self) -> Result<Run, CyclesError> {
+        self.run("dimsart_limit", &Call::new(self.entry.limit, [CONTROLLER, 0, 0, 0]))
     }
 
     /// Gives it a [saved scheme](dimsart_core::saved_scheme).
@@ -172,12 +189,13 @@ impl Controller {
         Call::new(self.entry.deliver, [CONTROLLER, link, RECEIVED, 0])
     }
 
-    /// Deliveries over a link: of something damaged, and of packets on a channel with any content and each number
-    /// of words.
+    /// Deliveries over a link: of something damaged, and of packets on a channel with any content and any number of words,
+    /// in one call or in one for each.
     pub(super) fn calls_of_any_delivery(
         &mut self,
         link: u32,
         channel: u16,
+        lengths_of: Lengths,
     ) -> Result<Vec<Call>, CyclesError> {
         // What differs between these is what a packet carries.
         let packet = |words, bit: bool| {
@@ -200,11 +218,16 @@ impl Controller {
         }
         self.read(DAMAGED, channel, &[])?;
         let mut calls = vec![Call::new(self.entry.deliver, [CONTROLLER, link, DAMAGED, 0])];
-        for words in 0..=number(MAX_PACKET_WORDS) {
+        let most = number(MAX_PACKET_WORDS);
+        let counts = match lengths_of {
+            Lengths::Each => (0..=most).map(|words| words..=words).collect(),
+            Lengths::Together => vec![0..=most],
+        };
+        for values in counts {
             let length = |addresses: &Range<u32>| Input {
                 addresses: addresses.clone(),
                 width: Width::Word,
-                values: words..=words,
+                values: values.clone(),
             };
             let inputs = content.iter().cloned().chain(lengths.iter().map(length)).collect();
             calls.push(Call { inputs, ..self.call_of_deliver(link) });

@@ -1,244 +1,223 @@
-//! What each kind of module adds to a tick at most, whatever its parameters are: bounds of small schemes around it.
+//! What a tick and each kind of module cost on an image: lines above the bounds of small schemes around every kind.
+//!
+//! Every choice of a kind's parameters is looked at with 1 and with 2 degrees of freedom. Those that take most there,
+//! or would with 8 if they went on like this, are looked at with the others, too. A choice that takes most with more
+//! degrees of freedom alone would be missed. On nucleo-g474re none was: the lines are those of every choice with every
+//! number of degrees of freedom.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use ::cycles::timing::Timing;
-use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_LINKS};
 use dimsart_core::modules::Standard;
-use dimsart_core::saved_scheme;
-use dimsart_core::{
-    Accepts, Command, Engine, Finding, ModuleList, ModuleRef, Parameter, TypeRef, Value, Verb, types,
-};
+use dimsart_core::{Cost, ModuleList};
 
-use super::steady::channels;
-use super::worst::Worst;
-use super::{Controller, CyclesError, Firmware};
-use crate::experiment::{Side, device};
-use crate::rig::SimulatedDimsart;
+use super::scheme_bound::{SchemeBound, Variant};
+use super::{CyclesError, Firmware};
 
-/// What is carried by a COMM module: the most that fits, and waves, which need the most care.
-const CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = [
-    types::CH2_WAVES.first(),
-    TypeRef { number: 9, ..types::CH2_WAVES.first() },
-    TypeRef { number: 9, ..types::CH1_WAVES.first() },
-    TypeRef { number: 9, ..types::FORCE.first() },
-];
+/// With these, every choice of parameters is looked at.
+const FEW: [u16; 2] = [1, 2];
+/// With these, those that take most.
+const MANY: [u16; 6] = [3, 4, 5, 6, 7, 8];
+/// P controllers of the largest scheme.
+const CONTROLLERS: u8 = 10;
 
-/// What a small scheme takes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SchemeBound {
-    /// A tick without its modules' calls.
-    pub rest: u64,
-    /// Calls of modules in a tick.
-    pub calls: u64,
-    /// The calls of the module that the scheme is around: cycles of all, and their number.
-    pub module: (u64, u64),
+/// What a tick and each kind of module cost on an image.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ImageCosts {
+    /// The tick's cost, then each kind's, as a [stamp](dimsart_core::stamp) has them.
+    pub lines: Vec<Cost>,
+    /// Kinds without a bound, and why.
+    pub unknown: Vec<(String, String)>,
 }
 
-/// A kind of module with some values of its parameters.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Variant {
-    /// Of the kind.
-    pub name: &'static str,
-    module: ModuleRef,
-    parameters: Vec<Command>,
-}
+/// A scheme, around a module or of many, for so many degrees of freedom.
+type Task<'a> = (Option<&'a Variant>, u16);
+/// What became of it; none where the board has no memory for it.
+type Found<'a> = (Task<'a>, Result<Option<SchemeBound>, CyclesError>);
+/// Most cycles by degrees of freedom.
+type Points = BTreeMap<u16, u64>;
 
-impl Variant {
-    /// Every kind with all its choices and switches; its numbers, those that decide ports or memory apart from the
-    /// others, as by default and otherwise.
-    #[must_use]
-    pub fn all() -> Vec<Self> {
-        (0..).zip(Standard::KINDS).flat_map(|(kind, known)| Self::of(kind, known.name)).collect()
+impl ImageCosts {
+    /// Of an image that is built from the same sources as this program.
+    ///
+    /// # Errors
+    /// [`CyclesError`] when not even a tick without modules has a bound.
+    pub fn of(firmware: &Firmware, timing: Timing) -> Result<Self, CyclesError> {
+        let variants = Variant::all();
+        let few = tasks(variants.iter().map(Some).chain([None]), &FEW);
+        let mut found = bounds(firmware, timing, &few);
+        let worst: BTreeSet<usize> =
+            (0..Standard::KINDS.len()).flat_map(|kind| worst(&found, kind)).collect();
+        let worst = worst.into_iter().filter_map(|index| few.get(index)).map(|(variant, _)| *variant);
+        found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), &MANY)));
+        Self::above(found)
     }
 
-    fn of(kind: u8, name: &'static str) -> Vec<Self> {
-        let module = ModuleRef { kind, number: 1 };
-        let described = |index| Some((index, Engine::<Standard>::describe_parameter(kind, index)?));
-        let parameters: Vec<(u8, Parameter)> = (0..).map_while(described).collect();
-        let mut all = Vec::new();
-        for (structural, others) in [(false, false), (true, false), (false, true), (true, true)] {
-            let mut sets = vec![Vec::new()];
-            for (index, parameter) in &parameters {
-                let values = values(parameter, if parameter.is_structural { structural } else { others });
-                let with = |set: &Vec<Command>, given: &[Value]| {
-                    let given = given.iter().map(|value| Command::set(module, *index, *value));
-                    set.iter().copied().chain(given).collect()
-                };
-                sets = sets.iter().flat_map(|set| values.iter().map(move |given| with(set, given))).collect();
-            }
-            for parameters in sets {
-                let variant = Self { name, module, parameters };
-                if !all.contains(&variant) {
-                    all.push(variant);
+    /// The lowest lines above bounds.
+    fn above(found: Vec<Found<'_>>) -> Result<Self, CyclesError> {
+        let mut bounds: Vec<(Task<'_>, SchemeBound)> = Vec::new();
+        let mut failed: BTreeMap<usize, String> = BTreeMap::new();
+        for (task, bound) in found {
+            match (task.0, bound) {
+                (_, Ok(bound)) => bounds.extend(bound.map(|bound| (task, bound))),
+                (Some(variant), Err(error @ (CyclesError::Unbounded { .. } | CyclesError::Scheme(_)))) => {
+                    failed.entry(variant.kind()).or_insert_with(|| error.to_string());
                 }
+                (_, Err(error)) => return Err(error),
             }
         }
-        all
+        let call = call(&bounds);
+        let tick =
+            bounds.iter().map(|((_, dof), bound)| (*dof, bound.rest.saturating_sub(call * bound.calls)));
+        let tick = line(&most(tick)).ok_or(CyclesError::NoTick)?;
+        let (mut lines, mut unknown) = (vec![tick], Vec::new());
+        for (kind, known) in Standard::KINDS.iter().enumerate() {
+            let own = bounds.iter().filter(|((variant, _), _)| variant.is_some_and(|own| own.kind() == kind));
+            let points = own
+                .map(|((_, dof), SchemeBound { module: (cycles, calls), .. })| (*dof, cycles + call * calls));
+            let cost = match failed.remove(&kind) {
+                Some(reason) => Err(reason),
+                None => line(&most(points)).ok_or_else(|| "this board has no memory for it".to_owned()),
+            };
+            lines.push(cost.unwrap_or_else(|reason| {
+                unknown.push((known.name.to_owned(), reason));
+                Cost::UNKNOWN
+            }));
+        }
+        Ok(Self { lines, unknown })
     }
 }
 
-/// What to give a parameter, one set of values after the other.
-fn values(parameter: &Parameter, takes_other: bool) -> Vec<Vec<Value>> {
-    match parameter.accepts {
-        Accepts::Flag => [false, true].map(|flag| vec![Value::Flag(flag)]).into(),
-        Accepts::Choice(names) => (0..).zip(names).map(|(index, _)| vec![Value::Choice(index)]).collect(),
-        Accepts::Types => vec![CONTENT.map(Value::Type).into()],
-        Accepts::Count { max, .. } => match parameter.default {
-            Some(Value::Count(default)) if takes_other => vec![vec![Value::Count(max.min(default + 3))]],
-            _ => vec![Vec::new()],
-        },
-        Accepts::Real { min, max, .. } if takes_other => vec![vec![Value::Real(min + 0.25 * (max - min))]],
-        Accepts::Real { .. } => vec![Vec::new()],
-    }
+fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, dofs: &[u16]) -> Vec<Task<'a>> {
+    schemes.flat_map(|scheme| dofs.iter().map(move |dof| (scheme, *dof))).collect()
 }
 
-impl SchemeBound {
-    /// Of the smallest scheme around a kind of module; none for values that the module refuses, or a scheme that the
-    /// image does, such as one that it has no memory for.
-    ///
-    /// What it reads and nobody provides comes from generators, whose numbers are not known in a bound.
-    ///
-    /// # Errors
-    /// [`CyclesError`] when there is no such scheme, or no bound of it.
-    pub fn around(
-        variant: &Variant,
-        firmware: &Firmware,
-        timing: Timing,
-        dof: usize,
-    ) -> Result<Option<Self>, CyclesError> {
-        let Some(mut scheme) = Scheme::around(variant, dof)? else { return Ok(None) };
-        scheme.bound(firmware, timing, dof)
-    }
-
-    /// Of a scheme with this many P controllers; none if the image refuses it.
-    ///
-    /// # Errors
-    /// [`CyclesError`] when there is no bound of it.
-    pub fn of_many(
-        count: u8,
-        firmware: &Firmware,
-        timing: Timing,
-        dof: usize,
-    ) -> Result<Option<Self>, CyclesError> {
-        let mut scheme = Scheme::new(named("PCTRL_MOD"), dof)?;
-        for number in 1..=count {
-            scheme.plug_in_controller(number)?;
-        }
-        scheme.start()?;
-        scheme.bound(firmware, timing, dof)
-    }
+/// Places of the schemes around a kind that take most with few degrees of freedom, or would with more.
+fn worst(found: &[Found<'_>], kind: usize) -> Vec<usize> {
+    let cycles = |(task, bound): &Found<'_>| match (task.0, bound) {
+        (Some(variant), Ok(Some(bound))) if variant.kind() == kind => Some(bound.module.0),
+        _ => None,
+    };
+    let (pairs, _) = found.as_chunks::<{ FEW.len() }>();
+    let own = (0..).step_by(FEW.len()).zip(pairs).filter_map(|(place, [one, two])| {
+        let (one, two) = (cycles(one)?, cycles(two)?);
+        Some((place, [one, two, two + 6 * two.saturating_sub(one)]))
+    });
+    let own: Vec<(usize, [u64; 3])> = own.collect();
+    let most = |of: fn(&[u64; 3]) -> u64| own.iter().max_by_key(|(_, all)| of(all)).map(|(place, _)| *place);
+    [most(|[one, ..]| *one), most(|[_, two, _]| *two), most(|[.., eight]| *eight)]
+        .into_iter()
+        .flatten()
+        .collect()
 }
 
-/// A scheme that is being made.
-struct Scheme {
-    dimsart: Box<SimulatedDimsart>,
-    module: ModuleRef,
+/// By as many threads as there are processors, in the tasks' order.
+fn bounds<'a>(firmware: &Firmware, timing: Timing, tasks: &[Task<'a>]) -> Vec<Found<'a>> {
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let mut found = Vec::new();
+        let mut place = next.fetch_add(1, Ordering::Relaxed);
+        while let Some(task @ (variant, dof)) = tasks.get(place) {
+            let bound = match variant {
+                Some(variant) => SchemeBound::around(variant, firmware, timing, usize::from(*dof)),
+                None => SchemeBound::of_many(CONTROLLERS, firmware, timing, usize::from(*dof)),
+            };
+            found.push((place, (*task, bound)));
+            place = next.fetch_add(1, Ordering::Relaxed);
+        }
+        found
+    };
+    let workers = thread::available_parallelism().map_or(1, NonZero::get);
+    let mut found: Vec<(usize, Found<'a>)> = thread::scope(|scope| {
+        let started: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
+        started.into_iter().flat_map(|worker| worker.join().unwrap_or_default()).collect()
+    });
+    found.sort_by_key(|(place, _)| *place);
+    found.into_iter().map(|(_, found)| found).collect()
 }
 
-impl Scheme {
-    fn new(module: ModuleRef, dof: usize) -> Result<Self, CyclesError> {
-        let device = device(Side::Master.name(), dof, SAMPLE_PERIOD_S)?;
-        let dimsart = SimulatedDimsart::new(device).map_err(|error| CyclesError::Scheme(error.into()))?;
-        Ok(Self { dimsart: Box::new(dimsart), module })
-    }
-
-    fn around(variant: &Variant, dof: usize) -> Result<Option<Self>, CyclesError> {
-        let module = variant.module;
-        let mut scheme = Self::new(module, dof)?;
-        if variant.parameters.iter().any(|command| scheme.dimsart.command(*command).is_err()) {
-            return Ok(None);
-        }
-        // Alone at first, to see what is missing.
-        scheme.give(Command::engine(Verb::ModOn, module))?;
-        let report = scheme.dimsart.engine().check();
-        let missing = report.findings().iter().filter_map(|finding| match finding {
-            Finding::NoProvider { signal, .. } => Some(*signal),
-            _ => None,
-        });
-        let mut missing: Vec<TypeRef> = missing.collect();
-        missing.dedup();
-        scheme.give(Command::engine(Verb::ModOff, module))?;
-        for (number, signal) in (OTHER..).zip(missing) {
-            let generator = ModuleRef { number, ..named("SIGGEN_MOD") };
-            for command in [
-                Command::set(generator, FORM, SINE),
-                Command::set(generator, AMPLITUDE, Value::Real(1.0)),
-                Command::bind(generator, 0, signal),
-                Command::engine(Verb::ModOn, generator),
-            ] {
-                scheme.give(command)?;
-            }
-        }
-        scheme.give(Command::engine(Verb::ModOn, module))?;
-        scheme.start()?;
-        Ok(Some(scheme))
-    }
-
-    /// One that holds the device where it is, or would.
-    fn plug_in_controller(&mut self, number: u8) -> Result<(), CyclesError> {
-        let module = ModuleRef { number, ..named("PCTRL_MOD") };
-        let force = TypeRef { number, ..types::DES_FORCE.first() };
-        for (port, signal) in (0..).zip([types::POSITION.first(), types::POSITION.first(), force]) {
-            self.give(Command::bind(module, port, signal))?;
-        }
-        self.give(Command::engine(Verb::ModOn, module))
-    }
-
-    fn give(&mut self, command: Command) -> Result<(), CyclesError> {
-        self.dimsart.command(command).map_err(CyclesError::Scheme)
-    }
-
-    fn start(&mut self) -> Result<(), CyclesError> {
-        self.give(Command::plain(Verb::MatchingCheck))
-    }
-
-    /// What is listened to; nobody sees what comes over another link.
-    fn channels(&mut self) -> [Option<u16>; MAX_LINKS] {
-        let receiver = named("COMM_RXMOD");
-        let link = self.dimsart.engine_mut().get(receiver, LINK, 0).ok();
-        let mut channels = channels(&self.dimsart).map(Some);
-        for (number, channel) in (0..).zip(&mut channels) {
-            *channel = channel.filter(|_| link == Some(Value::Count(number)));
-        }
-        channels
-    }
-
-    fn bound(
-        &mut self,
-        firmware: &Firmware,
-        timing: Timing,
-        dof: usize,
-    ) -> Result<Option<SchemeBound>, CyclesError> {
-        let engine = self.dimsart.engine_mut();
-        let scheme = saved_scheme::save(engine).map_err(|_| CyclesError::SchemeTooLong)?;
-        let steps: Vec<ModuleRef> = engine.steps().map(|step| step.module).collect();
-        let channels = self.channels();
-        let mut controller = Controller::new(firmware, timing, dof)?;
-        match controller.load(&scheme) {
-            Err(CyclesError::Refused { .. }) => return Ok(None),
-            loaded => loaded?,
+/// What one more call costs the engine: from the fewest calls to the most, so that what is peculiar to a scheme stays
+/// with the tick.
+fn call(bounds: &[(Task<'_>, SchemeBound)]) -> u64 {
+    let slope = |dof: u16| {
+        let ticks = || {
+            bounds.iter().filter(|((_, other), _)| *other == dof).map(|(_, bound)| (bound.calls, bound.rest))
         };
-        let worst = Worst::of_ticks(firmware, &timing, &controller, channels)?;
-        if worst.calls.len() != steps.len() {
-            return Err(CyclesError::Calls { tick: 0, expected: steps.len(), found: worst.calls.len() });
-        }
-        let all: u64 = worst.calls.iter().map(|call| call.cycles).sum();
-        let own = steps.iter().zip(&worst.calls).filter(|(step, _)| **step == self.module);
-        let module = own.fold((0, 0), |(cycles, calls), (_, call)| (cycles + call.cycles, calls + 1));
-        let rest = worst.tick.cycles.saturating_sub(all);
-        Ok(Some(SchemeBound { rest, calls: steps.len() as u64, module }))
-    }
+        let (few, many) = (ticks().min()?, ticks().max()?);
+        let calls = many.0.checked_sub(few.0).filter(|calls| *calls > 0)?;
+        Some(many.1.saturating_sub(few.1).div_ceil(calls))
+    };
+    FEW.into_iter().chain(MANY).filter_map(slope).max().unwrap_or_default()
 }
 
-/// From here on, modules that are there for others' sake.
-const OTHER: u8 = 91;
-/// Number of a receiver's `CRX_LINK`.
-const LINK: u8 = 1;
-/// Numbers of a generator's parameters.
-const FORM: u8 = 0;
-const AMPLITUDE: u8 = 1;
-const SINE: Value = Value::Choice(2);
-const SAMPLE_PERIOD_S: f64 = 1e-3;
+fn most(points: impl Iterator<Item = (u16, u64)>) -> Points {
+    points.fold(Points::new(), |mut all, (dof, cycles)| {
+        let most = all.entry(dof).or_default();
+        *most = cycles.max(*most);
+        all
+    })
+}
 
-fn named(name: &str) -> ModuleRef {
-    Engine::<Standard>::module(name).unwrap_or(ModuleRef { kind: 0, number: 1 })
+/// The lowest line that is nowhere below the points; none without points, or beyond what a line can hold.
+fn line(points: &Points) -> Option<Cost> {
+    let most = points.values().copied().max()?;
+    let offset = |slope: u64| {
+        let offsets = points.iter().map(|(dof, cycles)| cycles.saturating_sub(slope * u64::from(*dof)));
+        offsets.max().unwrap_or_default()
+    };
+    let sum = |slope: u64| points.keys().map(|dof| offset(slope) + slope * u64::from(*dof)).sum::<u64>();
+    let slope = (0..=most).min_by_key(|slope| sum(*slope))?;
+    Some(Cost::new(u16::try_from(offset(slope)).ok()?, u16::try_from(slope).ok()?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn points(points: &[(u16, u64)]) -> Points {
+        points.iter().copied().collect()
+    }
+
+    #[test]
+    fn a_line_lies_on_points_in_a_row_and_above_all_others() {
+        assert_eq!(line(&points(&[(1, 110), (2, 120), (7, 170)])), Some(Cost::new(100, 10)));
+        assert_eq!(line(&points(&[(1, 50), (7, 50)])), Some(Cost::new(50, 0)));
+        let bent = points(&[(1, 100), (2, 180), (3, 200), (4, 300), (5, 310), (6, 390), (7, 410)]);
+        let cost = line(&bent).unwrap();
+        let above = bent.iter().map(|(dof, cycles)| u64::from(cost.cycles(usize::from(*dof))) - cycles);
+        assert!(above.filter(|above| *above <= 1).count() >= 2, "no lower line");
+        assert_eq!((line(&points(&[])), line(&points(&[(1, 100_000)]))), (None, None));
+    }
+
+    #[test]
+    fn calls_belong_to_modules() {
+        let variants = Variant::all();
+        let bound = |rest, calls, module| Ok(Some(SchemeBound { rest, calls, module }));
+        let kinds =
+            (0..Standard::KINDS.len()).filter_map(|kind| variants.iter().find(|one| one.kind() == kind));
+        let mut found: Vec<Found<'_>> =
+            kinds.map(|kind| ((Some(kind), 1), bound(500, 2, (100, 2)))).collect();
+        found.push(((None, 1), bound(950, 12, (0, 0))));
+        let costs = ImageCosts::above(found).unwrap();
+        // (950 - 500) / 10.
+        let expected = [Cost::new(500 - 2 * 45, 0)].into_iter();
+        let expected = expected.chain(Standard::KINDS.iter().map(|_| Cost::new(100 + 2 * 45, 0)));
+        assert_eq!(costs, ImageCosts { lines: expected.collect(), unknown: Vec::new() });
+    }
+
+    #[test]
+    fn a_kind_without_bound_or_memory_is_named_and_the_others_are_known() {
+        let variants = Variant::all();
+        let refused = Err(CyclesError::Scheme(dimsart_core::CommandError::WrongValue));
+        let first = variants.first().unwrap();
+        let tick = Ok(Some(SchemeBound { rest: 500, calls: 10, module: (0, 0) }));
+        let costs = ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)]).unwrap();
+        assert_eq!(costs.unknown.len(), Standard::KINDS.len());
+        assert!(costs.unknown[0].1.contains("does not run"), "{:?}", costs.unknown[0]);
+        assert!(costs.unknown[1].1.contains("no memory"), "{:?}", costs.unknown[1]);
+        assert!(ImageCosts::above(Vec::new()).is_err());
+    }
 }

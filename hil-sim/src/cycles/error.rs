@@ -159,8 +159,11 @@ pub enum CyclesError {
     #[error(transparent)]
     Device(#[from] dimsart_core::DescriptorError),
     /// A small scheme around a module does not run.
-    #[error("a scheme around the module does not run: {0}; see hil-sim/src/cycles/costs.rs")]
+    #[error("a scheme around the module does not run: {0}; see hil-sim/src/cycles/scheme_bound.rs")]
     Scheme(CommandError),
+    /// Not even a tick without modules has a cost that a stamp can hold.
+    #[error("no cost of a tick was found, or one of more cycles than a stamp can hold: report this as a bug")]
+    NoTick,
     /// Modules that are called cannot be told apart.
     #[error(
         "in tick {tick} {found} calls of modules were seen, the scheme has {expected}: report this as a bug"

@@ -12,7 +12,7 @@ use super::CyclesError;
 use crate::emulated::{BOARD, FOLDER_VARIABLE, built};
 
 /// Calls of a module, as the image names them.
-const COMPUTE: [&str; 2] = ["ModuleList>::compute::call", "ModuleList>::compute_late::call"];
+const COMPUTE: [&str; 2] = ["dimsart_core::kind::compute", "dimsart_core::kind::compute_late"];
 /// Such a call with what measures it, in an image that does.
 const TIMED: &str = "firmware::measure::timed";
 /// What applies a command.
@@ -53,6 +53,7 @@ pub struct Firmware {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct EntryPoints {
     pub(super) connect: u32,
+    pub(super) limit: u32,
     pub(super) load: u32,
     pub(super) read: u32,
     pub(super) deliver: u32,
@@ -69,8 +70,7 @@ impl Firmware {
     pub fn find(given: Option<&Path>, board: Option<&str>) -> Result<Self, CyclesError> {
         let path = match (given, env::var_os(FOLDER_VARIABLE)) {
             (Some(path), _) => path.to_owned(),
-            // Which side's makes no difference: the scheme is brought to it.
-            (None, Some(folder)) => Path::new(&folder).join(format!("{}-master", board.unwrap_or(BOARD))),
+            (None, Some(folder)) => Path::new(&folder).join(board.unwrap_or(BOARD)),
             (None, None) => built(),
         };
         if !path.is_file() {
@@ -135,6 +135,7 @@ impl Firmware {
         };
         let entry = EntryPoints {
             connect: entry("dimsart_connect")?,
+            limit: entry("dimsart_limit")?,
             load: entry("dimsart_load")?,
             read: entry("dimsart_read")?,
             deliver: entry("dimsart_deliver")?,
@@ -181,7 +182,7 @@ impl Firmware {
     }
 
     /// The board and what else the image was built with.
-    fn features(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn features(&self) -> impl Iterator<Item = &str> {
         self.name.rsplit(' ').next().unwrap_or_default().split('+')
     }
 }

@@ -7,6 +7,7 @@ use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Command, Engine, ModuleRef, PORT, Packet, Target, Verb, Word};
 
+use super::controller::Lengths;
 use super::figures::Row;
 use super::interrupt::interrupt;
 use super::random::{RandomInputs, Template};
@@ -161,7 +162,8 @@ impl Replay {
         }
         self.worst_read = self.bounded(Worst::of_read(firmware, timing, controller));
         let channels = channels(&station.dimsart);
-        self.worst = self.bounded(Worst::of_ticks(firmware, timing, controller, channels.map(Some)));
+        self.worst =
+            self.bounded(Worst::of_ticks(firmware, timing, controller, channels.map(Some), Lengths::Each));
         Ok(scheme)
     }
 

@@ -6,6 +6,7 @@ use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::saved_scheme;
 
+use super::controller::Lengths;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
 use crate::rig::SimulatedDimsart;
@@ -37,7 +38,8 @@ impl Steady {
         let mut controller = Controller::new(firmware, timing, dimsart.engine().device().dof())?;
         let scheme = saved_scheme::save(dimsart.engine_mut()).map_err(|_| CyclesError::SchemeTooLong)?;
         controller.load(&scheme)?;
-        let worst = Worst::of_ticks(firmware, &timing, &controller, channels(dimsart).map(Some))?;
+        let channels = channels(dimsart).map(Some);
+        let worst = Worst::of_ticks(firmware, &timing, &controller, channels, Lengths::Each)?;
         let mut emulated = 0;
         for _ in 0..TICKS {
             emulated = controller.tick(&[])?.cycles;

@@ -6,6 +6,7 @@ use ::cycles::bound::{Bound, BoundError, Call, CallBound, Question, Snapshot};
 use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
 
+use super::controller::Lengths;
 use super::{Controller, CyclesError, Firmware};
 
 /// Cycles and bytes of stack that are never exceeded.
@@ -68,13 +69,14 @@ impl Worst {
         timing: &Timing,
         controller: &Controller,
         channels: [Option<u16>; MAX_LINKS],
+        lengths: Lengths,
     ) -> Result<Self, CyclesError> {
         let links = (0_u32..).take(MAX_LINKS);
         let mut steps = Vec::new();
         let mut controller = controller.clone();
         for (link, channel) in links.clone().zip(channels) {
             let Some(channel) = channel else { continue };
-            let any = controller.calls_of_any_delivery(link, channel)?;
+            let any = controller.calls_of_any_delivery(link, channel, lengths)?;
             // Each finds what the others left, the first one too.
             let any = any.iter().chain(any.first());
             steps.extend(any.map(|call| (Step::Deliver, Call { is_optional: true, ..call.clone() })));

@@ -8,7 +8,7 @@ use super::EmulatedError;
 
 /// The board that is emulated, by the name that its image has.
 pub const BOARD: &str = "mps2-an386";
-/// Folder of images, each named after its board and side.
+/// Folder of images, each named after its board and variant.
 pub const FOLDER_VARIABLE: &str = "DIMSART_FIRMWARE";
 /// Builds the image.
 pub const BUILD: &str = "cargo board mps2-an386";
@@ -32,8 +32,7 @@ impl Image {
     pub fn find(given: Option<&Path>) -> Result<Self, EmulatedError> {
         let path = match (given, env::var_os(FOLDER_VARIABLE)) {
             (Some(path), _) => path.to_owned(),
-            // Which side's makes no difference: the scheme is brought to it.
-            (None, Some(folder)) => Path::new(&folder).join(format!("{BOARD}-master")),
+            (None, Some(folder)) => Path::new(&folder).join(BOARD),
             (None, None) => built(),
         };
         if !path.is_file() {

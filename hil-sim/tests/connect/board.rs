@@ -96,9 +96,10 @@ fn tick(robot: &Mutex<Robot>, shared: &Shared) {
         let mut robot = robot.lock().unwrap();
         let (mut measured, mut commanded) = ([Word(0); 43], [Word(0); 3]);
         measured[0] = Word::from(0.25);
-        let tick = robot.dimsart.tick(&measured, &mut commanded);
-        let tick = robot.info.end(tick, &mut commanded);
         let Robot { dimsart, info, .. } = &mut *robot;
+        dimsart.allow_motion(info.begin_tick());
+        let tick = dimsart.tick(&measured, &mut commanded);
+        info.end_tick(tick);
         let sample = info.sample(dimsart.engine().data_base());
         let heartbeat = (number == 0).then(|| info.heartbeat(7));
         let challenge = robot.challenge();

@@ -71,7 +71,7 @@ impl Robot {
         measured[0] = position.into();
         measured[3..].iter_mut().zip(1u8..).for_each(|(word, value)| *word = f32::from(value).into());
         let tick = self.dimsart.tick(&measured, &mut [Word(0); 3]);
-        self.info.count(tick);
+        self.info.end_tick(tick);
     }
 
     pub(crate) fn answer(&mut self, content: &[u8]) -> Vec<u8> {

@@ -4,8 +4,10 @@
 //! images, they have to be there.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
+mod admission;
 mod bounds;
 mod command;
 mod common;
 mod kinds;
+mod memory;
 mod reached;

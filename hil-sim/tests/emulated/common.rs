@@ -33,7 +33,7 @@ fn variant(features: &str, what: &str) -> Option<PathBuf> {
         say_once(what, &format!("{FOLDER_VARIABLE} names no folder of images"));
         return None;
     };
-    let path = folder.join(format!("{BOARD}-{}-master", features.replace(',', "-")));
+    let path = folder.join(format!("{BOARD}-{}", features.replace(',', "-")));
     assert!(path.is_file(), "no image {}: `{BUILD} --features {features}` builds it", path.display());
     Some(path)
 }

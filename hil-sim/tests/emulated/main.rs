@@ -10,6 +10,7 @@
     reason = "in helpers of tests as in tests"
 )]
 
+mod admission;
 mod by_hand;
 mod common;
 mod firmware;

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use comfy_table::{CellAlignment, Table, presets};
 use dimsart_core::Command;
+use dimsart_core::stamp::UNSTAMPED;
 use serde::Serialize;
 
 use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Patience, open};
@@ -94,7 +95,8 @@ impl Attached {
         let stream = open(port, baud).map_err(ConnectError::from)?;
         let mut device = Device::greet(stream, PATIENCE).map_err(at_port)?;
         let identity = device.identity();
-        let (board, image, dof) = (identity.device.clone(), identity.image.clone(), identity.axes.len());
+        let image = identity.image.trim_end_matches(UNSTAMPED).to_owned();
+        let (board, dof) = (identity.device.clone(), identity.axes.len());
         let Some(measured) = device.measured().map_err(at_port)? else {
             return Err(format!(
                 "{port}: `{image}` does not measure: flash the variant that does, `cargo xtask flash {board},measure`"

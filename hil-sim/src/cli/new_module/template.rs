@@ -2,36 +2,45 @@
 //!
 //! `F = K (x_d - x)`: the equation, with the source of it.
 
-use dimsart_core::{Data, Input, Module, Output, Parameters, PerAxis, Ports, Unit, types};
+use dimsart_core::{Context, Declare, Input, Module, Output, Parameters, Unit, types, words};
+
+words! {
+    /// Parameters of an axis.
+    pub struct Gains { stiffness: f32 }
+    /// Signals.
+    pub struct Ports { position: Input, desired_position: Input, force: Output }
+}
 
 /// See the [module docs](self).
-#[derive(Debug, Default)]
-pub struct Template {
-    stiffness: PerAxis,
-    position: Input,
-    desired_position: Input,
-    force: Output,
-}
+#[derive(Debug)]
+pub struct Template;
 
 impl Module for Template {
     const NAME: &'static str = "TEMPLATE_MOD";
     const SUMMARY: &'static str = "One sentence for `dimsart modules`.";
+    type Settings = ();
+    type Gains = Gains;
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
 
-    fn parameters(&mut self, visit: &mut Parameters<'_>) {
-        visit.per_axis(&mut self.stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
+    fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.per_axis(&mut gains.stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
     }
 
-    fn activate(&mut self, ports: &mut Ports<'_>) {
-        ports.input(&mut self.position, "POSITION", types::POSITION);
-        ports.input(&mut self.desired_position, "DES_POSITION", types::DES_POSITION);
-        ports.output(&mut self.force, "DES_FORCE", types::DES_FORCE);
+    fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
     }
 
-    fn compute(&mut self, data: &Data<'_>) {
-        let inputs = [self.position, self.desired_position];
-        data.map_axes(&self.stiffness, inputs, [self.force], |k, [x, desired]| {
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, desired_position, force } = context.ports();
+        context.map_axes([position, desired_position], [force], |gains, (), [x, desired]| {
             // Write your law here; this one is a spring.
-            [k * (desired - x)]
+            [gains.stiffness * (desired - x)]
         });
     }
 }

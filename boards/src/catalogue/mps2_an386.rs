@@ -1,0 +1,23 @@
+//! What tools need to know of the emulated MPS2+ AN386.
+
+use super::{BILATERAL, Tooling};
+
+/// See [`Tooling`].
+pub(crate) const TOOLING: Tooling = Tooling {
+    clock_hz: 25_000_000,
+    tick_hz: 1_000,
+    chip: None,
+    variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
+    interrupts: INTERRUPTS,
+    motor: None,
+    scheme: BILATERAL,
+};
+
+const INTERRUPTS: &[(&str, i16)] = &[
+    ("boards::mps2_an386::unexpected", 0),
+    ("boards::mps2_an386::clock::timer_interrupt", 0x20),
+    ("boards::mps2_an386::run_tick", 0x40),
+    ("boards::mps2_an386::run_background", 0x80),
+    ("boards::mps2_an386::uart::received", 0x80),
+    ("boards::mps2_an386::uart::sent", 0x80),
+];

@@ -1,0 +1,48 @@
+//! What tools and the board itself need to know of ST's NUCLEO-G474RE.
+
+use super::{SMALL_MOTORS, Tooling};
+use crate::clock_switch;
+use crate::motor::Motor;
+
+/// The motor of every axis. Change it to what is connected: see the motor's and the supply's data sheets.
+pub(crate) const MOTOR: Motor = Motor {
+    torque_constant_nm_per_a: 0.05,
+    resistance_ohm: 1.0,
+    max_current_a: 2.0,
+    supply_v: 12.0,
+    counts_per_turn: 4096,
+    pole_pairs: 1,
+};
+
+/// See [`Tooling`].
+pub(crate) const TOOLING: Tooling = Tooling {
+    clock_hz: clock_switch::CLOCK_HZ,
+    tick_hz: 1_000,
+    chip: Some("STM32G474RETx"),
+    variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"],
+    interrupts: INTERRUPTS,
+    motor: Some(MOTOR),
+    scheme: SMALL_MOTORS,
+};
+
+/// An image without CAN has no `FDCAN1`, one with it no `USART3` with its DMA.
+const INTERRUPTS: &[(&str, i16)] = &[
+    // Time.
+    ("TIM5", 0),
+    // Tick.
+    ("CORDIC", 2),
+    // Command line.
+    ("LPUART1", 4),
+    ("DMA1_CHANNEL1", 4),
+    ("DMA1_CHANNEL2", 4),
+    // Link.
+    ("FDCAN1_IT0", 4),
+    ("FDCAN1_IT1", 4),
+    ("USART3", 4),
+    ("DMA1_CHANNEL3", 4),
+    ("DMA1_CHANNEL4", 4),
+    // Kept schemes.
+    ("FLASH", 4),
+    // Background.
+    ("FMAC", 6),
+];

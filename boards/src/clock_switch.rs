@@ -1,0 +1,106 @@
+//! The switch of an STM32G4 from its crystal to 168 MHz, with the core voltage boosted.
+//!
+//! Above 150 MHz the core wants the boosted voltage range, and a jump to a high frequency wants a pause on the way. The
+//! order is that of RM0440, "Dynamic voltage scaling management" and "System clock (SYSCLK) selection":
+//!
+//! 1. the AHB divides by 2;
+//! 2. the voltage is boosted, the flash gets 4 wait states;
+//! 3. the system clock switches to the PLL: the processor runs at 84 MHz;
+//! 4. at least 1 us passes;
+//! 5. the AHB divides by 1.
+//!
+//! The driver library cannot do this: it clears the wrong bit for the boost (`R1MODE` is bit 8 of `PWR_CR5` in ST's
+//! `stm32g474xx.h`, and bit 0 in stm32-metapac 21), and it divides by 1 in the same write that switches the clock.
+
+#[cfg(test)]
+mod model;
+
+/// Of the processor, the buses and the timers. CAN FD's 1 and 4 Mbit/s are whole parts of it, and not of 170 MHz.
+pub const CLOCK_HZ: u32 = PLL_IN_HZ * PLL_TIMES / PLL_DIVIDES;
+/// What a crystal is divided down to.
+const PLL_IN_HZ: u32 = 4_000_000;
+const PLL_TIMES: u32 = 84;
+const PLL_DIVIDES: u32 = 2;
+/// More than 1 us at half of [`CLOCK_HZ`].
+const PAUSE_CYCLES: u32 = CLOCK_HZ / 1_000_000;
+
+/// A register that the switch reads or writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Register {
+    /// `RCC_CR`: clocks on and ready.
+    ClockControl,
+    /// `RCC_PLLCFGR`.
+    PllConfiguration,
+    /// `RCC_CFGR`: system clock and prescalers.
+    ClockConfiguration,
+    /// `PWR_CR5`: boost.
+    PowerControl5,
+    /// `FLASH_ACR`: wait states.
+    FlashAccessControl,
+}
+
+/// The chip's registers, and time.
+pub trait Registers {
+    /// Reads a register.
+    fn read(&mut self, register: Register) -> u32;
+    /// Writes a register.
+    fn write(&mut self, register: Register, value: u32);
+    /// Lets at least so many cycles of the processor pass.
+    fn wait_cycles(&mut self, cycles: u32);
+}
+
+/// Bits of a register: where they begin and the mask of their values.
+#[derive(Clone, Copy)]
+struct Field(Register, u32, u32);
+
+const PLLON: Field = Field(Register::ClockControl, 24, 1);
+const PLLRDY: Field = Field(Register::ClockControl, 25, 1);
+const SW: Field = Field(Register::ClockConfiguration, 0, 3);
+const SWS: Field = Field(Register::ClockConfiguration, 2, 3);
+const HPRE: Field = Field(Register::ClockConfiguration, 4, 15);
+const R1MODE: Field = Field(Register::PowerControl5, 8, 1);
+const LATENCY: Field = Field(Register::FlashAccessControl, 0, 15);
+
+/// Values of `SW` and `SWS`.
+const PLL: u32 = 3;
+/// Values of `HPRE`.
+const BY_1: u32 = 0;
+const BY_2: u32 = 8;
+/// Value of `R1MODE`.
+const BOOST: u32 = 0;
+/// Of flash in range 1 boost, from 136 to 170 MHz.
+const WAIT_STATES: u32 = 4;
+
+/// Goes from the crystal, which runs at `crystal_hz` and is the system clock, to [`CLOCK_HZ`]. The PLL is off before, as
+/// after a reset. A PLL that does not lock is waited for without end: its crystal runs.
+///
+/// `crystal_hz` is a multiple of 4 MHz, up to 64 MHz.
+pub fn switch(registers: &mut impl Registers, crystal_hz: u32) {
+    registers.write(Register::PllConfiguration, pll_configuration(crystal_hz));
+    set_and_await(registers, PLLON, 1, PLLRDY);
+    set(registers, HPRE, BY_2);
+    set(registers, R1MODE, BOOST);
+    set_and_await(registers, LATENCY, WAIT_STATES, LATENCY);
+    set_and_await(registers, SW, PLL, SWS);
+    registers.wait_cycles(PAUSE_CYCLES);
+    set(registers, HPRE, BY_1);
+}
+
+/// `PLLSRC` the crystal, `PLLM`, `PLLN`, `PLLREN` with `PLLR` 0, which divides by 2.
+const fn pll_configuration(crystal_hz: u32) -> u32 {
+    let divider = crystal_hz / PLL_IN_HZ;
+    3 | ((divider - 1) & 15) << 4 | PLL_TIMES << 8 | 1 << 24
+}
+
+/// Leaves every other bit of the register as it is.
+fn set(registers: &mut impl Registers, Field(register, begin, mask): Field, value: u32) {
+    let others = registers.read(register) & !(mask << begin);
+    registers.write(register, others | value << begin);
+}
+
+/// Sets a field, and waits until `shown` has the same value.
+fn set_and_await(registers: &mut impl Registers, field: Field, value: u32, shown: Field) {
+    set(registers, field, value);
+    let Field(register, begin, mask) = shown;
+    while registers.read(register) >> begin & mask != value {}
+}

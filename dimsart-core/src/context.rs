@@ -1,0 +1,205 @@
+//! What a module sees in its call of a tick: its own memory, and the Data Base through its ports.
+
+use core::cell::Cell;
+use core::marker::PhantomData;
+use core::ops::Deref;
+
+use crate::data::{Data, Inputs, Outputs};
+use crate::handle::{Input, Output, Vector};
+use crate::module::Module;
+use crate::words::Words;
+
+/// A module's call in a tick. It is the Data Base too: `context.get(port)`.
+#[derive(Debug)]
+pub struct Context<'a, M: Module> {
+    data: &'a Data<'a>,
+    /// Handles, settings, state, then gains and state of each axis.
+    memory: &'a [Cell<u32>],
+    module: PhantomData<M>,
+}
+
+impl<'a, M: Module> Deref for Context<'a, M> {
+    type Target = Data<'a>;
+
+    #[inline(always)]
+    fn deref(&self) -> &Data<'a> {
+        self.data
+    }
+}
+
+impl<'a, M: Module> Context<'a, M> {
+    const SETTINGS: usize = M::Ports::COUNT;
+    const STATE: usize = Self::SETTINGS + M::Settings::COUNT;
+    const LANES: usize = Self::STATE + M::State::COUNT;
+
+    /// Of the module whose memory begins at `place`; none if there is not so much.
+    #[inline(always)]
+    pub(crate) fn new(data: &'a Data<'a>, place: u16) -> Option<Self> {
+        let memory = data.range(place, Self::LANES + data.dof() * Lane::<M>::WORDS)?;
+        Some(Self { data, memory, module: PhantomData })
+    }
+
+    /// The module's handles.
+    #[inline(always)]
+    #[must_use]
+    pub fn ports(&self) -> M::Ports {
+        M::Ports::load(self.part(0, M::Ports::COUNT))
+    }
+
+    /// One of the module's handles, by its place among them: for a module with a row of ports.
+    #[inline(always)]
+    #[must_use]
+    pub fn port<T: Words>(&self, place: usize) -> T {
+        let handles = self.part(0, M::Ports::COUNT);
+        T::load(handles.get(place..).unwrap_or_default())
+    }
+
+    #[inline(always)]
+    fn part(&self, start: usize, words: usize) -> &'a [Cell<u32>] {
+        self.memory.get(start..start + words).unwrap_or_default()
+    }
+
+    /// The Data Base alone, to compute axes by it that have neither parameters nor state.
+    #[inline(always)]
+    #[must_use]
+    pub fn data(&self) -> &'a Data<'a> {
+        self.data
+    }
+
+    /// Parameters of all axes.
+    #[inline(always)]
+    #[must_use]
+    pub fn settings(&self) -> M::Settings {
+        M::Settings::load(self.part(Self::SETTINGS, M::Settings::COUNT))
+    }
+
+    /// What the module remembers.
+    #[inline(always)]
+    #[must_use]
+    pub fn state(&self) -> M::State {
+        M::State::load(self.state_words())
+    }
+
+    /// Remembers it for the next tick.
+    #[inline(always)]
+    pub fn set_state(&self, state: M::State) {
+        state.store(self.state_words());
+    }
+
+    #[inline(always)]
+    fn state_words(&self) -> &'a [Cell<u32>] {
+        self.part(Self::STATE, M::State::COUNT)
+    }
+
+    #[inline(always)]
+    fn lane(&self, axis: usize) -> Option<Lane<'a, M>> {
+        let start = Self::LANES + axis * Lane::<M>::WORDS;
+        let words = self.memory.get(start..start + Lane::<M>::WORDS)?;
+        Some(Lane { words, module: PhantomData })
+    }
+
+    /// Sets all state to zero: how a module begins unless it says otherwise.
+    pub fn clear(&self) {
+        clear(self.state_words());
+        for lane in (0..self.data.dof()).map_while(|axis| self.lane(axis)) {
+            clear(lane.axis_words());
+        }
+    }
+
+    /// Begins every axis with the state that `first` makes of its gains and inputs.
+    #[inline(always)]
+    pub fn begin_axes<const I: usize>(
+        &self,
+        inputs: [Input<Vector>; I],
+        mut first: impl FnMut(M::Gains, [f32; I]) -> M::Axis,
+    ) where
+        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
+    {
+        self.map_lanes(inputs, [], |_, lane, inputs| {
+            lane.set_axis(first(lane.gains(), inputs));
+            []
+        });
+    }
+
+    /// Computes every axis by one law, the way most control laws are written.
+    ///
+    /// The law gets the gains, the state and the inputs of an axis and returns its outputs, at most 8 of each.
+    #[inline(always)]
+    pub fn map_axes<const I: usize, const O: usize>(
+        &self,
+        inputs: [Input<Vector>; I],
+        outputs: [Output<Vector>; O],
+        mut law: impl FnMut(M::Gains, &mut M::Axis, [f32; I]) -> [f32; O],
+    ) where
+        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
+        [Output<Vector>; O]: Outputs<Values = [f32; O]>,
+    {
+        self.map_lanes(inputs, outputs, |_, lane, inputs| {
+            let mut axis = lane.axis();
+            let outputs = law(lane.gains(), &mut axis, inputs);
+            lane.set_axis(axis);
+            outputs
+        });
+    }
+
+    /// As [`map_axes`](Self::map_axes), for a law that needs to know which axis it is, and what is kept of it.
+    #[inline(always)]
+    pub fn map_lanes<const I: usize, const O: usize>(
+        &self,
+        inputs: [Input<Vector>; I],
+        outputs: [Output<Vector>; O],
+        mut law: impl FnMut(usize, Lane<'a, M>, [f32; I]) -> [f32; O],
+    ) where
+        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
+        [Output<Vector>; O]: Outputs<Values = [f32; O]>,
+    {
+        let Some(sources) = inputs.words(self.data) else { return };
+        let Some(sinks) = outputs.words(self.data) else { return };
+        for axis in 0..self.data.dof() {
+            let Some(lane) = self.lane(axis) else { return };
+            let values = law(axis, lane, <[Input<Vector>; I]>::read(&sources, axis));
+            <[Output<Vector>; O]>::write(&sinks, axis, values);
+        }
+    }
+}
+
+#[inline(never)]
+fn clear(words: &[Cell<u32>]) {
+    words.iter().for_each(|word| word.set(0));
+}
+
+/// Parameters and state of one axis.
+#[derive(Debug)]
+pub struct Lane<'a, M: Module> {
+    words: &'a [Cell<u32>],
+    module: PhantomData<M>,
+}
+
+impl<'a, M: Module> Lane<'a, M> {
+    pub(crate) const WORDS: usize = M::Gains::COUNT + M::Axis::COUNT;
+
+    /// Parameters of the axis.
+    #[inline(always)]
+    #[must_use]
+    pub fn gains(&self) -> M::Gains {
+        M::Gains::load(self.words)
+    }
+
+    /// What the module remembers of the axis.
+    #[inline(always)]
+    #[must_use]
+    pub fn axis(&self) -> M::Axis {
+        M::Axis::load(self.axis_words())
+    }
+
+    /// Remembers it for the next tick.
+    #[inline(always)]
+    pub fn set_axis(&self, axis: M::Axis) {
+        axis.store(self.axis_words());
+    }
+
+    #[inline(always)]
+    fn axis_words(&self) -> &'a [Cell<u32>] {
+        self.words.get(M::Gains::COUNT..).unwrap_or_default()
+    }
+}

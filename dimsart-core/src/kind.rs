@@ -1,0 +1,235 @@
+//! Kinds of modules: what the engine knows of a module without knowing its type.
+
+use core::cell::Cell;
+
+use crate::context::{Context, Lane};
+use crate::data::Data;
+use crate::declare::Declare;
+use crate::device::DeviceDescriptor;
+use crate::module::Module;
+use crate::parameter::Parameters;
+use crate::port::Stage;
+use crate::words::Words;
+
+/// Calls a module whose memory begins at a word of the Data Base.
+pub(crate) type Compute = fn(&Data<'_>, u16);
+
+/// Declares the ports of a module with these settings, and fills in its handles.
+type DeclarePorts = fn(&[Cell<u32>], &mut Declare<'_>, &[Cell<u32>]);
+
+/// A kind of module: what there is to say of it, and its functions.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    /// [`Module::NAME`].
+    pub name: &'static str,
+    /// [`Module::SUMMARY`].
+    pub summary: &'static str,
+    handles: u8,
+    settings_words: u8,
+    state_words: u8,
+    gains_words: u8,
+    axis_words: u8,
+    parameters: fn(&Instance<'_>, u8, &mut Parameters<'_>),
+    prepare: fn(&Instance<'_>, &DeviceDescriptor),
+    ports: DeclarePorts,
+    /// None where there is no state to begin with.
+    begin: Option<Compute>,
+    compute: [Compute; 2],
+}
+
+/// Most words of a module's settings, and most handles.
+pub(crate) const MAX_SETTINGS_WORDS: usize = 24;
+pub(crate) const MAX_HANDLES: usize = 16;
+
+/// The memory of an instance, in its parts.
+#[derive(Debug)]
+pub(crate) struct Instance<'a> {
+    settings: &'a [Cell<u32>],
+    lanes: &'a [Cell<u32>],
+}
+
+impl Kind {
+    /// The kind of a module.
+    #[must_use]
+    pub const fn of<M: Module>() -> Self {
+        const {
+            assert!(M::Settings::COUNT <= MAX_SETTINGS_WORDS, "a module's settings take more than 24 words");
+            assert!(M::Ports::COUNT <= MAX_HANDLES, "a module has more than 16 handles");
+            assert!(M::State::COUNT < 256, "a module's state takes more than 255 words: declare memory");
+            assert!(M::Gains::COUNT < 256 && M::Axis::COUNT < 256, "an axis takes more than 255 words");
+        }
+        #[expect(clippy::cast_possible_truncation, reason = "checked above")]
+        Self {
+            name: M::NAME,
+            summary: M::SUMMARY,
+            handles: M::Ports::COUNT as u8,
+            settings_words: M::Settings::COUNT as u8,
+            state_words: M::State::COUNT as u8,
+            gains_words: M::Gains::COUNT as u8,
+            axis_words: M::Axis::COUNT as u8,
+            parameters: visit::<M>,
+            prepare: prepare::<M>,
+            ports: ports::<M>,
+            begin: if M::State::COUNT + M::Axis::COUNT == 0 { None } else { Some(begin::<M>) },
+            compute: [compute::<M>, compute_late::<M>],
+        }
+    }
+
+    /// Words that an instance takes on a device with `dof` axes.
+    #[must_use]
+    pub const fn words(&self, dof: usize) -> usize {
+        let lane = self.gains_words as usize + self.axis_words as usize;
+        self.handles as usize + self.settings_words as usize + self.state_words as usize + dof * lane
+    }
+
+    /// Handles of a module, its first words.
+    pub(crate) fn handles(&self) -> usize {
+        self.handles.into()
+    }
+
+    /// Where the settings lie among an instance's words.
+    pub(crate) fn settings(&self) -> core::ops::Range<usize> {
+        let start = self.handles();
+        start..start + usize::from(self.settings_words)
+    }
+
+    /// An instance's memory in its parts.
+    pub(crate) fn instance<'a>(&self, memory: &'a [Cell<u32>]) -> Instance<'a> {
+        let settings = self.settings();
+        let lanes = memory.get(settings.end + usize::from(self.state_words)..).unwrap_or_default();
+        Instance { settings: memory.get(settings).unwrap_or_default(), lanes }
+    }
+
+    /// Visits the parameters, with the gains of one axis.
+    pub(crate) fn parameters(&self, instance: &Instance<'_>, axis: u8, visit: &mut Parameters<'_>) {
+        (self.parameters)(instance, axis, visit);
+    }
+
+    /// Visits the parameters of no instance: to describe them.
+    pub(crate) fn describe(&self, visit: &mut Parameters<'_>) {
+        (self.parameters)(&Instance { settings: &[], lanes: &[] }, 0, visit);
+    }
+
+    /// Settings of no instance, all parameters at their defaults.
+    pub(crate) fn set_defaults(&self, settings: &[Cell<u32>]) {
+        (self.parameters)(&Instance { settings, lanes: &[] }, 0, &mut Parameters::defaults());
+    }
+
+    /// Works out what follows from the parameters.
+    pub(crate) fn prepare(&self, instance: &Instance<'_>, device: &DeviceDescriptor) {
+        (self.prepare)(instance, device);
+    }
+
+    /// Declares the ports that a module with these settings has, and fills in its handles.
+    pub(crate) fn ports(&self, settings: &[Cell<u32>], declare: &mut Declare<'_>, handles: &[Cell<u32>]) {
+        (self.ports)(settings, declare, handles);
+    }
+
+    /// What begins modules of this kind, if they have a state.
+    pub(crate) fn begin(&self) -> Option<Compute> {
+        self.begin
+    }
+
+    /// What computes a stage of modules of this kind.
+    pub(crate) fn compute(&self, stage: Stage) -> Compute {
+        let [early, late] = self.compute;
+        match stage {
+            Stage::Early => early,
+            Stage::Late => late,
+        }
+    }
+}
+
+impl<'a> Instance<'a> {
+    /// The gains of an axis; empty for one that is not there.
+    fn gains<M: Module>(&self, axis: usize) -> &'a [Cell<u32>] {
+        let lane = self.lanes.get(axis * Lane::<M>::WORDS..).unwrap_or_default();
+        lane.get(..M::Gains::COUNT).unwrap_or_default()
+    }
+}
+
+fn visit<M: Module>(instance: &Instance<'_>, axis: u8, visit: &mut Parameters<'_>) {
+    let lane = instance.gains::<M>(axis.into());
+    let (mut settings, mut gains) = (load::<M::Settings>(instance.settings), load::<M::Gains>(lane));
+    M::parameters(&mut settings, &mut gains, visit);
+    if visit.admits_change(M::validate(&settings)) {
+        store(&settings, instance.settings);
+        store(&gains, lane);
+    }
+}
+
+/// As [`Words::load`], once for all between ticks: inlined there it takes flash for nothing.
+#[inline(never)]
+fn load<T: Words>(words: &[Cell<u32>]) -> T {
+    let zeros = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
+    // Cut to the length that is read, so that it is compared once.
+    T::load(words.get(..T::COUNT).or(zeros.get(..T::COUNT)).unwrap_or_default())
+}
+
+/// As [`Words::store`], once for all between ticks.
+#[inline(never)]
+fn store<T: Words>(value: &T, words: &[Cell<u32>]) {
+    if let Some(words) = words.get(..T::COUNT) {
+        value.store(words);
+    }
+}
+
+fn prepare<M: Module>(instance: &Instance<'_>, device: &DeviceDescriptor) {
+    let mut settings = load::<M::Settings>(instance.settings);
+    M::prepare(&mut settings, device);
+    store(&settings, instance.settings);
+    if M::Gains::COUNT == 0 {
+        return;
+    }
+    for axis in 0..device.dof() {
+        let lane = instance.gains::<M>(axis);
+        let mut gains = load::<M::Gains>(lane);
+        M::prepare_axis(&settings, &mut gains, device);
+        store(&gains, lane);
+    }
+}
+
+fn ports<M: Module>(settings: &[Cell<u32>], declare: &mut Declare<'_>, handles: &[Cell<u32>]) {
+    store(&M::ports(&load::<M::Settings>(settings), declare), handles);
+}
+
+fn begin<M: Module>(data: &Data<'_>, place: u16) {
+    if let Some(context) = Context::new(data, place) {
+        M::begin(&context);
+    }
+}
+
+fn compute<M: Module>(data: &Data<'_>, place: u16) {
+    if let Some(context) = Context::new(data, place) {
+        M::compute(&context);
+    }
+}
+
+fn compute_late<M: Module>(data: &Data<'_>, place: u16) {
+    if let Some(context) = Context::new(data, place) {
+        M::compute_late(&context);
+    }
+}
+
+/// Every module of an image, made by [`module_list!`](crate::module_list).
+#[doc(alias = "List of Modules")]
+pub trait ModuleList: Sized + 'static {
+    /// The kinds.
+    const KINDS: &'static [Kind];
+}
+
+/// Makes a [`ModuleList`] of the modules of an image; one line registers a module.
+#[macro_export]
+macro_rules! module_list {
+    (
+        $(#[$meta:meta])* $visibility:vis enum $list:ident { $($kind:ident($module:ty)),+ $(,)? }
+    ) => {
+        $(#[$meta])*
+        #[derive(Debug)]
+        $visibility enum $list {}
+
+        impl $crate::ModuleList for $list {
+            const KINDS: &'static [$crate::Kind] = &[$($crate::Kind::of::<$module>()),+];
+        }
+    };
+}

@@ -1,0 +1,182 @@
+//! What is put into an image after it was linked: its scheme, and what its modules cost.
+//!
+//! An image has room for a [`Stamp`] at the symbol `dimsart_stamp`. The linker leaves the stamp that the build begins
+//! with: the board's own scheme as master, and no costs. `dimsart stamp` works out the costs from that very image and
+//! writes them, and the scheme of either side, into the file.
+//!
+//! Little endian, in this order:
+//!
+//! ```text
+//! byte  bytes
+//!    0      8  "DIMSTAMP"
+//!    8      2  version of this layout, 1
+//!   10      2  lines of costs there is room for: the tick's, and one for each kind of module
+//!   12      4  most cycles of a tick; 0: no limit
+//!   16     16  side of the scheme, as text
+//!   32     16  memory that the costs are for, as text, such as `0ws`; empty: the image is not stamped
+//!   48     16  compiler of the image, as text
+//!   64     16  name of the scheme, as text
+//!   80      4  bytes of the scheme
+//!   84    512  the scheme, as it is saved
+//!  596  4 each  lines of costs: cycles u16, cycles for each degree of freedom u16; both 0: not known
+//! ```
+//! Text ends at the first zero byte.
+
+use core::num::NonZeroU32;
+
+use crate::cost::{Cost, Costs};
+use crate::saved_scheme::MAX_SCHEME_BYTES;
+
+/// How a stamp begins.
+pub const MAGIC: [u8; 8] = *b"DIMSTAMP";
+/// Version of the layout.
+pub const VERSION: u16 = 1;
+/// Behind the name of an image that is not stamped, where a board describes itself.
+pub const UNSTAMPED: &str = " unstamped";
+/// Most bytes of a text.
+pub const MAX_TEXT_BYTES: usize = 16;
+
+/// Text that ends at the first zero byte.
+pub type Text = [u8; MAX_TEXT_BYTES];
+
+/// What is put into an image after it was linked, with room for so many lines of costs.
+#[derive(Debug, Clone, Copy)]
+#[repr(C)]
+pub struct Stamp<const LINES: usize> {
+    /// [`MAGIC`].
+    pub magic: [u8; 8],
+    /// [`VERSION`].
+    pub version: u16,
+    /// `LINES`.
+    pub lines: u16,
+    /// Most cycles of a tick; 0: no limit.
+    pub limit_cycles: u32,
+    /// Side of the scheme.
+    pub side: Text,
+    /// Memory that the costs are for; empty while they are not known.
+    pub memory: Text,
+    /// Compiler of the image.
+    pub compiler: Text,
+    /// Name of the scheme.
+    pub scheme_name: Text,
+    /// Bytes of the scheme that are used.
+    pub scheme_bytes: u32,
+    /// A [saved scheme](crate::saved_scheme).
+    pub scheme: [u8; MAX_SCHEME_BYTES],
+    /// What a tick and each kind of module cost.
+    pub costs: [Cost; LINES],
+}
+
+const _: () = {
+    assert!(core::mem::offset_of!(Stamp<1>, scheme) == 84, "as the layout says");
+    assert!(core::mem::offset_of!(Stamp<1>, costs) == 596 && size_of::<Stamp<3>>() == 608);
+};
+
+impl<const LINES: usize> Stamp<LINES> {
+    /// Of an image as it is linked: a scheme of one side, and no costs. What does not fit is left out.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "kinds are counted in a byte, schemes are short")]
+    pub const fn unstamped(side: &str, scheme: &[u8]) -> Self {
+        let (scheme, scheme_bytes) = filled(scheme);
+        Self {
+            magic: MAGIC,
+            version: VERSION,
+            lines: LINES as u16,
+            limit_cycles: 0,
+            side: text(side),
+            memory: text(""),
+            compiler: text(""),
+            scheme_name: text(""),
+            scheme_bytes: scheme_bytes as u32,
+            scheme,
+            costs: [Cost::UNKNOWN; LINES],
+        }
+    }
+
+    /// The bytes of the scheme.
+    #[must_use]
+    pub fn scheme(&self) -> &[u8] {
+        let bytes = usize::try_from(self.scheme_bytes).ok();
+        bytes.and_then(|bytes| self.scheme.get(..bytes)).unwrap_or_default()
+    }
+
+    /// Side of the scheme.
+    #[must_use]
+    pub fn side(&self) -> &str {
+        as_str(&self.side)
+    }
+
+    /// What the modules cost; none in an image that is not stamped.
+    #[must_use]
+    pub fn costs(&'static self) -> Option<Costs> {
+        (self.memory.first() != Some(&0)).then_some(Costs::new(&self.costs))
+    }
+
+    /// What a tick may take, cycles.
+    #[must_use]
+    pub fn limit_cycles(&self) -> Option<NonZeroU32> {
+        NonZeroU32::new(self.limit_cycles)
+    }
+}
+
+/// As it stands in a stamp; nothing if it is too long.
+#[must_use]
+pub const fn text(words: &str) -> Text {
+    filled(words.as_bytes()).0
+}
+
+/// A text up to its first zero byte.
+#[must_use]
+pub fn as_str(text: &Text) -> &str {
+    let used = text.split(|byte| *byte == 0).next().unwrap_or_default();
+    core::str::from_utf8(used).unwrap_or_default()
+}
+
+/// Bytes with zeros behind them, and how many they are; none if they do not fit.
+const fn filled<const BYTES: usize>(mut from: &[u8]) -> ([u8; BYTES], usize) {
+    let mut bytes = [0; BYTES];
+    let count = from.len();
+    if count > BYTES {
+        return (bytes, 0);
+    }
+    let mut rest: &mut [u8] = &mut bytes;
+    while let ([first, others @ ..], [place, places @ ..]) = (from, rest) {
+        *place = *first;
+        (from, rest) = (others, places);
+    }
+    (bytes, count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_linked_has_a_scheme_and_no_costs() {
+        static STAMP: Stamp<3> = Stamp::unstamped("master", &[1, 2, 3]);
+        assert_eq!((STAMP.side(), STAMP.scheme(), STAMP.lines), ("master", [1, 2, 3].as_slice(), 3));
+        assert_eq!((STAMP.costs(), STAMP.limit_cycles()), (None, None));
+    }
+
+    #[test]
+    fn a_stamp_has_costs_for_a_memory_and_a_limit() {
+        const LINES: [Cost; 2] = [Cost::new(500, 60), Cost::new(100, 10)];
+        static STAMP: Stamp<2> = Stamp {
+            memory: text("flash"),
+            limit_cycles: 84_000,
+            costs: LINES,
+            ..Stamp::unstamped("slave", &[])
+        };
+        assert_eq!(STAMP.costs(), Some(Costs::new(&LINES)));
+        assert_eq!(STAMP.limit_cycles().map(NonZeroU32::get), Some(84_000));
+    }
+
+    #[test]
+    fn a_length_beyond_the_room_and_text_that_is_none_are_nothing() {
+        let stamp =
+            Stamp::<1> { scheme_bytes: 513, side: [0xFF; MAX_TEXT_BYTES], ..Stamp::unstamped("", &[1]) };
+        assert_eq!((stamp.scheme(), stamp.side()), ([].as_slice(), ""));
+        assert_eq!(Stamp::<1>::unstamped("a side of too many letters", &[1; 600]).scheme(), []);
+        assert_eq!(as_str(&text("sixteen letters!")), "sixteen letters!");
+    }
+}

@@ -1,0 +1,337 @@
+//! The wiring: which modules are plugged in, in which order, to what their ports are bound, and the calls of a tick.
+//!
+//! It is a value of its own. The engine holds two: the one that runs, and the next one, which is put together and checked
+//! as a whole while the other one runs, and then takes its place, or is dropped and nothing has changed.
+
+use core::cell::Cell;
+
+use heapless::Vec;
+
+use crate::command::{CommandError, ModuleRef};
+use crate::data_base::{DataBase, bit};
+use crate::data_type::TypeRef;
+use crate::declare::Declare;
+use crate::device::DeviceDescriptor;
+use crate::kind::{Compute, Kind, MAX_HANDLES};
+use crate::limits::{MAX_MODULES, MAX_WIRES};
+use crate::port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
+use crate::storage::{Block, Storage};
+use crate::unit_tie::{UnitRelation, UnitTie};
+
+/// Most calls in a tick: each module early and late.
+pub(crate) const MAX_CALLS: usize = 2 * MAX_MODULES;
+
+/// Modules in plug-in order, their ports and handles, and the calls of a tick.
+#[derive(Debug, Clone)]
+pub(crate) struct Wiring {
+    modules: Vec<Plugged, MAX_MODULES>,
+    ports: Vec<Port, MAX_WIRES>,
+    /// Of each module's handles, which of its ports it is of; [`NO_PORT`] for one that was not declared.
+    handles: Vec<u8, MAX_WIRES>,
+    calls: Vec<Call, MAX_CALLS>,
+}
+
+const NO_PORT: u8 = u8::MAX;
+const FULL: CommandError = CommandError::WiringFull;
+
+/// A module that is plugged in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Plugged {
+    pub(crate) module: ModuleRef,
+    pub(crate) link_end: Option<LinkEnd>,
+    /// Whether its state begins with its next call.
+    pub(crate) begins: bool,
+    ports: Span,
+    handles: Span,
+}
+
+/// Some of a list, one behind the other.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    start: u8,
+    count: u8,
+}
+
+impl Span {
+    fn of<T>(self, list: &[T]) -> &[T] {
+        let start = usize::from(self.start);
+        list.get(start..start + usize::from(self.count)).unwrap_or_default()
+    }
+}
+
+/// A port of a module that is plugged in.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Port {
+    pub(crate) slot: u8,
+    flags: u8,
+    /// Relation and port of its tie, [`Port::NO_TIE`] for none.
+    tie: u8,
+}
+
+impl Port {
+    const WRITTEN: u8 = 1;
+    const LATE: u8 = 2;
+    const DELAYED: u8 = 4;
+    const MEMORY: u8 = 8;
+    /// Where the number of its difference begins; 0 for none.
+    const DIFFERENCE: u8 = 4;
+    const DIFFERENCES: [Difference; 3] = [Difference::Unit, Difference::Format, Difference::Shape];
+    const RELATIONS: [UnitRelation; 3] =
+        [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative];
+    const NO_TIE: u8 = u8::MAX;
+
+    fn new(slot: u8, spec: &PortSpec, difference: Option<Difference>) -> Self {
+        let flag = |is_set, flag| if is_set { flag } else { 0 };
+        let number = |found: &Difference| Self::DIFFERENCES.iter().position(|known| known == found);
+        let difference = difference.as_ref().and_then(number).map_or(0, |number| number + 1);
+        let tie = spec.tie.and_then(|UnitTie { relation, port }| {
+            let relation = Self::RELATIONS.iter().position(|known| *known == relation)?;
+            Some(u8::try_from(relation).ok()? << 4 | port)
+        });
+        let flags = flag(spec.direction == Direction::Write, Self::WRITTEN)
+            | flag(spec.stage == Stage::Late, Self::LATE)
+            | flag(spec.is_delayed, Self::DELAYED)
+            | flag(spec.data_type.is_none(), Self::MEMORY)
+            | u8::try_from(difference).unwrap_or(0) << Self::DIFFERENCE;
+        Self { slot, flags, tie: tie.unwrap_or(Self::NO_TIE) }
+    }
+
+    pub(crate) fn is_written(self) -> bool {
+        self.flags & Self::WRITTEN != 0
+    }
+
+    pub(crate) fn is_delayed(self) -> bool {
+        self.flags & Self::DELAYED != 0
+    }
+
+    pub(crate) fn is_memory(self) -> bool {
+        self.flags & Self::MEMORY != 0
+    }
+
+    pub(crate) fn stage(self) -> Stage {
+        if self.flags & Self::LATE == 0 { Stage::Early } else { Stage::Late }
+    }
+
+    /// How it uses its signal.
+    pub(crate) fn direction(self) -> Direction {
+        if self.is_written() { Direction::Write } else { Direction::Read }
+    }
+
+    /// How its signal differs from what it expects.
+    pub(crate) fn difference(self) -> Option<Difference> {
+        let number = usize::from(self.flags >> Self::DIFFERENCE).checked_sub(1)?;
+        Self::DIFFERENCES.get(number).copied()
+    }
+
+    pub(crate) fn tie(self) -> Option<UnitTie> {
+        if self.tie == Self::NO_TIE {
+            return None;
+        }
+        let relation = *Self::RELATIONS.get(usize::from(self.tie >> 4))?;
+        Some(UnitTie { relation, port: self.tie & 0xF })
+    }
+}
+
+/// One call of a module in a tick.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Call {
+    pub(crate) compute: Compute,
+    /// First word of its module's memory.
+    pub(crate) place: u16,
+    /// Of its module in the plug-in order.
+    pub(crate) order: u8,
+    pub(crate) stage: Stage,
+}
+
+/// A module that is to be plugged in.
+#[derive(Debug)]
+pub(crate) struct New<'a> {
+    pub(crate) module: ModuleRef,
+    pub(crate) kind: &'a Kind,
+    pub(crate) settings: &'a [Cell<u32>],
+    /// Behind so many others.
+    pub(crate) order: usize,
+}
+
+impl Wiring {
+    pub(crate) const fn new() -> Self {
+        Self { modules: Vec::new(), ports: Vec::new(), handles: Vec::new(), calls: Vec::new() }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.modules.clear();
+        self.ports.clear();
+        self.handles.clear();
+        self.calls.clear();
+    }
+
+    /// Becomes another one without a module.
+    pub(crate) fn without(&mut self, module: ModuleRef, before: &Self) {
+        self.clear();
+        for plugged in before.modules.iter().filter(|plugged| plugged.module != module) {
+            // There is room for less than there was.
+            let _ = self.append(before, plugged);
+        }
+    }
+
+    /// Becomes another one with a module more, whose signals and memory are taken from the Data Base.
+    ///
+    /// On an error it is of no use, and the Data Base may have slots that nobody uses.
+    pub(crate) fn with<const WORDS: usize>(
+        &mut self,
+        new: &New<'_>,
+        before: &Self,
+        device: &DeviceDescriptor,
+        data_base: &mut DataBase<WORDS>,
+        bound: impl Fn(&str) -> Option<TypeRef>,
+    ) -> Result<(), CommandError> {
+        self.clear();
+        let (earlier, later) = before.modules.split_at_checked(new.order).unwrap_or((&before.modules, &[]));
+        for plugged in earlier {
+            self.append(before, plugged)?;
+        }
+        self.declare(new, device, data_base, bound)?;
+        for plugged in later {
+            self.append(before, plugged)?;
+        }
+        Ok(())
+    }
+
+    fn append(&mut self, from: &Self, plugged: &Plugged) -> Result<(), CommandError> {
+        let copy = Plugged {
+            ports: Span { start: index(self.ports.len())?, ..plugged.ports },
+            handles: Span { start: index(self.handles.len())?, ..plugged.handles },
+            ..*plugged
+        };
+        self.ports.extend_from_slice(plugged.ports.of(&from.ports)).map_err(|_| FULL)?;
+        self.handles.extend_from_slice(plugged.handles.of(&from.handles)).map_err(|_| FULL)?;
+        self.modules.push(copy).map_err(|_| FULL)
+    }
+
+    /// Apart from what is done with the wiring: the ports' descriptions are off the stack by then.
+    #[inline(never)]
+    fn declare<const WORDS: usize>(
+        &mut self,
+        new: &New<'_>,
+        device: &DeviceDescriptor,
+        data_base: &mut DataBase<WORDS>,
+        bound: impl Fn(&str) -> Option<TypeRef>,
+    ) -> Result<(), CommandError> {
+        let mut specs = PortSpecs::new();
+        let mut declare = Declare::new(device, &mut specs);
+        let declared = [const { Cell::new(0) }; MAX_HANDLES];
+        new.kind.ports(new.settings, &mut declare, &declared);
+        let handles = new.kind.handles();
+        let (has_all, link_end) = (declare.has_all(), declare.link_end());
+        if !has_all {
+            return Err(CommandError::TooManyPorts);
+        }
+        let plugged = Plugged {
+            module: new.module,
+            link_end,
+            begins: true,
+            ports: Span { start: index(self.ports.len())?, count: index(specs.len())? },
+            handles: Span { start: index(self.handles.len())?, count: index(handles)? },
+        };
+        for spec in &specs {
+            let port = match (spec.data_type, spec.direction) {
+                (Some((_, default)), _) => {
+                    let signal = bound(spec.name).unwrap_or(default);
+                    let found = device.data_type(signal.id).ok_or(CommandError::UnknownType(signal))?;
+                    let slot = data_base.insert(found, signal, device.dof())?;
+                    Port::new(slot, spec, spec.difference(found))
+                }
+                (None, Direction::Memory(words)) => Port::new(data_base.take(words)?, spec, None),
+                (None, _) => return Err(CommandError::WrongValue),
+            };
+            self.ports.push(port).map_err(|_| FULL)?;
+        }
+        for declared in declared.iter().take(handles) {
+            let port = Block::from_word(declared.get()).port().unwrap_or(NO_PORT);
+            self.handles.push(port).map_err(|_| FULL)?;
+        }
+        self.modules.push(plugged).map_err(|_| CommandError::TooManyModules)
+    }
+
+    /// Takes over the order of the calls.
+    pub(crate) fn set_calls(&mut self, calls: impl Iterator<Item = (u8, Stage)>, kinds: &[Kind]) {
+        self.calls.clear();
+        for (order, stage) in calls {
+            let Some(plugged) = self.modules.get(usize::from(order)) else { continue };
+            let Some(kind) = kinds.get(usize::from(plugged.module.kind)) else { continue };
+            let _ = self.calls.push(Call { compute: kind.compute(stage), place: u16::MAX, order, stage });
+        }
+    }
+
+    /// Points every handle to where its slot is now, and every call to its module's memory.
+    pub(crate) fn connect<const WORDS: usize>(
+        &mut self,
+        storage: &mut Storage<WORDS>,
+        memory: impl Fn(ModuleRef) -> Block,
+    ) {
+        for plugged in &self.modules {
+            let (ports, start) = (plugged.ports.of(&self.ports), memory(plugged.module).offset);
+            for (offset, port) in (start..).zip(plugged.handles.of(&self.handles)) {
+                let port = ports.get(usize::from(*port));
+                let handle = port.map_or(Block::FREE, |port| storage.block(port.slot));
+                if let Some([word]) = storage.words_mut(Block { offset, words: 1 }) {
+                    *word = handle.to_word();
+                }
+            }
+        }
+        for call in &mut self.calls {
+            if let Some(plugged) = self.modules.get(usize::from(call.order)) {
+                call.place = memory(plugged.module).offset;
+            }
+        }
+    }
+
+    /// Slots that its ports use, a bit each.
+    pub(crate) fn slots(&self) -> u64 {
+        self.ports.iter().fold(0, |slots, port| slots | bit(port.slot))
+    }
+
+    /// Modules in plug-in order.
+    pub(crate) fn modules(&self) -> &[Plugged] {
+        &self.modules
+    }
+
+    /// Has the state of these modules begin with their next call.
+    pub(crate) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
+        for plugged in self.modules.iter_mut().filter(|plugged| is_meant(plugged.module)) {
+            plugged.begins = true;
+        }
+    }
+
+    /// No module begins any more.
+    pub(crate) fn has_begun(&mut self) {
+        self.modules.iter_mut().for_each(|plugged| plugged.begins = false);
+    }
+
+    pub(crate) fn calls(&self) -> &[Call] {
+        &self.calls
+    }
+
+    /// Ports of a module that is plugged in.
+    pub(crate) fn ports(&self, plugged: &Plugged) -> &[Port] {
+        plugged.ports.of(&self.ports)
+    }
+
+    /// The module of a call.
+    pub(crate) fn called(&self, call: &Call) -> Option<&Plugged> {
+        self.modules.get(usize::from(call.order))
+    }
+
+    pub(crate) fn find(&self, module: ModuleRef) -> Option<&Plugged> {
+        self.modules.iter().find(|plugged| plugged.module == module)
+    }
+
+    /// How many modules are plugged in before this one.
+    pub(crate) fn order_of(&self, module: ModuleRef) -> Option<usize> {
+        self.modules.iter().position(|plugged| plugged.module == module)
+    }
+}
+
+fn index(number: usize) -> Result<u8, CommandError> {
+    u8::try_from(number).map_err(|_| FULL)
+}

@@ -1,0 +1,39 @@
+//! What the memory of a board holds.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use dimsart_core::modules::Standard;
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, scheme, types};
+
+/// Of the board nucleo-g474re, as its `Board::WORDS`.
+const WORDS: usize = 3072;
+const SCHEME: &str = include_str!("../../../hil-sim/tests/emulated/every_module.scheme");
+const SIDES: &[&str] = &["master", "slave"];
+
+/// What is refused of the scheme of every module with a recorder of so many rows, for 7 axes; nothing when it runs.
+fn refused(recorder_rows: usize, side: &str) -> Vec<String> {
+    const OUTPUTS: [&DataType; 6] = {
+        let [cycles, mean, max, late, overruns] = types::TIMING;
+        [types::POSITION, cycles, mean, max, late, overruns]
+    };
+    let axes = [AxisKind::Rotary; 7];
+    let device = DeviceDescriptor::new("arm", &axes, 1e-3, &OUTPUTS, &[types::DES_FORCE]).unwrap();
+    let mut dimsart: Dimsart<Standard, WORDS> = Dimsart::new(device).unwrap();
+    let length = format!("LENGTH               {recorder_rows}");
+    let text = SCHEME.replace("LENGTH               500", &length);
+    assert!(text.contains(&length));
+    let mut refused = Vec::new();
+    scheme::load(&text, side, SIDES, &mut dimsart, |error| {
+        refused.push(format!("{} {:?}", error.place.word, error.problem));
+    });
+    assert!(dimsart.engine().is_running());
+    refused
+}
+
+#[test]
+fn every_module_at_seven_axes_leaves_the_nucleo_room_for_a_recorder_of_250_rows() {
+    for side in SIDES {
+        assert_eq!(refused(250, side), [""; 0]);
+        let [too_long] = refused(500, side).try_into().unwrap();
+        assert!(too_long.starts_with("RECORDER_MOD Refused(Storage(NoRoom { wanted: "), "{too_long}");
+    }
+}

@@ -1,0 +1,208 @@
+//! What the behaviour tests share: a controller on a bench, fed and read in plain numbers.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+
+pub(crate) mod way;
+
+use std::collections::VecDeque;
+
+use dimsart_core::{
+    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef, Packet, Step,
+    Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme,
+};
+
+/// Sample period of every bench, `s`.
+pub(crate) const H: f32 = 1e-3;
+
+/// The types of a device, one after the other.
+pub(crate) type Types = &'static [&'static DataType];
+
+/// A controller without a robot: the test is the device.
+pub(crate) struct Bench<M: ModuleList = Standard> {
+    pub(crate) dimsart: Dimsart<M>,
+}
+
+impl<M: ModuleList> Bench<M> {
+    /// A controller of `dof` linear axes, for a device that measures `outputs` and takes `inputs`.
+    pub(crate) fn of(dof: usize, outputs: Types, inputs: Types) -> Self {
+        let axes = vec![AxisKind::Linear; dof];
+        let device = DeviceDescriptor::new("bench", &axes, H, outputs, inputs).unwrap();
+        Self { dimsart: Dimsart::new(device).unwrap() }
+    }
+
+    /// Gives it rows `module command value`; all must be taken.
+    pub(crate) fn rows(&mut self, rows: &str) {
+        let errors = self.load(rows);
+        assert_eq!(errors, [""; 0], "{:?}", self.findings());
+    }
+
+    /// Gives it rows and says what went wrong, as `line:problem`.
+    pub(crate) fn load(&mut self, rows: &str) -> Vec<String> {
+        let text: String = rows.lines().map(|row| prefixed(row) + "\n").collect();
+        let mut errors = Vec::new();
+        scheme::load(&text, "bench", &["bench"], &mut self.dimsart, |error| {
+            errors.push(format!("{}:{:?}", error.place.line, error.problem));
+        });
+        errors
+    }
+
+    /// Gives it rows and lets the scheme run.
+    pub(crate) fn run(&mut self, rows: &str) {
+        self.rows(rows);
+        self.rows("MOD_ENG MATCHING_CHECK");
+    }
+
+    /// Gives it one row, which must be well formed, and the engine's answer.
+    pub(crate) fn order(&mut self, row: &str) -> Result<(), CommandError> {
+        let text = prefixed(row);
+        let row = scheme::rows(&text).next().unwrap();
+        let command = row.command(self.dimsart.engine_mut()).unwrap();
+        self.dimsart.command(command)
+    }
+
+    /// A tick that must run; gives what the device is commanded.
+    pub(crate) fn tick(&mut self, measured: &[f32]) -> Vec<f32> {
+        let (tick, commanded) = self.try_tick(&words(measured));
+        assert_eq!(tick, Tick::Ran);
+        commanded.into_iter().map(|word| f32::from_bits(word.0)).collect()
+    }
+
+    /// A tick with frames of the right size.
+    pub(crate) fn try_tick(&mut self, measured: &[Word]) -> (Tick, Vec<Word>) {
+        // Something that is not zero, so that a frame nobody fills is seen.
+        let mut commanded = vec![Word(0xDEAD); self.dimsart.frame().input_words()];
+        let tick = self.dimsart.tick(measured, &mut commanded);
+        (tick, commanded)
+    }
+
+    /// The words of a signal, `NAME` or `NAME.2`.
+    pub(crate) fn bits(&self, name: &str) -> &[u32] {
+        let engine = self.dimsart.engine();
+        let signal = engine.device().signal(name).unwrap();
+        engine.data_base().words(engine.data_base().slot(signal).unwrap())
+    }
+
+    /// A signal of real numbers.
+    pub(crate) fn signal(&self, name: &str) -> Vec<f32> {
+        self.bits(name).iter().map(|word| f32::from_bits(*word)).collect()
+    }
+
+    /// What the matching check finds, in words.
+    pub(crate) fn findings(&self) -> Vec<String> {
+        let engine = self.dimsart.engine();
+        let report = engine.check();
+        report.findings().iter().map(|finding| engine.explain(*finding).to_string()).collect()
+    }
+
+    /// The calls of a tick, late ones marked.
+    pub(crate) fn steps(&self) -> Vec<String> {
+        let steps = self.dimsart.engine().steps();
+        steps.map(|step| format!("{} {:?}", Engine::<M>::module_name(step.module), step.stage)).collect()
+    }
+
+    /// All that a refused command must leave as it is.
+    pub(crate) fn snapshot(&mut self) -> Snapshot {
+        let engine = self.dimsart.engine_mut();
+        let kinds = 0..u8::try_from(M::KINDS.len()).unwrap();
+        let modules = kinds.flat_map(|kind| (1..=17).map(move |number| ModuleRef { kind, number }));
+        let mut parameters = Vec::new();
+        let mut bindings = Vec::new();
+        for module in modules {
+            if engine.get(module, 0, 0) == Err(CommandError::NotPluggedIn(module)) {
+                continue;
+            }
+            for index in 0..12 {
+                parameters.extend((0..8).map(|axis| (module, index, engine.get(module, index, axis).ok())));
+            }
+            for port in engine.ports(module).unwrap_or_default() {
+                bindings.push((module, port.name, engine.binding(module, port.name)));
+            }
+        }
+        let signals = engine.data_base().signals();
+        let signals = signals.map(|(slot, entry)| (entry.signal, engine.data_base().words(slot).to_vec()));
+        Snapshot {
+            usage: engine.usage(),
+            is_running: engine.is_running(),
+            steps: engine.steps().collect(),
+            signals: signals.collect(),
+            parameters,
+            bindings,
+        }
+    }
+}
+
+/// One module alone, fed by the device, and the signal of it that matters.
+pub(crate) struct Alone {
+    pub(crate) bench: Bench,
+    pub(crate) output: &'static str,
+}
+
+impl Alone {
+    pub(crate) fn new(dof: usize, inputs: Types, output: &'static str, rows: &str) -> Self {
+        let mut bench = Bench::of(dof, inputs, &[]);
+        bench.run(rows);
+        Self { bench, output }
+    }
+
+    /// A tick; gives every axis of the output.
+    pub(crate) fn axes(&mut self, measured: &[f32]) -> Vec<f32> {
+        self.bench.tick(measured);
+        self.bench.signal(self.output)
+    }
+
+    /// A tick; gives the first axis of the output.
+    pub(crate) fn step(&mut self, measured: &[f32]) -> f32 {
+        self.axes(measured)[0]
+    }
+}
+
+/// What a controller is at one moment, as far as it can be seen from outside.
+#[derive(Debug, PartialEq)]
+pub(crate) struct Snapshot {
+    pub(crate) usage: Usage,
+    pub(crate) is_running: bool,
+    pub(crate) steps: Vec<Step>,
+    pub(crate) signals: Vec<(TypeRef, Vec<u32>)>,
+    pub(crate) parameters: Vec<(ModuleRef, u8, Option<Value>)>,
+    pub(crate) bindings: Vec<(ModuleRef, &'static str, Option<TypeRef>)>,
+}
+
+/// One direction of a link: what is sent comes out so many ticks later.
+pub(crate) struct Line {
+    delay_ticks: usize,
+    packets: VecDeque<(usize, Packet)>,
+}
+
+impl Line {
+    pub(crate) fn new(delay_ticks: usize) -> Self {
+        Self { delay_ticks, packets: VecDeque::new() }
+    }
+
+    /// Takes the packet of tick `now`.
+    pub(crate) fn send<M: ModuleList>(&mut self, now: usize, from: &mut Dimsart<M>) {
+        self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
+    }
+
+    /// Hands over what is there before tick `now`.
+    pub(crate) fn deliver<M: ModuleList>(&mut self, now: usize, to: &mut Dimsart<M>) {
+        while let Some((_, packet)) = self.packets.pop_front_if(|(due, _)| *due <= now) {
+            to.receive(0, &packet.to_bytes()).unwrap();
+        }
+    }
+}
+
+/// Numbers as a frame carries them.
+pub(crate) fn words(values: &[f32]) -> Vec<Word> {
+    values.iter().map(|value| Word::from(*value)).collect()
+}
+
+/// Whether `found` is `expected` within `relative` of it, and of 1 when it is smaller than that.
+#[track_caller]
+pub(crate) fn assert_close(found: impl Into<f64>, expected: impl Into<f64>, relative: f64) {
+    let (found, expected) = (found.into(), expected.into());
+    let error = (found - expected).abs();
+    assert!(error <= relative * expected.abs().max(1.0), "{found} should be {expected}, off by {error}");
+}
+
+fn prefixed(row: &str) -> String {
+    if row.trim().is_empty() { String::new() } else { format!("all {}", row.trim()) }
+}

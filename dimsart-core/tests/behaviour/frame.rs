@@ -1,0 +1,277 @@
+//! A frame is taken whole or not at all, and the device never gets anything but finite numbers.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use crate::common::{Bench, Types};
+use dimsart_core::{
+    AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, Format, FrameError,
+    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Tick, Unit, Vector, Word,
+    limits::MAX_DOF, modules::Standard, types, words,
+};
+
+macro_rules! own_types {
+    ($($id:literal $name:ident $format:ident $shape:expr;)*) => {
+        $(const $name: &DataType = &DataType {
+            id: $id, name: stringify!($name), unit: Unit::One, format: Format::$format, shape: $shape,
+            summary: "A board's own.",
+        };)*
+    };
+}
+
+own_types! {
+    0x8000 TEMPERATURES F32 Shape::Vector;
+    0x8001 COUNTER      I32 Shape::Scalar;
+    0x8002 STATUS_BITS  U32 Shape::Matrix(2, 2);
+    0x8003 LIMIT_SWITCH Bool Shape::Vector;
+    0x8004 JACOBIAN     F32 Shape::Matrix(2, 3);
+    0x8010 HEATING      F32 Shape::Vector;
+    0x8011 TARGET       I32 Shape::Scalar;
+    0x8012 MASK         U32 Shape::Matrix(2, 2);
+    0x8013 BRAKES       Bool Shape::Vector;
+    0x8014 TRANSPOSED   F32 Shape::Matrix(3, 2);
+    0x8020 IMAGE        F32 Shape::Matrix(16, 20);
+}
+
+/// Hands every measured signal on to the device, through handles of every format and shape.
+#[derive(Debug)]
+struct Relay;
+
+words! {
+    struct Settings { spoiled_word: u32, spoils: bool, spoils_with_infinity: bool }
+    struct Signals {
+        temperatures: Input,
+        counter: Input<Single<i32>>,
+        status_bits: Input<Matrix<2, 2, u32>>,
+        limit_switch: Input<Vector<bool>>,
+        jacobian: Input<Matrix<2, 3>>,
+        heating: Output,
+        target: Output<Single<i32>>,
+        mask: Output<Matrix<2, 2, u32>>,
+        brakes: Output<Vector<bool>>,
+        transposed: Output<Matrix<3, 2>>,
+    }
+}
+
+impl Module for Relay {
+    const NAME: &'static str = "RELAY_MOD";
+    const SUMMARY: &'static str = "Hands signals on, one of them spoiled when asked to.";
+
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = ();
+    type Ports = Signals;
+
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        visit.flag(&mut settings.spoils, "SPOILS", false, "Whether it spoils a word.");
+        visit.flag(&mut settings.spoils_with_infinity, "INFINITY", false, "With infinity, not NaN.");
+        visit.count(&mut settings.spoiled_word, "WORD", Unit::One, 0..=100, 0, "Float word it spoils.");
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Signals {
+        Signals {
+            temperatures: declare.input("TEMPERATURES", TEMPERATURES),
+            counter: declare.input("COUNTER", COUNTER),
+            status_bits: declare.input("STATUS_BITS", STATUS_BITS),
+            limit_switch: declare.input("LIMIT_SWITCH", LIMIT_SWITCH),
+            jacobian: declare.input("JACOBIAN", JACOBIAN),
+            heating: declare.output("HEATING", HEATING),
+            target: declare.output("TARGET", TARGET),
+            mask: declare.output("MASK", MASK),
+            brakes: declare.output("BRAKES", BRAKES),
+            transposed: declare.output("TRANSPOSED", TRANSPOSED),
+        }
+    }
+
+    fn compute(context: &Context<'_, Self>) {
+        let (data, ports) = (context.data(), context.ports());
+        let Settings { spoiled_word, spoils, spoils_with_infinity } = context.settings();
+        data.set(ports.target, data.get(ports.counter));
+        for axis in 0..data.device().dof() {
+            data.set_axis(ports.heating, axis, data.axis(ports.temperatures, axis));
+            data.set_axis(ports.brakes, axis, data.axis(ports.limit_switch, axis));
+        }
+        for row in 0..2 {
+            for column in 0..2 {
+                data.set_element(ports.mask, row, column, data.element(ports.status_bits, row, column));
+            }
+            for column in 0..3 {
+                data.set_element(ports.transposed, column, row, data.element(ports.jacobian, row, column));
+            }
+        }
+        if spoils {
+            let bad = if spoils_with_infinity { f32::NEG_INFINITY } else { f32::NAN };
+            let mut words = data.words_out(ports.heating).iter().chain(data.words_out(ports.transposed));
+            words.nth(spoiled_word as usize).unwrap().set(bad.to_bits());
+        }
+    }
+}
+
+dimsart_core::module_list! {
+    enum Relays { Relay(Relay) }
+}
+
+const DOF: usize = 3;
+/// Where the floats of a measured frame stand, by type, with the words before the type.
+const FLOATS: [(&DataType, usize, usize); 2] = [(TEMPERATURES, 0, DOF), (JACOBIAN, 2 * DOF + 5, 6)];
+
+fn bench() -> Bench<Relays> {
+    let mut bench = Bench::of(
+        DOF,
+        &[TEMPERATURES, COUNTER, STATUS_BITS, LIMIT_SWITCH, JACOBIAN],
+        &[HEATING, TARGET, MASK, BRAKES, TRANSPOSED],
+    );
+    bench.run("MOD_ENG MOD_ON RELAY_MOD");
+    bench
+}
+
+/// Words of the edges of every format.
+fn measurement() -> Vec<Word> {
+    let temperatures = [f32::MAX, -0.0, f32::MIN_POSITIVE].map(Word::from);
+    let status = [u32::MAX, 0, 0x7FC0_0000, 0xFF80_0000].map(Word::from);
+    let switches = [true, false, true].map(Word::from);
+    let jacobian = [0.0, 0.1, 0.2, 1.0, 1.1, 1.2].map(Word::from);
+    [&temperatures[..], &[Word::from(i32::MIN)], &status, &switches, &jacobian].concat()
+}
+
+#[test]
+fn every_format_and_shape_goes_through_bit_by_bit() {
+    let (tick, commanded) = bench().try_tick(&measurement());
+    assert_eq!(tick, Tick::Ran);
+    let mut expected = measurement();
+    let jacobian = expected.split_off(2 * DOF + 5);
+    expected.extend([0, 3, 1, 4, 2, 5].map(|word| jacobian[word]));
+    assert_eq!(commanded, expected);
+}
+
+#[test]
+fn a_frame_of_the_wrong_length_changes_nothing_and_the_device_gets_zero() {
+    let mut bench = bench();
+    bench.try_tick(&measurement());
+    let before = bench.snapshot();
+    let expected = measurement().len();
+    for found in [0, 1, expected - 1, expected + 1, 100] {
+        let (tick, commanded) = bench.try_tick(&vec![Word::from(1.0); found]);
+        assert_eq!(tick, Tick::MeasurementRefused(FrameError::Length { expected, found }));
+        assert!(commanded.iter().all(|word| *word == Word(0)));
+        assert_eq!(bench.snapshot(), before);
+    }
+    assert_eq!(bench.dimsart.refused_ticks(), 5);
+}
+
+#[test]
+fn a_command_frame_of_the_wrong_length_is_filled_with_zero() {
+    let mut bench = bench();
+    let expected = bench.dimsart.frame().input_words();
+    for found in [0, 1, expected - 1, expected + 1] {
+        let mut commanded = vec![Word(0xDEAD); found];
+        let tick = bench.dimsart.tick(&measurement(), &mut commanded);
+        assert_eq!(tick, Tick::CommandRefused(FrameError::Length { expected, found }));
+        assert!(commanded.iter().all(|word| *word == Word(0)));
+    }
+}
+
+#[test]
+fn a_number_that_is_not_finite_is_named_wherever_it_stands() {
+    let mut bench = bench();
+    bench.try_tick(&measurement());
+    let before = bench.snapshot();
+    for (data_type, start, length) in FLOATS {
+        for word in 0..length {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::from_bits(0xFFFF_FFFF)] {
+                let mut measured = measurement();
+                measured.iter_mut().for_each(|word| word.0 ^= 1);
+                measured[start + word] = Word::from(bad);
+                let (tick, commanded) = bench.try_tick(&measured);
+                let error =
+                    FrameError::NotFinite { signal: data_type.first(), word: word.try_into().unwrap() };
+                assert_eq!(tick, Tick::MeasurementRefused(error));
+                assert!(commanded.iter().all(|word| *word == Word(0)));
+                assert_eq!(bench.snapshot(), before);
+            }
+        }
+    }
+    let (tick, _) = bench.try_tick(&measurement());
+    assert_eq!(tick, Tick::Ran, "one bad frame does not stop the next");
+}
+
+#[test]
+fn what_a_module_spoils_never_reaches_the_device() {
+    let mut bench = bench();
+    let names = (0..3).map(|word| (HEATING, word)).chain((0..6).map(|word| (TRANSPOSED, word)));
+    for (place, (data_type, word)) in names.enumerate() {
+        for infinity in ["OFF", "ON"] {
+            bench.rows("RELAY_MOD SPOILS ON");
+            bench.rows(&format!("RELAY_MOD WORD {place}\nRELAY_MOD INFINITY {infinity}"));
+            let (tick, commanded) = bench.try_tick(&measurement());
+            let error = FrameError::NotFinite { signal: data_type.first(), word };
+            assert_eq!(tick, Tick::CommandRefused(error));
+            assert!(commanded.iter().all(|word| *word == Word(0)));
+            bench.rows("RELAY_MOD SPOILS OFF");
+            assert_eq!(bench.try_tick(&measurement()).0, Tick::Ran);
+        }
+    }
+    assert_eq!(bench.dimsart.refused_ticks(), 18);
+}
+
+#[test]
+fn a_scheme_that_does_not_run_gives_the_safe_output() {
+    let mut bench = bench();
+    bench.rows("MOD_ENG STOP");
+    let (tick, commanded) = bench.try_tick(&measurement());
+    assert_eq!(tick, Tick::Idle);
+    assert!(commanded.iter().all(|word| *word == Word(0)));
+    assert_eq!(bench.bits("COUNTER"), [i32::MIN.cast_unsigned()], "what is measured can still be seen");
+    assert_eq!(bench.dimsart.refused_ticks(), 0);
+}
+
+#[test]
+fn a_type_of_more_words_than_a_byte_counts_is_checked_to_its_end() {
+    let mut bench: Bench = Bench::of(1, &[IMAGE], &[]);
+    let mut measured = vec![Word::from(1.0); 320];
+    assert_eq!(bench.try_tick(&measured).0, Tick::Idle);
+    measured[319] = Word::from(f32::NAN);
+    let error = FrameError::NotFinite { signal: IMAGE.first(), word: 319 };
+    assert_eq!(bench.try_tick(&measured).0, Tick::MeasurementRefused(error));
+}
+
+#[test]
+fn impossible_devices_are_refused_with_what_was_asked_for() {
+    let describe = |dof, period| {
+        DeviceDescriptor::new("arm", &vec![AxisKind::Rotary; dof], period, &[], &[])
+            .map(|device| device.dof())
+    };
+    for dof in 1..=MAX_DOF {
+        assert_eq!(describe(dof, 1e-3), Ok(dof));
+    }
+    for wanted in [0, MAX_DOF + 1, 100] {
+        assert_eq!(describe(wanted, 1e-3), Err(DescriptorError::Dof { wanted }));
+    }
+    for wanted_s in [0.0, -1e-3, f32::INFINITY] {
+        assert_eq!(describe(3, wanted_s), Err(DescriptorError::SamplePeriod { wanted_s }));
+    }
+    assert!(matches!(describe(3, f32::NAN), Err(DescriptorError::SamplePeriod { .. })));
+}
+
+#[test]
+fn too_many_types_and_one_type_twice_are_refused_with_the_numbers() {
+    let (most, nine) = (&types::ALL[..MAX_DEVICE_TYPES], &types::ALL[..=MAX_DEVICE_TYPES]);
+    let twice: Types = &[types::FORCE, types::POSITION, types::VELOCITY, types::POSITION];
+    let describe = |outputs, inputs| {
+        DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, outputs, inputs).map(|device| device.dof())
+    };
+    assert_eq!(describe(most, most), Ok(1));
+    let too_many = Err(DescriptorError::TooManyTypes { wanted: MAX_DEVICE_TYPES + 1 });
+    let same = Err(DescriptorError::SameType { id: types::POSITION.id, first: 1, second: 3 });
+    for (types, refused) in [(nine, too_many), (twice, same)] {
+        assert_eq!(describe(types, &[]), refused);
+        assert_eq!(describe(&[], types), refused);
+        assert!(refused.unwrap_err().to_string().contains(['9', '3']));
+    }
+}
+
+#[test]
+fn a_device_whose_types_do_not_fit_is_refused() {
+    let axes = [AxisKind::Linear; 3];
+    let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[IMAGE, TEMPERATURES], &[]).unwrap();
+    assert!(Dimsart::<Standard, 322>::new(device).is_err());
+}

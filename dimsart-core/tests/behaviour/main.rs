@@ -1,0 +1,30 @@
+//! The core's behaviour, across its files. One program, as it links once: `cargo test -p dimsart-core matching::` runs
+//! the tests of one file.
+
+mod admission;
+mod auth;
+mod capacity;
+mod carriers;
+mod channel;
+mod clients;
+mod comm;
+mod commands;
+mod common;
+mod data_base;
+mod faults;
+mod frame;
+mod gate;
+mod guard;
+mod lease;
+mod link;
+mod link_rate;
+mod link_start;
+mod matching;
+mod modules;
+mod play_out;
+mod protocol;
+mod saved_scheme;
+mod schemes;
+mod signals;
+mod waves;
+mod wire;

@@ -1,0 +1,326 @@
+//! The command protocol: what goes wrong on a line, and what a host can do with nothing but answers.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
+
+macro_rules! unwrap {
+    ($variant:ident, $response:expr) => {
+        match $response {
+            Response::$variant(content) => content,
+            other => panic!("{other:?}"),
+        }
+    };
+}
+
+mod line;
+mod noise;
+
+use dimsart_core::protocol::{
+    Accepted, Blocked, DataTypeText, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, ParameterText, PortText,
+    Refusal, Request, Response, SchemeAction, StoreError, TimingReport,
+};
+use dimsart_core::{
+    Accepts, AxisKind, Command, CommandError, Engine, Finding, Format, FrameError, ModuleList, ModuleRef,
+    PORT, ParameterError, Party, Target, Timing, TypeRef, Value, Verb, modules::Standard, scheme, types,
+};
+
+use line::{Line, MAP, frame, module, robot};
+
+const SIDES: &[&str] = &["master", "slave"];
+const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
+
+#[test]
+fn a_frame_has_these_bytes() {
+    let command = Command::engine(Verb::ModOn, ModuleRef { kind: 6, number: 1 });
+    // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the next.
+    let expected = [0, 5, 1, 2, 1, 7, 2, 1, 8, 5, 6, 1, 0x0D, 0xAD, 0x0B, 0x80, 0];
+    assert_eq!(frame(Request::Command(command), 0x0102), expected);
+}
+
+#[test]
+fn the_device_introduces_itself() {
+    let identity = unwrap!(Identity, Line::new().ask(Request::Identify));
+    assert_eq!(
+        (identity.protocol_version, identity.device, identity.image),
+        (PROTOCOL_VERSION, "arm", "test 0.1")
+    );
+    assert_eq!(identity.axes, [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear]);
+    assert_eq!(identity.sample_period_s.to_bits(), 1e-3_f32.to_bits());
+}
+
+#[test]
+fn every_module_and_parameter_of_the_library_is_described_as_the_engine_has_it() {
+    let mut line = Line::new();
+    let kinds = line.list(|kind| Request::Module { kind });
+    assert_eq!(kinds.len(), Standard::KINDS.len());
+    for ((kind, found), expected) in (0..).zip(kinds).zip(Standard::KINDS) {
+        let found = unwrap!(Module, found);
+        assert_eq!((found.name, found.summary), (expected.name, expected.summary));
+        let found = line.list(|index| Request::Parameter { kind, index });
+        let expected = (0..).map_while(|index| Engine::<Standard>::describe_parameter(kind, index));
+        let expected: Vec<_> = expected.collect();
+        assert_eq!(found.len(), expected.len());
+        for (found, expected) in found.into_iter().zip(expected) {
+            let found = unwrap!(Parameter, found);
+            assert_eq!((found.name, found.summary), (expected.name, expected.summary));
+            assert_eq!(found.default, expected.default);
+            assert_eq!(found.is_structural, expected.is_structural);
+            let symbols = [AxisKind::Linear, AxisKind::Rotary].map(|axis| expected.unit.symbol(axis));
+            assert_eq!([found.unit.linear, found.unit.rotary], symbols);
+            assert_same(&found.accepts, expected.accepts);
+        }
+    }
+}
+
+fn assert_same(found: &Accepted<'_>, expected: Accepts) {
+    match (found, expected) {
+        (Accepted::Choice(found), Accepts::Choice(expected)) => assert_eq!(found, expected),
+        // All the other variants have the same fields under the same names.
+        (found, expected) => assert_eq!(format!("{found:?}"), format!("{expected:?}")),
+    }
+}
+
+#[test]
+fn ports_are_described_with_what_they_are_bound_to() {
+    let mut line = Line::new();
+    let second = ModuleRef { number: 2, ..module("PDCTRL_MOD") };
+    let elsewhere = TypeRef { id: types::DES_POSITION.id, number: 2 };
+    assert_eq!(line.command(Command::bind(second, 1, elsewhere)).refused, None);
+    let modules = (0..16).map(|kind| ModuleRef { kind, number: 1 }).chain([second]);
+    for module in modules {
+        let found = line.list(|index| Request::Port { module, index });
+        let expected = line.dimsart.engine_mut().ports(module).unwrap();
+        assert_eq!(found.len(), expected.len());
+        for (found, spec) in found.into_iter().zip(expected) {
+            let engine = line.dimsart.engine();
+            let default = spec.data_type.map(|(_, signal)| signal);
+            let bound = engine.binding(module, spec.name).or(default);
+            let (name, direction, stage) = (spec.name, spec.direction, spec.stage);
+            let expected = PortText { name, direction, stage, is_delayed: spec.is_delayed, default, bound };
+            assert_eq!(unwrap!(Port, found), expected);
+        }
+    }
+    let bound = unwrap!(Port, line.ask(Request::Port { module: second, index: 1 })).bound;
+    assert_eq!(bound, Some(elsewhere));
+}
+
+#[test]
+fn data_types_are_the_catalogue_and_the_devices_own() {
+    let mut line = Line::new();
+    let found = line.list(|index| Request::DataType { index: index.into() });
+    let expected = types::ALL.iter().copied().chain([MAP]);
+    assert_eq!(found.len(), types::ALL.len() + 1);
+    for (found, expected) in found.into_iter().zip(expected) {
+        let DataTypeText { id, name, unit, format, shape, summary } = unwrap!(DataType, found);
+        assert_eq!((id, name, summary), (expected.id, expected.name, expected.summary));
+        assert_eq!((format, shape), (expected.format, expected.shape));
+        assert_eq!(unit.rotary, expected.unit.symbol(AxisKind::Rotary));
+    }
+}
+
+/// What a host has learnt about a device by asking.
+struct Catalogue {
+    modules: Vec<&'static str>,
+    types: Vec<DataTypeText<'static>>,
+}
+
+impl Catalogue {
+    fn learn(line: &mut Line) -> Self {
+        let modules = line.list(|kind| Request::Module { kind });
+        let types = line.list(|index| Request::DataType { index: index.into() });
+        Self {
+            modules: modules.into_iter().map(|module| unwrap!(Module, module).name).collect(),
+            types: types.into_iter().map(|data_type| unwrap!(DataType, data_type)).collect(),
+        }
+    }
+
+    fn module(&self, name: &str) -> ModuleRef {
+        let kind = self.modules.iter().position(|known| *known == name).unwrap();
+        ModuleRef { kind: u8::try_from(kind).unwrap(), number: 1 }
+    }
+
+    fn command(&self, row: &scheme::Row<'_>, line: &mut Line) -> Command {
+        if row.word(1) == scheme::ENGINE {
+            let (verb, _, needs_module) = Verb::ALL.iter().find(|(_, name, _)| *name == row.word(2)).unwrap();
+            return if *needs_module {
+                Command::engine(*verb, self.module(row.word(3)))
+            } else {
+                Command::plain(*verb)
+            };
+        }
+        let module = self.module(row.word(1));
+        let parameters = line.list(|index| Request::Parameter { kind: module.kind, index });
+        let mut parameters = (0..).zip(parameters).map(|(index, found)| (index, unwrap!(Parameter, found)));
+        let (index, parameter) = parameters.find(|(_, parameter)| parameter.name == row.word(2)).unwrap();
+        Command::set(module, index, self.value(&parameter, row.word(3)))
+    }
+
+    fn value(&self, parameter: &ParameterText<'_>, word: &str) -> Value {
+        match &parameter.accepts {
+            Accepted::Real { .. } => Value::Real(word.parse().unwrap()),
+            Accepted::Count { .. } => Value::Count(word.parse().unwrap()),
+            Accepted::Flag => Value::Flag(word == "ON"),
+            Accepted::Choice(names) => {
+                let index = names.iter().position(|name| *name == word).unwrap();
+                Value::Choice(u8::try_from(index).unwrap())
+            }
+            Accepted::Types => {
+                let found = self.types.iter().find(|data_type| data_type.name == word).unwrap();
+                Value::Type(TypeRef { id: found.id, number: 1 })
+            }
+        }
+    }
+}
+
+#[test]
+fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
+    for side in SIDES {
+        let mut line = Line::new();
+        let catalogue = Catalogue::learn(&mut line);
+        for row in scheme::rows(SCHEME).filter(|row| row.is_for(side, SIDES).unwrap()) {
+            let command = catalogue.command(&row, &mut line);
+            assert_eq!(line.command(command).refused, None, "line {} on the {side}", row.line());
+        }
+        let mut loaded = robot();
+        assert_eq!(scheme::load(SCHEME, side, SIDES, &mut loaded, |error| panic!("{error:?}")), 0);
+        assert_eq!(line.state(), format!("{loaded:?}"));
+        let status = unwrap!(Status, line.ask(Request::Status));
+        assert!(status.is_running);
+        assert_eq!((status.blocked, status.usage), (None, loaded.engine().usage()));
+        let instances = line.list(|index| Request::Instance { index });
+        let names: Vec<_> = instances
+            .into_iter()
+            .map(|found| unwrap!(Instance, found))
+            .map(|found| (catalogue.modules[usize::from(found.module.kind)], found.place.unwrap()))
+            .collect();
+        let order = ["COMM_RXMOD", "WTRANSF_MOD", "PDCTRL_MOD", "TIMEDELAY_MOD", "COMM_TXMOD"];
+        assert_eq!(names, order.into_iter().zip(0..).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn an_accepted_command_says_what_still_keeps_the_device_still() {
+    let mut line = Line::new();
+    let pd = module("PDCTRL_MOD");
+    let effect = line.command(Command::engine(Verb::ModOn, pd));
+    let wanted = Finding::NoProvider { signal: types::DES_POSITION.first(), reader: Party::Module(pd) };
+    assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Fault(wanted)), value: None });
+    assert_eq!(line.ask(Request::Finding { index: 0 }), Response::Finding { finding: wanted, faults: 1 });
+    assert_eq!(line.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotThere));
+    let effect = line.command(Command::plain(Verb::MatchingCheck));
+    assert_eq!(effect.refused, Some(CommandError::DoesNotMatch { faults: 1 }));
+
+    // Its own measured position will do for a desired one.
+    line.command(Command::engine(Verb::ModOff, pd));
+    let port = line.list(|index| Request::Port { module: pd, index });
+    let port = port.into_iter().position(|found| unwrap!(Port, found).name == "DES_POSITION").unwrap();
+    let bind = Command::bind(pd, u8::try_from(port).unwrap(), types::POSITION.first());
+    assert_eq!(line.command(bind).value, Some(Value::Type(types::POSITION.first())));
+    let effect = line.command(Command::engine(Verb::ModOn, pd));
+    assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Stopped), value: None });
+    let effect = line.command(Command::plain(Verb::MatchingCheck));
+    assert_eq!(effect, Effect { refused: None, blocked: None, value: None });
+
+    line.tick(0.5);
+    line.tick(f32::NAN);
+    let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
+    assert_eq!(line.command(Command::plain(Verb::Reset)).blocked, Some(reason));
+    line.tick(0.5);
+    assert_eq!(line.command(Command::plain(Verb::Reset)).blocked, None);
+    let status = unwrap!(Status, line.ask(Request::Status));
+    let first = status.first_fault.unwrap();
+    assert_eq!((status.ticks, status.refused_ticks, first.tick, first.reason), (3, 1, 2, reason));
+}
+
+#[test]
+fn a_refused_command_changes_nothing_and_shows_the_value_that_holds() {
+    let mut line = Line::new();
+    let pd = module("PDCTRL_MOD");
+    let one_axis = |axis, value| Command { axis: Some(axis), ..Command::set(pd, 0, Value::Real(value)) };
+    assert_eq!(line.command(Command::set(pd, 0, Value::Real(300.0))).value, Some(Value::Real(300.0)));
+    assert_eq!(line.command(one_axis(1, 500.0)).value, Some(Value::Real(500.0)));
+    assert_eq!(
+        line.ask(Request::Get { module: pd, parameter: 0, axis: 0 }),
+        Response::Value(Value::Real(300.0))
+    );
+    let before = line.state();
+    for value in [f32::NAN, f32::INFINITY, -1.0] {
+        let effect = line.command(one_axis(1, value));
+        assert_eq!(effect.refused, Some(ParameterError::OutOfRange.into()));
+        assert_eq!(effect.value, Some(Value::Real(500.0)));
+    }
+    let nobody = ModuleRef { kind: 200, number: 1 };
+    for (command, error) in [
+        (Command::engine(Verb::ModOn, nobody), CommandError::UnknownModule(nobody)),
+        (Command::set(pd, 100, Value::Flag(true)), ParameterError::Unknown.into()),
+        (Command::bind(pd, 100, types::POSITION.first()), CommandError::UnknownPort(100)),
+        (Command { param: PORT, ..Command::set(pd, 0, Value::Flag(true)) }, CommandError::WrongValue),
+        (
+            Command { module: Target::Engine, ..Command::set(pd, 99, Value::Nothing) },
+            CommandError::UnknownVerb(99),
+        ),
+    ] {
+        assert_eq!(line.command(command).refused, Some(error));
+    }
+    let absent = line.ask(Request::Get { module: nobody, parameter: 0, axis: 0 });
+    assert_eq!(absent, Response::Refused(Refusal::Engine(CommandError::NotPluggedIn(nobody))));
+    assert_eq!(line.state(), before);
+}
+
+#[test]
+fn signals_are_read_in_pieces_as_the_last_tick_left_them() {
+    let mut line = Line::new();
+    line.tick(0.25);
+    let entries = line.list(|index| Request::Entry { index });
+    let expected =
+        [types::POSITION, MAP, types::DES_FORCE].map(|data_type| Response::Entry(data_type.first()));
+    assert_eq!(entries, expected);
+    let position = Request::Signal { signal: types::POSITION.first(), from: 0 };
+    let position = unwrap!(Signal, line.ask(position));
+    assert_eq!((position.format, position.unit.linear, position.words_in_all), (Format::F32, "m", 3));
+    assert_eq!(position.words, [0.25_f32.to_bits(), 0, 0]);
+    let mut words = Vec::new();
+    for from in [0, 32] {
+        let part = unwrap!(Signal, line.ask(Request::Signal { signal: MAP.first(), from }));
+        assert_eq!(part.words_in_all, 40);
+        assert!(part.words.len() <= MAX_SIGNAL_WORDS);
+        words.extend(part.words.into_iter().map(f32::from_bits));
+    }
+    assert_eq!(words, (1..=40_u8).map(f32::from).collect::<Vec<_>>());
+    let missing = TypeRef { number: 2, ..MAP.first() };
+    for (signal, from) in [(MAP.first(), 41), (missing, 0)] {
+        assert_eq!(line.ask(Request::Signal { signal, from }), Response::Refused(Refusal::NotThere));
+    }
+}
+
+#[test]
+fn a_scheme_is_told_command_by_command() {
+    let mut line = Line::new();
+    assert_eq!(scheme::load(SCHEME, "slave", SIDES, &mut line.dimsart, |error| panic!("{error:?}")), 0);
+    let expected: Vec<Command> = line.dimsart.engine_mut().commands().collect();
+    let mut found = Vec::new();
+    for place in 0..=u8::MAX {
+        let of_module = (0..=u16::MAX).map(|index| line.ask(Request::SchemeCommand { place, index }));
+        let of_module: Vec<_> =
+            of_module.take_while(|answer| *answer != Response::Refused(Refusal::NotThere)).collect();
+        if of_module.is_empty() {
+            break;
+        }
+        found.extend(of_module.into_iter().map(|answer| unwrap!(SchemeCommand, answer)));
+    }
+    assert_eq!(found, expected);
+    assert!(found.len() >= 10, "{found:?}");
+}
+
+#[test]
+fn timing_is_told_by_a_device_that_has_a_clock_and_a_controller_alone_keeps_no_schemes() {
+    let mut line = Line::new();
+    assert_eq!(line.ask(Request::Timing), Response::Refused(Refusal::NotThere));
+    let mut timing = Timing::default();
+    timing.count(true, false);
+    timing.count(false, true);
+    timing.measure(5, 30, 32);
+    line.info.set_timing(timing);
+    let report = TimingReport { ticks: 2, late: 1, overruns: 1, last_mean_max_cycles: Some([25; 3]) };
+    assert_eq!(unwrap!(Timing, line.ask(Request::Timing)), report);
+    let refused = Response::Refused(Refusal::Store(StoreError::NoStorage));
+    assert_eq!(line.ask(Request::Schemes(SchemeAction::Save)), refused);
+}

@@ -1,0 +1,235 @@
+//! A scheme is the commands that build it: as bytes it comes back the same, or not at all.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+
+use crate::common::{self, Bench, words};
+use dimsart_core::modules::Standard;
+use dimsart_core::saved_scheme::{
+    LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
+};
+use dimsart_core::{
+    Accepts, Command, CommandError, Dimsart, ModuleList, ModuleRef, Target, TypeRef, Value, Verb, types,
+};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+const MEASURED: common::Types =
+    &[types::POSITION, types::VELOCITY, types::DES_POSITION, types::CH2_WAVES, types::SIGNAL];
+const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
+
+fn below(random: &mut Pcg32, bound: u32) -> u32 {
+    random.next_u32() % bound
+}
+
+fn small(random: &mut Pcg32, bound: u32) -> u8 {
+    u8::try_from(below(random, bound)).unwrap()
+}
+
+fn any_signal(random: &mut Pcg32) -> TypeRef {
+    let found = types::ALL[below(random, u32::try_from(types::ALL.len()).unwrap()) as usize];
+    TypeRef { id: found.id, number: 1 + small(random, 3) }
+}
+
+fn any_value(accepts: Accepts, random: &mut Pcg32) -> Value {
+    let unit = f32::from(u16::try_from(random.next_u32() >> 16).unwrap()) / 65_536.0;
+    match accepts {
+        // Small, so that nothing blows up in the ticks that follow.
+        Accepts::Real { min, max, .. } => Value::Real(min + unit * (max.min(2.0 + min.max(0.0)) - min)),
+        Accepts::Count { min, max } => Value::Count(min + below(random, (max - min).min(30) + 1)),
+        Accepts::Flag => Value::Flag(below(random, 2) == 1),
+        Accepts::Choice(names) => Value::Choice(small(random, u32::try_from(names.len()).unwrap())),
+        Accepts::Types => Value::Type(any_signal(random)),
+    }
+}
+
+/// A scheme that matches, made of whatever the engine takes.
+fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
+    let mut bench = Bench::of(dof, MEASURED, &[]);
+    let kinds = u32::try_from(Standard::KINDS.len()).unwrap();
+    for _ in 0..10 + below(random, 10) {
+        let module = ModuleRef { kind: small(random, kinds), number: 1 + small(random, 2) };
+        for _ in 0..below(random, 8) {
+            let Some(index) = parameters(module.kind).checked_sub(1).map(|last| small(random, last + 1))
+            else {
+                continue;
+            };
+            let parameter = dimsart_core::Engine::<Standard>::describe_parameter(module.kind, index).unwrap();
+            let axis = (below(random, 2) == 0).then(|| small(random, u32::try_from(dof).unwrap()));
+            let axis = axis.filter(|_| matches!(parameter.accepts, Accepts::Real { per_axis: true, .. }));
+            let value = any_value(parameter.accepts, random);
+            let _ = bench.dimsart.command(Command { axis, ..Command::set(module, index, value) });
+        }
+        for _ in 0..below(random, 3) {
+            let _ = bench.dimsart.command(Command::bind(module, small(random, 6), any_signal(random)));
+        }
+        if below(random, 4) == 0 {
+            let other = ModuleRef { kind: small(random, kinds), number: 1 };
+            let _ = bench.dimsart.command(Command::engine(Verb::PlaceBefore, other));
+        }
+        let _ = bench.dimsart.command(Command::engine(Verb::ModOn, module));
+        if bench.dimsart.engine().check().faults() > 0 {
+            let _ = bench.dimsart.command(Command::engine(Verb::ModOff, module));
+        }
+    }
+    assert_eq!(bench.dimsart.command(Command::plain(Verb::MatchingCheck)), Ok(()), "{:?}", bench.findings());
+    bench
+}
+
+fn parameters(kind: u8) -> u32 {
+    let described = |index| dimsart_core::Engine::<Standard>::describe_parameter(kind, index);
+    u32::try_from((0..).map_while(described).count()).unwrap()
+}
+
+#[test]
+fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
+    let mut random = Pcg32::seed_from_u64(3);
+    let (mut modules, mut bindings, mut too_long) = (0, 0, 0);
+    for round in 0..120 {
+        let dof = [1, 3, 8][round % 3];
+        let mut made = any_scheme(dof, &mut random);
+        let Ok(bytes) = save(made.dimsart.engine_mut()) else {
+            too_long += 1;
+            continue;
+        };
+        let mut copy = Bench::of(dof, MEASURED, &[]);
+        assert_eq!(reload(&bytes, &mut copy.dimsart), Ok(()), "round {round}");
+        assert_eq!(save(copy.dimsart.engine_mut()), Ok(bytes), "round {round}");
+        let (mut expected, mut found) = (made.snapshot(), copy.snapshot());
+        // Instances are listed in the order they were made; values of axes that the device lacks do not count.
+        if dof < 8 {
+            expected.parameters.clear();
+            found.parameters.clear();
+        }
+        let slots = |snapshot: &mut common::Snapshot| {
+            snapshot.signals.sort_by_key(|(signal, _)| (signal.id, signal.number))
+        };
+        slots(&mut expected);
+        slots(&mut found);
+        assert_eq!(found, expected, "round {round}");
+        modules += found.steps.len();
+        bindings += found.bindings.iter().filter(|(.., bound)| bound.is_some()).count();
+        for tick in 0..1000 {
+            let values: Vec<f32> =
+                (0..MEASURED.len() * dof).map(|_| f32::from(small(&mut random, 200)) / 100.0 - 1.0).collect();
+            let outcomes = [&mut made, &mut copy].map(|bench| bench.try_tick(&words(&values)));
+            assert_eq!(outcomes[0], outcomes[1]);
+            for link in 0..2 {
+                let [sent, resent] = [&mut made, &mut copy].map(|bench| bench.dimsart.outgoing(link));
+                assert_eq!(sent, resent, "round {round}, tick {tick}");
+            }
+            let signals = |bench: &Bench| {
+                let data_base = bench.dimsart.engine().data_base();
+                let mut all: Vec<_> = data_base
+                    .signals()
+                    .map(|(slot, entry)| {
+                        ((entry.signal.id, entry.signal.number), data_base.words(slot).to_vec())
+                    })
+                    .collect();
+                all.sort();
+                all
+            };
+            assert_eq!(signals(&made), signals(&copy), "round {round}, tick {tick}");
+        }
+    }
+    assert!(modules > 300 && bindings > 300 && too_long < 20, "{modules} {bindings} {too_long}");
+}
+
+/// Loads as an image does that knows its fingerprint.
+fn reload(bytes: &[u8], dimsart: &mut Dimsart) -> Result<(), LoadError> {
+    let print = fingerprint(dimsart.engine_mut());
+    load(bytes, print, dimsart)
+}
+
+/// One side of the shipped scheme.
+fn shipped() -> Dimsart {
+    let mut bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
+    let sides = &["master", "slave"];
+    let failed = dimsart_core::scheme::load(SCHEME, "master", sides, &mut bench.dimsart, |_| {});
+    assert_eq!(failed, 0);
+    bench.dimsart
+}
+
+fn empty() -> Dimsart {
+    Bench::of(3, &[types::POSITION], &[types::DES_FORCE]).dimsart
+}
+
+#[test]
+fn what_is_damaged_cut_or_of_another_image_is_refused_before_any_command() {
+    let mut shipped = shipped();
+    let bytes = save(shipped.engine_mut()).unwrap();
+    let mut dimsart = empty();
+    let nothing = format!("{dimsart:?}");
+    for bit in 0..bytes.len() * 8 {
+        let mut damaged = bytes.clone();
+        damaged[bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(reload(&damaged, &mut dimsart), Err(LoadError::Damaged), "bit {bit}");
+    }
+    for length in 0..bytes.len() {
+        assert_eq!(reload(&bytes[..length], &mut dimsart), Err(LoadError::Damaged), "cut to {length}");
+    }
+    let mut other = SchemeBytes::new();
+    Writer::new(&mut other, fingerprint(shipped.engine_mut()) ^ 1).finish().unwrap();
+    assert_eq!(reload(&other, &mut dimsart), Err(LoadError::OtherImage));
+    assert_eq!(format!("{dimsart:?}"), nothing);
+    assert_eq!(bytes[0], SAVED_SCHEME_VERSION);
+    assert_eq!(reload(&bytes, &mut dimsart), Ok(()));
+    assert!(dimsart.engine().is_running());
+}
+
+#[test]
+fn a_scheme_that_does_not_load_leaves_no_module_behind() {
+    let mut dimsart = shipped();
+    let mut bytes = SchemeBytes::new();
+    let mut writer = Writer::new(&mut bytes, fingerprint(dimsart.engine_mut()));
+    let pd = dimsart_core::Engine::<Standard>::module("PDCTRL_MOD").unwrap();
+    let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
+    commands.retain(|command| *command != Command::engine(Verb::ModOn, pd));
+    commands.iter().for_each(|command| writer.push(command).unwrap());
+    writer.finish().unwrap();
+    let error = reload(&bytes, &mut dimsart).unwrap_err();
+    let LoadError::Refused { command, error: CommandError::DoesNotMatch { .. } } = error else {
+        panic!("{error}")
+    };
+    assert_eq!(usize::from(command), commands.len(), "the last one, which starts it");
+    assert_eq!((dimsart.engine().is_running(), dimsart.engine().usage().modules), (false, 0));
+}
+
+#[test]
+fn a_scheme_that_fits_no_page_is_refused() {
+    let gain = Command {
+        module: Target::Module(ModuleRef { kind: 6, number: 1 }),
+        param: 0,
+        axis: None,
+        value: Value::Real(1.0),
+    };
+    let mut bytes = SchemeBytes::new();
+    let mut writer = Writer::new(&mut bytes, 0);
+    let gains = (0..).take_while(|_| writer.push(&gain).is_ok()).count();
+    assert_eq!(gains, (MAX_SCHEME_BYTES - 5) / 10);
+    while writer.push(&Command::plain(Verb::Stop)).is_ok() {}
+    assert_eq!(writer.finish(), Err(TooLong));
+    // What the shipped scheme takes, so that the bound is known to be far off.
+    assert!(save(shipped().engine_mut()).unwrap().len() < MAX_SCHEME_BYTES / 2);
+}
+
+mod other_image {
+    use dimsart_core::modules::{P, Pd};
+
+    dimsart_core::module_list! {
+        /// Two modules of the library.
+        pub enum Two { Pd(Pd), P(P) }
+    }
+    dimsart_core::module_list! {
+        /// The same in another order.
+        pub enum Swapped { P(P), Pd(Pd) }
+    }
+}
+
+#[test]
+fn images_with_other_modules_have_other_fingerprints() {
+    let of = |bench: &mut Bench| fingerprint(bench.dimsart.engine_mut());
+    let standard = of(&mut Bench::of(3, MEASURED, &[]));
+    assert_eq!(of(&mut Bench::of(1, &[], MEASURED)), standard, "the device is no part of it");
+    let two = fingerprint(Bench::<other_image::Two>::of(1, &[], &[]).dimsart.engine_mut());
+    let swapped = fingerprint(Bench::<other_image::Swapped>::of(1, &[], &[]).dimsart.engine_mut());
+    assert!(two != standard && swapped != standard && two != swapped);
+}

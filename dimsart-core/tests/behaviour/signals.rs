@@ -1,0 +1,195 @@
+//! Modules that make, delay and keep signals: to the tick, and the same in every run.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
+
+use crate::common::{Alone, Bench, H, assert_close};
+use dimsart_core::{Engine, modules::Standard, scheme, types};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+#[test]
+fn a_delay_gives_an_impulse_back_after_exactly_its_ticks() {
+    for ticks in [0, 1, 2, 7, 600] {
+        let rows = format!("TIMEDELAY_MOD TD_PARAM {ticks}\nMOD_ENG MOD_ON TIMEDELAY_MOD");
+        let mut delay = Alone::new(3, &[types::CH1_WAVES], "CH1_TD_WAVES", &rows);
+        for tick in 0..3 * (ticks + 1) {
+            let sent = if tick == 0 { [1.0, -2.0, 3.0] } else { [0.0; 3] };
+            let expected = if tick == ticks { [1.0, -2.0, 3.0] } else { [0.0; 3] };
+            assert_eq!(delay.axes(&sent), expected, "{ticks} ticks, at {tick}");
+        }
+    }
+}
+
+#[test]
+fn a_delay_plugged_in_again_is_empty() {
+    let rows = "TIMEDELAY_MOD TD_PARAM 5\nMOD_ENG MOD_ON TIMEDELAY_MOD";
+    let mut delay = Alone::new(1, &[types::CH1_WAVES], "CH1_TD_WAVES", rows);
+    for _ in 0..8 {
+        delay.step(&[1.0]);
+    }
+    delay.bench.rows("MOD_ENG MOD_OFF TIMEDELAY_MOD\nMOD_ENG MOD_ON TIMEDELAY_MOD");
+    for tick in 0..20 {
+        assert_eq!(delay.step(&[2.0]), if tick < 5 { 0.0 } else { 2.0 }, "{tick}");
+    }
+}
+
+#[test]
+fn a_delay_is_not_disturbed_when_a_module_before_it_in_the_data_base_goes() {
+    let mut bench: Bench = Bench::of(2, &[types::CH1_WAVES], &[]);
+    bench.run(
+        "TIMEDELAY_MOD.2 TD_PARAM 33\nTIMEDELAY_MOD.2 PORT_SIGNAL_OUT CH2_WAVES\nMOD_ENG MOD_ON TIMEDELAY_MOD.2
+         TIMEDELAY_MOD TD_PARAM 10\nMOD_ENG MOD_ON TIMEDELAY_MOD",
+    );
+    for tick in 0..100_u8 {
+        match tick {
+            42 => bench.rows("MOD_ENG MOD_OFF TIMEDELAY_MOD.2"),
+            57 => bench.rows("MOD_ENG MOD_ON TIMEDELAY_MOD.2"),
+            _ => {}
+        }
+        bench.tick(&[f32::from(tick), -1.0]);
+        assert_eq!(bench.signal("CH1_TD_WAVES")[0], f32::from(tick.saturating_sub(10)), "{tick}");
+    }
+}
+
+/// The wave forms in double precision; `p` in periods.
+fn ideal(form: &str, p: f64) -> f64 {
+    let phase = p.fract();
+    match form {
+        "CONSTANT" => 1.0,
+        "STEP" => f64::from(u8::from(p >= 1.0)),
+        "SINE" => (std::f64::consts::TAU * p).sin(),
+        "SQUARE" => 1.0_f64.copysign(0.5 - phase),
+        _ => 1.0 - (4.0 * (phase + 0.25).fract() - 2.0).abs(),
+    }
+}
+
+#[test]
+fn generated_signals_have_their_form_amplitude_offset_and_frequency() {
+    for form in ["CONSTANT", "STEP", "SINE", "SQUARE", "TRIANGLE"] {
+        for frequency in [0.01, 0.37, 10.0, 170.0] {
+            let rows = format!(
+                "SIGGEN_MOD FORM {form}\nSIGGEN_MOD AMPLITUDE 2\nSIGGEN_MOD OFFSET 0.5\n\
+                 SIGGEN_MOD FREQUENCY {frequency}\nMOD_ENG MOD_ON SIGGEN_MOD"
+            );
+            let mut generator = Alone::new(1, &[], "SIGNAL_OUT", &rows);
+            let per_tick = f64::from(frequency as f32 * H);
+            for tick in 0..100_000 {
+                let found = f64::from(generator.step(&[]));
+                let p = per_tick * f64::from(tick);
+                // Where a form jumps, the tick of the jump may be either side of it.
+                let is_at_edge = (p * 2.0 - (p * 2.0).round()).abs() < 1e-4;
+                if !is_at_edge || matches!(form, "SINE" | "TRIANGLE") {
+                    assert_close(found, 0.5 + 2.0 * ideal(form, p), 0.004);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_slow_signal_keeps_its_frequency() {
+    let rows = "SIGGEN_MOD FORM TRIANGLE\nSIGGEN_MOD AMPLITUDE 1\nSIGGEN_MOD FREQUENCY 0.0001
+        MOD_ENG MOD_ON SIGGEN_MOD";
+    let mut generator = Alone::new(1, &[], "SIGNAL_OUT", rows);
+    // A tenth of a period per million ticks; at 7 500 s it comes up from its lowest point.
+    let mut found = 0.0;
+    for tick in 0..9_000_000 {
+        generator.bench.dimsart.tick(&[], &mut []);
+        if tick % 1_000_000 == 0 {
+            found = generator.bench.signal("SIGNAL_OUT")[0];
+            assert_close(found, ideal("TRIANGLE", f64::from(tick) * 1e-7), 1e-4);
+        }
+    }
+    assert_close(found, -0.8, 1e-4);
+}
+
+#[test]
+fn a_generator_never_waits_however_long_the_sample_period() {
+    use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart};
+    let device = DeviceDescriptor::new("slow", &[AxisKind::Linear], 1e9, &[], &[]).unwrap();
+    let mut bench: Bench = Bench { dimsart: Dimsart::new(device).unwrap() };
+    bench.run(
+        "SIGGEN_MOD FORM STEP\nSIGGEN_MOD AMPLITUDE 1\nSIGGEN_MOD FREQUENCY 10000\nMOD_ENG MOD_ON SIGGEN_MOD",
+    );
+    for tick in 0..5 {
+        bench.tick(&[]);
+        assert_eq!(bench.signal("SIGNAL_OUT"), [if tick == 0 { 0.0 } else { 1.0 }]);
+    }
+}
+
+#[test]
+fn a_recorder_keeps_the_last_rows_of_every_few_ticks() {
+    let mut bench: Bench = Bench::of(2, &[types::FORCE], &[]);
+    bench.run(
+        "RECORDER_MOD LENGTH 4\nRECORDER_MOD EVERY 3\nRECORDER_MOD PORT_SIGNAL_IN FORCE\n\
+         MOD_ENG MOD_ON RECORDER_MOD",
+    );
+    let recorder = Engine::<Standard>::module("RECORDER_MOD").unwrap();
+    let mut kept = vec![0.0; 8];
+    let mut rows = 0;
+    for tick in 0..60_u8 {
+        match tick {
+            30 => bench.rows("RECORDER_MOD RECORD OFF"),
+            45 => bench.rows("RECORDER_MOD RECORD ON"),
+            _ => {}
+        }
+        let row = [f32::from(tick), -f32::from(tick)];
+        bench.tick(&row);
+        if tick % 3 == 0 && !(30..45).contains(&tick) {
+            let place = 2 * (rows % 4);
+            kept[place..place + 2].copy_from_slice(&row);
+            rows += 1;
+        }
+        let found: Vec<f32> = bench
+            .dimsart
+            .engine()
+            .memory(recorder)
+            .unwrap()
+            .iter()
+            .map(|word| f32::from_bits(*word))
+            .collect();
+        assert_eq!(found, kept, "{tick}");
+        assert_eq!(bench.bits("RECORDED_ROWS"), [u32::try_from(rows).unwrap()]);
+    }
+}
+
+/// Every bit of every signal of the bilateral scheme, for ticks with a packet of its own now and then.
+fn bits_of_a_run(form: &str) -> Vec<u32> {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
+    let text = include_str!("../../../schemes/bilateral.scheme");
+    bench.rows(&format!("{form}\nCOMM_RXMOD STALE LIMITED"));
+    let text = text.replace("CRX_CHANNEL     2", "CRX_CHANNEL     1");
+    assert_eq!(scheme::load(&text, "master", &["master", "slave"], &mut bench.dimsart, |_| {}), 0);
+    let mut random = Pcg32::seed_from_u64(5);
+    let mut bits = Vec::new();
+    let mut line = std::collections::VecDeque::new();
+    for _ in 0..10_000 {
+        let measured: Vec<f32> = (0..3).map(|_| (random.next_u32() >> 8) as f32 * 1e-9).collect();
+        bench.tick(&measured);
+        bits.extend(
+            bench
+                .dimsart
+                .engine()
+                .data_base()
+                .signals()
+                .flat_map(|(slot, _)| bench.dimsart.engine().data_base().words(slot).to_vec()),
+        );
+        line.push_back(bench.dimsart.outgoing(0).unwrap().to_bytes());
+        if line.len() > 8 {
+            let packet = line.pop_front().unwrap();
+            if random.next_u32() % 4 != 0 {
+                bench.dimsart.receive(0, &packet).unwrap();
+            }
+        }
+    }
+    bits
+}
+
+#[test]
+fn the_same_commands_and_inputs_give_the_same_bits() {
+    for form in ["WTRANSF_MOD FORM SPLIT", "WTRANSF_MOD FORM IMPLICIT\nPDCTRL_MOD LAW_OUTPUT ON"] {
+        let first = bits_of_a_run(form);
+        assert!(first.len() > 10_000 * 20);
+        assert!(first == bits_of_a_run(form), "{form}");
+    }
+}

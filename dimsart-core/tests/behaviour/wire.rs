@@ -1,0 +1,77 @@
+//! The examples in docs/wire.md are what the code makes, byte by byte.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use dimsart_core::carrier::{can, can_fd, stream};
+use dimsart_core::protocol::{
+    Gate, Heartbeat, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, Receiver, Request, RequestSealer, Sample,
+    encode_heartbeat, encode_request, encode_sample, request_id,
+};
+use dimsart_core::{Packet, auth};
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ")
+}
+
+fn packet() -> Packet {
+    let words = [1.0_f32, -0.5].iter().map(|value| value.to_bits()).collect();
+    Packet { channel: 0x123, counter: 0x0201, echo: 0x0403, content: 0xBEEF, words }
+}
+
+/// Every example of the page: its name and its bytes.
+fn examples() -> Vec<(&'static str, Vec<u8>)> {
+    let mut out = [0; 300];
+    let content = packet().to_bytes().to_vec();
+    let mut examples = vec![
+        ("packet", content.clone()),
+        ("packet, stream", stream::encode(&content, &mut out).unwrap().to_vec()),
+        ("packet, CAN FD", can_fd::pack(&content).unwrap().to_vec()),
+    ];
+    let names = ["packet, CAN frame 0", "packet, CAN frame 1", "packet, CAN frame 2"];
+    examples.extend(names.into_iter().zip(can::frames(&content, 0x123).unwrap().map(|frame| frame.to_vec())));
+    let request = Request::Lease(LeaseAction::Take);
+    examples
+        .push(("request, stream", encode_request(&request, request_id(7, 1), &mut out).unwrap().to_vec()));
+    let lease = LeaseStatus { holder: 7, ticks_left: 200 };
+    let heartbeat =
+        Heartbeat { ticks: 1000, blocked: None, first_fault: None, lease, dropped: 0, damaged: 2 };
+    examples.push(("heartbeat, stream", encode_heartbeat(&heartbeat, 10, &mut out).unwrap().to_vec()));
+    let sample = Sample {
+        counter: 3,
+        id: request_id(7, 2),
+        tick: 1001,
+        words: packet().words.iter().copied().collect(),
+    };
+    examples.push(("telemetry, stream", encode_sample(&sample, &mut out).unwrap().to_vec()));
+
+    let key = || auth::Key::new(b"sixteen byte key");
+    let mut opener = auth::Opener::new(key(), auth::Profile::Full, 0x123, 1);
+    let mut sealer = auth::Sealer::new(key(), auth::Profile::Full, 0x123);
+    let challenge = opener.challenge(0).unwrap().to_vec();
+    assert!(sealer.take_challenge(&challenge));
+    examples.push(("challenge", challenge));
+    examples.push(("proof", sealer.handshake().unwrap().to_vec()));
+    examples.push(("packet, authenticated", sealer.seal(&content, &mut out).unwrap().to_vec()));
+    examples.push(("request, sealed", sealed_request(&request, key())));
+    examples
+}
+
+/// For a board that has just challenged.
+fn sealed_request(request: &Request, key: auth::Key) -> Vec<u8> {
+    let (mut gate, mut sealer) = (Gate::locked(key.clone(), 1), RequestSealer::new(key));
+    let mut frame = [0; MAX_FRAME_BYTES];
+    let hello = sealer.handshake(&mut frame).unwrap().unwrap();
+    Receiver::new().take_all(hello, |content| {
+        gate.take(0, content);
+    });
+    let challenge = gate.challenge(0, &mut frame).unwrap().unwrap();
+    Receiver::new().take_all(challenge, |content| assert!(sealer.take(content)));
+    sealer.encode(request, request_id(7, 1), &mut frame).unwrap().unwrap().to_vec()
+}
+
+#[test]
+fn the_page_shows_the_bytes_that_travel() {
+    let page = include_str!("../../../docs/wire.md");
+    let lines = examples().into_iter().map(|(name, bytes)| format!("{name:22} {}", hex(&bytes)));
+    let missing: Vec<String> = lines.filter(|line| !page.lines().any(|found| found == line)).collect();
+    assert!(missing.is_empty(), "docs/wire.md lacks the lines\n{}", missing.join("\n"));
+}

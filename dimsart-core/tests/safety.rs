@@ -1,0 +1,440 @@
+//! What a device gets, whatever comes: finite numbers in its range, never faster than its rate, and a safe value when
+//! no scheme commands it.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(clippy::float_cmp, reason = "these numbers are exact")]
+
+use dimsart_core::{
+    AxisKind, DataType, DescriptorError, DeviceDescriptor, Dimsart, FrameError, InputLimits, LimitsFault,
+    Packet, Reason, SafeValue, Tick, Word, limits::MAX_LIMITED_WORDS, modules::Standard, scheme, types,
+};
+
+const AXES: usize = 3;
+/// A power of two, so that no product with it is rounded.
+const H_S: f32 = 1.0 / 1024.0;
+/// Another kind of actuator on each axis.
+const LIMITS: [InputLimits; AXES] = [
+    InputLimits { min: -8.0, max: 5.0, rate_per_s: 1024.0, safe_value: SafeValue::Zero },
+    InputLimits { min: 1.0, max: 30.0, rate_per_s: 128.0, safe_value: SafeValue::Hold },
+    InputLimits {
+        min: -20.0,
+        max: 20.0,
+        rate_per_s: 3072.0,
+        safe_value: SafeValue::Damping { coefficient: 2.0 },
+    },
+];
+const DAMPED: &[InputLimits] = &[LIMITS[2]; AXES];
+const SLOW: &[InputLimits] = &[InputLimits { rate_per_s: 51.2, ..InputLimits::NONE }; AXES];
+const HELD_COUNT: &[InputLimits] = &[InputLimits { safe_value: SafeValue::Hold, ..InputLimits::NONE }];
+
+/// A spring from the measured to the desired position, so that a test commands what it likes. What is as large as
+/// `f32` goes becomes infinite.
+const SPRING: &str = "
+any PCTRL_MOD K_PARAM 2
+any MOD_ENG MOD_ON PCTRL_MOD
+any COMM_RXMOD CRX_ADD_DATA VELOCITY.2
+any MOD_ENG MOD_ON COMM_RXMOD
+any MOD_ENG MATCHING_CHECK";
+
+/// A controller whose device measures position and desired position, and takes a force and a whole number.
+struct Arm {
+    dimsart: Dimsart,
+    sender: Dimsart,
+    position_m: [f32; AXES],
+    /// What it got last.
+    given: [f32; AXES],
+    count: u32,
+}
+
+fn load(dimsart: &mut Dimsart, rows: &str) {
+    assert_eq!(scheme::load(rows, "any", &["any"], dimsart, |error| eprintln!("{error:?}")), 0);
+}
+
+fn described(
+    outputs: &'static [&'static DataType],
+    inputs: &'static [&'static DataType],
+) -> DeviceDescriptor {
+    DeviceDescriptor::new("arm", &[AxisKind::Linear; AXES], H_S, outputs, inputs).unwrap()
+}
+
+fn device() -> DeviceDescriptor {
+    let outputs = &[types::DES_POSITION, types::POSITION];
+    described(outputs, &[types::LINK_AGE, types::DES_FORCE])
+}
+
+impl Arm {
+    fn limited() -> Self {
+        Self::of(device().with_limits(&[HELD_COUNT, &LIMITS]).unwrap())
+    }
+
+    fn of(device: DeviceDescriptor) -> Self {
+        let mut dimsart = Dimsart::<Standard>::new(device).unwrap();
+        load(&mut dimsart, SPRING);
+        let mut sender = Dimsart::<Standard>::new(described(&[types::VELOCITY], &[])).unwrap();
+        load(
+            &mut sender,
+            "any COMM_TXMOD CTX_ADD_DATA VELOCITY\nany MOD_ENG MOD_ON COMM_TXMOD\nany MOD_ENG MATCHING_CHECK",
+        );
+        Self { dimsart, sender, position_m: [0.0; AXES], given: [0.0; AXES], count: 0 }
+    }
+
+    fn packet(&mut self) -> Packet {
+        self.sender.tick(&[Word(0); AXES], &mut []);
+        self.sender.outgoing(0).unwrap()
+    }
+
+    /// A tick in which the scheme commands twice this.
+    fn tick(&mut self, half_n: [f32; AXES]) -> Tick {
+        let packet = self.packet();
+        self.dimsart.deliver(0, &Ok(packet)).unwrap();
+        self.tick_in_silence(half_n)
+    }
+
+    fn tick_in_silence(&mut self, half_n: [f32; AXES]) -> Tick {
+        let mut measured = [Word(0); 2 * AXES];
+        for axis in 0..AXES {
+            measured[axis] = (half_n[axis] + self.position_m[axis]).into();
+            measured[AXES + axis] = self.position_m[axis].into();
+        }
+        // What the caller has in its buffer is not what the device got last.
+        let mut commanded = [Word(0x7FC0_0000); 1 + AXES];
+        let tick = self.dimsart.tick(&measured, &mut commanded);
+        self.count = commanded[0].0;
+        self.given = [1, 2, 3].map(|place| f32::from_bits(commanded[place].0));
+        tick
+    }
+
+    fn reason(&self) -> Reason {
+        self.dimsart.safety().reason()
+    }
+
+    fn ticks_of(&self, reason: Reason) -> u32 {
+        self.dimsart.safety().counts().of(reason)
+    }
+}
+
+/// splitmix64.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mixed = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        let mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        mixed ^ (mixed >> 31)
+    }
+
+    fn one_in(&mut self, count: u64) -> bool {
+        self.next().is_multiple_of(count)
+    }
+
+    /// -1 to 1.
+    fn share(&mut self) -> f32 {
+        ((self.next() >> 40) as f32 / (1u64 << 23) as f32) - 1.0
+    }
+
+    fn force_n(&mut self) -> f32 {
+        match self.next() % 200 {
+            0 => f32::NAN,
+            1 => f32::INFINITY,
+            2 => f32::MAX,
+            3 => f32::MIN,
+            4..100 => 10.0 * self.share(),
+            _ => 100.0 * self.share(),
+        }
+    }
+}
+
+/// What the device must get, worked out from what it got last.
+struct Model {
+    given: [f32; AXES],
+    count: u32,
+    /// In the last tick, if it measured.
+    position_m: Option<[f32; AXES]>,
+}
+
+impl Model {
+    fn new() -> Self {
+        let given = LIMITS.map(|limits| 0.0_f32.max(limits.min));
+        Self { given, count: 0, position_m: None }
+    }
+
+    /// What an axis gets while no scheme commands it, limits apart.
+    fn safe_value(&self, axis: usize, now_m: Option<[f32; AXES]>) -> f64 {
+        match LIMITS[axis].safe_value {
+            SafeValue::Zero => 0.0,
+            SafeValue::Hold => self.given[axis].into(),
+            SafeValue::Damping { coefficient } => {
+                let moved = now_m.zip(self.position_m).map_or(0.0, |(now, last)| now[axis] - last[axis]);
+                -f64::from(coefficient) * f64::from(moved) / f64::from(H_S)
+            }
+        }
+    }
+
+    /// Looks at a tick in which the scheme would have commanded `force_n`.
+    fn check(&mut self, arm: &Arm, tick: Tick, force_n: [f32; AXES]) {
+        let is_measured = !matches!(tick, Tick::MeasurementRefused(_));
+        let now_m = is_measured.then_some(arm.position_m);
+        let (mut is_outside, mut is_too_fast) = (false, false);
+        for (axis, limits) in LIMITS.iter().enumerate() {
+            let (given, last) = (arm.given[axis], self.given[axis]);
+            let (min, max) = (limits.min, limits.max);
+            let wanted = if tick == Tick::Ran { force_n[axis].into() } else { self.safe_value(axis, now_m) };
+            let inside = wanted.clamp(min.into(), max.into());
+            let step = f64::from(limits.rate_per_s * H_S);
+            let reached = inside.clamp(f64::from(last) - step, f64::from(last) + step);
+            // What f32 rounds: the sum of the last value and the step, and a velocity.
+            let rounding = f64::from(f32::EPSILON) * (f64::from(last).abs() + reached.abs());
+            let found = format!("{tick:?}, axis {axis}: {given} after {last}, wanted {wanted}");
+            assert!(given.is_finite() && min <= given && given <= max, "{found}");
+            assert!((f64::from(given) - f64::from(last)).abs() <= step + rounding, "{found}");
+            assert!((f64::from(given) - reached).abs() <= rounding, "{found}, not {reached}");
+            is_outside |= !(min..=max).contains(&force_n[axis]);
+            is_too_fast |= force_n[axis].max(min).min(max).to_bits() != given.to_bits();
+        }
+        let reason = match tick {
+            Tick::Ran if is_outside => Reason::RangeLimited,
+            Tick::Ran if is_too_fast => Reason::RateLimited,
+            _ => tick.reason(),
+        };
+        assert_eq!(arm.reason(), reason);
+        assert!(tick == Tick::Ran || arm.count == self.count, "{tick:?}: not held");
+        *self = Self { given: arm.given, count: arm.count, position_m: now_m };
+    }
+}
+
+#[test]
+fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
+    let mut met = [0; Reason::ALL.len()];
+    for seed in 0..60 {
+        let (mut random, mut arm, mut model) = (Random(seed), Arm::limited(), Model::new());
+        let (mut is_allowed, mut is_silent) = (true, false);
+        for _ in 0..600 {
+            is_allowed ^= random.one_in(40);
+            is_silent ^= random.one_in(80);
+            if random.one_in(40) {
+                let rows = match random.next() % 3 {
+                    0 => "any MOD_ENG RESET",
+                    1 => "any MOD_ENG STOP",
+                    _ => "any MOD_ENG MATCHING_CHECK",
+                };
+                load(&mut arm.dimsart, rows);
+            }
+            if !random.one_in(4) {
+                arm.position_m = arm.position_m.map(|position| position + 0.01 * random.share());
+            }
+            let half_n = [(); AXES].map(|()| random.force_n());
+            arm.dimsart.allow_motion(is_allowed);
+            let tick = if is_silent { arm.tick_in_silence(half_n) } else { arm.tick(half_n) };
+            let position_m = arm.position_m;
+            let force_n = [0, 1, 2].map(|axis| 2.0 * ((half_n[axis] + position_m[axis]) - position_m[axis]));
+            model.check(&arm, tick, force_n);
+        }
+        for (met, (_, ticks)) in met.iter_mut().zip(arm.dimsart.safety().counts().iter()) {
+            *met += ticks;
+        }
+    }
+    assert!(met.iter().all(|ticks| *ticks > 100), "every reason is met often: {met:?}");
+}
+
+#[test]
+fn the_safe_value_is_reached_and_left_at_the_rate() {
+    let mut arm = Arm::limited();
+    (0..400).for_each(|_| assert_eq!(arm.tick([2.5, 10.0, 5.0]), Tick::Ran));
+    assert_eq!(arm.given, [5.0, 20.0, 10.0]);
+    arm.dimsart.allow_motion(false);
+    for tick in 1_u8..=10 {
+        assert_eq!(arm.tick([2.5, 10.0, 5.0]), Tick::Disarmed);
+        let left = f32::from(5_u8.saturating_sub(tick));
+        assert_eq!(arm.given, [left, 20.0, f32::max(10.0 - 3.0 * f32::from(tick), 0.0)]);
+    }
+    arm.dimsart.allow_motion(true);
+    assert_eq!(arm.tick([2.5, 10.0, 5.0]), Tick::Ran);
+    assert_eq!(arm.given, [1.0, 20.0, 3.0]);
+}
+
+#[test]
+fn arming_does_not_step_by_what_an_integrator_has_wound_up() {
+    let run = |limits: &'static [&'static [InputLimits]]| {
+        let device = described(&[types::DES_POSITION, types::POSITION], &[types::DES_FORCE]);
+        let mut dimsart = Dimsart::<Standard>::new(device.with_limits(limits).unwrap()).unwrap();
+        let rows = "
+any PIDCTRL_MOD I_PARAM 1000
+any MOD_ENG MOD_ON PIDCTRL_MOD
+any MOD_ENG MATCHING_CHECK";
+        load(&mut dimsart, rows);
+        let mut measured = [Word(0); 2 * AXES];
+        measured[0] = 1.0_f32.into();
+        let mut tick = |is_allowed| {
+            let mut commanded = [Word(0); AXES];
+            dimsart.allow_motion(is_allowed);
+            dimsart.tick(&measured, &mut commanded);
+            f32::from_bits(commanded[0].0)
+        };
+        assert!((0..850).all(|_| tick(false) == 0.0));
+        [tick(true), tick(true)]
+    };
+    let [first, _] = run(&[&[]]);
+    assert!(first > 800.0, "without a limit it steps: {first} N");
+    let limited = run(&[SLOW]);
+    assert_eq!(limited, [0.05, 0.1]);
+}
+
+#[test]
+fn damping_takes_the_measured_velocity_where_there_is_one() {
+    let device = described(&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
+    let mut dimsart = Dimsart::<Standard>::new(device.with_limits(&[DAMPED]).unwrap()).unwrap();
+    let mut tick = |velocity: f32| {
+        let mut measured = [Word(0); 2 * AXES];
+        measured[AXES + 1] = velocity.into();
+        let mut commanded = [Word(0); AXES];
+        dimsart.tick(&measured, &mut commanded);
+        commanded.map(|word| f32::from_bits(word.0))
+    };
+    assert_eq!(tick(1.0), [0.0, -2.0, 0.0]);
+    assert_eq!(tick(1.5), [0.0, -3.0, 0.0]);
+    assert_eq!(tick(f32::NAN), [0.0; AXES], "a velocity that is not known damps nothing");
+    assert_eq!([tick(-1e9), tick(-1e9)].map(|given| given[1]), [3.0, 6.0], "and no faster than the rate");
+}
+
+#[test]
+fn limits_that_limit_nothing_change_no_bit() {
+    let (mut random, mut plain) = (Random(1), Arm::of(device()));
+    let none: &[&[InputLimits]] = &[&[InputLimits::NONE], &[InputLimits::NONE; AXES]];
+    let mut limited = Arm::of(device().with_limits(none).unwrap());
+    for _ in 0..5000 {
+        let is_allowed = !random.one_in(4);
+        let half_n = [(); AXES].map(|()| random.force_n());
+        let ticks = [&mut plain, &mut limited].map(|arm| {
+            arm.dimsart.allow_motion(is_allowed);
+            let tick = arm.tick(half_n);
+            (format!("{tick:?}"), arm.count, arm.given.map(f32::to_bits), arm.reason())
+        });
+        assert_eq!(ticks[0], ticks[1]);
+    }
+}
+
+#[test]
+fn every_reason_can_be_met_and_is_counted() {
+    let mut arm = Arm::limited();
+    let mut met = Vec::new();
+    let mut meet = |arm: &Arm, tick: Tick, reason| {
+        assert_eq!((arm.reason(), arm.ticks_of(reason)), (reason, 1), "{tick:?}");
+        met.push(reason);
+    };
+    (0..20).for_each(|_| _ = arm.tick([0.0, 0.5, 0.0]));
+    assert_eq!((arm.reason(), arm.ticks_of(Reason::RateLimited)), (Reason::None, 0));
+    let tick = arm.tick([0.0, 1.0, 0.0]);
+    meet(&arm, tick, Reason::RateLimited);
+    let tick = arm.tick([0.0, 0.4, 0.0]);
+    meet(&arm, tick, Reason::RangeLimited);
+    arm.dimsart.allow_motion(false);
+    let tick = arm.tick([0.0; AXES]);
+    meet(&arm, tick, Reason::Disarmed);
+    arm.dimsart.allow_motion(true);
+    let tick = arm.tick([f32::NAN; AXES]);
+    assert!(matches!(tick, Tick::MeasurementRefused(FrameError::NotFinite { .. })));
+    meet(&arm, tick, Reason::MeasurementRefused);
+    let tick = arm.tick([f32::MAX; AXES]);
+    meet(&arm, tick, Reason::CommandRefused);
+    assert_eq!(arm.dimsart.refused_ticks(), 2);
+    let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
+        .take(100)
+        .find(|tick| *tick == Tick::LinkLost { link: 0 });
+    meet(&arm, tick.unwrap(), Reason::LinkLost);
+    load(&mut arm.dimsart, "any MOD_ENG STOP");
+    let tick = arm.tick([0.0; AXES]);
+    meet(&arm, tick, Reason::Stopped);
+    met.sort_by_key(|reason| reason.number());
+    assert_eq!(met, Reason::ALL);
+}
+
+/// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
+const NUMBERS: [(u8, &str); 8] = [
+    (0, "none"),
+    (8, "stopped"),
+    (16, "disarmed"),
+    (32, "measurement refused"),
+    (36, "command refused"),
+    (48, "link lost"),
+    (96, "range limited"),
+    (100, "rate limited"),
+];
+
+#[test]
+fn numbers_and_names_stay_and_the_page_of_faults_has_them_all() {
+    let page = include_str!("../../docs/faults.md");
+    let all = core::iter::once(&Reason::None).chain(Reason::ALL);
+    assert_eq!(all.map(|reason| (reason.number(), reason.name())).collect::<Vec<_>>(), NUMBERS);
+    for number in 0..=u8::MAX {
+        let found = Reason::by_number(number);
+        let name = NUMBERS.iter().find(|(known, _)| *known == number).map(|(_, name)| *name);
+        assert_eq!(found.map(|reason| (reason.number(), reason.name())), name.map(|name| (number, name)));
+        let Some(reason) = found else { continue };
+        assert_eq!(reason.is_fault(), (32..96).contains(&number));
+        assert_eq!(reason.is_limit(), number >= 96);
+        assert!(page.contains(&format!("\n| {number} | {} |", reason.name())), "{reason:?}");
+    }
+}
+
+#[test]
+fn a_new_device_begins_anew_but_motion_stays_forbidden() {
+    let mut arm = Arm::limited();
+    arm.dimsart.allow_motion(false);
+    arm.tick([1.0; AXES]);
+    arm.dimsart.connect(device()).unwrap();
+    assert_eq!((arm.reason(), arm.ticks_of(Reason::Disarmed)), (Reason::None, 0));
+    load(&mut arm.dimsart, SPRING);
+    assert_eq!(arm.tick([1.0; AXES]), Tick::Disarmed);
+}
+
+#[test]
+fn limits_that_cannot_be_kept_are_refused_with_the_word_and_why() {
+    let declare = |limits: &[&[InputLimits]]| {
+        let limits: Vec<&'static [InputLimits]> =
+            limits.iter().map(|limits| &*Box::leak(limits.to_vec().into_boxed_slice())).collect();
+        device().with_limits(Box::leak(limits.into_boxed_slice())).err()
+    };
+    let fault = |limits: InputLimits| match declare(&[&[], &[LIMITS[0], limits, LIMITS[0]]]) {
+        Some(DescriptorError::Limits { word: 2, fault }) => Some(fault),
+        None => None,
+        other => unreachable!("{other:?}"),
+    };
+    let none = InputLimits::NONE;
+    assert_eq!(fault(none), None);
+    for (min, max) in [(1.0, 2.0), (-2.0, -1.0), (2.0, 1.0), (f32::NAN, 1.0), (-1.0, f32::INFINITY)] {
+        assert_eq!(fault(InputLimits { min, max, ..none }), Some(LimitsFault::Range), "{min} to {max}");
+    }
+    assert_eq!(fault(InputLimits { min: 1.0, max: 2.0, safe_value: SafeValue::Hold, ..none }), None);
+    for rate_per_s in [0.0, -1.0, f32::NAN, f32::MIN_POSITIVE * 1e-6] {
+        assert_eq!(fault(InputLimits { rate_per_s, ..none }), Some(LimitsFault::Rate), "{rate_per_s}");
+    }
+    for coefficient in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let safe_value = SafeValue::Damping { coefficient };
+        assert_eq!(
+            fault(InputLimits { safe_value, ..none }),
+            Some(LimitsFault::Coefficient),
+            "{coefficient}"
+        );
+    }
+    let on_count = |limits: InputLimits| declare(&[&[limits], &[]]);
+    let format = Some(DescriptorError::Limits { word: 0, fault: LimitsFault::Format });
+    assert_eq!(on_count(InputLimits { max: 3.0, ..none }), format);
+    assert_eq!(on_count(LIMITS[2]), format);
+    assert_eq!(on_count(none), None);
+    assert_eq!(declare(&[&[]]), Some(DescriptorError::LimitsCount { expected: 2, found: 1 }));
+    assert_eq!(declare(&[&[], &[none]]), Some(DescriptorError::LimitsCount { expected: AXES, found: 1 }));
+
+    let blind = described(&[types::FORCE], &[types::DES_FORCE]).with_limits(&[DAMPED]).err();
+    assert_eq!(blind, Some(DescriptorError::Limits { word: 0, fault: LimitsFault::NoVelocity }));
+    const EIGHT: &[InputLimits] = &[InputLimits::NONE; 8];
+    let axes = [AxisKind::Rotary; 8];
+    let many = DeviceDescriptor::new(
+        "arm",
+        &axes,
+        H_S,
+        &[],
+        &[types::DES_FORCE, types::DES_POSITION, types::DES_VELOCITY],
+    );
+    let many = many.unwrap().with_limits(&[EIGHT; 3]).err();
+    assert_eq!(many, Some(DescriptorError::TooManyLimits { wanted: MAX_LIMITED_WORDS + 8 }));
+}

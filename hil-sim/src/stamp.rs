@@ -1,0 +1,250 @@
+//! The stamp of a firmware image, read from the file and written into it; [`dimsart_core::stamp`] has its layout.
+
+use std::fs;
+use std::io;
+use std::mem::offset_of;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use dimsart_core::Cost;
+use dimsart_core::saved_scheme::MAX_SCHEME_BYTES;
+use dimsart_core::stamp::{MAGIC, MAX_TEXT_BYTES, Stamp, Text, VERSION, as_str, text};
+use object::{Object, ObjectSegment, ObjectSymbol};
+
+/// Where the image has its stamp.
+const SYMBOL: &str = "dimsart_stamp";
+/// Bytes of a line of costs.
+const LINE_BYTES: usize = size_of::<Cost>();
+
+type Layout = Stamp<0>;
+
+/// An image with its stamp.
+#[derive(Debug, Clone)]
+pub struct StampedImage {
+    bytes: Vec<u8>,
+    /// Of the stamp in the file.
+    at: Range<usize>,
+}
+
+/// Why a stamp is not read or written.
+#[derive(Debug, thiserror::Error)]
+pub enum StampError {
+    /// The file is not there, or cannot be written.
+    #[error("{}: {source}; build an image with `cargo board BOARD`", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// It has no stamp, or one of another layout.
+    #[error("{} has no stamp of this version: build it from the sources of this command", path.display())]
+    NoStamp {
+        /// The file.
+        path: PathBuf,
+    },
+    /// More than there is room for.
+    #[error(
+        "the image has room for {room} {what}, not for {wanted}: build it from the sources of this command"
+    )]
+    NoRoom {
+        /// What does not fit.
+        what: &'static str,
+        /// How much fits.
+        room: usize,
+        /// How much there is.
+        wanted: usize,
+    },
+    /// A scheme of an image with other modules.
+    #[error("the image has other modules or data types than this command: build both from the same sources")]
+    OtherImage,
+}
+
+impl StampedImage {
+    /// Reads an image.
+    ///
+    /// # Errors
+    /// [`StampError`] when the file cannot be read or has no stamp.
+    pub fn read(path: &Path) -> Result<Self, StampError> {
+        let bytes = fs::read(path).map_err(|source| StampError::File { path: path.to_owned(), source })?;
+        let no_stamp = || StampError::NoStamp { path: path.to_owned() };
+        let at = place(&bytes).ok_or_else(no_stamp)?;
+        let image = Self { bytes, at };
+        let is_known = image.field(offset_of!(Layout, magic)) == Some(MAGIC)
+            && image.field(offset_of!(Layout, version)) == Some(VERSION.to_le_bytes());
+        if is_known { Ok(image) } else { Err(no_stamp()) }
+    }
+
+    /// Writes it to a file.
+    ///
+    /// # Errors
+    /// [`StampError::File`].
+    pub fn write(&self, path: &Path) -> Result<(), StampError> {
+        fs::write(path, &self.bytes).map_err(|source| StampError::File { path: path.to_owned(), source })
+    }
+
+    /// All but the stamp: what decides what modules cost.
+    pub fn linked(&self) -> [&[u8]; 2] {
+        [0..self.at.start, self.at.end..self.bytes.len()]
+            .map(|range| self.bytes.get(range).unwrap_or_default())
+    }
+
+    /// Side of its scheme.
+    #[must_use]
+    pub fn side(&self) -> String {
+        self.text(offset_of!(Layout, side))
+    }
+
+    /// Memory that its costs are for; none while it has no costs.
+    #[must_use]
+    pub fn memory(&self) -> Option<String> {
+        Some(self.text(offset_of!(Layout, memory))).filter(|memory| !memory.is_empty())
+    }
+
+    /// Name of its scheme.
+    #[must_use]
+    pub fn scheme_name(&self) -> String {
+        self.text(offset_of!(Layout, scheme_name))
+    }
+
+    /// The compiler that it is by.
+    #[must_use]
+    pub fn compiler(&self) -> String {
+        self.text(offset_of!(Layout, compiler))
+    }
+
+    /// Most cycles of a tick; 0: no limit.
+    #[must_use]
+    pub fn limit_cycles(&self) -> u32 {
+        self.number(offset_of!(Layout, limit_cycles))
+    }
+
+    /// Bytes of its scheme.
+    #[must_use]
+    pub fn scheme(&self) -> &[u8] {
+        let length = usize::try_from(self.number(offset_of!(Layout, scheme_bytes))).unwrap_or(usize::MAX);
+        let start = offset_of!(Layout, scheme);
+        let end = start + length.min(MAX_SCHEME_BYTES);
+        self.stamp().get(start..end).unwrap_or_default()
+    }
+
+    /// What a tick and each kind of module cost; none in an image that is not stamped.
+    #[must_use]
+    pub fn costs(&self) -> Option<Vec<Cost>> {
+        self.memory()?;
+        let (lines, _) = self.stamp().get(offset_of!(Layout, costs)..)?.as_chunks::<LINE_BYTES>();
+        let cost = |[a, b, c, d]: &[u8; LINE_BYTES]| {
+            Cost::new(u16::from_le_bytes([*a, *b]), u16::from_le_bytes([*c, *d]))
+        };
+        Some(lines.iter().map(cost).collect())
+    }
+
+    /// Puts in costs, the memory that they are for, and what a tick may take.
+    ///
+    /// # Errors
+    /// [`StampError::NoRoom`]; nothing has changed then.
+    pub fn set_costs(&mut self, lines: &[Cost], memory: &str, limit_cycles: u32) -> Result<(), StampError> {
+        let start = offset_of!(Layout, costs);
+        let room = (self.at.len() - start) / LINE_BYTES;
+        if lines.len() != room {
+            return Err(StampError::NoRoom { what: "kinds of modules", room, wanted: lines.len() });
+        }
+        let bytes: Vec<u8> = lines
+            .iter()
+            .map(|cost| cost.line())
+            .flat_map(|(offset, per_dof)| [offset.to_le_bytes(), per_dof.to_le_bytes()].concat())
+            .collect();
+        self.put(offset_of!(Layout, memory), &fitting(memory)?);
+        self.put(start, &bytes);
+        self.put(offset_of!(Layout, limit_cycles), &limit_cycles.to_le_bytes());
+        Ok(())
+    }
+
+    /// Puts in a saved scheme of one side; of its name, what there is room for.
+    ///
+    /// # Errors
+    /// [`StampError::OtherImage`] or [`StampError::NoRoom`]; nothing has changed then.
+    pub fn set_scheme(&mut self, name: &str, side: &str, scheme: &[u8]) -> Result<(), StampError> {
+        let fingerprint = dimsart_core::saved_scheme::fingerprint_of;
+        if fingerprint(self.scheme()) != fingerprint(scheme) {
+            return Err(StampError::OtherImage);
+        }
+        let no_room =
+            StampError::NoRoom { what: "bytes of a scheme", room: MAX_SCHEME_BYTES, wanted: scheme.len() };
+        let length = u32::try_from(scheme.len()).ok().filter(|_| scheme.len() <= MAX_SCHEME_BYTES);
+        let length = length.ok_or(no_room)?;
+        self.put(offset_of!(Layout, side), &fitting(side)?);
+        let name = name.char_indices().take_while(|(at, next)| at + next.len_utf8() <= MAX_TEXT_BYTES);
+        self.put(offset_of!(Layout, scheme_name), &fitting(&name.map(|(_, next)| next).collect::<String>())?);
+        self.put(offset_of!(Layout, scheme_bytes), &length.to_le_bytes());
+        self.put(offset_of!(Layout, scheme), &[0; MAX_SCHEME_BYTES]);
+        self.put(offset_of!(Layout, scheme), scheme);
+        Ok(())
+    }
+
+    fn stamp(&self) -> &[u8] {
+        self.bytes.get(self.at.clone()).unwrap_or_default()
+    }
+
+    fn field<const BYTES: usize>(&self, at: usize) -> Option<[u8; BYTES]> {
+        self.stamp().get(at..)?.first_chunk().copied()
+    }
+
+    fn number(&self, at: usize) -> u32 {
+        self.field(at).map_or(0, u32::from_le_bytes)
+    }
+
+    fn text(&self, at: usize) -> String {
+        self.field::<MAX_TEXT_BYTES>(at).map_or_else(String::new, |bytes| as_str(&bytes).to_owned())
+    }
+
+    fn put(&mut self, at: usize, bytes: &[u8]) {
+        let start = self.at.start + at;
+        if let Some(place) = self.bytes.get_mut(start..start + bytes.len()) {
+            place.copy_from_slice(bytes);
+        }
+    }
+}
+
+fn fitting(words: &str) -> Result<Text, StampError> {
+    let wanted = words.len();
+    let no_room = StampError::NoRoom { what: "bytes of a name", room: MAX_TEXT_BYTES, wanted };
+    (wanted <= MAX_TEXT_BYTES).then_some(text(words)).ok_or(no_room)
+}
+
+/// Where the stamp is in the file, by its symbol and its own size.
+fn place(bytes: &[u8]) -> Option<Range<usize>> {
+    let elf = object::read::elf::ElfFile32::<object::Endianness>::parse(bytes).ok()?;
+    let symbol = elf.symbols().find(|symbol| symbol.name() == Ok(SYMBOL))?;
+    let (address, length) = (symbol.address(), usize::try_from(symbol.size()).ok()?);
+    let start = elf.segments().find_map(|segment| {
+        let (from, in_file) = segment.file_range();
+        let beyond = address.checked_sub(segment.address()).filter(|beyond| *beyond < in_file)?;
+        usize::try_from(from + beyond).ok()
+    })?;
+    let lines =
+        bytes.get(start + offset_of!(Layout, lines)..)?.first_chunk().map(|two| u16::from_le_bytes(*two))?;
+    let is_whole = length == offset_of!(Layout, costs) + LINE_BYTES * usize::from(lines);
+    (is_whole && start + length <= bytes.len()).then_some(start..start + length)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_image_has_no_stamp() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("image");
+        assert!(matches!(StampedImage::read(&path), Err(StampError::File { .. })));
+        fs::write(&path, "DIMSTAMP, but no ELF").unwrap();
+        let message = StampedImage::read(&path).unwrap_err().to_string();
+        assert!(message.contains("has no stamp of this version"), "{message}");
+    }
+
+    #[test]
+    fn a_text_fits_up_to_its_last_byte() {
+        assert_eq!(as_str(&fitting("sixteen letters!").unwrap()), "sixteen letters!");
+        assert!(matches!(fitting("seventeen letters"), Err(StampError::NoRoom { wanted: 17, .. })));
+    }
+}
