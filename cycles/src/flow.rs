@@ -80,10 +80,10 @@ fn followers(image: &Image, entry: u32, instruction: &Instruction) -> Option<Vec
         Operation::Branch { target } => (vec![target], is_conditional),
         Operation::CompareBranch { target, .. } => (vec![target], true),
         Operation::BranchLink { .. } | Operation::BranchLinkRegister { .. } => (Vec::new(), true),
-        Operation::TableBranch { n: PC, half, .. } => {
-            (jump_table::targets(image, instruction.address, half), is_conditional)
+        Operation::TableBranch { n, half, .. } => {
+            (jump_table::targets(image, instruction.address, n, half), is_conditional)
         }
-        Operation::TableBranch { .. } | Operation::Undefined(_) => (Vec::new(), is_conditional),
+        Operation::Undefined(_) => (Vec::new(), is_conditional),
         _ if leaves(&instruction.operation) => (Vec::new(), is_conditional),
         _ if is_in(image, entry, next) => return None,
         _ => return Some(Vec::new()),

@@ -168,6 +168,10 @@ fn a_table_ends_where_it_is_filled_up_and_where_constants_begin() {
     // LDR R1, [PC, #4] loads what stands behind the table.
     let constant = [0x4901, 0xE8DF, 0xF000, 0x0403, 0x0001, 0x0800, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&constant, 6..12), Ok(64));
+    // ADR R1 says where the table of TBB [R1, R0] is, behind something else; ADR R2 does not.
+    let pointed = |adr| [adr, 0xE8D1, 0xF000, 0xBF00, 0x0302, RETURN, TAKE_64, GIVE_64, RETURN];
+    assert_eq!(bytes(&pointed(0xA101), 6..10), Ok(64));
+    assert!(matches!(bytes(&pointed(0xA201), 6..10), Err(FrameError::LostReturn { .. })));
     // TBB [R1, R0] has its table anywhere, TBB [PC, R0] without one leads nowhere.
     let elsewhere = [0xE8D1, 0xF000, 0x0302, 0x0004, RETURN, RETURN, RETURN];
     assert!(matches!(bytes(&elsewhere, 4..8), Err(FrameError::LostReturn { .. })));

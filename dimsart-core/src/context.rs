@@ -101,8 +101,16 @@ impl<'a, M: Module> Context<'a, M> {
     /// Sets all state to zero: how a module begins unless it says otherwise.
     pub fn clear(&self) {
         clear(self.state_words());
-        for lane in (0..self.data.dof()).map_while(|axis| self.lane(axis)) {
-            clear(lane.axis_words());
+        self.clear_axes();
+    }
+
+    /// Sets the state of all axes to zero.
+    pub fn clear_axes(&self) {
+        if M::Gains::COUNT == 0 {
+            clear(self.memory.get(Self::LANES..).unwrap_or_default());
+        } else {
+            let lanes = (0..self.data.dof()).map_while(|axis| self.lane(axis));
+            lanes.for_each(|lane| clear(lane.axis_words()));
         }
     }
 

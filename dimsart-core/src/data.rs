@@ -68,24 +68,22 @@ impl<'a> Data<'a> {
 
     /// Computes every axis by one law, the way most control laws are written.
     ///
-    /// `lanes` gives each axis its own parameters and state (one item per axis, in order); `law` gets
-    /// that item and the axis' inputs and returns its outputs, at most 8 of each. Nothing is computed while one of
+    /// `law` gets the axis and its inputs and returns its outputs, at most 8 of each. Nothing is computed while one of
     /// the ports is not connected.
     #[inline(always)]
-    pub fn map_axes<L, const I: usize, const O: usize>(
+    pub fn map_axes<const I: usize, const O: usize>(
         &self,
-        lanes: impl IntoIterator<Item = L>,
         inputs: [Input<Vector>; I],
         outputs: [Output<Vector>; O],
-        mut law: impl FnMut(L, [f32; I]) -> [f32; O],
+        mut law: impl FnMut(usize, [f32; I]) -> [f32; O],
     ) where
         [Input<Vector>; I]: Inputs<Values = [f32; I]>,
         [Output<Vector>; O]: Outputs<Values = [f32; O]>,
     {
         let Some(sources) = inputs.words(self) else { return };
         let Some(sinks) = outputs.words(self) else { return };
-        for (axis, lane) in (0..self.dof()).zip(lanes) {
-            let values = law(lane, <[Input<Vector>; I]>::read(&sources, axis));
+        for axis in 0..self.dof() {
+            let values = law(axis, <[Input<Vector>; I]>::read(&sources, axis));
             <[Output<Vector>; O]>::write(&sinks, axis, values);
         }
     }

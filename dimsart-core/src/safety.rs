@@ -128,21 +128,23 @@ impl Safety {
         measured: &[Word],
         commanded: &mut [Word],
     ) -> Tick {
-        let is_allowed = if self.is_motion_forbidden { Err(Tick::Disarmed) } else { Ok(()) };
-        let read = |()| frame.read(engine.data_base(), commanded).map_err(Tick::CommandRefused);
-        match computed.and_then(read).and(is_allowed) {
-            Ok(()) => {
-                self.reason = Reason::None;
-                if self.has_limits {
-                    self.limit(Tick::Ran, engine.device(), measured, commanded);
+        // Written out: results chained by `and_then` are copied on the way, in the usual tick, too.
+        let tick = match computed {
+            Err(tick) => tick,
+            Ok(()) => match frame.read(engine.data_base(), commanded) {
+                Err(error) => Tick::CommandRefused(error),
+                Ok(()) if self.is_motion_forbidden => Tick::Disarmed,
+                Ok(()) => {
+                    self.reason = Reason::None;
+                    if self.has_limits {
+                        self.limit(Tick::Ran, engine.device(), measured, commanded);
+                    }
+                    return Tick::Ran;
                 }
-                Tick::Ran
-            }
-            Err(tick) => {
-                self.give_safe_values(tick, engine.device(), measured, commanded);
-                tick
-            }
-        }
+            },
+        };
+        self.give_safe_values(tick, engine.device(), measured, commanded);
+        tick
     }
 
     #[inline(never)]

@@ -117,8 +117,8 @@ impl<'a> Walk<'a> {
                 self.call(instruction, Some(target), state, next)
             }
             (Flow::Jump(target), _) => self.jump(instruction, target, state, pieces),
-            (Flow::Indirect(_), Operation::TableBranch { n: PC, half, .. }) => {
-                let targets = jump_table::targets(self.image, address, half);
+            (Flow::Indirect(_), Operation::TableBranch { n, half, .. }) => {
+                let targets = jump_table::targets(self.image, address, n, half);
                 if targets.is_empty() {
                     return Err(self.lost_return(instruction));
                 }

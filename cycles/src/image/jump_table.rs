@@ -1,15 +1,17 @@
 //! Tables of jumps.
 
 use crate::image::Image;
-use crate::instruction::{Address, Instruction, Offset, Operation, PC};
+use crate::instruction::{Address, Arithmetic, Instruction, Offset, Operand, Operation, PC, Register};
 
 /// What stands behind a table is aligned to this at most.
 const ALIGNMENT: u32 = 4;
 
-/// Targets of a table branch (`TBB`, of halves `TBH`) at an address: its table stands behind it, up to the next
-/// instruction, constant or target. There need not be code at a target: it can be of a kind that is not modelled.
-pub(crate) fn targets(image: &Image, address: u32, is_half: bool) -> Vec<u32> {
-    let start = address.wrapping_add(4);
+/// Targets of a table branch (`TBB`, of halves `TBH`) at an address, whose table `n` points to: it stands behind the
+/// branch, up to the next instruction, constant or target. None if it is not known where. There need not be code at a
+/// target: it can be of a kind that is not modelled.
+pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -> Vec<u32> {
+    let counter = address.wrapping_add(4);
+    let Some(start) = table(image, address, n) else { return Vec::new() };
     let bytes = if is_half { 2 } else { 1 };
     let code = image.code.range(start..).next().map(|(address, _)| *address);
     let mut end = code.into_iter().chain(first_constant(image, start)).min().unwrap_or(start);
@@ -21,7 +23,7 @@ pub(crate) fn targets(image: &Image, address: u32, is_half: bool) -> Vec<u32> {
             Some([low, high]) => u32::from(u16::from_le_bytes([*low, *high])),
             _ => break,
         };
-        let target = start.wrapping_add(2 * entry);
+        let target = counter.wrapping_add(2 * entry);
         // Nothing goes on in the table: such an entry is what fills it up. Anywhere else it is kept, and found wrong.
         let is_filling = target <= place && end - place < ALIGNMENT;
         if !is_filling {
@@ -31,6 +33,26 @@ pub(crate) fn targets(image: &Image, address: u32, is_half: bool) -> Vec<u32> {
         place += bytes;
     }
     targets
+}
+
+/// Where the table of a branch begins: right behind it, or where the instruction in front of it (`ADR`) has `n` point
+/// to, because constants lie between them.
+fn table(image: &Image, address: u32, n: Register) -> Option<u32> {
+    if n == PC {
+        return Some(address.wrapping_add(4));
+    }
+    let (_, before) =
+        image.code.range(..address).next_back().filter(|(_, before)| before.next() == address)?;
+    match before.operation {
+        Operation::Arithmetic {
+            operator: Arithmetic::Add,
+            d: Some(d),
+            n: PC,
+            operand: Operand::Immediate { value, .. },
+            ..
+        } if d == n => Some((before.address.wrapping_add(4) & !3).wrapping_add(value)),
+        _ => None,
+    }
 }
 
 /// The first constant from `start` on that the function around it loads.

@@ -34,7 +34,7 @@ use core::cell::Cell;
 use super::channel::{CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, samples};
 use super::reception::{Came, Expected, Reception};
 use super::wave_integral::Received;
-use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_PACKET_WORDS};
+use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
 use crate::mailbox::{counters_ahead, low_half};
 use crate::parameter::TypeList;
 use crate::{
@@ -163,7 +163,7 @@ impl Module for CommRx {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.clear();
+        context.clear_axes();
         let playout_ticks = context.settings().playout_ticks;
         context.set_state(State { playout_ticks, ..State::default() });
     }
@@ -259,7 +259,9 @@ fn take_others(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_WOR
     let samples = words.chunks_exact(context.dof());
     for ((place, values), output) in (0..signals).zip(samples).zip(context.ports().channel) {
         if place != counted {
-            context.data().map_axes(values, [], [output], |value, []| [f32::from_bits(value.get())]);
+            context.data().map_axes([], [output], |axis, []| {
+                [values.get(axis).map_or(0.0, |value| f32::from_bits(value.get()))]
+            });
         }
     }
 }
@@ -274,22 +276,23 @@ fn take_counted(
     values: &[Cell<u32>],
     counters: &[Cell<u32>],
 ) {
-    let Settings { stale, period_s, tick_s, .. } = context.settings();
     // What was sent before this side listened is not owed.
-    let settles = came == Came::Restarted || !stale.makes_up();
+    let settles = came == Came::Restarted || !context.settings().stale.makes_up();
     let (counters, _) = counters.as_chunks::<2>();
+    // Cut to as many as there are axes, so that their number is compared once.
+    let dof = context.dof();
+    let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
     context.map_lanes([], [output], |axis, lane, []| {
         let Some((value, [wave, energy])) = values.get(axis).zip(counters.get(axis)) else { return [0.0] };
         let counters = [wave.get(), energy.get()];
         let mut received = lane.axis();
-        let given = if settles || came == Came::Next && received.is_settled() {
+        if settles || came == Came::Next && received.is_settled() {
             received.settle(counters);
-            f32::from_bits(value.get())
+            lane.set_axis(received);
+            [f32::from_bits(value.get())]
         } else {
-            return [pay_new(stale, &lane, counters, [period_s, tick_s], left_ticks)];
-        };
-        lane.set_axis(received);
-        [given]
+            [pay_new(context, &lane, counters, left_ticks)]
+        }
     });
 }
 
@@ -328,7 +331,7 @@ fn go_without(context: &Context<'_, CommRx>) {
                 [stale.pay(received, tick_s, left_ticks)]
             });
         }
-        _ => context.data().map_axes([(); MAX_DOF], [], [context.ports().wave], |(), []| [0.0]),
+        _ => context.data().map_axes([], [context.ports().wave], |_, []| [0.0]),
     }
 }
 
@@ -348,13 +351,9 @@ impl Stale {
 
 /// What the policy gives out after a new packet, which stands for the first period, or for the second one in play-out.
 #[cold]
-fn pay_new(
-    stale: Stale,
-    lane: &Lane<'_, CommRx>,
-    counters: [u32; 2],
-    [period_s, tick_s]: [f32; 2],
-    ticks: u16,
-) -> f32 {
+#[inline(never)]
+fn pay_new(context: &Context<'_, CommRx>, lane: &Lane<'_, CommRx>, counters: [u32; 2], ticks: u16) -> f32 {
+    let Settings { stale, period_s, tick_s, .. } = context.settings();
     let mut received = lane.axis();
     received.update(counters);
     let wave = stale.pay(&mut received, if ticks == 0 { period_s } else { tick_s }, ticks);

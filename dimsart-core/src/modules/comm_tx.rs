@@ -155,8 +155,10 @@ fn send_others(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORD
     let cells = room.chunks_exact(context.dof());
     for ((place, values), sample) in (0..signals).zip(cells).zip(context.ports().samples) {
         if place != counted {
-            context.data().map_axes(values, [sample], [], |value, [sample]| {
-                value.set(sample.to_bits());
+            context.data().map_axes([sample], [], |axis, [sample]| {
+                if let Some(value) = values.get(axis) {
+                    value.set(sample.to_bits());
+                }
                 []
             });
         }
@@ -168,6 +170,9 @@ fn send_others(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORD
 fn send_counted(context: &Context<'_, CommTx>, sample: Input, values: &[Cell<u32>], counters: &[Cell<u32>]) {
     let period_s = context.settings().period_s;
     let (counters, _) = counters.as_chunks::<2>();
+    // Cut to as many as there are axes, so that their number is compared once.
+    let dof = context.dof();
+    let Some((values, counters)) = values.get(..dof).zip(counters.get(..dof)) else { return };
     context.map_lanes([sample], [], |axis, lane, [wave]| {
         let Some((value, [wave_count, energy_count])) = values.get(axis).zip(counters.get(axis)) else {
             return [];
@@ -193,7 +198,9 @@ fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
     let share = if is_last { 1.0 / every_ticks as f32 } else { 1.0 };
     for (input, block) in context.ports().inputs.iter().zip(context.ports().blocks) {
         // Of what is no wave there is no memory, and nothing to do.
-        context.data().map_axes(context.memory(block), [*input], [], |sum, [wave]| {
+        let sums = context.memory(block);
+        context.data().map_axes([*input], [], |axis, [wave]| {
+            let Some(sum) = sums.get(axis) else { return [] };
             let before = if is_first { 0.0 } else { f32::from_bits(sum.get()) };
             sum.set((share * (before + wave)).to_bits());
             []

@@ -55,8 +55,10 @@ impl Module for Recorder {
         let mut state = context.state();
         if context.settings().is_recording && state.wait_ticks == 0 {
             let row = context.row(memory, state.position).unwrap_or_default();
-            context.data().map_axes(row, [input], [], |cell, [sample]| {
-                cell.set(sample.to_bits());
+            context.data().map_axes([input], [], |axis, [sample]| {
+                if let Some(cell) = row.get(axis) {
+                    cell.set(sample.to_bits());
+                }
                 []
             });
             state.position = context.row_after(memory, state.position);

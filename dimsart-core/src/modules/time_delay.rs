@@ -3,10 +3,7 @@
 //! The line of `TD_PARAM × DoF` words is taken from the Data Base when the module is plugged in and
 //! gives zero until the first sample comes through, after a reset too. `TD_PARAM 0` hands the signal through.
 
-use crate::{
-    Context, Declare, Input, Memory, Module, Output, Parameters, Unit, UnitRelation, limits::MAX_DOF, types,
-    words,
-};
+use crate::{Context, Declare, Input, Memory, Module, Output, Parameters, Unit, UnitRelation, types, words};
 
 words! {
     /// Of all axes.
@@ -65,8 +62,8 @@ impl Module for TimeDelay {
             fill(context);
             return;
         };
-        context.data().map_axes(oldest, [input], [output], |cell, [sample]| {
-            [f32::from_bits(cell.replace(sample.to_bits()))]
+        context.data().map_axes([input], [output], |axis, [sample]| {
+            [oldest.get(axis).map_or(0.0, |cell| f32::from_bits(cell.replace(sample.to_bits())))]
         });
         state.position = context.row_after(line, state.position);
         context.set_state(state);
@@ -79,11 +76,13 @@ fn fill(context: &Context<'_, TimeDelay>) {
     let Ports { input, output, line } = context.ports();
     let mut state = context.state();
     let Some(cells) = context.row(line, state.filled) else {
-        context.data().map_axes([(); MAX_DOF], [input], [output], |(), [sample]| [sample]);
+        context.data().map_axes([input], [output], |_, [sample]| [sample]);
         return;
     };
-    context.data().map_axes(cells, [input], [output], |cell, [sample]| {
-        cell.set(sample.to_bits());
+    context.data().map_axes([input], [output], |axis, [sample]| {
+        if let Some(cell) = cells.get(axis) {
+            cell.set(sample.to_bits());
+        }
         [0.0]
     });
     state.filled = context.row_after(line, state.filled);
