@@ -162,6 +162,9 @@ fn a_table_ends_where_it_is_filled_up_and_where_constants_begin() {
     // Three bytes, and one that makes them even.
     let three = [0xE8DF, 0xF000, 0x0302, 0x0004, RETURN, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&three, 4..8), Ok(64));
+    // A half, and an instruction that does nothing.
+    let half = [0xE8DF, 0xF010, 0x0002, 0xBF00, TAKE_64, GIVE_64, RETURN];
+    assert_eq!(bytes(&half, 4..8), Ok(64));
     // Only a last byte can be there for that.
     let first = [&three[..2], &[0x0300, 0x0004], &three[4..]].concat();
     assert!(matches!(bytes(&first, 4..8), Err(FrameError::NoCode { .. })));

@@ -5,6 +5,8 @@ use crate::instruction::{Address, Arithmetic, Instruction, Offset, Operand, Oper
 
 /// What stands behind a table is aligned to this at most.
 const ALIGNMENT: u32 = 4;
+/// `NOP`, as it fills up to code that is aligned.
+const NOP: u32 = 0xBF00;
 
 /// Targets of a table branch (`TBB`, of halves `TBH`) at an address, whose table `n` points to: it stands behind the
 /// branch, up to the next instruction, constant or target. None if it is not known where. There need not be code at a
@@ -24,8 +26,9 @@ pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -
             _ => break,
         };
         let target = counter.wrapping_add(2 * entry);
-        // Nothing goes on in the table: such an entry is what fills it up. Anywhere else it is kept, and found wrong.
-        let is_filling = target <= place && end - place < ALIGNMENT;
+        // Nothing goes on in the table: such an entry is what fills it up, as an instruction that does nothing is. Anywhere
+        // else it is kept, and found wrong.
+        let is_filling = (target <= place || entry == NOP) && end - place < ALIGNMENT;
         if !is_filling {
             end = if target > place { end.min(target) } else { end };
             targets.push(target);
