@@ -1,11 +1,13 @@
 //! Puts the linker scripts of the chosen board where the linker finds them. On a host, where the build of an image reads
 //! the catalogue, there is nothing to link.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Memory maps, each named after its board's feature.
 const MEMORY: &str = "memory";
+/// What maps of boards with CCM SRAM include.
+const CCM: &str = "ccm.x";
 
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-changed=build.rs");
@@ -13,6 +15,7 @@ fn main() -> Result<(), String> {
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return Ok(());
     }
+    println!("cargo:rerun-if-changed={CCM}");
     let maps = fs::read_dir(MEMORY).map_err(|error| format!("cannot read {MEMORY}: {error}"))?;
     let is_chosen = |map: &PathBuf| {
         let name = map.file_stem().unwrap_or_default().to_string_lossy().to_uppercase().replace('-', "_");
@@ -25,8 +28,10 @@ fn main() -> Result<(), String> {
         _ => return Err("more than one board is chosen: give one board's feature".to_owned()),
     };
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
-    let copied = fs::copy(memory, out.join("board-memory.x"));
-    copied.map_err(|error| format!("cannot copy {}: {error}", memory.display()))?;
+    for (script, name) in [(memory.as_path(), "board-memory.x"), (Path::new(CCM), CCM)] {
+        let copied = fs::copy(script, out.join(name));
+        copied.map_err(|error| format!("cannot copy {}: {error}", script.display()))?;
+    }
     if env::var_os("CARGO_FEATURE_STM32G4").is_none() {
         // The board's interrupt table names its handlers itself; cortex-m-rt wants the file all the same.
         let written = fs::write(out.join("device.x"), "");

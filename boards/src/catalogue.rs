@@ -29,9 +29,9 @@ pub struct BoardInfo {
     pub name: &'static str,
     /// The linker's memory map that images for the board are laid out by.
     pub memory_map: &'static str,
-    /// What firmware for it may take, as TOML: a tick of any scheme `tick_percent` of the time to the next one, by cycles
-    /// of the `memory` that it runs from; the plain image `flash_bytes` and `ram_bytes`, unless there is room for any;
-    /// and cycles and stack of the shipped scheme's parts.
+    /// What firmware for it may take, as TOML: a tick of any scheme `tick_percent` of the time to the next one; the plain
+    /// image `flash_bytes` and `ram_bytes`, unless there is room for any; and cycles and stack of the shipped scheme's
+    /// parts.
     pub budget: &'static str,
     /// What tools need beyond that.
     pub tooling: Tooling,
@@ -44,6 +44,8 @@ pub struct Tooling {
     pub clock_hz: u32,
     /// Ticks per second.
     pub tick_hz: u32,
+    /// What its images run from.
+    pub memory: CodeMemory,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.
     pub chip: Option<&'static str>,
     /// Features that make further images of it, next to the plain one; of several for one image, a comma between.
@@ -55,6 +57,15 @@ pub struct Tooling {
     /// The built-in scheme of its images, which a board starts with that keeps no other one. Its gains fit the
     /// motor: one count of the encoder asks for 1 % of the motor's largest torque at most.
     pub scheme: BuiltInScheme,
+}
+
+/// The memory that code runs from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CodeMemory {
+    /// Nothing waits.
+    NoWait,
+    /// Flash of an STM32G4 above 136 MHz, which waits, and its CCM SRAM, which does not.
+    Stm32G4,
 }
 
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.

@@ -9,6 +9,7 @@
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
 
+mod ccm;
 mod clock;
 #[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;

@@ -16,8 +16,9 @@ use crate::execute::ExecuteError;
 use crate::image::Image;
 use crate::instruction::{Register, Undecoded};
 
-/// Begin of the names of what the compiler has outlined.
-const OUTLINED: &str = "OUTLINED_FUNCTION_";
+/// Begins of the names of what the compiler has outlined, and of what the linker puts before it where it is out of reach
+/// for a branch.
+const OUTLINED: [&str; 2] = ["OUTLINED_FUNCTION_", "__Thumbv7ABSLongThunk_OUTLINED_FUNCTION_"];
 
 /// A function, followed.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -30,6 +31,8 @@ pub struct Frame {
     pub bytes: u32,
     /// What it calls, by the address of the instruction; a conditional call counts.
     pub calls: BTreeMap<u32, Call>,
+    /// Where the outlined pieces begin that are a part of it.
+    pub pieces: BTreeSet<u32>,
     /// Whether it can come back to its caller.
     pub returns: bool,
     /// Whether it has an instruction for floats: an interrupt saves their registers too from then on.
@@ -189,7 +192,8 @@ impl<'a> Frames<'a> {
     #[must_use]
     pub fn is_outlined(&self, address: u32) -> bool {
         let function = self.image.functions.get(&address);
-        function.is_some_and(|function| function.names.iter().any(|name| name.starts_with(OUTLINED)))
+        let is_piece = |name: &String| OUTLINED.iter().any(|begin| name.starts_with(begin));
+        function.is_some_and(|function| function.names.iter().any(is_piece))
     }
 
     /// Whether a function can come back. One that is being followed does not, unless another path of it does: the

@@ -4,6 +4,7 @@ pub(crate) mod jump_table;
 mod read;
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use crate::instruction::{Instruction, Undecoded};
 
@@ -33,7 +34,8 @@ impl Function {
 pub struct Segment {
     /// Address while the program runs.
     pub address: u32,
-    /// Address that it is flashed to; another one for initial values of variables.
+    /// Address that it is flashed to; another one for initial values of variables, and for code that is copied to
+    /// where it runs.
     pub flashed_at: u32,
     /// What is there.
     pub bytes: Vec<u8>,
@@ -46,6 +48,8 @@ pub struct Segment {
 pub struct Image {
     /// Filled memory, by address.
     pub segments: Vec<Segment>,
+    /// Memory of variables that the file has no initial value for.
+    pub unfilled: Vec<Range<u32>>,
     /// Every function, by address.
     pub functions: BTreeMap<u32, Function>,
     /// Every other symbol with its address: linker marks (`_stack_start`, `__sbss`) and variables, demangled.

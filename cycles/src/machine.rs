@@ -44,8 +44,8 @@ pub struct Run {
     pub calls: Vec<Call>,
 }
 
-/// A Cortex-M4F with the memory of an image: flash as the file has it, initial values of variables in their place, the
-/// other variables zero. There are no interrupts and no peripherals: an access to anything else is an error, unless
+/// A Cortex-M4F with the memory of an image: flash as the file has it, initial values of variables and code that is copied
+/// at start in their place, the other variables zero. There are no interrupts and no peripherals: an access to anything else is an error, unless
 /// [`map`](Self::map) put plain memory there.
 ///
 /// A clone is a machine of its own, in the same state.
@@ -81,7 +81,7 @@ impl Machine {
         let ram = stack.start.min(variables.start)..stack.end.max(variables.end);
         Ok(Self {
             code: Arc::new(Code::new(image.code.values())),
-            memory: Regions::new(ram, &image.segments),
+            memory: Regions::new(ram, &image),
             image,
             registers: Registers::new(&mut Concrete),
             address: RETURN,

@@ -1,5 +1,7 @@
 //! What a function can reach, and what it must not.
 
+use std::collections::BTreeSet;
+
 use crate::declared::{Declared, Name};
 use crate::graph::{Graph, GraphError};
 use crate::image::Image;
@@ -9,6 +11,8 @@ use crate::image::Image;
 pub struct Reached {
     /// Names of the functions that are reached, in the order of their addresses.
     pub functions: Vec<String>,
+    /// Where they and the pieces begin that the compiler has outlined of them.
+    pub addresses: BTreeSet<u32>,
     /// Square roots that are taken by an instruction.
     pub square_roots: usize,
 }
@@ -59,6 +63,7 @@ pub fn only(image: &Image, declared: &Declared, root: &str, allowed: &[Name]) ->
         path
     };
     let mut functions = Vec::new();
+    let mut addresses = BTreeSet::new();
     let mut square_roots = 0;
     for &address in reached.keys() {
         let is_allowed = address == begin || allowed.iter().any(|name| graph.has_name(address, name));
@@ -73,6 +78,7 @@ pub fn only(image: &Image, declared: &Declared, root: &str, allowed: &[Name]) ->
         }
         square_roots += frame.square_roots.len();
         functions.push(image.place(address));
+        addresses.extend(frame.pieces.iter().copied().chain([address]));
     }
-    Ok(Reached { functions, square_roots })
+    Ok(Reached { functions, addresses, square_roots })
 }

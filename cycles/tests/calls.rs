@@ -131,11 +131,42 @@ fn outlined_pieces_are_a_part_of_their_function() {
     let frame = followed(&[("f", ends), ("OUTLINED_FUNCTION_0", vec![POP_R4_PC])]).unwrap();
     assert!(frame.returns);
     assert_eq!(frame.bytes, 72);
+    assert!(frame.pieces.iter().eq(&[address(1)]), "{:?}", frame.pieces);
     // The piece is called, and calls in its turn: B.W g.
     let calls = [&[PUSH_R7_LR][..], &call(0, 1, 1), &[POP_R7_PC]].concat();
     let piece = ("OUTLINED_FUNCTION_1", jump(1, 0, 2).to_vec());
     let frame = followed(&[("f", calls), piece, ("g", vec![RETURN])]).unwrap();
     assert_eq!(frame.calls[&address(1)], Call { depth_bytes: 8, callee: Some(address(2)) });
+    assert!(frame.pieces.iter().eq(&[address(1)]), "{:?}", frame.pieces);
+}
+
+#[test]
+fn a_call_too_far_for_one_instruction_goes_through_the_linker_s_thunk() {
+    // MOVW R12, #0x0181; MOVT R12, #0x0800; BX R12: to g.
+    let thunk = ("__Thumbv7ABSLongThunk_g", vec![0xF240, 0x1C81, 0xF6C0, 0x0C00, 0x4760]);
+    let calls = [&[PUSH_R7_LR][..], &call(0, 1, 1), &[POP_R7_PC]].concat();
+    let image = image(&[("f", calls), thunk, ("g", vec![RETURN])], &[]);
+    let frames = Frames::new(&image);
+    let (caller, thunk) = (frames.of(address(0)).unwrap(), frames.of(address(1)).unwrap());
+    assert!(caller.returns && thunk.returns);
+    assert_eq!((caller.bytes, thunk.bytes), (8, 0));
+    assert!(
+        thunk.calls.values().eq(&[Call { depth_bytes: 0, callee: Some(address(2)) }]),
+        "{:?}",
+        thunk.calls
+    );
+}
+
+#[test]
+fn an_outlined_piece_behind_a_thunk_is_a_part_of_its_function() {
+    // MOVW R12, #0x0181; MOVT R12, #0x0800; BX R12: to a piece that takes and gives 64 bytes.
+    let thunk = ("__Thumbv7ABSLongThunk_OUTLINED_FUNCTION_0", vec![0xF240, 0x1C81, 0xF6C0, 0x0C00, 0x4760]);
+    let calls = [&[PUSH_R7_LR][..], &call(0, 1, 1), &[POP_R7_PC]].concat();
+    let piece = ("OUTLINED_FUNCTION_0", vec![TAKE_64, GIVE_64, RETURN]);
+    let frame = followed(&[("f", calls), thunk, piece]).unwrap();
+    assert!(frame.returns && frame.calls.is_empty(), "{:?}", frame.calls);
+    assert_eq!((frame.bytes, frame.own_bytes), (72, 8));
+    assert!(frame.pieces.iter().eq(&[address(1), address(2)]), "{:?}", frame.pieces);
 }
 
 #[test]

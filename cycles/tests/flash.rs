@@ -5,6 +5,7 @@ use cycles::timing::{Access, Caches, Column, Flash, Known, Outcome, Pipeline, Pr
 
 const FLASH: u32 = 0x0800_0000;
 const RAM: u32 = 0x2000_0000;
+const CCM: u32 = 0x1000_0000;
 const NOP: u16 = 0xBF00;
 /// `ADD.W R12, R1, #1`.
 const WIDE: [u16; 2] = [0xF101, 0x0C01];
@@ -49,9 +50,21 @@ fn an_instruction_across_two_lines_waits_for_both() {
 
 #[test]
 fn code_in_ram_does_not_wait() {
-    let code = decode(RAM, &[NOP; 12]);
-    assert_eq!(longest(Flash::STM32G4, &code, Known::default()), 12);
-    assert_eq!(cached(Flash::STM32G4, &mut Caches::default(), &code, Known::default()), 12);
+    for address in [RAM, CCM] {
+        let code = decode(address, &[NOP; 12]);
+        assert_eq!(longest(Flash::STM32G4, &code, Known::default()), 12);
+        assert_eq!(cached(Flash::STM32G4, &mut Caches::default(), &code, Known::default()), 12);
+        let [branch] = decode(address, &[BRANCH])[..] else { panic!("one instruction") };
+        let pipeline = &mut Pipeline::default();
+        let cycles = timing(Flash::STM32G4).cycles(pipeline, &branch, Outcome::Taken, Known::default());
+        assert_eq!(cycles, 3);
+    }
+}
+
+#[test]
+fn what_comes_back_from_ccm_waits_for_its_line() {
+    let code = [decode(FLASH, &[NOP; 2]), decode(CCM, &[NOP; 2]), decode(FLASH + 4, &[NOP; 2])].concat();
+    assert_eq!(longest(Flash::STM32G4, &code, Known::default()), 6 + 2 * 4);
 }
 
 #[test]
@@ -88,6 +101,15 @@ fn constants_wait_and_variables_do_not() {
     // A word across two lines, and one more access for it.
     assert_eq!(longest(Flash::STM32G4, &code, at(FLASH + 6)), 3 + 2 * 4 + 1);
     assert_eq!(longest(Flash::STM32G4, &code, at(RAM)), 3);
+    assert_eq!(longest(Flash::STM32G4, &code, at(CCM)), 3);
+    let between = |lowest, highest| {
+        let access = Access { lowest, highest, alignment: 4 };
+        longest(Flash::STM32G4, &code, Known { access: Some(access), ..Known::default() })
+    };
+    assert_eq!(between(CCM, CCM + 0x7FFC), 3);
+    // Behind it, and where it does not reach: flash.
+    assert_eq!(between(CCM, CCM + 0x8000), 3 + 2 * 4);
+    assert_eq!(between(CCM - 4, CCM + 4), 3 + 2 * 4);
     let unknown =
         Known { access: Some(Access { lowest: FLASH, highest: RAM, alignment: 4 }), ..Known::default() };
     assert_eq!(longest(Flash::STM32G4, &code, unknown), 3 + 2 * 4);

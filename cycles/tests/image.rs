@@ -3,10 +3,18 @@
 #[path = "image/elf.rs"]
 mod elf;
 
+use std::sync::Arc;
+
 use cycles::image::{Image, ImageError};
+use cycles::machine::Machine;
+use cycles::timing::{Column, Flash, Profile, Timing};
 use elf::{ABSOLUTE, Elf, FUNCTION, GLOBAL, OBJECT};
 
-/// Two functions in flash, the first with two constants behind its code, the second without a size; a variable.
+/// Where code is copied to at start.
+const CCM: u32 = 0x1000_0000;
+
+/// Two functions in flash, the first with two constants behind its code, the second without a size; a variable; a
+/// function that runs elsewhere than it is flashed.
 fn sample() -> Elf {
     Elf {
         machine: 40,
@@ -16,6 +24,8 @@ fn sample() -> Elf {
             .flat_map(|half| half.to_le_bytes())
             .collect(),
         data: vec![1, 2, 3, 4],
+        // LDR R1, [R0]; ADDS R1, #1; STR R1, [R0]; BX LR
+        ccm: [0x6801u16, 0x3101, 0x6001, 0x4770].iter().flat_map(|half| half.to_le_bytes()).collect(),
         stack_sizes: vec![0x01, 0, 0, 0x08, 0x90, 0x01, 0x09, 0, 0, 0x08, 0x08],
         symbols: vec![
             ("$t", 0x0800_0000, 0, 0, elf::TEXT),
@@ -25,6 +35,8 @@ fn sample() -> Elf {
             ("folded", 0x0800_0001, 8, FUNCTION | GLOBAL, elf::TEXT),
             ("assembly", 0x0800_0009, 0, FUNCTION | GLOBAL, elf::TEXT),
             ("VARIABLE", 0x2000_0000, 4, OBJECT, elf::DATA),
+            ("$t", CCM, 0, 0, elf::CCM),
+            ("tick", CCM + 1, 8, FUNCTION | GLOBAL, elf::CCM),
             ("_stack_start", 0x2000_8000, 0, GLOBAL, ABSOLUTE),
             ("in no memory", 0, 0, OBJECT, elf::STACK_SIZES),
         ],
@@ -35,7 +47,8 @@ fn sample() -> Elf {
 fn an_image_has_memory_functions_and_code() {
     let image = Image::read(&sample().bytes()).unwrap();
     let addresses: Vec<u32> = image.code.keys().copied().collect();
-    assert_eq!(addresses, [0x0800_0000, 0x0800_0002, 0x0800_0008, 0x0800_000A]);
+    let in_ccm = [CCM, CCM + 2, CCM + 4, CCM + 6];
+    assert_eq!(addresses, [&[0x0800_0000, 0x0800_0002, 0x0800_0008, 0x0800_000A], &in_ccm[..]].concat());
     assert!(image.undecoded.is_empty());
 
     assert_eq!(image.functions[&0x0800_0000].names, ["core::foo", "folded"]);
@@ -49,9 +62,30 @@ fn an_image_has_memory_functions_and_code() {
     assert_eq!(image.symbols.len(), 2);
     assert_eq!(image.stack_sizes.into_iter().collect::<Vec<_>>(), [(0x0800_0000, 144), (0x0800_0008, 8)]);
 
-    let [text, data] = &image.segments[..] else { panic!("two segments") };
+    let [text, ccm, data] = &image.segments[..] else { panic!("three segments") };
+    assert_eq!((ccm.address, ccm.flashed_at, ccm.is_writable), (CCM, 0x0800_0010, false));
+    assert_eq!(image.unfilled, [CCM + 8..CCM + 16]);
     assert_eq!((text.address, text.is_writable), (0x0800_0000, false));
     assert_eq!((data.address, data.flashed_at, data.is_writable), (0x2000_0000, 0x0800_000C, true));
+}
+
+/// Code and variables in a RAM that is not where the others are.
+#[test]
+fn code_runs_where_it_is_copied_to() {
+    let mut image = Image::read(&sample().bytes()).unwrap();
+    let marks = [("_stack_end", 0x2000_1000), ("__sdata", 0x2000_0000), ("__euninit", 0x2000_1000)];
+    image.symbols.extend(marks.map(|(name, address)| (name.to_owned(), address)));
+    let timing = Timing::new(Profile::Flash(Flash::STM32G4), Column::Likely);
+    let mut machine = Machine::new(Arc::new(image), timing).unwrap();
+    let run = machine.call(CCM, [CCM + 8, 0, 0, 0]).unwrap();
+    // 2 for the load, 1 each for sum and store, 3 for the return: nothing waits.
+    assert_eq!(run.cycles, 7);
+    let mut variable = [0; 4];
+    machine.read(CCM + 8, &mut variable).unwrap();
+    assert_eq!(variable, [1, 0, 0, 0]);
+    let mut flashed = [0; 2];
+    machine.read(0x0800_0010, &mut flashed).unwrap();
+    assert_eq!(flashed, 0x6801_u16.to_le_bytes());
 }
 
 #[test]
@@ -72,7 +106,7 @@ fn undecoded_code_is_a_hole_up_to_the_next_function() {
     elf.text[2..4].copy_from_slice(&0xB650u16.to_le_bytes());
     let image = Image::read(&elf.bytes()).unwrap();
     let addresses: Vec<u32> = image.code.keys().copied().collect();
-    assert_eq!(addresses, [0x0800_0000, 0x0800_0008, 0x0800_000A]);
+    assert_eq!(addresses[..3], [0x0800_0000, 0x0800_0008, 0x0800_000A]);
     assert_eq!(image.undecoded[0].to_string(), "0xb650 at 0x08000002 is not an instruction that is modelled");
 }
 

@@ -6,8 +6,5 @@ pub(crate) static CRC: crc::Crc<u32, Table> = crc::Crc::<u32, Table>::new(&crc::
 /// AUTOSAR's CRC-8 (polynomial 0x2F), Hamming distance 4 up to 14 bytes: for frames of 8.
 pub(crate) static CRC_8: crc::Crc<u8, Table> = crc::Crc::<u8, Table>::new(&crc::CRC_8_AUTOSAR);
 
-/// A step per byte, or with feature `small-crc` one per bit; contents with tags go through it three times as often.
-#[cfg(any(feature = "auth", not(feature = "small-crc")))]
+/// A step per byte; contents with tags go through it three times as often.
 pub(crate) type Table = crc::Table<1>;
-#[cfg(all(feature = "small-crc", not(feature = "auth")))]
-pub(crate) type Table = crc::NoTable;

@@ -5,7 +5,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use cycles::timing::{Column, Profile, Timing};
+use cycles::timing::{Column, Timing};
 use dimsart_core::scheme;
 use hil_sim::cycles::{Figures, Firmware, Setup, Steady, UNIT, measure};
 use hil_sim::experiment::{Experiment, Side, device};
@@ -21,7 +21,7 @@ const RANDOM_TICKS: u64 = 20_000;
 fn main() -> Result<(), Box<dyn Error>> {
     let path = std::env::args().nth(1).map(PathBuf::from);
     let firmware = Firmware::find(path.as_deref(), Some("nucleo-g474re"))?;
-    println!("`{}`, {UNIT}, memory 0ws, column upper.\n", firmware.name);
+    println!("`{}`, {UNIT}, memory {}, column upper.\n", firmware.name, firmware.memory().name());
     for side in [Side::Master, Side::Slave] {
         parts(&figures(&firmware, side)?);
     }
@@ -40,12 +40,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn timing() -> Timing {
-    Timing::new(Profile::ZeroWait, Column::Upper)
+fn timing(firmware: &Firmware) -> Timing {
+    Timing::new(firmware.memory().profile(), Column::Upper)
 }
 
 fn steady(firmware: &Firmware, dimsart: &mut SimulatedDimsart) -> Result<Steady, Box<dyn Error>> {
-    Ok(Steady::of(firmware, timing(), dimsart)?)
+    Ok(Steady::of(firmware, timing(firmware), dimsart)?)
 }
 
 fn figures(firmware: &Firmware, side: Side) -> Result<Figures, Box<dyn Error>> {
@@ -56,9 +56,9 @@ fn figures(firmware: &Firmware, side: Side) -> Result<Figures, Box<dyn Error>> {
         side,
         commands: None,
         counts_instructions: false,
-        timing: timing(),
+        timing: timing(firmware),
         random_ticks: RANDOM_TICKS,
-        profile: "0ws",
+        profile: firmware.memory().name(),
         column: "upper",
     };
     Ok(measure(&setup, |_, _| {})?)

@@ -10,7 +10,7 @@ use std::error::Error;
 use std::path::Path;
 use std::thread;
 
-use cycles::timing::{Column, Profile, Timing};
+use cycles::timing::{Column, Timing};
 use hil_sim::cycles::{Figures, Firmware, Setup, measure};
 use hil_sim::experiment::Side;
 use hil_sim::scenario::Scenario;
@@ -56,9 +56,9 @@ fn figures(image: &Path, board: &str, side: Side) -> Result<Figures, Box<dyn Err
         side,
         commands: None,
         counts_instructions: false,
-        timing: Timing::new(Profile::ZeroWait, Column::Upper),
+        timing: Timing::new(firmware.memory().profile(), Column::Upper),
         random_ticks: 0,
-        profile: "0ws",
+        profile: firmware.memory().name(),
         column: "upper",
     };
     Ok(measure(&setup, |_, _| {})?)

@@ -3,8 +3,6 @@
 use boards::BOARDS;
 use serde::Deserialize;
 
-use crate::cycles::Memory;
-
 /// What a board's processor and a tick have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Budget {
@@ -14,15 +12,12 @@ pub struct Budget {
     pub tick_hz: u32,
     /// What a tick of a scheme may take of the time to the next one, per cent, unless its image's stamp says otherwise.
     pub tick_percent: u32,
-    /// What its images run from.
-    pub memory: Memory,
 }
 
 /// What is read here of a file of `boards/budgets`.
 #[derive(Deserialize)]
 struct BudgetFile {
     tick_percent: u32,
-    memory: Memory,
 }
 
 /// Why there is no budget.
@@ -52,10 +47,10 @@ impl Budget {
     pub fn of(board: &str) -> Result<Self, BudgetError> {
         let found = BOARDS.iter().find(|known| known.name == board);
         let board = found.ok_or_else(|| BudgetError::Unknown { name: board.to_owned() })?;
-        let BudgetFile { tick_percent, memory } =
+        let BudgetFile { tick_percent } =
             toml::from_str(board.budget).map_err(|source| BudgetError::Wrong { name: board.name, source })?;
         let boards::catalogue::Tooling { clock_hz, tick_hz, .. } = board.tooling;
-        Ok(Self { clock_hz, tick_hz, tick_percent, memory })
+        Ok(Self { clock_hz, tick_hz, tick_percent })
     }
 
     /// What a tick of a scheme may take, cycles.

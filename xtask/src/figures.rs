@@ -50,8 +50,8 @@ moment (from reading, not measured).
 const CYCLES: &str = "
 ## Cycles of a tick
 
-By `hil-sim/examples/cycle_figures.rs`: cycles of a model that is built on Arm's tables ([cycles.md](cycles.md)),
-never of silicon. Each tick of the shipped scenario, with jitter and loss, and of random inputs is run in the
+By `hil-sim/examples/cycle_figures.rs`: cycles of a model that is built on Arm's tables ([cycles.md](cycles.md)), from
+the memory that the board runs from, never of silicon. Each tick of the shipped scenario, with jitter and loss, and of random inputs is run in the
 emulated processor and is the host's bit by bit; the bound holds for anything that is measured and comes in.
 ";
 

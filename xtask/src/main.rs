@@ -37,7 +37,7 @@ usage: cargo xtask COMMAND
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
   long        for the night: tests that ci runs short, at their full length, what ci leaves out, then
               fuzz 1000000000; says how long they take
-  panic-free  show that nothing a tick reaches in the images' machine code can panic
+  panic-free  show that nothing a tick reaches in the images' machine code can panic, and that it is in CCM SRAM
   stack       bound the stack of every image by its machine code, with the deepest calls of every priority
   ci          for every change: format, lints and documentation with warnings denied, then test, panic-free,
               fuzz 1000000 and bench

@@ -1,11 +1,12 @@
 //! What tools need to know of the emulated MPS2+ AN386.
 
-use super::{BILATERAL, Tooling};
+use super::{BILATERAL, CodeMemory, Tooling};
 
 /// See [`Tooling`].
 pub(crate) const TOOLING: Tooling = Tooling {
     clock_hz: 25_000_000,
     tick_hz: 1_000,
+    memory: CodeMemory::NoWait,
     chip: None,
     variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
     interrupts: INTERRUPTS,

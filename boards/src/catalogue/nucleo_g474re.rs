@@ -1,6 +1,6 @@
 //! What tools and the board itself need to know of ST's NUCLEO-G474RE.
 
-use super::{SMALL_MOTORS, Tooling};
+use super::{CodeMemory, SMALL_MOTORS, Tooling};
 use crate::clock_switch;
 use crate::motor::Motor;
 
@@ -18,6 +18,7 @@ pub(crate) const MOTOR: Motor = Motor {
 pub(crate) const TOOLING: Tooling = Tooling {
     clock_hz: clock_switch::CLOCK_HZ,
     tick_hz: 1_000,
+    memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
     variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"],
     interrupts: INTERRUPTS,

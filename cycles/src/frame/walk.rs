@@ -8,7 +8,7 @@ use super::{Call, Frame, FrameError, Frames};
 use crate::execute::{Flow, execute};
 use crate::image::Image;
 use crate::image::jump_table;
-use crate::instruction::{Condition, FloatUnary, Instruction, LR, Operation, PC, Register, SP, Undecoded};
+use crate::instruction::{Condition, FloatUnary, Instruction, LR, Operation, Register, SP, Undecoded};
 use crate::state::Registers;
 
 /// Registers that a call may change: R0 to R3, R12 and LR (AAPCS32, 6.1.1).
@@ -200,6 +200,7 @@ impl<'a> Walk<'a> {
             return self.reach((target, pieces), state);
         }
         if self.frames.is_outlined(target) {
+            self.frame.pieces.insert(target);
             return self.reach((target, pieces), state);
         }
         if to.is_some_and(|function| function.address == target) {
@@ -221,6 +222,7 @@ impl<'a> Walk<'a> {
             return Err(self.lost_return(instruction));
         }
         pieces.push(instruction.next());
+        self.frame.pieces.insert(target);
         self.reach((target, pieces), state)
     }
 
@@ -290,6 +292,10 @@ impl<'a> Walk<'a> {
             return self.reach(place, state);
         }
         match (function(word), instruction.operation) {
+            (Some(piece), _) if self.frames.is_outlined(piece) => {
+                self.frame.pieces.insert(piece);
+                self.reach((piece, pieces), state)
+            }
             (callee @ Some(_), _) | (callee @ None, Operation::BranchRegister { .. }) => {
                 self.hand_over(instruction, callee, state, pieces)
             }

@@ -57,7 +57,7 @@ impl Image {
         if machine != EM_ARM {
             return Err(ImageError::NotArm { machine });
         }
-        let mut image = Self { segments: segments(&file)?, ..Self::default() };
+        let mut image = Self { segments: segments(&file)?, unfilled: unfilled(&file), ..Self::default() };
         let mapping = image.read_symbols(&file)?;
         if image.functions.is_empty() {
             return Err(ImageError::Stripped);
@@ -176,6 +176,17 @@ fn segments(file: &File<'_>) -> Result<Vec<Segment>, ImageError> {
     }
     segments.sort_by_key(|segment| segment.address);
     Ok(segments)
+}
+
+/// What the file leaves without contents, behind what it fills.
+fn unfilled(file: &File<'_>) -> Vec<Range<u32>> {
+    let loaded = file.elf_program_headers().iter().filter(|header| header.p_type(LittleEndian) == PT_LOAD);
+    let behind = loaded.map(|header| {
+        let start = header.p_vaddr(LittleEndian);
+        let [filled, all] = [header.p_filesz(LittleEndian), header.p_memsz(LittleEndian)];
+        start.saturating_add(filled)..start.saturating_add(all)
+    });
+    behind.filter(|range| !range.is_empty()).collect()
 }
 
 /// Whether a symbol of this section has an address in the processor's memory.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::concrete::Concrete;
-use crate::image::Segment;
+use crate::image::Image;
 use crate::instruction::Width;
 use crate::state::{AccessError, Memory};
 
@@ -45,11 +45,14 @@ impl Region {
 }
 
 impl Regions {
-    /// RAM, zero but for initial values, and what is flashed.
-    pub(super) fn new(ram: Range<u32>, segments: &[Segment]) -> Self {
+    /// RAM, zero but for initial values, and what is flashed; RAM elsewhere, as far as the image uses it.
+    pub(super) fn new(ram: Range<u32>, image: &Image) -> Self {
         let mut regions = Self { regions: Vec::new(), first_access: None };
         regions.map(ram.start, ram.end.saturating_sub(ram.start));
-        for segment in segments {
+        for variables in image.unfilled.iter().filter(|variables| !ram.contains(&variables.start)) {
+            regions.map(variables.start, variables.end - variables.start);
+        }
+        for segment in &image.segments {
             let in_ram = regions.bytes_mut(segment.address, segment.bytes.len()).ok();
             if let Some(bytes) = in_ram {
                 bytes.copy_from_slice(&segment.bytes);

@@ -72,7 +72,7 @@ impl Timing {
         if std::mem::take(&mut pipeline.jumped) && is_misaligned {
             cycles += self.row(Row::MisalignedTarget);
         }
-        let (run, stalls) = pipeline.misaligned.next(is_misaligned);
+        let (run, stalls) = pipeline.misaligned.next(is_misaligned, self.column);
         pipeline.misaligned = run;
         if stalls {
             cycles += self.row(Row::MisalignedRun);

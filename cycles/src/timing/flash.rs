@@ -6,8 +6,8 @@ use crate::instruction::Instruction;
 
 /// A flash memory behind caches, as STM32 parts have it.
 ///
-/// It holds everything below `0x2000_0000`, the code region of the Armv7-M memory map (RAM there, such as CCM, is
-/// taken for flash); what is above never waits.
+/// It holds everything below `0x2000_0000`, the code region of the Armv7-M memory map, but the RAM that is there; RAM
+/// never waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Flash {
     /// Cycles that a read waits, on top of its own.
@@ -20,6 +20,8 @@ pub struct Flash {
     pub data_lines: u16,
     /// Whether the line behind the last one is read ahead.
     pub prefetches: bool,
+    /// First address of the RAM in the code region, such as CCM SRAM, and the one behind it; equal where there is none.
+    pub code_ram: (u32, u32),
 }
 
 impl Flash {
@@ -28,12 +30,14 @@ impl Flash {
     /// ST, RM0440, embedded flash memory: 4 wait states in range 1 boost mode from 136 to 170 MHz; 64 bits a read in
     /// two banks; instruction cache of 32 lines of 4 x 64 bits, data cache of 8 such lines, both on after reset, where
     /// the prefetch is off. Here every 64 bits are a line of their own, and the one not used for longest gives way.
+    /// Embedded SRAM: the CCM SRAM, 32 KiB at most, is read without wait states at any clock.
     pub const STM32G4: Self = Self {
         wait_states: 4,
         line_bytes: 8,
         instruction_lines: 32 * 4,
         data_lines: 8 * 4,
         prefetches: false,
+        code_ram: (0x1000_0000, 0x1000_8000),
     };
 
     /// The longest that an instruction waits: for every line that is not `line`, the one that the instruction before
@@ -49,9 +53,9 @@ impl Flash {
         let mut reads = self.fetched(instruction).filter(|line| Some(*line) != before).count();
         *line = self.line(instruction.next().wrapping_sub(1));
         if outcome == Outcome::Taken {
-            // The read ahead that the jump makes useless is finished first.
             *line = None;
-            reads += 1;
+            // The read ahead that the jump makes useless is finished first.
+            reads += usize::from(self.holds(instruction.address));
         }
         let fetches = self.longest_read() * u32::try_from(reads).unwrap_or(u32::MAX);
         fetches
@@ -63,7 +67,7 @@ impl Flash {
     fn longest_load(&self, access: Access, bytes: u32) -> u32 {
         let reads = if access.lowest == access.highest {
             u32::try_from(self.lines(access.lowest, bytes).count()).unwrap_or(u32::MAX)
-        } else if access.lowest < RAM {
+        } else if self.reaches(access) {
             bytes.div_ceil(self.line_bytes.into()) + 1
         } else {
             0
@@ -82,9 +86,21 @@ impl Flash {
         u32::from(self.wait_states) + 1
     }
 
+    /// Whether `address` is in the flash.
+    fn holds(&self, address: u32) -> bool {
+        let (start, end) = self.code_ram;
+        address < RAM && !(start..end).contains(&address)
+    }
+
+    /// Whether an access can be to the flash.
+    fn reaches(&self, access: Access) -> bool {
+        let (start, end) = self.code_ram;
+        access.lowest < RAM && !(access.lowest >= start && access.highest < end)
+    }
+
     /// The number of the line that holds `address`; none in RAM.
     fn line(&self, address: u32) -> Option<u32> {
-        (address < RAM).then(|| address >> self.line_bytes.trailing_zeros())
+        self.holds(address).then(|| address >> self.line_bytes.trailing_zeros())
     }
 
     /// Numbers of the lines that `bytes` from `address` on lie in; none in RAM.

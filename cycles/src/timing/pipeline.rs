@@ -1,5 +1,7 @@
 //! What earlier instructions leave behind that later ones wait for.
 
+use super::Column;
+
 /// What earlier instructions leave behind that later ones wait for.
 ///
 /// The default is a pipeline that nothing is waited for in. Whatever instructions follow, and wherever one stops,
@@ -37,7 +39,7 @@ pub(super) struct PrecedingLoad {
 /// How far a run of misaligned four-byte instructions is, ordered by how soon it stalls.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) enum MisalignedRun {
-    /// It has stalled; it does so once.
+    /// It has stalled and does so once, as far as this column says.
     Stalled,
     #[default]
     None,
@@ -46,14 +48,17 @@ pub(super) enum MisalignedRun {
 }
 
 impl MisalignedRun {
-    /// The run after one more instruction, and whether that stalls.
-    pub(super) fn next(self, is_misaligned: bool) -> (Self, bool) {
-        match self {
+    /// The run after one more instruction, and whether that stalls: the third of a run, in the upper column every
+    /// further one, too. A chip stalls more than once where the run mixes accesses to memory with other instructions;
+    /// after which of them is not known.
+    pub(super) fn next(self, is_misaligned: bool, column: Column) -> (Self, bool) {
+        match (self, column) {
             _ if !is_misaligned => (Self::None, false),
-            Self::None => (Self::One, false),
-            Self::One => (Self::Two, false),
-            Self::Two => (Self::Stalled, true),
-            Self::Stalled => (Self::Stalled, false),
+            (Self::None, _) => (Self::One, false),
+            (Self::One, _) => (Self::Two, false),
+            (Self::Two, Column::Likely) => (Self::Stalled, true),
+            (Self::Two, Column::Upper) => (Self::Two, true),
+            (Self::Stalled, _) => (Self::Stalled, false),
         }
     }
 }

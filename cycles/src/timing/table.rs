@@ -92,7 +92,8 @@ rows! {
     TableBranch, 3, 3, "`TBB`, `TBH`", "TRM 3.3: two for the load, one for the sum";
     MisalignedTarget, 1, 0, "on top of a four-byte instruction at an address not divisible by 4, jumped to",
         "seen; P covers it in the upper column";
-    MisalignedRun, 1, 1, "on top of the third of consecutive such instructions", "seen";
+    MisalignedRun, 1, 1, "on top of the third of consecutive such instructions; upper, of every further one",
+        "seen; more than one in runs that mix accesses to memory with others";
 
     // Processor.
     Hint, 1, 1, "`NOP`, `SEV`, `YIELD`; `WFI`, `WFE` without their waiting", "TRM 3.3: 1, and W";

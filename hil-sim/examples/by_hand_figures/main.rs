@@ -7,7 +7,7 @@ mod hand;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
-use cycles::timing::{Column, Profile, Timing};
+use cycles::timing::{Column, Timing};
 use dimsart_core::{Packet, is_newer};
 use hil_sim::cycles::{Firmware, Setup, UNIT, measure};
 use hil_sim::emulated::FOLDER_VARIABLE;
@@ -24,7 +24,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let collected = || std::env::var_os(FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(IMAGE));
     let firmware = Firmware::find(given.or_else(collected).as_deref(), None)?;
     let scenario = Scenario::load(None, &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
-    println!("`{}`, {UNIT}, memory 0ws; means, and the same over that by hand.\n", firmware.name);
+    println!(
+        "`{}`, {UNIT}, memory {}; means, and the same over that by hand.\n",
+        firmware.name,
+        firmware.memory().name()
+    );
     println!("| Master, 3 axes | Likely | By hand: 1 | Upper | By hand: 1 |");
     println!("|---|---:|---:|---:|---:|");
     let likely = parts(&firmware, &scenario, Column::Likely)?;
@@ -44,7 +48,7 @@ fn parts(
     scenario: &Scenario,
     column: Column,
 ) -> Result<Vec<(String, f64)>, Box<dyn Error>> {
-    let timing = Timing::new(Profile::ZeroWait, column);
+    let timing = Timing::new(firmware.memory().profile(), column);
     let setup = Setup {
         firmware,
         scenario,
@@ -53,7 +57,7 @@ fn parts(
         counts_instructions: false,
         timing,
         random_ticks: 0,
-        profile: "0ws",
+        profile: firmware.memory().name(),
         column: "",
     };
     let by_hand = by_hand(firmware, scenario, timing)?;

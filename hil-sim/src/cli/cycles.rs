@@ -54,9 +54,9 @@ pub(super) struct Cycles {
     /// Bits per second of that serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
-    /// The memory that instructions come from.
-    #[arg(long, default_value = "0ws")]
-    profile: Memory,
+    /// The memory that instructions come from; the board's own when left out.
+    #[arg(long)]
+    profile: Option<Memory>,
     /// Which value counts where Arm gives a range.
     #[arg(long, default_value = "upper")]
     column: Value,
@@ -76,7 +76,7 @@ Examples:
   dimsart cycles                                     the image that was built last, the shipped scheme's master
   dimsart cycles --board nucleo-g474re --side slave
   dimsart cycles firmware.elf --scheme my.scheme --dof 1
-  dimsart cycles --attach /dev/ttyACM0 --profile flash   what the controller there has measured, beside the model
+  dimsart cycles --attach /dev/ttyACM0               what the controller there has measured, beside the model
   dimsart cycles --set duration_s=1 --json           figures for a program";
 
 /// Column of the model.
@@ -103,6 +103,7 @@ impl Cycles {
             Some(attached) => Firmware::find_by_name(elf, &attached.image)?,
             None => Firmware::find(elf, self.board.as_deref())?,
         };
+        let memory = self.profile.unwrap_or_else(|| firmware.memory());
         let (column, column_name) = match self.column {
             Value::Likely => (Column::Likely, "likely"),
             Value::Upper => (Column::Upper, "upper"),
@@ -112,10 +113,10 @@ impl Cycles {
             scenario: &scenario,
             side: self.side,
             commands: attached.as_ref().map(|attached| attached.commands.as_slice()),
-            timing: Timing::new(self.profile.profile(), column),
+            timing: Timing::new(memory.profile(), column),
             counts_instructions: attached.as_ref().is_some_and(Attached::counts_instructions),
             random_ticks: self.random_ticks,
-            profile: self.profile.name(),
+            profile: memory.name(),
             column: column_name,
         };
         let bar = progress_bar();

@@ -64,7 +64,7 @@ impl Stamp {
         let mut image = StampedImage::read(&firmware.path)?;
         let scheme = self.scheme.unwrap_or_else(|| format!("builtin:{}", image.scheme_name()));
         image.set_scheme(name(&scheme), self.side.name(), &saved(&scheme, self.side)?)?;
-        let memory = self.memory.unwrap_or(budget.memory);
+        let memory = self.memory.unwrap_or_else(|| firmware.memory());
         let start = Instant::now();
         let costs = costs(&firmware, &image, memory)?;
         let limit = share(budget.period_cycles(), self.tick_percent.unwrap_or(budget.tick_percent));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use ::cycles::image::Image;
 
-use super::CyclesError;
+use super::{CyclesError, Memory};
 use crate::emulated::{BOARD, FOLDER_VARIABLE, built};
 
 /// Calls of a module, as the image names them.
@@ -179,6 +179,13 @@ impl Firmware {
     #[must_use]
     pub fn budget_cycles(&self) -> u64 {
         u64::from(self.clock_hz / self.tick_hz.max(1))
+    }
+
+    /// What its board runs it from.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        let waits = self.features().any(|feature| Memory::of_board(feature) == Memory::Flash);
+        if waits { Memory::Flash } else { Memory::ZeroWait }
     }
 
     /// The board and what else the image was built with.

@@ -1,23 +1,32 @@
-//! Memories that an image can run from.
+//! The memory that instructions come from, by its name.
 
 use ::cycles::timing::{Column, Flash, Profile, Timing};
+use boards::BOARDS;
+use boards::catalogue::CodeMemory;
 use clap::ValueEnum;
-use serde::Deserialize;
 
 /// Memory of the model.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Memory {
     /// Every access without waiting.
     #[value(name = "0ws")]
-    #[serde(rename = "0ws")]
     ZeroWait,
-    /// Flash of an STM32G4 at full speed, 4 wait states, with its caches; for the bound everything misses them.
-    #[serde(rename = "flash")]
+    /// An STM32G4 at full speed: flash of 4 wait states with its caches, which everything misses in a bound, and CCM SRAM
+    /// that does not wait.
     Flash,
 }
 
 impl Memory {
-    /// Its name, as it is written.
+    /// What a board's images run from, by the board's name; where nothing waits for a board that is not registered.
+    #[must_use]
+    pub fn of_board(name: &str) -> Self {
+        match BOARDS.iter().find(|board| board.name == name).map(|board| board.tooling.memory) {
+            Some(CodeMemory::Stm32G4) => Self::Flash,
+            Some(CodeMemory::NoWait) | None => Self::ZeroWait,
+        }
+    }
+
+    /// Its name in commands and reports.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -26,7 +35,7 @@ impl Memory {
         }
     }
 
-    /// The model's.
+    /// As the model has it.
     #[must_use]
     pub fn profile(self) -> Profile {
         match self {
@@ -39,5 +48,26 @@ impl Memory {
     #[must_use]
     pub fn upper(self) -> Timing {
         Timing::new(self.profile(), Column::Upper)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_board_has_the_memory_that_its_chip_has() {
+        for board in BOARDS {
+            let waits = Memory::of_board(board.name) == Memory::Flash;
+            assert_eq!(waits, board.tooling.chip.is_some(), "{}", board.name);
+        }
+        assert_eq!(Memory::of_board("unknown"), Memory::ZeroWait);
+    }
+
+    #[test]
+    fn its_name_is_the_one_that_a_command_takes() {
+        for memory in [Memory::ZeroWait, Memory::Flash] {
+            assert_eq!(Memory::from_str(memory.name(), false), Ok(memory));
+        }
     }
 }

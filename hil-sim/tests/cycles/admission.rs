@@ -8,7 +8,7 @@ use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::modules::Standard;
 use dimsart_core::{Costs, Dimsart, ModuleList, saved_scheme};
 use hil_sim::budget::Budget;
-use hil_sim::cycles::{Controller, CyclesError, Firmware};
+use hil_sim::cycles::{Controller, CyclesError, Firmware, Memory};
 use hil_sim::experiment::device;
 use hil_sim::schemes::{self, SchemeText};
 use hil_sim::stamp::StampedImage;
@@ -48,7 +48,7 @@ fn load(image: &Path, scheme: &[u8]) -> Result<(), CyclesError> {
 fn every_board_s_stamp_knows_every_kind_and_takes_the_shipped_scheme_by_the_board_s_share() {
     for (board, path) in images() {
         let (image, budget) = (StampedImage::read(&path).unwrap(), Budget::of(board).unwrap());
-        assert_eq!(image.memory().as_deref(), Some(budget.memory.name()), "{board}");
+        assert_eq!(image.memory().as_deref(), Some(Memory::of_board(board).name()), "{board}");
         assert_eq!(image.limit_cycles(), budget.period_cycles() / 100 * budget.tick_percent, "{board}");
         assert!(!image.compiler().is_empty(), "{board}");
         let costs = image.costs().unwrap();

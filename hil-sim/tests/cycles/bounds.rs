@@ -57,7 +57,8 @@ fn flash_that_waits_costs_more_and_has_a_bound() {
             hold(&figures);
             figures
         });
-    assert!(with.tick.emulated_max > without.tick.emulated_max, "{:?} {:?}", without.tick, with.tick);
+    // A tick in CCM SRAM waits for constants at most.
+    assert!(with.tick.emulated_max >= without.tick.emulated_max, "{:?} {:?}", without.tick, with.tick);
     let bounds = |figures: &Figures| {
         let [entry, exit, floats] = &figures.interrupt[..] else { panic!("{:?}", figures.interrupt) };
         [&figures.tick, entry, exit, floats].map(|row| row.bound.unwrap())

@@ -6,6 +6,7 @@
 
 mod admission;
 mod bounds;
+mod ccm;
 mod command;
 mod common;
 mod kinds;
