@@ -85,6 +85,7 @@ global_asm!(
     "function __aeabi_memclr4",
     "function __aeabi_memclr8",
     "    movs r2, #0",
+    "    b __aeabi_memset",
     "function __aeabi_memset",
     "function __aeabi_memset4",
     "function __aeabi_memset8",

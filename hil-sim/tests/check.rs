@@ -59,7 +59,7 @@ fn both_sides_are_checked_unless_one_is_named() {
     let (status, out) = check(BILATERAL, &[]);
     assert_eq!(status, Some(0));
     assert!(out.contains("on the master: matches") && out.contains("on the slave: matches"), "{out}");
-    assert!(out.contains("  takes 5 of 16 modules, "), "{out}");
+    assert!(out.contains("  takes 5 of 32 modules, "), "{out}");
     let (_, out) = check(BILATERAL, &["--side", "slave"]);
     assert!(!out.contains("master"), "{out}");
 }
@@ -183,10 +183,10 @@ fn what_a_refused_row_may_have_caused_is_told_from_what_it_is() {
 
 #[test]
 fn one_module_more_than_fit_is_refused_with_the_way_out() {
-    let more: Vec<String> = (2..=13).map(|number| format!("all MOD_ENG MOD_ON PCTRL_MOD.{number}")).collect();
+    let more: Vec<String> = (2..=29).map(|number| format!("all MOD_ENG MOD_ON PCTRL_MOD.{number}")).collect();
     let out = faulty(LAST_ROW, &more.join("\n"));
-    let refusal = "'PCTRL_MOD.13' refused: 16 modules exist already and no more fit: MOD_CLOSE one first";
-    assert!(out.contains(refusal) && !out.contains("'PCTRL_MOD.12' refused"), "{out}");
+    let refusal = "'PCTRL_MOD.29' refused: 32 modules exist already and no more fit: MOD_CLOSE one first";
+    assert!(out.contains(refusal) && !out.contains("'PCTRL_MOD.28' refused"), "{out}");
 }
 
 #[test]

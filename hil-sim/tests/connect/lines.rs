@@ -116,7 +116,7 @@ fn an_older_device_answers_what_it_knows_and_refuses_the_rest_by_name() {
     let output = dimsart(&["connect", &port, "watch", "MAP", "--once"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let note = String::from_utf8(output.stderr).unwrap();
-    assert!(note.contains("the device speaks protocol 0 and this command 4"), "{note}");
+    assert!(note.contains("the device speaks protocol 0 and this command 5"), "{note}");
     let found = message(&dimsart(&["connect", &port, "show"]));
     assert!(found.contains("the device knows no such request"), "{found}");
 }

@@ -27,6 +27,9 @@ fn measured(device: &mut Device<Box<dyn Stream>>) -> Measured {
 fn every_call_takes_the_instructions_that_the_machine_counts() {
     let Some(firmware) = Firmware::start_measuring() else { return };
     let mut device = greet(firmware.uart());
+    // As in the machine: the device may be moved, and modules begin in the first tick.
+    device.hold_lease().unwrap();
+    device.reset(None).unwrap();
     let measured = measured(&mut device);
     assert!(measured.is_instructions);
 

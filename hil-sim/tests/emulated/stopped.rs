@@ -24,8 +24,8 @@ use crate::common::image;
 use crate::firmware::{DEBUGGER, Firmware};
 use crate::run::are_emulators_in;
 
-/// Carries out a request for the list of a PID controller's parameters.
-const IN_THE_TICK: &[&str] = &["pid..Pid", "parameters"];
+/// Carries out a request for a parameter of a kind of module.
+const IN_THE_TICK: &[&str] = &["engine..Engine", "describe_parameter"];
 /// Writes a panic's text.
 const SAYS_WHY: &[&str] = &["4core3fmt5write"];
 
