@@ -128,7 +128,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device);
-        observer.look_on(Calls { wiring: &self.wiring, kinds: M::KINDS, begins: self.begins }, &data);
+        observer.look_on(Calls { wiring: &self.wiring, begins: self.begins }, &data);
         if self.begins {
             self.begins = false;
             self.wiring.has_begun();

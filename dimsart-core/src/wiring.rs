@@ -136,6 +136,8 @@ impl Port {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Call {
     pub(crate) compute: Compute,
+    /// What the module begins by in this call, if it has a state and this is its first call in a tick.
+    pub(crate) begin: Option<Compute>,
     /// First word of its module's memory.
     pub(crate) place: u16,
     /// Of its module in the plug-in order.
@@ -259,7 +261,9 @@ impl Wiring {
         for (order, stage) in calls {
             let Some(plugged) = self.modules.get(usize::from(order)) else { continue };
             let Some(kind) = kinds.get(usize::from(plugged.module.kind)) else { continue };
-            let _ = self.calls.push(Call { compute: kind.compute(stage), place: u16::MAX, order, stage });
+            let begin = if stage == Stage::Early { kind.begin() } else { None };
+            let compute = kind.compute(stage);
+            let _ = self.calls.push(Call { compute, begin, place: u16::MAX, order, stage });
         }
     }
 

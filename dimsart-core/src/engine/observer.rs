@@ -1,8 +1,6 @@
 //! Who looks on while an engine steps, such as to measure what its modules take.
 
 use crate::data::Data;
-use crate::kind::Kind;
-use crate::port::Stage;
 use crate::wiring::{Call, Wiring};
 
 /// Makes the calls of a step. The core reads no clock: whoever has one can read it around each call.
@@ -40,7 +38,6 @@ impl Observer for () {
 #[derive(Debug)]
 pub struct Calls<'a> {
     pub(super) wiring: &'a Wiring,
-    pub(super) kinds: &'a [Kind],
     /// Whether there is a module that begins with its next call.
     pub(super) begins: bool,
 }
@@ -61,9 +58,9 @@ impl Calls<'_> {
     #[cold]
     #[inline(never)]
     fn begin(&self, call: &Call, data: &Data<'_>) {
-        let called = self.wiring.called(call).filter(|called| called.begins && call.stage == Stage::Early);
-        let kind = called.and_then(|called| self.kinds.get(usize::from(called.module.kind)));
-        if let Some(begin) = kind.and_then(Kind::begin) {
+        if let Some(begin) = call.begin
+            && self.wiring.called(call).is_some_and(|called| called.begins)
+        {
             begin(data, call.place);
         }
     }

@@ -12,6 +12,8 @@ use crate::rig::{SimulatedDimsart, TickTape};
 
 /// Ticks after which the scheme starts anew: what is wild once can stay so.
 const EPISODE_TICKS: u64 = 64;
+/// Starts before each of these that are not gone on from: a first tick, in which modules begin, is one of the longest.
+const STARTS: u64 = 8;
 /// Longest silence of a link, ticks: longer than it takes to be lost.
 const SILENCE_TICKS: u32 = 40;
 /// Words that a board can measure beyond its axes.
@@ -46,13 +48,14 @@ impl<'a> RandomInputs<'a> {
 
     /// The next tick, with all that came of it here, and whether the scheme started anew before it.
     pub(super) fn tick(&mut self) -> (bool, &TickTape) {
-        let is_new = self.ticks.is_multiple_of(EPISODE_TICKS);
+        let place = self.ticks % (STARTS + EPISODE_TICKS);
+        let is_new = place <= STARTS;
         if is_new {
             // It ran before.
             let _ = saved_scheme::load(self.scheme, fingerprint_of(self.scheme), &mut self.dimsart);
             self.silence_ticks = 0;
         }
-        let is_wild = (self.ticks / EPISODE_TICKS) % 2 == 1;
+        let is_wild = (self.ticks / (STARTS + EPISODE_TICKS) + place.min(STARTS)) % 2 == 1;
         self.ticks += 1;
         self.receive();
         self.measure(is_wild);
