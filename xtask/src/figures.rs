@@ -14,11 +14,11 @@ const HEAD: &str = "\
 
 Written by `cargo xtask figures`; this and `cargo xtask test` fail when an image is over its budget in
 `boards/budgets/`.
-Flash is code, constants and the initial values of variables; RAM is all variables, the Data Base and 16 modules
-of up to 8 degrees of freedom among them, without the stack. The emulated board and variants of others
-have room and no budget.
-The Data Base of nucleo-g474re, 2048 words, holds all 16 modules at 7 degrees of freedom beside a recorder of 250
-rows (`dimsart-core/tests/behaviour/capacity.rs`).
+Flash is code, constants and the initial values of variables; RAM is all variables, the Data Base with its modules'
+parameters and state among them, without the stack and without the code that is copied to CCM SRAM. The emulated board
+and variants of others have room and no budget.
+The Data Base of nucleo-g474re, 3072 words, holds all 16 kinds of modules at 7 degrees of freedom beside a recorder of
+250 rows (`dimsart-core/tests/behaviour/capacity.rs`).
 ";
 
 const STACK: &str = "
@@ -51,8 +51,9 @@ const CYCLES: &str = "
 ## Cycles of a tick
 
 By `hil-sim/examples/cycle_figures.rs`: cycles of a model that is built on Arm's tables ([cycles.md](cycles.md)), from
-the memory that the board runs from, never of silicon. Each tick of the shipped scenario, with jitter and loss, and of random inputs is run in the
-emulated processor and is the host's bit by bit; the bound holds for anything that is measured and comes in.
+the memory that the board runs from, never of silicon. Each tick of the shipped scenario, with jitter and loss, and of
+random inputs is run in the emulated processor and is the host's bit by bit; the bound holds for anything that is
+measured and comes in.
 ";
 
 const BY_HAND: &str = "
