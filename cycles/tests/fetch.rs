@@ -1,6 +1,7 @@
 //! Stalls of runs of misaligned instructions against a fetch unit that is played word by word.
 //!
 //! Arm, KA8521: a Cortex-M4 fetches aligned words, one per cycle, into a buffer of three, as long as there is room.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use cycles::instruction::{Instruction, decode_all};
 use cycles::timing::{Column, Known, Outcome, Pipeline, Profile, Row, Timing};

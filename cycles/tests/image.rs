@@ -64,7 +64,8 @@ fn an_image_has_memory_functions_and_code() {
 
     let [text, ccm, data] = &image.segments[..] else { panic!("three segments") };
     assert_eq!((ccm.address, ccm.flashed_at, ccm.is_writable), (CCM, 0x0800_0010, false));
-    assert_eq!(image.unfilled, [CCM + 8..CCM + 16]);
+    let unfilled = CCM + 8..CCM + 16;
+    assert_eq!(image.unfilled.as_slice(), std::slice::from_ref(&unfilled));
     assert_eq!((text.address, text.is_writable), (0x0800_0000, false));
     assert_eq!((data.address, data.flashed_at, data.is_writable), (0x2000_0000, 0x0800_000C, true));
 }

@@ -66,7 +66,7 @@ pub enum Finding {
         /// Whether it is meant to be so.
         is_declared: bool,
     },
-    /// A fault: the units of two signals are not as the module's ports are [tied](crate::Ports::tie).
+    /// A fault: the units of two signals are not as the module's ports are [tied](crate::Declare::tie).
     UnitsDiffer {
         /// The module.
         module: ModuleRef,

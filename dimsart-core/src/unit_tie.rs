@@ -28,7 +28,7 @@ impl UnitRelation {
     }
 }
 
-/// Ties the unit of a port to that of another port of the same module; see [`Ports::tie`](crate::Ports::tie).
+/// Ties the unit of a port to that of another port of the same module; see [`Declare::tie`](crate::Declare::tie).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UnitTie {
     /// How the unit follows.

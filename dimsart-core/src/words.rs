@@ -1,7 +1,7 @@
 //! Values made of words: what a module keeps in the Data Base.
 //!
 //! Parameters, state and handles of a module lie in words of the Data Base, so that an instance takes what its kind
-//! needs and no more. [`words!`](crate::words) makes a struct of such values one, [`choice!`](crate::choice) a set of
+//! needs and no more. [`words!`](crate::words!) makes a struct of such values one, [`choice!`](crate::choice!) a set of
 //! names.
 
 use core::cell::Cell;
