@@ -167,7 +167,7 @@ impl<'a> Data<'a> {
     }
 
     /// The words for one vector at word `position` of a memory; none when it has no room for them there.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn row(&self, memory: Memory, position: u16) -> Option<&[Cell<u32>]> {
         let end = usize::from(position) + self.dof();
@@ -179,7 +179,7 @@ impl<'a> Data<'a> {
     }
 
     /// Position of the row after the one at `position`, from the end of the memory back to its start.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn row_after(&self, memory: Memory, position: u16) -> u16 {
         let next = position.saturating_add(u16::from(self.dof as u8));
