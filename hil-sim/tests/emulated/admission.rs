@@ -33,7 +33,7 @@ fn stamped(folder: &TempDir, change: impl FnOnce(&mut StampedImage)) -> Option<F
 
 #[test]
 fn a_module_too_many_is_refused_with_the_numbers_of_the_stamp() {
-    const LIMIT: u32 = 6000;
+    const LIMIT: u32 = 9000;
     let folder = tempfile::tempdir().unwrap();
     let firmware = stamped(&folder, |image| {
         let (costs, memory) = (image.costs().unwrap(), image.memory().unwrap());

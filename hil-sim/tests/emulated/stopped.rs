@@ -25,7 +25,7 @@ use crate::firmware::{DEBUGGER, Firmware};
 use crate::run::are_emulators_in;
 
 /// Carries out a request for a parameter of a kind of module.
-const IN_THE_TICK: &[&str] = &["engine..Engine", "describe_parameter"];
+const IN_THE_TICK: &[&str] = &["Engine", "describe_parameter"];
 /// Writes a panic's text.
 const SAYS_WHY: &[&str] = &["4core3fmt5write"];
 
