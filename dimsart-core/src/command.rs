@@ -1,10 +1,13 @@
 //! Commands: how a scheme is built and changed while one image runs.
 
+mod wire;
+
 use crate::data_type::TypeRef;
 use crate::limits::{MAX_BINDINGS, MAX_CHANNEL_TYPES, MAX_DOF, MAX_MODULES, MAX_PORTS, MAX_SLOTS, MAX_WIRES};
 use crate::matching::Finding;
 use crate::parameter::{ParameterError, Value};
 use crate::storage::StorageError;
+use wire::Wire;
 
 /// One instance of a kind of module, written `PDCTRL_MOD`, `PDCTRL_MOD.2`, ...
 ///
@@ -18,114 +21,149 @@ pub struct ModuleRef {
     pub number: u8,
 }
 
-/// Who a command is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Target {
-    /// The Module Engine, `MOD_ENG`.
-    Engine,
-    /// A module.
-    Module(ModuleRef),
-}
-
-/// What the engine can be told; the number is `Command::param`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[repr(u8)]
-#[non_exhaustive]
-pub enum Verb {
-    /// Plugs the module in, behind those already plugged in.
-    ModOn = 1,
-    /// Unplugs the module; it keeps its parameters.
-    ModOff = 2,
-    /// The next `MOD_ON` puts its module before this one instead of at the end. Forgotten as soon as this
-    /// one is unplugged, plugged in again or not.
-    PlaceBefore = 3,
-    /// The module forgets its state and keeps its parameters.
-    ModReset = 4,
-    /// The module's parameters go back to their defaults. Only while it is not plugged in.
-    ModInit = 5,
-    /// Ends the module's existence and gives its place back.
-    ModClose = 6,
-    /// Checks the scheme and, when it is sound, lets it run.
-    MatchingCheck = 16,
-    /// Stops the scheme; the device gets its safe input.
-    Stop = 17,
-    /// Every module that is plugged in forgets its state.
-    Reset = 18,
-    /// Stops, unplugs every module and ends its existence.
-    Close = 19,
-    /// As `CLOSE`: the state after power-up.
-    Init = 20,
-}
-
-impl Verb {
-    /// Every verb with its name in schemes and whether it needs a module as its value.
-    pub const ALL: &'static [(Self, &'static str, bool)] = &[
-        (Self::ModOn, "MOD_ON", true),
-        (Self::ModOff, "MOD_OFF", true),
-        (Self::PlaceBefore, "PLACE_BEFORE", true),
-        (Self::ModReset, "MOD_RESET", true),
-        (Self::ModInit, "MOD_INIT", true),
-        (Self::ModClose, "MOD_CLOSE", true),
-        (Self::MatchingCheck, "MATCHING_CHECK", false),
-        (Self::Stop, "STOP", false),
-        (Self::Reset, "RESET", false),
-        (Self::Close, "CLOSE", false),
-        (Self::Init, "INIT", false),
-    ];
-
-    pub(crate) fn from_number(number: u8) -> Option<Self> {
-        Self::ALL.iter().map(|(verb, ..)| *verb).find(|verb| *verb as u8 == number)
-    }
-}
-
-/// `param` of a command that binds port `n` of a module is `PORT + n`.
-pub const PORT: u8 = 128;
-
 /// A command to the engine or to a module.
 #[doc(alias = "ModuleCmd")]
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(into = "Wire", try_from = "Wire")]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Command {
-    /// Who it is for.
-    pub module: Target,
-    /// A [`Verb`] of the engine, the number of a parameter, or [`PORT`] + the number of a port.
-    pub param: u8,
-    /// Axis of a parameter that each axis has its own of; none for all axes.
-    pub axis: Option<u8>,
-    /// The value.
-    pub value: Value,
+pub enum Command {
+    /// Plugs the module in, behind those already plugged in.
+    PlugIn(ModuleRef),
+    /// Unplugs the module; it keeps its parameters.
+    Unplug(ModuleRef),
+    /// The next [`PlugIn`](Self::PlugIn) puts its module before this one instead of at the end. Forgotten as soon as this
+    /// one is unplugged, plugged in again or not.
+    PlaceBefore(ModuleRef),
+    /// The module forgets its state and keeps its parameters.
+    ResetModule(ModuleRef),
+    /// The module's parameters go back to their defaults. Only while it is not plugged in.
+    InitModule(ModuleRef),
+    /// Ends the module's existence and gives its place back.
+    CloseModule(ModuleRef),
+    /// Checks the scheme and, when it is sound, lets it run.
+    Check,
+    /// Stops the scheme; the device gets its safe value.
+    Stop,
+    /// Every module that is plugged in forgets its state.
+    Reset,
+    /// Stops, unplugs every module and ends its existence.
+    Close,
+    /// As [`Close`](Self::Close): the state after power-up.
+    Init,
+    /// Gives a parameter a value, or adds an entry to one that is a list.
+    Set {
+        /// Whose parameter.
+        module: ModuleRef,
+        /// Its number: its place in the module's list of parameters.
+        parameter: u8,
+        /// Axis of a parameter that each axis has its own of; none for all axes.
+        axis: Option<u8>,
+        /// The value.
+        value: Value,
+    },
+    /// Binds a port to another signal.
+    Bind {
+        /// Whose port.
+        module: ModuleRef,
+        /// Its number: its place in the order of their declaration.
+        port: u8,
+        /// The signal.
+        signal: TypeRef,
+    },
+}
+
+/// A command to the engine as schemes name it, and its number on the wire.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EngineCommand {
+    /// Its name in schemes.
+    pub name: &'static str,
+    /// Whether a module is its value.
+    pub needs_module: bool,
+    number: u8,
+}
+
+impl EngineCommand {
+    /// Every one.
+    pub const ALL: &'static [Self] = &[
+        Self { name: "MOD_ON", needs_module: true, number: 1 },
+        Self { name: "MOD_OFF", needs_module: true, number: 2 },
+        Self { name: "PLACE_BEFORE", needs_module: true, number: 3 },
+        Self { name: "MOD_RESET", needs_module: true, number: 4 },
+        Self { name: "MOD_INIT", needs_module: true, number: 5 },
+        Self { name: "MOD_CLOSE", needs_module: true, number: 6 },
+        Self { name: "MATCHING_CHECK", needs_module: false, number: 16 },
+        Self { name: "STOP", needs_module: false, number: 17 },
+        Self { name: "RESET", needs_module: false, number: 18 },
+        Self { name: "CLOSE", needs_module: false, number: 19 },
+        Self { name: "INIT", needs_module: false, number: 20 },
+    ];
+
+    /// The one of this name in schemes.
+    #[must_use]
+    pub fn of(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|known| known.name == name)
+    }
+
+    /// The command with its value; none where a module is missing or one too many.
+    #[must_use]
+    pub fn with(self, module: Option<ModuleRef>) -> Option<Command> {
+        command_of(self.number, module)
+    }
+}
+
+fn command_of(number: u8, module: Option<ModuleRef>) -> Option<Command> {
+    Some(match (number, module) {
+        (1, Some(module)) => Command::PlugIn(module),
+        (2, Some(module)) => Command::Unplug(module),
+        (3, Some(module)) => Command::PlaceBefore(module),
+        (4, Some(module)) => Command::ResetModule(module),
+        (5, Some(module)) => Command::InitModule(module),
+        (6, Some(module)) => Command::CloseModule(module),
+        (16, None) => Command::Check,
+        (17, None) => Command::Stop,
+        (18, None) => Command::Reset,
+        (19, None) => Command::Close,
+        (20, None) => Command::Init,
+        _ => return None,
+    })
 }
 
 impl Command {
-    /// A command to the engine about a module.
-    #[must_use]
-    pub const fn engine(verb: Verb, module: ModuleRef) -> Self {
-        Self { module: Target::Engine, param: verb as u8, axis: None, value: Value::Module(module) }
-    }
-
-    /// A command to the engine that needs no value.
-    #[must_use]
-    pub const fn plain(verb: Verb) -> Self {
-        Self { module: Target::Engine, param: verb as u8, axis: None, value: Value::Nothing }
-    }
-
     /// Sets a parameter of a module, on all axes.
     #[must_use]
     pub const fn set(module: ModuleRef, parameter: u8, value: Value) -> Self {
-        Self { module: Target::Module(module), param: parameter, axis: None, value }
+        Self::Set { module, parameter, axis: None, value }
     }
 
     /// Binds a port of a module to another signal.
     #[must_use]
     pub const fn bind(module: ModuleRef, port: u8, signal: TypeRef) -> Self {
-        Self {
-            module: Target::Module(module),
-            param: PORT.saturating_add(port),
-            axis: None,
-            value: Value::Type(signal),
-        }
+        Self::Bind { module, port, signal }
+    }
+
+    /// Number of a command to the engine, and the module that is its value.
+    fn to_engine(self) -> Option<(u8, Option<ModuleRef>)> {
+        Some(match self {
+            Self::PlugIn(module) => (1, Some(module)),
+            Self::Unplug(module) => (2, Some(module)),
+            Self::PlaceBefore(module) => (3, Some(module)),
+            Self::ResetModule(module) => (4, Some(module)),
+            Self::InitModule(module) => (5, Some(module)),
+            Self::CloseModule(module) => (6, Some(module)),
+            Self::Check => (16, None),
+            Self::Stop => (17, None),
+            Self::Reset => (18, None),
+            Self::Close => (19, None),
+            Self::Init => (20, None),
+            Self::Set { .. } | Self::Bind { .. } => return None,
+        })
+    }
+
+    /// What it is called in schemes, if it is one to the engine.
+    #[must_use]
+    pub fn as_engine_command(self) -> Option<EngineCommand> {
+        let (number, _) = self.to_engine()?;
+        EngineCommand::ALL.iter().copied().find(|known| known.number == number)
     }
 }
 
@@ -136,13 +174,13 @@ impl Command {
 pub enum CommandError {
     /// The image has no module of this kind, or an instance number is 0.
     UnknownModule(ModuleRef),
-    /// The engine knows no such verb.
+    /// Of a device of another version: its engine knows no command of this number.
     UnknownVerb(u8),
     /// The module has no such port.
     UnknownPort(u8),
     /// No data type has this number.
     UnknownType(TypeRef),
-    /// The value is not of the kind that this command needs.
+    /// Of a device of another version: the value is not of the kind that this command needs.
     WrongValue,
     /// [`MAX_MODULES`] instances exist already: close one first.
     TooManyModules,

@@ -195,8 +195,6 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::command::{PORT, Target, Verb};
-    use crate::parameter::Value;
     use crate::types;
     use crate::unit::AxisKind;
 
@@ -207,12 +205,9 @@ mod tests {
 
     fn run<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Result<(), CommandError> {
         let pd = Engine::<Standard>::module("PDCTRL_MOD").unwrap();
-        let engine =
-            |verb: Verb, value| Command { module: Target::Engine, param: verb as u8, axis: None, value };
-        let bind = Value::Type(types::POSITION.first());
-        dimsart.command(Command { module: Target::Module(pd), param: PORT + 1, axis: None, value: bind })?;
-        dimsart.command(engine(Verb::ModOn, Value::Module(pd)))?;
-        dimsart.command(engine(Verb::MatchingCheck, Value::Nothing))
+        dimsart.command(Command::bind(pd, 1, types::POSITION.first()))?;
+        dimsart.command(Command::PlugIn(pd))?;
+        dimsart.command(Command::Check)
     }
 
     #[test]

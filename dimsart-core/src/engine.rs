@@ -12,7 +12,7 @@ use core::num::NonZeroU32;
 use heapless::Vec;
 pub use observer::{Calls, Observer};
 
-use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
+use crate::command::{Command, CommandError, ModuleRef};
 use crate::cost::Costs;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
@@ -141,17 +141,38 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// [`CommandError`] says why the command was refused; nothing has changed then.
     #[doc(alias = "ModuleCmd")]
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
-        match (command.module, command.value) {
-            (Target::Engine, value) => {
-                let verb =
-                    Verb::from_number(command.param).ok_or(CommandError::UnknownVerb(command.param))?;
-                self.engine_command(verb, value)
+        match command {
+            Command::PlugIn(module) => self.with_instance(module, |engine, _| engine.plug_in(module)),
+            Command::Unplug(module) => self.unplug(module),
+            Command::PlaceBefore(module) => {
+                self.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
+                self.place_before = Some(module);
+                Ok(())
             }
-            (Target::Module(module), Value::Type(signal)) if command.param >= PORT => {
-                self.bind(module, command.param - PORT, signal)
+            Command::ResetModule(module) => {
+                self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+                self.begin(|found| found == module);
+                Ok(())
             }
-            (Target::Module(_), _) if command.param >= PORT => Err(CommandError::WrongValue),
-            (Target::Module(module), value) => self.set(module, command.param, command.axis, value),
+            Command::InitModule(module) => {
+                self.with_instance(module, |engine, memory| engine.init(module, memory))
+            }
+            Command::CloseModule(module) => self.close(module),
+            Command::Check => self.check_and_start(),
+            Command::Stop => {
+                self.is_running = false;
+                Ok(())
+            }
+            Command::Reset => {
+                self.reset();
+                Ok(())
+            }
+            Command::Close | Command::Init => {
+                self.close_all();
+                Ok(())
+            }
+            Command::Set { module, parameter, axis, value } => self.set(module, parameter, axis, value),
+            Command::Bind { module, port, signal } => self.bind(module, port, signal),
         }
     }
 

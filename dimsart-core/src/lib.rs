@@ -105,7 +105,7 @@ mod wiring;
 mod word;
 pub mod words;
 
-pub use command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
+pub use command::{Command, CommandError, EngineCommand, ModuleRef};
 pub use content::Content;
 pub use context::{Context, Lane};
 pub use cost::{Cost, Costs};

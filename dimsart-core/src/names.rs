@@ -79,7 +79,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Finds a parameter of a kind of module by name.
     #[must_use]
     pub fn parameter(kind: u8, name: &str) -> Option<u8> {
-        (0..crate::command::PORT)
+        (0..=u8::MAX)
             .map_while(|index| Some((index, Self::describe_parameter(kind, index)?)))
             .find(|(_, parameter)| parameter.name == name)
             .map(|(index, _)| index)

@@ -10,7 +10,6 @@ pub use visit::Parameters;
 
 use core::cell::Cell;
 
-use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
 use crate::unit::Unit;
@@ -71,7 +70,7 @@ impl Words for TypeList {
     }
 }
 
-/// A value as commands carry it.
+/// A parameter's value.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Value {
@@ -85,10 +84,6 @@ pub enum Value {
     Choice(u8),
     /// A data type.
     Type(TypeRef),
-    /// A module, for commands to the engine.
-    Module(ModuleRef),
-    /// No value, for commands that need none.
-    Nothing,
 }
 
 /// What a parameter accepts.

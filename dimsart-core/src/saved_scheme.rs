@@ -12,7 +12,7 @@ use postcard::ser_flavors::Flavor;
 use serde::{Deserialize, Serialize};
 
 use crate::checksum::{CRC, Table};
-use crate::command::{Command, CommandError, ModuleRef, Verb};
+use crate::command::{Command, CommandError, ModuleRef};
 use crate::dimsart::Dimsart;
 use crate::encode::encode_into;
 use crate::engine::Engine;
@@ -108,7 +108,7 @@ impl<'b> Writer<'b> {
     /// # Errors
     /// [`TooLong`] when there is no room for it; the bytes are of no use then.
     pub fn finish(mut self) -> Result<(), TooLong> {
-        self.push(&Command::plain(Verb::MatchingCheck))?;
+        self.push(&Command::Check)?;
         let crc = CRC.checksum(self.bytes).to_le_bytes();
         self.bytes.extend_from_slice(&crc).map_err(|_| TooLong)
     }
@@ -149,7 +149,7 @@ pub fn load<M: ModuleList, const WORDS: usize>(
     fingerprint: u32,
     dimsart: &mut Dimsart<M, WORDS>,
 ) -> Result<(), LoadError> {
-    let close = Command::plain(Verb::Close);
+    let close = Command::Close;
     let refused = |command| move |error| LoadError::Refused { command, error };
     dimsart.command(close).map_err(refused(0))?;
     let mut rest = check(bytes, fingerprint)?;

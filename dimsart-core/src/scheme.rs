@@ -7,7 +7,7 @@
 
 use heapless::Vec;
 
-use crate::command::{Command, CommandError, ModuleRef, PORT, Target, Verb};
+use crate::command::{Command, CommandError, EngineCommand, ModuleRef};
 use crate::dimsart::Dimsart;
 use crate::engine::Engine;
 use crate::kind::ModuleList;
@@ -170,13 +170,12 @@ impl<'a> Row<'a> {
         &self,
         engine: &mut Engine<M, WORDS>,
     ) -> Result<Command, SchemeError<'a>> {
-        let command = if self.place(1).word == ENGINE {
+        let (command, words) = if self.place(1).word == ENGINE {
             self.engine_command::<M, WORDS>()?
         } else {
-            self.module_command(engine)?
+            (self.module_command(engine)?, 4)
         };
-        let most = if command.value == Value::Nothing { 3 } else { 4 };
-        match self.words.get(most) {
+        match self.words.get(words) {
             Some(place) => Err(SchemeError { place: *place, problem: Problem::Surplus }),
             None => Ok(command),
         }
@@ -214,18 +213,18 @@ impl<'a> Row<'a> {
         SchemeError { place: self.words.last().copied().unwrap_or(self.end), problem }
     }
 
-    fn engine_command<M: ModuleList, const WORDS: usize>(&self) -> Result<Command, SchemeError<'a>> {
-        let verb = self.place(2);
-        let found = Verb::ALL.iter().find(|(_, name, _)| *name == verb.word);
-        let (verb, _, needs_module) =
-            found.ok_or(SchemeError { place: verb, problem: Problem::EngineCommand })?;
-        if !needs_module {
-            return Ok(Command::plain(*verb));
+    /// And how many words it takes.
+    fn engine_command<M: ModuleList, const WORDS: usize>(&self) -> Result<(Command, usize), SchemeError<'a>> {
+        let place = self.place(2);
+        let unknown = SchemeError { place, problem: Problem::EngineCommand };
+        let command = EngineCommand::of(place.word).ok_or(unknown)?;
+        if !command.needs_module {
+            return Ok((command.with(None).ok_or(unknown)?, 3));
         }
         let place = self.place(3);
         let module = Engine::<M, WORDS>::module(place.word);
         let module = module.ok_or(SchemeError { place, problem: Problem::ModuleValue })?;
-        Ok(Command::engine(*verb, module))
+        Ok((command.with(Some(module)).ok_or(unknown)?, 4))
     }
 
     fn module_command<M: ModuleList, const WORDS: usize>(
@@ -247,13 +246,12 @@ impl<'a> Row<'a> {
             return Ok(Command::bind(module, index, signal));
         }
         let (name, axis) = split_axis(place.word).ok_or(unknown)?;
-        let param = Engine::<M, WORDS>::parameter(module.kind, name).ok_or(unknown)?;
-        debug_assert!(param < PORT);
-        let parameter = Engine::<M, WORDS>::describe_parameter(module.kind, param).ok_or(unknown)?;
+        let parameter = Engine::<M, WORDS>::parameter(module.kind, name).ok_or(unknown)?;
+        let found = Engine::<M, WORDS>::describe_parameter(module.kind, parameter).ok_or(unknown)?;
         let place = self.place(3);
-        let value = read_value(parameter.accepts, place.word, engine)
+        let value = read_value(found.accepts, place.word, engine)
             .map_err(|problem| SchemeError { place, problem })?;
-        Ok(Command { module: Target::Module(module), param, axis, value })
+        Ok(Command::Set { module, parameter, axis, value })
     }
 
     fn place(&self, index: usize) -> Place<'a> {

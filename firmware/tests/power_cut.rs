@@ -14,7 +14,7 @@ use dimsart_core::protocol::{
 use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, load, save};
 use dimsart_core::{
     AxisKind, Command, CommandError, Cost, Costs, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef,
-    TypeRef, Value, Verb, types,
+    TypeRef, Value, types,
 };
 use embassy_futures::block_on;
 use firmware::{BUFFER_BYTES, SchemeStore, start};
@@ -50,13 +50,14 @@ fn scheme(gain: u16) -> Vec<u8> {
         dimsart.command(Command::set(module, 0, Value::Real(gain.into()))).unwrap();
         if number > 1 {
             for axis in 0..3 {
-                let set = Command::set(module, 1, Value::Real(f32::from(axis) + 1.0));
-                dimsart.command(Command { axis: Some(axis), ..set }).unwrap();
+                let value = Value::Real(f32::from(axis) + 1.0);
+                let set = Command::Set { module, parameter: 1, axis: Some(axis), value };
+                dimsart.command(set).unwrap();
             }
         }
     }
-    dimsart.command(Command::engine(Verb::ModOn, pd())).unwrap();
-    dimsart.command(Command::plain(Verb::MatchingCheck)).unwrap();
+    dimsart.command(Command::PlugIn(pd())).unwrap();
+    dimsart.command(Command::Check).unwrap();
     save(dimsart.engine_mut()).unwrap().to_vec()
 }
 
@@ -351,7 +352,7 @@ fn a_saved_scheme_that_takes_too_long_gives_way_to_the_built_in_one() {
     let p = Engine::<Standard>::module("PCTRL_MOD").unwrap();
     let beside = TypeRef { number: 2, ..types::DES_FORCE.first() };
     larger.command(Command::bind(p, 2, beside)).unwrap();
-    larger.command(Command::engine(Verb::ModOn, p)).unwrap();
+    larger.command(Command::PlugIn(p)).unwrap();
     let mut board = Board::start(Flash::new());
     block_on(board.store.save(&save(larger.engine_mut()).unwrap())).unwrap();
     block_on(board.store.confirm()).unwrap();

@@ -8,7 +8,7 @@ mod layout;
 use std::fmt::{self, Display, Formatter};
 
 use dimsart_core::modules::Standard;
-use dimsart_core::{Dimsart, Engine, ModuleList, ModuleRef, Target, TypeRef, Value};
+use dimsart_core::{Command, Dimsart, Engine, ModuleList, ModuleRef, TypeRef, Value};
 
 use crate::first_packet::first_packet;
 
@@ -148,9 +148,9 @@ fn senders<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Vec<Se
         }
         let types = Engine::<Standard, WORDS>::parameter(sender.module.kind, "CTX_ADD_DATA");
         for command in engine.commands() {
-            if let (Target::Module(module), Value::Type(signal)) = (command.module, command.value)
+            if let Command::Set { module, parameter, value: Value::Type(signal), .. } = command
                 && module == sender.module
-                && Some(command.param) == types
+                && Some(parameter) == types
             {
                 sender.types.push(signal);
             }

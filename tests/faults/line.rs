@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use dimsart_core::{Command, Tick, Verb, types};
+use dimsart_core::{Command, Tick, types};
 use hil_sim::link::{InProcess, InProcessParameters, Link};
 use hil_sim::plant::{AxisWise, Environment};
 use hil_sim::rig::{End, Rig, SimulatedDimsart, Station};
@@ -105,7 +105,7 @@ impl Loop {
     /// Lets both sides start anew.
     pub(crate) fn reset(&mut self) {
         for (station, side) in self.rig.stations_mut().iter_mut().zip(&mut self.sides) {
-            station.dimsart.command(Command::plain(Verb::Reset)).unwrap();
+            station.dimsart.command(Command::Reset).unwrap();
             *side.arrivals.lock().unwrap() = None;
             side.lost_at = None;
         }

@@ -2,7 +2,6 @@
 
 use dimsart_core::{
     AxisKind, Command, Context, DataType, Declare, DeviceDescriptor, Dimsart, Module, ModuleList, ModuleRef,
-    Verb,
     modules::{self, Standard},
     scheme, types,
 };
@@ -84,9 +83,9 @@ pub(crate) fn run_empty(modules: u8, ticks: u32) {
     let kind = kind.and_then(|kind| u8::try_from(kind).ok()).expect("a module of the list");
     for number in 1..=modules {
         let module = ModuleRef { kind, number };
-        dimsart.command(Command::engine(Verb::ModOn, module)).expect("room for the module");
+        dimsart.command(Command::PlugIn(module)).expect("room for the module");
     }
-    dimsart.command(Command::plain(Verb::MatchingCheck)).expect("a sound scheme");
+    dimsart.command(Command::Check).expect("a sound scheme");
     (0..ticks).for_each(|_| counted_step(&mut dimsart));
 }
 

@@ -1,7 +1,7 @@
 //! A scheme as the commands that would build it.
 
 use super::Engine;
-use crate::command::{Command, ModuleRef, Target, Verb};
+use crate::command::{Command, ModuleRef};
 use crate::kind::ModuleList;
 use crate::parameter::{Accepts, Parameters, Value};
 
@@ -21,7 +21,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if !is_plugged_in {
             let Some(rest) = skip.checked_sub(1) else {
                 // Makes it exist, even if nothing else is to be said of it.
-                return Some(Command::engine(Verb::ModInit, module));
+                return Some(Command::InitModule(module));
             };
             skip = rest;
         }
@@ -34,21 +34,21 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             (0..).zip(&specs).filter_map(|(port, spec)| Some((port, self.binding(module, spec.name)?)));
         let mut commands = bound
             .map(|(port, signal)| Command::bind(module, port, signal))
-            .chain(is_plugged_in.then(|| Command::engine(Verb::ModOn, module)));
+            .chain(is_plugged_in.then(|| Command::PlugIn(module)));
         commands.nth(usize::from(skip))
     }
 
     /// The command that gives a parameter a value other than the default one, or an entry of a list: the first one after
     /// `skip` others, which are counted down.
     fn change(&mut self, module: ModuleRef, skip: &mut u16) -> Option<Command> {
-        let mut take = |param, axis, value| match skip.checked_sub(1) {
+        let mut take = |parameter, axis, value| match skip.checked_sub(1) {
             Some(rest) => {
                 *skip = rest;
                 None
             }
-            None => Some(Command { module: Target::Module(module), param, axis, value }),
+            None => Some(Command::Set { module, parameter, axis, value }),
         };
-        for param in 0..crate::command::PORT {
+        for param in 0..=u8::MAX {
             let parameter = Self::describe_parameter(module.kind, param)?;
             let Some(default) = parameter.default else {
                 for entry in 0..=u8::MAX {

@@ -1,7 +1,7 @@
 //! Commands that build and change a scheme: each is carried out whole or not at all.
 
 use super::{Binding, Engine, Instance};
-use crate::command::{CommandError, ModuleRef, Verb};
+use crate::command::{CommandError, ModuleRef};
 use crate::data_base::bit;
 use crate::data_type::{DataType, TypeRef};
 use crate::kind::ModuleList;
@@ -12,50 +12,16 @@ use crate::storage::Block;
 use crate::wiring::New;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
-    pub(super) fn engine_command(&mut self, verb: Verb, value: Value) -> Result<(), CommandError> {
-        match (verb, value) {
-            (Verb::ModOn, Value::Module(module)) => {
-                self.with_instance(module, |engine, _| engine.plug_in(module))
-            }
-            (Verb::ModOff, Value::Module(module)) => self.unplug(module),
-            (Verb::PlaceBefore, Value::Module(module)) => {
-                self.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
-                self.place_before = Some(module);
-                Ok(())
-            }
-            (Verb::ModReset, Value::Module(module)) => {
-                self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
-                self.begin(|found| found == module);
-                Ok(())
-            }
-            (Verb::ModInit, Value::Module(module)) => {
-                self.with_instance(module, |engine, memory| engine.init(module, memory))
-            }
-            (Verb::ModClose, Value::Module(module)) => self.close(module),
-            (Verb::MatchingCheck, Value::Nothing) => {
-                let (_, faults) = self.finding(0);
-                if faults > 0 {
-                    return Err(CommandError::DoesNotMatch { faults });
-                }
-                if !self.is_running {
-                    self.start();
-                }
-                Ok(())
-            }
-            (Verb::Stop, Value::Nothing) => {
-                self.is_running = false;
-                Ok(())
-            }
-            (Verb::Reset, Value::Nothing) => {
-                self.reset();
-                Ok(())
-            }
-            (Verb::Close | Verb::Init, Value::Nothing) => {
-                self.close_all();
-                Ok(())
-            }
-            _ => Err(CommandError::WrongValue),
+    /// Lets the scheme run if it is sound.
+    pub(super) fn check_and_start(&mut self) -> Result<(), CommandError> {
+        let (_, faults) = self.finding(0);
+        if faults > 0 {
+            return Err(CommandError::DoesNotMatch { faults });
         }
+        if !self.is_running {
+            self.start();
+        }
+        Ok(())
     }
 
     pub(super) fn bind(&mut self, module: ModuleRef, port: u8, signal: TypeRef) -> Result<(), CommandError> {
@@ -117,7 +83,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Carries out `action` on the instance's memory, which is made for it if it does not exist, and unmade
     /// again if the action fails.
-    fn with_instance(
+    pub(super) fn with_instance(
         &mut self,
         module: ModuleRef,
         action: impl FnOnce(&mut Self, Block) -> Result<(), CommandError>,
@@ -160,16 +126,16 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.is_running = true;
     }
 
-    fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         self.begin(|_| true);
     }
 
-    fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
+    pub(super) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
         self.wiring.begin(is_meant);
         self.begins = true;
     }
 
-    fn init(&mut self, module: ModuleRef, memory: Block) -> Result<(), CommandError> {
+    pub(super) fn init(&mut self, module: ModuleRef, memory: Block) -> Result<(), CommandError> {
         if self.is_plugged_in(module) {
             return Err(CommandError::PluggedIn(module));
         }
@@ -178,7 +144,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Ok(())
     }
 
-    fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
+    pub(super) fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         if self.is_plugged_in(module) {
             return Err(CommandError::PluggedIn(module));
         }
@@ -216,7 +182,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Ok(())
     }
 
-    fn unplug(&mut self, module: ModuleRef) -> Result<(), CommandError> {
+    pub(super) fn unplug(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         self.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
         self.next.without(module, &self.wiring);
         self.switch()?;
@@ -271,7 +237,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     /// Ends an instance; the others move up.
-    fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
+    pub(super) fn close(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         let index = self.instances.iter().position(|instance| instance.reference == module);
         let index = index.ok_or(CommandError::NotPluggedIn(module))?;
         if self.is_plugged_in(module) {

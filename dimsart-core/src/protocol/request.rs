@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::frame::{DecodeError, NoRoom, decode, encode};
 use super::{KeyAction, LeaseAction, SchemeAction};
-use crate::command::{Command, ModuleRef, Target, Verb};
+use crate::command::{Command, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::envelope::Class;
 
@@ -122,7 +122,7 @@ impl Request {
     #[must_use]
     pub fn is_change(&self) -> bool {
         match self {
-            Self::Command(command) => command.module != Target::Engine || command.param != Verb::Stop as u8,
+            Self::Command(command) => *command != Command::Stop,
             Self::Schemes(action) => *action != SchemeAction::Look,
             _ => false,
         }

@@ -11,7 +11,7 @@ use super::response::{Effect, Refusal, Response, SignalText, Status, encode_resp
 use super::schemes::StoreError;
 use super::telemetry::Wanted;
 use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
-use crate::command::{Command, ModuleRef, PORT, Target, Verb};
+use crate::command::{Command, ModuleRef};
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::dimsart::Dimsart;
@@ -173,16 +173,15 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
     info: &mut DeviceInfo,
 ) -> Effect {
     let refused = engine.command(command).err();
-    let is_reset = [Verb::Reset, Verb::ModReset].iter().any(|verb| command.param == *verb as u8);
-    if refused.is_none() && is_reset && command.module == Target::Engine {
+    if refused.is_none() && matches!(command, Command::Reset | Command::ResetModule(_)) {
         info.forget_lost_link();
     }
-    let value = match (command.module, command.param.checked_sub(PORT)) {
-        (Target::Engine, _) => None,
-        (Target::Module(module), Some(index)) => {
+    let value = match command {
+        Command::Set { module, parameter, axis, .. } => engine.get(module, parameter, axis.unwrap_or(0)).ok(),
+        Command::Bind { module, port: index, .. } => {
             port(engine, module, index).and_then(|port| port.bound).map(Value::Type)
         }
-        (Target::Module(module), None) => engine.get(module, command.param, command.axis.unwrap_or(0)).ok(),
+        _ => None,
     };
     Effect { refused, blocked: blocked(engine, info), value }
 }

@@ -50,7 +50,7 @@ fn requests() {
         Request::DataType { index: 200 },
         Request::Instance { index: 5 },
         Request::Entry { index: 6 },
-        Request::Command(Command::engine(Verb::ModOn, MODULE)),
+        Request::Command(Command::PlugIn(MODULE)),
         Request::Get { module: MODULE, parameter: 4, axis: 1 },
         Request::Signal { signal: SIGNAL, from: 7 },
         Request::Finding { index: 8 },
@@ -101,15 +101,15 @@ fn requests() {
 
 #[test]
 fn commands() {
-    let set = |value| Command { axis: Some(1), ..Command::set(MODULE, 4, value) };
+    let set = |value| Command::Set { module: MODULE, parameter: 4, axis: Some(1), value };
     let commands = [
-        Command::plain(Verb::Stop),
+        Command::Stop,
         set(Value::Real(1.5)),
         set(Value::Count(300)),
         set(Value::Flag(true)),
         set(Value::Choice(2)),
         set(Value::Type(SIGNAL)),
-        set(Value::Module(MODULE)),
+        Command::PlugIn(MODULE),
         Command::bind(MODULE, 4, SIGNAL),
     ];
     let expected = [
@@ -119,11 +119,16 @@ fn commands() {
         "01 03 02 04 01 01 02 01",
         "01 03 02 04 01 01 03 02",
         "01 03 02 04 01 01 04 ac 02 01",
-        "01 03 02 04 01 01 05 03 02",
+        "00 01 00 05 03 02",
         "01 03 02 84 00 04 ac 02 01",
     ];
     assert_bytes(&commands, &expected);
-    let verbs: Vec<_> = Verb::ALL.iter().map(|(verb, name, _)| format!("{} {name}", *verb as u8)).collect();
+    let numbers = EngineCommand::ALL.iter().map(|known| {
+        let command = known.with(known.needs_module.then_some(MODULE)).unwrap();
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        format!("{} {}", postcard::to_slice(&command, &mut buffer).unwrap()[1], known.name)
+    });
+    let numbers: Vec<_> = numbers.collect();
     let expected = [
         "1 MOD_ON",
         "2 MOD_OFF",
@@ -137,7 +142,7 @@ fn commands() {
         "19 CLOSE",
         "20 INIT",
     ];
-    assert_eq!(verbs, expected);
+    assert_eq!(numbers, expected);
 }
 
 #[test]
@@ -343,7 +348,7 @@ fn responses() {
             blocked: Some(Blocked::Stopped),
             value: Some(Value::Real(1.0)),
         }),
-        Response::Value(Value::Nothing),
+        Response::Value(Value::Choice(2)),
         Response::Signal(SignalText {
             format: Format::F32,
             unit,
@@ -359,7 +364,7 @@ fn responses() {
             first_fault,
             usage,
         }),
-        Response::SchemeCommand(Command::plain(Verb::Stop)),
+        Response::SchemeCommand(Command::Stop),
         timing(Some([1, 2, 300])),
         timing(None),
         schemes(Origin::Empty, None, Trial::None),
@@ -402,7 +407,7 @@ fn responses() {
         "06 03 02 01 00",
         "07 ac 02 01",
         "08 00 01 01 01 00 00 00 80 3f",
-        "09 06",
+        "09 03 02",
         "0a 00 01 6d 03 72 61 64 02 02 00 80 80 80 fc 03",
         "0b 00 ac 02 01 00 01",
         "0c ac 02 01 00 01 01 01 ac 02 01 01 02 03 80 10",

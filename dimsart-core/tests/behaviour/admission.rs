@@ -6,7 +6,7 @@ use std::num::NonZeroU32;
 use crate::common::Bench;
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{LoadError, fingerprint, load, save};
-use dimsart_core::{Command, CommandError, Cost, Costs, Engine, ModuleList, ModuleRef, Verb, types};
+use dimsart_core::{Command, CommandError, Cost, Costs, Engine, ModuleList, ModuleRef, types};
 use proptest::prelude::*;
 
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
@@ -176,12 +176,14 @@ fn shipped() -> Bench {
 
 fn any_command() -> impl Strategy<Value = Command> {
     let module = (0..18_u8, 0..4_u8).prop_map(|(kind, number)| ModuleRef { kind, number });
-    let verbs = vec![Verb::ModOn, Verb::ModOn, Verb::ModOn, Verb::ModOff, Verb::PlaceBefore, Verb::ModClose];
-    let about =
-        (module, prop::sample::select(verbs)).prop_map(|(module, verb)| Command::engine(verb, module));
-    let plain =
-        prop::sample::select(vec![Verb::MatchingCheck, Verb::Stop, Verb::Reset]).prop_map(Command::plain);
-    prop_oneof![19 => about, 2 => plain, 1 => Just(Command::plain(Verb::Close))]
+    let about = prop_oneof![
+        3 => module.clone().prop_map(Command::PlugIn),
+        1 => module.clone().prop_map(Command::Unplug),
+        1 => module.clone().prop_map(Command::PlaceBefore),
+        1 => module.prop_map(Command::CloseModule),
+    ];
+    let plain = prop::sample::select(vec![Command::Check, Command::Stop, Command::Reset]);
+    prop_oneof![19 => about, 2 => plain, 1 => Just(Command::Close)]
 }
 
 proptest! {

@@ -6,8 +6,8 @@ use dimsart_core::protocol::{
     Response, Sample, SchemeAction, StoreError, request_id, serve,
 };
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, FrameError, ModuleRef, Tick, Value, Verb,
-    Word, modules::Standard, scheme, types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, FrameError, ModuleRef, Tick, Value, Word,
+    modules::Standard, scheme, types,
 };
 
 const TICK_HZ: u32 = 1000;
@@ -162,8 +162,8 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     board.lease(1, LeaseAction::Take).unwrap();
     board.tick();
     let (before, held) = (format!("{:?}", board.dimsart), Refusal::Lease { holder: 1 });
-    for verb in [Verb::Close, Verb::Reset, Verb::MatchingCheck] {
-        assert_eq!(board.command(2, Command::plain(verb)), Err(held));
+    for command in [Command::Close, Command::Reset, Command::Check] {
+        assert_eq!(board.command(2, command), Err(held));
     }
     for other in [NOBODY, 2, 255] {
         assert_eq!(board.command(other, stiffer()), Err(held));
@@ -178,7 +178,7 @@ fn while_one_holds_it_the_others_look_and_change_nothing() {
     assert!(matches!(board.ask(2, Request::Identify), Response::Identity(_)));
     assert_eq!(board.command(1, stiffer()).unwrap().blocked, None);
     // Whoever sees that it must rest may say so.
-    assert_eq!(board.command(2, Command::plain(Verb::Stop)).unwrap().blocked, Some(Blocked::Stopped));
+    assert_eq!(board.command(2, Command::Stop).unwrap().blocked, Some(Blocked::Stopped));
     board.lease(1, LeaseAction::GiveBack).unwrap();
     board.command(2, stiffer()).unwrap();
 }
@@ -237,7 +237,7 @@ fn telemetry_ends_when_its_client_is_silent_or_the_signal_goes_and_is_one_client
 
     board.follow(2, 0, types::DES_POSITION, 1);
     assert!(board.tick().is_some());
-    board.command(2, Command::plain(Verb::Close)).unwrap();
+    board.command(2, Command::Close).unwrap();
     assert_eq!(board.tick(), None, "what is not in the Data Base is not sent");
 }
 
@@ -287,8 +287,8 @@ fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
     let lost = Some(Blocked::LinkLost { link: 0 });
     assert_eq!((board.last.0, board.info.heartbeat(0).blocked), (Tick::LinkLost { link: 0 }, lost));
     assert_eq!(board.status(), lost);
-    assert_eq!(board.command(1, Command::plain(Verb::MatchingCheck)).unwrap().blocked, lost);
-    assert_eq!(board.command(1, Command::plain(Verb::Reset)).unwrap().blocked, None);
+    assert_eq!(board.command(1, Command::Check).unwrap().blocked, lost);
+    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, None);
     assert_eq!(board.status(), None, "it moves in the next tick");
     board.tick();
     assert_eq!(board.last.0, Tick::Ran);

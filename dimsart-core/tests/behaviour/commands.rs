@@ -4,8 +4,8 @@
 
 use crate::common::{self, Bench, Snapshot};
 use dimsart_core::{
-    Command, CommandError, Context, Declare, Finding, Input, Module, ModuleRef, PORT, ParameterError, Party,
-    StorageError, Target, TypeRef, Value, Verb, limits::MAX_MODULES, modules::Standard, types,
+    Command, CommandError, Context, Declare, Finding, Input, Module, ModuleRef, ParameterError, Party,
+    StorageError, TypeRef, Value, limits::MAX_MODULES, modules::Standard, types,
 };
 
 type Engine = dimsart_core::Engine<Standard>;
@@ -15,24 +15,20 @@ fn module(name: &str) -> ModuleRef {
 }
 
 fn on(name: &str) -> Command {
-    Command::engine(Verb::ModOn, module(name))
+    Command::PlugIn(module(name))
 }
 
 fn off(name: &str) -> Command {
-    Command::engine(Verb::ModOff, module(name))
+    Command::Unplug(module(name))
 }
 
 fn close(name: &str) -> Command {
-    Command::engine(Verb::ModClose, module(name))
+    Command::CloseModule(module(name))
 }
 
 fn set(name: &str, parameter: &str, value: Value) -> Command {
     let module = module(name);
     Command::set(module, Engine::parameter(module.kind, parameter).unwrap(), value)
-}
-
-fn raw(target: Target, param: u8, value: Value) -> Command {
-    Command { module: target, param, axis: None, value }
 }
 
 fn robot() -> Bench {
@@ -87,20 +83,19 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
     };
     let missing = Finding::NoProvider { signal: force, reader: Party::Module(module("RECORDER_MOD")) };
     let refused = |error| CommandError::Parameter(error);
-    let axis = |axis, command: Command| Command { axis: Some(axis), ..command };
+    let axis = |axis, command: Command| match command {
+        Command::Set { module, parameter, value, .. } => {
+            Command::Set { module, parameter, axis: Some(axis), value }
+        }
+        other => other,
+    };
     let nan = Value::Real(f32::NAN);
     let k_param = |value| set("PDCTRL_MOD", "K_PARAM", value);
     let rows: Vec<(&str, Command, CommandError)> = vec![
-        ("", Command::engine(Verb::ModOn, nowhere), CommandError::UnknownModule(nowhere)),
-        ("", Command::engine(Verb::ModInit, zeroth), CommandError::UnknownModule(zeroth)),
+        ("", Command::PlugIn(nowhere), CommandError::UnknownModule(nowhere)),
+        ("", Command::InitModule(zeroth), CommandError::UnknownModule(zeroth)),
         ("", Command::set(nowhere, 0, Value::Real(0.0)), CommandError::UnknownModule(nowhere)),
         ("", Command::bind(zeroth, 0, force), CommandError::UnknownModule(zeroth)),
-        ("", raw(Target::Engine, 0, Value::Nothing), CommandError::UnknownVerb(0)),
-        ("", raw(Target::Engine, 255, Value::Module(pd)), CommandError::UnknownVerb(255)),
-        ("", raw(Target::Engine, Verb::ModOn as u8, Value::Nothing), CommandError::WrongValue),
-        ("", raw(Target::Engine, Verb::Stop as u8, Value::Module(pd)), CommandError::WrongValue),
-        ("", raw(Target::Engine, Verb::MatchingCheck as u8, Value::Real(1.0)), CommandError::WrongValue),
-        ("", raw(Target::Module(pd), PORT, Value::Count(1)), CommandError::WrongValue),
         ("", Command::bind(pd, 3, force), CommandError::UnknownPort(3)),
         ("", Command::bind(pd, 127, force), CommandError::UnknownPort(127)),
         ("", Command::bind(delay, 2, types::FORCE.first()), CommandError::UnknownPort(2)),
@@ -110,11 +105,11 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
         ("", off("PDCTRL_MOD"), CommandError::NotPluggedIn(pd)),
         ("PDCTRL_MOD K_PARAM 1", off("PDCTRL_MOD"), CommandError::NotPluggedIn(pd)),
         ("", close("PDCTRL_MOD"), CommandError::NotPluggedIn(pd)),
-        ("", Command::engine(Verb::ModReset, pd), CommandError::NotPluggedIn(pd)),
-        ("", Command::engine(Verb::PlaceBefore, pd), CommandError::NotPluggedIn(pd)),
-        ("PDCTRL_MOD K_PARAM 1", Command::engine(Verb::PlaceBefore, pd), CommandError::NotPluggedIn(pd)),
+        ("", Command::ResetModule(pd), CommandError::NotPluggedIn(pd)),
+        ("", Command::PlaceBefore(pd), CommandError::NotPluggedIn(pd)),
+        ("PDCTRL_MOD K_PARAM 1", Command::PlaceBefore(pd), CommandError::NotPluggedIn(pd)),
         ("MOD_ENG MOD_ON PDCTRL_MOD", on("PDCTRL_MOD"), CommandError::PluggedIn(pd)),
-        ("MOD_ENG MOD_ON PDCTRL_MOD", Command::engine(Verb::ModInit, pd), CommandError::PluggedIn(pd)),
+        ("MOD_ENG MOD_ON PDCTRL_MOD", Command::InitModule(pd), CommandError::PluggedIn(pd)),
         ("MOD_ENG MOD_ON PDCTRL_MOD", Command::bind(pd, 2, types::FORCE.first()), CommandError::PluggedIn(pd)),
         (
             TOO_LONG,
@@ -129,8 +124,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
         ("", set("TIMEDELAY_MOD", "TD_PARAM", Value::Count(60_001)), refused(ParameterError::OutOfRange)),
         ("", set("WTRANSF_MOD", "FORM", Value::Choice(3)), refused(ParameterError::OutOfRange)),
         ("", k_param(Value::Count(1)), refused(ParameterError::WrongKind)),
-        ("", k_param(Value::Nothing), refused(ParameterError::WrongKind)),
-        ("", k_param(Value::Module(pd)), refused(ParameterError::WrongKind)),
+        ("", k_param(Value::Type(force)), refused(ParameterError::WrongKind)),
         ("", set("WTRANSF_MOD", "FORM", Value::Flag(true)), refused(ParameterError::WrongKind)),
         ("", set("COMM_RXMOD", "CRX_ADD_DATA", Value::Real(1.0)), refused(ParameterError::WrongKind)),
         ("", Command::set(pd, 3, Value::Real(1.0)), refused(ParameterError::Unknown)),
@@ -156,7 +150,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
         ),
         (
             "MOD_ENG MOD_ON RECORDER_MOD",
-            Command::plain(Verb::MatchingCheck),
+            Command::Check,
             CommandError::DoesNotMatch { faults: 2 },
         ),
         (RUNNING, off("PDCTRL_MOD"), CommandError::WouldBreak(missing)),
@@ -172,7 +166,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
         on("PCTRL_MOD"),
         set("PCTRL_MOD", "K_PARAM", Value::Real(1.0)),
         Command::bind(module("PCTRL_MOD"), 0, force),
-        Command::engine(Verb::ModInit, module("PCTRL_MOD")),
+        Command::InitModule(module("PCTRL_MOD")),
     ] {
         all.push((full_house(), command, CommandError::TooManyModules));
     }
@@ -236,7 +230,7 @@ fn a_module_of_too_many_ports_is_refused() {
     let mut bench: Bench<Greedies> = Bench::of(3, &[types::FORCE], &[]);
     let before = bench.snapshot();
     let greedy = ModuleRef { kind: 0, number: 1 };
-    for command in [Command::engine(Verb::ModOn, greedy), Command::bind(greedy, 0, types::FORCE.first())] {
+    for command in [Command::PlugIn(greedy), Command::bind(greedy, 0, types::FORCE.first())] {
         assert_eq!(bench.dimsart.command(command), Err(CommandError::TooManyPorts));
         assert_eq!(bench.snapshot(), before);
     }

@@ -13,8 +13,8 @@ use crate::common::Bench;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
     Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, Matrix, Memory, Module,
-    ModuleList, ModuleRef, Output, Parameters, PortSpec, Shape, StorageError, TypeRef, Unit, Value, Verb,
-    Word, modules::Standard, types, words,
+    ModuleList, ModuleRef, Output, Parameters, PortSpec, Shape, StorageError, TypeRef, Unit, Value, Word,
+    modules::Standard, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -220,7 +220,7 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
             0..8 => {
                 let needs = needs(engine, module);
                 let expected = model.plug_in(module, needs);
-                assert_eq!(engine.command(Command::engine(Verb::ModOn, module)), expected, "{operation}");
+                assert_eq!(engine.command(Command::PlugIn(module)), expected, "{operation}");
                 match expected {
                     Err(CommandError::TooManyModules) => refused[0] += 1,
                     Err(CommandError::Storage(StorageError::NoSlot)) => refused[1] += 1,
@@ -230,11 +230,11 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
             }
             8 => {
                 let expected = model.unplug(module);
-                assert_eq!(engine.command(Command::engine(Verb::ModOff, module)), expected, "{operation}");
+                assert_eq!(engine.command(Command::Unplug(module)), expected, "{operation}");
             }
             9 => {
                 let expected = model.close(module);
-                assert_eq!(engine.command(Command::engine(Verb::ModClose, module)), expected, "{operation}");
+                assert_eq!(engine.command(Command::CloseModule(module)), expected, "{operation}");
             }
             10..12 => {
                 let (kind, name, value) = structural_parameter(&mut random, dof);
@@ -265,7 +265,7 @@ fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
     }
     let engine = bench.dimsart.engine_mut();
     for (module, ..) in &model.modules {
-        engine.command(Command::engine(Verb::ModClose, *module)).unwrap();
+        engine.command(Command::CloseModule(*module)).unwrap();
     }
     assert_eq!(engine.usage(), start);
     refused
@@ -343,14 +343,14 @@ fn what_stays_plugged_in_keeps_its_contents_while_others_move() {
         let engine = bench.dimsart.engine_mut();
         let stamp = &mut stamps[usize::from(number) - 1];
         if stamp.is_some() {
-            engine.command(Command::engine(Verb::ModOff, module)).unwrap();
+            engine.command(Command::Unplug(module)).unwrap();
             *stamp = None;
         } else {
             let length = Value::Count(below(&mut random, 400));
             engine.command(Command::set(module, 1, length)).unwrap();
             engine.command(Command::set(module, 0, Value::Real(f32::from(operation)))).unwrap();
             engine.command(Command::bind(module, 1, TypeRef { number, ..types::SIGNAL.first() })).unwrap();
-            if engine.command(Command::engine(Verb::ModOn, module)).is_ok() {
+            if engine.command(Command::PlugIn(module)).is_ok() {
                 assert!(engine.memory(module).unwrap().iter().all(|word| *word == 0), "{operation}");
                 *stamp = Some(f32::from(operation).to_bits());
             }

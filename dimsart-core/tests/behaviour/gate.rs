@@ -1,12 +1,12 @@
 //! What a board that holds a key takes of its command line, and what it does not.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
+use dimsart_core::Command;
 use dimsart_core::auth::{CHALLENGE_MS, Key};
 use dimsart_core::protocol::{
     Gate, KeyAction, KeyBytes, KeyRefusal, KeyState, LeaseAction, MAX_FRAME_BYTES, Receiver, Request,
     RequestSealer, SchemeAction, Taken, encode_request,
 };
-use dimsart_core::{Command, Verb};
 use proptest::prelude::*;
 
 const KEY: &[u8; 16] = b"sixteen byte key";
@@ -19,8 +19,8 @@ fn key() -> Key {
 /// What moves or changes something.
 fn guarded() -> Vec<Request> {
     vec![
-        Request::Command(Command::plain(Verb::MatchingCheck)),
-        Request::Command(Command::plain(Verb::Close)),
+        Request::Command(Command::Check),
+        Request::Command(Command::Close),
         Request::Lease(LeaseAction::Take),
         Request::Lease(LeaseAction::Renew),
         Request::Lease(LeaseAction::GiveBack),
@@ -38,7 +38,7 @@ fn harmless() -> Vec<Request> {
     vec![
         Request::Identify,
         Request::Status,
-        Request::Command(Command::plain(Verb::Stop)),
+        Request::Command(Command::Stop),
         Request::Lease(LeaseAction::Look),
         Request::Schemes(SchemeAction::Look),
         Request::Key(KeyAction::Look),

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use crate::common::Bench;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
-    ModuleList, ModuleRef, ParameterError, Party, Shape, Unit, UnitRelation, Verb, limits, modules::Standard,
+    ModuleList, ModuleRef, ParameterError, Party, Shape, Unit, UnitRelation, limits, modules::Standard,
     scheme, types,
 };
 use rand_core::{Rng, SeedableRng};
@@ -451,9 +451,9 @@ fn whatever_is_plugged_in_each_signal_out_of_order_is_named_and_no_other() {
     for _ in 0..5_000 {
         let kind = u8::try_from(random.next_u32() as usize % Standard::KINDS.len()).unwrap();
         let module = ModuleRef { kind, number: u8::try_from(random.next_u32() % 2 + 1).unwrap() };
-        let verb = if random.next_u32() % 5 < 2 { Verb::ModOff } else { Verb::ModOn };
+        let is_off = random.next_u32() % 5 < 2;
         // What has no room is refused and changes nothing.
-        let _ = dimsart.command(Command::engine(verb, module));
+        let _ = dimsart.command(if is_off { Command::Unplug(module) } else { Command::PlugIn(module) });
         let report = dimsart.engine().check();
         if report.unlisted() > 0 {
             continue;

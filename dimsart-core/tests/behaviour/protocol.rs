@@ -18,8 +18,8 @@ use dimsart_core::protocol::{
     Refusal, Request, Response, SchemeAction, StoreError, TimingReport,
 };
 use dimsart_core::{
-    Accepts, AxisKind, Command, CommandError, Engine, Finding, Format, FrameError, ModuleList, ModuleRef,
-    PORT, ParameterError, Party, Target, Timing, TypeRef, Value, Verb, modules::Standard, scheme, types,
+    Accepts, AxisKind, Command, CommandError, Engine, EngineCommand, Finding, Format, FrameError, ModuleList,
+    ModuleRef, ParameterError, Party, Timing, TypeRef, Value, modules::Standard, scheme, types,
 };
 
 use line::{Line, MAP, frame, module, robot};
@@ -29,7 +29,7 @@ const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 
 #[test]
 fn a_frame_has_these_bytes() {
-    let command = Command::engine(Verb::ModOn, ModuleRef { kind: 6, number: 1 });
+    let command = Command::PlugIn(ModuleRef { kind: 6, number: 1 });
     // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the next.
     let expected = [0, 5, 1, 2, 1, 7, 2, 1, 8, 5, 6, 1, 0x0D, 0xAD, 0x0B, 0x80, 0];
     assert_eq!(frame(Request::Command(command), 0x0102), expected);
@@ -139,12 +139,9 @@ impl Catalogue {
 
     fn command(&self, row: &scheme::Row<'_>, line: &mut Line) -> Command {
         if row.word(1) == scheme::ENGINE {
-            let (verb, _, needs_module) = Verb::ALL.iter().find(|(_, name, _)| *name == row.word(2)).unwrap();
-            return if *needs_module {
-                Command::engine(*verb, self.module(row.word(3)))
-            } else {
-                Command::plain(*verb)
-            };
+            let command = EngineCommand::of(row.word(2)).unwrap();
+            let module = command.needs_module.then(|| self.module(row.word(3)));
+            return command.with(module).unwrap();
         }
         let module = self.module(row.word(1));
         let parameters = line.list(|index| Request::Parameter { kind: module.kind, index });
@@ -200,31 +197,31 @@ fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
 fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let mut line = Line::new();
     let pd = module("PDCTRL_MOD");
-    let effect = line.command(Command::engine(Verb::ModOn, pd));
+    let effect = line.command(Command::PlugIn(pd));
     let wanted = Finding::NoProvider { signal: types::DES_POSITION.first(), reader: Party::Module(pd) };
     assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Fault(wanted)), value: None });
     assert_eq!(line.ask(Request::Finding { index: 0 }), Response::Finding { finding: wanted, faults: 1 });
     assert_eq!(line.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotThere));
-    let effect = line.command(Command::plain(Verb::MatchingCheck));
+    let effect = line.command(Command::Check);
     assert_eq!(effect.refused, Some(CommandError::DoesNotMatch { faults: 1 }));
 
     // Its own measured position will do for a desired one.
-    line.command(Command::engine(Verb::ModOff, pd));
+    line.command(Command::Unplug(pd));
     let port = line.list(|index| Request::Port { module: pd, index });
     let port = port.into_iter().position(|found| unwrap!(Port, found).name == "DES_POSITION").unwrap();
     let bind = Command::bind(pd, u8::try_from(port).unwrap(), types::POSITION.first());
     assert_eq!(line.command(bind).value, Some(Value::Type(types::POSITION.first())));
-    let effect = line.command(Command::engine(Verb::ModOn, pd));
+    let effect = line.command(Command::PlugIn(pd));
     assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Stopped), value: None });
-    let effect = line.command(Command::plain(Verb::MatchingCheck));
+    let effect = line.command(Command::Check);
     assert_eq!(effect, Effect { refused: None, blocked: None, value: None });
 
     line.tick(0.5);
     line.tick(f32::NAN);
     let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
-    assert_eq!(line.command(Command::plain(Verb::Reset)).blocked, Some(reason));
+    assert_eq!(line.command(Command::Reset).blocked, Some(reason));
     line.tick(0.5);
-    assert_eq!(line.command(Command::plain(Verb::Reset)).blocked, None);
+    assert_eq!(line.command(Command::Reset).blocked, None);
     let status = unwrap!(Status, line.ask(Request::Status));
     let first = status.first_fault.unwrap();
     assert_eq!((status.ticks, status.refused_ticks, first.tick, first.reason), (3, 1, 2, reason));
@@ -234,7 +231,8 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
 fn a_refused_command_changes_nothing_and_shows_the_value_that_holds() {
     let mut line = Line::new();
     let pd = module("PDCTRL_MOD");
-    let one_axis = |axis, value| Command { axis: Some(axis), ..Command::set(pd, 0, Value::Real(value)) };
+    let one_axis =
+        |axis, value| Command::Set { module: pd, parameter: 0, axis: Some(axis), value: Value::Real(value) };
     assert_eq!(line.command(Command::set(pd, 0, Value::Real(300.0))).value, Some(Value::Real(300.0)));
     assert_eq!(line.command(one_axis(1, 500.0)).value, Some(Value::Real(500.0)));
     assert_eq!(
@@ -249,14 +247,9 @@ fn a_refused_command_changes_nothing_and_shows_the_value_that_holds() {
     }
     let nobody = ModuleRef { kind: 200, number: 1 };
     for (command, error) in [
-        (Command::engine(Verb::ModOn, nobody), CommandError::UnknownModule(nobody)),
+        (Command::PlugIn(nobody), CommandError::UnknownModule(nobody)),
         (Command::set(pd, 100, Value::Flag(true)), ParameterError::Unknown.into()),
         (Command::bind(pd, 100, types::POSITION.first()), CommandError::UnknownPort(100)),
-        (Command { param: PORT, ..Command::set(pd, 0, Value::Flag(true)) }, CommandError::WrongValue),
-        (
-            Command { module: Target::Engine, ..Command::set(pd, 99, Value::Nothing) },
-            CommandError::UnknownVerb(99),
-        ),
     ] {
         assert_eq!(line.command(command).refused, Some(error));
     }

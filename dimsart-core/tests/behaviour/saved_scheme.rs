@@ -6,9 +6,7 @@ use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{
     LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
 };
-use dimsart_core::{
-    Accepts, Command, CommandError, Dimsart, ModuleList, ModuleRef, Target, TypeRef, Value, Verb, types,
-};
+use dimsart_core::{Accepts, Command, CommandError, Dimsart, ModuleList, ModuleRef, TypeRef, Value, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -56,21 +54,21 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
             let axis = (below(random, 2) == 0).then(|| small(random, u32::try_from(dof).unwrap()));
             let axis = axis.filter(|_| matches!(parameter.accepts, Accepts::Real { per_axis: true, .. }));
             let value = any_value(parameter.accepts, random);
-            let _ = bench.dimsart.command(Command { axis, ..Command::set(module, index, value) });
+            let _ = bench.dimsart.command(Command::Set { module, parameter: index, axis, value });
         }
         for _ in 0..below(random, 3) {
             let _ = bench.dimsart.command(Command::bind(module, small(random, 6), any_signal(random)));
         }
         if below(random, 4) == 0 {
             let other = ModuleRef { kind: small(random, kinds), number: 1 };
-            let _ = bench.dimsart.command(Command::engine(Verb::PlaceBefore, other));
+            let _ = bench.dimsart.command(Command::PlaceBefore(other));
         }
-        let _ = bench.dimsart.command(Command::engine(Verb::ModOn, module));
+        let _ = bench.dimsart.command(Command::PlugIn(module));
         if bench.dimsart.engine().check().faults() > 0 {
-            let _ = bench.dimsart.command(Command::engine(Verb::ModOff, module));
+            let _ = bench.dimsart.command(Command::Unplug(module));
         }
     }
-    assert_eq!(bench.dimsart.command(Command::plain(Verb::MatchingCheck)), Ok(()), "{:?}", bench.findings());
+    assert_eq!(bench.dimsart.command(Command::Check), Ok(()), "{:?}", bench.findings());
     bench
 }
 
@@ -182,7 +180,7 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
     let mut writer = Writer::new(&mut bytes, fingerprint(dimsart.engine_mut()));
     let pd = dimsart_core::Engine::<Standard>::module("PDCTRL_MOD").unwrap();
     let mut commands: Vec<Command> = dimsart.engine_mut().commands().collect();
-    commands.retain(|command| *command != Command::engine(Verb::ModOn, pd));
+    commands.retain(|command| *command != Command::PlugIn(pd));
     commands.iter().for_each(|command| writer.push(command).unwrap());
     writer.finish().unwrap();
     let error = reload(&bytes, &mut dimsart).unwrap_err();
@@ -195,17 +193,12 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
 
 #[test]
 fn a_scheme_that_fits_no_page_is_refused() {
-    let gain = Command {
-        module: Target::Module(ModuleRef { kind: 6, number: 1 }),
-        param: 0,
-        axis: None,
-        value: Value::Real(1.0),
-    };
+    let gain = Command::set(ModuleRef { kind: 6, number: 1 }, 0, Value::Real(1.0));
     let mut bytes = SchemeBytes::new();
     let mut writer = Writer::new(&mut bytes, 0);
     let gains = (0..).take_while(|_| writer.push(&gain).is_ok()).count();
     assert_eq!(gains, (MAX_SCHEME_BYTES - 5) / 10);
-    while writer.push(&Command::plain(Verb::Stop)).is_ok() {}
+    while writer.push(&Command::Stop).is_ok() {}
     assert_eq!(writer.finish(), Err(TooLong));
     // What the shipped scheme takes, so that the bound is known to be far off.
     assert!(save(shipped().engine_mut()).unwrap().len() < MAX_SCHEME_BYTES / 2);

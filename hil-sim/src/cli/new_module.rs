@@ -197,9 +197,7 @@ fn capitalised(word: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use dimsart_core::{
-        AxisKind, Command, DeviceDescriptor, Dimsart, Engine, Tick, Value, Verb, Word, types,
-    };
+    use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, Engine, Tick, Value, Word, types};
 
     dimsart_core::module_list! {
         /// What an engineer who registers the template gets.
@@ -215,8 +213,8 @@ mod tests {
         let mut dimsart: Dimsart<WithTemplate> = Dimsart::new(device.unwrap()).unwrap();
         let module = Engine::<WithTemplate>::module("TEMPLATE_MOD").unwrap();
         dimsart.command(Command::set(module, 0, Value::Real(1000.0))).unwrap();
-        dimsart.command(Command::engine(Verb::ModOn, module)).unwrap();
-        dimsart.command(Command::plain(Verb::MatchingCheck)).unwrap();
+        dimsart.command(Command::PlugIn(module)).unwrap();
+        dimsart.command(Command::Check).unwrap();
         let mut force = [Word(0); 2];
         let measured = [0.25, 0.5, 0.75, 0.25].map(Word::from);
         assert_eq!(dimsart.tick(&measured, &mut force), Tick::Ran);

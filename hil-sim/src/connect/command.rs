@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{Effect, Request, Response};
-use dimsart_core::{Command, CommandError, PORT, Target, Value, Verb};
+use dimsart_core::{Command, CommandError, ModuleRef, Value};
 
 use super::device::take;
 use super::show::ParameterReport;
@@ -61,7 +61,9 @@ impl<S: Read + Write> Device<S> {
         let effect = self.try_give(command)?;
         let holds = match effect.value {
             None => None,
-            Some(Value::Type(signal)) if command.param >= PORT => Some(self.signal_name(signal)?),
+            Some(Value::Type(signal)) if matches!(command, Command::Bind { .. }) => {
+                Some(self.signal_name(signal)?)
+            }
             Some(_) => Some(self.get(module, parameter)?.values_text()),
         };
         let holds = holds.unwrap_or_else(|| "not set".to_owned());
@@ -78,7 +80,7 @@ impl<S: Read + Write> Device<S> {
     /// As [`set`](Self::set).
     pub fn on(&mut self, module: &str) -> Result<Outcome, ConnectError> {
         let reference = self.word_to_module(VALUE, module)?;
-        let effect = self.give(Command::engine(Verb::ModOn, reference))?;
+        let effect = self.give(Command::PlugIn(reference))?;
         let place = self.instances()?.into_iter().find(|instance| instance.module == reference);
         let place = place.and_then(|instance| instance.place);
         let effect_text = match place {
@@ -94,7 +96,7 @@ impl<S: Read + Write> Device<S> {
     /// As [`set`](Self::set).
     pub fn off(&mut self, module: &str) -> Result<Outcome, ConnectError> {
         let reference = self.word_to_module(VALUE, module)?;
-        let effect = self.give(Command::engine(Verb::ModOff, reference))?;
+        let effect = self.give(Command::Unplug(reference))?;
         self.outcome(format!("{module} is unplugged and keeps its parameters"), &effect)
     }
 
@@ -103,7 +105,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Line`] when the device does not answer.
     pub fn stop(&mut self) -> Result<Outcome, ConnectError> {
-        let effect = self.give(Command::plain(Verb::Stop))?;
+        let effect = self.give(Command::Stop)?;
         self.outcome("the device gets its safe input".to_owned(), &effect)
     }
 
@@ -112,7 +114,11 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`set`](Self::set).
     pub fn reset(&mut self, module: Option<&str>) -> Result<Outcome, ConnectError> {
-        self.verb(module, Verb::ModReset, Verb::Reset, "forgot its state", "every module forgot its state")
+        let Some(module) = module else {
+            let effect = self.give(Command::Reset)?;
+            return self.outcome("every module forgot its state".to_owned(), &effect);
+        };
+        self.give_to(module, Command::ResetModule, "forgot its state")
     }
 
     /// Brings the parameters of a module that is not plugged in back to their defaults.
@@ -120,7 +126,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`set`](Self::set).
     pub fn init(&mut self, module: &str) -> Result<Outcome, ConnectError> {
-        self.verb(Some(module), Verb::ModInit, Verb::Init, "has its default parameters", "")
+        self.give_to(module, Command::InitModule, "has its default parameters")
     }
 
     /// Takes a module away; or stops the scheme and takes all of them away.
@@ -128,25 +134,23 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`set`](Self::set).
     pub fn close(&mut self, module: Option<&str>) -> Result<Outcome, ConnectError> {
-        self.verb(module, Verb::ModClose, Verb::Close, "is gone", "no module is left")
+        let Some(module) = module else {
+            let effect = self.give(Command::Close)?;
+            return self.outcome("no module is left".to_owned(), &effect);
+        };
+        self.give_to(module, Command::CloseModule, "is gone")
     }
 
-    /// A command for one module or all of them, and what it comes to.
-    fn verb(
+    /// A command about one module, and what it comes to.
+    fn give_to(
         &mut self,
-        module: Option<&str>,
-        of_one: Verb,
-        of_all: Verb,
-        one: &str,
-        all: &str,
+        module: &str,
+        command: fn(ModuleRef) -> Command,
+        comes_to: &str,
     ) -> Result<Outcome, ConnectError> {
-        let Some(module) = module else {
-            let effect = self.give(Command::plain(of_all))?;
-            return self.outcome(all.to_owned(), &effect);
-        };
         let reference = self.word_to_module(VALUE, module)?;
-        let effect = self.give(Command::engine(of_one, reference))?;
-        self.outcome(format!("{module} {one}"), &effect)
+        let effect = self.give(command(reference))?;
+        self.outcome(format!("{module} {comes_to}"), &effect)
     }
 
     /// Gives a command; a refusal is an error.
@@ -164,11 +168,9 @@ impl<S: Read + Write> Device<S> {
 
     /// Why the device refused this command.
     pub(super) fn refused(&mut self, command: Command, error: CommandError) -> Result<String, ConnectError> {
-        let parameters = match command.module {
-            Target::Module(module) => self.parameters(module.kind)?,
-            Target::Engine => Vec::new(),
-        };
-        self.refusal_text(error, parameters.get(usize::from(command.param)))
+        let Command::Set { module, parameter, .. } = command else { return self.refusal_text(error, None) };
+        let parameters = self.parameters(module.kind)?;
+        self.refusal_text(error, parameters.get(usize::from(parameter)))
     }
 
     fn outcome(&mut self, effect: String, answer: &Effect) -> Result<Outcome, ConnectError> {

@@ -172,8 +172,6 @@ pub enum ValueText {
     Flag(bool),
     /// The name of a choice, a signal or a module.
     Name(String),
-    /// No value: a list without entries.
-    Nothing,
 }
 
 impl ValueText {
@@ -199,7 +197,6 @@ impl fmt::Display for ValueText {
             Self::Whole(value) => f.pad(&value.to_string()),
             Self::Flag(value) => f.pad(if *value { "ON" } else { "OFF" }),
             Self::Name(name) => f.pad(name),
-            Self::Nothing => f.pad("none"),
         }
     }
 }

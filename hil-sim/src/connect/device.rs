@@ -245,8 +245,6 @@ impl<S: Read + Write> Device<S> {
                 _ => ValueText::Whole(index.into()),
             },
             Value::Type(signal) => ValueText::Name(self.signal_name(signal)?),
-            Value::Module(module) => ValueText::Name(self.module_name(module)?),
-            Value::Nothing => ValueText::Nothing,
         })
     }
 }

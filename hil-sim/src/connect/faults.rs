@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{FirstFault, Request, Response, SafetyReport};
-use dimsart_core::{Command, CommandError, Reason, Verb};
+use dimsart_core::{Command, CommandError, Reason};
 use serde::Serialize;
 
 use super::device::take;
@@ -124,7 +124,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError`] when the device does not answer; a scheme that does not match is no error.
     pub fn check(&mut self) -> Result<Check, ConnectError> {
-        let command = Command::plain(Verb::MatchingCheck);
+        let command = Command::Check;
         let effect = self.try_give(command)?;
         match effect.refused {
             None | Some(CommandError::DoesNotMatch { .. }) => {}

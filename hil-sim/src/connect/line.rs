@@ -11,7 +11,7 @@ use dimsart_core::protocol::{
     Counters, DecodeError, KeyAction, KeyRefusal, LeaseAction, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver,
     Refusal, Request, RequestSealer, Response, client_of, decode_response, encode_request, request_id,
 };
-use dimsart_core::{Command, Target, Value, Verb};
+use dimsart_core::{Command, Value};
 
 use super::ConnectError;
 use super::renewal::Renewal;
@@ -412,9 +412,12 @@ fn may_repeat(request: &Request) -> bool {
     if let Request::Key(action) = request {
         return *action == KeyAction::Look;
     }
-    let Request::Command(Command { module, param, value, .. }) = request else { return true };
-    match module {
-        Target::Engine => ![Verb::ModOn, Verb::ModOff, Verb::ModClose].map(|verb| verb as u8).contains(param),
-        Target::Module(_) => *param >= dimsart_core::PORT || !matches!(value, Value::Type(_)),
-    }
+    let Request::Command(command) = request else { return true };
+    !matches!(
+        command,
+        Command::PlugIn(_)
+            | Command::Unplug(_)
+            | Command::CloseModule(_)
+            | Command::Set { value: Value::Type(_), .. }
+    )
 }

@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{Request, Response};
-use dimsart_core::{Command, Cursor, Verb};
+use dimsart_core::{Command, Cursor};
 
 use super::scheme::Sent;
 use super::{ConnectError, Device};
@@ -18,11 +18,11 @@ impl<S: Read + Write> Device<S> {
     pub fn replace_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
         let was_running = self.status()?.is_running;
         let before = self.commands()?;
-        self.give(Command::plain(Verb::Close))?;
+        self.give(Command::Close)?;
         match self.send_scheme(scheme, side) {
             Err(error @ ConnectError::Row { .. }) => {
-                self.give(Command::plain(Verb::Close))?;
-                let start = was_running.then(|| Command::plain(Verb::MatchingCheck));
+                self.give(Command::Close)?;
+                let start = was_running.then(|| Command::Check);
                 for command in before.into_iter().chain(start) {
                     self.give(command)?;
                 }

@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 
 use dimsart_core::names::{split, split_axis};
 use dimsart_core::scheme::ENGINE;
-use dimsart_core::{Command, ModuleRef, PORT, Target, TypeRef, Value, Verb};
+use dimsart_core::{Command, EngineCommand, ModuleRef, TypeRef, Value};
 
 use super::description::{Parameter, Range};
 use super::{ConnectError, Device};
@@ -51,7 +51,7 @@ impl<S: Read + Write> Device<S> {
             let found = self.ports(module)?.into_iter().filter(|port| port.bound.is_some());
             let names: Vec<_> = found.map(|port| port.name).collect();
             let index = names.iter().position(|name| name == port).and_then(|index| u8::try_from(index).ok());
-            let Some(index) = index.filter(|index| *index < PORT) else {
+            let Some(index) = index else {
                 let names: Vec<_> = names.iter().map(|name| format!("{PORT_PREFIX}{name}")).collect();
                 return Err(unknown(COMMAND, command, "a port of this module", &names));
             };
@@ -59,21 +59,20 @@ impl<S: Read + Write> Device<S> {
         }
         let Named { index, axis, parameter } = self.word_to_parameter(module, command)?;
         let value = self.word_to_value(&parameter, value)?;
-        Ok(Command { module: Target::Module(module), param: index, axis, value })
+        Ok(Command::Set { module, parameter: index, axis, value })
     }
 
     fn words_to_engine_command(&mut self, command: &str, value: &str) -> Result<Command, ConnectError> {
-        let Some((verb, _, needs_module)) = Verb::ALL.iter().find(|(_, name, _)| *name == command) else {
-            let known: Vec<_> = Verb::ALL.iter().map(|(_, name, _)| (*name).to_owned()).collect();
-            return Err(unknown(COMMAND, command, "a command of the engine", &known));
+        let is_unknown = || {
+            let known: Vec<_> = EngineCommand::ALL.iter().map(|known| known.name.to_owned()).collect();
+            unknown(COMMAND, command, "a command of the engine", &known)
         };
-        match (needs_module, value) {
-            (true, value) => Ok(Command::engine(*verb, self.word_to_module(VALUE, value)?)),
-            (false, "") => Ok(Command::plain(*verb)),
-            (false, value) => {
-                Err(wrong(VALUE, format!("'{value}' is one word too many: {command} takes none")))
-            }
+        let found = EngineCommand::of(command).ok_or_else(is_unknown)?;
+        if !found.needs_module && !value.is_empty() {
+            return Err(wrong(VALUE, format!("'{value}' is one word too many: {command} takes none")));
         }
+        let module = found.needs_module.then(|| self.word_to_module(VALUE, value)).transpose()?;
+        found.with(module).ok_or_else(is_unknown)
     }
 
     /// A module by its name; it need not exist yet.

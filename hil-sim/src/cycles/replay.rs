@@ -5,7 +5,7 @@ use ::cycles::timing::Timing;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
-use dimsart_core::{Command, Engine, ModuleRef, PORT, Packet, Target, Verb, Word};
+use dimsart_core::{Command, Engine, ModuleRef, Packet, Word};
 
 use super::controller::Lengths;
 use super::figures::Row;
@@ -97,7 +97,7 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
 
 /// Gives the controller here another scheme.
 fn replace_scheme(station: &mut Station, commands: &[Command]) -> Result<(), CyclesError> {
-    let (first, last) = ([Command::plain(Verb::Close)], [Command::plain(Verb::MatchingCheck)]);
+    let (first, last) = ([Command::Close], [Command::Check]);
     for command in first.iter().chain(commands).chain(&last) {
         let refused = station.dimsart.command(*command);
         refused.map_err(|error| CyclesError::SchemeHere(format!("{}: {error}", name(command))))?;
@@ -142,9 +142,8 @@ impl Replay {
             }
         }
         let scheme = saved_scheme::save(engine).map_err(|_| CyclesError::SchemeTooLong)?;
-        let given = [Command::plain(Verb::Close)].into_iter().chain(engine.commands());
-        let names: Vec<String> =
-            given.chain([Command::plain(Verb::MatchingCheck)]).map(|command| name(&command)).collect();
+        let given = [Command::Close].into_iter().chain(engine.commands());
+        let names: Vec<String> = given.chain([Command::Check]).map(|command| name(&command)).collect();
         let bounds = self.bounded(Worst::of_commands(firmware, timing, controller, &scheme));
         let bounds = bounds.into_iter().flatten().map(Some).chain(std::iter::repeat(None));
         let run = controller.load(&scheme)?;
@@ -302,14 +301,8 @@ impl Replay {
 
 /// A kind of command, in the words of a scheme.
 fn name(command: &Command) -> String {
-    match command.module {
-        Target::Engine => {
-            let known = Verb::ALL.iter().find(|(verb, ..)| *verb as u8 == command.param);
-            known.map_or("?", |(_, name, _)| name).to_owned()
-        }
-        Target::Module(_) if command.param >= PORT => "a port's type".to_owned(),
-        Target::Module(_) => "a parameter".to_owned(),
-    }
+    let of_module = if matches!(command, Command::Bind { .. }) { "a port's type" } else { "a parameter" };
+    command.as_engine_command().map_or(of_module, |known| known.name).to_owned()
 }
 
 fn bits(words: &[Word]) -> String {

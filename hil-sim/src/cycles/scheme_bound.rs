@@ -5,7 +5,7 @@ use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_LINKS};
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme;
 use dimsart_core::{
-    Accepts, Command, Engine, Finding, ModuleList, ModuleRef, Parameter, TypeRef, Value, Verb, types,
+    Accepts, Command, Engine, Finding, ModuleList, ModuleRef, Parameter, TypeRef, Value, types,
 };
 
 use super::controller::Lengths;
@@ -151,7 +151,7 @@ impl Scheme {
             return Ok(None);
         }
         // Alone at first, to see what is missing.
-        scheme.give(Command::engine(Verb::ModOn, module))?;
+        scheme.give(Command::PlugIn(module))?;
         let report = scheme.dimsart.engine().check();
         let missing = report.findings().iter().filter_map(|finding| match finding {
             Finding::NoProvider { signal, .. } => Some(*signal),
@@ -159,19 +159,19 @@ impl Scheme {
         });
         let mut missing: Vec<TypeRef> = missing.collect();
         missing.dedup();
-        scheme.give(Command::engine(Verb::ModOff, module))?;
+        scheme.give(Command::Unplug(module))?;
         for (number, signal) in (OTHER..).zip(missing) {
             let generator = ModuleRef { number, ..named("SIGGEN_MOD") };
             for command in [
                 Command::set(generator, FORM, SINE),
                 Command::set(generator, AMPLITUDE, Value::Real(1.0)),
                 Command::bind(generator, 0, signal),
-                Command::engine(Verb::ModOn, generator),
+                Command::PlugIn(generator),
             ] {
                 scheme.give(command)?;
             }
         }
-        scheme.give(Command::engine(Verb::ModOn, module))?;
+        scheme.give(Command::PlugIn(module))?;
         scheme.start()?;
         Ok(Some(scheme))
     }
@@ -183,7 +183,7 @@ impl Scheme {
         for (port, signal) in (0..).zip([types::POSITION.first(), types::POSITION.first(), force]) {
             self.give(Command::bind(module, port, signal))?;
         }
-        self.give(Command::engine(Verb::ModOn, module))
+        self.give(Command::PlugIn(module))
     }
 
     fn give(&mut self, command: Command) -> Result<(), CyclesError> {
@@ -191,7 +191,7 @@ impl Scheme {
     }
 
     fn start(&mut self) -> Result<(), CyclesError> {
-        self.give(Command::plain(Verb::MatchingCheck))
+        self.give(Command::Check)
     }
 
     /// What is listened to; nobody sees what comes over another link.

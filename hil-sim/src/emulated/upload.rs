@@ -6,7 +6,7 @@ use dimsart_core::protocol::{
     self, DeviceInfo, KeyAction, KeyState, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Refusal, Request,
     RequestSealer, Response, decode_response, request_id,
 };
-use dimsart_core::{Command, TypeRef, Verb, Word};
+use dimsart_core::{Command, TypeRef, Word};
 
 use super::EmulatedError;
 use super::board::{BoardKey, Wire, words};
@@ -54,12 +54,12 @@ pub(super) fn upload(
     let mut line = Line { wire, nothing_measured, number: 0, content: Vec::new() };
     line.compare_devices(copy)?;
     line.compare_libraries(copy)?;
-    line.carry_out([Command::plain(Verb::Close)])?;
+    line.carry_out([Command::Close])?;
     if let Some(key) = key {
         line.lock(key)?;
     }
     line.carry_out(copy.engine_mut().commands())?;
-    line.carry_out([Command::plain(Verb::MatchingCheck)])?;
+    line.carry_out([Command::Check])?;
     line.layout(copy)
 }
 

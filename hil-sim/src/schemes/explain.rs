@@ -4,7 +4,7 @@ use std::fmt;
 
 use dimsart_core::modules::Standard;
 use dimsart_core::scheme::{ENGINE, Problem, SchemeError};
-use dimsart_core::{CommandError, Engine, ModuleList, ParameterError, Verb, limits};
+use dimsart_core::{CommandError, Engine, EngineCommand, ModuleList, ParameterError, limits};
 
 use super::suggestion;
 
@@ -38,8 +38,8 @@ impl<const WORDS: usize> fmt::Display for Explained<'_, WORDS> {
             Problem::Module => self.unknown(f, "a module", &modules(true)),
             Problem::ModuleValue => self.unknown(f, "a module", &modules(false)),
             Problem::EngineCommand => {
-                let verbs: Vec<_> = Verb::ALL.iter().map(|(_, name, _)| (*name).to_owned()).collect();
-                self.unknown(f, "a command of the engine", &verbs)
+                let known: Vec<_> = EngineCommand::ALL.iter().map(|known| known.name.to_owned()).collect();
+                self.unknown(f, "a command of the engine", &known)
             }
             Problem::ModuleCommand(module) => {
                 let name = Engine::<Standard, WORDS>::module_name(module);

@@ -1,7 +1,7 @@
 //! Settings of a scenario that are put over a scheme's own parameters.
 
 use dimsart_core::modules::Standard;
-use dimsart_core::{Command, Engine, ModuleRef, Target, Verb, limits};
+use dimsart_core::{Command, Engine, ModuleRef, limits};
 
 /// A value that somebody asked for by a scenario key: it stands in the scheme, whatever the rows say.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -26,15 +26,14 @@ impl Setting {
 
     /// Whether `command` plugs the module in: the last moment for a parameter that decides ports or memory.
     pub(super) fn is_due_before(&self, command: Command) -> bool {
-        self.module_ref().is_some_and(|module| command == Command::engine(Verb::ModOn, module))
+        self.module_ref().is_some_and(|module| command == Command::PlugIn(module))
     }
 
     /// Whether `command` set this very parameter, on one axis or on all.
     pub(super) fn is_due_after(&self, command: Command) -> bool {
-        self.module_ref().is_some_and(|module| {
-            command.module == Target::Module(module)
-                && AnyEngine::parameter(module.kind, self.command) == Some(command.param)
-        })
+        let Command::Set { module, parameter, .. } = command else { return false };
+        self.module_ref() == Some(module)
+            && AnyEngine::parameter(module.kind, self.command) == Some(parameter)
     }
 
     /// The module's number, if the library has it.

@@ -2,7 +2,7 @@
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::modules::Standard;
-use dimsart_core::{Accepts, Command, Engine, ModuleList, ModuleRef, Parameter, Value, Verb, saved_scheme};
+use dimsart_core::{Accepts, Command, Engine, ModuleList, ModuleRef, Parameter, Value, saved_scheme};
 use hil_sim::experiment::{Experiment, Side};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::scenario::Scenario;
@@ -65,7 +65,7 @@ fn with_random_parameters(scenario: &Scenario, side: Side, random: &mut Pcg64Mcg
     let given = commands.len();
     for (module, index, parameter) in parameters {
         let Some(value) = random_value(&parameter, random) else { continue };
-        let plug_in = Command::engine(Verb::ModOn, module);
+        let plug_in = Command::PlugIn(module);
         let place = commands.iter().position(|command| *command == plug_in).unwrap();
         commands.insert(place, Command::set(module, index, value));
         if !runs(dimsart, &commands) {
@@ -93,7 +93,10 @@ fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
 
 /// Whether a controller starts a scheme of these commands, and can save it.
 fn runs(dimsart: &mut SimulatedDimsart, commands: &[Command]) -> bool {
-    let [first, last] = [Verb::Close, Verb::MatchingCheck].map(Command::plain);
-    [&first].into_iter().chain(commands).chain([&last]).all(|command| dimsart.command(*command).is_ok())
+    [&Command::Close]
+        .into_iter()
+        .chain(commands)
+        .chain([&Command::Check])
+        .all(|command| dimsart.command(*command).is_ok())
         && saved_scheme::save(dimsart.engine_mut()).is_ok()
 }

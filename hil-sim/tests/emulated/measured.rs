@@ -3,9 +3,7 @@
 use std::process::Command;
 
 use cycles::timing::{Column, Profile, Timing};
-use dimsart_core::{
-    AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, Verb, saved_scheme, types,
-};
+use dimsart_core::{AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, saved_scheme, types};
 use hil_sim::connect::{Device, Measured, Stream};
 use hil_sim::cycles::{Controller, Firmware as Image};
 
@@ -75,7 +73,7 @@ fn scheme(commands: &[SchemeCommand], axes: usize) -> saved_scheme::SchemeBytes 
     for command in commands {
         dimsart.command(*command).unwrap();
     }
-    dimsart.command(SchemeCommand::plain(Verb::MatchingCheck)).unwrap();
+    dimsart.command(SchemeCommand::Check).unwrap();
     saved_scheme::save(dimsart.engine_mut()).unwrap()
 }
 

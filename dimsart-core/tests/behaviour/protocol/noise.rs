@@ -1,7 +1,7 @@
 //! What goes wrong on a line: noise, damage, cuts, and clients that write at the same time.
 
 use dimsart_core::protocol::{Counters, Receiver, Request, Response, client_of, decode_request, request_id};
-use dimsart_core::{Command, Value, Verb};
+use dimsart_core::{Command, Value};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 
@@ -32,7 +32,7 @@ fn every_single_bit_error_costs_one_frame_and_changes_nothing() {
     let good = frame(Request::Identify, 7);
     let pd = module("PDCTRL_MOD");
     for request in [
-        Request::Command(Command::engine(Verb::ModOn, pd)),
+        Request::Command(Command::PlugIn(pd)),
         Request::Command(Command::set(pd, 0, Value::Real(3000.0))),
         Request::Status,
     ] {
@@ -51,7 +51,7 @@ fn every_single_bit_error_costs_one_frame_and_changes_nothing() {
 fn a_truncated_frame_costs_nothing_but_itself() {
     let mut line = Line::new();
     let before = line.state();
-    let whole = frame(Request::Command(Command::engine(Verb::ModOn, module("PDCTRL_MOD"))), 1);
+    let whole = frame(Request::Command(Command::PlugIn(module("PDCTRL_MOD"))), 1);
     // The last byte is the zero that ends the frame; the next frame's first zero does that too.
     for length in 0..whole.len() - 1 {
         assert_eq!(line.send(&whole[..length]), [], "cut to {length}");

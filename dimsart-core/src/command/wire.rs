@@ -1,0 +1,168 @@
+//! Commands as they travel and are kept: by numbers, which never change.
+
+use super::{Command, ModuleRef, command_of};
+use crate::data_type::TypeRef;
+use crate::parameter;
+
+/// A command's bytes.
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(super) struct Wire {
+    target: Target,
+    /// The number of a command to the engine, of a parameter, or [`PORT`] + that of a port.
+    number: u8,
+    axis: Option<u8>,
+    value: Value,
+}
+
+/// From here on numbers are ports'.
+const PORT: u8 = 128;
+
+/// Who a command is for.
+#[derive(PartialEq, serde::Serialize, serde::Deserialize)]
+enum Target {
+    Engine,
+    Module(ModuleRef),
+}
+
+/// A [parameter's value](parameter::Value), which has the first numbers, or another one.
+#[derive(serde::Serialize, serde::Deserialize)]
+enum Value {
+    Real(f32),
+    Count(u32),
+    Flag(bool),
+    Choice(u8),
+    Type(TypeRef),
+    Module(ModuleRef),
+    Nothing,
+}
+
+/// Numbers and a value that are no command together.
+#[derive(Debug)]
+pub(super) struct NoCommand;
+
+impl core::fmt::Display for NoCommand {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("no command")
+    }
+}
+
+impl From<parameter::Value> for Value {
+    fn from(value: parameter::Value) -> Self {
+        match value {
+            parameter::Value::Real(value) => Self::Real(value),
+            parameter::Value::Count(value) => Self::Count(value),
+            parameter::Value::Flag(value) => Self::Flag(value),
+            parameter::Value::Choice(value) => Self::Choice(value),
+            parameter::Value::Type(value) => Self::Type(value),
+        }
+    }
+}
+
+impl TryFrom<Value> for parameter::Value {
+    type Error = NoCommand;
+
+    fn try_from(value: Value) -> Result<Self, NoCommand> {
+        Ok(match value {
+            Value::Real(value) => Self::Real(value),
+            Value::Count(value) => Self::Count(value),
+            Value::Flag(value) => Self::Flag(value),
+            Value::Choice(value) => Self::Choice(value),
+            Value::Type(value) => Self::Type(value),
+            Value::Module(_) | Value::Nothing => return Err(NoCommand),
+        })
+    }
+}
+
+impl From<Command> for Wire {
+    fn from(command: Command) -> Self {
+        match command {
+            Command::Set { module, parameter, axis, value } => {
+                // No module has so many that it would be taken for a port's.
+                let number = parameter.min(PORT - 1);
+                Self { target: Target::Module(module), number, axis, value: value.into() }
+            }
+            Command::Bind { module, port, signal } => {
+                let (target, number) = (Target::Module(module), PORT.saturating_add(port));
+                Self { target, number, axis: None, value: Value::Type(signal) }
+            }
+            command => {
+                let (number, module) = command.to_engine().unwrap_or_default();
+                let value = module.map_or(Value::Nothing, Value::Module);
+                Self { target: Target::Engine, number, axis: None, value }
+            }
+        }
+    }
+}
+
+impl TryFrom<Wire> for Command {
+    type Error = NoCommand;
+
+    fn try_from(Wire { target, number, axis, value }: Wire) -> Result<Self, NoCommand> {
+        let Target::Module(module) = target else {
+            let module = match value {
+                Value::Module(module) => Some(module),
+                Value::Nothing => None,
+                _ => return Err(NoCommand),
+            };
+            return command_of(number, module).ok_or(NoCommand);
+        };
+        match (number.checked_sub(PORT), value) {
+            (Some(port), Value::Type(signal)) => Ok(Self::Bind { module, port, signal }),
+            (Some(_), _) => Err(NoCommand),
+            (None, value) => Ok(Self::Set { module, parameter: number, axis, value: value.try_into()? }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::EngineCommand;
+    use super::*;
+
+    const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
+
+    #[test]
+    fn every_command_is_read_as_it_was_written() {
+        let of_engine = EngineCommand::ALL.iter().map(|known| {
+            let command = known.with(known.needs_module.then_some(MODULE)).unwrap();
+            assert_eq!(command.as_engine_command(), Some(*known));
+            command
+        });
+        let signal = TypeRef { id: 300, number: 1 };
+        let values = [
+            parameter::Value::Real(1.5),
+            parameter::Value::Count(300),
+            parameter::Value::Flag(true),
+            parameter::Value::Choice(2),
+            parameter::Value::Type(signal),
+        ];
+        let sets = values.map(|value| Command::Set { module: MODULE, parameter: 127, axis: Some(7), value });
+        let others = [Command::bind(MODULE, 0, signal), Command::bind(MODULE, 127, signal)];
+        for command in of_engine.chain(sets).chain(others) {
+            let mut buffer = [0; 24];
+            let bytes = postcard::to_slice(&command, &mut buffer).unwrap();
+            assert_eq!(postcard::from_bytes(bytes), Ok(command));
+        }
+    }
+
+    #[test]
+    fn what_is_no_command_is_not_read() {
+        let read = postcard::from_bytes::<Command>;
+        assert_eq!(read(&[0, 17, 0, 6]), Ok(Command::Stop));
+        for no_command in [
+            // An engine's number that there is not.
+            &[0, 0, 0, 6][..],
+            &[0, 255, 0, 5, 3, 2],
+            // MOD_ON without a module, STOP with one, MATCHING_CHECK with a number.
+            &[0, 1, 0, 6],
+            &[0, 17, 0, 5, 3, 2],
+            &[0, 16, 0, 0, 0, 0, 0x80, 0x3F],
+            // A port bound to a number; a parameter set to a module, and to nothing.
+            &[1, 3, 2, 128, 0, 1, 1],
+            &[1, 3, 2, 4, 0, 5, 3, 2],
+            &[1, 3, 2, 4, 0, 6],
+        ] {
+            assert!(read(no_command).is_err(), "{no_command:?}");
+        }
+    }
+}
