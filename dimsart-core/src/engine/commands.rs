@@ -34,7 +34,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             (0..).zip(&specs).filter_map(|(port, spec)| Some((port, self.binding(module, spec.name)?)));
         let mut commands = bound
             .map(|(port, signal)| Command::bind(module, port, signal))
-            .chain(is_plugged_in.then(|| Command::PlugIn(module)));
+            .chain(is_plugged_in.then_some(Command::PlugIn(module)));
         commands.nth(usize::from(skip))
     }
 

@@ -24,14 +24,14 @@ pub enum Request {
     Parameter {
         /// Kind of module.
         kind: u8,
-        /// Number of the parameter: `param` of the command that sets it.
+        /// Number of the parameter, as in the [command](Command::Set) that sets it.
         index: u8,
     },
     /// A port of a module as its parameters are now; as by default for a module that does not exist.
     Port {
         /// The module.
         module: ModuleRef,
-        /// Number of the port: [`PORT`](crate::PORT) + this is `param` of the command that binds it.
+        /// Number of the port, as in the [command](Command::Bind) that binds it.
         index: u8,
     },
     /// Description of a data type: the standard ones, then the device's own.

@@ -22,7 +22,7 @@ impl<S: Read + Write> Device<S> {
         match self.send_scheme(scheme, side) {
             Err(error @ ConnectError::Row { .. }) => {
                 self.give(Command::Close)?;
-                let start = was_running.then(|| Command::Check);
+                let start = was_running.then_some(Command::Check);
                 for command in before.into_iter().chain(start) {
                     self.give(command)?;
                 }
