@@ -10,7 +10,7 @@ use std::process::Command;
 use std::{env, fs};
 
 use boards::BOARDS;
-use boards::catalogue::BoardInfo;
+use boards::catalogue::{BoardInfo, MODULE_GROUPS};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, saved_scheme, scheme, types};
 
@@ -85,9 +85,18 @@ fn link() {
     for argument in ["--nmagic", "--icf=all", "-Tlink.x", "-Tdefmt.x"] {
         println!("cargo:rustc-link-arg-bins={argument}");
     }
-    let feature = |(name, _): (String, _)| name.strip_prefix("CARGO_FEATURE_").map(str::to_owned);
-    let mut features: Vec<String> = env::vars().filter_map(feature).filter(|name| name != "BOARD").collect();
+    let feature =
+        |(name, _): (String, _)| Some(name.strip_prefix("CARGO_FEATURE_")?.replace('_', "-").to_lowercase());
+    let mut features: Vec<String> = env::vars().filter_map(feature).collect();
+    // An image of which no modules are left out is not named after them.
+    let is_whole = MODULE_GROUPS.iter().all(|group| features.iter().any(|feature| feature == group));
+    let is_untold =
+        |name: &str| ["board", "default"].contains(&name) || is_whole && MODULE_GROUPS.contains(&name);
+    features.retain(|name| !is_untold(name));
+    if !MODULE_GROUPS.iter().any(|group| is_whole || features.iter().any(|feature| feature == group)) {
+        features.push("no-modules".to_owned());
+    }
     features.sort();
-    let features = features.join("+").replace('_', "-").to_lowercase();
+    let features = features.join("+");
     println!("cargo:rustc-env=DIMSART_IMAGE=dimsart {} {features}", env!("CARGO_PKG_VERSION"));
 }

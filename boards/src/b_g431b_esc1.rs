@@ -14,14 +14,15 @@
 //! The half bridges have no enable pin: both transistors of each are held off by timer 1 instead. Timer 3
 //! is the time driver. The log goes out over RTT.
 //!
-//! The motor's data are in `catalogue/b_g431b_esc1.rs`. Before it is powered: `docs/first-start.md` finds an encoder or a phase that is wired backwards.
+//! The motor's data are in `catalogue/b_g431b_esc1.rs`. Before it is powered: `docs/first-start.md` finds an encoder or
+//! a phase that is wired backwards.
 //!
 //! The motor is driven by voltage (see [`motor`](crate::motor)): the current sensors are not used, and with
 //! an incremental encoder the rotor has to be aligned. That is done once, in the first half second that the
 //! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
 //! effect meanwhile. Its angle is 0 where the board was started.
 
-use dimsart_core::{AxisKind, DataType, Scalar as _, Tick, Word};
+use dimsart_core::{AxisKind, DataType, InputLimits, Scalar as _, Tick, Word};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
@@ -36,7 +37,7 @@ use static_cell::ConstStaticCell;
 use crate::board::{Axes, Board, Joints, Parts, is_driven};
 use crate::catalogue::b_g431b_esc1::MOTOR;
 use crate::encoder::Encoder;
-use crate::motor::{ALIGNING_ANGLE_RAD, phase_duties};
+use crate::motor::{ALIGNING_ANGLE_RAD, Ramp, phase_duties};
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::uart::{self, UartPort};
@@ -71,6 +72,7 @@ impl Board for BG431bEsc1 {
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
     const WORDS: usize = 640;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
+    const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
 
     type Joints = ThreePhaseMotor;
     type CommandPort = UartPort;
@@ -101,6 +103,7 @@ impl Board for BG431bEsc1 {
             shaft: Encoder::new(0, MOTOR.counts_per_turn),
             rotor: Encoder::new(0, MOTOR.counts_per_turn),
             aligned_ticks: 0,
+            ramp: Ramp::default(),
             power_stage: PowerStage::new(pwm, DEAD_TIME),
         };
 
@@ -142,6 +145,8 @@ pub struct ThreePhaseMotor {
     /// Angle that the magnets are at, once they were aligned.
     rotor: Encoder,
     aligned_ticks: u32,
+    /// From the end of the aligning on.
+    ramp: Ramp,
     power_stage: PowerStage,
 }
 
@@ -160,11 +165,13 @@ impl Joints for ThreePhaseMotor {
         let is_aligned = self.aligned_ticks >= ALIGNING_TICKS;
         if !is_driven(tick, commanded) || tick != Tick::Ran && !is_aligned {
             BG431bEsc1::disarm();
+            self.ramp.begin();
             if !is_aligned {
                 self.aligned_ticks = 0;
             }
         } else if is_aligned {
-            let torque_nm = commanded.first().map_or(0.0, |word| f32::from_word(*word));
+            let wanted_nm = commanded.first().map_or(0.0, |word| f32::from_word(*word));
+            let torque_nm = self.ramp.follow(wanted_nm, &MOTOR.limits(), 1.0 / crate::TICK_HZ as f32);
             let angle = self.rotor.electrical_angle_rad(MOTOR.pole_pairs);
             self.power_stage.drive(phase_duties(MOTOR.drive(torque_nm), angle));
         } else {

@@ -5,7 +5,7 @@ use core::ops::Range;
 #[cfg(feature = "auth")]
 use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
-use dimsart_core::{AxisKind, DataType, MAX_PACKET_BYTES, Scalar as _, Tick, Word, types};
+use dimsart_core::{AxisKind, DataType, InputLimits, MAX_PACKET_BYTES, Scalar as _, Tick, Word, types};
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -32,6 +32,9 @@ pub trait Board: Sized {
     const OUTPUTS: &'static [&'static DataType];
     /// Types that the device is commanded by.
     const INPUTS: &'static [&'static DataType] = &[types::DES_FORCE];
+    /// What each of them allows, as [`with_limits`](dimsart_core::DeviceDescriptor::with_limits) takes it; empty where
+    /// the device is a simulated one.
+    const LIMITS: &'static [&'static [InputLimits]] = &[];
     /// Bits of [`cycles`](Self::cycles) that count; it wraps behind them.
     const CYCLE_BITS: u32 = 32;
     /// Packets of all links that can come in between two ticks; what comes beyond them is lost.

@@ -29,9 +29,9 @@ pub struct BoardInfo {
     pub name: &'static str,
     /// The linker's memory map that images for the board are laid out by.
     pub memory_map: &'static str,
-    /// What firmware for it may take, as TOML: a tick of any scheme `tick_percent` of the time to the next one; the plain
-    /// image `flash_bytes` and `ram_bytes`, unless there is room for any; and cycles and stack of the shipped scheme's
-    /// parts.
+    /// What firmware for it may take, as TOML: a tick of any scheme `tick_percent` of the time to the next one; the
+    /// plain image `flash_bytes` and `ram_bytes`, unless there is room for any; and cycles and stack of the shipped
+    /// scheme's parts.
     pub budget: &'static str,
     /// What tools need beyond that.
     pub tooling: Tooling,
@@ -67,6 +67,9 @@ pub enum CodeMemory {
     /// Flash of an STM32G4 above 136 MHz, which waits, and its CCM SRAM, which does not.
     Stm32G4,
 }
+
+/// Groups of modules that an image can be built without, each a feature of the firmware.
+pub const MODULE_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
 
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.
 pub const CALLS: &str = include_str!("../calls.txt");

@@ -10,6 +10,7 @@
 use core::f32::consts::TAU;
 
 use dimsart_core::math::sin;
+use dimsart_core::{InputLimits, SafeValue};
 
 /// A motor, its supply and its encoder.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,13 +29,45 @@ pub struct Motor {
     pub pole_pairs: u8,
 }
 
+/// Time in which a torque may rise from nothing to the largest one: no scheme steps a motor.
+const RISE_S: f32 = 0.01;
+
 impl Motor {
+    /// The torques that a scheme may command, `N·m`: what the current limit allows, not faster than in 10 ms from
+    /// nothing to all of it; none while no scheme commands.
+    #[must_use]
+    pub const fn limits(&self) -> InputLimits {
+        let max = self.torque_constant_nm_per_a * self.max_current_a;
+        InputLimits { min: -max, max, rate_per_s: max / RISE_S, safe_value: SafeValue::Zero }
+    }
+
     /// The voltage that makes `torque_nm` at standstill as a share of the supply, -1 to 1.
     #[must_use]
     pub fn drive(&self, torque_nm: f32) -> f32 {
         let current_a = torque_nm / self.torque_constant_nm_per_a;
         let current_a = current_a.min(self.max_current_a).max(-self.max_current_a);
         (self.resistance_ohm * current_a / self.supply_v).clamp(-1.0, 1.0)
+    }
+}
+
+/// The torque of a motor that begins to turn after something else had it, such as the aligning of its rotor: from
+/// nothing on, not faster than its limits allow.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ramp {
+    given_nm: f32,
+}
+
+impl Ramp {
+    /// Begins with nothing.
+    pub fn begin(&mut self) {
+        self.given_nm = 0.0;
+    }
+
+    /// What a motor with these limits gets in this tick of a torque that is wanted.
+    pub fn follow(&mut self, wanted_nm: f32, limits: &InputLimits, period_s: f32) -> f32 {
+        let step_nm = limits.rate_per_s * period_s;
+        self.given_nm = wanted_nm.max(self.given_nm - step_nm).min(self.given_nm + step_nm);
+        self.given_nm
     }
 }
 
@@ -55,6 +88,11 @@ pub const ALIGNING_ANGLE_RAD: f32 = -TAU / 4.0;
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+
+    use dimsart_core::{AxisKind, DeviceDescriptor, types};
+    use std::vec;
+
     use super::*;
 
     const MOTOR: Motor = Motor {
@@ -65,6 +103,38 @@ mod tests {
         counts_per_turn: 4096,
         pole_pairs: 7,
     };
+
+    #[test]
+    fn a_ramp_reaches_what_is_wanted_at_the_rate_and_follows_it() {
+        let (limits, mut ramp) = (MOTOR.limits(), Ramp::default());
+        for _ in 0..2 {
+            let mut last_nm = 0.0;
+            for tick in 1..20 {
+                let given_nm = ramp.follow(limits.max, &limits, 1e-3);
+                assert!(given_nm - last_nm <= limits.max / 10.0 * 1.001, "{tick}: {last_nm} to {given_nm}");
+                last_nm = given_nm;
+            }
+            assert_eq!(last_nm.to_bits(), limits.max.to_bits());
+            ramp.begin();
+        }
+        assert!(ramp.follow(limits.min, &limits, 1e-3) < 0.0);
+    }
+
+    #[test]
+    fn a_motor_allows_the_torque_of_its_current_and_no_step_to_it() {
+        let InputLimits { min, max, rate_per_s, safe_value } = MOTOR.limits();
+        let most_nm = MOTOR.torque_constant_nm_per_a * MOTOR.max_current_a;
+        assert_eq!([min, max].map(f32::to_bits), [-most_nm, most_nm].map(f32::to_bits));
+        assert!((max / rate_per_s - 0.01).abs() < 1e-6);
+        assert_eq!(safe_value, SafeValue::Zero);
+        for axes in 1..=8 {
+            let axes = vec![AxisKind::Rotary; axes];
+            let device =
+                DeviceDescriptor::new("joints", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
+            const LIMITS: &[&[InputLimits]] = &[&[MOTOR.limits()]];
+            assert!(device.unwrap().with_limits(LIMITS).is_ok());
+        }
+    }
 
     #[test]
     fn the_stalled_motor_makes_the_torque_up_to_its_current_limit() {

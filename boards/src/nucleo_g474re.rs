@@ -16,7 +16,8 @@
 //! | Link 0 with feature `uart-link`: USART 3 at 921 600 baud instead | PC10 out, PC11 in |
 //! | Crystal | 24 MHz |
 //!
-//! The motors' data are in `catalogue/nucleo_g474re.rs`. Before a motor is powered: `docs/first-start.md` finds an encoder or a motor that is wired backwards.
+//! The motors' data are in `catalogue/nucleo_g474re.rs`. Before a motor is powered: `docs/first-start.md` finds an
+//! encoder or a motor that is wired backwards.
 //!
 //! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
 
@@ -25,7 +26,7 @@ mod can_link;
 #[cfg(feature = "uart-link")]
 mod uart_link;
 
-use dimsart_core::{AxisKind, DataType, Scalar as _, Tick, Word};
+use dimsart_core::{AxisKind, DataType, InputLimits, Scalar as _, Tick, Word};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1, TIM2, TIM3, TIM4};
 use embassy_stm32::time::Hertz;
@@ -74,6 +75,7 @@ impl Board for NucleoG474re {
     const NAME: &'static str = "nucleo-g474re";
     const WORDS: usize = 3072;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
+    const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
 
     type Joints = BrushedMotors;
     type CommandPort = UartPort;

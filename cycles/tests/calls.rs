@@ -206,6 +206,11 @@ fn a_table_ends_where_it_is_filled_up_and_where_constants_begin() {
     let pointed = |adr| [adr, 0xE8D1, 0xF000, 0xBF00, 0x0302, RETURN, TAKE_64, GIVE_64, RETURN];
     assert_eq!(bytes(&pointed(0xA101), 6..10), Ok(64));
     assert!(matches!(bytes(&pointed(0xA201), 6..10), Err(FrameError::LostReturn { .. })));
+    // MOV R2, R3 between the two changes nothing, MOV R1, R3 does, and MOV PC, R3 leads elsewhere.
+    let moved = |mov| [0xA101, mov, 0xE8D1, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN];
+    assert_eq!(bytes(&moved(0x461A), 8..10), Ok(64));
+    assert!(matches!(bytes(&moved(0x4619), 8..10), Err(FrameError::LostReturn { .. })));
+    assert!(bytes(&moved(0x469F), 8..10).is_err());
     // TBB [R1, R0] has its table anywhere, TBB [PC, R0] without one leads nowhere.
     let elsewhere = [0xE8D1, 0xF000, 0x0302, 0x0004, RETURN, RETURN, RETURN];
     assert!(matches!(bytes(&elsewhere, 4..8), Err(FrameError::LostReturn { .. })));

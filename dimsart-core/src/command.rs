@@ -3,7 +3,6 @@
 mod wire;
 
 use crate::data_type::TypeRef;
-use crate::limits::{MAX_BINDINGS, MAX_CHANNEL_TYPES, MAX_DOF, MAX_MODULES, MAX_PORTS, MAX_SLOTS, MAX_WIRES};
 use crate::matching::Finding;
 use crate::parameter::{ParameterError, Value};
 use crate::storage::StorageError;
@@ -31,8 +30,8 @@ pub enum Command {
     PlugIn(ModuleRef),
     /// Unplugs the module; it keeps its parameters.
     Unplug(ModuleRef),
-    /// The next [`PlugIn`](Self::PlugIn) puts its module before this one instead of at the end. Forgotten as soon as this
-    /// one is unplugged, plugged in again or not.
+    /// The next [`PlugIn`](Self::PlugIn) puts its module before this one instead of at the end. Forgotten as soon as
+    /// this one is unplugged, plugged in again or not.
     PlaceBefore(ModuleRef),
     /// The module forgets its state and keeps its parameters.
     ResetModule(ModuleRef),
@@ -56,8 +55,9 @@ pub enum Command {
         module: ModuleRef,
         /// Its number: its place in the module's list of parameters.
         parameter: u8,
-        /// Axis of a parameter that each axis has its own of; none for all axes.
-        axis: Option<u8>,
+        /// Place of the value where the parameter has [several](crate::Entries), the axis where each axis has one; none
+        /// for all of them.
+        entry: Option<u8>,
         /// The value.
         value: Value,
     },
@@ -104,35 +104,36 @@ impl EngineCommand {
         Self::ALL.iter().copied().find(|known| known.name == name)
     }
 
+    /// The one of this number on the wire.
+    fn numbered(number: u8) -> Option<Self> {
+        Self::ALL.iter().copied().find(|known| known.number == number)
+    }
+
     /// The command with its value; none where a module is missing or one too many.
     #[must_use]
     pub fn with(self, module: Option<ModuleRef>) -> Option<Command> {
-        command_of(self.number, module)
+        Some(match (self.number, module) {
+            (1, Some(module)) => Command::PlugIn(module),
+            (2, Some(module)) => Command::Unplug(module),
+            (3, Some(module)) => Command::PlaceBefore(module),
+            (4, Some(module)) => Command::ResetModule(module),
+            (5, Some(module)) => Command::InitModule(module),
+            (6, Some(module)) => Command::CloseModule(module),
+            (16, None) => Command::Check,
+            (17, None) => Command::Stop,
+            (18, None) => Command::Reset,
+            (19, None) => Command::Close,
+            (20, None) => Command::Init,
+            _ => return None,
+        })
     }
-}
-
-fn command_of(number: u8, module: Option<ModuleRef>) -> Option<Command> {
-    Some(match (number, module) {
-        (1, Some(module)) => Command::PlugIn(module),
-        (2, Some(module)) => Command::Unplug(module),
-        (3, Some(module)) => Command::PlaceBefore(module),
-        (4, Some(module)) => Command::ResetModule(module),
-        (5, Some(module)) => Command::InitModule(module),
-        (6, Some(module)) => Command::CloseModule(module),
-        (16, None) => Command::Check,
-        (17, None) => Command::Stop,
-        (18, None) => Command::Reset,
-        (19, None) => Command::Close,
-        (20, None) => Command::Init,
-        _ => return None,
-    })
 }
 
 impl Command {
     /// Sets a parameter of a module, on all axes.
     #[must_use]
     pub const fn set(module: ModuleRef, parameter: u8, value: Value) -> Self {
-        Self::Set { module, parameter, axis: None, value }
+        Self::Set { module, parameter, entry: None, value }
     }
 
     /// Binds a port of a module to another signal.
@@ -141,29 +142,25 @@ impl Command {
         Self::Bind { module, port, signal }
     }
 
-    /// Number of a command to the engine, and the module that is its value.
-    fn to_engine(self) -> Option<(u8, Option<ModuleRef>)> {
-        Some(match self {
-            Self::PlugIn(module) => (1, Some(module)),
-            Self::Unplug(module) => (2, Some(module)),
-            Self::PlaceBefore(module) => (3, Some(module)),
-            Self::ResetModule(module) => (4, Some(module)),
-            Self::InitModule(module) => (5, Some(module)),
-            Self::CloseModule(module) => (6, Some(module)),
-            Self::Check => (16, None),
-            Self::Stop => (17, None),
-            Self::Reset => (18, None),
-            Self::Close => (19, None),
-            Self::Init => (20, None),
-            Self::Set { .. } | Self::Bind { .. } => return None,
-        })
+    /// A command to the engine, apart from the module that is its value.
+    fn to_engine(self) -> Option<(EngineCommand, Option<ModuleRef>)> {
+        let module = match self {
+            Self::PlugIn(module)
+            | Self::Unplug(module)
+            | Self::PlaceBefore(module)
+            | Self::ResetModule(module)
+            | Self::InitModule(module)
+            | Self::CloseModule(module) => Some(module),
+            _ => None,
+        };
+        let found = EngineCommand::ALL.iter().find(|known| known.with(module) == Some(self))?;
+        Some((*found, module))
     }
 
     /// What it is called in schemes, if it is one to the engine.
     #[must_use]
     pub fn as_engine_command(self) -> Option<EngineCommand> {
-        let (number, _) = self.to_engine()?;
-        EngineCommand::ALL.iter().copied().find(|known| known.number == number)
+        self.to_engine().map(|(command, _)| command)
     }
 }
 
@@ -174,17 +171,13 @@ impl Command {
 pub enum CommandError {
     /// The image has no module of this kind, or an instance number is 0.
     UnknownModule(ModuleRef),
-    /// Of a device of another version: its engine knows no command of this number.
-    UnknownVerb(u8),
     /// The module has no such port.
     UnknownPort(u8),
     /// No data type has this number.
     UnknownType(TypeRef),
-    /// Of a device of another version: the value is not of the kind that this command needs.
-    WrongValue,
-    /// [`MAX_MODULES`] instances exist already: close one first.
+    /// [`MAX_MODULES`](crate::limits::MAX_MODULES) instances exist already: close one first.
     TooManyModules,
-    /// The module needs more than [`MAX_PORTS`] ports.
+    /// The module needs more than [`MAX_PORTS`](crate::limits::MAX_PORTS) ports.
     TooManyPorts,
     /// The module is plugged in already, or must be unplugged for this.
     PluggedIn(ModuleRef),
@@ -215,9 +208,15 @@ pub enum CommandError {
     },
     /// The image's stamp does not say what this module adds to a tick, and a tick may take so long only.
     CostUnknown(ModuleRef),
-    /// All modules together have more than [`MAX_WIRES`] ports, or more than [`MAX_BINDINGS`] of them are bound by
-    /// commands.
+    /// All modules together have more than [`MAX_WIRES`](crate::limits::MAX_WIRES) ports, or more than
+    /// [`MAX_BINDINGS`](crate::limits::MAX_BINDINGS) of them are bound by commands.
     WiringFull,
+    /// The signals of a channel and its counters do not fit into a packet of
+    /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS).
+    PacketTooLong {
+        /// Words of all of them.
+        words: usize,
+    },
 }
 
 impl From<StorageError> for CommandError {
@@ -229,81 +228,6 @@ impl From<StorageError> for CommandError {
 impl From<ParameterError> for CommandError {
     fn from(error: ParameterError) -> Self {
         Self::Parameter(error)
-    }
-}
-
-impl core::fmt::Display for CommandError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::UnknownModule(module) => {
-                write!(f, "no module of kind {} number {} in this image", module.kind, module.number)
-            }
-            Self::UnknownVerb(verb) => write!(f, "the engine knows no command {verb}"),
-            Self::UnknownPort(port) => write!(f, "the module has no port {port}"),
-            Self::UnknownType(signal) => write!(f, "no data type has the number {}", signal.id),
-            Self::WrongValue => write!(f, "the value is not of the kind this command needs"),
-            Self::TooManyModules => {
-                write!(f, "{MAX_MODULES} modules exist already and no more fit: MOD_CLOSE one first")
-            }
-            Self::TooManyPorts => {
-                write!(f, "the module needs more than {MAX_PORTS} ports: add fewer types to it")
-            }
-            Self::PluggedIn(_) => write!(f, "the module is plugged in: MOD_OFF first"),
-            Self::NotPluggedIn(_) => write!(f, "the module is not plugged in: MOD_ON first"),
-            Self::Storage(StorageError::NoSlot) => {
-                write!(f, "all {MAX_SLOTS} slots of the Data Base are taken: MOD_OFF another module first")
-            }
-            Self::Storage(StorageError::NoRoom { wanted, free }) => {
-                write!(
-                    f,
-                    "the module needs {wanted} words of the Data Base and {free} are free: \
-                     ask for less (a shorter delay, fewer rows) or MOD_OFF another module first"
-                )
-            }
-            Self::Parameter(ParameterError::Unknown) => write!(f, "the module has no such parameter"),
-            Self::Parameter(ParameterError::WrongKind) => {
-                write!(f, "the value is not of the kind this parameter takes")
-            }
-            Self::Parameter(ParameterError::OutOfRange) => write!(f, "the value is out of range"),
-            Self::Parameter(ParameterError::ListFull) => {
-                write!(f, "the channel carries {MAX_CHANNEL_TYPES} types already and takes no more")
-            }
-            Self::Parameter(ParameterError::NoSuchAxis) => {
-                write!(f, "no such axis (at most {MAX_DOF}), or the parameter is not per axis")
-            }
-            Self::Parameter(ParameterError::WhilePluggedIn) => {
-                write!(f, "this parameter decides ports or memory: MOD_OFF first")
-            }
-            Self::Parameter(ParameterError::NeedsCounters) => {
-                write!(
-                    f,
-                    "STALE LIMITED and INTEGRAL need CRX_COUNTERS ON, and CTX_COUNTERS ON on the other side"
-                )
-            }
-            Self::WouldBreak(_) => write!(f, "the scheme is running and this would break it"),
-            Self::DoesNotMatch { faults } => write!(f, "the scheme does not match: {faults} fault(s)"),
-            Self::TooSlow { cycles, tick_cycles, limit_cycles, .. } => {
-                write!(
-                    f,
-                    "the module takes up to {cycles} cycles, a tick with it up to {tick_cycles}, and it may take \
-                     {limit_cycles}: MOD_OFF another module first, or let the device have fewer axes"
-                )
-            }
-            Self::CostUnknown(_) => {
-                write!(
-                    f,
-                    "a tick has a limit and the image's stamp does not say what the module takes: `dimsart stamp` says why \
-                     it found no bound"
-                )
-            }
-            Self::WiringFull => {
-                write!(
-                    f,
-                    "the modules have {MAX_WIRES} ports together, or commands have bound {MAX_BINDINGS} of them, and \
-                     no more fit: MOD_OFF another module, or MOD_INIT one whose bindings are not needed"
-                )
-            }
-        }
     }
 }
 

@@ -3,12 +3,12 @@
 use core::cell::Cell;
 
 use crate::checksum::CRC;
-use crate::data_type::DataType;
+use crate::data_type::{DataType, Shape};
 use crate::unit::AxisKind;
 use crate::words::Words;
 
 /// Version of how samples and counters lie in a packet.
-const LAYOUT: u8 = 3;
+const LAYOUT: u8 = 4;
 
 /// Number of words of a packet, and an id that stands for what they mean.
 ///
@@ -42,10 +42,10 @@ impl Content {
     /// The content of a channel of `types`, in this order, on a device with these axes, that sends in every
     /// `every_ticks`-th tick, with the counters of its first wave or without.
     ///
-    /// The id is the low half of a CRC-32 over the version of this layout, `every_ticks` and 1 for counters, a byte
-    /// each, and the unit of every type on every axis, as text. It does not
-    /// hold the types themselves: what leaves as `CH1_WAVES` arrives as `CH2_WAVES`. Types of one unit are
-    /// therefore told apart by their order alone.
+    /// The id is the low half of a CRC-32 over the version of this layout, `every_ticks`, 1 for counters, the kind of
+    /// every axis, and of every type its unit, format and shape, by number. It does not hold the types themselves: what
+    /// leaves as `CH1_WAVES` arrives as `CH2_WAVES`. Types of one unit, format and shape are told apart by their order
+    /// alone.
     #[must_use]
     pub fn of_channel(
         words: u8,
@@ -56,12 +56,15 @@ impl Content {
     ) -> Self {
         let mut digest = CRC.digest();
         digest.update(&[LAYOUT, every_ticks, u8::from(has_counters)]);
+        axes.iter().for_each(|axis| digest.update(&[*axis as u8]));
         for data_type in types {
-            for axis in axes {
-                digest.update(data_type.unit.symbol(*axis).as_bytes());
-                digest.update(b",");
-            }
-            digest.update(b";");
+            let [shape, rows, columns] = match data_type.shape {
+                Shape::Scalar => [0; 3],
+                Shape::Vector => [1, 0, 0],
+                Shape::Matrix(rows, columns) => [2, rows, columns],
+                Shape::Square => [3, 0, 0],
+            };
+            digest.update(&[data_type.unit as u8, data_type.format as u8, shape, rows, columns]);
         }
         let [low, high, ..] = digest.finalize().to_le_bytes();
         Self::new(words, u16::from_le_bytes([low, high]))

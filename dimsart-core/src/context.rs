@@ -5,7 +5,6 @@ use core::marker::PhantomData;
 use core::ops::Deref;
 
 use crate::data::{Data, Inputs, Outputs};
-use crate::handle::{Input, Output, Vector};
 use crate::module::Module;
 use crate::words::Words;
 
@@ -116,13 +115,7 @@ impl<'a, M: Module> Context<'a, M> {
 
     /// Begins every axis with the state that `first` makes of its gains and inputs.
     #[inline(always)]
-    pub fn begin_axes<const I: usize>(
-        &self,
-        inputs: [Input<Vector>; I],
-        mut first: impl FnMut(M::Gains, [f32; I]) -> M::Axis,
-    ) where
-        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
-    {
+    pub fn begin_axes<I: Inputs>(&self, inputs: I, mut first: impl FnMut(M::Gains, I::Values) -> M::Axis) {
         self.map_lanes(inputs, [], |_, lane, inputs| {
             lane.set_axis(first(lane.gains(), inputs));
             []
@@ -131,17 +124,15 @@ impl<'a, M: Module> Context<'a, M> {
 
     /// Computes every axis by one law, the way most control laws are written.
     ///
-    /// The law gets the gains, the state and the inputs of an axis and returns its outputs, at most 8 of each.
+    /// The law gets the gains, the state and the inputs of an axis and returns its outputs: an array of `f32` for an
+    /// array of at most 8 ports, a tuple for a tuple of at most 4 ports of any formats.
     #[inline(always)]
-    pub fn map_axes<const I: usize, const O: usize>(
+    pub fn map_axes<I: Inputs, O: Outputs>(
         &self,
-        inputs: [Input<Vector>; I],
-        outputs: [Output<Vector>; O],
-        mut law: impl FnMut(M::Gains, &mut M::Axis, [f32; I]) -> [f32; O],
-    ) where
-        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
-        [Output<Vector>; O]: Outputs<Values = [f32; O]>,
-    {
+        inputs: I,
+        outputs: O,
+        mut law: impl FnMut(M::Gains, &mut M::Axis, I::Values) -> O::Values,
+    ) {
         self.map_lanes(inputs, outputs, |_, lane, inputs| {
             let mut axis = lane.axis();
             let outputs = law(lane.gains(), &mut axis, inputs);
@@ -152,21 +143,18 @@ impl<'a, M: Module> Context<'a, M> {
 
     /// As [`map_axes`](Self::map_axes), for a law that needs to know which axis it is, and what is kept of it.
     #[inline(always)]
-    pub fn map_lanes<const I: usize, const O: usize>(
+    pub fn map_lanes<I: Inputs, O: Outputs>(
         &self,
-        inputs: [Input<Vector>; I],
-        outputs: [Output<Vector>; O],
-        mut law: impl FnMut(usize, Lane<'a, M>, [f32; I]) -> [f32; O],
-    ) where
-        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
-        [Output<Vector>; O]: Outputs<Values = [f32; O]>,
-    {
+        inputs: I,
+        outputs: O,
+        mut law: impl FnMut(usize, Lane<'a, M>, I::Values) -> O::Values,
+    ) {
         let Some(sources) = inputs.words(self.data) else { return };
         let Some(sinks) = outputs.words(self.data) else { return };
         for axis in 0..self.data.dof() {
             let Some(lane) = self.lane(axis) else { return };
-            let values = law(axis, lane, <[Input<Vector>; I]>::read(&sources, axis));
-            <[Output<Vector>; O]>::write(&sinks, axis, values);
+            let values = law(axis, lane, I::read(&sources, axis));
+            O::write(&sinks, axis, values);
         }
     }
 }

@@ -27,12 +27,12 @@ impl Cost {
         (self.offset, self.per_dof)
     }
 
-    /// For a device with `dof` degrees of freedom, of which there are at most
-    /// [`MAX_DOF`](crate::limits::MAX_DOF).
+    /// For signals of `words` words: one for each degree of freedom, or as many as the widest one has. Not more than
+    /// 255 × 255, the largest matrix.
     #[must_use]
-    #[expect(clippy::cast_possible_truncation, reason = "at most MAX_DOF")]
-    pub const fn cycles(self, dof: usize) -> u32 {
-        self.offset as u32 + self.per_dof as u32 * dof as u32
+    #[expect(clippy::cast_possible_truncation, reason = "at most 255 x 255")]
+    pub const fn cycles(self, words: usize) -> u32 {
+        self.offset as u32 + self.per_dof as u32 * words as u32
     }
 }
 

@@ -5,7 +5,7 @@ mod written_out;
 use core::cell::Cell;
 
 use crate::device::DeviceDescriptor;
-use crate::handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
+use crate::handle::{Grid, Input, Memory, Output, Signal, Single, Vector};
 use crate::limits::{MAX_DOF, MAX_LINKS};
 use crate::mailbox::LinkPort;
 use crate::word::{Scalar, Word};
@@ -22,8 +22,8 @@ pub struct Data<'a> {
     dof: Dof,
 }
 
-/// Degrees of freedom. The compiler knows how few they can be, and that there is one: loops over axes are short and have
-/// a start, no sum with an offset overflows.
+/// Degrees of freedom. The compiler knows how few they can be, and that there is one: loops over axes are short and
+/// have a start, no sum with an offset overflows.
 #[derive(Debug, Clone, Copy)]
 #[repr(u8)]
 enum Dof {
@@ -68,23 +68,21 @@ impl<'a> Data<'a> {
 
     /// Computes every axis by one law, the way most control laws are written.
     ///
-    /// `law` gets the axis and its inputs and returns its outputs, at most 8 of each. Nothing is computed while one of
-    /// the ports is not connected.
+    /// `law` gets the axis and its inputs and returns its outputs: an array of `f32` for an array of at most 8 ports, a
+    /// tuple for a tuple of at most 4 ports of any formats. Nothing is computed while one of the ports is not
+    /// connected.
     #[inline(always)]
-    pub fn map_axes<const I: usize, const O: usize>(
+    pub fn map_axes<I: Inputs, O: Outputs>(
         &self,
-        inputs: [Input<Vector>; I],
-        outputs: [Output<Vector>; O],
-        mut law: impl FnMut(usize, [f32; I]) -> [f32; O],
-    ) where
-        [Input<Vector>; I]: Inputs<Values = [f32; I]>,
-        [Output<Vector>; O]: Outputs<Values = [f32; O]>,
-    {
+        inputs: I,
+        outputs: O,
+        mut law: impl FnMut(usize, I::Values) -> O::Values,
+    ) {
         let Some(sources) = inputs.words(self) else { return };
         let Some(sinks) = outputs.words(self) else { return };
         for axis in 0..self.dof() {
-            let values = law(axis, <[Input<Vector>; I]>::read(&sources, axis));
-            <[Output<Vector>; O]>::write(&sinks, axis, values);
+            let values = law(axis, I::read(&sources, axis));
+            O::write(&sinks, axis, values);
         }
     }
 
@@ -121,25 +119,14 @@ impl<'a> Data<'a> {
     /// Element of a matrix; zero outside it.
     #[inline]
     #[must_use]
-    pub fn element<const R: u8, const C: u8, T: Scalar>(
-        &self,
-        input: Input<Matrix<R, C, T>>,
-        row: usize,
-        column: usize,
-    ) -> T {
-        self.cell::<R, C>(input.block.offset, row, column).map_or_else(T::default, read)
+    pub fn element<S: Grid>(&self, input: Input<S>, row: usize, column: usize) -> S::Value {
+        self.cell(input.block.offset, S::size(self.dof()), row, column).map_or_else(S::Value::default, read)
     }
 
     /// Writes an element of a matrix; dropped outside it.
     #[inline]
-    pub fn set_element<const R: u8, const C: u8, T: Scalar>(
-        &self,
-        output: Output<Matrix<R, C, T>>,
-        row: usize,
-        column: usize,
-        value: T,
-    ) {
-        if let Some(word) = self.cell::<R, C>(output.block.offset, row, column) {
+    pub fn set_element<S: Grid>(&self, output: Output<S>, row: usize, column: usize, value: S::Value) {
+        if let Some(word) = self.cell(output.block.offset, S::size(self.dof()), row, column) {
             word.set(value.into_word().0);
         }
     }
@@ -148,14 +135,14 @@ impl<'a> Data<'a> {
     #[inline]
     #[must_use]
     pub fn words<S: Signal>(&self, input: Input<S>) -> &[Cell<u32>] {
-        self.block(input.block.offset, S::words(self.dof()))
+        self.block(input.block.offset, S::words(self.dof(), input.block.words))
     }
 
     /// All words of a signal to be written.
     #[inline]
     #[must_use]
     pub fn words_out<S: Signal>(&self, output: Output<S>) -> &[Cell<u32>] {
-        self.block(output.block.offset, S::words(self.dof()))
+        self.block(output.block.offset, S::words(self.dof(), output.block.words))
     }
 
     /// A module's own memory; zero when it was plugged in.
@@ -186,6 +173,16 @@ impl<'a> Data<'a> {
         if next < memory.block.words { next } else { 0 }
     }
 
+    /// So many words of a memory from word `position` on, and the position after them, from its end back to its start;
+    /// none when it has no room for them there.
+    #[must_use]
+    pub fn words_at(&self, memory: Memory, position: u16, words: usize) -> Option<(&[Cell<u32>], u16)> {
+        let end = usize::from(position) + words;
+        let found = self.memory(memory).get(usize::from(position)..end)?;
+        let next = u16::try_from(end).ok().filter(|next| *next < memory.block.words);
+        Some((found, next.unwrap_or(0)))
+    }
+
     /// The comm edge of link `number`, if there is one.
     #[inline]
     #[must_use]
@@ -212,13 +209,13 @@ impl<'a> Data<'a> {
     }
 
     #[inline(always)]
-    fn cell<const R: u8, const C: u8>(
+    fn cell(
         &self,
         offset: u16,
+        (rows, columns): (usize, usize),
         row: usize,
         column: usize,
     ) -> Option<&'a Cell<u32>> {
-        let (rows, columns) = (usize::from(R), usize::from(C));
         if row >= rows || column >= columns {
             return None;
         }

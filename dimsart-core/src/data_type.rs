@@ -1,5 +1,6 @@
 //! Data types: what a signal is called and what it means.
 
+use crate::summary::Summary;
 use crate::unit::Unit;
 use crate::word::Format;
 
@@ -13,6 +14,8 @@ pub enum Shape {
     Vector,
     /// `rows × columns` words, row by row.
     Matrix(u8, u8),
+    /// One row and one column per degree of freedom, row by row: a joint-space inertia.
+    Square,
 }
 
 impl Shape {
@@ -23,7 +26,19 @@ impl Shape {
             Self::Scalar => 1,
             Self::Vector => dof,
             Self::Matrix(rows, columns) => rows as usize * columns as usize,
+            Self::Square => dof * dof,
         }
+    }
+
+    /// Row and column of a word, both from 0: in a square the row is the axis, and in a vector, which is a column.
+    #[must_use]
+    pub fn place(self, word: usize, dof: usize) -> (usize, usize) {
+        let columns = match self {
+            Self::Scalar | Self::Vector => 1,
+            Self::Matrix(_, columns) => usize::from(columns),
+            Self::Square => dof,
+        };
+        (word.checked_div(columns).unwrap_or(0), word.checked_rem(columns).unwrap_or(0))
     }
 }
 
@@ -42,7 +57,7 @@ pub struct DataType {
     /// Number and arrangement of words.
     pub shape: Shape,
     /// One sentence for help texts.
-    pub summary: &'static str,
+    pub summary: Summary,
 }
 
 impl DataType {

@@ -2,6 +2,7 @@
 
 use core::mem::take;
 
+use crate::binding::Bound;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Memory, Output, Signal};
@@ -11,16 +12,18 @@ use crate::unit_tie::{UnitRelation, UnitTie};
 
 /// Takes a module's declarations and gives the handles for them.
 ///
-/// A port is used in the early stage, reads what was written before it in the tick, and fits signals of its type's unit,
-/// unless [`late`](Self::late), [`delayed`](Self::delayed) or [`any_unit`](Self::any_unit) stands before it:
+/// A port is used in the early stage, reads what was written before it in the tick, and fits signals of its type's
+/// unit, unless [`late`](Self::late), [`delayed`](Self::delayed) or [`any_unit`](Self::any_unit) stands before it:
 /// `declare.late().input("FORCE", types::FORCE)`.
 #[derive(Debug)]
 pub struct Declare<'a> {
     device: &'a DeviceDescriptor,
     specs: &'a mut PortSpecs,
     count: u8,
+    bound: Bound<'a>,
     next: Next,
     link_end: Option<LinkEnd>,
+    packet_words: usize,
 }
 
 /// What was said of the port that is declared next.
@@ -29,13 +32,15 @@ struct Next {
     is_late: bool,
     is_delayed: bool,
     takes_any_unit: bool,
+    takes_any_type: bool,
     signal: Option<TypeRef>,
 }
 
 impl<'a> Declare<'a> {
-    /// Collects what is declared into `specs`: they are large, and would be copied.
-    pub(crate) fn new(device: &'a DeviceDescriptor, specs: &'a mut PortSpecs) -> Self {
-        Self { device, specs, count: 0, next: Next::default(), link_end: None }
+    /// Collects what is declared into `specs`: they are large, and would be copied. `bound` says to which signal a
+    /// command has bound a port.
+    pub(crate) fn new(device: &'a DeviceDescriptor, bound: Bound<'a>, specs: &'a mut PortSpecs) -> Self {
+        Self { device, specs, count: 0, bound, next: Next::default(), link_end: None, packet_words: 0 }
     }
 
     /// The device the module is plugged in for.
@@ -63,6 +68,14 @@ impl<'a> Declare<'a> {
         self
     }
 
+    /// The next port takes a signal of any unit, format and shape: for a module that passes words on. What it makes of
+    /// them is [tied](Self::tie) to it. Its handle is [`Untyped`](crate::Untyped); one of another kind takes any unit
+    /// only.
+    pub fn any_type(&mut self) -> &mut Self {
+        self.next.takes_any_type = true;
+        self
+    }
+
     /// The next port uses this signal unless a command binds it to another one: one that a command named, such as the
     /// content of a comm channel.
     pub fn of_signal(&mut self, signal: TypeRef) -> &mut Self {
@@ -82,22 +95,35 @@ impl<'a> Declare<'a> {
 
     /// Takes `words` words of memory of the module's own, all zero at first.
     pub fn memory(&mut self, name: &'static str, words: usize) -> Memory {
+        // What was said of the next port is not of the one behind this.
+        self.next = Next::default();
         let block = self.add(PortSpec {
             name,
             data_type: None,
             direction: Direction::Memory(words),
             stage: Stage::Early,
             is_delayed: false,
-            misfit: None,
+            mismatch: None,
             takes_any_unit: false,
+            takes_any_type: false,
             tie: None,
         });
         Memory { block }
     }
 
+    /// Words of the signal that a port is bound to, which was declared before; 0 for a name no port has.
+    #[must_use]
+    pub fn words_of(&self, port: &str) -> usize {
+        let spec = self.specs.iter().find(|spec| spec.name == port);
+        let Some((default, _)) = spec.and_then(|spec| spec.data_type) else { return 0 };
+        let bound = self.bound.signal(port).and_then(|signal| self.device.data_type(signal.id));
+        bound.unwrap_or(default).shape.words(self.device.dof())
+    }
+
     /// Ties the unit of `port` to that of `other`, both declared before, `other` first: a sum has the unit
-    /// of what is added. The matching check holds the signals they are bound to against it, and those of
-    /// ports tied to `other` in the same way against each other. A name no port has ties nothing.
+    /// of what is added. [`UnitRelation::Alike`] ties format and shape, too. The matching check holds the signals they
+    /// are bound to against it, and those of ports tied to `other` in the same way against each other. A name no port
+    /// has ties nothing.
     pub fn tie(&mut self, port: &'static str, relation: UnitRelation, other: &'static str) {
         let place = |name| self.specs.iter().position(|spec: &PortSpec| spec.name == name);
         let (Some(place), Some(other)) = (place(port), place(other)) else { return };
@@ -114,6 +140,16 @@ impl<'a> Declare<'a> {
     /// Says which link and channel the module listens to. A second one that listens to the link is a fault.
     pub fn listens_to(&mut self, link: u32, channel: u32) {
         self.take_link_end(link, channel, false);
+    }
+
+    /// Says how many words the packets of the module have. With more than
+    /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS) it is not plugged in.
+    pub fn packs(&mut self, words: usize) {
+        self.packet_words = words;
+    }
+
+    pub(crate) fn packet_words(&self) -> usize {
+        self.packet_words
     }
 
     pub(crate) fn link_end(&self) -> Option<LinkEnd> {
@@ -138,12 +174,15 @@ impl<'a> Declare<'a> {
         data_type: &'static DataType,
         direction: Direction,
     ) -> Block {
-        let misfit = if S::FORMAT != data_type.format {
+        let mismatch = if S::FORMAT.is_some_and(|format| format != data_type.format) {
             Some(Difference::Format)
         } else {
             (!S::takes(data_type.shape)).then_some(Difference::Shape)
         };
-        self.add_signal(name, data_type, direction, misfit)
+        if S::FORMAT.is_some() && take(&mut self.next.takes_any_type) {
+            self.next.takes_any_unit = true;
+        }
+        self.add_signal(name, data_type, direction, mismatch)
     }
 
     /// Not generic: a call and no more for each line of a module's declarations.
@@ -153,17 +192,18 @@ impl<'a> Declare<'a> {
         name: &'static str,
         data_type: &'static DataType,
         direction: Direction,
-        misfit: Option<Difference>,
+        mismatch: Option<Difference>,
     ) -> Block {
-        let Next { is_late, is_delayed, takes_any_unit, signal } = take(&mut self.next);
+        let Next { is_late, is_delayed, takes_any_unit, takes_any_type, signal } = take(&mut self.next);
         self.add(PortSpec {
             name,
             data_type: Some((data_type, signal.unwrap_or(data_type.first()))),
             direction,
             stage: if is_late { Stage::Late } else { Stage::Early },
             is_delayed,
-            misfit,
+            mismatch,
             takes_any_unit,
+            takes_any_type,
             tie: None,
         })
     }

@@ -22,6 +22,9 @@ pub struct DeviceDescriptor {
     limits: &'static [&'static [InputLimits]],
 }
 
+/// From here on types have a device's own numbers.
+const OWN_TYPES: u16 = 0x8000;
+
 /// A word of a device's inputs that has limits.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LimitedWord {
@@ -64,14 +67,19 @@ pub enum DescriptorError {
         /// Types asked for.
         wanted: usize,
     },
-    /// The same type is twice among the outputs, or the inputs.
+    /// Two types have the same number or name, or one is there twice.
     SameType {
-        /// Its number.
+        /// The number of the second one.
         id: u16,
-        /// Place of the first one, from 0.
+        /// Place of the first one among the outputs and, behind them, the inputs, from 0.
         first: usize,
         /// Place of the second one.
         second: usize,
+    },
+    /// A type of the device's own has a number below 0x8000, which is the standard catalogue's.
+    OwnType {
+        /// Its number.
+        id: u16,
     },
     /// Limits are declared for another number of inputs, or of words of an input.
     LimitsCount {
@@ -108,12 +116,17 @@ impl core::fmt::Display for DescriptorError {
             }
             Self::SameType { id, first, second } => write!(
                 f,
-                "the device's type {id} is at place {first} and again at place {second}: each type can be there once"
+                "the device's type {id}, at place {second} of its outputs and inputs, has the number or the name of the \
+                 one at place {first}: each can be there once"
+            ),
+            Self::OwnType { id } => write!(
+                f,
+                "the device's type {id} is none of the standard catalogue: types of a device's own count from 0x8000"
             ),
             Self::LimitsCount { expected, found } => write!(
                 f,
                 "limits for {found} where the device has {expected}: declare them for every input, and in each for \
-                 every word or for none"
+                 every word, one for all, or none"
             ),
             Self::TooManyLimits { wanted } => {
                 write!(f, "limits for {wanted} words: at most {MAX_LIMITED_WORDS} are possible")
@@ -139,8 +152,9 @@ impl DeviceDescriptor {
     /// Describes a device with one entry of `axes` per degree of freedom.
     ///
     /// # Errors
-    /// [`DescriptorError`] when there are 0 or more than [`MAX_DOF`] axes, the period is unusable, or one
-    /// way has more than [`MAX_DEVICE_TYPES`] types or one of them twice.
+    /// [`DescriptorError`] when there are 0 or more than [`MAX_DOF`] axes, the period is unusable, one way has more
+    /// than [`MAX_DEVICE_TYPES`] types, two of them all have the same number or name, or one of the device's own has a
+    /// number of the standard catalogue.
     pub fn new(
         name: &'static str,
         axes: &[AxisKind],
@@ -153,13 +167,12 @@ impl DeviceDescriptor {
         if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
             return Err(DescriptorError::SamplePeriod { wanted_s: sample_period_s });
         }
-        check_types(outputs)?;
-        check_types(inputs)?;
+        check_types(outputs, inputs)?;
         Ok(Self { name, axes, sample_period_s, outputs, inputs, limits: &[] })
     }
 
-    /// With limits of its inputs, in their order: of each word of an input, or of none. Inputs without limits get any
-    /// finite number, and zero as their safe value.
+    /// With limits of its inputs, in their order: of each word of an input, one for all of its words, or none. Inputs
+    /// without limits get any finite number, and zero as their safe value.
     ///
     /// # Errors
     /// [`DescriptorError`] when there are limits for another number of inputs or words, for more than
@@ -171,18 +184,23 @@ impl DeviceDescriptor {
             false => Err(DescriptorError::LimitsCount { expected, found }),
         };
         has_count(self.inputs.len(), limits.len())?;
-        for (words, limits) in words.zip(limits).filter(|(_, limits)| !limits.is_empty()) {
+        for (words, limits) in words.zip(limits).filter(|(_, limits)| limits.len() > 1) {
             has_count(words, limits.len())?;
         }
         let limited = Self { limits, ..self };
-        let wanted = limited.limited_words().count();
+        let mut wanted = 0;
+        let mut checked = Ok(());
+        for place in 0..limited.input_words() {
+            if let Some(LimitedWord { data_type, limits, .. }) = limited.limited_word(place) {
+                let found = limits.check(data_type, &limited);
+                checked = checked.and(found.map_err(|fault| DescriptorError::Limits { word: place, fault }));
+                wanted += 1;
+            }
+        }
         if wanted > MAX_LIMITED_WORDS {
             return Err(DescriptorError::TooManyLimits { wanted });
         }
-        for LimitedWord { place: word, data_type, limits, .. } in limited.limited_words() {
-            limits.check(data_type, &limited).map_err(|fault| DescriptorError::Limits { word, fault })?;
-        }
-        Ok(limited)
+        checked.map(|()| limited)
     }
 
     /// Name for reports.
@@ -227,16 +245,27 @@ impl DeviceDescriptor {
         self.outputs.ends_with(&crate::types::TIMING)
     }
 
-    /// The words of its inputs that have limits.
-    #[inline]
-    pub(crate) fn limited_words(&self) -> impl Iterator<Item = LimitedWord> {
-        let (dof, mut next) = (self.dof(), 0);
-        self.inputs.iter().zip(self.limits).flat_map(move |(data_type, limits)| {
-            let first = next;
-            next += data_type.shape.words(dof);
-            let words = limits.iter().enumerate();
-            words.map(move |(axis, limits)| LimitedWord { place: first + axis, axis, data_type, limits })
-        })
+    /// Words of all its inputs.
+    pub(crate) fn input_words(&self) -> usize {
+        self.inputs.iter().map(|data_type| data_type.shape.words(self.dof())).sum()
+    }
+
+    /// The word at a place of its inputs, if it has limits.
+    ///
+    /// By its place: an iterator over all of them is many times the size.
+    #[inline(never)]
+    pub(crate) fn limited_word(&self, place: usize) -> Option<LimitedWord> {
+        let mut first = 0;
+        for (data_type, limits) in self.inputs.iter().zip(self.limits) {
+            let words = data_type.shape.words(self.dof());
+            let axis = place.wrapping_sub(first);
+            if axis < words {
+                let limits = if limits.len() > 1 { limits.get(axis) } else { limits.first() };
+                return Some(LimitedWord { place, axis, data_type, limits: limits? });
+            }
+            first += words;
+        }
+        None
     }
 
     fn own_types(&self) -> impl Iterator<Item = &'static DataType> {
@@ -244,14 +273,19 @@ impl DeviceDescriptor {
     }
 }
 
-fn check_types(types: &[&'static DataType]) -> Result<(), DescriptorError> {
-    if types.len() > MAX_DEVICE_TYPES {
-        return Err(DescriptorError::TooManyTypes { wanted: types.len() });
+fn check_types(outputs: &[&'static DataType], inputs: &[&'static DataType]) -> Result<(), DescriptorError> {
+    let wanted = outputs.len().max(inputs.len());
+    if wanted > MAX_DEVICE_TYPES {
+        return Err(DescriptorError::TooManyTypes { wanted });
     }
-    for (second, data_type) in types.iter().enumerate() {
-        let id = data_type.id;
-        if let Some(first) = types.iter().take(second).position(|found| found.id == id) {
+    let all = || outputs.iter().chain(inputs).copied();
+    for (second, data_type) in all().enumerate() {
+        let DataType { id, name, .. } = *data_type;
+        if let Some(first) = all().take(second).position(|found| found.id == id || found.name == name) {
             return Err(DescriptorError::SameType { id, first, second });
+        }
+        if id < OWN_TYPES && crate::types::by_id(id) != Some(data_type) {
+            return Err(DescriptorError::OwnType { id });
         }
     }
     Ok(())

@@ -1,29 +1,31 @@
 //! The Module Engine: keeps the modules, steps them, takes commands.
 
 mod commands;
+mod costs;
 mod observer;
+mod parameters;
 mod plug;
+mod vocabulary;
 
 pub use commands::Cursor;
-use core::cell::Cell;
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
 use heapless::Vec;
 pub use observer::{Calls, Observer};
+pub(crate) use vocabulary::type_at;
 
+use crate::binding::Binding;
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::cost::Costs;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
-use crate::declare::Declare;
 use crate::device::{DeviceDescriptor, Served};
-use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleList};
-use crate::limits::{DEFAULT_WORDS, MAX_BINDINGS, MAX_MODULES, MAX_PORTS};
-use crate::matching::{Finding, Report, Scheme};
+use crate::kind::ModuleList;
+use crate::limits::{DEFAULT_WORDS, MAX_BINDINGS, MAX_MODULES};
+use crate::matching::{CheckReport, Finding, Scheme};
 use crate::modules::Standard;
-use crate::parameter::{Parameter, ParameterError, Parameters, Value};
-use crate::port::{Direction, PortSpec, PortSpecs, Stage};
+use crate::port::{Direction, Stage};
 use crate::storage::Block;
 use crate::wiring::Wiring;
 
@@ -32,14 +34,6 @@ use crate::wiring::Wiring;
 struct Instance {
     reference: ModuleRef,
     memory: Block,
-}
-
-/// A port that a command has bound to another signal.
-#[derive(Debug, Clone, Copy)]
-struct Binding {
-    module: ModuleRef,
-    signal: TypeRef,
-    port: &'static str,
 }
 
 /// One call of the tick, as reports show it.
@@ -142,7 +136,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[doc(alias = "ModuleCmd")]
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         match command {
-            Command::PlugIn(module) => self.with_instance(module, |engine, _| engine.plug_in(module)),
+            Command::PlugIn(module)
+            | Command::InitModule(module)
+            | Command::Set { module, .. }
+            | Command::Bind { module, .. } => self.on_instance(module, command),
             Command::Unplug(module) => self.unplug(module),
             Command::PlaceBefore(module) => {
                 self.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
@@ -153,9 +150,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
                 self.begin(|found| found == module);
                 Ok(())
-            }
-            Command::InitModule(module) => {
-                self.with_instance(module, |engine, memory| engine.init(module, memory))
             }
             Command::CloseModule(module) => self.close(module),
             Command::Check => self.check_and_start(),
@@ -171,27 +165,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 self.close_all();
                 Ok(())
             }
-            Command::Set { module, parameter, axis, value } => self.set(module, parameter, axis, value),
-            Command::Bind { module, port, signal } => self.bind(module, port, signal),
         }
-    }
-
-    /// Value of a module's parameter; of axis `axis` if each axis has its own.
-    ///
-    /// # Errors
-    /// [`CommandError`] when the module or the parameter does not exist.
-    pub fn get(&mut self, module: ModuleRef, parameter: u8, axis: u8) -> Result<Value, CommandError> {
-        let memory = self.instance(module).ok_or(CommandError::NotPluggedIn(module))?.memory;
-        let mut found = None;
-        self.visit(module, memory, axis, &mut Parameters::get(parameter, None, &mut found));
-        found.ok_or(CommandError::Parameter(ParameterError::Unknown))
     }
 
     /// Checks the scheme as it is plugged in now. Changes nothing.
     #[doc(alias = "Types matching check")]
     #[must_use]
-    pub fn check(&self) -> Report {
-        let mut report = Report::default();
+    pub fn check(&self) -> CheckReport {
+        let mut report = CheckReport::default();
         self.check_wiring(&self.wiring, &mut report);
         report
     }
@@ -199,7 +180,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// The first fault of a wiring. Apart from what is done with it: the report is off the stack by then.
     #[inline(never)]
     fn first_fault_of(&self, wiring: &Wiring) -> Option<Finding> {
-        let mut report = Report::default();
+        let mut report = CheckReport::default();
         self.check_wiring(wiring, &mut report);
         report.findings().iter().copied().find(Finding::is_fault)
     }
@@ -212,14 +193,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Finding `index` of the scheme, and the number of its faults.
     #[inline(never)]
     pub(crate) fn finding(&self, index: u8) -> (Option<Finding>, usize) {
-        let mut report = Report::default();
+        let mut report = CheckReport::default();
         self.check_wiring(&self.wiring, &mut report);
         (report.findings().get(usize::from(index)).copied(), report.faults())
     }
 
     /// Into an empty report: it is large, and would be copied.
     #[inline(never)]
-    fn check_wiring(&self, wiring: &Wiring, report: &mut Report) {
+    fn check_wiring(&self, wiring: &Wiring, report: &mut CheckReport) {
         let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
         Scheme { device: &self.device, wiring }.check(signals, report);
     }
@@ -301,6 +282,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Some(self.data_base.words(port.slot))
     }
 
+    /// Slot of the memory that a port of a module declares; none while the module is not plugged in.
+    pub(crate) fn memory_slot(&self, module: ModuleRef, port: u8) -> Option<u8> {
+        let ports = self.wiring.ports(self.wiring.find(module)?);
+        ports.get(usize::from(port)).filter(|port| port.is_memory()).map(|port| port.slot)
+    }
+
     /// What is taken of the static storage.
     #[must_use]
     pub fn usage(&self) -> Usage {
@@ -312,119 +299,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
     }
 
-    /// What a tick may take, in processor cycles: a module that could make it longer is not plugged in, as soon as
-    /// [costs](Self::set_costs) are known. None, as at first: as long as it likes. Modules that are plugged in stay.
-    pub fn limit_cycles(&mut self, limit: Option<NonZeroU32>) {
-        self.limit_cycles = limit;
-    }
-
-    /// What a tick and each kind of module cost. None, as at first: it is not known, and no module is refused for it.
-    pub fn set_costs(&mut self, costs: Option<Costs>) {
-        self.costs = costs;
-    }
-
-    /// What a tick takes at most with the modules that are plugged in, in processor cycles: its own
-    /// [cost](crate::Cost) and that of each. None if one's is not known.
-    #[must_use]
-    pub fn tick_cycles(&self) -> Option<u32> {
-        let mut costs = self.wiring.modules().iter().map(|plugged| self.cycles_of(plugged.module.kind));
-        let own = self.costs?.tick()?.cycles(self.device.dof());
-        costs.try_fold(own, |sum, cycles| Some(sum + cycles?))
-    }
-
-    /// What a module of a kind adds to a tick of this device, in processor cycles; none if that is not known.
-    #[must_use]
-    pub fn cycles_of(&self, kind: u8) -> Option<u32> {
-        Some(self.costs?.kind(kind)?.cycles(self.device.dof()))
-    }
-
     /// Words of the Data Base that an instance of a kind takes for its parameters and state, on this device.
     #[must_use]
     pub fn words_of(&self, kind: u8) -> Option<usize> {
         M::KINDS.get(usize::from(kind)).map(|kind| kind.words(self.device.dof()))
     }
 
-    /// Describes parameter `index` of a kind of module; none past the last one.
-    #[must_use]
-    #[inline(never)]
-    pub fn describe_parameter(kind: u8, index: u8) -> Option<Parameter> {
-        let mut found = None;
-        M::KINDS.get(usize::from(kind))?.describe(&mut Parameters::describe(index, &mut found));
-        found
-    }
-
-    /// The ports of a module as its parameters are now; as by default for one that does not exist.
-    #[must_use]
-    pub fn ports(&self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
-        let mut specs = Vec::new();
-        self.declare(module, &mut specs).then_some(specs)
-    }
-
-    /// One of the [`ports`](Self::ports).
-    #[inline(never)]
-    pub(crate) fn port(&self, module: ModuleRef, index: u8) -> Option<PortSpec> {
-        let mut specs = Vec::new();
-        self.declare(module, &mut specs).then_some(())?;
-        specs.get(usize::from(index)).copied()
-    }
-
-    /// Name of a port of a module.
-    #[must_use]
-    pub fn port_name(&self, module: ModuleRef, port: u8) -> Option<&'static str> {
-        self.port(module, port).map(|spec| spec.name)
-    }
-
-    /// Where a port is bound to, if a command said so.
-    #[must_use]
-    pub fn binding(&self, module: ModuleRef, port_name: &str) -> Option<TypeRef> {
-        let is_it = |binding: &&Binding| binding.module == module && binding.port == port_name;
-        self.bindings.iter().find(is_it).map(|binding| binding.signal)
-    }
-
-    /// Asks a module for its ports; false if there are too many, or no such kind.
-    #[inline(never)]
-    fn declare(&self, module: ModuleRef, specs: &mut PortSpecs) -> bool {
-        let Some(kind) = M::KINDS.get(usize::from(module.kind)) else { return false };
-        let settings = self.settings(module, kind);
-        let mut declare = Declare::new(&self.device, specs);
-        kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
-        declare.has_all()
-    }
-
-    /// A copy of a module's settings; the default ones of a module that does not exist.
-    #[inline(never)]
-    fn settings(&self, module: ModuleRef, kind: &Kind) -> [Cell<u32>; MAX_SETTINGS_WORDS] {
-        let copy = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
-        match self.instances.iter().find(|instance| instance.reference == module) {
-            Some(instance) => {
-                let words = self.data_base.storage().words(instance.memory).unwrap_or_default();
-                let settings = words.get(kind.settings()).unwrap_or_default();
-                copy.iter().zip(settings).for_each(|(copy, word)| copy.set(*word));
-            }
-            None => {
-                kind.set_defaults(&copy);
-            }
-        }
-        copy
-    }
-
     fn instance(&mut self, module: ModuleRef) -> Option<&mut Instance> {
         self.instances.iter_mut().find(|instance| instance.reference == module)
-    }
-
-    /// Visits the parameters of an instance, with the gains of an axis.
-    #[inline(never)]
-    fn visit(&mut self, module: ModuleRef, memory: Block, axis: u8, visit: &mut Parameters<'_>) {
-        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
-            kind.parameters(&kind.instance(self.data_base.own(memory)), axis, visit);
-        }
-    }
-
-    /// Works out what follows from an instance's parameters.
-    #[inline(never)]
-    fn prepare(&mut self, module: ModuleRef, memory: Block) {
-        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
-            kind.prepare(&kind.instance(self.data_base.own(memory)), &self.device);
-        }
     }
 }

@@ -1,60 +1,79 @@
-//! Findings in words: what is wrong, where, and what to do next.
+//! Findings and refusals in words: what is wrong, where, and what to do next.
+
+mod refusal;
 
 use core::fmt;
 
-use crate::command::ModuleRef;
+use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::engine::Engine;
 use crate::kind::ModuleList;
 use crate::matching::{Finding, Party};
 use crate::port::Difference;
 use crate::unit_tie::UnitRelation;
+use crate::vocabulary::Vocabulary;
 
-/// Prints a finding with its names; see [`Engine::explain`].
-#[derive(Debug)]
-pub struct Explanation<'a, M, const WORDS: usize> {
-    engine: &'a Engine<M, WORDS>,
-    finding: Finding,
+/// A sentence about a controller, with the names of its [`Vocabulary`].
+#[derive(Debug, Clone, Copy)]
+pub struct Explanation<'a, V> {
+    known: &'a V,
+    subject: Subject,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Subject {
+    Finding(Finding),
+    Refusal(CommandError),
 }
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// A finding of this engine's check as a sentence.
     #[must_use]
-    pub fn explain(&self, finding: Finding) -> Explanation<'_, M, WORDS> {
-        Explanation { engine: self, finding }
+    pub fn explain(&self, finding: Finding) -> Explanation<'_, Self> {
+        Explanation::of_finding(self, finding)
     }
 }
 
-impl<M: ModuleList, const WORDS: usize> fmt::Display for Explanation<'_, M, WORDS> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let device = self.engine.device();
-        match self.finding {
+impl<'a, V: Vocabulary> Explanation<'a, V> {
+    /// What the matching check found.
+    #[must_use]
+    pub fn of_finding(known: &'a V, finding: Finding) -> Self {
+        Self { known, subject: Subject::Finding(finding) }
+    }
+
+    /// Why a command was refused.
+    #[must_use]
+    pub fn of_refusal(known: &'a V, error: CommandError) -> Self {
+        Self { known, subject: Subject::Refusal(error) }
+    }
+
+    fn finding(&self, f: &mut fmt::Formatter<'_>, finding: Finding) -> fmt::Result {
+        let known = self.known;
+        match finding {
             Finding::NoProvider { signal, reader } => {
-                let signal = device.signal_name(signal);
+                let signal = known.name_of_signal(signal);
                 self.party(f, reader)?;
                 write!(f, " reads {signal} and nobody provides it: plug in a module that writes {signal}")
             }
             Finding::TwoProviders { signal, first, second } => {
-                write!(f, "{} has two providers, ", device.signal_name(signal))?;
+                write!(f, "{} has two providers, ", known.name_of_signal(signal))?;
                 self.party(f, first)?;
                 write!(f, " and ")?;
                 self.party(f, second)?;
                 write!(f, ": unplug one or bind its port to another signal (PORT_... command)")
             }
             Finding::Mismatch { module, port, signal, difference } => {
-                let port = self.engine.port_name(module, port).unwrap_or("?");
-                write!(
-                    f,
-                    "port {port} of {} is bound to {}, ",
-                    Engine::<M, WORDS>::module_name(module),
-                    device.signal_name(signal)
-                )?;
+                let port = self.port_name(module, port);
+                let bound = known.name_of_signal(signal);
+                write!(f, "port {port} of {} is bound to {bound}, ", known.name_of_module(module))?;
                 self.difference(f, signal, difference)?;
-                write!(f, ": bind it to a signal that fits")
+                let kind = known.name_of_module(ModuleRef { number: 1, ..module });
+                write!(f, ": bind it to a signal that fits (PORT_{port} command); ")?;
+                write!(f, "`dimsart modules {kind}` shows what does")
             }
             Finding::Delay { signal, writer, reader, is_declared } => {
                 self.party(f, reader)?;
-                write!(f, " reads {} before ", device.signal_name(signal))?;
+                write!(f, " reads {} before ", known.name_of_signal(signal))?;
                 self.party(f, writer)?;
                 write!(f, " writes it, so it sees the last tick's value")?;
                 if is_declared {
@@ -69,7 +88,7 @@ impl<M: ModuleList, const WORDS: usize> fmt::Display for Explanation<'_, M, WORD
                 }
             }
             Finding::UnitsDiffer { module, port, signal, other_port, other_signal, relation } => {
-                write!(f, "{} has ", Engine::<M, WORDS>::module_name(module))?;
+                write!(f, "{} has ", known.name_of_module(module))?;
                 self.bound_port(f, module, other_port, other_signal)?;
                 write!(f, " and ")?;
                 self.bound_port(f, module, port, signal)?;
@@ -77,12 +96,13 @@ impl<M: ModuleList, const WORDS: usize> fmt::Display for Explanation<'_, M, WORD
                     UnitRelation::Same => "the same unit as",
                     UnitRelation::Integral => "the unit, times s, of",
                     UnitRelation::Derivative => "the unit, over s, of",
+                    UnitRelation::Alike => "the same unit, format and shape as",
                 };
                 write!(f, ", but the second must have {expected} the first: ")?;
                 write!(f, "bind one of them to a signal that fits (PORT_... command)")
             }
             Finding::LinkTaken { link, first, second } => {
-                let [first, second] = [first, second].map(Engine::<M, WORDS>::module_name);
+                let [first, second] = [first, second].map(|module| known.name_of_module(module));
                 write!(
                     f,
                     "{first} and {second} are both at the same end of link {link} and take the packets "
@@ -91,13 +111,15 @@ impl<M: ModuleList, const WORDS: usize> fmt::Display for Explanation<'_, M, WORD
             }
         }
     }
-}
 
-impl<M: ModuleList, const WORDS: usize> Explanation<'_, M, WORDS> {
+    fn port_name(&self, module: ModuleRef, port: u8) -> &'a str {
+        self.known.port_text(module, port).map_or("?", |port| port.name)
+    }
+
     fn party(&self, f: &mut fmt::Formatter<'_>, party: Party) -> fmt::Result {
         match party {
-            Party::Frame => write!(f, "the device {}", self.engine.device().name()),
-            Party::Module(module) => write!(f, "{}", Engine::<M, WORDS>::module_name(module)),
+            Party::Frame => write!(f, "the device {}", self.known.device_name()),
+            Party::Module(module) => write!(f, "{}", self.known.name_of_module(module)),
         }
     }
 
@@ -108,26 +130,31 @@ impl<M: ModuleList, const WORDS: usize> Explanation<'_, M, WORDS> {
         port: u8,
         signal: TypeRef,
     ) -> fmt::Result {
-        let device = self.engine.device();
-        let port = self.engine.port_name(module, port).unwrap_or("?");
-        let axis = device.axes().first().copied().unwrap_or_default();
-        let unit = device.data_type(signal.id).map_or("?", |found| found.unit.symbol(axis));
-        write!(f, "{port} bound to {}", device.signal_name(signal))?;
-        if unit.is_empty() { Ok(()) } else { write!(f, " ({unit})") }
+        let port = self.port_name(module, port);
+        write!(f, "{port} bound to {}", self.known.name_of_signal(signal))?;
+        match self.known.type_of(signal).map(|found| found.unit.on(self.known.axes())) {
+            Some(unit) if !unit.is_empty() => write!(f, " ({unit})"),
+            _ => Ok(()),
+        }
     }
 
     fn difference(&self, f: &mut fmt::Formatter<'_>, signal: TypeRef, difference: Difference) -> fmt::Result {
-        let device = self.engine.device();
-        let Some(found) = device.data_type(signal.id) else {
+        let Some(found) = self.known.type_of(signal) else {
             return write!(f, "which does not exist");
         };
-        let axis = device.axes().first().copied().unwrap_or_default();
         match difference {
-            Difference::Unit => {
-                write!(f, "which has another unit, {}", found.unit.symbol(axis))
-            }
+            Difference::Unit => write!(f, "which has another unit, {}", found.unit.on(self.known.axes())),
             Difference::Format => write!(f, "which has another format, {:?}", found.format),
             Difference::Shape => write!(f, "which has another shape, {:?}", found.shape),
+        }
+    }
+}
+
+impl<V: Vocabulary> fmt::Display for Explanation<'_, V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.subject {
+            Subject::Finding(finding) => self.finding(f, finding),
+            Subject::Refusal(error) => refusal::write(f, error, Some(self.known)),
         }
     }
 }

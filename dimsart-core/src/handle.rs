@@ -14,12 +14,20 @@ use crate::words::Words;
 
 /// What a handle gives access to: format and shape of a signal.
 pub trait Signal {
-    /// Format of each word.
-    const FORMAT: Format;
+    /// Format of each word; none for any.
+    const FORMAT: Option<Format>;
     /// Whether words of `shape` are what this handle expects.
     fn takes(shape: Shape) -> bool;
-    /// Number of words, for a device of `dof` axes.
-    fn words(dof: usize) -> usize;
+    /// Number of words, for a device of `dof` axes, where the bound signal has `bound` of them.
+    fn words(dof: usize, bound: u16) -> usize;
+}
+
+/// A signal of rows and columns.
+pub trait Grid: Signal {
+    /// Type of an element.
+    type Value: Scalar;
+    /// Number of rows and of columns, for a device of `dof` axes.
+    fn size(dof: usize) -> (usize, usize);
 }
 
 /// One value per degree of freedom.
@@ -34,36 +42,82 @@ pub struct Single<T = f32>(PhantomData<T>);
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Matrix<const R: u8, const C: u8, T = f32>(PhantomData<T>);
 
+/// One row and one column per degree of freedom, row by row.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Square<T = f32>(PhantomData<T>);
+
+/// Words that the module passes on and does not look into: any format, any shape.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Untyped;
+
 impl<T: Scalar> Signal for Vector<T> {
-    const FORMAT: Format = T::FORMAT;
+    const FORMAT: Option<Format> = Some(T::FORMAT);
     fn takes(shape: Shape) -> bool {
         shape == Shape::Vector
     }
     #[inline]
-    fn words(dof: usize) -> usize {
+    fn words(dof: usize, _: u16) -> usize {
         dof
     }
 }
 
 impl<T: Scalar> Signal for Single<T> {
-    const FORMAT: Format = T::FORMAT;
+    const FORMAT: Option<Format> = Some(T::FORMAT);
     fn takes(shape: Shape) -> bool {
         shape == Shape::Scalar
     }
     #[inline]
-    fn words(_: usize) -> usize {
+    fn words(_: usize, _: u16) -> usize {
         1
     }
 }
 
 impl<const R: u8, const C: u8, T: Scalar> Signal for Matrix<R, C, T> {
-    const FORMAT: Format = T::FORMAT;
+    const FORMAT: Option<Format> = Some(T::FORMAT);
     fn takes(shape: Shape) -> bool {
         shape == Shape::Matrix(R, C)
     }
     #[inline]
-    fn words(_: usize) -> usize {
+    fn words(_: usize, _: u16) -> usize {
         usize::from(R) * usize::from(C)
+    }
+}
+
+impl<const R: u8, const C: u8, T: Scalar> Grid for Matrix<R, C, T> {
+    type Value = T;
+    #[inline]
+    fn size(_: usize) -> (usize, usize) {
+        (R.into(), C.into())
+    }
+}
+
+impl<T: Scalar> Signal for Square<T> {
+    const FORMAT: Option<Format> = Some(T::FORMAT);
+    fn takes(shape: Shape) -> bool {
+        shape == Shape::Square
+    }
+    #[inline]
+    fn words(dof: usize, _: u16) -> usize {
+        dof * dof
+    }
+}
+
+impl<T: Scalar> Grid for Square<T> {
+    type Value = T;
+    #[inline]
+    fn size(dof: usize) -> (usize, usize) {
+        (dof, dof)
+    }
+}
+
+impl Signal for Untyped {
+    const FORMAT: Option<Format> = None;
+    fn takes(_: Shape) -> bool {
+        true
+    }
+    #[inline]
+    fn words(_: usize, bound: u16) -> usize {
+        bound.into()
     }
 }
 
@@ -79,6 +133,14 @@ macro_rules! handle {
         impl<S> $name<S> {
             pub(crate) const fn new(block: Block) -> Self {
                 Self { block, signal: PhantomData }
+            }
+        }
+
+        impl $name<Untyped> {
+            /// The same words as a vector, for a module that has seen that there is one per axis.
+            #[inline(always)]
+            pub(crate) const fn as_vector(self) -> $name {
+                $name::new(self.block)
             }
         }
 
@@ -124,7 +186,7 @@ pub struct Memory {
 impl Memory {
     /// The memory as a signal, for a module that works one out in it.
     #[must_use]
-    pub const fn as_input<S>(self) -> Input<S> {
+    pub const fn as_input(self) -> Input<Untyped> {
         Input::new(self.block)
     }
 }

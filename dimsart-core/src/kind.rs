@@ -9,6 +9,7 @@ use crate::device::DeviceDescriptor;
 use crate::module::Module;
 use crate::parameter::Parameters;
 use crate::port::Stage;
+use crate::summary::Summary;
 use crate::words::Words;
 
 /// Calls a module whose memory begins at a word of the Data Base.
@@ -23,7 +24,8 @@ pub struct Kind {
     /// [`Module::NAME`].
     pub name: &'static str,
     /// [`Module::SUMMARY`].
-    pub summary: &'static str,
+    pub summary: Summary,
+    is_left_out: bool,
     handles: u8,
     settings_words: u8,
     state_words: u8,
@@ -61,7 +63,8 @@ impl Kind {
         #[expect(clippy::cast_possible_truncation, reason = "checked above")]
         Self {
             name: M::NAME,
-            summary: M::SUMMARY,
+            summary: Summary::new(M::SUMMARY),
+            is_left_out: false,
             handles: M::Ports::COUNT as u8,
             settings_words: M::Settings::COUNT as u8,
             state_words: M::State::COUNT as u8,
@@ -73,6 +76,32 @@ impl Kind {
             begin: if M::State::COUNT + M::Axis::COUNT == 0 { None } else { Some(begin::<M>) },
             compute: [compute::<M>, compute_late::<M>],
         }
+    }
+
+    /// A kind that an image is built without: it has a name and a number, and no code.
+    #[must_use]
+    pub const fn left_out(name: &'static str) -> Self {
+        Self {
+            name,
+            summary: Summary::new("Left out of this image."),
+            is_left_out: true,
+            handles: 0,
+            settings_words: 0,
+            state_words: 0,
+            gains_words: 0,
+            axis_words: 0,
+            parameters: |_, _, _| {},
+            prepare: |_, _| {},
+            ports: |_, _, _| {},
+            begin: None,
+            compute: [|_, _| {}; 2],
+        }
+    }
+
+    /// Whether the image has its code.
+    #[must_use]
+    pub const fn is_there(&self) -> bool {
+        !self.is_left_out
     }
 
     /// Words that an instance takes on a device with `dof` axes.
@@ -143,8 +172,12 @@ impl Kind {
 impl<'a> Instance<'a> {
     /// The gains of an axis; empty for one that is not there.
     fn gains<M: Module>(&self, axis: usize) -> &'a [Cell<u32>] {
-        let lane = self.lanes.get(axis * Lane::<M>::WORDS..).unwrap_or_default();
-        lane.get(..M::Gains::COUNT).unwrap_or_default()
+        self.lane(axis * Lane::<M>::WORDS, M::Gains::COUNT)
+    }
+
+    #[inline(never)]
+    fn lane(&self, start: usize, count: usize) -> &'a [Cell<u32>] {
+        self.lanes.get(start..).and_then(|words| words.get(..count)).unwrap_or_default()
     }
 }
 
@@ -219,17 +252,29 @@ pub trait ModuleList: Sized + 'static {
 }
 
 /// Makes a [`ModuleList`] of the modules of an image; one line registers a module.
+///
+/// `Pid(Pid) if "control"` leaves the module out of images that are built without the crate's feature `control`: its
+/// number stays, so that a kind has the same one in every image.
 #[macro_export]
 macro_rules! module_list {
     (
-        $(#[$meta:meta])* $visibility:vis enum $list:ident { $($kind:ident($module:ty)),+ $(,)? }
+        $(#[$meta:meta])* $visibility:vis enum $list:ident {
+            $($kind:ident($module:ty) $(if $feature:literal)?),+ $(,)?
+        }
     ) => {
         $(#[$meta])*
         #[derive(Debug)]
         $visibility enum $list {}
 
         impl $crate::ModuleList for $list {
-            const KINDS: &'static [$crate::Kind] = &[$($crate::Kind::of::<$module>()),+];
+            const KINDS: &'static [$crate::Kind] = &[$(
+                // Decided where constants are: of a module that is left out, no code is made.
+                if true $(&& cfg!(feature = $feature))? {
+                    $crate::Kind::of::<$module>()
+                } else {
+                    $crate::Kind::left_out(<$module as $crate::Module>::NAME)
+                }
+            ),+];
         }
     };
 }

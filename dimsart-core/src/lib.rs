@@ -31,7 +31,7 @@
 //! | Module: init, activate, compute, command, reset | [`Module`], with the same verbs |
 //! | Module Engine, `Module_Step`, `ModuleCmd` | [`Engine`], [`Engine::step`], [`Engine::command`] |
 //! | `DB_ext_write`, `DB_ext_read` | [`Frame::write`], [`Frame::read`] |
-//! | Types matching check | [`Engine::check`], its [`Report`] and [`Finding`]s |
+//! | Types matching check | [`Engine::check`], its [`CheckReport`] and [`Finding`]s |
 //! | `COMM_RX`, `COMM_TX` | [`modules::CommRx`], [`modules::CommTx`]; a link carries their [`Packet`]s |
 //! | Table 1 | a [`scheme`]: rows of `dest module command value` |
 //!
@@ -59,6 +59,7 @@ extern crate std;
 
 #[cfg(feature = "auth")]
 pub mod auth;
+mod binding;
 pub mod carrier;
 mod checksum;
 mod command;
@@ -97,10 +98,12 @@ mod schedule;
 pub mod scheme;
 pub mod stamp;
 mod storage;
+mod summary;
 mod timing;
 pub mod types;
 mod unit;
 mod unit_tie;
+mod vocabulary;
 mod wiring;
 mod word;
 pub mod words;
@@ -118,20 +121,22 @@ pub use dimsart::Dimsart;
 pub use engine::{Calls, Cursor, Engine, Observer, Step, Usage};
 pub use explain::Explanation;
 pub use frame::{Frame, FrameError, MAX_DEVICE_TYPES};
-pub use handle::{Input, Matrix, Memory, Output, Signal, Single, Vector};
+pub use handle::{Grid, Input, Matrix, Memory, Output, Signal, Single, Square, Untyped, Vector};
 pub use input_limits::{InputLimits, LimitsFault, SafeValue};
 pub use kind::{Kind, ModuleList};
 pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, is_newer, next_number};
-pub use matching::{Finding, Party, Report};
+pub use matching::{CheckReport, Finding, Party};
 pub use module::Module;
 pub use names::Name;
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError};
-pub use parameter::{Accepts, Choice, Parameter, ParameterError, Parameters, TypeList, Value};
+pub use parameter::{Accepts, Choice, Entries, Parameter, ParameterError, Parameters, TypeList, Value};
 pub use port::{Difference, Direction, PortSpec, Stage};
 pub use safety::{Reason, ReasonCounts, Safety, Tick};
 pub use storage::StorageError;
+pub use summary::Summary;
 pub use timing::{Duration, Timing};
 pub use unit::{AxisKind, Unit};
 pub use unit_tie::{UnitRelation, UnitTie};
+pub use vocabulary::{UnitOn, Vocabulary};
 pub use word::{Format, Scalar, Word};
 pub use words::Words;

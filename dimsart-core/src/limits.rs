@@ -9,6 +9,8 @@ pub const MAX_DOF: usize = 8;
 pub const MAX_LIMITED_WORDS: usize = 16;
 /// Most module instances that can exist at the same time, plugged in or not.
 pub const MAX_MODULES: usize = 32;
+/// Most calls of modules in a tick: two of a module with two stages.
+pub const MAX_CALLS: usize = 2 * MAX_MODULES;
 /// Most ports one module instance can have.
 pub const MAX_PORTS: usize = 12;
 /// Most ports, and most handles, that all modules which are plugged in can have together.

@@ -8,7 +8,6 @@ use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_FINDINGS;
 use crate::port::{Difference, Direction};
-use crate::unit::Unit;
 use crate::unit_tie::UnitRelation;
 use crate::wiring::{Call, Plugged, Port, Wiring};
 
@@ -66,7 +65,8 @@ pub enum Finding {
         /// Whether it is meant to be so.
         is_declared: bool,
     },
-    /// A fault: the units of two signals are not as the module's ports are [tied](crate::Declare::tie).
+    /// A fault: the units of two signals, or their formats and shapes, are not as the module's ports are
+    /// [tied](crate::Declare::tie).
     UnitsDiffer {
         /// The module.
         module: ModuleRef,
@@ -102,13 +102,13 @@ impl Finding {
 
 /// All findings of a check, faults and declared delays.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Report {
+pub struct CheckReport {
     findings: Vec<Finding, MAX_FINDINGS>,
     faults: usize,
     unlisted: usize,
 }
 
-impl Report {
+impl CheckReport {
     /// The findings, faults first.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
@@ -167,7 +167,11 @@ pub(crate) struct Scheme<'a> {
 impl Scheme<'_> {
     /// Checks the scheme into an empty report: it is large, and would be copied. `signals` are those in the Data Base,
     /// with their slots.
-    pub(crate) fn check(&self, signals: impl Iterator<Item = (u8, TypeRef)> + Clone, report: &mut Report) {
+    pub(crate) fn check(
+        &self,
+        signals: impl Iterator<Item = (u8, TypeRef)> + Clone,
+        report: &mut CheckReport,
+    ) {
         let signal_in = |slot| signals.clone().find(|(found, _)| *found == slot).map(|(_, signal)| signal);
         self.check_bindings(&signal_in, report);
         self.check_ties(&signal_in, report);
@@ -206,7 +210,7 @@ impl Scheme<'_> {
         suspects | (of_frame(self.device.inputs) & !written)
     }
 
-    fn check_bindings(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut Report) {
+    fn check_bindings(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut CheckReport) {
         for plugged in self.wiring.modules() {
             for (port, found) in (0..).zip(self.wiring.ports(plugged)) {
                 let Some(difference) = found.difference() else { continue };
@@ -217,22 +221,21 @@ impl Scheme<'_> {
         }
     }
 
-    fn check_ties(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut Report) {
+    fn check_ties(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut CheckReport) {
         for plugged in self.wiring.modules() {
             let ports = self.wiring.ports(plugged);
             for (index, port) in ports.iter().enumerate() {
                 let Some((tie, signal)) = port.tie().zip(signal_in(port.slot)) else { continue };
-                let unit = self.unit(signal);
                 // Where the port it follows takes a signal of any unit, those tied alike agree all the same.
                 let wrong = (0..).zip(ports).take(index).find_map(|(number, other)| {
                     let relation = match other.tie() {
                         _ if number == tie.port => tie.relation,
+                        found if found == Some(tie) && tie.relation == UnitRelation::Alike => tie.relation,
                         found if found == Some(tie) => UnitRelation::Same,
                         _ => return None,
                     };
                     let other_signal = signal_in(other.slot)?;
-                    let fits = relation.admits(unit, self.unit(other_signal));
-                    (!fits).then_some((number, other_signal, relation))
+                    (!self.admits(relation, signal, other_signal)).then_some((number, other_signal, relation))
                 });
                 if let (Some((other_port, other_signal, relation)), Ok(port)) = (wrong, u8::try_from(index)) {
                     let module = plugged.module;
@@ -249,7 +252,7 @@ impl Scheme<'_> {
         }
     }
 
-    fn check_links(&self, report: &mut Report) {
+    fn check_links(&self, report: &mut CheckReport) {
         let modules = self.wiring.modules();
         for (place, second) in modules.iter().enumerate() {
             let Some(end) = second.link_end else { continue };
@@ -261,11 +264,16 @@ impl Scheme<'_> {
         }
     }
 
-    fn unit(&self, signal: TypeRef) -> Unit {
-        self.device.data_type(signal.id).map_or(Unit::Any, |data_type| data_type.unit)
+    /// Whether a signal is to another one as it should be; one of no known type is.
+    fn admits(&self, relation: UnitRelation, signal: TypeRef, other: TypeRef) -> bool {
+        let found = self.device.data_type(signal.id).zip(self.device.data_type(other.id));
+        found.is_none_or(|(found, other)| {
+            let is_alike = found.format == other.format && found.shape == other.shape;
+            relation.admits(found.unit, other.unit) && (is_alike || relation != UnitRelation::Alike)
+        })
     }
 
-    fn check_signal(&self, slot: u8, signal: TypeRef, report: &mut Report) {
+    fn check_signal(&self, slot: u8, signal: TypeRef, report: &mut CheckReport) {
         let mut writer: Option<Use> = None;
         self.visit_uses(slot, signal, &mut |found| match writer {
             _ if found.direction != Direction::Write => {}
@@ -288,6 +296,7 @@ impl Scheme<'_> {
     /// Shows who uses a signal, in the order of the tick.
     ///
     /// Visited, and not an iterator: that one is many times the size.
+    #[inline(never)]
     fn visit_uses(&self, slot: u8, signal: TypeRef, visit: &mut dyn FnMut(Use)) {
         let is_mine = |types: &[&DataType]| types.iter().any(|data_type| data_type.first() == signal);
         let frame = |direction, place| Use { party: Party::Frame, place, direction, is_delayed: false };

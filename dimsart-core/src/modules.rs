@@ -38,23 +38,24 @@ pub use wave_impedance::WaveImpedance;
 pub use wave_transformer::WaveTransformer;
 
 crate::module_list! {
-    /// Every module of the library. A new one is a file above and a line here.
+    /// Every module of the library. A new one is a file above and a line here, with the feature that leaves it out of
+    /// an image. P and the generator stay: with them the costs of an image are worked out.
     pub enum Standard {
-        CommRx(CommRx),
-        CommTx(CommTx),
-        WaveTransformer(WaveTransformer),
-        WaveImpedance(WaveImpedance),
-        TimeDelay(TimeDelay),
+        CommRx(CommRx) if "teleoperation",
+        CommTx(CommTx) if "teleoperation",
+        WaveTransformer(WaveTransformer) if "teleoperation",
+        WaveImpedance(WaveImpedance) if "teleoperation",
+        TimeDelay(TimeDelay) if "teleoperation",
         P(P),
-        Pd(Pd),
-        Pid(Pid),
-        VirtualWall(VirtualWall),
-        Sum(Sum),
-        Normalizer(Normalizer),
-        Integrator(Integrator),
-        Differentiator(Differentiator),
-        VelocityToPosition(VelocityToPosition),
+        Pd(Pd) if "control",
+        Pid(Pid) if "control",
+        VirtualWall(VirtualWall) if "control",
+        Sum(Sum) if "signals",
+        Normalizer(Normalizer) if "signals",
+        Integrator(Integrator) if "signals",
+        Differentiator(Differentiator) if "signals",
+        VelocityToPosition(VelocityToPosition) if "signals",
         SignalGenerator(SignalGenerator),
-        Recorder(Recorder),
+        Recorder(Recorder) if "signals",
     }
 }

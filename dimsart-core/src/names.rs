@@ -10,14 +10,14 @@ use crate::kind::ModuleList;
 
 /// A name and which copy of it, printed `NAME` or `NAME.2`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Name {
+pub struct Name<'a> {
     /// The plain name.
-    pub name: &'static str,
+    pub name: &'a str,
     /// 1 for the plain name.
     pub number: u8,
 }
 
-impl fmt::Display for Name {
+impl fmt::Display for Name<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.number == 1 { f.pad(self.name) } else { write!(f, "{}.{}", self.name, self.number) }
     }
@@ -32,22 +32,33 @@ pub fn split(word: &str) -> Option<(&str, u8)> {
     }
 }
 
-/// Splits `K_PARAM[1]` into `K_PARAM` and axis 1; none when the axis is no number.
+/// Finds `NAME` or `NAME.2` among the names of kinds of modules.
+pub(crate) fn numbered<'a>(mut kinds: impl Iterator<Item = &'a str>, word: &str) -> Option<ModuleRef> {
+    let (name, number) = split(word)?;
+    let kind = kinds.position(|kind| kind == name)?;
+    Some(ModuleRef { kind: u8::try_from(kind).ok()?, number })
+}
+
+/// Splits `K_PARAM[1]` into `K_PARAM` and axis 1, and `K[1][2]` into `K`, row 1 and column 2; the name alone when what
+/// follows it is no index.
 #[must_use]
-pub fn split_axis(word: &str) -> Option<(&str, Option<u8>)> {
-    match word.strip_suffix(']') {
-        None => Some((word, None)),
-        Some(rest) => {
-            let (name, axis) = rest.split_once('[')?;
-            Some((name, Some(axis.parse().ok()?)))
-        }
-    }
+pub fn split_axis(word: &str) -> (&str, Option<[Option<u8>; 2]>) {
+    let Some((name, rest)) = word.split_once('[') else { return (word, Some([None; 2])) };
+    let indices = || {
+        let indices = rest.strip_suffix(']')?;
+        let (first, second) = match indices.split_once("][") {
+            None => (indices, None),
+            Some((first, second)) => (first, Some(second.parse().ok()?)),
+        };
+        Some([Some(first.parse().ok()?), second])
+    };
+    (name, indices())
 }
 
 impl DeviceDescriptor {
     /// Name of a signal; `?` for a number that no type has.
     #[must_use]
-    pub fn signal_name(&self, signal: TypeRef) -> Name {
+    pub fn signal_name(&self, signal: TypeRef) -> Name<'static> {
         let name = self.data_type(signal.id).map_or("?", |data_type| data_type.name);
         Name { name, number: signal.number }
     }
@@ -63,7 +74,7 @@ impl DeviceDescriptor {
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Name of a module; `?` for a kind that is not in the image.
     #[must_use]
-    pub fn module_name(module: ModuleRef) -> Name {
+    pub fn module_name(module: ModuleRef) -> Name<'static> {
         let name = M::KINDS.get(usize::from(module.kind)).map_or("?", |kind| kind.name);
         Name { name, number: module.number }
     }
@@ -71,9 +82,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Finds a module by name, `PDCTRL_MOD` or `PDCTRL_MOD.2`. It need not exist yet.
     #[must_use]
     pub fn module(word: &str) -> Option<ModuleRef> {
-        let (name, number) = split(word)?;
-        let kind = M::KINDS.iter().position(|kind| kind.name == name)?;
-        Some(ModuleRef { kind: u8::try_from(kind).ok()?, number })
+        numbered(M::KINDS.iter().map(|kind| kind.name), word)
     }
 
     /// Finds a parameter of a kind of module by name.

@@ -4,14 +4,17 @@
 //! parameter. The same list sets defaults, checks and applies commands, answers queries and makes
 //! the help texts.
 
+mod entries;
 mod visit;
 
+pub use entries::Entries;
 pub use visit::Parameters;
 
 use core::cell::Cell;
 
 use crate::data_type::TypeRef;
-use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
+use crate::limits::MAX_CHANNEL_TYPES;
+use crate::summary::Summary;
 use crate::unit::Unit;
 use crate::words::{Words, put, take};
 
@@ -84,6 +87,8 @@ pub enum Value {
     Choice(u8),
     /// A data type.
     Type(TypeRef),
+    /// A whole number of either sign.
+    Integer(i32),
 }
 
 /// What a parameter accepts.
@@ -95,8 +100,6 @@ pub enum Accepts {
         min: f32,
         /// Largest value.
         max: f32,
-        /// Whether each axis has its own; a command without an axis sets all.
-        per_axis: bool,
     },
     /// A whole number from `min` to `max`.
     Count {
@@ -104,6 +107,13 @@ pub enum Accepts {
         min: u32,
         /// Largest value.
         max: u32,
+    },
+    /// A whole number of either sign from `min` to `max`.
+    Integer {
+        /// Smallest value.
+        min: i32,
+        /// Largest value.
+        max: i32,
     },
     /// `OFF` or `ON`.
     Flag,
@@ -122,12 +132,14 @@ pub struct Parameter {
     pub unit: Unit,
     /// Kind and range.
     pub accepts: Accepts,
-    /// Value after `INIT`; none for a list, which starts empty.
+    /// How many values it has, and what each belongs to.
+    pub entries: Entries,
+    /// Value after `INIT`, of each entry; none for a list, which starts empty.
     pub default: Option<Value>,
     /// Whether it decides ports or memory: it can be set only while the module is not plugged in.
     pub is_structural: bool,
     /// One sentence for help texts.
-    pub summary: &'static str,
+    pub summary: Summary,
 }
 
 /// Why a value was refused. The parameter keeps its old value.
@@ -142,8 +154,8 @@ pub enum ParameterError {
     OutOfRange,
     /// The list is full, [`MAX_CHANNEL_TYPES`].
     ListFull,
-    /// The axis does not exist, or the parameter is not per axis.
-    NoSuchAxis,
+    /// The axis or the element does not exist, or the parameter is not per axis.
+    NoSuchEntry,
     /// It decides ports or memory: unplug the module first.
     WhilePluggedIn,
     /// `STALE LIMITED` and `INTEGRAL` make up for what got lost by counters, which are switched off.
@@ -164,14 +176,11 @@ pub trait Choice: Copy {
 }
 
 impl Accepts {
-    fn admit(&self, value: Value, axis: Option<u8>) -> Result<(), ParameterError> {
-        let is_per_axis = matches!(self, Self::Real { per_axis: true, .. });
-        if axis.is_some_and(|axis| !is_per_axis || usize::from(axis) >= MAX_DOF) {
-            return Err(ParameterError::NoSuchAxis);
-        }
+    fn admit(&self, value: Value) -> Result<(), ParameterError> {
         let is_inside = match (self, value) {
-            (Self::Real { min, max, .. }, Value::Real(value)) => (*min..=*max).contains(&value),
+            (Self::Real { min, max }, Value::Real(value)) => (*min..=*max).contains(&value),
             (Self::Count { min, max }, Value::Count(value)) => (*min..=*max).contains(&value),
+            (Self::Integer { min, max }, Value::Integer(value)) => (*min..=*max).contains(&value),
             (Self::Choice(names), Value::Choice(index)) => usize::from(index) < names.len(),
             (Self::Flag, Value::Flag(_)) | (Self::Types, Value::Type(_)) => true,
             _ => return Err(ParameterError::WrongKind),

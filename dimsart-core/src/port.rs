@@ -78,9 +78,11 @@ pub struct PortSpec {
     /// Declares that data one tick old is what this port wants (read) or gives (write).
     pub is_delayed: bool,
     /// How the data type differs from what the module's handle can take; none if it fits.
-    pub misfit: Option<Difference>,
+    pub mismatch: Option<Difference>,
     /// Whether it can be bound to a signal of another unit.
     pub takes_any_unit: bool,
+    /// Whether it can be bound to a signal of another unit, format or shape.
+    pub takes_any_type: bool,
     /// What its unit follows from, if that of another port.
     pub tie: Option<UnitTie>,
 }
@@ -89,14 +91,16 @@ impl PortSpec {
     /// How a signal of type `found` differs from what the port expects, if it does.
     pub(crate) fn difference(&self, found: &DataType) -> Option<Difference> {
         let (expected, _) = self.data_type?;
-        if !self.takes_any_unit && !expected.unit.fits(found.unit) {
+        if self.takes_any_type {
+            None
+        } else if !self.takes_any_unit && !expected.unit.fits(found.unit) {
             Some(Difference::Unit)
         } else if expected.format != found.format {
             Some(Difference::Format)
         } else if expected.shape != found.shape {
             Some(Difference::Shape)
         } else {
-            self.misfit
+            self.mismatch
         }
     }
 }

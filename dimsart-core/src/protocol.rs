@@ -25,9 +25,9 @@
 //! # Keys
 //!
 //! With feature `auth` a board can keep a key ([`KeyAction`]). It then takes what changes or moves something
-//! ([`Request::needs_key`]) sealed with that key alone; see `Gate` and `RequestSealer`. What it answers is not sealed.
+//! (`Request::needs_key`) sealed with that key alone; see `Gate` and `RequestSealer`. What it answers is not sealed.
 //!
-//! # Unasked
+//! # Unsolicited
 //!
 //! A device sends a [`Heartbeat`] (class 5) ten times per second, and to one client at a time the signals that it
 //! asked for (class 4, a [`Sample`] every so many ticks). What the line has no room for is dropped and counted.
@@ -35,18 +35,27 @@
 //! # Versions
 //!
 //! [`PROTOCOL_VERSION`] counts up when variants are added. They are added at the end, in this module
-//! and in every core enum that travels, and what has been released never changes. So a device answers
-//! all that it knows to an older or newer host, and [`Refusal::NotUnderstood`] to the rest.
+//! and in every core enum that travels, and from
+//! [`OLDEST_PROTOCOL_VERSION`] on what is there never changes. So a device answers
+//! all that it knows to an older or newer host, and [`Refusal::NotUnderstood`] to the rest. Devices before
+//! [`OLDEST_PROTOCOL_VERSION`] need the host program of their image.
 //!
 //! # Time
 //!
 //! The engine belongs to the tick, so [`serve`] is called between two ticks, at most once per tick: a
 //! flood of requests waits in the caller's queue and costs the tick no more than one does. A request
 //! costs at most one [command](crate::Engine::command) and one [check](crate::Engine::check), the latter
-//! only while the scheme does not run or when a [`Request::Finding`] asks for it. Counted on a Cortex-M4F, a
-//! check takes 6000 instructions for the bilateral scheme and 11 000 for 16 modules that match, and up to 3500
-//! more for each signal that is not simply written once and read after that;
-//! what asks for neither takes less than 1000. Receiving, decoding and encoding need no engine and
+//! only while the scheme does not run or when a [`Request::Finding`] asks for it. Instructions, counted on a
+//! Cortex-M4F:
+//!
+//! | Check of | Instructions |
+//! |---|---|
+//! | the bilateral scheme | 6000 |
+//! | 16 modules that match | 11 000 |
+//! | each signal that is not simply written once and read after that | up to 3500 more |
+//!
+//! Most of what asks for neither takes less than 1000. [`Request::SchemeCommand`] takes more: it goes through all
+//! parameters of a module. Receiving, decoding and encoding need no engine and
 //! belong to a task of lower priority; [`Request`] (16 bytes on a Cortex-M) and [`Response`] (less than
 //! 200) are plain values that fit a queue between the two.
 
@@ -75,7 +84,6 @@ pub use crate::envelope::MAX_CONTENT_BYTES;
 pub use cycles::CyclesReport;
 pub use description::{
     Accepted, DataTypeText, Identity, InstanceText, MAX_CHOICES, ModuleText, ParameterText, PortText,
-    UnitText,
 };
 pub use device_info::{Blocked, DeviceInfo, FirstFault};
 pub use frame::{DecodeError, MAX_FRAME_BYTES, NoRoom};
@@ -100,6 +108,9 @@ pub use serve::{answer, serve};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 5;
+pub const PROTOCOL_VERSION: u16 = 7;
+
+/// Oldest version that a host of this one understands: before it, descriptions had other fields.
+pub const OLDEST_PROTOCOL_VERSION: u16 = 7;
 /// Bits per second of a serial command line, unless both ends were told otherwise.
 pub const DEFAULT_BAUD: u32 = 921_600;

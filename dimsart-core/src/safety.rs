@@ -1,9 +1,12 @@
 //! The safety stage, last before the actuators.
 
+mod limited;
 mod reason;
 mod velocity;
 
 pub use reason::{Reason, ReasonCounts};
+
+use heapless::Vec;
 
 use crate::device::DeviceDescriptor;
 use crate::engine::Engine;
@@ -11,7 +14,8 @@ use crate::frame::{Frame, FrameError};
 use crate::input_limits::SafeValue;
 use crate::kind::ModuleList;
 use crate::limits::MAX_LIMITED_WORDS;
-use crate::word::{Format, Scalar as _, Word};
+use crate::word::Word;
+use limited::{Held, Limited};
 use velocity::Velocity;
 
 /// What a tick came to. It always leaves a usable frame for the device.
@@ -65,11 +69,9 @@ impl Tick {
 #[derive(Debug)]
 pub struct Safety {
     is_motion_forbidden: bool,
-    has_limits: bool,
     reason: Reason,
     counts: ReasonCounts,
-    /// What the words with limits got last.
-    given: [Word; MAX_LIMITED_WORDS],
+    limited: Vec<Limited, MAX_LIMITED_WORDS>,
     velocity: Velocity,
 }
 
@@ -77,10 +79,9 @@ impl Safety {
     pub(crate) const fn new() -> Self {
         Self {
             is_motion_forbidden: false,
-            has_limits: false,
             reason: Reason::None,
             counts: ReasonCounts::new(),
-            given: [Word(0); MAX_LIMITED_WORDS],
+            limited: Vec::new(),
             velocity: Velocity::NONE,
         }
     }
@@ -88,13 +89,10 @@ impl Safety {
     /// Starts anew for a device. Whether motion is allowed stays.
     pub(crate) fn connect(&mut self, device: &DeviceDescriptor) {
         *self = Self { is_motion_forbidden: self.is_motion_forbidden, ..Self::new() };
-        for (given, limited) in self.given.iter_mut().zip(device.limited_words()) {
-            self.has_limits = true;
-            let limits = limited.limits;
-            if limited.data_type.format == Format::F32 {
-                *given = between(0.0, limits.min, limits.max).into_word();
-            }
-            if matches!(limits.safe_value, SafeValue::Damping { .. }) {
+        for word in (0..device.input_words()).filter_map(|place| device.limited_word(place)) {
+            // As many as there is room for: the descriptor has no more.
+            let _ = self.limited.push(Limited::new(&word, device.sample_period_s()));
+            if matches!(word.limits.safe_value, SafeValue::Damping { .. }) {
                 self.velocity = Velocity::new(device);
             }
         }
@@ -136,8 +134,8 @@ impl Safety {
                 Ok(()) if self.is_motion_forbidden => Tick::Disarmed,
                 Ok(()) => {
                     self.reason = Reason::None;
-                    if self.has_limits {
-                        self.limit(Tick::Ran, engine.device(), measured, commanded);
+                    if !self.limited.is_empty() {
+                        self.limit(measured, commanded);
                     }
                     return Tick::Ran;
                 }
@@ -158,62 +156,42 @@ impl Safety {
         self.reason = tick.reason();
         self.counts.count(self.reason);
         commanded.fill(Word(0));
-        if self.has_limits {
-            self.limit(tick, device, measured, commanded);
-        }
-    }
-
-    /// Gives the words that have limits their safe value, where the scheme commands nothing, and holds them to range
-    /// and rate.
-    #[inline(never)]
-    fn limit(&mut self, tick: Tick, device: &DeviceDescriptor, measured: &[Word], commanded: &mut [Word]) {
-        let period_s = device.sample_period_s();
-        let is_commanded = tick == Tick::Ran;
-        let is_measured = !matches!(tick, Tick::MeasurementRefused(_));
-        let measured = if is_measured { measured } else { &[] };
-        let (mut is_outside, mut is_too_fast) = (false, false);
-        for (given, limited) in self.given.iter_mut().zip(device.limited_words()) {
-            let Some(word) = commanded.get_mut(limited.place) else { continue };
-            let limits = limited.limits;
-            let wanted = match limits.safe_value {
-                _ if is_commanded => *word,
-                SafeValue::Zero => Word(0),
-                SafeValue::Hold => *given,
-                SafeValue::Damping { coefficient } => {
-                    (-coefficient * self.velocity.of(limited.axis, measured, period_s)).into_word()
-                }
-            };
-            *word = wanted;
-            if limited.data_type.format == Format::F32 {
-                let [wanted, last] = [wanted, *given].map(f32::from_word);
-                let inside = between(wanted, limits.min, limits.max);
-                let step = limits.rate_per_s * period_s;
-                let reached = between(inside, last - step, last + step);
-                is_outside |= is_commanded && inside.to_bits() != wanted.to_bits();
-                is_too_fast |= reached.to_bits() != inside.to_bits();
-                *word = reached.into_word();
+        let measured = if matches!(tick, Tick::MeasurementRefused(_)) { &[] } else { measured };
+        let mut held = Held::default();
+        for limited in &mut self.limited {
+            if let Some(word) = commanded.get_mut(limited.place) {
+                let wanted = limited.safe_value(&self.velocity, measured, device.sample_period_s());
+                *word = limited.give(wanted, &mut held);
             }
-            *given = *word;
+        }
+        if held.by_rate {
+            self.counts.count(Reason::RateLimited);
         }
         self.velocity.keep(measured);
-        for (reason, is_so) in [(Reason::RateLimited, is_too_fast), (Reason::RangeLimited, is_outside)] {
+    }
+
+    /// Holds what a scheme commands to range and rate.
+    #[inline(never)]
+    fn limit(&mut self, measured: &[Word], commanded: &mut [Word]) {
+        let mut held = Held::default();
+        for limited in &mut self.limited {
+            if let Some(word) = commanded.get_mut(limited.place) {
+                *word = limited.give(*word, &mut held);
+            }
+        }
+        if held.by_rate || held.by_range {
+            self.count_held(held);
+        }
+        self.velocity.keep(measured);
+    }
+
+    #[cold]
+    fn count_held(&mut self, held: Held) {
+        for (reason, is_so) in [(Reason::RateLimited, held.by_rate), (Reason::RangeLimited, held.by_range)] {
             if is_so {
                 self.counts.count(reason);
-            }
-            if is_so && is_commanded {
                 self.reason = reason;
             }
         }
-    }
-}
-
-/// `x`, or the nearest of `min` to `max`. `f32::clamp` would panic on wrong bounds.
-fn between(x: f32, min: f32, max: f32) -> f32 {
-    if x < min {
-        min
-    } else if x > max {
-        max
-    } else {
-        x
     }
 }

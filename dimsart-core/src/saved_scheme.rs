@@ -166,6 +166,11 @@ pub fn load<M: ModuleList, const WORDS: usize>(
         }
         count = count.saturating_add(1);
     }
+    // The last command starts the scheme, and is lost with its bytes.
+    if !dimsart.engine().is_running() {
+        dimsart.command(close).map_err(refused(0))?;
+        return Err(LoadError::Damaged);
+    }
     Ok(())
 }
 
@@ -197,8 +202,9 @@ pub fn fingerprint<M: ModuleList, const WORDS: usize>(engine: &mut Engine<M, WOR
         digest = digest.with(&found.name);
         let parameters = (0..).map_while(|index| Engine::<M, WORDS>::describe_parameter(kind, index));
         for text in parameters.map(ParameterText::try_from) {
-            let content =
-                text.as_ref().map(|text| (text.name, &text.accepts, text.default, text.is_structural));
+            let content = text
+                .as_ref()
+                .map(|text| (text.name, &text.accepts, text.entries, text.default, text.is_structural));
             digest = digest.with(&content.ok());
         }
         // No module has number 0: these are the ports by default.
@@ -207,8 +213,7 @@ pub fn fingerprint<M: ModuleList, const WORDS: usize>(engine: &mut Engine<M, WOR
         }
     }
     for found in types::ALL {
-        let unit = found.unit.symbol(crate::AxisKind::Linear);
-        digest = digest.with(&(found.id, found.name, unit, found.format, found.shape));
+        digest = digest.with(&(found.id, found.name, found.unit, found.format, found.shape));
     }
     digest.0.finalize()
 }

@@ -2,9 +2,9 @@
 
 use heapless::Vec;
 
-use crate::limits::{MAX_MODULES, MAX_SLOTS};
+use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_SLOTS};
 use crate::port::Stage;
-use crate::wiring::{MAX_CALLS, Port, Wiring};
+use crate::wiring::{Port, Wiring};
 
 /// A call: place of its module in the plug-in order, and its stage.
 type Entry = (u8, Stage);

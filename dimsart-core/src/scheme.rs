@@ -2,22 +2,36 @@
 //!
 //! The paper's Table 1 is one. A row is a line of words with blanks between them; `#` starts a
 //! comment. `dest` names the sides the row is for, whole or by initials (`master`, `m&s`), or is
-//! `all`. `MOD_ENG` is the engine. A parameter of one axis is written `K_PARAM[0]`; `PORT_<port>`
+//! `all`. `MOD_ENG` is the engine. A parameter of one axis is written `K_PARAM[0]`, an element of a
+//! matrix `K[0][1]`; `PORT_<port>`
 //! binds a port to another signal.
 
 use heapless::Vec;
 
 use crate::command::{Command, CommandError, EngineCommand, ModuleRef};
+use crate::data_type::TypeRef;
 use crate::dimsart::Dimsart;
-use crate::engine::Engine;
 use crate::kind::ModuleList;
 use crate::names::split_axis;
-use crate::parameter::{Accepts, ParameterError, Value};
+use crate::parameter::{ParameterError, Value};
+use crate::protocol::Accepted;
+use crate::vocabulary::Vocabulary;
 
 /// Name of the engine in a row.
 pub const ENGINE: &str = "MOD_ENG";
-const PORT_PREFIX: &str = "PORT_";
-const SWITCH: &[&str] = &["OFF", "ON"];
+/// What the command that binds a port begins with.
+pub const PORT_PREFIX: &str = "PORT_";
+/// What a switch takes.
+pub const SWITCH: &[&str] = &[switch(false), switch(true)];
+
+/// How a switch is written.
+#[must_use]
+pub const fn switch(is_on: bool) -> &'static str {
+    if is_on { "ON" } else { "OFF" }
+}
+
+/// Words of a row, and one too many.
+const MAX_WORDS: usize = 5;
 
 /// A word of a row and where it stands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,7 +47,7 @@ pub struct Place<'a> {
 /// One row of a scheme.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row<'a> {
-    words: Vec<Place<'a>, 5>,
+    words: Vec<Place<'a>, MAX_WORDS>,
     end: Place<'a>,
 }
 
@@ -52,21 +66,19 @@ pub enum Problem {
     ModuleValue,
     /// A data type.
     Type,
-    /// One of these names.
-    Choice(&'static [&'static str]),
-    /// A number in this range.
-    Number {
-        /// Smallest.
-        min: f32,
-        /// Largest.
-        max: f32,
+    /// Other indices behind a parameter's name, or none: it is the same for all axes, or not a matrix.
+    Entry {
+        /// Whose parameter.
+        module: ModuleRef,
+        /// Its number.
+        parameter: u8,
     },
-    /// A whole number in this range.
-    Whole {
-        /// Smallest.
-        min: u32,
-        /// Largest.
-        max: u32,
+    /// A value that this parameter takes.
+    Value {
+        /// Whose parameter.
+        module: ModuleRef,
+        /// Its number.
+        parameter: u8,
     },
     /// Nothing more on this row.
     Surplus,
@@ -162,18 +174,26 @@ impl<'a> Row<'a> {
         Ok(is_mine)
     }
 
+    /// A row of these words, the destination first, that stands in no text. Empty words are missing.
+    #[must_use]
+    pub fn of(words: &[&'a str]) -> Self {
+        let place = |word| Place { line: 1, column: 1, word };
+        let mut row = Self { words: Vec::new(), end: place("") };
+        for word in words.iter().filter(|word| !word.is_empty()) {
+            let _ = row.words.push(place(word));
+        }
+        row
+    }
+
     /// The command the row stands for.
     ///
     /// # Errors
     /// [`SchemeError`] names the word that is not understood.
-    pub fn command<M: ModuleList, const WORDS: usize>(
-        &self,
-        engine: &mut Engine<M, WORDS>,
-    ) -> Result<Command, SchemeError<'a>> {
+    pub fn command(&self, known: &impl Vocabulary) -> Result<Command, SchemeError<'a>> {
         let (command, words) = if self.place(1).word == ENGINE {
-            self.engine_command::<M, WORDS>()?
+            self.engine_command(known)?
         } else {
-            (self.module_command(engine)?, 4)
+            (self.module_command(known)?, 4)
         };
         match self.words.get(words) {
             Some(place) => Err(SchemeError { place: *place, problem: Problem::Surplus }),
@@ -189,16 +209,20 @@ impl<'a> Row<'a> {
         &self,
         dimsart: &mut Dimsart<M, WORDS>,
     ) -> Result<(), SchemeError<'a>> {
-        let command = self.command(dimsart.engine_mut())?;
-        dimsart.command(command).map_err(|error| {
-            let problem = Problem::Refused(error);
-            match error {
-                CommandError::Parameter(ParameterError::NoSuchAxis | ParameterError::WhilePluggedIn) => {
-                    SchemeError { place: self.place(2), problem }
-                }
-                _ => self.blame(problem),
+        let command = self.command(dimsart.engine())?;
+        dimsart.command(command).map_err(|error| self.refused(error))
+    }
+
+    /// The row was understood and refused: which of its words is at fault.
+    #[must_use]
+    pub fn refused(&self, error: CommandError) -> SchemeError<'a> {
+        let problem = Problem::Refused(error);
+        match error {
+            CommandError::Parameter(ParameterError::NoSuchEntry | ParameterError::WhilePluggedIn) => {
+                SchemeError { place: self.place(2), problem }
             }
-        })
+            _ => self.blame(problem),
+        }
     }
 
     /// Word `index` of the row, from 0; empty when there is none.
@@ -214,7 +238,7 @@ impl<'a> Row<'a> {
     }
 
     /// And how many words it takes.
-    fn engine_command<M: ModuleList, const WORDS: usize>(&self) -> Result<(Command, usize), SchemeError<'a>> {
+    fn engine_command(&self, known: &impl Vocabulary) -> Result<(Command, usize), SchemeError<'a>> {
         let place = self.place(2);
         let unknown = SchemeError { place, problem: Problem::EngineCommand };
         let command = EngineCommand::of(place.word).ok_or(unknown)?;
@@ -222,36 +246,62 @@ impl<'a> Row<'a> {
             return Ok((command.with(None).ok_or(unknown)?, 3));
         }
         let place = self.place(3);
-        let module = Engine::<M, WORDS>::module(place.word);
+        let module = known.module_named(place.word);
         let module = module.ok_or(SchemeError { place, problem: Problem::ModuleValue })?;
         Ok((command.with(Some(module)).ok_or(unknown)?, 4))
     }
 
-    fn module_command<M: ModuleList, const WORDS: usize>(
-        &self,
-        engine: &mut Engine<M, WORDS>,
-    ) -> Result<Command, SchemeError<'a>> {
-        let place = self.place(1);
-        let module = Engine::<M, WORDS>::module(place.word);
-        let module = module.ok_or(SchemeError { place, problem: Problem::Module })?;
+    fn module_command(&self, known: &impl Vocabulary) -> Result<Command, SchemeError<'a>> {
+        let module = self.module(known)?;
+        let place = self.place(2);
+        if let Some(port) = place.word.strip_prefix(PORT_PREFIX) {
+            let mut ports = known.port_texts(module);
+            let port = ports.position(|found| found.name == port && found.bound.is_some());
+            let port = port.and_then(|port| u8::try_from(port).ok());
+            let port = port.ok_or(SchemeError { place, problem: Problem::ModuleCommand(module) })?;
+            return Ok(Command::bind(module, port, self.signal(known)?));
+        }
+        let (module, parameter, entry) = self.parameter(known)?;
+        let accepts = known.parameter_text(module.kind, parameter).map(|found| found.accepts);
+        if accepts == Some(Accepted::Types) {
+            let value = Value::Type(self.signal(known)?);
+            return Ok(Command::Set { module, parameter, entry, value });
+        }
+        let place = self.place(3);
+        let value = accepts.and_then(|accepts| read_value(&accepts, place.word));
+        let problem = Problem::Value { module, parameter };
+        let value = value.ok_or(SchemeError { place, problem })?;
+        Ok(Command::Set { module, parameter, entry, value })
+    }
+
+    /// The parameter that the row names, whatever its value, and the [entry](crate::Entries::place).
+    ///
+    /// # Errors
+    /// [`SchemeError`] names the word that is not understood.
+    pub fn parameter(&self, known: &impl Vocabulary) -> Result<(ModuleRef, u8, Option<u8>), SchemeError<'a>> {
+        let module = self.module(known)?;
         let place = self.place(2);
         let unknown = SchemeError { place, problem: Problem::ModuleCommand(module) };
-        if let Some(port) = place.word.strip_prefix(PORT_PREFIX) {
-            let ports = engine.ports(module).unwrap_or_default();
-            let index = ports.iter().position(|spec| spec.name == port && spec.data_type.is_some());
-            let index = index.and_then(|index| u8::try_from(index).ok()).ok_or(unknown)?;
-            let place = self.place(3);
-            let signal = engine.device().signal(place.word);
-            let signal = signal.ok_or(SchemeError { place, problem: Problem::Type })?;
-            return Ok(Command::bind(module, index, signal));
-        }
-        let (name, axis) = split_axis(place.word).ok_or(unknown)?;
-        let parameter = Engine::<M, WORDS>::parameter(module.kind, name).ok_or(unknown)?;
-        let found = Engine::<M, WORDS>::describe_parameter(module.kind, parameter).ok_or(unknown)?;
+        let (name, indices) = split_axis(place.word);
+        let (parameter, found) = known.parameter_named(module.kind, name).ok_or(unknown)?;
+        let dof = known.dof();
+        let entry = indices.and_then(|indices| found.entries.place(indices, dof));
+        // An axis beyond the last one is left to the engine to refuse, by the device that it has.
+        let entry = entry.filter(|place| {
+            !found.entries.are_matrix() || place.is_none_or(|place| place < found.entries.count(dof))
+        });
+        let entry = entry.ok_or(SchemeError { place, problem: Problem::Entry { module, parameter } })?;
+        Ok((module, parameter, entry))
+    }
+
+    fn module(&self, known: &impl Vocabulary) -> Result<ModuleRef, SchemeError<'a>> {
+        let place = self.place(1);
+        known.module_named(place.word).ok_or(SchemeError { place, problem: Problem::Module })
+    }
+
+    fn signal(&self, known: &impl Vocabulary) -> Result<TypeRef, SchemeError<'a>> {
         let place = self.place(3);
-        let value = read_value(found.accepts, place.word, engine)
-            .map_err(|problem| SchemeError { place, problem })?;
-        Ok(Command::Set { module, parameter, axis, value })
+        known.signal_named(place.word).ok_or(SchemeError { place, problem: Problem::Type })
     }
 
     fn place(&self, index: usize) -> Place<'a> {
@@ -259,26 +309,24 @@ impl<'a> Row<'a> {
     }
 }
 
-fn read_value<M: ModuleList, const WORDS: usize>(
-    accepts: Accepts,
-    word: &str,
-    engine: &Engine<M, WORDS>,
-) -> Result<Value, Problem> {
-    let name_in = |names: &'static [&'static str]| {
-        let index = names.iter().position(|name| *name == word).and_then(|index| u8::try_from(index).ok());
-        index.ok_or(Problem::Choice(names))
+/// A value as a parameter takes it; none for any other word.
+fn read_value(accepts: &Accepted<'_>, word: &str) -> Option<Value> {
+    let name_in = |names: &[&str]| {
+        let index = names.iter().position(|name| *name == word);
+        index.and_then(|index| u8::try_from(index).ok())
     };
     match accepts {
-        Accepts::Real { min, max, .. } => {
-            let value = word.parse().ok().filter(|value| (min..=max).contains(value));
-            value.map(Value::Real).ok_or(Problem::Number { min, max })
+        Accepted::Real { min, max } => {
+            word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Real)
         }
-        Accepts::Count { min, max } => {
-            let value = word.parse().ok().filter(|value| (min..=max).contains(value));
-            value.map(Value::Count).ok_or(Problem::Whole { min, max })
+        Accepted::Count { min, max } => {
+            word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Count)
         }
-        Accepts::Flag => name_in(SWITCH).map(|index| Value::Flag(index == 1)),
-        Accepts::Choice(names) => name_in(names).map(Value::Choice),
-        Accepts::Types => engine.device().signal(word).map(Value::Type).ok_or(Problem::Type),
+        Accepted::Integer { min, max } => {
+            word.parse().ok().filter(|value| (*min..=*max).contains(value)).map(Value::Integer)
+        }
+        Accepted::Flag => name_in(SWITCH).map(|index| Value::Flag(index == 1)),
+        Accepted::Choice(names) => name_in(names).map(Value::Choice),
+        Accepted::Types => None,
     }
 }

@@ -1,6 +1,7 @@
 //! The catalogue of standard data types. A new one is one line here.
 
 use crate::data_type::{DataType, Shape};
+use crate::summary::Summary;
 use crate::unit::Unit;
 use crate::word::Format;
 
@@ -9,7 +10,7 @@ macro_rules! catalogue {
         $(#[doc = $summary]
         pub const $name: &DataType = &DataType {
             id: $id, name: stringify!($name), unit: Unit::$unit,
-            format: Format::$format, shape: Shape::$shape, summary: $summary,
+            format: Format::$format, shape: Shape::$shape, summary: Summary::new($summary),
         };)*
         /// Every standard type, by rising id.
         pub const ALL: &[&DataType] = &[$($name),*];

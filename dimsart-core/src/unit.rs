@@ -14,8 +14,8 @@ pub enum AxisKind {
     Rotary,
 }
 
-/// Unit of a signal or a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Unit of a signal or a parameter. On the wire it is its place in this list, so a new one goes to the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Unit {

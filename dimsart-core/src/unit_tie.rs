@@ -12,6 +12,8 @@ pub enum UnitRelation {
     Integral,
     /// It is the other's over `s`.
     Derivative,
+    /// It is the same, and so are format and shape.
+    Alike,
 }
 
 impl UnitRelation {
@@ -20,7 +22,7 @@ impl UnitRelation {
     #[must_use]
     pub fn admits(self, found: Unit, other: Unit) -> bool {
         let expected = match self {
-            Self::Same => Some(other),
+            Self::Same | Self::Alike => Some(other),
             Self::Integral => other.integral(),
             Self::Derivative => other.derivative(),
         };

@@ -1,25 +1,22 @@
 //! The wiring: which modules are plugged in, in which order, to what their ports are bound, and the calls of a tick.
 //!
-//! It is a value of its own. The engine holds two: the one that runs, and the next one, which is put together and checked
-//! as a whole while the other one runs, and then takes its place, or is dropped and nothing has changed.
+//! It is a value of its own. The engine holds two: the one that runs, and the next one, which is put together and
+//! checked as a whole while the other one runs, and then takes its place, or is dropped and nothing has changed.
 
 use core::cell::Cell;
 
 use heapless::Vec;
 
+use crate::binding::Bound;
 use crate::command::{CommandError, ModuleRef};
 use crate::data_base::{DataBase, bit};
-use crate::data_type::TypeRef;
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
 use crate::kind::{Compute, Kind, MAX_HANDLES};
-use crate::limits::{MAX_MODULES, MAX_WIRES};
+use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_PACKET_WORDS, MAX_WIRES};
 use crate::port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
 use crate::storage::{Block, Storage};
 use crate::unit_tie::{UnitRelation, UnitTie};
-
-/// Most calls in a tick: each module early and late.
-pub(crate) const MAX_CALLS: usize = 2 * MAX_MODULES;
 
 /// Modules in plug-in order, their ports and handles, and the calls of a tick.
 #[derive(Debug, Clone)]
@@ -76,8 +73,8 @@ impl Port {
     /// Where the number of its difference begins; 0 for none.
     const DIFFERENCE: u8 = 4;
     const DIFFERENCES: [Difference; 3] = [Difference::Unit, Difference::Format, Difference::Shape];
-    const RELATIONS: [UnitRelation; 3] =
-        [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative];
+    const RELATIONS: [UnitRelation; 4] =
+        [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative, UnitRelation::Alike];
     const NO_TIE: u8 = u8::MAX;
 
     fn new(slot: u8, spec: &PortSpec, difference: Option<Difference>) -> Self {
@@ -185,7 +182,7 @@ impl Wiring {
         before: &Self,
         device: &DeviceDescriptor,
         data_base: &mut DataBase<WORDS>,
-        bound: impl Fn(&str) -> Option<TypeRef>,
+        bound: Bound<'_>,
     ) -> Result<(), CommandError> {
         self.clear();
         let (earlier, later) = before.modules.split_at_checked(new.order).unwrap_or((&before.modules, &[]));
@@ -217,16 +214,19 @@ impl Wiring {
         new: &New<'_>,
         device: &DeviceDescriptor,
         data_base: &mut DataBase<WORDS>,
-        bound: impl Fn(&str) -> Option<TypeRef>,
+        bound: Bound<'_>,
     ) -> Result<(), CommandError> {
         let mut specs = PortSpecs::new();
-        let mut declare = Declare::new(device, &mut specs);
+        let mut declare = Declare::new(device, bound, &mut specs);
         let declared = [const { Cell::new(0) }; MAX_HANDLES];
         new.kind.ports(new.settings, &mut declare, &declared);
         let handles = new.kind.handles();
-        let (has_all, link_end) = (declare.has_all(), declare.link_end());
+        let (has_all, link_end, words) = (declare.has_all(), declare.link_end(), declare.packet_words());
         if !has_all {
             return Err(CommandError::TooManyPorts);
+        }
+        if words > MAX_PACKET_WORDS {
+            return Err(CommandError::PacketTooLong { words });
         }
         let plugged = Plugged {
             module: new.module,
@@ -236,15 +236,17 @@ impl Wiring {
             handles: Span { start: index(self.handles.len())?, count: index(handles)? },
         };
         for spec in &specs {
-            let port = match (spec.data_type, spec.direction) {
-                (Some((_, default)), _) => {
-                    let signal = bound(spec.name).unwrap_or(default);
+            let port = match spec.data_type {
+                Some((_, default)) => {
+                    let signal = bound.signal(spec.name).unwrap_or(default);
                     let found = device.data_type(signal.id).ok_or(CommandError::UnknownType(signal))?;
                     let slot = data_base.insert(found, signal, device.dof())?;
                     Port::new(slot, spec, spec.difference(found))
                 }
-                (None, Direction::Memory(words)) => Port::new(data_base.take(words)?, spec, None),
-                (None, _) => return Err(CommandError::WrongValue),
+                None => {
+                    let words = if let Direction::Memory(words) = spec.direction { words } else { 0 };
+                    Port::new(data_base.take(words)?, spec, None)
+                }
             };
             self.ports.push(port).map_err(|_| FULL)?;
         }

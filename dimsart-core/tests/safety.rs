@@ -422,7 +422,8 @@ fn limits_that_cannot_be_kept_are_refused_with_the_word_and_why() {
     assert_eq!(on_count(LIMITS[2]), format);
     assert_eq!(on_count(none), None);
     assert_eq!(declare(&[&[]]), Some(DescriptorError::LimitsCount { expected: 2, found: 1 }));
-    assert_eq!(declare(&[&[], &[none]]), Some(DescriptorError::LimitsCount { expected: AXES, found: 1 }));
+    assert_eq!(declare(&[&[], &[none; 2]]), Some(DescriptorError::LimitsCount { expected: AXES, found: 2 }));
+    assert_eq!(declare(&[&[], &[none]]), None, "one for all words");
 
     let blind = described(&[types::FORCE], &[types::DES_FORCE]).with_limits(&[DAMPED]).err();
     assert_eq!(blind, Some(DescriptorError::Limits { word: 0, fault: LimitsFault::NoVelocity }));

@@ -1,9 +1,9 @@
-//! The command line: bytes in, requests to the tick, answers back, bytes out; and what the tick says unasked.
+//! The command line: bytes in, requests to the tick, answers back, bytes out; and what the tick says unsolicited.
 //!
 //! One request is with the tick at a time. A flood of them waits in the line and then is lost, as the
 //! protocol expects; the tick carries out one per period. Requests for the kept schemes go to their
-//! [keeper](crate::keeper) instead: the tick never waits for flash. Heartbeats go on while a scheme is collected,
-//! and wait while flash is written.
+//! [scheme service](crate::scheme_service) instead: the tick never waits for flash. Heartbeats go on while a scheme is
+//! collected, and wait while flash is written.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -13,32 +13,32 @@ use dimsart_core::protocol::{
     encode_heartbeat, encode_response, encode_sample,
 };
 use embedded_io_async::Write as _;
-use firmware::{Hearing, Next};
+use firmware::{LineInput, Next};
 
 use crate::handover::{Giver, Taker};
-use crate::keeper::Keeper;
-use crate::key_keeper::KeyKeeper;
+use crate::key_service::KeyService;
+use crate::scheme_service::SchemeService;
 
 type CommandPort = <Selected as boards::Board>::CommandPort;
 
 /// What the tick makes of a request.
 pub(crate) type Answer = Response<'static>;
 
-/// What the tick says unasked.
-pub(crate) enum Report {
+/// What the tick says unsolicited.
+pub(crate) enum Unsolicited {
     Heartbeat(Heartbeat),
     Sample(Sample),
 }
 
 /// The way to the tick and back.
-pub(crate) struct Link {
+pub(crate) struct TickHandover {
     pub(crate) requests: Giver<(u16, Request)>,
     pub(crate) answers: Taker<Answer>,
     /// Of the request that is being carried out.
     pub(crate) id: u16,
 }
 
-impl Link {
+impl TickHandover {
     pub(crate) async fn ask(&mut self, request: Request) -> Answer {
         self.requests.give((self.id, request));
         self.answers.next().await
@@ -56,18 +56,18 @@ pub(crate) fn alive() -> u32 {
 #[embassy_executor::task]
 pub(crate) async fn serve(
     port: CommandPort,
-    mut tick: Link,
-    reports: Taker<Report>,
-    mut keeper: Keeper,
-    mut keys: KeyKeeper,
+    mut tick: TickHandover,
+    reports: Taker<Unsolicited>,
+    mut schemes: SchemeService,
+    mut keys: KeyService,
 ) {
     let mut line =
-        Line { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 };
-    let mut hearing = Hearing::new();
+        CommandLine { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 };
+    let mut line_input = LineInput::new();
     loop {
         let length = match keys.challenge(&mut line.frame) {
             Some(length) => length,
-            None => match hearing.next(&mut line.port, async || line.reports.ready().await).await {
+            None => match line_input.next(&mut line.port, async || line.reports.ready().await).await {
                 Next::Report => line.encode_report(),
                 Next::Byte(byte) => {
                     let Some(content) = line.receiver.take(byte) else { continue };
@@ -78,11 +78,11 @@ pub(crate) async fn serve(
                                 // The tick keeps none, but knows who may change them.
                                 Request::Schemes(action) => match who_may_not(tick.ask(request).await) {
                                     Some(refusal) => Response::Refused(refusal),
-                                    None => keeper.carry_out(action, &mut tick, &mut line).await,
+                                    None => schemes.carry_out(action, &mut tick, &mut line).await,
                                 },
                                 #[cfg(feature = "auth")]
                                 Request::Key(action) => {
-                                    let flash = keeper.store.as_mut().map(firmware::SchemeStore::flash);
+                                    let flash = schemes.store.as_mut().map(firmware::SchemeStore::flash);
                                     keys.carry_out(action, flash, &mut tick).await
                                 }
                                 #[cfg(not(feature = "auth"))]
@@ -96,7 +96,7 @@ pub(crate) async fn serve(
                         }
                         Err(DecodeError::OtherClass) => continue,
                     };
-                    hearing.answered();
+                    line_input.answered();
                     encode_response(&answer, tick.id, &mut line.frame).map_or(0, <[u8]>::len)
                 }
             },
@@ -114,15 +114,15 @@ fn who_may_not(answer: Answer) -> Option<Refusal> {
 }
 
 /// The line, and what the tick wants to be said on it.
-pub(crate) struct Line {
+pub(crate) struct CommandLine {
     port: CommandPort,
-    reports: Taker<Report>,
+    reports: Taker<Unsolicited>,
     receiver: Receiver,
     frame: [u8; MAX_FRAME_BYTES],
     heartbeats: u16,
 }
 
-impl Line {
+impl CommandLine {
     /// Says what the tick has to say, if anything.
     pub(crate) async fn say_report(&mut self) {
         let length = self.encode_report();
@@ -134,8 +134,8 @@ impl Line {
     fn encode_report(&mut self) -> usize {
         let encoded = match self.reports.take() {
             None => return 0,
-            Some(Report::Sample(sample)) => encode_sample(&sample, &mut self.frame),
-            Some(Report::Heartbeat(mut heartbeat)) => {
+            Some(Unsolicited::Sample(sample)) => encode_sample(&sample, &mut self.frame),
+            Some(Unsolicited::Heartbeat(mut heartbeat)) => {
                 let Counters { damaged, too_long, .. } = self.receiver.counters();
                 heartbeat.damaged = damaged.saturating_add(too_long);
                 self.heartbeats = self.heartbeats.wrapping_add(1);

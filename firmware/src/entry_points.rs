@@ -6,11 +6,13 @@
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
 #![expect(improper_ctypes_definitions, reason = "a host only hands on what has no layout of its own")]
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use boards::{Board as _, Selected};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::saved_scheme::LoadError;
 use dimsart_core::{
-    AxisKind, DeviceDescriptor, MAX_DEVICE_TYPES, Packet, PacketError, Tick, Word, saved_scheme,
+    AxisKind, DeviceDescriptor, InputLimits, MAX_DEVICE_TYPES, Packet, PacketError, Tick, Word, saved_scheme,
 };
 
 use crate::BoardDimsart;
@@ -67,12 +69,24 @@ impl Frames {
     }
 }
 
+/// False on a board. The emulator of `dimsart cycles` sets it before it starts a controller, so that limits of the real
+/// motors do not cut a simulated device's forces: the safety stage does all of its work then, and changes nothing.
+#[unsafe(export_name = "dimsart_ignores_limits")]
+static IGNORES_LIMITS: AtomicBool = AtomicBool::new(false);
+
+static NO_LIMITS: [&[InputLimits]; Selected::INPUTS.len()] = [&[InputLimits::NONE]; Selected::INPUTS.len()];
+
 /// Starts a controller anew for the board's device with these axes.
 #[unsafe(export_name = "dimsart_connect")]
 #[inline(never)]
 pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
     let period_s = 1.0 / boards::TICK_HZ as f32;
     let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::OUTPUTS, Selected::INPUTS);
+    let limits = if IGNORES_LIMITS.load(Ordering::Relaxed) { &NO_LIMITS } else { Selected::LIMITS };
+    let device = match Selected::LIMITS {
+        [] => device,
+        _ => device.and_then(|device| device.with_limits(limits)),
+    };
     let Ok(device) = device else { defmt::panic!("a device of {} axes", axes.len()) };
     if let Err(error) = dimsart.connect(device) {
         defmt::panic!("the board's Data Base is too small for its device: {}", error);

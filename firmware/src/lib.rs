@@ -3,15 +3,15 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod hearing;
 mod key_store;
+mod line_input;
 mod read_back;
 mod scheme_store;
 mod start;
 mod watchdog;
 
-pub use hearing::{Hearing, Next};
 pub use key_store::{Kept, KeptKey, KeyStore, SEEDS_PER_START};
+pub use line_input::{LineInput, Next};
 pub use scheme_store::{BUFFER_BYTES, Broken, SchemeStore};
 pub use start::start;
 pub use watchdog::Watchdog;

@@ -13,14 +13,14 @@
 mod by_hand;
 mod commands;
 mod entry_points;
-mod keeper;
 #[cfg_attr(not(feature = "auth"), path = "no_keys.rs")]
-mod key_keeper;
+mod key_service;
 mod links;
 #[cfg(feature = "measure")]
 mod measure;
 mod memory;
 mod rescue;
+mod scheme_service;
 mod stamp;
 mod telemetry;
 mod tick;
@@ -37,8 +37,8 @@ use static_cell::ConstStaticCell;
 
 use crate::entry_points::Frames;
 use crate::handover::Handover;
-use crate::keeper::Keeper;
-use crate::key_keeper::{KeyKeeper, KeysToTake};
+use crate::key_service::{KeyService, KeysToTake};
+use crate::scheme_service::SchemeService;
 use crate::stamp::stamp;
 
 type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
@@ -66,7 +66,7 @@ fn start() -> <Selected as boards::Board>::Idle {
     entry_points::connect(dimsart, &axes, frames);
     stamp::limit(dimsart);
     stamp::log();
-    let (keeper, keys, keys_to_take) = start_scheme(storage, dimsart);
+    let (schemes, keys, keys_to_take) = start_scheme(storage, dimsart);
 
     static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_core::protocol::Request), 2>> =
         ConstStaticCell::new(Handover::new());
@@ -75,7 +75,8 @@ fn start() -> <Selected as boards::Board>::Idle {
         ConstStaticCell::new(Handover::new());
     static PACKETS_OUT: ConstStaticCell<Handover<links::Outgoing, { MAX_LINKS + 1 }>> =
         ConstStaticCell::new(Handover::new());
-    static REPORTS: ConstStaticCell<Handover<commands::Report, 3>> = ConstStaticCell::new(Handover::new());
+    static REPORTS: ConstStaticCell<Handover<commands::Unsolicited, 3>> =
+        ConstStaticCell::new(Handover::new());
     static STATUS: ConstStaticCell<Handover<telemetry::Status, 3>> = ConstStaticCell::new(Handover::new());
     let (requests, requests_to_take) = REQUESTS.take().split();
     let (answers, answers_to_take) = ANSWERS.take().split();
@@ -92,10 +93,10 @@ fn start() -> <Selected as boards::Board>::Idle {
         reports,
         status,
     };
-    let link = commands::Link { requests, answers: answers_to_take, id: 0 };
+    let link = commands::TickHandover { requests, answers: answers_to_take, id: 0 };
     // The tasks wait until all that is on the stack here is off it.
     cortex_m::interrupt::disable();
-    background.spawn(token(commands::serve(command_port, link, reports_to_take, keeper, keys)));
+    background.spawn(token(commands::serve(command_port, link, reports_to_take, schemes, keys)));
     links::start(background, (link_in, link_out), (packets_in, packets_to_send), keys_to_take);
     background.spawn(token(telemetry::log(status_to_take)));
     tick.spawn(token(tick::run(dimsart, frames, joints, ends)));
@@ -106,9 +107,9 @@ fn start() -> <Selected as boards::Board>::Idle {
 fn start_scheme(
     storage: Option<Storage<<Selected as boards::Board>::Flash>>,
     dimsart: &mut BoardDimsart,
-) -> (Keeper, KeyKeeper, KeysToTake) {
+) -> (SchemeService, KeyService, KeysToTake) {
     let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
-    let keys = storage.as_ref().map(key_keeper::range);
+    let keys = storage.as_ref().map(key_service::range);
     static BUFFER: ConstStaticCell<[u8; BUFFER_BYTES]> = ConstStaticCell::new([0; BUFFER_BYTES]);
     static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
     let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
@@ -117,9 +118,9 @@ fn start_scheme(
     if status.fallback.is_some() {
         defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
     }
-    let (keys, keys_to_take) = key_keeper::start(keys, store.as_mut().map(SchemeStore::flash));
+    let (keys, keys_to_take) = key_service::start(keys, store.as_mut().map(SchemeStore::flash));
     let fingerprint = fingerprint_of(stamp().scheme());
-    (Keeper { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }, keys, keys_to_take)
+    (SchemeService { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }, keys, keys_to_take)
 }
 
 /// A task that is started once; each is.

@@ -3,27 +3,25 @@
 use core::sync::atomic::{Ordering::SeqCst, compiler_fence};
 
 use boards::{Board as _, Selected};
-use dimsart_core::limits::MAX_MODULES;
+use dimsart_core::limits::MAX_CALLS;
 use dimsart_core::protocol::{self, CyclesReport, DeviceInfo, Refusal, Request, Response};
 use dimsart_core::{Observer, Tick, Word};
 
 use crate::BoardDimsart;
 use crate::commands::Answer;
 
-/// Most calls in a tick: each module early and late.
-const MAX_CALLS: usize = 2 * MAX_MODULES;
 const COUNTER_MASK: u32 = u32::MAX >> (32 - Selected::CYCLE_BITS);
 
 /// Since the last change of the scheme. All zero at first.
 pub(crate) struct Measurements {
-    tick: Tally,
-    calls: [Tally; MAX_CALLS],
+    tick: Statistics,
+    calls: [Statistics; MAX_CALLS],
     /// Calls that the tick has made.
     made: usize,
 }
 
 #[derive(Clone, Copy)]
-struct Tally {
+struct Statistics {
     runs: u32,
     least: u32,
     greatest: u32,
@@ -32,7 +30,7 @@ struct Tally {
 
 impl Measurements {
     pub(crate) const fn new() -> Self {
-        Self { tick: Tally::new(), calls: [Tally::new(); MAX_CALLS], made: 0 }
+        Self { tick: Statistics::new(), calls: [Statistics::new(); MAX_CALLS], made: 0 }
     }
 
     /// One tick. Those that call no module are not counted.
@@ -53,8 +51,8 @@ impl Measurements {
     }
 
     fn clear(&mut self) {
-        self.tick = Tally::new();
-        self.calls.fill(Tally::new());
+        self.tick = Statistics::new();
+        self.calls.fill(Statistics::new());
     }
 
     /// Answers what is asked of these, and has the rest answered by the controller.
@@ -72,8 +70,8 @@ impl Measurements {
             return protocol::serve(id, request, dimsart, info);
         };
         let place = usize::from(place);
-        let tallies = core::iter::once(&self.tick).chain(&self.calls);
-        let found = tallies.take(1 + dimsart.engine().steps().count()).nth(place).map(Tally::report);
+        let statistics = core::iter::once(&self.tick).chain(&self.calls);
+        let found = statistics.take(1 + dimsart.engine().steps().count()).nth(place).map(Statistics::report);
         if begins_anew {
             self.clear();
         }
@@ -84,14 +82,14 @@ impl Measurements {
 impl Observer for Measurements {
     fn call(&mut self, call: impl FnOnce()) {
         let counts = timed(call);
-        if let Some(tally) = self.calls.get_mut(self.made) {
-            tally.add(counts);
+        if let Some(statistics) = self.calls.get_mut(self.made) {
+            statistics.add(counts);
         }
         self.made += 1;
     }
 }
 
-impl Tally {
+impl Statistics {
     const fn new() -> Self {
         Self { runs: 0, least: 0, greatest: 0, sum: 0 }
     }

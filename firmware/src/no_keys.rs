@@ -1,4 +1,4 @@
-//! In place of the keeper of keys, in an image without authentication: everything is taken, and costs nothing.
+//! In place of the key service, in an image without authentication: everything is taken, and costs nothing.
 
 use boards::{Selected, Storage};
 use dimsart_core::protocol::{DecodeError, MAX_FRAME_BYTES, Refusal, Request, decode_request};
@@ -12,15 +12,15 @@ pub(crate) type KeysToTake = ();
 pub(crate) fn range(_: &Storage<Flash>) {}
 
 /// Nothing.
-pub(crate) fn start(_: Option<()>, _: Option<&mut Flash>) -> (KeyKeeper, KeysToTake) {
-    (KeyKeeper, ())
+pub(crate) fn start(_: Option<()>, _: Option<&mut Flash>) -> (KeyService, KeysToTake) {
+    (KeyService, ())
 }
 
 /// Takes everything.
-pub(crate) struct KeyKeeper;
+pub(crate) struct KeyService;
 
 #[expect(clippy::unused_self, reason = "the other one has a state")]
-impl KeyKeeper {
+impl KeyService {
     /// The request in the content of a frame. What is [not understood](DecodeError::NotUnderstood) is refused.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
         decode_request(content)

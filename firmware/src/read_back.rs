@@ -1,7 +1,7 @@
 //! Flash that is read back after every write and every erasure.
 //!
-//! A driver can say yes to what the flash has not taken: that of the STM32G4 clears the errors in its interrupt before it
-//! looks at them. What counts is what is there afterwards.
+//! A driver can say yes to what the flash has not taken: that of the STM32G4 clears the errors in its interrupt before
+//! it looks at them. What counts is what is there afterwards.
 
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
@@ -10,7 +10,7 @@ use embedded_storage_async::nor_flash::{
 /// Of a flash that was erased.
 pub(crate) const ERASED: u8 = 0xFF;
 /// Read back at once.
-const BLOCK_BYTES: u32 = 16;
+const BLOCK_BYTES: usize = 16;
 
 /// A flash whose writes and erasures succeed only if they can be read back.
 #[derive(Debug)]
@@ -34,22 +34,20 @@ impl<E: NorFlashError> NorFlashError for ReadBackError<E> {
     }
 }
 
-/// Fails unless the flash holds `expected` from `offset` on.
+/// Fails unless the flash holds `expected` at `offset`.
 async fn compare<F: ReadNorFlash>(
     flash: &mut F,
-    mut offset: u32,
-    mut expected: impl ExactSizeIterator<Item = u8>,
+    offset: u32,
+    expected: &[u8],
 ) -> Result<(), ReadBackError<F::Error>> {
     const { assert!(F::READ_SIZE == 1) };
-    let mut block = [0; BLOCK_BYTES as usize];
-    while expected.len() > 0 {
-        let length = expected.len().min(block.len());
-        let found = block.get_mut(..length).unwrap_or_default();
+    let mut block = [0; BLOCK_BYTES];
+    for (offset, expected) in (offset..).step_by(BLOCK_BYTES).zip(expected.chunks(BLOCK_BYTES)) {
+        let found = block.get_mut(..expected.len()).unwrap_or_default();
         flash.read(offset, found).await.map_err(ReadBackError::Flash)?;
-        if !block.iter().take(length).all(|byte| expected.next() == Some(*byte)) {
+        if found != expected {
             return Err(ReadBackError::Different);
         }
-        offset += BLOCK_BYTES;
     }
     Ok(())
 }
@@ -79,7 +77,7 @@ impl<F: NorFlash> NorFlash for ReadBack<F> {
         let flash = &mut self.0;
         async move {
             flash.write(offset, bytes).await.map_err(ReadBackError::Flash)?;
-            compare(flash, offset, bytes.iter().copied()).await
+            compare(flash, offset, bytes).await
         }
     }
 
@@ -87,7 +85,10 @@ impl<F: NorFlash> NorFlash for ReadBack<F> {
         let flash = &mut self.0;
         async move {
             flash.erase(from, to).await.map_err(ReadBackError::Flash)?;
-            compare(flash, from, (from..to).map(|_| ERASED)).await
+            for block in (from..to).step_by(BLOCK_BYTES) {
+                compare(flash, block, &[ERASED; BLOCK_BYTES]).await?;
+            }
+            Ok(())
         }
     }
 }

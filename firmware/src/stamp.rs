@@ -6,7 +6,7 @@
 
 use dimsart_core::ModuleList as _;
 use dimsart_core::modules::Standard;
-use dimsart_core::stamp::{Stamp, as_str, text};
+use dimsart_core::stamp::{Stamp, text};
 
 use crate::BoardDimsart;
 
@@ -54,7 +54,7 @@ pub(crate) fn log() {
     let stamp = stamp();
     match stamp.costs() {
         Some(_) => {
-            defmt::info!("a tick may take {} cycles, memory {}", stamp.limit_cycles, as_str(&stamp.memory))
+            defmt::info!("a tick may take {} cycles, memory {=[u8]:a}", stamp.limit_cycles, stamp.memory)
         }
         None => defmt::warn!(
             "not stamped: what modules cost is not known and no tick is too long; `dimsart stamp`"

@@ -7,7 +7,7 @@ use dimsart_core::{Packet, Tick, Timing, types};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
-use crate::commands::{self, Answer, Report};
+use crate::commands::{self, Answer, Unsolicited};
 use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
@@ -32,7 +32,7 @@ pub(crate) struct Ends {
     pub(crate) answers: Giver<Answer>,
     pub(crate) packets_in: Taker<Received>,
     pub(crate) packets_out: Giver<Outgoing>,
-    pub(crate) reports: Giver<Report>,
+    pub(crate) reports: Giver<Unsolicited>,
     pub(crate) status: Giver<Status>,
 }
 
@@ -84,10 +84,10 @@ pub(crate) async fn run(
         let out = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();
         let dropped = out + ends.packets_in.dropped();
         if let Some(sample) = info.sample(dimsart.engine().data_base()) {
-            ends.reports.give_sparingly(Report::Sample(sample));
+            ends.reports.give_sparingly(Unsolicited::Sample(sample));
         }
         if timing.ticks % HEARTBEAT_EVERY == 0 {
-            ends.reports.give(Report::Heartbeat(info.heartbeat(dropped)));
+            ends.reports.give(Unsolicited::Heartbeat(info.heartbeat(dropped)));
         }
         if timing.ticks % REPORT_EVERY == 0 {
             ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });

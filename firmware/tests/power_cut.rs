@@ -51,7 +51,7 @@ fn scheme(gain: u16) -> Vec<u8> {
         if number > 1 {
             for axis in 0..3 {
                 let value = Value::Real(f32::from(axis) + 1.0);
-                let set = Command::Set { module, parameter: 1, axis: Some(axis), value };
+                let set = Command::Set { module, parameter: 1, entry: Some(axis), value };
                 dimsart.command(set).unwrap();
             }
         }

@@ -52,8 +52,8 @@ fn is_set(mut flash: Flash, number: u8) -> bool {
     matches!(block_on(store.open(&mut flash)), Kept::Key(kept) if kept.key == [number; 16])
 }
 
-/// A flash that hears everything again.
-fn hearing(flash: Flash) -> Flash {
+/// The flash, which takes every write again.
+fn repaired(flash: Flash) -> Flash {
     Flash { deaf: 0..0, ..flash }
 }
 
@@ -67,7 +67,7 @@ fn hold(flash: &Flash, step: Step, is_kept: fn(Flash, u8) -> bool) -> usize {
         for deaf in [first..first + 1, first..usize::MAX] {
             let (after, done) = step(Flash { deaf: deaf.clone(), ..flash.clone() }, NUMBER);
             refused += usize::from(done.is_err());
-            assert!(done.is_err() || is_kept(hearing(after), NUMBER), "deaf in {deaf:?}: it is not kept");
+            assert!(done.is_err() || is_kept(repaired(after), NUMBER), "deaf in {deaf:?}: it is not kept");
         }
     }
     refused

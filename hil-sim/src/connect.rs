@@ -1,10 +1,11 @@
-//! A controller at the other end of a serial port or socket, met with no table of its own.
+//! A controller at the other end of a serial port or socket.
 //!
 //! ```text
-//! Port  opens   Line  asks, repeats, gives up   Device  learns names, gives commands, reports
+//! Port  opens   RequestLine  asks, repeats, gives up   Device  learns names, gives commands, reports
 //! ```
-//! Names, units, ranges and choices are the device's, asked for when they are first needed. What a
-//! command came to is said by the device's answer: its state and what keeps it from moving.
+//! Names, ranges, choices and which unit is whose are the device's, asked for when they are first needed. Help texts, and
+//! the symbols of units, are this program's. What a command came to is said by the device's answer: its state and what
+//! keeps it from moving.
 
 mod command;
 mod description;
@@ -19,15 +20,16 @@ mod line;
 mod live;
 mod measured;
 mod port;
+mod recorder;
 mod renewal;
 mod replace;
 mod scheme;
 mod show;
 mod signals;
-mod unasked;
-mod words;
+mod unsolicited;
 
-pub use command::Outcome;
+pub use command::CommandOutcome;
+pub(crate) use description::range_text;
 pub use description::{Identity, ValueText};
 pub use device::Device;
 pub use error::ConnectError;
@@ -35,10 +37,11 @@ pub use faults::{Check, Faults, FindingText, FirstFaultText, ReasonText};
 pub use kept::{KeptReport, TimingText};
 pub use key::KeyReport;
 pub use lease::LiveReport;
-pub use line::{Line, LineError, Patience};
+pub use line::{LineError, Patience, RequestLine};
 pub use live::Live;
 pub use measured::{Measured, MeasuredRow};
 pub use port::{PortError, Stream, open, open_serial};
+pub use recorder::{Recorded, RecordedRow};
 pub use scheme::Sent;
 pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};
 pub use signals::SignalReport;

@@ -4,10 +4,10 @@
 //! ELF ──▶ Firmware: entry points, board
 //!             │
 //!             ▼              rig: the same controller here, its plant, the other side
-//!        Controller ◀─ tape ─┘   every tick: what was measured, what came in
+//!        Controller ◀─ trace ─┘   every tick: what was measured, what came in
 //!             │
 //!             ├─ the same bits commanded and sent, or an error
-//!             └─ Tally of cycles: tick, modules, packets, commands ──▶ Figures
+//!             └─ Statistics of cycles: tick, modules, packets, commands ──▶ Figures
 //! ```
 //! All cycles are those of a model of the Cortex-M4F that is built on Arm's tables (the crate `cycles`).
 
@@ -21,8 +21,8 @@ mod memory;
 mod random;
 mod replay;
 mod scheme_bound;
+mod statistics;
 mod steady;
-mod tally;
 mod worst;
 
 pub use controller::Controller;

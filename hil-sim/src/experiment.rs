@@ -25,11 +25,11 @@ use crate::bus::MediumReport;
 use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
 use crate::energy::ChannelEnergy;
-use crate::felt::FeltStiffness;
 use crate::first_packet::first_packet;
 use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
+use crate::perceived_stiffness::PerceivedStiffness;
 use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::recording::Recording;
@@ -185,7 +185,7 @@ impl Experiment {
         }
         let mut energy = ChannelEnergy::new(&self.rig);
         let mut watch = Watch::new(&self.rig, &self.scenario.limits);
-        let mut felt = FeltStiffness::new(&self.chain.obstacles);
+        let mut perceived = PerceivedStiffness::new(&self.chain.obstacles);
         let mut round_trips = RoundTrips::default();
         let unlike = self.chain.unlike_impedances_ns_per_m().map(|[master, slave]| {
             format!(
@@ -231,7 +231,7 @@ impl Experiment {
                     is_pushed(axis)
                         && truth.is_none_or(|truth| truth.is_some_and(|truth| truth.is_in_contact))
                 };
-                felt.add(&self.rig, touches);
+                perceived.add(&self.rig, touches);
             }
             match watch.look(&self.rig) {
                 None => {}
@@ -260,7 +260,7 @@ impl Experiment {
         let energy_min_j = energy.smallest_j().filter(|_| side.is_none());
         let tick_maps = self.rig.stations().iter();
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
-        let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &felt, faults);
+        let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &perceived, faults);
         let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
         let received = stations().filter_map(reception::received).collect();
         let outcome = Outcome { real_time, media: media_traffic, received, ..outcome };
@@ -330,7 +330,7 @@ impl Experiment {
         wall_s: f64,
         energy_min_j: Option<f64>,
         link_round_trip_ticks: Option<u32>,
-        felt: &FeltStiffness,
+        perceived: &PerceivedStiffness,
         faults: Vec<String>,
     ) -> Outcome {
         let dof = self.scenario.dof;
@@ -341,14 +341,14 @@ impl Experiment {
             let round_trip_s = f64::from(round_trip_ticks?) * self.scenario.sample_period_s;
             self.chain.stiffness_n_per_m(axis, round_trip_s)
         };
-        let felt = if self.alone.is_some_and(|alone| alone.side == Side::Slave) {
+        let perceived = if self.alone.is_some_and(|alone| alone.side == Side::Slave) {
             vec![None; dof]
         } else {
-            felt.per_axis()
+            perceived.per_axis()
         };
-        let axes = felt.into_iter().enumerate().map(|(axis, k_felt_n_per_m)| AxisOutcome {
+        let axes = perceived.into_iter().enumerate().map(|(axis, k_perceived_n_per_m)| AxisOutcome {
             axis,
-            k_felt_n_per_m,
+            k_perceived_n_per_m,
             k_predicted_n_per_m: predicted(axis),
         });
         Outcome::new(

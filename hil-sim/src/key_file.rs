@@ -1,10 +1,13 @@
 //! The file with the key that both sides of a link have.
 
 use std::fs;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Bytes of a key.
 const KEY_BYTES: usize = 16;
+/// Most bytes that are read of a file: some are without end, such as `/dev/zero`.
+const MOST_BYTES: u64 = 4096;
 
 /// Why a file holds no key. What is in it is never told.
 #[derive(Debug, thiserror::Error)]
@@ -52,7 +55,7 @@ pub enum KeyFileError {
 /// [`KeyFileError`] says what the file lacks.
 pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
     let path_of = || path.to_owned();
-    let text = fs::read_to_string(path);
+    let text = beginning(path);
     let text = text.map_err(|source| KeyFileError::Unreadable { path: path_of(), source })?;
     let text = text.trim();
     let digit = |(index, character): (usize, char)| {
@@ -64,6 +67,13 @@ pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
     let bytes: Vec<u8> = pairs.iter().map(|[high, low]| high << 4 | low).collect();
     let key = bytes.try_into().ok().filter(|_| digits.len() == 2 * KEY_BYTES);
     key.ok_or(KeyFileError::Length { path: path_of(), found: digits.len() })
+}
+
+/// As much of the file as is looked at.
+fn beginning(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    fs::File::open(path)?.take(MOST_BYTES).read_to_string(&mut text)?;
+    Ok(text)
 }
 
 /// What is wrong with who may read the file, if the system tells; in words.
@@ -112,6 +122,13 @@ mod tests {
         }
         let message = read(Path::new("not/here.key")).unwrap_err().to_string();
         assert!(message.contains("openssl rand -hex 16 > not/here.key"), "{message}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_file_without_end_is_no_key() {
+        let message = read(Path::new("/dev/zero")).unwrap_err().to_string();
+        assert!(message.contains("character 1 of the key is no hexadecimal digit"), "{message}");
     }
 
     #[cfg(unix)]

@@ -13,7 +13,7 @@
 //!                            │           │    (a controller here, or as firmware on an emulated board)
 //!                            │           └─ Link per direction: in this process, or UDP to another one
 //!                            │
-//!                            │  every tick: Recorder, ChannelEnergy, FeltStiffness, RoundTrips, Watch look on
+//!                            │  every tick: Recorder, ChannelEnergy, PerceivedStiffness, RoundTrips, Watch look on
 //!                            ▼
 //!                 Run { Recording, Outcome, TickMap } ──▶ pictures ──▶ Report: HTML, PNG, SVG, CSV
 //! ```
@@ -61,7 +61,6 @@ pub mod dbc;
 pub mod emulated;
 pub mod energy;
 pub mod experiment;
-pub mod felt;
 mod first_packet;
 pub mod growth;
 pub mod key_file;
@@ -69,6 +68,7 @@ pub mod link;
 pub mod meeting;
 pub mod outcome;
 pub mod pace;
+pub mod perceived_stiffness;
 pub mod phases;
 pub mod pictures;
 pub mod plant;

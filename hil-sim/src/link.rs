@@ -5,9 +5,9 @@
 //! core's [carriers](dimsart_core::carrier) do, and [`Carrier`] makes them of a scenario.
 
 mod address;
+mod arrival;
 mod can;
 mod carrier;
-mod ear;
 mod in_process;
 mod medium;
 mod open;
@@ -18,9 +18,9 @@ mod transit;
 mod udp;
 
 pub use address::Address;
+pub use arrival::ArrivalPoll;
 pub(crate) use can::can_frames;
 pub use carrier::{Carrier, Ends};
-pub use ear::Ear;
 pub use in_process::{InProcess, InProcessParameters};
 pub use open::{Channels, OpenError, open};
 pub use serial::Serial;

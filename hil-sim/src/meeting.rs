@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use dimsart_core::types;
 
-use crate::link::Ear;
+use crate::link::ArrivalPoll;
 use crate::rig::{Probe, Rig};
 
 /// Ticks in which the other side has answered before the meeting ends: so many moments to learn its beat from.
@@ -30,11 +30,16 @@ pub enum Missed {
 }
 
 /// Ticks `rig`, whose world stands still, until the other side has answered or `wait` is over. Gives the moment of
-/// the run's first tick: on the own beat, or half a period after the other side's packets for who brings an `ear`.
+/// the run's first tick: on the own beat, or half a period after the other side's packets for who brings an `arrival`.
 ///
 /// # Errors
 /// [`Missed`] says how the other side failed to appear.
-pub fn meet(rig: &mut Rig, ear: Option<&Ear>, wait: Duration, stop: &AtomicBool) -> Result<Instant, Missed> {
+pub fn meet(
+    rig: &mut Rig,
+    arrival: Option<&ArrivalPoll>,
+    wait: Duration,
+    stop: &AtomicBool,
+) -> Result<Instant, Missed> {
     let period = Duration::from_secs_f64(rig.period_s());
     let start = Instant::now();
     let mut due = start;
@@ -53,7 +58,7 @@ pub fn meet(rig: &mut Rig, ear: Option<&Ear>, wait: Duration, stop: &AtomicBool)
         }
         // What came while this side was late says nothing of the other one's beat.
         let next = due + period;
-        let heard = ear.and_then(|ear| ear.hear_until(next));
+        let heard = arrival.and_then(|arrival| arrival.arrival_before(next));
         if has_answered {
             offsets.push(heard.map(|moment| moment.saturating_duration_since(due)));
         }

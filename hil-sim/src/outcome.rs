@@ -23,8 +23,8 @@ pub struct Outcome {
     /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
     /// None when nothing came back, or when one side was run and the other one's scheme is not known.
     pub round_trip_ticks: Option<u32>,
-    /// Felt stiffness by axis, `N/m`; none for an axis that was not in settled contact.
-    pub k_felt_n_per_m: Vec<Option<f64>>,
+    /// Perceived stiffness by axis, `N/m`; none for an axis that was not in settled contact.
+    pub k_perceived_n_per_m: Vec<Option<f64>>,
     /// The static chain's stiffness for the measured round trip, by axis, `N/m`.
     pub k_predicted_n_per_m: Vec<Option<f64>>,
     /// The same, an object per axis.
@@ -70,8 +70,8 @@ pub struct Received {
 pub struct AxisOutcome {
     /// The axis, from 0.
     pub axis: usize,
-    /// Felt stiffness in the settled contact, `N/m`; none when not in contact.
-    pub k_felt_n_per_m: Option<f64>,
+    /// Perceived stiffness in the settled contact, `N/m`; none when not in contact.
+    pub k_perceived_n_per_m: Option<f64>,
     /// The static chain's stiffness, `N/m`.
     pub k_predicted_n_per_m: Option<f64>,
 }
@@ -98,7 +98,7 @@ impl Outcome {
             realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
             energy_min_j,
             round_trip_ticks,
-            k_felt_n_per_m: axes.iter().map(|axis| axis.k_felt_n_per_m).collect(),
+            k_perceived_n_per_m: axes.iter().map(|axis| axis.k_perceived_n_per_m).collect(),
             k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),
             axes,
             media: Vec::new(),

@@ -3,11 +3,11 @@
 //! With the round trip `T`, wave impedance `b`, moving mass `M`, its damping `B` and controller stiffness `K` of the
 //! master, contact settles to 1e-5 of the contact force within
 //!
-//! `ln(1e5) (2 M/B + 2 Ms/(Bs + Bw) + B/K_felt + (Bs + Bw)/Ke) + T (55 + 8 max(B/b, b/B, K M/(B b)))`.
+//! `ln(1e5) (2 M/B + 2 Ms/(Bs + Bw) + B/K_perceived + (Bs + Bw)/Ke) + T (55 + 8 max(B/b, b/B, K M/(B b)))`.
 //!
-//! The first sum is the time constants of master, slave at the wall, hand against the felt spring `1/K_felt = 1/K +
-//! T/(2 b) + 1/Ks + 1/Ke`, and slave against the wall's own, which counts where that is soft. The second is echoes:
-//! an impact leaves a wave between wall and hand, and each round trip it loses what the hand's side does not
+//! The first sum is the time constants of master, slave at the wall, hand against the perceived spring `1/K_perceived =
+//! 1/K + T/(2 b) + 1/Ks + 1/Ke`, and slave against the wall's own, which counts where that is soft. The second is
+//! echoes: an impact leaves a wave between wall and hand, and each round trip it loses what the hand's side does not
 //! reflect. That side has the impedance `B` to a slow wave and `K M/B` at the resonance `sqrt(K/M)`; `Z` reflects
 //! `(b - Z)/(b + Z)`, so the number of round trips grows with the larger of `Z/b` and `b/Z`. 55 and 8 are an upper
 //! envelope over 6088 simulated contacts at 2 to 1000 ticks (b 5 to 20, K and Ks 1000 to 5000, M 0.1 and 0.15 kg, B
@@ -147,12 +147,12 @@ fn axis_settling_s(scenario: &Scenario, chain: &Chain, axis: usize, round_trip_s
     let impedance_ns_per_m = chain.master.impedance_ns_per_m;
     let springs = [master, slave, obstacle.map(|obstacle| obstacle.stiffness_n_per_m)];
     let springs_m_per_n: f64 = springs.into_iter().flatten().map(|n_per_m| ratio(1.0, n_per_m)).sum();
-    let felt_m_per_n = springs_m_per_n + impedance_ns_per_m.map_or(0.0, |b| 0.5 * round_trip_s / b);
+    let perceived_m_per_n = springs_m_per_n + impedance_ns_per_m.map_or(0.0, |b| 0.5 * round_trip_s / b);
     let slave_damping_ns_per_m =
         scenario.slave.device.damping_ns_per_m + obstacle.map_or(0.0, |obstacle| obstacle.damping_ns_per_m);
     let time_constants_s = 2.0 * ratio(mass_kg, damping_ns_per_m)
         + 2.0 * ratio(scenario.slave.device.mass_kg, slave_damping_ns_per_m)
-        + damping_ns_per_m * felt_m_per_n
+        + damping_ns_per_m * perceived_m_per_n
         + obstacle.map_or(0.0, |obstacle| ratio(slave_damping_ns_per_m, obstacle.stiffness_n_per_m));
     let mismatch = impedance_ns_per_m.map_or(1.0, |b| {
         let slow = ratio(damping_ns_per_m, b);

@@ -5,7 +5,7 @@ use crate::phases::Phases;
 use crate::plant::EnvironmentKind;
 use crate::recorder::CHANNEL_ENERGY;
 use crate::recording::Recording;
-use crate::report::{Figure, Level, Line, Panel, Span};
+use crate::report::{Curve, Figure, Level, Panel, Span};
 use crate::scenario::Scenario;
 
 /// The figures that the recorded signals allow, of a run of both sides or of one.
@@ -54,7 +54,7 @@ pub fn figures(
         ],
     );
     let energy = std::iter::once(energy(recording, dof, side)).chain(waves);
-    let energy = energy.filter(|panel| !panel.lines.is_empty()).collect::<Vec<_>>();
+    let energy = energy.filter(|panel| !panel.curves.is_empty()).collect::<Vec<_>>();
     [("positions", "Positions", positions), ("forces", "Forces", forces), ("energy", "Wave energy", energy)]
         .into_iter()
         .filter(|(_, _, panels)| !panels.is_empty())
@@ -74,14 +74,14 @@ fn energy(recording: &Recording, dof: usize, side: Option<Side>) -> Panel {
         Some(Side::Slave) => "Energy that the slave gave the channel and has not got back",
         None => "Energy in the channel: sent into it at both ends and not come out yet",
     };
-    let mut lines = lines(recording, &[("all axes", "world", CHANNEL_ENERGY)], None);
+    let mut curves = curves(recording, &[("all axes", "world", CHANNEL_ENERGY)], None);
     let axes = (0..dof).filter_map(|axis| {
         let column = recording.find("world", CHANNEL_ENERGY, Some(axis))?;
-        Some(Line { label: format!("axis {axis}"), column })
+        Some(Curve { label: format!("axis {axis}"), column })
     });
     // Of one axis, it is the same twice.
-    lines.extend(axes.filter(|_| dof > 1));
-    Panel { title: title.to_owned(), y_label: "energy (J)".to_owned(), lines, levels: Vec::new() }
+    curves.extend(axes.filter(|_| dof > 1));
+    Panel { title: title.to_owned(), y_label: "energy (J)".to_owned(), curves, levels: Vec::new() }
 }
 
 /// A label, and the source and signal of its column.
@@ -91,17 +91,16 @@ fn per_axis(recording: &Recording, dof: usize, y_label: &str, wanted: &[Wanted<'
     let panel = |axis| Panel {
         title: format!("Axis {axis}"),
         y_label: y_label.to_owned(),
-        lines: lines(recording, wanted, Some(axis)),
+        curves: curves(recording, wanted, Some(axis)),
         levels: Vec::new(),
     };
-    (0..dof).map(panel).filter(|panel| !panel.lines.is_empty()).collect()
+    (0..dof).map(panel).filter(|panel| !panel.curves.is_empty()).collect()
 }
 
-fn lines(recording: &Recording, wanted: &[Wanted<'_>], axis: Option<usize>) -> Vec<Line> {
+fn curves(recording: &Recording, wanted: &[Wanted<'_>], axis: Option<usize>) -> Vec<Curve> {
     let line = |(label, source, signal): &Wanted<'_>| {
-        // A device of one axis has its vectors recorded as scalars.
-        let column = recording.find(source, signal, axis).or_else(|| recording.find(source, signal, None))?;
-        Some(Line { label: (*label).to_owned(), column })
+        let column = recording.find(source, signal, axis)?;
+        Some(Curve { label: (*label).to_owned(), column })
     };
     wanted.iter().filter_map(line).collect()
 }

@@ -6,9 +6,9 @@ mod selection;
 
 pub use selection::UnknownSignal;
 
-use dimsart_core::{Format, Scalar, TypeRef, Word, types};
+use dimsart_core::{DataType, Format, Scalar, TypeRef, Word, types};
 
-use crate::recording::{Column, Recording};
+use crate::recording::{Column, Recording, indices};
 use crate::rig::{Rig, Station};
 use crate::scenario::RecordSection;
 use selection::Selection;
@@ -144,12 +144,7 @@ impl Source {
             Self::Signal { station, slot, words: columns, format, .. } => {
                 let station = rig.stations().get(station).zip(slot);
                 let words = station.map(|(station, slot)| station.dimsart.engine().data_base().words(slot));
-                let words = words.unwrap_or_default().iter().map(|word| Word(*word));
-                match format {
-                    Format::F32 => fill(row, columns, words.map(|word| f64::from(f32::from_word(word)))),
-                    Format::I32 => fill(row, columns, words.map(|word| f64::from(i32::from_word(word)))),
-                    Format::U32 | Format::Bool => fill(row, columns, words.map(|word| f64::from(word.0))),
-                }
+                fill(row, columns, words.unwrap_or_default().iter().map(|word| number(Word(*word), format)))
             }
             Self::Truth { station, axis, kept } => {
                 let truth = rig.stations().get(station).and_then(|station| station.plant.truth(axis));
@@ -168,6 +163,16 @@ impl Source {
                     .fold(row, |row, (value, is_kept)| fill(row, usize::from(is_kept), Some(value)))
             }
         }
+    }
+}
+
+/// A word as what it is: every one has its `f64`; a switch is 0 or 1.
+fn number(word: Word, format: Format) -> f64 {
+    match format {
+        Format::F32 => f32::from_word(word).into(),
+        Format::I32 => i32::from_word(word).into(),
+        Format::U32 => word.0.into(),
+        Format::Bool => bool::from_word(word).into(),
     }
 }
 
@@ -197,7 +202,7 @@ fn sources(rig: &Rig, selection: &Selection) -> Vec<(Source, Vec<Column>)> {
 /// The selected part of a station's truth on one axis.
 fn truth(number: usize, station: &Station, axis: usize, selection: &Selection) -> (Source, Vec<Column>) {
     let columns =
-        TRUTH.map(|(name, unit)| column("world", &format!("{}.{name}", station.name), Some(axis), unit));
+        TRUTH.map(|(name, unit)| column("world", &format!("{}.{name}", station.name), vec![axis], unit));
     let kept = columns.each_ref().map(|column| selection.holds(&column.name()));
     let columns = columns.into_iter().zip(kept).filter(|(_, is_kept)| *is_kept);
     (Source::Truth { station: number, axis, kept }, columns.map(|(column, _)| column).collect())
@@ -211,7 +216,8 @@ fn energies(rig: &Rig) -> Vec<(Source, Vec<Column>)> {
     };
     let axes = rig.stations().iter().map(axes).max().unwrap_or_default();
     let total = (axes > 0).then_some(None);
-    let energy = |axis| (Source::Energy(axis), vec![column("world", CHANNEL_ENERGY, axis, "J")]);
+    let energy =
+        |axis| (Source::Energy(axis), vec![column("world", CHANNEL_ENERGY, axis.into_iter().collect(), "J")]);
     total.into_iter().chain((0..axes).map(Some)).map(energy).collect()
 }
 
@@ -223,9 +229,9 @@ fn signals(number: usize, station: &Station) -> Vec<(Source, Vec<Column>)> {
         let words = data_base.words(slot).len();
         let name = device.signal_name(entry.signal).to_string();
         let column = |word: usize| {
-            let kind = device.axes().get(word).copied().unwrap_or_default();
-            let axis = (words > 1).then_some(word);
-            column(&station.name, &name, axis, entry.data_type.unit.symbol(kind))
+            let DataType { unit, shape, .. } = *entry.data_type;
+            let indices = indices(shape, word, device.dof());
+            column(&station.name, &name, indices, unit.of_word(shape, word, device.axes()))
         };
         let columns = (0..words).map(column).collect();
         let format = entry.data_type.format;
@@ -242,6 +248,30 @@ fn revisions(rig: &Rig) -> Vec<u32> {
     rig.stations().iter().map(revision).collect()
 }
 
-fn column(source: &str, signal: &str, axis: Option<usize>, unit: &str) -> Column {
-    Column { source: source.to_owned(), signal: signal.to_owned(), axis, unit: unit.to_owned() }
+fn column(source: &str, signal: &str, indices: Vec<usize>, unit: impl ToString) -> Column {
+    Column { source: source.to_owned(), signal: signal.to_owned(), indices, unit: unit.to_string() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_is_the_number_that_its_format_makes_of_it() {
+        let numbers = [
+            (u32::MAX, Format::I32, -1.0),
+            (u32::MAX, Format::U32, 4_294_967_295.0),
+            (u32::MAX, Format::Bool, 1.0),
+            (0, Format::Bool, 0.0),
+            (0x7FC0_0000, Format::I32, 2_143_289_344.0),
+            (0x3FC0_0000, Format::F32, 1.5),
+        ];
+        for (word, format, expected) in numbers {
+            assert_eq!(
+                number(Word(word), format).to_bits(),
+                f64::to_bits(expected),
+                "{word:x} as {format:?}"
+            );
+        }
+    }
 }

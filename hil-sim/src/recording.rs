@@ -1,5 +1,7 @@
 //! What a run leaves behind: named, unit-carrying columns, one row per tick.
 
+use dimsart_core::Shape;
+
 /// One column of a [`Recording`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
@@ -7,8 +9,8 @@ pub struct Column {
     pub source: String,
     /// Signal name: a Data Base type (`POSITION`) or a truth signal (`hand_force`).
     pub signal: String,
-    /// Axis (0-based) of a per-axis signal; none for a scalar.
-    pub axis: Option<usize>,
+    /// Where it is in the signal, from 0: the axis, or row and column of a matrix; nothing for a scalar.
+    pub indices: Vec<usize>,
     /// SI unit as text (`m`, `N`, `sqrt(W)`); empty for a pure number.
     pub unit: String,
 }
@@ -23,10 +25,25 @@ impl Column {
     /// Header text: `master.POSITION[0] (m)`.
     #[must_use]
     pub fn header(&self) -> String {
-        let axis = self.axis.map(|axis| format!("[{axis}]")).unwrap_or_default();
+        let indices = in_brackets(&self.indices);
         let unit = if self.unit.is_empty() { String::new() } else { format!(" ({})", self.unit) };
-        format!("{}.{}{axis}{unit}", self.source, self.signal)
+        format!("{}.{}{indices}{unit}", self.source, self.signal)
     }
+}
+
+/// Where a word is in a signal of this shape, from 0: its axis, or row and column of a matrix; nothing for a scalar.
+pub(crate) fn indices(shape: Shape, word: usize, dof: usize) -> Vec<usize> {
+    let (row, column) = shape.place(word, dof);
+    match shape {
+        Shape::Scalar => Vec::new(),
+        Shape::Vector => vec![row],
+        Shape::Matrix(..) | Shape::Square => vec![row, column],
+    }
+}
+
+/// Indices as they follow a name: `[0][1]`.
+pub(crate) fn in_brackets(indices: &[usize]) -> String {
+    indices.iter().map(|index| format!("[{index}]")).collect()
 }
 
 /// Columns and rows of a run, row-major. Numbers of every Data Base format are exact in `f64`.
@@ -90,10 +107,12 @@ impl Recording {
         self.values.chunks_exact(self.columns.len().max(1))
     }
 
-    /// Index of the column `source.signal[axis]`, if recorded.
+    /// Index of the column `source.signal[axis]`, or `source.signal` of a scalar, if recorded.
     #[must_use]
     pub fn find(&self, source: &str, signal: &str, axis: Option<usize>) -> Option<usize> {
-        self.columns.iter().position(|c| c.source == source && c.signal == signal && c.axis == axis)
+        self.columns
+            .iter()
+            .position(|c| c.source == source && c.signal == signal && c.indices == axis.as_slice())
     }
 
     /// All values of one column, oldest first; empty for an index that does not exist.

@@ -26,7 +26,7 @@ use serde::Serialize;
 
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use cycle_bars::{CycleBar, CycleBars};
-pub use figure::{Figure, Level, Line, Panel, Span};
+pub use figure::{Curve, Figure, Level, Panel, Span};
 pub use tick_map::{TickMap, TypeRow};
 
 use crate::recording::Recording;

@@ -9,10 +9,10 @@
 
 mod guarded;
 mod probe;
-mod tape;
+mod trace;
 
 pub use probe::Probe;
-pub use tape::TickTape;
+pub use trace::TickTrace;
 
 use dimsart_core::auth::{AuthError, Guard};
 use dimsart_core::envelope::Class;
@@ -48,7 +48,7 @@ pub struct Station {
     guarded: Option<Guarded>,
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
-    tape: Option<TickTape>,
+    trace: Option<TickTrace>,
     position_m: Vec<f32>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
@@ -69,7 +69,7 @@ impl Station {
             trouble: None,
             guarded: None,
             is_tagged: false,
-            tape: None,
+            trace: None,
             position_m: vec![0.0; words_in],
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
@@ -97,15 +97,15 @@ impl Station {
         self.board.as_deref_mut()
     }
 
-    /// Has every tick of the controller taped from now on, if it runs here.
-    pub fn start_tape(&mut self) {
-        self.tape = Some(TickTape::default());
+    /// Has every tick of the controller traced from now on, if it runs here.
+    pub fn start_trace(&mut self) {
+        self.trace = Some(TickTrace::default());
     }
 
-    /// The last tick; none until a tape was [started](Self::start_tape).
+    /// The last tick; none until a trace was [started](Self::start_trace).
     #[must_use]
-    pub fn tape(&self) -> Option<&TickTape> {
-        self.tape.as_ref()
+    pub fn trace(&self) -> Option<&TickTrace> {
+        self.trace.as_ref()
     }
 
     /// Has a link authenticate what goes over it. Its clock are the ticks of a controller that is stepped every
@@ -116,19 +116,21 @@ impl Station {
 
     /// Why something that came in was not trusted, the newest case; none when keys were no matter.
     #[must_use]
-    pub fn mistrust(&self) -> Option<Mistrust> {
+    pub fn authentication_failure(&self) -> Option<AuthenticationFailure> {
         let refusal = self.guarded.as_ref().and_then(|guarded| guarded.refusal);
-        refusal.map(Mistrust::Refused).or(self.is_tagged.then_some(Mistrust::NoKeyHere))
+        refusal
+            .map(AuthenticationFailure::Refused)
+            .or(self.is_tagged.then_some(AuthenticationFailure::NoKeyHere))
     }
 
     fn receive(&mut self, link: usize, bytes: &[u8]) {
-        let Self { guarded, board, dimsart, is_tagged, tape, .. } = self;
+        let Self { guarded, board, dimsart, is_tagged, trace, .. } = self;
         let mut deliver = |content: &[u8]| match board {
             Some(board) => board.receive(link, content),
             // What is refused is counted by the controller.
             None => {
-                if let Some(tape) = tape {
-                    tape.received.push((link, dimsart.listening_channel(link), content.to_vec()));
+                if let Some(trace) = trace {
+                    trace.received.push((link, dimsart.listening_channel(link), content.to_vec()));
                 }
                 if let Err(PacketError::Class { found }) = dimsart.receive(link, content) {
                     *is_tagged |= found >= HANDSHAKE;
@@ -142,7 +144,7 @@ impl Station {
     }
 
     fn send(&mut self, link: usize, mut carry: impl FnMut(&[u8])) {
-        let Self { guarded, board, dimsart, tape, .. } = self;
+        let Self { guarded, board, dimsart, trace, .. } = self;
         let mut guarded = guarded.as_mut().filter(|guarded| guarded.link == link);
         if let Some(guarded) = &mut guarded {
             guarded.tick();
@@ -157,7 +159,7 @@ impl Station {
             None => {
                 if let Some(packet) = dimsart.outgoing(link) {
                     carry(&packet.to_bytes());
-                    tape.iter_mut().for_each(|tape| tape.sent.push((link, packet.clone())));
+                    trace.iter_mut().for_each(|trace| trace.sent.push((link, packet.clone())));
                 }
             }
         }
@@ -179,8 +181,8 @@ impl Station {
                 }
             },
         };
-        if let Some(tape) = &mut self.tape {
-            tape.keep(&self.measured, &self.commanded);
+        if let Some(trace) = &mut self.trace {
+            trace.keep(&self.measured, &self.commanded);
         }
         for (command_n, word) in self.command_n.iter_mut().zip(&self.commanded) {
             *command_n = f32::from_bits(word.0);
@@ -193,7 +195,7 @@ const HANDSHAKE: u8 = Class::Handshake as u8;
 
 /// Why what comes in over a link is not trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-pub enum Mistrust {
+pub enum AuthenticationFailure {
     /// The guard refused it.
     #[error("{0}")]
     Refused(AuthError),
@@ -316,7 +318,7 @@ impl Rig {
     /// can be looked at before [`advance`](Self::advance).
     pub fn tick(&mut self) {
         for (index, station) in self.stations.iter_mut().enumerate() {
-            station.tape.iter_mut().for_each(TickTape::clear);
+            station.trace.iter_mut().for_each(TickTrace::clear);
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
             {
                 let end = connection.to.link;

@@ -4,6 +4,7 @@ mod explain;
 mod load;
 mod setting;
 
+pub(crate) use explain::Explained;
 pub use load::{Loaded, load};
 pub use setting::Setting;
 

@@ -15,18 +15,18 @@ fn run(settings: &[&str]) -> Run {
 
 const NO_DELAY: [&str; 2] = ["link.forward_delay_ticks=0", "link.backward_delay_ticks=0"];
 
-/// Felt stiffness as predicted for the measured round trip, within a part in `1e4`, and a passive channel.
-fn assert_felt(run: &Run) {
+/// Perceived stiffness as predicted for the measured round trip, within a part in `1e4`, and a passive channel.
+fn assert_perceived(run: &Run) {
     assert!(run.outcome.stable && run.outcome.faults.is_empty(), "{:?}", run.outcome.faults);
     assert!(run.outcome.energy_min_j.unwrap() >= 0.0);
     for axis in run.outcome.axes.iter().take(2) {
-        let ratio = axis.k_felt_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
+        let ratio = axis.k_perceived_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
 }
 
 #[test]
-fn a_clean_medium_costs_a_tick_each_way_and_what_is_felt_is_as_predicted() {
+fn a_clean_medium_costs_a_tick_each_way_and_what_is_perceived_is_as_predicted() {
     for sets in [
         &["link.carrier=uart"][..],
         &["link.carrier=can_fd"],
@@ -35,7 +35,7 @@ fn a_clean_medium_costs_a_tick_each_way_and_what_is_felt_is_as_predicted() {
         &["link.carrier=udp"],
     ] {
         let run = run(&[sets, &NO_DELAY].concat());
-        assert_felt(&run);
+        assert_perceived(&run);
         assert_eq!(run.outcome.round_trip_ticks, Some(2 + 20), "{sets:?}");
         for traffic in &run.outcome.media {
             assert!(traffic.load > 0.0 && traffic.load < 1.0 && traffic.dropped == 0, "{traffic:?}");
@@ -47,7 +47,7 @@ fn a_clean_medium_costs_a_tick_each_way_and_what_is_felt_is_as_predicted() {
 fn the_links_delay_comes_on_top_of_the_mediums() {
     let sets = ["link.carrier=udp", "udp.delay_s=0.0045", "link.forward_delay_ticks=3"];
     let run = run(&[&sets[..], &NO_DELAY[1..]].concat());
-    assert_felt(&run);
+    assert_perceived(&run);
     assert_eq!(run.outcome.round_trip_ticks, Some(5 + 3 + 5 + 20));
 }
 
@@ -175,12 +175,12 @@ fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
     );
     assert!(outcome.energy_min_j.unwrap() >= 0.0, "{outcome:?}");
     for axis in &outcome.axes {
-        let ratio = axis.k_felt_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
+        let ratio = axis.k_perceived_n_per_m.unwrap() / axis.k_predicted_n_per_m.unwrap();
         assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
     // What jitter does without play-out: the line becomes a damper, and nothing but the drift is felt.
     let worn = load(&["link.playout_ticks=0"]);
-    assert!(worn.k_felt_n_per_m[0].unwrap() < 0.5 * worn.k_predicted_n_per_m[0].unwrap(), "{worn:?}");
+    assert!(worn.k_perceived_n_per_m[0].unwrap() < 0.5 * worn.k_predicted_n_per_m[0].unwrap(), "{worn:?}");
     let full = load(&["link.every_ticks=1", "duration_s=10"]);
     assert!(
         full.media[0].load > 0.99 && full.faults.iter().any(|fault| fault.contains("the line is full")),
@@ -189,9 +189,9 @@ fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
 }
 
 #[test]
-fn packets_in_every_few_ticks_over_a_bus_are_felt_as_predicted() {
+fn packets_in_every_few_ticks_over_a_bus_are_perceived_as_predicted() {
     let run = run(&[&["link.carrier=can_fd", "link.every_ticks=2"], &NO_DELAY[..]].concat());
-    assert_felt(&run);
+    assert_perceived(&run);
     assert_eq!(run.outcome.round_trip_ticks, Some(2 + 20 + 2));
 }
 

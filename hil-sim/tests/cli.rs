@@ -41,7 +41,7 @@ fn without_a_command_the_shipped_scenario_runs_and_is_reported() {
     let output = Command::new(env!("CARGO_BIN_EXE_dimsart")).current_dir(folder.path()).output().unwrap();
     assert!(output.status.success());
     let out = text(&output.stdout);
-    assert!(out.contains("stable") && out.contains("felt stiffness (N/m)"), "{out}");
+    assert!(out.contains("stable") && out.contains("perceived stiffness (N/m)"), "{out}");
     assert!(out.ends_with("report: runs/latest/report.html\n"), "{out}");
     let written = folder.path().join("runs/latest");
     for file in ["report.html", "signals.csv", "positions.svg", "forces.png", "energy.svg", "timeline.png"] {
@@ -59,7 +59,7 @@ fn the_last_line_is_json_with_every_figure() {
     for key in ["ticks", "wall_s", "realtime_factor", "energy_min_j"] {
         assert!(figures[key].is_number(), "{key}: {}", figures[key]);
     }
-    for key in ["k_felt_n_per_m", "k_predicted_n_per_m"] {
+    for key in ["k_perceived_n_per_m", "k_predicted_n_per_m"] {
         assert_eq!(figures[key].as_array().unwrap().len(), 3, "{key}");
     }
     assert!(!out.contains("report: "), "{out}");
@@ -199,7 +199,7 @@ fn a_wrong_setting_is_named_with_what_is_right() {
         (
             "master.time_delay_ticks=70000",
             "master.time_delay_ticks = 70000 does not suit TIMEDELAY_MOD TD_PARAM: '70000' is not a whole number \
-             from 0 to 60000; set another master.time_delay_ticks",
+             from 0 to 60000 ticks; set another master.time_delay_ticks",
         ),
         ("master.time_delay_ticks=50000", "needs 150000 words of the Data Base and "),
         ("environment=sea", "`environment` cannot be \"sea\"; give it one of `nothing`, `wall`, `spring`"),

@@ -4,9 +4,13 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-use can_dbc::{AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType};
+use can_dbc::{
+    AttributeValue, ByteOrder, Dbc, MessageId, MultiplexIndicator, SignalExtendedValueType, ValueType,
+};
 use dimsart_core::carrier::{can, can_fd};
-use dimsart_core::{Dimsart, Packet, Word, types};
+use dimsart_core::{
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Packet, Shape, Summary, Unit, Word, types,
+};
 use hil_sim::dbc::{self, Frames};
 use hil_sim::experiment::device;
 use hil_sim::schemes::{self, SchemeText};
@@ -74,13 +78,13 @@ fn read(dbc: &Dbc, identifier: u16, frames: &[Vec<u8>]) -> BTreeMap<String, u64>
     found
 }
 
-fn dbc(dof: usize, frames: Frames) -> Dbc {
-    let messages = dbc::messages(&mut controller(dof), "master", frames).unwrap();
+fn dbc(controller: &mut Dimsart, frames: Frames) -> Dbc {
+    let messages = dbc::messages(controller, "master", frames).unwrap();
     Dbc::try_from(dbc::Dbc::new(messages).unwrap().to_string().as_str()).unwrap()
 }
 
 fn check(dof: usize, frames: Frames) {
-    let dbc = dbc(dof, frames);
+    let dbc = dbc(&mut controller(dof), frames);
     let (packet, waves) = packet(dof);
     let content = packet.to_bytes();
     let data: Vec<Vec<u8>> = match frames {
@@ -120,6 +124,38 @@ fn check(dof: usize, frames: Frames) {
     assert_eq!(found, expected.as_ref().map(|value| ("BusType", value)));
     let unit = &dbc.messages[0].signals.iter().find(|signal| signal.name == "CH1_TD_WAVES_1").unwrap().unit;
     assert_eq!(unit, "sqrt(W)");
+}
+
+#[test]
+fn a_number_with_a_sign_is_read_with_it() {
+    const TURNS: &DataType = &DataType {
+        id: 0x8000,
+        name: "TURNS",
+        unit: Unit::Position,
+        format: Format::I32,
+        shape: Shape::Scalar,
+        summary: Summary::new(""),
+    };
+    let axes = [AxisKind::Linear, AxisKind::Rotary];
+    let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[TURNS], &[]).unwrap();
+    let mut dimsart: Dimsart = Dimsart::new(device).unwrap();
+    let rows = format!(
+        "all COMM_TXMOD CTX_ADD_DATA TURNS\nall COMM_TXMOD CTX_COUNTERS OFF\nall COMM_TXMOD CTX_CHANNEL {CHANNEL}\n\
+         all MOD_ENG MOD_ON COMM_TXMOD\nall MOD_ENG MATCHING_CHECK"
+    );
+    let rows = SchemeText { name: "turns.scheme".to_owned(), text: rows };
+    let loaded = schemes::load(&rows, "master", &[], &mut dimsart);
+    assert!(loaded.is_sound(), "{loaded:?}");
+    let dbc = dbc(&mut dimsart, Frames::Can);
+    let signal = dbc.messages[0].signals.iter().find(|signal| signal.name == "TURNS").unwrap();
+    assert_eq!((signal.value_type, signal.size, signal.unit.as_str()), (ValueType::Signed, 32, "m or rad"));
+    for turns in [-7, 0, 7, i32::MIN, i32::MAX] {
+        dimsart.tick(&[turns.into()], &mut []);
+        let content = dimsart.outgoing(0).unwrap().to_bytes();
+        let frames: Vec<_> = can::frames(&content, CHANNEL).unwrap().map(|frame| frame.to_vec()).collect();
+        let bits = u32::try_from(read(&dbc, CHANNEL, &frames)["TURNS"]).unwrap();
+        assert_eq!(bits.cast_signed(), turns);
+    }
 }
 
 #[test]

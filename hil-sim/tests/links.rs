@@ -6,7 +6,7 @@ mod cases;
 use cases::{CASES, errors, off};
 
 #[test]
-fn every_carrier_is_felt_as_predicted_and_passive() {
+fn every_carrier_is_perceived_as_predicted_and_passive() {
     for case in CASES {
         let name = format!("{}, {}", case.carrier, case.policy);
         let outcome = case.run().expect("sound cases");
@@ -16,7 +16,7 @@ fn every_carrier_is_felt_as_predicted_and_passive() {
         assert!(energy_j >= 0.0, "{name}: {energy_j} J");
         let off = off(&outcome).expect("contact");
         // What is not felt as predicted is far from it: nothing is just outside the tolerance.
-        if case.is_felt {
+        if case.is_perceived {
             assert!(off.abs() < 0.01, "{name}: {off}");
         } else {
             assert!(off < -0.1, "{name}: {off}");

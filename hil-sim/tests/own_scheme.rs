@@ -59,7 +59,7 @@ fn chain(master: f64, impedance_ns_per_m: f64, ticks: u32, slave: f64) -> f64 {
 
 fn feels(outcome: &Outcome, expected: [f64; 2]) {
     for (axis, expected) in outcome.axes.iter().zip(expected) {
-        for found in [axis.k_felt_n_per_m, axis.k_predicted_n_per_m] {
+        for found in [axis.k_perceived_n_per_m, axis.k_predicted_n_per_m] {
             let error = found.unwrap() / expected - 1.0;
             assert!(error.abs() < 1e-4, "axis {}: {found:?} instead of {expected}", axis.axis);
         }
@@ -67,7 +67,7 @@ fn feels(outcome: &Outcome, expected: [f64; 2]) {
 }
 
 #[test]
-fn gains_delays_and_single_axes_of_a_scheme_are_what_is_felt() {
+fn gains_delays_and_single_axes_of_a_scheme_are_what_is_perceived() {
     let outcome = run(OWN, &[]).unwrap();
     assert_eq!(outcome.round_trip_ticks, Some(1 + 1 + 3 + 6));
     feels(&outcome, [chain(2000.0, 20.0, 11, 2000.0), chain(1000.0, 20.0, 11, 2000.0)]);
@@ -112,7 +112,7 @@ fn a_setting_of_a_module_that_is_not_there_is_refused() {
 }
 
 #[test]
-fn a_delay_on_the_way_in_counts_and_is_felt() {
+fn a_delay_on_the_way_in_counts_and_is_perceived() {
     let incoming = "
         m&s TIMEDELAY_MOD.2 PORT_SIGNAL_IN  CH2_WAVES
         m&s TIMEDELAY_MOD.2 PORT_SIGNAL_OUT CH2_TD_WAVES

@@ -11,14 +11,14 @@ use std::time::Duration;
 use serialport::{SerialPort, TTYPort};
 
 /// A line between two serial ports: what is written at one comes out at the other.
-struct Line {
+struct SerialPair {
     /// This program's ends of both ports.
     ends: [TTYPort; 2],
     /// Their names.
     ports: [String; 2],
 }
 
-impl Line {
+impl SerialPair {
     fn new() -> Self {
         let [one, other] = [(); 2].map(|()| TTYPort::pair().unwrap());
         let mut ends = [one.0, other.0];
@@ -77,7 +77,7 @@ fn figures(output: &Output) -> serde_json::Value {
 #[test]
 fn two_processes_run_the_experiment_over_serial_ports() {
     let duration = ["--set", "duration_s=1"];
-    let outputs = Line::new().carry(|[one, other]| {
+    let outputs = SerialPair::new().carry(|[one, other]| {
         let slave = start("slave", &other, &duration);
         let master = start("master", &one, &duration);
         [master, slave].map(|process| process.wait_with_output().unwrap())
@@ -93,7 +93,7 @@ fn two_processes_run_the_experiment_over_serial_ports() {
 
 #[test]
 fn a_silent_line_is_named_with_its_port() {
-    Line::new().carry(|[one, _]| {
+    SerialPair::new().carry(|[one, _]| {
         let output = start("master", &one, &["--wait-s", "0.3"]).wait_with_output().unwrap();
         assert_eq!(output.status.code(), Some(1));
         let message = text(&output.stderr);

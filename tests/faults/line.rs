@@ -13,19 +13,19 @@ use crate::loops::{MASTER, SLAVE, TICK_S, axis, delays, rig, signal};
 pub(crate) const TIMEOUT_TICKS: u64 = 20;
 
 /// Loses the packets of the ticks that `loses` says, and notes when one arrives.
-struct Line<F> {
+struct LossyLink<F> {
     line: InProcess,
     loses: F,
     arrivals: Arc<Mutex<Option<u64>>>,
 }
 
-impl<F> std::fmt::Debug for Line<F> {
+impl<F> std::fmt::Debug for LossyLink<F> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Line").finish_non_exhaustive()
+        f.debug_struct("LossyLink").finish_non_exhaustive()
     }
 }
 
-impl<F: FnMut(u64) -> bool + Send> Link for Line<F> {
+impl<F: FnMut(u64) -> bool + Send> Link for LossyLink<F> {
     fn send(&mut self, now: u64, bytes: &[u8]) {
         if !(self.loses)(now) {
             self.line.send(now, bytes);
@@ -77,7 +77,7 @@ impl Loop {
         for ((loses, arrivals), [from, to]) in sides.into_iter().zip([[SLAVE, MASTER], [MASTER, SLAVE]]) {
             let line = InProcess::new(InProcessParameters::default(), 0);
             let [from, to] = [from, to].map(|station| End { station, link: 0 });
-            rig.connect(from, to, Box::new(Line { line, loses, arrivals }));
+            rig.connect(from, to, Box::new(LossyLink { line, loses, arrivals }));
         }
         Self { rig, sides: watched }
     }

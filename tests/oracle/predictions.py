@@ -2,7 +2,7 @@
 
 With h the tick, b the wave impedance, kappa = h K / b and T = (n1 + n2) h / 2 the mean one-way delay:
 
-    felt stiffness       1/K_felt = 1/Km + 1/Ks + T/b + 1/Ke
+    perceived stiffness       1/K_perceived = 1/Km + 1/Ks + T/b + 1/Ke
     offset at speed V    xm - xs  = F (1/Km + 1/Ks + T/b) + V (n1 - n2) h / 2     F = Bs V
     apparent mass        M        = Mm + Ms + b T - Bs^2 (1/Km + 1/Ks + T/b)
 
@@ -47,7 +47,7 @@ def line_compliance(loop: Loop) -> float:
     return springs + mean_delay_s(loop) / loop.impedance_ns_per_m
 
 
-def felt_stiffness(loop: Loop) -> float:
+def perceived_stiffness(loop: Loop) -> float:
     return 1 / (line_compliance(loop) + 1 / loop.wall_stiffness_n_per_m)
 
 
@@ -100,7 +100,7 @@ def stability_rows() -> list[dict[str, Any]]:
 
 
 def stiffness_rows(order: str, walls_n_per_m: tuple[float, ...]) -> list[dict[str, Any]]:
-    """Felt stiffness; computed as the response at a frequency so low that the loop only stretches."""
+    """Perceived stiffness; computed as the response at a frequency so low that the loop only stretches."""
     slow = np.exp(1e-7j)
     rows = []
     for round_trip in (2, 11, 20, 22, 100, 200, 1000):
@@ -108,14 +108,14 @@ def stiffness_rows(order: str, walls_n_per_m: tuple[float, ...]) -> list[dict[st
             back = 1 if round_trip == 11 else round_trip // 2
             loop = Loop(order, round_trip - back, back, MASTER, SLAVE, wall)
             computed = float(1 / np.real(build(loop)(slow)[0, 0]))
-            expected = felt_stiffness(as_implicit(loop) if order == "plain_split" else loop)
-            require_close(f"felt stiffness, {order}, {round_trip} ticks", computed, expected, 1e-6 * expected)
+            expected = perceived_stiffness(as_implicit(loop) if order == "plain_split" else loop)
+            require_close(f"perceived stiffness, {order}, {round_trip} ticks", computed, expected, 1e-6 * expected)
             rows.append(
                 {
                     "order": order,
                     "round_trip_ticks": round_trip,
                     "wall_stiffness_n_per_m": None if wall == inf else wall,
-                    "felt_stiffness_n_per_m": expected,
+                    "perceived_stiffness_n_per_m": expected,
                     "computed_n_per_m": computed,
                 }
             )
@@ -185,7 +185,7 @@ def plain_split() -> dict[str, Any]:
     require(difference < 1e-10, f"plain split and implicit with K/(1 - kappa) differ by {difference:g} of the force")
     return {
         "difference_from_implicit": difference,
-        "felt_stiffness": stiffness_rows("plain_split", (inf,)),
+        "perceived_stiffness": stiffness_rows("plain_split", (inf,)),
     }
 
 
@@ -198,7 +198,7 @@ def all_predictions() -> dict[str, Any]:
         ("stability", stability_rows),
         ("passivity", lambda: {"clamped_port": clamped_rows(), "side_with_device": needed_damping_rows()}),
         ("damping_bounds", damping_bound_rows),
-        ("felt_stiffness", lambda: [row for order in CURED for row in stiffness_rows(order, walls)]),
+        ("perceived_stiffness", lambda: [row for order in CURED for row in stiffness_rows(order, walls)]),
         ("plain_split", plain_split),
         ("coasting", coasting_rows),
     ):
@@ -209,7 +209,7 @@ def all_predictions() -> dict[str, Any]:
         "impedance_ns_per_m": IMPEDANCE_NS_PER_M,
         "master": asdict(MASTER),
         "slave": asdict(SLAVE),
-        "note": "growth, stability, felt_stiffness and plain_split use `master` and `slave`; damping_bounds has the same"
+        "note": "growth, stability, perceived_stiffness and plain_split use `master` and `slave`; damping_bounds has the same"
         " gains and device damping on both sides, 1 to 50 ticks each way; a wall of null is rigid, 0 is none",
         **sections,
     }

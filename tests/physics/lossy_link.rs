@@ -191,13 +191,14 @@ fn a_rate_change_stays_passive_and_free_of_drift() {
 }
 
 #[test]
-fn a_rate_change_is_felt_as_its_delay() {
+fn a_rate_change_is_perceived_as_its_delay() {
     let settings = "dof=1 link.every_ticks=2 hand.contact_force_n=[2.0]";
     let Run { outcome, .. } =
         Experiment::new(&scenario(settings)).unwrap().run(&AtomicBool::new(false), |_| ());
     assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
-    let (felt, predicted) = (outcome.k_felt_n_per_m[0].unwrap(), outcome.k_predicted_n_per_m[0].unwrap());
-    assert!((felt / predicted - 1.0).abs() < 0.01, "{felt} N/m, predicted {predicted} N/m");
+    let (perceived, predicted) =
+        (outcome.k_perceived_n_per_m[0].unwrap(), outcome.k_predicted_n_per_m[0].unwrap());
+    assert!((perceived / predicted - 1.0).abs() < 0.01, "{perceived} N/m, predicted {predicted} N/m");
 }
 
 #[test]

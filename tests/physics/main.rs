@@ -3,10 +3,10 @@
 //! Everything but hands and devices is what ships: schemes, modules, engine, packets, links.
 
 mod energy;
-mod felt_stiffness;
 mod growth;
 #[path = "../common/loops.rs"]
 mod loops;
 mod lossy_link;
 mod motion;
+mod perceived_stiffness;
 mod stability;

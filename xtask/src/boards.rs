@@ -13,6 +13,9 @@ use crate::budget_file::BudgetFile;
 use crate::shell::{Outcome, cargo, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
+/// Cargo's profile of images.
+const PROFILE: &str = "firmware";
+
 /// The scheme's sides.
 pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 
@@ -41,6 +44,12 @@ pub(crate) fn folder() -> PathBuf {
 }
 
 impl Image {
+    /// Stamps it as the master.
+    pub(crate) fn stamp(&self) -> Outcome {
+        let [side, _] = SIDES;
+        stamp(&folder().join(&self.name), side)
+    }
+
     /// Reads it for an analysis of its machine code.
     pub(crate) fn read(&self) -> Result<cycles::image::Image, String> {
         read_image(&folder().join(&self.name))
@@ -76,29 +85,40 @@ pub(crate) fn hold(images: &[Image]) -> Outcome {
     if over.is_empty() { Ok(()) } else { Err(over.join("\n")) }
 }
 
-/// Builds one image, and stamps it as the master.
+/// Stamps the plain image of each board: tests ask what these refuse by their stamps.
+pub(crate) fn stamp_plain(images: &[Image]) -> Outcome {
+    images.iter().filter(|image| image.name == image.board.name).try_for_each(Image::stamp)
+}
+
+/// Builds one image.
 pub(crate) fn build(
     toolchain: Toolchain,
     board: &'static BoardInfo,
     variant: Option<&str>,
 ) -> Result<Image, String> {
     let features: Vec<&str> = [Some(board.name), variant].into_iter().flatten().collect();
-    let arguments = ["--package", "firmware", "--profile", "firmware", "--features", &features.join(",")];
+    let arguments = ["--package", "firmware", "--profile", PROFILE, "--features", &features.join(",")];
     run(&mut toolchain.cargo("build", &arguments))?;
     let (name, built) = (features.join("-").replace(',', "-"), output("firmware").join("firmware"));
     let image = folder().join(&name);
     let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(&built, &image));
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
-    let [side, _] = SIDES;
-    stamp(&image, side)?;
     let size = size(&image)?;
     let budget = if variant.is_none() { budget(board)? } else { None };
     Ok(Image { name, board, size, budget })
 }
 
+/// Size of a board's image with these groups of modules alone.
+pub(crate) fn size_with(toolchain: Toolchain, board: &BoardInfo, groups: &[&str]) -> Result<Size, String> {
+    let features = [&[board.name], groups].concat().join(",");
+    let arguments = ["--package", "firmware", "--profile", "firmware", "--no-default-features", "--features"];
+    run(toolchain.cargo("build", &arguments).arg(&features))?;
+    size(&output("firmware").join("firmware"))
+}
+
 /// Puts into an image what its modules cost, and the side that its scheme is for.
 pub(crate) fn stamp(image: &Path, side: &str) -> Outcome {
-    let stamp = ["run", "--quiet", "--release", "--package", "hil-sim", "--bin", "dimsart", "--", "stamp"];
+    let stamp = ["run", "--quiet", "--package", "hil-sim", "--bin", "dimsart", "--", "stamp"];
     run(cargo(&stamp).arg(image).args(["--side", side]))
 }
 
@@ -115,7 +135,9 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
             .chain(board.tooling.variants.iter().map(|variant| format!("{},{variant}", board.name)))
             .chain(std::iter::once(format!("{},cycle-table", board.name)))
         {
-            let arguments = ["--quiet", "--package", "firmware", "--features", &features];
+            // Their profile, for which all is built that runs on the host.
+            let arguments =
+                ["--quiet", "--profile", PROFILE, "--package", "firmware", "--features", &features];
             run(toolchain.cargo("clippy", &arguments).args(["--", "--deny", "warnings"]))?;
         }
     }
@@ -125,7 +147,8 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
 /// Documentation of what is compiled for boards alone.
 pub(crate) fn document(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
-        let arguments = ["--no-deps", "--quiet", "--package", "boards", "--features", board.name];
+        let arguments =
+            ["--no-deps", "--quiet", "--profile", PROFILE, "--package", "boards", "--features", board.name];
         run(toolchain.cargo("doc", &arguments).env("RUSTDOCFLAGS", "--deny warnings"))?;
     }
     Ok(())

@@ -76,7 +76,7 @@ fn measure() -> Result<Vec<Row>, String> {
     println!("bounds of the shipped scheme on every board");
     let mut arguments = vec![folder().into_os_string()];
     arguments.extend(BOARDS.iter().map(|board| board.name.into()));
-    rows(&example("scheme_budgets", &arguments)?)
+    rows(&example("scheme_budgets", "dev", &arguments)?)
 }
 
 /// What `scheme_budgets` says; of no side it may say nothing.

@@ -5,9 +5,10 @@ use std::ffi::OsString;
 use crate::boards::folder;
 use crate::shell::{cargo, run};
 
-/// What an example prints; it finds images in [`folder`] unless its arguments say otherwise.
-pub(crate) fn example(name: &str, arguments: &[OsString]) -> Result<String, String> {
-    let example = ["--quiet", "--release", "--package", "hil-sim", "--example", name];
+/// What an example prints, built with one of cargo's profiles; it finds images in [`folder`] unless its arguments say
+/// otherwise.
+pub(crate) fn example(name: &str, profile: &str, arguments: &[OsString]) -> Result<String, String> {
+    let example = ["--quiet", "--profile", profile, "--package", "hil-sim", "--example", name];
     // Apart from the run, to show how the build goes.
     run(cargo(&["build"]).args(example))?;
     let mut command = cargo(&["run"]);

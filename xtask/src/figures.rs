@@ -7,7 +7,7 @@ use crate::example::example;
 use crate::shell::{Outcome, command, top};
 use crate::table::table;
 use crate::toolchain::Toolchain;
-use crate::{setup, stack};
+use crate::{module_groups, setup, stack};
 
 const HEAD: &str = "\
 # What the firmware takes
@@ -68,21 +68,23 @@ board's frame has what the board says of itself, too, 9 words in all.
 /// Builds every image, measures and writes the page.
 pub(crate) fn run() -> Outcome {
     setup::emulator()?;
-    let images = build_all(Toolchain::set_up()?)?;
+    let toolchain = Toolchain::set_up()?;
+    let images = build_all(toolchain)?;
     let bounds = stack::bounds(&images)?;
-    let page = page(&images) + STACK + &stack::summary(&images, &bounds);
+    let page =
+        page(&images) + &module_groups::section(toolchain)? + STACK + &stack::summary(&images, &bounds);
     let page = page
         + TIME
         + "
-" + &example("firmware_figures", &[])?
+" + &example("firmware_figures", "release", &[])?
         + JITTER;
     let page = page
         + CYCLES
         + "
-" + &example("cycle_figures", &[])?
+" + &example("cycle_figures", "release", &[])?
         + BY_HAND
         + "
-" + &example("by_hand_figures", &[])?;
+" + &example("by_hand_figures", "release", &[])?;
     println!("{page}");
     let file = top().join("docs/firmware.md");
     std::fs::write(&file, page).map_err(|error| format!("cannot write {}: {error}", file.display()))?;

@@ -85,7 +85,8 @@ pub(crate) fn run() -> Outcome {
             setup::emulator()?;
             Toolchain::set_up()
         })?;
-        steps.step("images", || boards::build_all(toolchain))?;
+        let images = steps.step("images", || boards::build_all(toolchain))?;
+        steps.step("stamps of every variant", || images.iter().try_for_each(boards::Image::stamp))?;
         let minutes: u64 = RUNS.iter().map(|run| run.minutes).sum();
         let count = RUNS.len();
         println!("{count} long runs, about {minutes} min on two cores, then fuzzing, about {HOURS} h");

@@ -10,6 +10,7 @@ mod figures;
 mod flash;
 mod fuzz;
 mod long;
+mod module_groups;
 mod panic_free;
 mod setup;
 mod shell;
@@ -40,7 +41,7 @@ usage: cargo xtask COMMAND
   panic-free  show that nothing a tick reaches in the images' machine code can panic, and that it is in CCM SRAM
   stack       bound the stack of every image by its machine code, with the deepest calls of every priority
   ci          for every change: format, lints and documentation with warnings denied, then test, panic-free,
-              fuzz 1000000 and bench
+              fuzz 1000000 and the counts of bench
 ";
 
 fn main() -> ExitCode {

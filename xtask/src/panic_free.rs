@@ -2,9 +2,9 @@
 //! where the board has the tick there.
 //!
 //! From `dimsart_tick` on, and from what brings it packets and takes them from it, every call in the machine code of
-//! every image is followed. All of it must be the core's own, its mathematics', plain memory moves or tallies of what was
-//! measured, without an instruction that traps: a panic, a formatter, an allocator or floats in software are faults, and
-//! so is a call whose target cannot be seen.
+//! every image is followed. All of it must be the core's own, its mathematics', plain memory moves or statistics of
+//! what was measured, without an instruction that traps: a panic, a formatter, an allocator or floats in software are
+//! faults, and so is a call whose target cannot be seen.
 
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ const ROOTS: [&str; 3] = ["dimsart_deliver", "dimsart_tick", "dimsart_take"];
 const ALLOWED: [&str; 14] = [
     "dimsart_core::*",
     "<dimsart_core::*",
-    // The tallies of images that measure.
+    // The statistics of images that measure.
     "firmware::measure::*",
     "<firmware::measure::*",
     "micromath::*",

@@ -22,7 +22,8 @@ pub(crate) fn quick() -> Outcome {
 pub(crate) fn test() -> Outcome {
     Steps::run(|steps| {
         let toolchain = tools(steps)?;
-        tests(steps, toolchain).map(drop)
+        let images = Steps::both(|| images(steps, toolchain), || build(steps))?;
+        tests(steps, toolchain, &images)
     })
 }
 
@@ -30,21 +31,29 @@ pub(crate) fn test() -> Outcome {
 pub(crate) fn ci() -> Outcome {
     Steps::run(|steps| {
         steps.step("format", format)?;
-        steps.step("lints", lint)?;
         let toolchain = tools(steps)?;
-        steps.step("lints of the boards", || boards::lint(toolchain))?;
-        steps.step("documentation", || {
-            run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))
-        })?;
-        steps.step("documentation of the boards", || boards::document(toolchain))?;
-        let images = tests(steps, toolchain)?;
+        // Links of images take one core; what is for the host is built in another folder.
+        let images = Steps::both(
+            || {
+                let images = images(steps, toolchain)?;
+                steps.step("lints of the boards", || boards::lint(toolchain))?;
+                steps.step("documentation of the boards", || boards::document(toolchain))?;
+                Ok(images)
+            },
+            || {
+                steps.step("lints", lint)?;
+                steps.step("documentation", document)?;
+                build(steps)
+            },
+        )?;
+        tests(steps, toolchain, &images)?;
         steps.step("no panic in a tick", || panic_free::hold(&images))?;
         steps.step("fuzzing", || fuzz::fuzz(fuzz::FEW_INPUTS))?;
-        steps.step("instructions of a tick", bench::run)
+        steps.step("instructions of a tick", bench::hold)
     })
 }
 
-fn tools(steps: &mut Steps) -> Result<Toolchain, String> {
+fn tools(steps: &Steps) -> Result<Toolchain, String> {
     steps.step("tools", || {
         setup::python()?;
         setup::emulator()?;
@@ -62,15 +71,23 @@ fn lint() -> Outcome {
     run(&mut cargo(&["clippy", "--workspace", "--all-targets", "--quiet", "--", "--deny", "warnings"]))
 }
 
-/// Every test, and what the images are held to; gives the images.
-fn tests(steps: &mut Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
-    // Links of images take one core; the tests are built in another folder.
-    let (images, ()) = steps.both(
-        ("images", || boards::build_all(toolchain)),
-        ("build of the tests", || run(&mut cargo(&["test", "--workspace", "--no-run", "--quiet"]))),
-    )?;
-    steps.step("size of the images", || boards::hold(&images))?;
-    steps.step("stack of the images", || stack::hold(&images, &stack::bounds(&images)?))?;
+fn document() -> Outcome {
+    run(cargo(&["doc", "--workspace", "--no-deps", "--quiet"]).env("RUSTDOCFLAGS", "--deny warnings"))
+}
+
+fn images(steps: &Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
+    steps.step("images", || boards::build_all(toolchain))
+}
+
+fn build(steps: &Steps) -> Outcome {
+    steps.step("build of the tests", || run(&mut cargo(&["test", "--workspace", "--no-run", "--quiet"])))
+}
+
+/// What the images are held to, and every test.
+fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
+    steps.step("size of the images", || boards::hold(images))?;
+    steps.step("stack of the images", || stack::hold(images, &stack::bounds(images)?))?;
+    steps.step("stamps of the images", || boards::stamp_plain(images))?;
     steps.step("budgets of a tick", || budgets::hold(toolchain))?;
     steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
     let oracle = top().join("target/oracle");
@@ -81,6 +98,5 @@ fn tests(steps: &mut Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> 
     steps.step("tests", || {
         let mut tests = cargo(&["test", "--workspace", "--quiet"]);
         run(tests.env("DIMSART_ORACLE", &oracle).env("DIMSART_FIRMWARE", boards::folder()))
-    })?;
-    Ok(images)
+    })
 }

@@ -26,8 +26,8 @@ pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -
             _ => break,
         };
         let target = counter.wrapping_add(2 * entry);
-        // Nothing goes on in the table: such an entry is what fills it up, as an instruction that does nothing is. Anywhere
-        // else it is kept, and found wrong.
+        // No code is in the table: an entry that leads there, or is an instruction that does nothing, fills it up.
+        // Anywhere but at the end it is kept, and found wrong.
         let is_filling = (target <= place || entry == NOP) && end - place < ALIGNMENT;
         if !is_filling {
             end = if target > place { end.min(target) } else { end };
@@ -39,22 +39,25 @@ pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -
 }
 
 /// Where the table of a branch begins: right behind it, or where the instruction in front of it (`ADR`) has `n` point
-/// to, because constants lie between them.
-fn table(image: &Image, address: u32, n: Register) -> Option<u32> {
+/// to, because constants lie between them. Moves to other registers can stand between the two.
+fn table(image: &Image, mut address: u32, n: Register) -> Option<u32> {
     if n == PC {
         return Some(address.wrapping_add(4));
     }
-    let (_, before) =
-        image.code.range(..address).next_back().filter(|(_, before)| before.next() == address)?;
-    match before.operation {
-        Operation::Arithmetic {
-            operator: Arithmetic::Add,
-            d: Some(d),
-            n: PC,
-            operand: Operand::Immediate { value, .. },
-            ..
-        } if d == n => Some((before.address.wrapping_add(4) & !3).wrapping_add(value)),
-        _ => None,
+    loop {
+        let (_, before) =
+            image.code.range(..address).next_back().filter(|(_, before)| before.next() == address)?;
+        match before.operation {
+            Operation::Arithmetic {
+                operator: Arithmetic::Add,
+                d: Some(d),
+                n: PC,
+                operand: Operand::Immediate { value, .. },
+                ..
+            } if d == n => return Some((before.address.wrapping_add(4) & !3).wrapping_add(value)),
+            Operation::Move { d, .. } if d != n && d != PC => address = before.address,
+            _ => return None,
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Commands as they travel and are kept: by numbers, which never change.
 
-use super::{Command, ModuleRef, command_of};
+use super::{Command, EngineCommand, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::parameter;
 
@@ -10,7 +10,7 @@ pub(super) struct Wire {
     target: Target,
     /// The number of a command to the engine, of a parameter, or [`PORT`] + that of a port.
     number: u8,
-    axis: Option<u8>,
+    entry: Option<u8>,
     value: Value,
 }
 
@@ -24,7 +24,7 @@ enum Target {
     Module(ModuleRef),
 }
 
-/// A [parameter's value](parameter::Value), which has the first numbers, or another one.
+/// A [parameter's value](parameter::Value), or another one.
 #[derive(serde::Serialize, serde::Deserialize)]
 enum Value {
     Real(f32),
@@ -34,6 +34,7 @@ enum Value {
     Type(TypeRef),
     Module(ModuleRef),
     Nothing,
+    Integer(i32),
 }
 
 /// Numbers and a value that are no command together.
@@ -54,6 +55,7 @@ impl From<parameter::Value> for Value {
             parameter::Value::Flag(value) => Self::Flag(value),
             parameter::Value::Choice(value) => Self::Choice(value),
             parameter::Value::Type(value) => Self::Type(value),
+            parameter::Value::Integer(value) => Self::Integer(value),
         }
     }
 }
@@ -68,6 +70,7 @@ impl TryFrom<Value> for parameter::Value {
             Value::Flag(value) => Self::Flag(value),
             Value::Choice(value) => Self::Choice(value),
             Value::Type(value) => Self::Type(value),
+            Value::Integer(value) => Self::Integer(value),
             Value::Module(_) | Value::Nothing => return Err(NoCommand),
         })
     }
@@ -76,19 +79,21 @@ impl TryFrom<Value> for parameter::Value {
 impl From<Command> for Wire {
     fn from(command: Command) -> Self {
         match command {
-            Command::Set { module, parameter, axis, value } => {
+            Command::Set { module, parameter, entry, value } => {
                 // No module has so many that it would be taken for a port's.
                 let number = parameter.min(PORT - 1);
-                Self { target: Target::Module(module), number, axis, value: value.into() }
+                Self { target: Target::Module(module), number, entry, value: value.into() }
             }
             Command::Bind { module, port, signal } => {
                 let (target, number) = (Target::Module(module), PORT.saturating_add(port));
-                Self { target, number, axis: None, value: Value::Type(signal) }
+                Self { target, number, entry: None, value: Value::Type(signal) }
             }
             command => {
-                let (number, module) = command.to_engine().unwrap_or_default();
+                let to_engine = command.to_engine();
+                let (number, module) =
+                    to_engine.map_or((0, None), |(command, module)| (command.number, module));
                 let value = module.map_or(Value::Nothing, Value::Module);
-                Self { target: Target::Engine, number, axis: None, value }
+                Self { target: Target::Engine, number, entry: None, value }
             }
         }
     }
@@ -97,26 +102,25 @@ impl From<Command> for Wire {
 impl TryFrom<Wire> for Command {
     type Error = NoCommand;
 
-    fn try_from(Wire { target, number, axis, value }: Wire) -> Result<Self, NoCommand> {
+    fn try_from(Wire { target, number, entry, value }: Wire) -> Result<Self, NoCommand> {
         let Target::Module(module) = target else {
             let module = match value {
                 Value::Module(module) => Some(module),
                 Value::Nothing => None,
                 _ => return Err(NoCommand),
             };
-            return command_of(number, module).ok_or(NoCommand);
+            return EngineCommand::numbered(number).and_then(|known| known.with(module)).ok_or(NoCommand);
         };
         match (number.checked_sub(PORT), value) {
             (Some(port), Value::Type(signal)) => Ok(Self::Bind { module, port, signal }),
             (Some(_), _) => Err(NoCommand),
-            (None, value) => Ok(Self::Set { module, parameter: number, axis, value: value.try_into()? }),
+            (None, value) => Ok(Self::Set { module, parameter: number, entry, value: value.try_into()? }),
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::EngineCommand;
     use super::*;
 
     const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
@@ -135,8 +139,9 @@ mod tests {
             parameter::Value::Flag(true),
             parameter::Value::Choice(2),
             parameter::Value::Type(signal),
+            parameter::Value::Integer(i32::MIN),
         ];
-        let sets = values.map(|value| Command::Set { module: MODULE, parameter: 127, axis: Some(7), value });
+        let sets = values.map(|value| Command::Set { module: MODULE, parameter: 127, entry: Some(7), value });
         let others = [Command::bind(MODULE, 0, signal), Command::bind(MODULE, 127, signal)];
         for command in of_engine.chain(sets).chain(others) {
             let mut buffer = [0; 24];

@@ -6,8 +6,9 @@ use core::cell::Cell;
 
 use super::Data;
 use crate::handle::{Input, Output, Vector};
+use crate::word::{Scalar, Word};
 
-/// An array of at most 8 [`Input`]s.
+/// An array of at most 8 [`Input`]s of format `f32`, or a tuple of at most 4 of any formats.
 pub trait Inputs {
     /// Where the axes of each are.
     type Words<'a>;
@@ -19,7 +20,7 @@ pub trait Inputs {
     fn read(words: &Self::Words<'_>, axis: usize) -> Self::Values;
 }
 
-/// An array of at most 8 [`Output`]s.
+/// An array of at most 8 [`Output`]s of format `f32`, or a tuple of at most 4 of any formats.
 pub trait Outputs {
     /// Where the axes of each are.
     type Words<'a>;
@@ -83,4 +84,49 @@ written_out! {
     6: (a, a_value) (b, b_value) (c, c_value) (d, d_value) (e, e_value) (f, f_value);
     7: (a, a_value) (b, b_value) (c, c_value) (d, d_value) (e, e_value) (f, f_value) (g, g_value);
     8: (a, a_value) (b, b_value) (c, c_value) (d, d_value) (e, e_value) (f, f_value) (g, g_value) (h, h_value);
+}
+
+macro_rules! mixed {
+    ($($length:literal: $(($port:ident, $value:ident, $format:ident))+;)+) => { $(
+        impl<$($format: Scalar),+> Inputs for ($(Input<Vector<$format>>,)+) {
+            type Words<'a> = [&'a [Cell<u32>]; $length];
+            type Values = ($($format,)+);
+
+            #[inline(always)]
+            fn words<'a>(&self, data: &Data<'a>) -> Option<Self::Words<'a>> {
+                let ($($port,)+) = self;
+                Some([$(data.axes($port.block.offset)?),+])
+            }
+
+            #[inline(always)]
+            fn read([$($port),+]: &Self::Words<'_>, axis: usize) -> Self::Values {
+                ($($port.get(axis).map_or_else($format::default, |word| $format::from_word(Word(word.get()))),)+)
+            }
+        }
+
+        impl<$($format: Scalar),+> Outputs for ($(Output<Vector<$format>>,)+) {
+            type Words<'a> = [&'a [Cell<u32>]; $length];
+            type Values = ($($format,)+);
+
+            #[inline(always)]
+            fn words<'a>(&self, data: &Data<'a>) -> Option<Self::Words<'a>> {
+                let ($($port,)+) = self;
+                Some([$(data.axes($port.block.offset)?),+])
+            }
+
+            #[inline(always)]
+            fn write([$($port),+]: &Self::Words<'_>, axis: usize, ($($value,)+): Self::Values) {
+                $(if let Some(word) = $port.get(axis) {
+                    word.set($value.into_word().0);
+                })+
+            }
+        }
+    )+ };
+}
+
+mixed! {
+    1: (a, a_value, A);
+    2: (a, a_value, A) (b, b_value, B);
+    3: (a, a_value, A) (b, b_value, B) (c, c_value, C);
+    4: (a, a_value, A) (b, b_value, B) (c, c_value, C) (d, d_value, D);
 }

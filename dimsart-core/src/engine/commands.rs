@@ -3,7 +3,7 @@
 use super::Engine;
 use crate::command::{Command, ModuleRef};
 use crate::kind::ModuleList;
-use crate::parameter::{Accepts, Parameters, Value};
+use crate::parameter::{Parameters, Value};
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Command `index` of those that would build the module at `place`; none past the last one.
@@ -38,15 +38,15 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         commands.nth(usize::from(skip))
     }
 
-    /// The command that gives a parameter a value other than the default one, or an entry of a list: the first one after
-    /// `skip` others, which are counted down.
+    /// The command that gives a parameter a value other than the default one, or an entry of a list: the first one
+    /// after `skip` others, which are counted down.
     fn change(&mut self, module: ModuleRef, skip: &mut u16) -> Option<Command> {
-        let mut take = |parameter, axis, value| match skip.checked_sub(1) {
+        let mut take = |parameter, entry, value| match skip.checked_sub(1) {
             Some(rest) => {
                 *skip = rest;
                 None
             }
-            None => Some(Command::Set { module, parameter, axis, value }),
+            None => Some(Command::Set { module, parameter, entry, value }),
         };
         for param in 0..=u8::MAX {
             let parameter = Self::describe_parameter(module.kind, param)?;
@@ -59,17 +59,16 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 }
                 continue;
             };
-            let is_per_axis = matches!(parameter.accepts, Accepts::Real { per_axis: true, .. });
-            let dof = if is_per_axis { self.axes() } else { 1 };
+            let count = parameter.entries.count(self.axes());
             let first = self.get(module, param, 0).ok()?;
-            let is_same = |engine: &mut Self, axis| {
-                engine.get(module, param, axis).is_ok_and(|value| value.is_same(first))
+            let is_same = |engine: &mut Self, place| {
+                engine.get(module, param, place).is_ok_and(|value| value.is_same(first))
             };
-            let is_uniform = (1..dof).all(|axis| is_same(self, axis));
-            for axis in 0..if is_uniform { 1 } else { dof } {
-                let value = self.get(module, param, axis).ok()?;
+            let is_uniform = (1..count).all(|place| is_same(self, place));
+            for place in 0..if is_uniform { 1 } else { count } {
+                let value = self.get(module, param, place).ok()?;
                 if !value.is_same(default)
-                    && let Some(command) = take(param, (!is_uniform).then_some(axis), value)
+                    && let Some(command) = take(param, (!is_uniform).then_some(place), value)
                 {
                     return Some(command);
                 }

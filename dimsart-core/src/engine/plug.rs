@@ -1,12 +1,14 @@
 //! Commands that build and change a scheme: each is carried out whole or not at all.
 
-use super::{Binding, Engine, Instance};
-use crate::command::{CommandError, ModuleRef};
+use super::{Engine, Instance};
+use crate::binding::{Binding, Bound};
+use crate::command::{Command, CommandError, ModuleRef};
 use crate::data_base::bit;
 use crate::data_type::{DataType, TypeRef};
 use crate::kind::ModuleList;
 use crate::mailbox::LinkPort;
-use crate::parameter::{ParameterError, Parameters, Value};
+use crate::parameter::{Parameters, Value};
+use crate::port::PortSpecs;
 use crate::schedule::schedule;
 use crate::storage::Block;
 use crate::wiring::New;
@@ -24,56 +26,74 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Ok(())
     }
 
-    pub(super) fn bind(&mut self, module: ModuleRef, port: u8, signal: TypeRef) -> Result<(), CommandError> {
-        self.known_type(signal)?;
-        self.with_instance(module, |engine, _| {
-            if engine.is_plugged_in(module) {
-                return Err(CommandError::PluggedIn(module));
-            }
-            if engine.ports(module).is_none() {
-                return Err(CommandError::TooManyPorts);
-            }
-            let spec = engine.port(module, port).filter(|spec| spec.data_type.is_some());
-            let port = spec.ok_or(CommandError::UnknownPort(port))?.name;
-            let is_it = |binding: &&mut Binding| binding.module == module && binding.port == port;
-            if let Some(binding) = engine.bindings.iter_mut().find(is_it) {
-                binding.signal = signal;
-                return Ok(());
-            }
-            let binding = Binding { module, port, signal };
-            engine.bindings.push(binding).map_err(|_| CommandError::WiringFull)
-        })
+    /// Carries out a command to a module. An instance that does not exist is made for it, and unmade again if the
+    /// command is refused.
+    pub(super) fn on_instance(&mut self, module: ModuleRef, command: Command) -> Result<(), CommandError> {
+        let known = self.instance(module).map(|instance| instance.memory);
+        let memory = match known {
+            Some(memory) => memory,
+            None => self.create(module)?,
+        };
+        let done = match command {
+            Command::PlugIn(_) => self.plug_in(module),
+            Command::InitModule(_) => self.init(module, memory),
+            Command::Set { parameter, entry, value, .. } => self.set(module, memory, parameter, entry, value),
+            Command::Bind { port, signal, .. } => self.bind(module, port, signal),
+            _ => Ok(()),
+        };
+        if done.is_err() && known.is_none() {
+            self.instances.pop();
+            self.data_base.storage_mut().give_back_at_end(memory);
+        }
+        done
     }
 
-    pub(super) fn set(
+    fn bind(&mut self, module: ModuleRef, port: u8, signal: TypeRef) -> Result<(), CommandError> {
+        self.known_type(signal)?;
+        if self.is_plugged_in(module) {
+            return Err(CommandError::PluggedIn(module));
+        }
+        let mut specs = PortSpecs::new();
+        if !self.declare(module, &mut specs) {
+            return Err(CommandError::TooManyPorts);
+        }
+        let spec = specs.get(usize::from(port)).filter(|spec| spec.data_type.is_some());
+        let port = spec.ok_or(CommandError::UnknownPort(port))?.name;
+        let is_it = |binding: &&mut Binding| binding.module == module && binding.port == port;
+        if let Some(binding) = self.bindings.iter_mut().find(is_it) {
+            binding.signal = signal;
+            return Ok(());
+        }
+        let binding = Binding { module, port, signal };
+        self.bindings.push(binding).map_err(|_| CommandError::WiringFull)
+    }
+
+    fn set(
         &mut self,
         module: ModuleRef,
+        memory: Block,
         parameter: u8,
-        axis: Option<u8>,
+        place: Option<u8>,
         value: Value,
     ) -> Result<(), CommandError> {
         if let Value::Type(signal) = value {
             self.known_type(signal)?;
         }
-        if axis.is_some_and(|axis| usize::from(axis) >= self.device.dof()) {
-            return Err(ParameterError::NoSuchAxis.into());
-        }
-        self.with_instance(module, |engine, memory| {
-            let may_restructure = !engine.is_plugged_in(module);
-            let mut result = Ok(());
-            let mut visit = Parameters::set(parameter, axis, value, may_restructure, &mut result);
-            engine.visit(module, memory, axis.unwrap_or(0), &mut visit);
-            if visit.sets_per_axis() && axis.is_none() {
-                for other in 1..engine.axes() {
-                    let mut result = Ok(());
-                    let mut visit = Parameters::set(parameter, axis, value, may_restructure, &mut result);
-                    engine.visit(module, memory, other, &mut visit);
-                }
+        let (entries, axis, element) = self.locate(module.kind, parameter, place)?;
+        let may_restructure = !self.is_plugged_in(module);
+        let mut result = Ok(());
+        let mut visit = Parameters::set(parameter, element, value, may_restructure, &mut result);
+        self.visit(module, memory, axis, &mut visit);
+        if result.is_ok() && entries.are_of_axes() && place.is_none() {
+            for other in 1..self.axes() {
+                let mut result = Ok(());
+                let mut visit = Parameters::set(parameter, None, value, may_restructure, &mut result);
+                self.visit(module, memory, other, &mut visit);
             }
-            result?;
-            engine.prepare(module, memory);
-            Ok(())
-        })
+        }
+        result?;
+        self.prepare(module, memory);
+        Ok(())
     }
 
     /// Degrees of freedom.
@@ -81,26 +101,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         u8::try_from(self.device.dof()).unwrap_or(u8::MAX)
     }
 
-    /// Carries out `action` on the instance's memory, which is made for it if it does not exist, and unmade
-    /// again if the action fails.
-    pub(super) fn with_instance(
-        &mut self,
-        module: ModuleRef,
-        action: impl FnOnce(&mut Self, Block) -> Result<(), CommandError>,
-    ) -> Result<(), CommandError> {
-        if let Some(instance) = self.instance(module) {
-            let memory = instance.memory;
-            return action(self, memory);
-        }
-        let memory = self.create(module)?;
-        action(self, memory).inspect_err(|_| {
-            self.instances.pop();
-            self.data_base.storage_mut().give_back_at_end(memory);
-        })
-    }
-
     fn create(&mut self, module: ModuleRef) -> Result<Block, CommandError> {
-        let kind = M::KINDS.get(usize::from(module.kind)).filter(|_| module.number > 0);
+        let kind = M::KINDS.get(usize::from(module.kind)).filter(|kind| kind.is_there() && module.number > 0);
         let kind = kind.ok_or(CommandError::UnknownModule(module))?;
         if self.instances.is_full() {
             return Err(CommandError::TooManyModules);
@@ -135,7 +137,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.begins = true;
     }
 
-    pub(super) fn init(&mut self, module: ModuleRef, memory: Block) -> Result<(), CommandError> {
+    fn init(&mut self, module: ModuleRef, memory: Block) -> Result<(), CommandError> {
         if self.is_plugged_in(module) {
             return Err(CommandError::PluggedIn(module));
         }
@@ -144,23 +146,22 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Ok(())
     }
 
-    pub(super) fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
+    fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         if self.is_plugged_in(module) {
             return Err(CommandError::PluggedIn(module));
         }
-        self.admit(module)?;
         let kind = M::KINDS.get(usize::from(module.kind)).ok_or(CommandError::UnknownModule(module))?;
         let settings = &self.settings(module, kind);
         let order = self.place_before.and_then(|before| self.wiring.order_of(before));
         let order = order.unwrap_or(self.wiring.modules().len());
         let new = New { module, kind, settings, order };
         let Self { wiring, next, device, data_base, bindings, .. } = self;
-        let bound = |port: &str| {
-            let mut found = bindings.iter().filter(|binding| binding.module == module);
-            found.find(|binding| binding.port == port).map(|binding| binding.signal)
-        };
+        let bound = Bound { module, bindings };
         let wired = next.with(&new, wiring, device, data_base, bound);
-        wired.and_then(|()| self.switch()).inspect_err(|_| self.give_back_slots())?;
+        wired
+            .and_then(|()| self.admit(module))
+            .and_then(|()| self.switch())
+            .inspect_err(|_| self.give_back_slots())?;
         self.begins = true;
         let end = self.wiring.find(module).and_then(|plugged| plugged.link_end);
         let listens_to = |link| end.is_some_and(|end| end.listens_to(link));
@@ -170,12 +171,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Ok(())
     }
 
-    /// Whether a tick is short enough with one more module.
+    /// Whether a tick is short enough with the next wiring, which has one more module.
     fn admit(&self, module: ModuleRef) -> Result<(), CommandError> {
         let Some((limit, _)) = self.limit_cycles.zip(self.costs) else { return Ok(()) };
-        let known = self.cycles_of(module.kind).zip(self.tick_cycles());
-        let (cycles, others) = known.ok_or(CommandError::CostUnknown(module))?;
-        let (tick_cycles, limit_cycles) = (others + cycles, limit.get());
+        let own = self.next.find(module).and_then(|plugged| self.cycles_in(&self.next, plugged));
+        let known = own.zip(self.cycles_with(&self.next));
+        let (cycles, tick_cycles) = known.ok_or(CommandError::CostUnknown(module))?;
+        let limit_cycles = limit.get();
         if tick_cycles > limit_cycles {
             return Err(CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles });
         }

@@ -1,8 +1,9 @@
 //! `COMM_RX`: takes the newest packet from its link and gives its data to the Data Base.
 //!
 //! A packet is used once: old and repeated ones are refused and counted. So are those of another
-//! [`Content`](crate::Content) than that of the types added here, and those with a sample that is no finite number:
-//! to the rest of the scheme they never came. `STALE` says what a wave is
+//! [`Content`](crate::Content) than that of the types added here, and those with a sample of format `f32` that is no
+//! finite number: to the rest of the scheme they never came. The types can be of any format and shape; a wave is one of
+//! unit `sqrt(W)` with an `f32` on each axis. `STALE` says what a wave is
 //! in a tick without a new packet, and how what got lost is made up for:
 //!
 //! | Policy | Wave without a new packet | Passive | Drift after loss |
@@ -21,9 +22,9 @@
 //!
 //! Packets that take longer at times than at others come bunched, and a wave that is not given out evenly either loses
 //! displacement or adds energy. `PLAYOUT_TICKS n` evens that out under `LIMITED` and `INTEGRAL`: all that a packet
-//! brings is given out evenly by `n` ticks after what the fastest packet would have come in time for. A mean has no more
-//! energy than what it is the mean of (Jensen), so the line stays passive and makes up for what got lost, too, as long
-//! as no packet is more than `n` ticks later than the fastest one; the wave is `n` ticks later throughout.
+//! brings is given out evenly by `n` ticks after what the fastest packet would have come in time for. A mean has no
+//! more energy than what it is the mean of (Jensen), so the line stays passive and makes up for what got lost, too, as
+//! long as no packet is more than `n` ticks later than the fastest one; the wave is `n` ticks later throughout.
 //!
 //! After `TIMEOUT_TICKS` in a row without a packet that was due, once a first one had come, the link is lost: from
 //! that tick on the device gets its safe input ([`Tick::LinkLost`](crate::Tick)), though everything goes on being
@@ -31,7 +32,9 @@
 
 use core::cell::Cell;
 
-use super::channel::{CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, samples};
+use super::channel::{
+    CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, not_f32, packet_words, samples,
+};
 use super::reception::{Came, Expected, Reception};
 use super::wave_integral::Received;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
@@ -39,7 +42,7 @@ use crate::mailbox::{counters_ahead, low_half};
 use crate::parameter::TypeList;
 use crate::{
     Context, Declare, DeviceDescriptor, Lane, LinkPort, Module, Output, ParameterError, Parameters, Single,
-    Unit, choice, types, words,
+    Unit, Untyped, choice, types, words,
 };
 
 choice! {
@@ -60,8 +63,12 @@ words! {
         playout_ticks: u32,
         /// Signals of the channel.
         signals: u32,
+        /// Which of them are not `f32`, a bit each.
+        not_f32: u32,
         /// Place of the wave whose counters are in the packet; behind all signals where there is none.
         counted: u32,
+        /// First of its words in the packet.
+        counted_at: u32,
         tick_s: f32,
         /// Time that a packet's wave is given out for.
         period_s: f32,
@@ -76,7 +83,7 @@ words! {
     }
     /// Signals, those of the channel first.
     pub struct Ports {
-        channel: [Output; MAX_CHANNEL_TYPES],
+        channel: [Output<Untyped>; MAX_CHANNEL_TYPES],
         /// The channel's first wave; not connected when there is none.
         wave: Output,
         age: Output<Single<u32>>,
@@ -136,8 +143,8 @@ impl Module for CommRx {
         settings.expected.content = layout.content(device, &settings.types);
         settings.expected.samples = samples(device, &settings.types);
         settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
-        let counted = first_wave(device, &settings.types).filter(|_| settings.has_counters);
-        settings.counted = counted.and_then(|place| u32::try_from(place).ok()).unwrap_or(u32::MAX);
+        settings.not_f32 = not_f32(device, &settings.types);
+        (settings.counted, settings.counted_at) = layout.counted(device, &settings.types);
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -149,9 +156,10 @@ impl Module for CommRx {
             let Some(data_type) = declare.device().data_type(signal.id) else { continue };
             *port = declare.of_signal(*signal).output(name, data_type);
             if wave == Some(place) {
-                ports.wave = *port;
+                ports.wave = Output::new(port.block);
             }
         }
+        declare.packs(packet_words(declare.device(), &settings.types, settings.has_counters));
         declare.listens_to(settings.link, settings.channel);
         ports.age = declare.output("AGE", types::LINK_AGE);
         ports.lost = declare.output("LOST", types::LINK_LOST);
@@ -193,10 +201,20 @@ impl Module for CommRx {
     }
 }
 
-/// How a packet came, if one did, in a tick without the packet that is the next one, or in which packets are played out.
+/// How a packet came, if one did, in a tick without the packet that is the next one, or in which packets are played
+/// out.
 #[inline(never)]
 fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came> {
-    let settings = context.settings();
+    let mut settings = context.settings();
+    let received = &link.received;
+    if settings.not_f32 != 0
+        && received.is_full()
+        && received.content() == settings.expected.content
+        && are_finite(context, received.words())
+    {
+        // All floats are finite: the count of finite words, which takes every word for one, is not asked.
+        settings.expected.samples = 0;
+    }
     let State { mut reception, mut left_ticks, playout_ticks } = context.state();
     if playout_ticks != settings.playout_ticks {
         left_ticks = low_half(settings.playout_ticks);
@@ -220,6 +238,22 @@ fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came
     came
 }
 
+/// Whether all samples of format `f32` are finite numbers, in a packet with words that would not be.
+#[cold]
+fn are_finite(context: &Context<'_, CommRx>, mut words: &[Cell<u32>]) -> bool {
+    let Settings { signals, mut not_f32, .. } = context.settings();
+    for place in 0..usize::try_from(signals).unwrap_or(0) {
+        let output: Output<Untyped> = context.port(place);
+        let Some(own) = words.split_off(..context.words_out(output).len()) else { return false };
+        let is_not_finite = |word: &Cell<u32>| !f32::from_bits(word.get()).is_finite();
+        if not_f32 & 1 == 0 && own.iter().any(is_not_finite) {
+            return false;
+        }
+        not_f32 >>= 1;
+    }
+    true
+}
+
 /// Says what is known of the link.
 #[inline(always)]
 fn show(context: &Context<'_, CommRx>, reception: &Reception, link: &LinkPort) {
@@ -235,7 +269,7 @@ fn show(context: &Context<'_, CommRx>, reception: &Reception, link: &LinkPort) {
 /// Gives a packet's signals to the Data Base; its wave as it is, or with what got lost made up for.
 #[inline(always)]
 fn take(context: &Context<'_, CommRx>, came: Came, left_ticks: u16, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
-    let Settings { signals, counted, expected, .. } = context.settings();
+    let Settings { signals, counted, counted_at, expected, .. } = context.settings();
     if came == Came::Held {
         return;
     }
@@ -243,25 +277,26 @@ fn take(context: &Context<'_, CommRx>, came: Came, left_ticks: u16, words: &[Cel
     if has_counted {
         let port = usize::try_from(counted).unwrap_or(usize::MAX);
         let samples = usize::try_from(expected.samples).unwrap_or(usize::MAX);
-        let Some((_, values)) = words.split_at_checked(port.wrapping_mul(context.dof())) else { return };
+        let counted_at = usize::try_from(counted_at).unwrap_or(usize::MAX);
+        let Some((_, values)) = words.split_at_checked(counted_at) else { return };
         let Some((_, counters)) = words.split_at_checked(samples) else { return };
         take_counted(context, came, left_ticks, context.port(port), values, counters);
     }
     if signals > u32::from(has_counted) {
-        take_others(context, words);
+        take_uncounted(context, words);
     }
 }
 
 /// Gives the signals that have no counters to the Data Base.
 #[inline(never)]
-fn take_others(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
+fn take_uncounted(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
     let Settings { signals, counted, .. } = context.settings();
-    let samples = words.chunks_exact(context.dof());
-    for ((place, values), output) in (0..signals).zip(samples).zip(context.ports().channel) {
+    let mut words = words.as_slice();
+    for (place, output) in (0..signals).zip(context.ports().channel) {
+        let output = context.words_out(output);
+        let Some(values) = words.split_off(..output.len()) else { return };
         if place != counted {
-            context.data().map_axes([], [output], |axis, []| {
-                [values.get(axis).map_or(0.0, |value| f32::from_bits(value.get()))]
-            });
+            output.iter().zip(values).for_each(|(word, value)| word.set(value.get()));
         }
     }
 }

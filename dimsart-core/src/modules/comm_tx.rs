@@ -1,7 +1,7 @@
 //! `COMM_TX`: puts the data of its channel into a packet for the link, every tick or every few ticks.
 //!
-//! Words of a packet: the samples of every type, in the order of the `CTX_ADD_DATA` commands; behind them,
-//! per axis, the counters of the channel's first wave: all that was ever sent, so that what a lost packet
+//! Words of a packet: the words of every type, of any format and shape, in the order of the `CTX_ADD_DATA` commands;
+//! behind them, per axis, the counters of the channel's first wave: all that was ever sent, so that what a lost packet
 //! carried can be made up for; `CTX_COUNTERS OFF` leaves them out. The packet also says of which [`Content`] it is.
 //!
 //! With `CTX_EVERY n` a packet goes out in every `n`-th tick: of a wave with the mean of the last `n` ticks, of all
@@ -12,14 +12,15 @@
 use core::cell::Cell;
 
 use super::channel::{
-    BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, is_wave, samples,
+    BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, is_wave, packet_words, samples,
 };
 use super::wave_integral::Sent;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
 use crate::mailbox::{low_half, next_number};
 use crate::parameter::TypeList;
 use crate::{
-    Content, Context, Declare, DeviceDescriptor, Input, LinkPort, Memory, Module, Parameters, Unit, words,
+    Content, Context, Declare, DeviceDescriptor, Input, LinkPort, Memory, Module, Parameters, Unit, Untyped,
+    words,
 };
 
 words! {
@@ -37,6 +38,8 @@ words! {
         signals: u32,
         /// Place of the wave whose counters go into the packet; behind all signals where there is none.
         counted: u32,
+        /// First of its words in the packet.
+        counted_at: u32,
         /// Time that a packet's wave stands for.
         period_s: f32,
     }
@@ -50,8 +53,8 @@ words! {
     /// Signals and memory, by the place of the channel's type.
     pub struct Ports {
         /// What goes into the packet: the input, or the mean of a wave.
-        samples: [Input; MAX_CHANNEL_TYPES],
-        inputs: [Input; MAX_CHANNEL_TYPES],
+        samples: [Input<Untyped>; MAX_CHANNEL_TYPES],
+        inputs: [Input<Untyped>; MAX_CHANNEL_TYPES],
         /// Where a wave's mean is worked out, if not every one is sent.
         blocks: [Memory; MAX_CHANNEL_TYPES],
     }
@@ -88,8 +91,7 @@ impl Module for CommTx {
         settings.content = layout.content(device, &settings.types);
         settings.samples = samples(device, &settings.types);
         settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
-        let counted = first_wave(device, &settings.types).filter(|_| settings.has_counters);
-        settings.counted = counted.and_then(|place| u32::try_from(place).ok()).unwrap_or(u32::MAX);
+        (settings.counted, settings.counted_at) = layout.counted(device, &settings.types);
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -109,6 +111,7 @@ impl Module for CommTx {
                 *sample = block.as_input();
             }
         }
+        declare.packs(packet_words(declare.device(), &settings.types, settings.has_counters));
         declare.sends_over(settings.link, settings.channel);
         ports
     }
@@ -138,29 +141,27 @@ impl Module for CommTx {
         if has_counted {
             let port = usize::try_from(settings.counted).unwrap_or(usize::MAX);
             let samples = usize::try_from(settings.samples).unwrap_or(usize::MAX);
-            let Some((_, values)) = room.split_at_checked(port.wrapping_mul(context.dof())) else { return };
+            let counted_at = usize::try_from(settings.counted_at).unwrap_or(usize::MAX);
+            let Some((_, values)) = room.split_at_checked(counted_at) else { return };
             let Some((_, counters)) = room.split_at_checked(samples) else { return };
             send_counted(context, context.port(port), values, counters);
         }
         if settings.signals > u32::from(has_counted) {
-            send_others(context, room);
+            send_uncounted(context, room);
         }
     }
 }
 
 /// Sends the signals that have no counters.
 #[inline(never)]
-fn send_others(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORDS]) {
+fn send_uncounted(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORDS]) {
     let Settings { signals, counted, .. } = context.settings();
-    let cells = room.chunks_exact(context.dof());
-    for ((place, values), sample) in (0..signals).zip(cells).zip(context.ports().samples) {
+    let mut room = room.as_slice();
+    for (place, sample) in (0..signals).zip(context.ports().samples) {
+        let sample = context.words(sample);
+        let Some(values) = room.split_off(..sample.len()) else { return };
         if place != counted {
-            context.data().map_axes([sample], [], |axis, [sample]| {
-                if let Some(value) = values.get(axis) {
-                    value.set(sample.to_bits());
-                }
-                []
-            });
+            values.iter().zip(sample).for_each(|(value, word)| value.set(word.get()));
         }
     }
 }
@@ -198,13 +199,10 @@ fn gather(context: &Context<'_, CommTx>, link: &LinkPort) -> bool {
     let share = if is_last { 1.0 / every_ticks as f32 } else { 1.0 };
     for (input, block) in context.ports().inputs.iter().zip(context.ports().blocks) {
         // Of what is no wave there is no memory, and nothing to do.
-        let sums = context.memory(block);
-        context.data().map_axes([*input], [], |axis, [wave]| {
-            let Some(sum) = sums.get(axis) else { return [] };
+        for (sum, wave) in context.memory(block).iter().zip(context.words(*input)) {
             let before = if is_first { 0.0 } else { f32::from_bits(sum.get()) };
-            sum.set((share * (before + wave)).to_bits());
-            []
-        });
+            sum.set((share * (before + f32::from_bits(wave.get()))).to_bits());
+        }
     }
     link.since_sent_ticks.set(state.since_sent_ticks);
     if is_last {

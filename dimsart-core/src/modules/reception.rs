@@ -88,8 +88,9 @@ impl Reception {
         self.held_ticks != 0
     }
 
-    /// Whether the packet right after the last one is there, on a link that is as it should be and brings one every
-    /// tick; takes note of its header then, and has not changed otherwise. Writes nothing of the link.
+    /// Whether the packet right after the last one is there, every sample finite if it is read as `f32`, on a link that
+    /// is as it should be and brings one every tick; takes note of its header then, and has not changed otherwise.
+    /// Writes nothing of the link.
     #[inline(always)]
     pub(super) fn accept_next(&mut self, link: &LinkPort, expected: &Expected) -> bool {
         let received = &link.received;

@@ -1,9 +1,12 @@
-//! Recorder tap: keeps the last rows of a signal, one of every few ticks.
+//! Recorder tap: keeps the last rows of a signal of any format and shape, one of every few ticks.
 //!
-//! Row `n` is at word `(n mod LENGTH) × DoF` of the module's memory, read from outside with
-//! [`Engine::memory`](crate::Engine::memory); `RECORDED_ROWS` says how many rows there have been.
+//! A row is the signal's words. Row `n` begins at word `(n mod LENGTH) × words of the signal` of the module's memory,
+//! read from outside with [`Engine::memory`](crate::Engine::memory); `RECORDED_ROWS` says how many rows there have
+//! been.
 
-use crate::{Context, Declare, Input, Memory, Module, Output, Parameters, Single, Unit, types, words};
+use crate::{
+    Context, Declare, Input, Memory, Module, Output, Parameters, Single, Unit, Untyped, types, words,
+};
 
 words! {
     /// Of all axes.
@@ -16,7 +19,7 @@ words! {
         wait_ticks: u32,
     }
     /// Signals and memory.
-    pub struct Ports { input: Input, rows: Output<Single<u32>>, memory: Memory }
+    pub struct Ports { input: Input<Untyped>, rows: Output<Single<u32>>, memory: Memory }
 }
 
 /// See the [module docs](self).
@@ -41,9 +44,10 @@ impl Module for Recorder {
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let rows = usize::try_from(settings.length).unwrap_or(usize::MAX);
-        let words = rows.saturating_mul(declare.device().dof());
+        let input = declare.any_type().input("SIGNAL_IN", types::SIGNAL);
+        let words = rows.saturating_mul(declare.words_of("SIGNAL_IN"));
         Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            input,
             rows: declare.output("ROWS", types::RECORDED_ROWS),
             memory: declare.memory("ROWS_KEPT", words),
         }
@@ -54,14 +58,11 @@ impl Module for Recorder {
         let Ports { input, rows, memory } = context.ports();
         let mut state = context.state();
         if context.settings().is_recording && state.wait_ticks == 0 {
-            let row = context.row(memory, state.position).unwrap_or_default();
-            context.data().map_axes([input], [], |axis, [sample]| {
-                if let Some(cell) = row.get(axis) {
-                    cell.set(sample.to_bits());
-                }
-                []
-            });
-            state.position = context.row_after(memory, state.position);
+            let sample = context.words(input);
+            if let Some((row, next)) = context.words_at(memory, state.position, sample.len()) {
+                row.iter().zip(sample).for_each(|(cell, word)| cell.set(word.get()));
+                state.position = next;
+            }
             state.rows = state.rows.wrapping_add(1);
             state.wait_ticks = context.settings().every_ticks;
         }

@@ -1,26 +1,32 @@
-//! Time delay: gives a signal back a set number of ticks later.
+//! Time delay: gives a signal of any format and shape back a set number of ticks later.
 //!
-//! The line of `TD_PARAM × DoF` words is taken from the Data Base when the module is plugged in and
+//! The line of `TD_PARAM` times the signal's words is taken from the Data Base when the module is plugged in and
 //! gives zero until the first sample comes through, after a reset too. `TD_PARAM 0` hands the signal through.
+//! What comes out has the unit, the format and the shape of what goes in.
 
-use crate::{Context, Declare, Input, Memory, Module, Output, Parameters, Unit, UnitRelation, types, words};
+use crate::{
+    Context, Data, Declare, Input, Memory, Module, Output, Parameters, Unit, UnitRelation, Untyped, types,
+    words,
+};
 
 words! {
     /// Of all axes.
     pub struct Settings { delay_ticks: u32 }
     /// Of all axes.
-    pub struct State {
-        /// Where the oldest sample is; [`FILLING`] until there is one.
-        position: u16,
-        /// Where the next sample goes while the line fills.
-        filled: u16,
-    }
+    ///
+    /// | Line | `position` | `filled` |
+    /// |---|---|---|
+    /// | fills up | `FILLING` | where the next sample goes |
+    /// | full, one word per axis | where the oldest sample is, and the next one goes | 0 |
+    /// | full, any other number of words | `FULL` | where the oldest sample is, and the next one goes |
+    pub struct State { position: u16, filled: u16 }
     /// Signals and memory.
-    pub struct Ports { input: Input, output: Output, line: Memory }
+    pub struct Ports { input: Input<Untyped>, output: Output<Untyped>, line: Memory }
 }
 
-/// A position outside every line.
+/// Positions outside every line.
 const FILLING: u16 = u16::MAX;
+const FULL: u16 = u16::MAX - 1;
 
 /// See the [module docs](self).
 #[derive(Debug)]
@@ -41,11 +47,11 @@ impl Module for TimeDelay {
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let input = declare.any_unit().input("SIGNAL_IN", types::CH1_WAVES);
-        let output = declare.any_unit().output("SIGNAL_OUT", types::CH1_TD_WAVES);
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
+        let input = declare.any_type().input("SIGNAL_IN", types::CH1_WAVES);
+        let output = declare.any_type().output("SIGNAL_OUT", types::CH1_TD_WAVES);
+        declare.tie("SIGNAL_OUT", UnitRelation::Alike, "SIGNAL_IN");
         let ticks = usize::try_from(settings.delay_ticks).unwrap_or(usize::MAX);
-        let words = ticks.saturating_mul(declare.device().dof());
+        let words = ticks.saturating_mul(declare.words_of("SIGNAL_IN"));
         Ports { input, output, line: declare.memory("LINE", words) }
     }
 
@@ -59,10 +65,10 @@ impl Module for TimeDelay {
         let Ports { input, output, line } = context.ports();
         let mut state = context.state();
         let Some(oldest) = context.row(line, state.position) else {
-            fill(context);
+            context.set_state(pass_words(context.data(), context.ports(), state));
             return;
         };
-        context.data().map_axes([input], [output], |axis, [sample]| {
+        context.data().map_axes([input.as_vector()], [output.as_vector()], |axis, [sample]| {
             [oldest.get(axis).map_or(0.0, |cell| f32::from_bits(cell.replace(sample.to_bits())))]
         });
         state.position = context.row_after(line, state.position);
@@ -70,24 +76,22 @@ impl Module for TimeDelay {
     }
 }
 
-/// A tick that has no sample to give back yet, or no line.
+/// A tick that has no sample to give back yet, or no line, or whose signal is no vector.
 #[cold]
-fn fill(context: &Context<'_, TimeDelay>) {
-    let Ports { input, output, line } = context.ports();
-    let mut state = context.state();
-    let Some(cells) = context.row(line, state.filled) else {
-        context.data().map_axes([input], [output], |_, [sample]| [sample]);
-        return;
+#[inline(never)]
+fn pass_words(data: &Data<'_>, Ports { input, output, line }: Ports, mut state: State) -> State {
+    let (from, to) = (data.words(input), data.words_out(output));
+    let Some((cells, next)) = data.words_at(line, state.filled, from.len()) else {
+        from.iter().zip(to).for_each(|(from, to)| to.set(from.get()));
+        return state;
     };
-    context.data().map_axes([input], [output], |axis, [sample]| {
-        if let Some(cell) = cells.get(axis) {
-            cell.set(sample.to_bits());
-        }
-        [0.0]
-    });
-    state.filled = context.row_after(line, state.filled);
-    if state.filled == 0 {
-        state.position = 0;
+    for ((cell, from), to) in cells.iter().zip(from).zip(to) {
+        let oldest = cell.replace(from.get());
+        to.set(if state.position == FULL { oldest } else { 0 });
     }
-    context.set_state(state);
+    state.filled = next;
+    if next == 0 {
+        state.position = if from.len() == data.dof() { 0 } else { FULL };
+    }
+    state
 }

@@ -1,8 +1,11 @@
 //! The visit of a module's parameters: one list of calls, asked in turn for everything a parameter is for.
 
+mod entries;
+
 use core::ops::RangeInclusive;
 
-use super::{Accepts, Choice, Parameter, ParameterError, TypeList, Value};
+use super::{Accepts, Choice, Entries, Parameter, ParameterError, TypeList, Value};
+use crate::summary::Summary;
 use crate::unit::Unit;
 
 /// Visits a module's parameters, one call per parameter; see the [module docs](super).
@@ -10,7 +13,6 @@ use crate::unit::Unit;
 pub struct Parameters<'a> {
     request: Request<'a>,
     index: u8,
-    sets_per_axis: bool,
 }
 
 #[derive(Debug)]
@@ -24,7 +26,7 @@ enum Request<'a> {
 #[derive(Debug)]
 struct Set<'a> {
     index: u8,
-    axis: Option<u8>,
+    element: Option<u8>,
     value: Value,
     may_restructure: bool,
     result: &'a mut Result<(), ParameterError>,
@@ -43,31 +45,27 @@ impl<'a> Parameters<'a> {
         Self::new(Request::Describe { index, found })
     }
 
-    /// Fills `found` with the value of parameter `index`; of a list with entry `entry`, or the last one.
+    /// Fills `found` with the value of parameter `index`; of a list with entry `entry`, or the last one, of several
+    /// elements with that one, or the first.
     pub(crate) fn get(index: u8, entry: Option<u8>, found: &'a mut Option<Value>) -> Self {
         Self::new(Request::Get { index, entry, found })
     }
 
-    /// Sets parameter `index`; without an axis, of all axes. `result` starts as
+    /// Sets parameter `index`; one that has several elements, without one of them, all. `result` starts as
     /// [`ParameterError::Unknown`] and says how it went.
     pub(crate) fn set(
         index: u8,
-        axis: Option<u8>,
+        element: Option<u8>,
         value: Value,
         may_restructure: bool,
         result: &'a mut Result<(), ParameterError>,
     ) -> Self {
         *result = Err(ParameterError::Unknown);
-        Self::new(Request::Set(Set { index, axis, value, may_restructure, result }))
+        Self::new(Request::Set(Set { index, element, value, may_restructure, result }))
     }
 
     fn new(request: Request<'a>) -> Self {
-        Self { request, index: 0, sets_per_axis: false }
-    }
-
-    /// Whether it has set a parameter that each axis has its own of.
-    pub(crate) fn sets_per_axis(&self) -> bool {
-        self.sets_per_axis
+        Self { request, index: 0 }
     }
 
     /// Whether what was visited has changed and is to be kept, which takes parameters that fit together.
@@ -83,7 +81,7 @@ impl<'a> Parameters<'a> {
     }
 
     /// A real number, the same for all axes.
-    #[inline(never)]
+    #[inline(always)]
     pub fn real(
         &mut self,
         field: &mut f32,
@@ -93,11 +91,11 @@ impl<'a> Parameters<'a> {
         default: f32,
         summary: &'static str,
     ) {
-        self.number(field, name, unit, range, default, false, summary);
+        self.number(field, name, unit, range.into_inner(), default, Entries::ONE, Summary::new(summary));
     }
 
     /// A real number per axis, such as a gain: the one of the axis that is visited.
-    #[inline(never)]
+    #[inline(always)]
     pub fn per_axis(
         &mut self,
         field: &mut f32,
@@ -107,10 +105,11 @@ impl<'a> Parameters<'a> {
         default: f32,
         summary: &'static str,
     ) {
-        self.number(field, name, unit, range, default, true, summary);
+        self.number(field, name, unit, range.into_inner(), default, Entries::AXES, Summary::new(summary));
     }
 
     /// A whole number that can be changed at any time.
+    #[inline(always)]
     pub fn count(
         &mut self,
         field: &mut u32,
@@ -120,10 +119,20 @@ impl<'a> Parameters<'a> {
         default: u32,
         summary: &'static str,
     ) {
-        self.whole(field, name, unit, range, default, false, summary);
+        self.whole(
+            field,
+            name,
+            unit,
+            range.into_inner(),
+            default,
+            Entries::ONE,
+            false,
+            Summary::new(summary),
+        );
     }
 
     /// A whole number that decides how much memory the module takes when it is plugged in.
+    #[inline(always)]
     pub fn structural_count(
         &mut self,
         field: &mut u32,
@@ -133,15 +142,17 @@ impl<'a> Parameters<'a> {
         default: u32,
         summary: &'static str,
     ) {
-        self.whole(field, name, unit, range, default, true, summary);
+        self.whole(field, name, unit, range.into_inner(), default, Entries::ONE, true, Summary::new(summary));
     }
 
     /// A switch that can be changed at any time.
+    #[inline(always)]
     pub fn flag(&mut self, field: &mut bool, name: &'static str, default: bool, summary: &'static str) {
-        self.switch(field, name, default, false, summary);
+        self.switch(field, name, default, Entries::ONE, false, Summary::new(summary));
     }
 
     /// A switch that decides which ports the module has.
+    #[inline(always)]
     pub fn structural_flag(
         &mut self,
         field: &mut bool,
@@ -149,22 +160,31 @@ impl<'a> Parameters<'a> {
         default: bool,
         summary: &'static str,
     ) {
-        self.switch(field, name, default, true, summary);
+        self.switch(field, name, default, Entries::ONE, true, Summary::new(summary));
     }
 
     /// One of a set of names, changeable at any time.
+    #[inline(always)]
     pub fn choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
-        self.choose(field, name, false, summary);
+        let index = self.named(field.index(), C::NAMES, name, Entries::ONE, false, Summary::new(summary));
+        *field = C::from_index(index);
     }
 
     /// One of a set of names that decides which ports the module has.
+    #[inline(always)]
     pub fn structural_choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
-        self.choose(field, name, true, summary);
+        let index = self.named(field.index(), C::NAMES, name, Entries::ONE, true, Summary::new(summary));
+        *field = C::from_index(index);
     }
 
     /// A list of data types; each command adds one.
-    #[inline(never)]
+    #[inline(always)]
     pub fn types(&mut self, field: &mut TypeList, name: &'static str, summary: &'static str) {
+        self.type_list(field, name, Summary::new(summary));
+    }
+
+    #[inline(never)]
+    fn type_list(&mut self, field: &mut TypeList, name: &'static str, summary: Summary) {
         if matches!(self.request, Request::Defaults) {
             *field = TypeList::default();
         }
@@ -172,8 +192,9 @@ impl<'a> Parameters<'a> {
             Request::Get { entry: Some(entry), .. } => field.get(usize::from(entry)),
             _ => field.last(),
         };
-        let (unit, accepts) = (Unit::Any, Accepts::Types);
-        let parameter = Parameter { name, unit, accepts, default: None, is_structural: true, summary };
+        let (unit, accepts, entries) = (Unit::Any, Accepts::Types, Entries::ONE);
+        let parameter =
+            Parameter { name, unit, accepts, entries, default: None, is_structural: true, summary };
         if let Some(Value::Type(signal)) = self.visit(&parameter, last.copied().map(Value::Type))
             && field.push(signal).is_err()
             && let Request::Set(Set { result, .. }) = &mut self.request
@@ -183,19 +204,19 @@ impl<'a> Parameters<'a> {
     }
 
     #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
+    #[inline(never)]
     fn number(
         &mut self,
         field: &mut f32,
         name: &'static str,
         unit: Unit,
-        range: RangeInclusive<f32>,
+        (min, max): (f32, f32),
         default: f32,
-        per_axis: bool,
-        summary: &'static str,
+        entries: Entries,
+        summary: Summary,
     ) {
-        let (min, max) = range.into_inner();
-        let (accepts, default) = (Accepts::Real { min, max, per_axis }, Some(Value::Real(default)));
-        let parameter = Parameter { name, unit, accepts, default, is_structural: false, summary };
+        let (accepts, default) = (Accepts::Real { min, max }, Some(Value::Real(default)));
+        let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
         if let Some(Value::Real(value)) = self.visit(&parameter, Some(Value::Real(*field))) {
             *field = value;
         }
@@ -208,14 +229,14 @@ impl<'a> Parameters<'a> {
         field: &mut u32,
         name: &'static str,
         unit: Unit,
-        range: RangeInclusive<u32>,
+        (min, max): (u32, u32),
         default: u32,
+        entries: Entries,
         is_structural: bool,
-        summary: &'static str,
+        summary: Summary,
     ) {
-        let (min, max) = range.into_inner();
         let (accepts, default) = (Accepts::Count { min, max }, Some(Value::Count(default)));
-        let parameter = Parameter { name, unit, accepts, default, is_structural, summary };
+        let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
         if let Some(Value::Count(value)) = self.visit(&parameter, Some(Value::Count(*field))) {
             *field = value;
         }
@@ -227,25 +248,15 @@ impl<'a> Parameters<'a> {
         field: &mut bool,
         name: &'static str,
         default: bool,
+        entries: Entries,
         is_structural: bool,
-        summary: &'static str,
+        summary: Summary,
     ) {
-        let (accepts, default) = (Accepts::Flag, Some(Value::Flag(default)));
-        let parameter = Parameter { name, unit: Unit::One, accepts, default, is_structural, summary };
+        let (unit, accepts, default) = (Unit::One, Accepts::Flag, Some(Value::Flag(default)));
+        let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
         if let Some(Value::Flag(value)) = self.visit(&parameter, Some(Value::Flag(*field))) {
             *field = value;
         }
-    }
-
-    fn choose<C: Choice>(
-        &mut self,
-        field: &mut C,
-        name: &'static str,
-        is_structural: bool,
-        summary: &'static str,
-    ) {
-        let index = self.named(field.index(), C::NAMES, name, is_structural, summary);
-        *field = C::from_index(index);
     }
 
     #[inline(never)]
@@ -254,11 +265,12 @@ impl<'a> Parameters<'a> {
         index: u32,
         names: &'static [&'static str],
         name: &'static str,
+        entries: Entries,
         is_structural: bool,
-        summary: &'static str,
+        summary: Summary,
     ) -> u32 {
-        let (accepts, default) = (Accepts::Choice(names), Some(Value::Choice(0)));
-        let parameter = Parameter { name, unit: Unit::One, accepts, default, is_structural, summary };
+        let (unit, accepts, default) = (Unit::One, Accepts::Choice(names), Some(Value::Choice(0)));
+        let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
         match self.visit(&parameter, Some(Value::Choice(u8::try_from(index).unwrap_or(0)))) {
             Some(Value::Choice(index)) => index.into(),
             _ => index,
@@ -274,12 +286,11 @@ impl<'a> Parameters<'a> {
             Request::Describe { index, found } if *index == mine => **found = Some(*parameter),
             Request::Get { index, found, .. } if *index == mine => **found = value,
             Request::Set(set) if set.index == mine => {
-                *set.result = parameter.accepts.admit(set.value, set.axis);
+                *set.result = parameter.accepts.admit(set.value);
                 if parameter.is_structural && !set.may_restructure {
                     *set.result = Err(ParameterError::WhilePluggedIn);
                 }
                 if set.result.is_ok() {
-                    self.sets_per_axis = matches!(parameter.accepts, Accepts::Real { per_axis: true, .. });
                     return Some(set.value);
                 }
             }

@@ -1,4 +1,6 @@
-//! Descriptions as they travel: texts of the device's flash, borrowed from the frame on a host.
+//! Descriptions as they travel: names of the device's flash, borrowed from the frame on a host.
+//!
+//! Help texts do not travel: a host has those of the modules it knows, by their names.
 
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
@@ -8,7 +10,7 @@ use crate::command::ModuleRef;
 use crate::data_type::{DataType, Shape, TypeRef};
 use crate::kind::Kind;
 use crate::limits::MAX_DOF;
-use crate::parameter::{Accepts, Parameter, Value};
+use crate::parameter::{Accepts, Entries, Parameter, Value};
 use crate::port::{Direction, Stage};
 use crate::unit::{AxisKind, Unit};
 use crate::word::Format;
@@ -36,28 +38,11 @@ pub struct Identity<'a> {
 pub struct ModuleText<'a> {
     /// Name in schemes.
     pub name: &'a str,
-    /// One sentence.
-    pub summary: &'a str,
 }
 
 impl From<&Kind> for ModuleText<'static> {
     fn from(kind: &Kind) -> Self {
-        Self { name: kind.name, summary: kind.summary }
-    }
-}
-
-/// A unit's symbol on both kinds of axis; the same twice where it does not depend on the axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub struct UnitText<'a> {
-    /// On a linear axis.
-    pub linear: &'a str,
-    /// On a rotary axis.
-    pub rotary: &'a str,
-}
-
-impl From<Unit> for UnitText<'static> {
-    fn from(unit: Unit) -> Self {
-        Self { linear: unit.symbol(AxisKind::Linear), rotary: unit.symbol(AxisKind::Rotary) }
+        Self { name: kind.name }
     }
 }
 
@@ -70,8 +55,6 @@ pub enum Accepted<'a> {
         min: f32,
         /// Largest value.
         max: f32,
-        /// Whether each axis has its own.
-        per_axis: bool,
     },
     /// A whole number from `min` to `max`.
     Count {
@@ -79,6 +62,13 @@ pub enum Accepted<'a> {
         min: u32,
         /// Largest value.
         max: u32,
+    },
+    /// A whole number of either sign from `min` to `max`.
+    Integer {
+        /// Smallest value.
+        min: i32,
+        /// Largest value.
+        max: i32,
     },
     /// `OFF` or `ON`.
     Flag,
@@ -94,16 +84,16 @@ pub struct ParameterText<'a> {
     /// Name in schemes.
     pub name: &'a str,
     /// Physical unit.
-    #[serde(borrow)]
-    pub unit: UnitText<'a>,
+    pub unit: Unit,
     /// Kind and range.
+    #[serde(borrow)]
     pub accepts: Accepted<'a>,
-    /// Value after `INIT`; none for a list, which starts empty.
+    /// How many values it has.
+    pub entries: Entries,
+    /// Value after `INIT`, of each entry; none for a list, which starts empty.
     pub default: Option<Value>,
     /// Whether it can be set only while the module is not plugged in.
     pub is_structural: bool,
-    /// One sentence.
-    pub summary: &'a str,
 }
 
 impl TryFrom<Parameter> for ParameterText<'static> {
@@ -111,14 +101,15 @@ impl TryFrom<Parameter> for ParameterText<'static> {
 
     fn try_from(parameter: Parameter) -> Result<Self, Refusal> {
         let accepts = match parameter.accepts {
-            Accepts::Real { min, max, per_axis } => Accepted::Real { min, max, per_axis },
+            Accepts::Real { min, max } => Accepted::Real { min, max },
             Accepts::Count { min, max } => Accepted::Count { min, max },
+            Accepts::Integer { min, max } => Accepted::Integer { min, max },
             Accepts::Flag => Accepted::Flag,
             Accepts::Choice(names) => Accepted::Choice(Vec::from_slice(names).map_err(|_| Refusal::TooLong)?),
             Accepts::Types => Accepted::Types,
         };
-        let Parameter { name, unit, default, is_structural, summary, .. } = parameter;
-        Ok(Self { name, unit: unit.into(), accepts, default, is_structural, summary })
+        let Parameter { name, unit, entries, default, is_structural, .. } = parameter;
+        Ok(Self { name, unit, accepts, entries, default, is_structural })
     }
 }
 
@@ -147,20 +138,17 @@ pub struct DataTypeText<'a> {
     /// Name in schemes.
     pub name: &'a str,
     /// Physical unit.
-    #[serde(borrow)]
-    pub unit: UnitText<'a>,
+    pub unit: Unit,
     /// Format of every word.
     pub format: Format,
     /// Number and arrangement of words.
     pub shape: Shape,
-    /// One sentence.
-    pub summary: &'a str,
 }
 
 impl From<&DataType> for DataTypeText<'static> {
     fn from(found: &DataType) -> Self {
-        let DataType { id, name, unit, format, shape, summary } = *found;
-        Self { id, name, unit: unit.into(), format, shape, summary }
+        let DataType { id, name, unit, format, shape, .. } = *found;
+        Self { id, name, unit, format, shape }
     }
 }
 

@@ -74,7 +74,7 @@ pub struct DeviceInfo {
     pub(super) timing: Option<Timing>,
     pub(super) lease: Lease,
     telemetry: Subscription,
-    /// What a client may be silent for; 0 where nothing is sent unasked.
+    /// What a client may be silent for; 0 where nothing is sent unsolicited.
     patience_ticks: u32,
 }
 

@@ -57,8 +57,8 @@ pub enum Request {
         module: ModuleRef,
         /// Number of the parameter.
         parameter: u8,
-        /// Axis, where each has its own.
-        axis: u8,
+        /// Place of the value where the parameter has [several](crate::Entries), or 0.
+        entry: u8,
     },
     /// Words of a signal, as the last tick left them.
     Signal {
@@ -85,7 +85,7 @@ pub enum Request {
     /// How well the ticks keep their time.
     Timing,
     /// Schemes that the board keeps; for whoever has the storage, [`serve`](super::serve) has none. A change renews the
-    /// lease of a client that holds it: who has the storage asks again while it hears nobody.
+    /// lease of a client that holds it: nothing is received while the flash is written.
     Schemes(SchemeAction),
     /// The right to move the device, answered by how it stands then.
     Lease(LeaseAction),
@@ -113,6 +113,16 @@ pub enum Request {
     },
     /// Why the device does not get what the scheme commands, and how often.
     Safety,
+    /// Words of a memory that a module keeps, as the last tick left them. Answered by
+    /// [`Response::Signal`](super::Response::Signal), as whole numbers: what they mean is the module's matter.
+    Memory {
+        /// The module, which is plugged in.
+        module: ModuleRef,
+        /// Number of the [port](crate::Direction::Memory) that declares the memory.
+        port: u8,
+        /// First word wanted; at most [`MAX_SIGNAL_WORDS`](super::MAX_SIGNAL_WORDS) come at a time.
+        from: u16,
+    },
 }
 
 impl Request {

@@ -4,9 +4,7 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::cycles::CyclesReport;
-use super::description::{
-    DataTypeText, Identity, InstanceText, ModuleText, ParameterText, PortText, UnitText,
-};
+use super::description::{DataTypeText, Identity, InstanceText, ModuleText, ParameterText, PortText};
 use super::device_info::{Blocked, FirstFault};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
 use super::key::{KeyRefusal, KeyState};
@@ -20,9 +18,10 @@ use crate::envelope::Class;
 use crate::matching::Finding;
 use crate::parameter::Value;
 use crate::timing::Timing;
+use crate::unit::Unit;
 use crate::word::Format;
 
-/// Most words of a signal in one response.
+/// Most words of a signal, or of a memory, in one response.
 pub const MAX_SIGNAL_WORDS: usize = 32;
 
 /// A response. New ones are added at the end; see [Versions](super#versions).
@@ -50,8 +49,8 @@ pub enum Response<'a> {
     Effect(Effect),
     /// Value of a parameter; of a list, its last entry.
     Value(Value),
-    /// Words of a signal.
-    Signal(SignalText<'a>),
+    /// Words of a signal, or of a memory.
+    Signal(SignalText),
     /// A finding of the matching check.
     Finding {
         /// The finding.
@@ -95,7 +94,7 @@ pub enum Refusal {
     TooLong,
     /// The engine refused.
     Engine(CommandError),
-    /// The keeper of schemes refused.
+    /// Saving or loading of a scheme was refused.
     Store(StoreError),
     /// This client does not hold the lease, and what it asked for needs that, or that nobody else does.
     Lease {
@@ -114,7 +113,11 @@ pub enum Refusal {
 impl core::fmt::Display for Refusal {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::NotUnderstood => write!(f, "the device knows no such request: compare protocol versions"),
+            Self::NotUnderstood => write!(
+                f,
+                "the device knows no such request, as it speaks another protocol: flash it with an image of this \
+                 version, or use the `dimsart` that its image was built with"
+            ),
             Self::NotThere => write!(f, "the device has nothing of this number"),
             Self::TooLong => write!(f, "the answer does not fit a frame: shorten the texts in the image"),
             Self::Engine(error) => error.fmt(f),
@@ -154,15 +157,14 @@ pub struct Effect {
     pub value: Option<Value>,
 }
 
-/// Words of a signal.
+/// Words of a signal, or of a memory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct SignalText<'a> {
+pub struct SignalText {
     /// Format of every word.
     pub format: Format,
     /// Physical unit.
-    #[serde(borrow)]
-    pub unit: UnitText<'a>,
-    /// Words of the signal in all.
+    pub unit: Unit,
+    /// Words in all.
     pub words_in_all: u16,
     /// The words from the one that was asked for on, to be read as `format` says.
     pub words: Vec<u32, MAX_SIGNAL_WORDS>,

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::description::{Identity, InstanceText, PortText};
+use super::description::{Identity, InstanceText};
 use super::device_info::{Blocked, DeviceInfo};
 use super::frame::{DecodeError, NoRoom};
 use super::lease::LeaseAction;
@@ -11,15 +11,16 @@ use super::response::{Effect, Refusal, Response, SignalText, Status, encode_resp
 use super::schemes::StoreError;
 use super::telemetry::Wanted;
 use super::{MAX_SIGNAL_WORDS, PROTOCOL_VERSION};
-use crate::command::{Command, ModuleRef};
-use crate::data_type::{DataType, TypeRef};
+use crate::command::Command;
+use crate::data_base::DataBase;
 use crate::device::DeviceDescriptor;
 use crate::dimsart::Dimsart;
-use crate::engine::Engine;
+use crate::engine::{Engine, type_at};
 use crate::kind::ModuleList;
 use crate::parameter::Value;
 use crate::port::Stage;
-use crate::types;
+use crate::unit::Unit;
+use crate::word::Format;
 
 /// Carries out the request with this id, between two ticks; see [Time](super#time) for what it costs.
 #[must_use]
@@ -70,18 +71,25 @@ fn respond<M: ModuleList, const WORDS: usize>(
         Request::Parameter { kind, index } => {
             Response::Parameter(found(Engine::<M, WORDS>::describe_parameter(kind, index))?.try_into()?)
         }
-        Request::Port { module, index } => Response::Port(found(port(engine, module, index))?),
-        Request::DataType { index } => Response::DataType(found(data_type(engine.device(), index))?.into()),
+        Request::Port { module, index } => Response::Port(found(engine.describe_port(module, index))?),
+        Request::DataType { index } => Response::DataType(found(type_at(engine.device(), index))?.into()),
         Request::Instance { index } => Response::Instance(found(instance(engine, index))?),
         Request::Entry { index } => {
             let (_, entry) = found(engine.data_base().signals().nth(usize::from(index)))?;
             Response::Entry(entry.signal)
         }
         Request::Command(command) => Response::Effect(carry_out(command, engine, info)),
-        Request::Get { module, parameter, axis } => {
-            Response::Value(engine.get(module, parameter, axis).map_err(Refusal::Engine)?)
+        Request::Get { module, parameter, entry } => {
+            Response::Value(engine.get(module, parameter, entry).map_err(Refusal::Engine)?)
         }
-        Request::Signal { signal, from } => Response::Signal(found(words(engine, signal, from))?),
+        Request::Signal { from, .. } | Request::Memory { from, .. } => {
+            let slot = match *request {
+                Request::Signal { signal, .. } => engine.data_base().slot(signal),
+                Request::Memory { module, port, .. } => engine.memory_slot(module, port),
+                _ => None,
+            };
+            Response::Signal(found(words(engine.data_base(), found(slot)?, from))?)
+        }
         Request::Finding { index } => {
             let (finding, faults) = engine.finding(index);
             Response::Finding { finding: found(finding)?, faults: u32::try_from(faults).unwrap_or(u32::MAX) }
@@ -130,36 +138,6 @@ fn identity(device: &DeviceDescriptor, info: &DeviceInfo) -> Identity<'static> {
     }
 }
 
-/// The standard types, then the device's own, each once.
-fn data_type(device: &DeviceDescriptor, index: u16) -> Option<&'static DataType> {
-    let own = || device.outputs.iter().chain(device.inputs).copied();
-    let is_new = |(place, data_type): &(usize, &DataType)| {
-        let is_same = |other: &DataType| other.id == data_type.id;
-        types::by_id(data_type.id).is_none() && !own().take(*place).any(is_same)
-    };
-    let own_only = own().enumerate().filter(is_new).map(|(_, data_type)| data_type);
-    types::ALL.iter().copied().chain(own_only).nth(usize::from(index))
-}
-
-fn port<M: ModuleList, const WORDS: usize>(
-    engine: &mut Engine<M, WORDS>,
-    module: ModuleRef,
-    index: u8,
-) -> Option<PortText<'static>> {
-    let spec = engine.port(module, index)?;
-    let default = spec.data_type.map(|(_, signal)| signal);
-    let bound = default.map(|default| engine.binding(module, spec.name).unwrap_or(default));
-    let is_delayed = spec.is_delayed;
-    Some(PortText {
-        name: spec.name,
-        direction: spec.direction,
-        stage: spec.stage,
-        is_delayed,
-        default,
-        bound,
-    })
-}
-
 fn instance<M: ModuleList, const WORDS: usize>(engine: &Engine<M, WORDS>, index: u8) -> Option<InstanceText> {
     let module = engine.instances().nth(usize::from(index))?;
     let mut plugged_in = engine.steps().filter(|step| step.stage == Stage::Early);
@@ -177,9 +155,11 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
         info.forget_lost_link();
     }
     let value = match command {
-        Command::Set { module, parameter, axis, .. } => engine.get(module, parameter, axis.unwrap_or(0)).ok(),
+        Command::Set { module, parameter, entry, .. } => {
+            engine.get(module, parameter, entry.unwrap_or(0)).ok()
+        }
         Command::Bind { module, port: index, .. } => {
-            port(engine, module, index).and_then(|port| port.bound).map(Value::Type)
+            engine.describe_port(module, index).and_then(|port| port.bound).map(Value::Type)
         }
         _ => None,
     };
@@ -196,18 +176,17 @@ fn blocked<M: ModuleList, const WORDS: usize>(
     Some(engine.first_fault().map_or(Blocked::Stopped, Blocked::Fault))
 }
 
-fn words<M: ModuleList, const WORDS: usize>(
-    engine: &Engine<M, WORDS>,
-    signal: TypeRef,
-    from: u16,
-) -> Option<SignalText<'static>> {
-    let (slot, entry) = engine.data_base().signals().find(|(_, entry)| entry.signal == signal)?;
-    let words = engine.data_base().words(slot);
+/// As many words of a slot as fit, from one of them on.
+fn words<const WORDS: usize>(data_base: &DataBase<WORDS>, slot: u8, from: u16) -> Option<SignalText> {
+    // A memory is no signal.
+    let meaning = data_base.entry(slot).map(|entry| (entry.data_type.format, entry.data_type.unit));
+    let (format, unit) = meaning.unwrap_or((Format::U32, Unit::One));
+    let words = data_base.words(slot);
     let rest = words.get(usize::from(from)..)?;
     let wanted = rest.get(..MAX_SIGNAL_WORDS).unwrap_or(rest);
     Some(SignalText {
-        format: entry.data_type.format,
-        unit: entry.data_type.unit.into(),
+        format,
+        unit,
         words_in_all: u16::try_from(words.len()).unwrap_or(u16::MAX),
         words: Vec::from_slice(wanted).unwrap_or_default(),
     })

@@ -85,7 +85,7 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
     let refused = |error| CommandError::Parameter(error);
     let axis = |axis, command: Command| match command {
         Command::Set { module, parameter, value, .. } => {
-            Command::Set { module, parameter, axis: Some(axis), value }
+            Command::Set { module, parameter, entry: Some(axis), value }
         }
         other => other,
     };
@@ -129,9 +129,9 @@ fn refusals() -> Vec<(String, Command, CommandError)> {
         ("", set("COMM_RXMOD", "CRX_ADD_DATA", Value::Real(1.0)), refused(ParameterError::WrongKind)),
         ("", Command::set(pd, 3, Value::Real(1.0)), refused(ParameterError::Unknown)),
         ("", Command::set(pd, 127, Value::Real(1.0)), refused(ParameterError::Unknown)),
-        ("", axis(3, k_param(Value::Real(1.0))), refused(ParameterError::NoSuchAxis)),
-        ("", axis(255, k_param(Value::Real(1.0))), refused(ParameterError::NoSuchAxis)),
-        ("", axis(0, set("WTRANSF_MOD", "B_PARAM", Value::Real(1.0))), refused(ParameterError::NoSuchAxis)),
+        ("", axis(3, k_param(Value::Real(1.0))), refused(ParameterError::NoSuchEntry)),
+        ("", axis(255, k_param(Value::Real(1.0))), refused(ParameterError::NoSuchEntry)),
+        ("", axis(0, set("WTRANSF_MOD", "B_PARAM", Value::Real(1.0))), refused(ParameterError::NoSuchEntry)),
         (
             "COMM_RXMOD CRX_ADD_DATA CH2_WAVES\nCOMM_RXMOD CRX_ADD_DATA FORCE\nCOMM_RXMOD CRX_ADD_DATA FORCE.2
              COMM_RXMOD CRX_ADD_DATA FORCE.3",

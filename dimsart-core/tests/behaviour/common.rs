@@ -167,12 +167,12 @@ pub(crate) struct Snapshot {
 }
 
 /// One direction of a link: what is sent comes out so many ticks later.
-pub(crate) struct Line {
+pub(crate) struct DelayedLink {
     delay_ticks: usize,
     packets: VecDeque<(usize, Packet)>,
 }
 
-impl Line {
+impl DelayedLink {
     pub(crate) fn new(delay_ticks: usize) -> Self {
         Self { delay_ticks, packets: VecDeque::new() }
     }

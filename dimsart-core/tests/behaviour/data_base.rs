@@ -13,8 +13,8 @@ use crate::common::Bench;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
     Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, Matrix, Memory, Module,
-    ModuleList, ModuleRef, Output, Parameters, PortSpec, Shape, StorageError, TypeRef, Unit, Value, Word,
-    modules::Standard, types, words,
+    ModuleList, ModuleRef, Output, Parameters, PortSpec, Shape, StorageError, Summary, TypeRef, Unit, Value,
+    Word, modules::Standard, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -164,6 +164,7 @@ fn needs<M: ModuleList>(engine: &mut Engine<M>, module: ModuleRef) -> Vec<Need> 
                 Shape::Scalar => 1,
                 Shape::Vector => dof,
                 Shape::Matrix(rows, columns) => usize::from(rows) * usize::from(columns),
+                Shape::Square => dof * dof,
             };
             Need::Signal(signal, words)
         }
@@ -372,7 +373,7 @@ const TABLE: &DataType = &DataType {
     unit: dimsart_core::Unit::One,
     format: dimsart_core::Format::F32,
     shape: dimsart_core::Shape::Matrix(2, 2),
-    summary: "",
+    summary: Summary::new(""),
 };
 
 /// Reads and writes beside its matrix.

@@ -4,15 +4,15 @@
 use crate::common::{Bench, Types};
 use dimsart_core::{
     AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, Format, FrameError,
-    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Tick, Unit, Vector, Word,
-    limits::MAX_DOF, modules::Standard, types, words,
+    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Summary, Tick, Unit, Vector,
+    Word, limits::MAX_DOF, modules::Standard, types, words,
 };
 
 macro_rules! own_types {
     ($($id:literal $name:ident $format:ident $shape:expr;)*) => {
         $(const $name: &DataType = &DataType {
             id: $id, name: stringify!($name), unit: Unit::One, format: Format::$format, shape: $shape,
-            summary: "A board's own.",
+            summary: Summary::new("A board's own."),
         };)*
     };
 }
@@ -259,7 +259,8 @@ fn too_many_types_and_one_type_twice_are_refused_with_the_numbers() {
     let describe = |outputs, inputs| {
         DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, outputs, inputs).map(|device| device.dof())
     };
-    assert_eq!(describe(most, most), Ok(1));
+    assert_eq!(describe(most, &[]), Ok(1));
+    assert_eq!(describe(&[], most), Ok(1));
     let too_many = Err(DescriptorError::TooManyTypes { wanted: MAX_DEVICE_TYPES + 1 });
     let same = Err(DescriptorError::SameType { id: types::POSITION.id, first: 1, second: 3 });
     for (types, refused) in [(nine, too_many), (twice, same)] {
@@ -267,6 +268,28 @@ fn too_many_types_and_one_type_twice_are_refused_with_the_numbers() {
         assert_eq!(describe(&[], types), refused);
         assert!(refused.unwrap_err().to_string().contains(['9', '3']));
     }
+}
+
+#[test]
+fn a_type_that_is_measured_and_commanded_or_is_taken_for_another_one_is_refused() {
+    let describe = |outputs, inputs| {
+        DeviceDescriptor::new("arm", &[AxisKind::Linear], 1e-3, outputs, inputs).map(|device| device.dof())
+    };
+    let id = types::FORCE.id;
+    let both = describe(&[types::POSITION, types::FORCE], &[types::FORCE]);
+    assert_eq!(both, Err(DescriptorError::SameType { id, first: 1, second: 2 }));
+    const fn own(id: u16, name: &'static str) -> DataType {
+        DataType { id, name, ..*types::FORCE }
+    }
+    const FORCE_OF_THE_GRIPPER: &DataType = &own(types::FORCE.id, "GRIP");
+    const HEAT: &DataType = &own(0x8000, "HEAT");
+    const OTHER_HEAT: &DataType = &own(0x8001, "HEAT");
+    assert_eq!(describe(&[FORCE_OF_THE_GRIPPER], &[]), Err(DescriptorError::OwnType { id }));
+    assert_eq!(
+        describe(&[HEAT], &[OTHER_HEAT]),
+        Err(DescriptorError::SameType { id: 0x8001, first: 0, second: 1 })
+    );
+    assert_eq!(describe(&[HEAT], &[types::FORCE]), Ok(1));
 }
 
 #[test]

@@ -2,7 +2,7 @@
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 use crate::common::way::{Ends, Way, sender, sender_with};
-use crate::common::{self, Bench, Line};
+use crate::common::{self, Bench, DelayedLink};
 use dimsart_core::{Packet, PacketError, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -132,7 +132,7 @@ fn the_round_trip_is_measured_to_the_tick() {
             );
             bench
         });
-        let (mut there, mut back) = (Line::new(forward), Line::new(backward));
+        let (mut there, mut back) = (DelayedLink::new(forward), DelayedLink::new(backward));
         let round_trip = forward + backward;
         for tick in 0..3 * round_trip {
             back.deliver(tick, &mut ends[0].dimsart);
@@ -152,7 +152,7 @@ fn the_round_trip_is_measured_to_the_tick() {
 fn the_round_trip_is_plausible_after_a_restart() {
     let end = || Ends::end("");
     let mut ends = [end(), end()];
-    let (mut there, mut back) = (Line::new(5), Line::new(5));
+    let (mut there, mut back) = (DelayedLink::new(5), DelayedLink::new(5));
     for tick in 0..1000 {
         if tick == 500 {
             ends[0] = end();

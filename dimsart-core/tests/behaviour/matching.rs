@@ -6,8 +6,8 @@ use std::collections::BTreeSet;
 use crate::common::Bench;
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, Engine, Finding, Format,
-    ModuleList, ModuleRef, ParameterError, Party, Shape, Unit, UnitRelation, limits, modules::Standard,
-    scheme, types,
+    ModuleList, ModuleRef, ParameterError, Party, Shape, Summary, Unit, UnitRelation, limits,
+    modules::Standard, scheme, types,
 };
 use rand_core::{Rng, SeedableRng};
 
@@ -66,7 +66,7 @@ const AGE: &DataType = &own(0x8000, "ARM_AGE", Format::U32, Shape::Vector);
 const INERTIA: &DataType = &own(0x8001, "ARM_INERTIA", Format::F32, Shape::Matrix(2, 2));
 
 const fn own(id: u16, name: &'static str, format: Format, shape: Shape) -> DataType {
-    DataType { id, name, unit: Unit::Any, format, shape, summary: "A board's own." }
+    DataType { id, name, unit: Unit::Any, format, shape, summary: Summary::new("A board's own.") }
 }
 
 #[test]
@@ -99,7 +99,11 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
     let mut findings = bench.findings();
     let declared = findings.split_off(7);
     findings.sort_unstable();
-    let fitting = "bind it to a signal that fits";
+    let fitting = |kind| {
+        format!(
+            "bind it to a signal that fits (PORT_POSITION command); `dimsart modules {kind}` shows what does"
+        )
+    };
     let stale = "so it sees the last tick's value";
     assert_eq!(
         findings,
@@ -113,12 +117,17 @@ fn every_fault_of_a_scheme_is_in_one_report_and_the_declared_delays_behind() {
             "WTRANSF_MOD reads CH2_WAVES and nobody provides it: plug in a module that writes CH2_WAVES"
                 .to_owned(),
             format!(
-                "port POSITION of PCTRL_MOD is bound to ARM_AGE, which has another format, U32: {fitting}"
+                "port POSITION of PCTRL_MOD is bound to ARM_AGE, which has another format, U32: {}",
+                fitting("PCTRL_MOD")
             ),
             format!(
-                "port POSITION of PDCTRL_MOD is bound to ARM_INERTIA, which has another shape, Matrix(2, 2): {fitting}"
+                "port POSITION of PDCTRL_MOD is bound to ARM_INERTIA, which has another shape, Matrix(2, 2): {}",
+                fitting("PDCTRL_MOD")
             ),
-            format!("port POSITION of WTRANSF_MOD is bound to FORCE, which has another unit, N: {fitting}"),
+            format!(
+                "port POSITION of WTRANSF_MOD is bound to FORCE, which has another unit, N: {}",
+                fitting("WTRANSF_MOD")
+            ),
             "the device bench reads DES_VELOCITY and nobody provides it: \
          plug in a module that writes DES_VELOCITY"
                 .to_owned(),
@@ -153,15 +162,16 @@ fn a_report_counts_what_it_cannot_list_and_lists_faults_before_declared_delays()
 }
 
 #[test]
-fn a_comm_channel_of_another_format_or_shape_is_a_fault() {
+fn a_comm_channel_bound_to_another_format_or_shape_is_a_fault() {
     for (signal, difference) in
         [("ARM_AGE", "format, U32"), ("ARM_INERTIA", "shape, Matrix(2, 2)"), ("LINK_AGE", "format, U32")]
     {
         let mut bench: Bench = Bench::of(3, &[AGE, INERTIA, types::LINK_AGE], &[]);
-        bench.rows(&format!("COMM_TXMOD CTX_ADD_DATA {signal}\nMOD_ENG MOD_ON COMM_TXMOD"));
+        let rows = "COMM_TXMOD CTX_ADD_DATA SIGNAL\nCOMM_TXMOD PORT_DATA_1";
+        bench.rows(&format!("{rows} {signal}\nMOD_ENG MOD_ON COMM_TXMOD"));
         let expected = format!(
             "port DATA_1 of COMM_TXMOD is bound to {signal}, which has another {difference}: \
-             bind it to a signal that fits"
+             bind it to a signal that fits (PORT_DATA_1 command); `dimsart modules COMM_TXMOD` shows what does"
         );
         assert_eq!(bench.findings(), [expected]);
     }

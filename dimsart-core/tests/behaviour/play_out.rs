@@ -11,8 +11,8 @@ use rand_pcg::Pcg32;
 /// Largest difference of delay between two packets, ticks.
 const JITTER_TICKS: u32 = 6;
 
-/// A line of waves, one way.
-struct Line {
+/// A link that carries waves one way, with jitter and losses.
+struct JitteryLink {
     random: Pcg32,
     way: Way,
     loss: f64,
@@ -20,7 +20,7 @@ struct Line {
     last_arrival: u32,
 }
 
-impl Line {
+impl JitteryLink {
     fn new(seed: u64, policy: &str, every: u32, loss: f64, playout_ticks: u32) -> Self {
         let rows = format!(
             "COMM_RXMOD TIMEOUT_TICKS 0\nCOMM_RXMOD STALE {policy}\nCOMM_RXMOD PLAYOUT_TICKS {playout_ticks}"
@@ -58,8 +58,8 @@ fn a_constant_wave_stays_constant_over_jitter_and_loss() {
     for (every, loss) in [(1, 0.0), (1, 0.05), (2, 0.0), (3, 0.02)] {
         for policy in ["LIMITED", "INTEGRAL"] {
             let playout_ticks = JITTER_TICKS + 6 * every;
-            let mut line = Line::new(90, policy, every, loss, playout_ticks);
-            let waves: Vec<f32> = (0..20_000).map(|tick| line.pass(tick, 0.5)).collect();
+            let mut link = JitteryLink::new(90, policy, every, loss, playout_ticks);
+            let waves: Vec<f32> = (0..20_000).map(|tick| link.pass(tick, 0.5)).collect();
             for (tick, wave) in waves.iter().enumerate().skip(500) {
                 assert!((wave - 0.5).abs() < 5e-3, "{policy}, {every}, {loss}, {tick}: {wave}");
             }
@@ -76,8 +76,8 @@ fn a_constant_wave_stays_constant_over_jitter_and_loss() {
 #[test]
 fn jitter_without_play_out_loses_displacement_or_makes_energy() {
     let run = |policy| {
-        let mut line = Line::new(91, policy, 1, 0.0, 0);
-        let waves: Vec<f32> = (0..20_000).map(|tick| line.pass(tick, 0.5)).collect();
+        let mut link = JitteryLink::new(91, policy, 1, 0.0, 0);
+        let waves: Vec<f32> = (0..20_000).map(|tick| link.pass(tick, 0.5)).collect();
         let displacement: f64 = waves.iter().map(|wave| f64::from(*wave) * f64::from(H)).sum();
         (displacement / (10_000.0 * f64::from(H)), waves.iter().map(|wave| energy(*wave)).sum::<f64>())
     };
@@ -91,14 +91,14 @@ fn jitter_without_play_out_loses_displacement_or_makes_energy() {
 fn waves_of_any_form_gain_no_energy_and_arrive_in_full() {
     for (every, loss) in [(1, 0.0), (1, 0.1), (2, 0.1), (5, 0.02)] {
         let playout_ticks = JITTER_TICKS + 3 * every;
-        let mut line = Line::new(92, "LIMITED", every, loss, playout_ticks);
+        let mut link = JitteryLink::new(92, "LIMITED", every, loss, playout_ticks);
         let (mut sent, mut given, mut slow) = ([0.0; 2], [0.0; 2], 0.0);
         for tick in 0..20_000 {
-            slow = 0.999 * slow + 0.05 * (chance(&mut line.random) - 0.5);
+            slow = 0.999 * slow + 0.05 * (chance(&mut link.random) - 0.5);
             #[expect(clippy::cast_possible_truncation, reason = "waves are f32")]
             // At rest at the end, so that all that is owed is given out.
             let wave = if tick < 19_000 { slow as f32 } else { 0.0 };
-            let out = line.pass(tick, wave);
+            let out = link.pass(tick, wave);
             for (sums, wave) in [(&mut sent, wave), (&mut given, out)] {
                 *sums = [sums[0] + energy(wave), sums[1] + f64::from(wave) * f64::from(H)];
             }
@@ -112,11 +112,11 @@ fn waves_of_any_form_gain_no_energy_and_arrive_in_full() {
 /// and nothing more from then on.
 #[test]
 fn an_outage_costs_its_own_displacement_and_none_later() {
-    let mut line = Line::new(94, "LIMITED", 1, 0.0, 10);
+    let mut link = JitteryLink::new(94, "LIMITED", 1, 0.0, 10);
     let waves: Vec<f32> = (0..20_000)
         .map(|tick| {
-            line.loss = if (5_000..5_050).contains(&tick) { 1.0 } else { 0.0 };
-            line.pass(tick, 0.5)
+            link.loss = if (5_000..5_050).contains(&tick) { 1.0 } else { 0.0 };
+            link.pass(tick, 0.5)
         })
         .collect();
     let given = |from: usize| waves.iter().skip(from).map(|wave| f64::from(*wave) / 0.5).sum::<f64>();
@@ -128,15 +128,15 @@ fn an_outage_costs_its_own_displacement_and_none_later() {
 
 #[test]
 fn play_out_can_be_turned_on_and_off_while_waves_pass() {
-    let mut line = Line::new(93, "INTEGRAL", 1, 0.0, 0);
+    let mut link = JitteryLink::new(93, "INTEGRAL", 1, 0.0, 0);
     let mut given = 0.0;
     for tick in 0..6_000 {
         match tick {
-            2_000 => line.way.receiver.run("COMM_RXMOD PLAYOUT_TICKS 10"),
-            4_000 => line.way.receiver.run("COMM_RXMOD PLAYOUT_TICKS 0"),
+            2_000 => link.way.receiver.run("COMM_RXMOD PLAYOUT_TICKS 10"),
+            4_000 => link.way.receiver.run("COMM_RXMOD PLAYOUT_TICKS 0"),
             _ => {}
         }
-        let wave = line.pass(tick, 0.5);
+        let wave = link.pass(tick, 0.5);
         assert!(wave.is_finite() && (0.0..5.0).contains(&wave), "{tick}: {wave}");
         if (3_000..4_000).contains(&tick) {
             assert!((wave - 0.5).abs() < 5e-3, "{tick}: {wave}");

@@ -10,8 +10,9 @@ macro_rules! unwrap {
     };
 }
 
-mod line;
+mod looking;
 mod noise;
+mod served;
 
 use dimsart_core::protocol::{
     Accepted, Blocked, DataTypeText, Effect, MAX_SIGNAL_WORDS, PROTOCOL_VERSION, ParameterText, PortText,
@@ -19,10 +20,10 @@ use dimsart_core::protocol::{
 };
 use dimsart_core::{
     Accepts, AxisKind, Command, CommandError, Engine, EngineCommand, Finding, Format, FrameError, ModuleList,
-    ModuleRef, ParameterError, Party, Timing, TypeRef, Value, modules::Standard, scheme, types,
+    ModuleRef, ParameterError, Party, Timing, TypeRef, Unit, Value, modules::Standard, scheme, types,
 };
 
-use line::{Line, MAP, frame, module, robot};
+use served::{MAP, ServedDevice, frame, module, robot};
 
 const SIDES: &[&str] = &["master", "slave"];
 const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
@@ -30,14 +31,15 @@ const SCHEME: &str = include_str!("../../../schemes/bilateral.scheme");
 #[test]
 fn a_frame_has_these_bytes() {
     let command = Command::PlugIn(ModuleRef { kind: 6, number: 1 });
-    // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the next.
+    // Class, id, request, engine, MOD_ON, no axis, module, CRC (of channel 0 too); each zero replaced by the way to the
+    // next.
     let expected = [0, 5, 1, 2, 1, 7, 2, 1, 8, 5, 6, 1, 0x0D, 0xAD, 0x0B, 0x80, 0];
     assert_eq!(frame(Request::Command(command), 0x0102), expected);
 }
 
 #[test]
 fn the_device_introduces_itself() {
-    let identity = unwrap!(Identity, Line::new().ask(Request::Identify));
+    let identity = unwrap!(Identity, ServedDevice::new().ask(Request::Identify));
     assert_eq!(
         (identity.protocol_version, identity.device, identity.image),
         (PROTOCOL_VERSION, "arm", "test 0.1")
@@ -48,23 +50,22 @@ fn the_device_introduces_itself() {
 
 #[test]
 fn every_module_and_parameter_of_the_library_is_described_as_the_engine_has_it() {
-    let mut line = Line::new();
-    let kinds = line.list(|kind| Request::Module { kind });
+    let mut served = ServedDevice::new();
+    let kinds = served.list(|kind| Request::Module { kind });
     assert_eq!(kinds.len(), Standard::KINDS.len());
     for ((kind, found), expected) in (0..).zip(kinds).zip(Standard::KINDS) {
         let found = unwrap!(Module, found);
-        assert_eq!((found.name, found.summary), (expected.name, expected.summary));
-        let found = line.list(|index| Request::Parameter { kind, index });
+        assert_eq!(found.name, expected.name);
+        let found = served.list(|index| Request::Parameter { kind, index });
         let expected = (0..).map_while(|index| Engine::<Standard>::describe_parameter(kind, index));
         let expected: Vec<_> = expected.collect();
         assert_eq!(found.len(), expected.len());
         for (found, expected) in found.into_iter().zip(expected) {
             let found = unwrap!(Parameter, found);
-            assert_eq!((found.name, found.summary), (expected.name, expected.summary));
+            assert_eq!((found.name, found.unit), (expected.name, expected.unit));
             assert_eq!(found.default, expected.default);
             assert_eq!(found.is_structural, expected.is_structural);
-            let symbols = [AxisKind::Linear, AxisKind::Rotary].map(|axis| expected.unit.symbol(axis));
-            assert_eq!([found.unit.linear, found.unit.rotary], symbols);
+            assert_eq!(found.entries, expected.entries);
             assert_same(&found.accepts, expected.accepts);
         }
     }
@@ -80,17 +81,17 @@ fn assert_same(found: &Accepted<'_>, expected: Accepts) {
 
 #[test]
 fn ports_are_described_with_what_they_are_bound_to() {
-    let mut line = Line::new();
+    let mut served = ServedDevice::new();
     let second = ModuleRef { number: 2, ..module("PDCTRL_MOD") };
     let elsewhere = TypeRef { id: types::DES_POSITION.id, number: 2 };
-    assert_eq!(line.command(Command::bind(second, 1, elsewhere)).refused, None);
+    assert_eq!(served.command(Command::bind(second, 1, elsewhere)).refused, None);
     let modules = (0..16).map(|kind| ModuleRef { kind, number: 1 }).chain([second]);
     for module in modules {
-        let found = line.list(|index| Request::Port { module, index });
-        let expected = line.dimsart.engine_mut().ports(module).unwrap();
+        let found = served.list(|index| Request::Port { module, index });
+        let expected = served.dimsart.engine_mut().ports(module).unwrap();
         assert_eq!(found.len(), expected.len());
         for (found, spec) in found.into_iter().zip(expected) {
-            let engine = line.dimsart.engine();
+            let engine = served.dimsart.engine();
             let default = spec.data_type.map(|(_, signal)| signal);
             let bound = engine.binding(module, spec.name).or(default);
             let (name, direction, stage) = (spec.name, spec.direction, spec.stage);
@@ -98,21 +99,20 @@ fn ports_are_described_with_what_they_are_bound_to() {
             assert_eq!(unwrap!(Port, found), expected);
         }
     }
-    let bound = unwrap!(Port, line.ask(Request::Port { module: second, index: 1 })).bound;
+    let bound = unwrap!(Port, served.ask(Request::Port { module: second, index: 1 })).bound;
     assert_eq!(bound, Some(elsewhere));
 }
 
 #[test]
 fn data_types_are_the_catalogue_and_the_devices_own() {
-    let mut line = Line::new();
-    let found = line.list(|index| Request::DataType { index: index.into() });
+    let mut served = ServedDevice::new();
+    let found = served.list(|index| Request::DataType { index: index.into() });
     let expected = types::ALL.iter().copied().chain([MAP]);
     assert_eq!(found.len(), types::ALL.len() + 1);
     for (found, expected) in found.into_iter().zip(expected) {
-        let DataTypeText { id, name, unit, format, shape, summary } = unwrap!(DataType, found);
-        assert_eq!((id, name, summary), (expected.id, expected.name, expected.summary));
+        let DataTypeText { id, name, unit, format, shape } = unwrap!(DataType, found);
+        assert_eq!((id, name, unit), (expected.id, expected.name, expected.unit));
         assert_eq!((format, shape), (expected.format, expected.shape));
-        assert_eq!(unit.rotary, expected.unit.symbol(AxisKind::Rotary));
     }
 }
 
@@ -123,9 +123,9 @@ struct Catalogue {
 }
 
 impl Catalogue {
-    fn learn(line: &mut Line) -> Self {
-        let modules = line.list(|kind| Request::Module { kind });
-        let types = line.list(|index| Request::DataType { index: index.into() });
+    fn learn(served: &mut ServedDevice) -> Self {
+        let modules = served.list(|kind| Request::Module { kind });
+        let types = served.list(|index| Request::DataType { index: index.into() });
         Self {
             modules: modules.into_iter().map(|module| unwrap!(Module, module).name).collect(),
             types: types.into_iter().map(|data_type| unwrap!(DataType, data_type)).collect(),
@@ -137,14 +137,14 @@ impl Catalogue {
         ModuleRef { kind: u8::try_from(kind).unwrap(), number: 1 }
     }
 
-    fn command(&self, row: &scheme::Row<'_>, line: &mut Line) -> Command {
+    fn command(&self, row: &scheme::Row<'_>, served: &mut ServedDevice) -> Command {
         if row.word(1) == scheme::ENGINE {
             let command = EngineCommand::of(row.word(2)).unwrap();
             let module = command.needs_module.then(|| self.module(row.word(3)));
             return command.with(module).unwrap();
         }
         let module = self.module(row.word(1));
-        let parameters = line.list(|index| Request::Parameter { kind: module.kind, index });
+        let parameters = served.list(|index| Request::Parameter { kind: module.kind, index });
         let mut parameters = (0..).zip(parameters).map(|(index, found)| (index, unwrap!(Parameter, found)));
         let (index, parameter) = parameters.find(|(_, parameter)| parameter.name == row.word(2)).unwrap();
         Command::set(module, index, self.value(&parameter, row.word(3)))
@@ -159,6 +159,7 @@ impl Catalogue {
                 let index = names.iter().position(|name| *name == word).unwrap();
                 Value::Choice(u8::try_from(index).unwrap())
             }
+            Accepted::Integer { .. } => Value::Integer(word.parse().unwrap()),
             Accepted::Types => {
                 let found = self.types.iter().find(|data_type| data_type.name == word).unwrap();
                 Value::Type(TypeRef { id: found.id, number: 1 })
@@ -170,19 +171,19 @@ impl Catalogue {
 #[test]
 fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
     for side in SIDES {
-        let mut line = Line::new();
-        let catalogue = Catalogue::learn(&mut line);
+        let mut served = ServedDevice::new();
+        let catalogue = Catalogue::learn(&mut served);
         for row in scheme::rows(SCHEME).filter(|row| row.is_for(side, SIDES).unwrap()) {
-            let command = catalogue.command(&row, &mut line);
-            assert_eq!(line.command(command).refused, None, "line {} on the {side}", row.line());
+            let command = catalogue.command(&row, &mut served);
+            assert_eq!(served.command(command).refused, None, "line {} on the {side}", row.line());
         }
         let mut loaded = robot();
         assert_eq!(scheme::load(SCHEME, side, SIDES, &mut loaded, |error| panic!("{error:?}")), 0);
-        assert_eq!(line.state(), format!("{loaded:?}"));
-        let status = unwrap!(Status, line.ask(Request::Status));
+        assert_eq!(served.state(), format!("{loaded:?}"));
+        let status = unwrap!(Status, served.ask(Request::Status));
         assert!(status.is_running);
         assert_eq!((status.blocked, status.usage), (None, loaded.engine().usage()));
-        let instances = line.list(|index| Request::Instance { index });
+        let instances = served.list(|index| Request::Instance { index });
         let names: Vec<_> = instances
             .into_iter()
             .map(|found| unwrap!(Instance, found))
@@ -195,53 +196,53 @@ fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
 
 #[test]
 fn an_accepted_command_says_what_still_keeps_the_device_still() {
-    let mut line = Line::new();
+    let mut served = ServedDevice::new();
     let pd = module("PDCTRL_MOD");
-    let effect = line.command(Command::PlugIn(pd));
+    let effect = served.command(Command::PlugIn(pd));
     let wanted = Finding::NoProvider { signal: types::DES_POSITION.first(), reader: Party::Module(pd) };
     assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Fault(wanted)), value: None });
-    assert_eq!(line.ask(Request::Finding { index: 0 }), Response::Finding { finding: wanted, faults: 1 });
-    assert_eq!(line.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotThere));
-    let effect = line.command(Command::Check);
+    assert_eq!(served.ask(Request::Finding { index: 0 }), Response::Finding { finding: wanted, faults: 1 });
+    assert_eq!(served.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotThere));
+    let effect = served.command(Command::Check);
     assert_eq!(effect.refused, Some(CommandError::DoesNotMatch { faults: 1 }));
 
     // Its own measured position will do for a desired one.
-    line.command(Command::Unplug(pd));
-    let port = line.list(|index| Request::Port { module: pd, index });
+    served.command(Command::Unplug(pd));
+    let port = served.list(|index| Request::Port { module: pd, index });
     let port = port.into_iter().position(|found| unwrap!(Port, found).name == "DES_POSITION").unwrap();
     let bind = Command::bind(pd, u8::try_from(port).unwrap(), types::POSITION.first());
-    assert_eq!(line.command(bind).value, Some(Value::Type(types::POSITION.first())));
-    let effect = line.command(Command::PlugIn(pd));
+    assert_eq!(served.command(bind).value, Some(Value::Type(types::POSITION.first())));
+    let effect = served.command(Command::PlugIn(pd));
     assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Stopped), value: None });
-    let effect = line.command(Command::Check);
+    let effect = served.command(Command::Check);
     assert_eq!(effect, Effect { refused: None, blocked: None, value: None });
 
-    line.tick(0.5);
-    line.tick(f32::NAN);
+    served.tick(0.5);
+    served.tick(f32::NAN);
     let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
-    assert_eq!(line.command(Command::Reset).blocked, Some(reason));
-    line.tick(0.5);
-    assert_eq!(line.command(Command::Reset).blocked, None);
-    let status = unwrap!(Status, line.ask(Request::Status));
+    assert_eq!(served.command(Command::Reset).blocked, Some(reason));
+    served.tick(0.5);
+    assert_eq!(served.command(Command::Reset).blocked, None);
+    let status = unwrap!(Status, served.ask(Request::Status));
     let first = status.first_fault.unwrap();
     assert_eq!((status.ticks, status.refused_ticks, first.tick, first.reason), (3, 1, 2, reason));
 }
 
 #[test]
 fn a_refused_command_changes_nothing_and_shows_the_value_that_holds() {
-    let mut line = Line::new();
+    let mut served = ServedDevice::new();
     let pd = module("PDCTRL_MOD");
     let one_axis =
-        |axis, value| Command::Set { module: pd, parameter: 0, axis: Some(axis), value: Value::Real(value) };
-    assert_eq!(line.command(Command::set(pd, 0, Value::Real(300.0))).value, Some(Value::Real(300.0)));
-    assert_eq!(line.command(one_axis(1, 500.0)).value, Some(Value::Real(500.0)));
+        |axis, value| Command::Set { module: pd, parameter: 0, entry: Some(axis), value: Value::Real(value) };
+    assert_eq!(served.command(Command::set(pd, 0, Value::Real(300.0))).value, Some(Value::Real(300.0)));
+    assert_eq!(served.command(one_axis(1, 500.0)).value, Some(Value::Real(500.0)));
     assert_eq!(
-        line.ask(Request::Get { module: pd, parameter: 0, axis: 0 }),
+        served.ask(Request::Get { module: pd, parameter: 0, entry: 0 }),
         Response::Value(Value::Real(300.0))
     );
-    let before = line.state();
+    let before = served.state();
     for value in [f32::NAN, f32::INFINITY, -1.0] {
-        let effect = line.command(one_axis(1, value));
+        let effect = served.command(one_axis(1, value));
         assert_eq!(effect.refused, Some(ParameterError::OutOfRange.into()));
         assert_eq!(effect.value, Some(Value::Real(500.0)));
     }
@@ -251,28 +252,28 @@ fn a_refused_command_changes_nothing_and_shows_the_value_that_holds() {
         (Command::set(pd, 100, Value::Flag(true)), ParameterError::Unknown.into()),
         (Command::bind(pd, 100, types::POSITION.first()), CommandError::UnknownPort(100)),
     ] {
-        assert_eq!(line.command(command).refused, Some(error));
+        assert_eq!(served.command(command).refused, Some(error));
     }
-    let absent = line.ask(Request::Get { module: nobody, parameter: 0, axis: 0 });
+    let absent = served.ask(Request::Get { module: nobody, parameter: 0, entry: 0 });
     assert_eq!(absent, Response::Refused(Refusal::Engine(CommandError::NotPluggedIn(nobody))));
-    assert_eq!(line.state(), before);
+    assert_eq!(served.state(), before);
 }
 
 #[test]
 fn signals_are_read_in_pieces_as_the_last_tick_left_them() {
-    let mut line = Line::new();
-    line.tick(0.25);
-    let entries = line.list(|index| Request::Entry { index });
+    let mut served = ServedDevice::new();
+    served.tick(0.25);
+    let entries = served.list(|index| Request::Entry { index });
     let expected =
         [types::POSITION, MAP, types::DES_FORCE].map(|data_type| Response::Entry(data_type.first()));
     assert_eq!(entries, expected);
     let position = Request::Signal { signal: types::POSITION.first(), from: 0 };
-    let position = unwrap!(Signal, line.ask(position));
-    assert_eq!((position.format, position.unit.linear, position.words_in_all), (Format::F32, "m", 3));
+    let position = unwrap!(Signal, served.ask(position));
+    assert_eq!((position.format, position.unit, position.words_in_all), (Format::F32, Unit::Position, 3));
     assert_eq!(position.words, [0.25_f32.to_bits(), 0, 0]);
     let mut words = Vec::new();
     for from in [0, 32] {
-        let part = unwrap!(Signal, line.ask(Request::Signal { signal: MAP.first(), from }));
+        let part = unwrap!(Signal, served.ask(Request::Signal { signal: MAP.first(), from }));
         assert_eq!(part.words_in_all, 40);
         assert!(part.words.len() <= MAX_SIGNAL_WORDS);
         words.extend(part.words.into_iter().map(f32::from_bits));
@@ -280,18 +281,18 @@ fn signals_are_read_in_pieces_as_the_last_tick_left_them() {
     assert_eq!(words, (1..=40_u8).map(f32::from).collect::<Vec<_>>());
     let missing = TypeRef { number: 2, ..MAP.first() };
     for (signal, from) in [(MAP.first(), 41), (missing, 0)] {
-        assert_eq!(line.ask(Request::Signal { signal, from }), Response::Refused(Refusal::NotThere));
+        assert_eq!(served.ask(Request::Signal { signal, from }), Response::Refused(Refusal::NotThere));
     }
 }
 
 #[test]
 fn a_scheme_is_told_command_by_command() {
-    let mut line = Line::new();
-    assert_eq!(scheme::load(SCHEME, "slave", SIDES, &mut line.dimsart, |error| panic!("{error:?}")), 0);
-    let expected: Vec<Command> = line.dimsart.engine_mut().commands().collect();
+    let mut served = ServedDevice::new();
+    assert_eq!(scheme::load(SCHEME, "slave", SIDES, &mut served.dimsart, |error| panic!("{error:?}")), 0);
+    let expected: Vec<Command> = served.dimsart.engine_mut().commands().collect();
     let mut found = Vec::new();
     for place in 0..=u8::MAX {
-        let of_module = (0..=u16::MAX).map(|index| line.ask(Request::SchemeCommand { place, index }));
+        let of_module = (0..=u16::MAX).map(|index| served.ask(Request::SchemeCommand { place, index }));
         let of_module: Vec<_> =
             of_module.take_while(|answer| *answer != Response::Refused(Refusal::NotThere)).collect();
         if of_module.is_empty() {
@@ -305,15 +306,15 @@ fn a_scheme_is_told_command_by_command() {
 
 #[test]
 fn timing_is_told_by_a_device_that_has_a_clock_and_a_controller_alone_keeps_no_schemes() {
-    let mut line = Line::new();
-    assert_eq!(line.ask(Request::Timing), Response::Refused(Refusal::NotThere));
+    let mut served = ServedDevice::new();
+    assert_eq!(served.ask(Request::Timing), Response::Refused(Refusal::NotThere));
     let mut timing = Timing::default();
     timing.count(true, false);
     timing.count(false, true);
     timing.measure(5, 30, 32);
-    line.info.set_timing(timing);
+    served.info.set_timing(timing);
     let report = TimingReport { ticks: 2, late: 1, overruns: 1, last_mean_max_cycles: Some([25; 3]) };
-    assert_eq!(unwrap!(Timing, line.ask(Request::Timing)), report);
+    assert_eq!(unwrap!(Timing, served.ask(Request::Timing)), report);
     let refused = Response::Refused(Refusal::Store(StoreError::NoStorage));
-    assert_eq!(line.ask(Request::Schemes(SchemeAction::Save)), refused);
+    assert_eq!(served.ask(Request::Schemes(SchemeAction::Save)), refused);
 }

@@ -6,7 +6,10 @@ use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{
     LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
 };
-use dimsart_core::{Accepts, Command, CommandError, Dimsart, ModuleList, ModuleRef, TypeRef, Value, types};
+use dimsart_core::{
+    Accepts, Command, CommandError, Context, Declare, Dimsart, Entries, Kind, Module, ModuleList, ModuleRef,
+    Parameters, TypeRef, Unit, Value, types, words,
+};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -31,8 +34,9 @@ fn any_value(accepts: Accepts, random: &mut Pcg32) -> Value {
     let unit = f32::from(u16::try_from(random.next_u32() >> 16).unwrap()) / 65_536.0;
     match accepts {
         // Small, so that nothing blows up in the ticks that follow.
-        Accepts::Real { min, max, .. } => Value::Real(min + unit * (max.min(2.0 + min.max(0.0)) - min)),
+        Accepts::Real { min, max } => Value::Real(min + unit * (max.min(2.0 + min.max(0.0)) - min)),
         Accepts::Count { min, max } => Value::Count(min + below(random, (max - min).min(30) + 1)),
+        Accepts::Integer { min, max } => Value::Integer(if below(random, 2) == 0 { min } else { max }),
         Accepts::Flag => Value::Flag(below(random, 2) == 1),
         Accepts::Choice(names) => Value::Choice(small(random, u32::try_from(names.len()).unwrap())),
         Accepts::Types => Value::Type(any_signal(random)),
@@ -52,9 +56,9 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
             };
             let parameter = dimsart_core::Engine::<Standard>::describe_parameter(module.kind, index).unwrap();
             let axis = (below(random, 2) == 0).then(|| small(random, u32::try_from(dof).unwrap()));
-            let axis = axis.filter(|_| matches!(parameter.accepts, Accepts::Real { per_axis: true, .. }));
+            let axis = axis.filter(|_| parameter.entries == Entries::AXES);
             let value = any_value(parameter.accepts, random);
-            let _ = bench.dimsart.command(Command::Set { module, parameter: index, axis, value });
+            let _ = bench.dimsart.command(Command::Set { module, parameter: index, entry: axis, value });
         }
         for _ in 0..below(random, 3) {
             let _ = bench.dimsart.command(Command::bind(module, small(random, 6), any_signal(random)));
@@ -192,6 +196,21 @@ fn a_scheme_that_does_not_load_leaves_no_module_behind() {
 }
 
 #[test]
+fn a_scheme_without_the_command_that_starts_it_is_damaged() {
+    let mut dimsart = shipped();
+    let commands: Vec<Command> = dimsart.engine_mut().commands().collect();
+    for count in [0, 1, commands.len()] {
+        let mut bytes = SchemeBytes::new();
+        let mut writer = Writer::new(&mut bytes, fingerprint(dimsart.engine_mut()));
+        commands.iter().take(count).for_each(|command| writer.push(command).unwrap());
+        let checksum = crc::Crc::<u32>::new(&crc::CRC_32_AUTOSAR).checksum(&bytes);
+        bytes.extend_from_slice(&checksum.to_le_bytes()).unwrap();
+        assert_eq!(reload(&bytes, &mut dimsart), Err(LoadError::Damaged), "{count} commands");
+        assert_eq!((dimsart.engine().is_running(), dimsart.engine().usage().modules), (false, 0));
+    }
+}
+
+#[test]
 fn a_scheme_that_fits_no_page_is_refused() {
     let gain = Command::set(ModuleRef { kind: 6, number: 1 }, 0, Value::Real(1.0));
     let mut bytes = SchemeBytes::new();
@@ -225,4 +244,46 @@ fn images_with_other_modules_have_other_fingerprints() {
     let two = fingerprint(Bench::<other_image::Two>::of(1, &[], &[]).dimsart.engine_mut());
     let swapped = fingerprint(Bench::<other_image::Swapped>::of(1, &[], &[]).dimsart.engine_mut());
     assert!(two != standard && swapped != standard && two != swapped);
+}
+
+words! { struct Gain { k: f32 } }
+
+/// A gain, one for all axes or one for each.
+#[derive(Debug)]
+struct Law<const IS_PER_AXIS: bool>;
+
+impl<const IS_PER_AXIS: bool> Module for Law<IS_PER_AXIS> {
+    const NAME: &'static str = "LAW_MOD";
+    const SUMMARY: &'static str = "Has a gain.";
+    type Settings = Gain;
+    type Gains = Gain;
+    type State = ();
+    type Axis = ();
+    type Ports = ();
+
+    fn parameters(settings: &mut Gain, gains: &mut Gain, visit: &mut Parameters<'_>) {
+        if IS_PER_AXIS {
+            visit.per_axis(&mut gains.k, "K", Unit::One, 0.0..=1.0, 0.5, "Gain.");
+        } else {
+            visit.real(&mut settings.k, "K", Unit::One, 0.0..=1.0, 0.5, "Gain.");
+        }
+    }
+
+    fn ports(_: &Gain, _: &mut Declare<'_>) {}
+
+    fn compute(_: &Context<'_, Self>) {}
+}
+
+#[derive(Debug)]
+struct Laws<const IS_PER_AXIS: bool>;
+
+impl<const IS_PER_AXIS: bool> ModuleList for Laws<IS_PER_AXIS> {
+    const KINDS: &'static [Kind] = &[Kind::of::<Law<IS_PER_AXIS>>()];
+}
+
+#[test]
+fn an_image_whose_parameter_has_another_number_of_values_has_another_fingerprint() {
+    let one = fingerprint(Bench::<Laws<false>>::of(1, &[], &[]).dimsart.engine_mut());
+    let per_axis = fingerprint(Bench::<Laws<true>>::of(1, &[], &[]).dimsart.engine_mut());
+    assert_ne!(one, per_axis);
 }

@@ -4,7 +4,7 @@
 use crate::common::Bench;
 use dimsart_core::scheme::{self, Place, Problem, SchemeError};
 use dimsart_core::{
-    CommandError, Engine, ModuleList, ModuleRef, ParameterError, Value, modules::Standard, types,
+    Accepts, CommandError, Engine, ModuleList, ModuleRef, ParameterError, Value, modules::Standard, types,
 };
 use proptest::prelude::*;
 use proptest::test_runner::FileFailurePersistence;
@@ -28,12 +28,30 @@ fn module(name: &str) -> ModuleRef {
     Engine::<Standard>::module(name).unwrap()
 }
 
+/// No value of this parameter, which takes those.
+fn value(name: &str, parameter: &str, accepts: Accepts) -> Problem {
+    let module = module(name);
+    let parameter = Engine::<Standard>::parameter(module.kind, parameter).unwrap();
+    let found = Engine::<Standard>::describe_parameter(module.kind, parameter).unwrap();
+    assert_eq!(found.accepts, accepts, "{name} {}", found.name);
+    Problem::Value { module, parameter }
+}
+
+/// No entry of the parameter that another problem is about.
+fn entry(value: Problem) -> Problem {
+    match value {
+        Problem::Value { module, parameter } => Problem::Entry { module, parameter },
+        other => other,
+    }
+}
+
 #[test]
 fn what_is_wrong_is_named_with_its_place() {
     let pd = module("PDCTRL_MOD");
-    let transformer = &["SPLIT", "IMPLICIT", "PRINTED"];
-    let stiffness = Problem::Number { min: 0.0, max: 1e6 };
-    let ticks = Problem::Whole { min: 0, max: 60_000 };
+    let transformer = value("WTRANSF_MOD", "FORM", Accepts::Choice(&["SPLIT", "IMPLICIT", "PRINTED"]));
+    let stiffness = value("PDCTRL_MOD", "K_PARAM", Accepts::Real { min: 0.0, max: 1e6 });
+    let ticks = value("TIMEDELAY_MOD", "TD_PARAM", Accepts::Count { min: 0, max: 60_000 });
+    let switch = value("PDCTRL_MOD", "LAW_OUTPUT", Accepts::Flag);
     let cases = [
         ("boss MOD_ENG STOP", 1, "boss", Problem::Destination),
         ("m&s& MOD_ENG STOP", 1, "m&s&", Problem::Destination),
@@ -57,11 +75,11 @@ fn what_is_wrong_is_named_with_its_place() {
         ("m MOD_ENG MOD_ON PDCTRL_MOD now or never", 29, "now", Problem::Surplus),
         ("m PDCTRL_MOD K_PARAM 1 N/m", 24, "N/m", Problem::Surplus),
         ("m PDCTRL_MOD P_PARAM 1", 14, "P_PARAM", Problem::ModuleCommand(pd)),
-        ("m PDCTRL_MOD K_PARAM[ 1", 14, "K_PARAM[", Problem::ModuleCommand(pd)),
+        ("m PDCTRL_MOD K_PARAM[ 1", 14, "K_PARAM[", entry(stiffness)),
         ("m PDCTRL_MOD K_PARAM] 1", 14, "K_PARAM]", Problem::ModuleCommand(pd)),
-        ("m PDCTRL_MOD K_PARAM[x] 1", 14, "K_PARAM[x]", Problem::ModuleCommand(pd)),
-        ("m PDCTRL_MOD K_PARAM[-1] 1", 14, "K_PARAM[-1]", Problem::ModuleCommand(pd)),
-        ("m PDCTRL_MOD K_PARAM[1][2] 1", 14, "K_PARAM[1][2]", Problem::ModuleCommand(pd)),
+        ("m PDCTRL_MOD K_PARAM[x] 1", 14, "K_PARAM[x]", entry(stiffness)),
+        ("m PDCTRL_MOD K_PARAM[-1] 1", 14, "K_PARAM[-1]", entry(stiffness)),
+        ("m PDCTRL_MOD K_PARAM[1][2] 1", 14, "K_PARAM[1][2]", entry(stiffness)),
         ("m PDCTRL_MOD PORT_FORCE FORCE", 14, "PORT_FORCE", Problem::ModuleCommand(pd)),
         ("m PDCTRL_MOD PORT_ FORCE", 14, "PORT_", Problem::ModuleCommand(pd)),
         ("m TIMEDELAY_MOD PORT_LINE FORCE", 17, "PORT_LINE", Problem::ModuleCommand(module("TIMEDELAY_MOD"))),
@@ -80,13 +98,14 @@ fn what_is_wrong_is_named_with_its_place() {
         ("m TIMEDELAY_MOD TD_PARAM -1", 26, "-1", ticks),
         ("m TIMEDELAY_MOD TD_PARAM 60001", 26, "60001", ticks),
         ("m TIMEDELAY_MOD TD_PARAM 99999999999", 26, "99999999999", ticks),
-        ("m WTRANSF_MOD FORM split", 20, "split", Problem::Choice(transformer)),
-        ("m PDCTRL_MOD LAW_OUTPUT YES", 25, "YES", Problem::Choice(&["OFF", "ON"])),
+        ("m WTRANSF_MOD FORM split", 20, "split", transformer),
+        ("m PDCTRL_MOD LAW_OUTPUT YES", 25, "YES", switch),
+        ("m PDCTRL_MOD LAW_OUTPUT[0] ON", 14, "LAW_OUTPUT[0]", entry(switch)),
         (
             "m PDCTRL_MOD K_PARAM[3] 1",
             14,
             "K_PARAM[3]",
-            Problem::Refused(CommandError::Parameter(ParameterError::NoSuchAxis)),
+            Problem::Refused(CommandError::Parameter(ParameterError::NoSuchEntry)),
         ),
         ("m MOD_ENG MOD_OFF PDCTRL_MOD", 19, "PDCTRL_MOD", Problem::Refused(CommandError::NotPluggedIn(pd))),
         (
@@ -183,10 +202,10 @@ fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
         let mut rows = String::new();
         for index in 0.. {
             let Some(parameter) = Engine::<Standard>::describe_parameter(kind, index) else { break };
-            use dimsart_core::Accepts;
             let value = match parameter.accepts {
                 Accepts::Real { max, .. } => max.to_string(),
                 Accepts::Count { max, .. } => max.to_string(),
+                Accepts::Integer { max, .. } => max.to_string(),
                 Accepts::Flag => "ON".to_owned(),
                 Accepts::Choice(names) => (*names.last().unwrap()).to_owned(),
                 Accepts::Types => "POSITION".to_owned(),

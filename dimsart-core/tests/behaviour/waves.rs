@@ -2,7 +2,7 @@
 #![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
-use crate::common::{self, Bench, H, Line, assert_close};
+use crate::common::{self, Bench, DelayedLink, H, assert_close};
 use dimsart_core::{Context, Declare, Input, Module, ModuleList, Output, Parameters, Unit, types, words};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -78,7 +78,7 @@ fn end<M: ModuleList>(outputs: common::Types, modules: &str) -> Bench<M> {
 fn step_response(slave: &str, (forward, backward): (usize, usize)) -> Vec<[f64; 2]> {
     let mut master: Bench = end(&[types::VELOCITY], "MOD_ENG MOD_ON WIMPEDANCE_MOD");
     let mut slave: Bench<Slaves> = end(&[types::VELOCITY], slave);
-    let (mut there, mut back) = (Line::new(forward), Line::new(backward));
+    let (mut there, mut back) = (DelayedLink::new(forward), DelayedLink::new(backward));
     let step = |tick| {
         back.deliver(tick, &mut master.dimsart);
         master.tick(&[V as f32; 3]);
@@ -126,7 +126,7 @@ fn a2_a_free_slave_gives_the_wave_back_with_alternating_sign() {
 }
 
 #[test]
-fn a3_a_damper_is_felt_after_a_geometric_series_of_bounces() {
+fn a3_a_damper_is_perceived_after_a_geometric_series_of_bounces() {
     for z in [1.0, 4.0, 25.0, 200.0] {
         for (n1, n2) in DELAYS {
             let slave = format!("RESISTOR_MOD Z_PARAM {z}\nMOD_ENG MOD_ON RESISTOR_MOD");
@@ -145,7 +145,7 @@ fn a3_a_damper_is_felt_after_a_geometric_series_of_bounces() {
 }
 
 #[test]
-fn a4_a_matched_damper_is_felt_at_once_and_moves_after_exactly_the_forward_delay() {
+fn a4_a_matched_damper_is_perceived_at_once_and_moves_after_exactly_the_forward_delay() {
     for (n1, n2) in DELAYS {
         let slave = format!("RESISTOR_MOD Z_PARAM {B}\nMOD_ENG MOD_ON RESISTOR_MOD");
         for (tick, [force, velocity]) in step_response(&slave, (n1, n2)).into_iter().enumerate() {

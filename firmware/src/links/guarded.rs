@@ -15,7 +15,7 @@ use firmware::{Kept, KeptKey};
 
 use super::{LISTENING, LinkIn, LinkOut, Outgoing, Received, listened_to};
 use crate::handover::{Giver, Taker};
-use crate::key_keeper::now_ms;
+use crate::key_service::now_ms;
 use crate::{entry_points, token};
 
 /// Starts what carries packets. It takes every key that the board is given after the one it has now.

@@ -12,7 +12,7 @@ use dimsart_core::{Packet, is_newer};
 use hil_sim::cycles::{Firmware, Setup, UNIT, measure};
 use hil_sim::emulated::FOLDER_VARIABLE;
 use hil_sim::experiment::{Experiment, Side};
-use hil_sim::rig::{Station, TickTape};
+use hil_sim::rig::{Station, TickTrace};
 use hil_sim::scenario::Scenario;
 
 use crate::hand::Hand;
@@ -73,15 +73,15 @@ fn by_hand(firmware: &Firmware, scenario: &Scenario, timing: Timing) -> Result<f
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     let ticks = (experiment.duration_s() / scenario.sample_period_s).round() as u32;
     let rig = experiment.rig_mut();
-    rig.stations_mut().first_mut().ok_or("no master")?.start_tape();
+    rig.stations_mut().first_mut().ok_or("no master")?.start_trace();
     let mut hand = Hand::new(firmware, timing)?;
     let mut cycles = 0;
     for tick in 0..ticks {
         rig.step();
-        let tape = rig.stations().iter().find_map(Station::tape).ok_or("no tape")?;
-        cycles += hand.tick(&tape.measured, newest(tape).as_ref())?.cycles;
-        let (_, sent) = tape.sent.first().ok_or("nothing was sent")?;
-        if hand.commanded()? != tape.commanded || !hand.sent(sent)? {
+        let trace = rig.stations().iter().find_map(Station::trace).ok_or("no trace")?;
+        cycles += hand.tick(&trace.measured, newest(trace).as_ref())?.cycles;
+        let (_, sent) = trace.sent.first().ok_or("nothing was sent")?;
+        if hand.commanded()? != trace.commanded || !hand.sent(sent)? {
             return Err(format!("the master by hand differs in tick {tick}").into());
         }
     }
@@ -89,8 +89,8 @@ fn by_hand(firmware: &Firmware, scenario: &Scenario, timing: Timing) -> Result<f
 }
 
 /// The packet that a tick finds, of those that came in before it.
-fn newest(tape: &TickTape) -> Option<Packet> {
+fn newest(trace: &TickTrace) -> Option<Packet> {
     let packets =
-        tape.received.iter().filter_map(|(_, channel, bytes)| Packet::from_bytes(bytes, *channel).ok());
+        trace.received.iter().filter_map(|(_, channel, bytes)| Packet::from_bytes(bytes, *channel).ok());
     packets.reduce(|kept, packet| if is_newer(packet.counter, kept.counter) { packet } else { kept })
 }

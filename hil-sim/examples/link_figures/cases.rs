@@ -17,8 +17,8 @@ pub(crate) struct Case {
     pub(crate) sets: &'static str,
     /// Whether packets get damaged or lost.
     pub(crate) has_errors: bool,
-    /// Whether what is felt is what is predicted; else lost motion adds up, and two sides creep apart.
-    pub(crate) is_felt: bool,
+    /// Whether what is perceived is what is predicted; else lost motion adds up, and two sides creep apart.
+    pub(crate) is_perceived: bool,
 }
 
 const UART: &str = "UART, 921 600 baud";
@@ -31,11 +31,11 @@ const UDP: &str = "UDP, 5 ms each way";
 const UDP_BAD: &str = "UDP, 3 to 7 ms, 1 % lost in bursts";
 
 const fn clean(carrier: &'static str, policy: &'static str, sets: &'static str) -> Case {
-    Case { carrier, policy, sets, has_errors: false, is_felt: true }
+    Case { carrier, policy, sets, has_errors: false, is_perceived: true }
 }
 
-const fn bad(carrier: &'static str, policy: &'static str, sets: &'static str, is_felt: bool) -> Case {
-    Case { carrier, policy, sets, has_errors: true, is_felt }
+const fn bad(carrier: &'static str, policy: &'static str, sets: &'static str, is_perceived: bool) -> Case {
+    Case { carrier, policy, sets, has_errors: true, is_perceived }
 }
 
 /// All of them.
@@ -111,11 +111,12 @@ impl Case {
     }
 }
 
-/// By how much felt stiffness is off the prediction, the axis that is off most; none without contact.
+/// By how much perceived stiffness is off the prediction, the axis that is off most; none without contact.
 pub(crate) fn off(outcome: &Outcome) -> Option<f64> {
-    let off = |felt: &Option<f64>, predicted: &Option<f64>| Some((*felt)? / (*predicted)? - 1.0);
-    let axes = outcome.k_felt_n_per_m.iter().zip(&outcome.k_predicted_n_per_m);
-    axes.filter_map(|(felt, predicted)| off(felt, predicted)).max_by(|a, b| a.abs().total_cmp(&b.abs()))
+    let off = |perceived: &Option<f64>, predicted: &Option<f64>| Some((*perceived)? / (*predicted)? - 1.0);
+    let axes = outcome.k_perceived_n_per_m.iter().zip(&outcome.k_predicted_n_per_m);
+    axes.filter_map(|(perceived, predicted)| off(perceived, predicted))
+        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
 }
 
 /// What the media damaged or lost, both ways.

@@ -10,7 +10,7 @@ use cases::{CASES, errors, off};
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!(
-        "| Carrier | Policy | Round trip (ticks) | Predicted (N/m) | Felt (N/m) | Off | Energy (J) | Load | Errors |"
+        "| Carrier | Policy | Round trip (ticks) | Predicted (N/m) | Perceived (N/m) | Off | Energy (J) | Load | Errors |"
     );
     println!("|---|---|---:|---:|---:|---:|---:|---:|---:|");
     for case in CASES {
@@ -18,7 +18,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let first = |values: &[Option<f64>]| values.first().copied().flatten().unwrap_or(f64::NAN);
         let off = off(&outcome).ok_or("no contact")?;
         let off = match off.abs() {
-            _ if !case.is_felt => "creeps".to_owned(),
+            _ if !case.is_perceived => "creeps".to_owned(),
             ..1e-4 => "below 0.01 %".to_owned(),
             _ => format!("{:.2} %", 100.0 * off),
         };
@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             case.policy,
             outcome.round_trip_ticks.ok_or("nothing came back")?,
             first(&outcome.k_predicted_n_per_m),
-            first(&outcome.k_felt_n_per_m),
+            first(&outcome.k_perceived_n_per_m),
             outcome.energy_min_j.ok_or("no waves")?,
             100.0 * outcome.media.iter().map(|traffic| traffic.load).fold(0.0, f64::max),
             errors(&outcome),

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 
 use super::delay::{Delay, Delays};
-use super::line::Line;
+use super::line::SerialLine;
 use super::random::Random;
 use super::traffic::{Occupation, Timeline};
 
@@ -38,7 +38,7 @@ pub struct DatagramParameters {
 #[derive(Debug)]
 pub struct DatagramPath {
     parameters: DatagramParameters,
-    line: Line,
+    line: SerialLine,
     random: Random,
     delays: Delays,
     is_bad: bool,
@@ -55,7 +55,7 @@ impl DatagramPath {
     #[must_use]
     pub fn new(parameters: DatagramParameters, seed: u64) -> Self {
         Self {
-            line: Line::new(parameters.bits_per_s, BITS_PER_BYTE, parameters.queue_bytes),
+            line: SerialLine::new(parameters.bits_per_s, BITS_PER_BYTE, parameters.queue_bytes),
             random: Random::new(seed),
             delays: Delays::new(parameters.delay.clone()),
             parameters,

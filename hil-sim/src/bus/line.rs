@@ -4,7 +4,7 @@ use super::time::bits_ns;
 
 /// One direction of a line.
 #[derive(Debug, Clone)]
-pub(super) struct Line {
+pub(super) struct SerialLine {
     bits_per_s: u32,
     bits_per_byte: u32,
     queue_bytes: usize,
@@ -13,7 +13,7 @@ pub(super) struct Line {
     longest_ns: u64,
 }
 
-impl Line {
+impl SerialLine {
     pub(super) fn new(bits_per_s: u32, bits_per_byte: u32, queue_bytes: usize) -> Self {
         Self { bits_per_s, bits_per_byte, queue_bytes, free_ns: 0, busy_ns: 0, longest_ns: 0 }
     }

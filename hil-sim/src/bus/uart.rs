@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::line::Line;
+use super::line::SerialLine;
 use super::random::Random;
 use super::traffic::{Occupation, Timeline};
 
@@ -28,7 +28,7 @@ pub struct UartParameters {
 #[derive(Debug)]
 pub struct Uart {
     parameters: UartParameters,
-    line: Line,
+    line: SerialLine,
     random: Random,
     /// Bits until the next wrong one.
     good_bits: u64,
@@ -44,7 +44,7 @@ impl Uart {
     pub fn new(parameters: UartParameters, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let good_bits = random.before_failure(parameters.bit_error_rate);
-        let line = Line::new(parameters.bits_per_s, BITS_PER_BYTE, parameters.queue_bytes);
+        let line = SerialLine::new(parameters.bits_per_s, BITS_PER_BYTE, parameters.queue_bytes);
         let (on_the_way, timeline) = (VecDeque::new(), Timeline::default());
         Self { parameters, line, random, good_bits, on_the_way, errors: 0, timeline }
     }

@@ -24,7 +24,7 @@ pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
     let engine = dimsart.engine_mut();
     let sent = carried(engine, "COMM_TXMOD", "CTX_LINK", Direction::Read);
     let received = carried(engine, "COMM_RXMOD", "CRX_LINK", Direction::Write);
-    let line = Line { delays: delays(engine), used: used(engine) };
+    let line = DelayLine { delays: delays(engine), used: used(engine) };
     let before = sent.map_or(0, |signal| line.ticks_before(signal));
     let behind = received.and_then(|signal| line.ticks_behind(signal, line.delays.len()));
     let sender = on_link_0(engine, "COMM_TXMOD", "CTX_LINK");
@@ -42,12 +42,12 @@ pub(super) fn playout_ticks(engine: &mut SimulatedEngine) -> u32 {
 }
 
 /// The delay modules of a scheme, and the signals that anything else makes use of.
-struct Line {
+struct DelayLine {
     delays: Vec<Delay>,
     used: Vec<TypeRef>,
 }
 
-impl Line {
+impl DelayLine {
     /// From where `signal` is made: a signal has one provider.
     fn ticks_before(&self, mut signal: TypeRef) -> u32 {
         let mut ticks = 0_u32;

@@ -3,6 +3,7 @@
 mod live;
 
 use std::fmt::Display;
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -13,7 +14,7 @@ use dimsart_core::protocol::DEFAULT_BAUD;
 use serde::Serialize;
 
 use super::Ending;
-use crate::connect::{self, ConnectError, KeyReport, Patience, Stream};
+use crate::connect::{self, ConnectError, KeyReport, Patience, Recorded, Stream};
 use crate::experiment::Side;
 use crate::key_file::{self, KeyFileError};
 use crate::schemes::SchemeText;
@@ -22,7 +23,8 @@ type Device = connect::Device<Box<dyn Stream>>;
 
 /// Talk to a controller: look at it, tune it, change its scheme while it runs.
 ///
-/// Names, units, ranges and choices are the device's own: nothing but the protocol is known beforehand.
+/// Names, ranges, choices and which unit a number has are the device's own. Help texts, of the modules that it knows, and
+/// the symbols of units are this program's.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Connect {
@@ -54,6 +56,7 @@ Examples:
   dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
   dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
+  dimsart connect tcp:localhost:4000 recorder --out rows.csv      what a recorder has kept
   dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program
 
 A command is answered by what it came to: whether the scheme commands the device now and, if not, why.
@@ -136,6 +139,14 @@ enum Action {
     /// Give the board a key, or take it away: a board that holds one is locked.
     #[command(subcommand)]
     Key(KeyAction),
+    /// The rows that a recorder has kept, oldest first, as CSV. Stops nothing.
+    Recorder {
+        /// Recorder, such as `RECORDER_MOD.2`; the only one when none is named.
+        recorder: Option<String>,
+        /// Writes the rows to this file.
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
     /// Show signals live, until Ctrl-C.
     Watch {
         /// Signals, such as `POSITION`; all that are in the Data Base when none is named.
@@ -150,6 +161,21 @@ enum Action {
         #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = seconds)]
         period_s: Duration,
     },
+}
+
+/// Writes what a recorder has kept to a file, or to `out`; what is to be known of it goes where the rows do not.
+fn write_recorded(recorded: &Recorded, file: Option<&Path>, out: &mut impl Write) -> io::Result<()> {
+    match file {
+        Some(file) => {
+            let written = File::create(file).and_then(|file| recorded.write_csv(file));
+            written.map_err(|error| io::Error::other(format!("cannot write {}: {error}", file.display())))?;
+            writeln!(out, "{}: {recorded}", file.display())
+        }
+        None => {
+            eprintln!("dimsart: note: {recorded}");
+            recorded.write_csv(out)
+        }
+    }
 }
 
 #[derive(Debug, Subcommand)]
@@ -252,6 +278,9 @@ impl Action {
             Self::Rollback(json) => json.print(out, &device.roll_back()?)?,
             Self::Key(KeyAction::Set { file }) => writeln!(out, "{}", device.set_key(&read_key(&file)?)?)?,
             Self::Key(KeyAction::Clear) => writeln!(out, "{}", device.clear_key()?)?,
+            Self::Recorder { recorder, out: file } => {
+                write_recorded(&device.recorded(recorder.as_deref())?, file.as_deref(), out)?;
+            }
             Self::Watch { signals, once: true, .. } => {
                 writeln!(out, "{}", live::lines(&device.signals(&signals)?))?;
             }

@@ -6,12 +6,15 @@ use std::process::ExitCode;
 use clap::Args;
 use comfy_table::{ContentArrangement, Table, presets};
 use dimsart_core::modules::Standard;
+use dimsart_core::protocol::ParameterText;
+use dimsart_core::scheme::switch;
 use dimsart_core::{
     Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Unit, UnitRelation,
     Value,
 };
 
 use super::Ending;
+use crate::connect::range_text;
 use crate::experiment::device;
 use crate::schemes::suggestion;
 
@@ -42,7 +45,8 @@ const MARKDOWN_HEAD: &str = "\
 # The modules
 
 Written by `dimsart modules --markdown > docs/modules.md`, from what the modules say of themselves: change a module
-and run it again. Ports can be bound to other data types of the same unit and shape (`PORT_NAME TYPE` in a scheme).
+and run it again. Ports can be bound to other data types of the same unit, format and shape (`PORT_NAME TYPE` in a
+scheme); `any` is every one.
 ";
 
 /// What a module says of itself.
@@ -72,7 +76,7 @@ impl Modules {
         let mut engine: Engine = Engine::new(device("device", 1, 1e-3)?);
         let is_wanted = |name: &str| self.name.as_deref().is_none_or(|wanted| wanted == name);
         for (number, kind) in (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind.name)) {
-            let description = Description::new(&mut engine, number, kind.name, kind.summary);
+            let description = Description::new(&mut engine, number, kind.name, kind.summary.text());
             if self.markdown { description.markdown(out) } else { description.print(out) }?;
         }
         Ok(ExitCode::SUCCESS)
@@ -129,13 +133,18 @@ fn rows<const COLUMNS: usize>(
 
 fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<[String; 5]> {
     let (data_type, _) = port.data_type?;
+    let any_or = |text: String| match port.tie.filter(|_| port.takes_any_type) {
+        None if port.takes_any_type => "any".to_owned(),
+        None => text.to_lowercase(),
+        Some(_) => port_unit(port, ports),
+    };
     let verb = if port.direction == Direction::Read { "reads" } else { "writes" };
     Some([
         port.name.to_owned(),
         format!("{verb} {}", data_type.name),
         port_unit(port, ports),
-        format!("{:?}", data_type.format).to_lowercase(),
-        format!("{:?}", data_type.shape).to_lowercase(),
+        any_or(format!("{:?}", data_type.format)),
+        any_or(format!("{:?}", data_type.shape)),
     ])
 }
 
@@ -144,9 +153,9 @@ fn parameter_row(parameter: &Parameter) -> [String; 5] {
     [
         parameter.name.to_owned(),
         if parameter.accepts == Accepts::Types { String::new() } else { units(parameter.unit) },
-        range(parameter),
+        ParameterText::try_from(*parameter).map_or_else(|_| String::new(), |text| range_text(&text)),
         default(parameter),
-        format!("{}{when}", parameter.summary),
+        format!("{}{when}", parameter.summary.text()),
     ]
 }
 
@@ -176,10 +185,10 @@ fn markdown_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMN
 fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
     let other = port.tie.and_then(|tie| Some((tie.relation, ports.get(usize::from(tie.port))?.name)));
     match (other, port.data_type) {
-        (Some((UnitRelation::Same, other)), _) => format!("that of {other}"),
+        (Some((UnitRelation::Same | UnitRelation::Alike, other)), _) => format!("that of {other}"),
         (Some((UnitRelation::Integral, other)), _) => format!("that of {other}, times s"),
         (Some((UnitRelation::Derivative, other)), _) => format!("that of {other}, over s"),
-        (None, _) if port.takes_any_unit => units(Unit::Any),
+        (None, _) if port.takes_any_unit || port.takes_any_type => units(Unit::Any),
         (None, Some((data_type, _))) => units(data_type.unit),
         (None, None) => String::new(),
     }
@@ -187,27 +196,15 @@ fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
 
 /// The unit on a linear and, where it differs, on a rotary axis.
 fn units(unit: Unit) -> String {
-    let (linear, rotary) = (unit.symbol(AxisKind::Linear), unit.symbol(AxisKind::Rotary));
-    if linear == rotary { linear.to_owned() } else { format!("{linear} or {rotary}") }
-}
-
-fn range(parameter: &Parameter) -> String {
-    match parameter.accepts {
-        Accepts::Real { min, max, per_axis } => {
-            format!("{min} to {max}{}", if per_axis { ", per axis" } else { "" })
-        }
-        Accepts::Count { min, max } => format!("{min} to {max}"),
-        Accepts::Flag => "OFF, ON".to_owned(),
-        Accepts::Choice(names) => names.join(", "),
-        Accepts::Types => "a data type".to_owned(),
-    }
+    unit.on(&[AxisKind::Linear, AxisKind::Rotary]).to_string()
 }
 
 fn default(parameter: &Parameter) -> String {
     match (parameter.default, parameter.accepts) {
         (Some(Value::Real(value)), _) => value.to_string(),
         (Some(Value::Count(value)), _) => value.to_string(),
-        (Some(Value::Flag(value)), _) => if value { "ON" } else { "OFF" }.to_owned(),
+        (Some(Value::Integer(value)), _) => value.to_string(),
+        (Some(Value::Flag(value)), _) => switch(value).to_owned(),
         (Some(Value::Choice(index)), Accepts::Choice(names)) => {
             names.get(usize::from(index)).map_or_else(String::new, |name| (*name).to_owned())
         }

@@ -120,7 +120,9 @@ struct Names {
 
 impl Names {
     fn new(name: &str) -> Result<Self, String> {
-        let words: Vec<String> = name.split(['-', '_', ' ']).map(str::to_lowercase).collect();
+        let mut words: Vec<String> = name.split(['-', '_', ' ']).map(str::to_lowercase).collect();
+        // Its name in schemes says the same.
+        words.pop_if(|last| last == "mod" && name.len() > "mod".len());
         let is_word = |word: &String| {
             word.starts_with(|first: char| first.is_ascii_lowercase())
                 && word.chars().all(|letter| letter.is_ascii_alphanumeric())
@@ -225,6 +227,7 @@ mod tests {
     fn a_new_module_is_the_template_under_its_own_names() {
         let names = Names::new("Damped spring").unwrap();
         assert_eq!((names.file.as_str(), names.module.as_str()), ("damped_spring", "DAMPED_SPRING_MOD"));
+        assert_eq!(Names::new("DAMPED_SPRING_MOD").unwrap(), names);
         let text = names.text();
         assert!(text.starts_with("//! Damped spring: "), "{text}");
         assert!(!text.to_lowercase().contains("template") && !text.contains("dimsart_core"), "{text}");
@@ -239,8 +242,8 @@ mod tests {
     fn a_module_is_registered_like_those_that_are() {
         let library = include_str!("../../../dimsart-core/src/modules.rs");
         let text = || String::new();
-        let pid = Names { file: "pid".into(), kind: "Pid".into(), words: text(), module: text() };
-        for line in pid.registration() {
+        let p = Names { file: "p".into(), kind: "P".into(), words: text(), module: text() };
+        for line in p.registration() {
             assert!(library.lines().any(|found| found.trim() == line), "{line}");
         }
     }

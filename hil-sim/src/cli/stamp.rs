@@ -7,7 +7,6 @@ use std::process::ExitCode;
 use std::time::Instant;
 use std::{env, fs};
 
-use boards::BOARDS;
 use clap::Args;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::modules::Standard;
@@ -58,8 +57,9 @@ Examples:
 impl Stamp {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let firmware = Firmware::find(self.elf.as_deref(), None)?;
-        let board = BOARDS.iter().find(|board| firmware.features().any(|feature| feature == board.name));
-        let board = board.ok_or_else(|| format!("`{}` is of no board that is known here", firmware.name))?;
+        let board = firmware
+            .board()
+            .ok_or_else(|| format!("`{}` is of no board that is known here", firmware.name))?;
         let budget = Budget::of(board.name)?;
         let mut image = StampedImage::read(&firmware.path)?;
         let scheme = self.scheme.unwrap_or_else(|| format!("builtin:{}", image.scheme_name()));
@@ -87,7 +87,8 @@ impl Stamp {
     }
 }
 
-/// What a scheme is called in a stamp: a built-in one by its name, so that it is found again, another one by its file's.
+/// What a scheme is called in a stamp: a built-in one by its name, so that it is found again, another one by its
+/// file's.
 fn name(scheme: &str) -> &str {
     let file = Path::new(scheme).file_name().and_then(|name| name.to_str()).unwrap_or(scheme);
     scheme.strip_prefix("builtin:").unwrap_or(file)

@@ -42,8 +42,8 @@ pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
 /// Whether a stable contact over packets is far softer than predicted.
 fn is_creeping(outcome: &Outcome) -> bool {
     let is_soft = |axis: &AxisOutcome| {
-        let pair = axis.k_felt_n_per_m.zip(axis.k_predicted_n_per_m);
-        pair.is_some_and(|(felt, predicted)| felt < CREEPING_SHARE * predicted)
+        let pair = axis.k_perceived_n_per_m.zip(axis.k_predicted_n_per_m);
+        pair.is_some_and(|(perceived, predicted)| perceived < CREEPING_SHARE * predicted)
     };
     outcome.stable && outcome.axes.iter().any(is_soft)
 }
@@ -153,13 +153,13 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
         fact("lost packets", packets_lost.to_string(), "", &refused),
         unknown("smallest channel energy", "J", "it takes the waves of both sides"),
     ];
-    if outcome.k_felt_n_per_m.iter().all(Option::is_none) {
+    if outcome.k_perceived_n_per_m.iter().all(Option::is_none) {
         facts.push(fact(
-            "felt stiffness",
+            "perceived stiffness",
             NONE.to_owned(),
             "N/m",
             match *side {
-                "slave" => "not known on the slave: it is felt at the master",
+                "slave" => "not known on the slave: the operator perceives it at the master",
                 _ => "no axis came to a settled contact",
             },
         ));
@@ -167,20 +167,20 @@ fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
     facts
 }
 
-/// What it came to on each axis; no rows when one side alone felt nothing.
+/// What it came to on each axis; no rows when one side alone measured nothing.
 pub(super) fn axes(outcome: &Outcome) -> Table {
     let number = |value: Option<f64>| value.map_or(NONE.to_owned(), |value| format!("{value:.3}"));
     let row = |axis: &AxisOutcome| {
-        let (felt, predicted) = (axis.k_felt_n_per_m, axis.k_predicted_n_per_m);
-        let difference = match (felt, predicted) {
-            (Some(felt), Some(predicted)) => format!("{:+.1e}", (felt - predicted) / predicted),
+        let (perceived, predicted) = (axis.k_perceived_n_per_m, axis.k_predicted_n_per_m);
+        let difference = match (perceived, predicted) {
+            (Some(perceived), Some(predicted)) => format!("{:+.1e}", (perceived - predicted) / predicted),
             (Some(_), None) => NONE.to_owned(),
             (None, _) => "no settled contact".to_owned(),
         };
-        vec![axis.axis.to_string(), number(felt), number(predicted), difference]
+        vec![axis.axis.to_string(), number(perceived), number(predicted), difference]
     };
-    let has_felt = outcome.k_felt_n_per_m.iter().any(Option::is_some);
-    let shown = outcome.axes.iter().filter(|_| outcome.real_time.is_none() || has_felt);
-    let header = ["axis", "felt stiffness (N/m)", "predicted (N/m)", "relative difference"];
+    let has_perceived = outcome.k_perceived_n_per_m.iter().any(Option::is_some);
+    let shown = outcome.axes.iter().filter(|_| outcome.real_time.is_none() || has_perceived);
+    let header = ["axis", "perceived stiffness (N/m)", "predicted (N/m)", "relative difference"];
     Table { header: header.map(str::to_owned).to_vec(), rows: shown.map(row).collect() }
 }

@@ -4,16 +4,19 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{Effect, Request, Response};
-use dimsart_core::{Command, CommandError, ModuleRef, Value};
+use dimsart_core::scheme::Row;
+use dimsart_core::{Command, CommandError, ModuleRef, ParameterError, Value, Vocabulary};
 
 use super::device::take;
 use super::show::ParameterReport;
-use super::words::{MODULE, VALUE};
 use super::{ConnectError, Device};
+
+/// Destination of a row that is for the device at hand.
+const ANY_SIDE: &str = "all";
 
 /// What an accepted command came to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Outcome {
+pub struct CommandOutcome {
     /// What holds now of that which was commanded.
     pub effect: String,
     /// Whether the scheme commands the device now.
@@ -22,7 +25,7 @@ pub struct Outcome {
     pub state: String,
 }
 
-impl fmt::Display for Outcome {
+impl fmt::Display for CommandOutcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}; {}", self.effect, self.state)
     }
@@ -34,11 +37,18 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for a name that the device does not have or a module that does not exist.
     pub fn get(&mut self, module: &str, parameter: &str) -> Result<ParameterReport, ConnectError> {
-        let module = self.word_to_module(MODULE, module)?;
-        let named = self.word_to_parameter(module, parameter)?;
+        let row = Row::of(&[ANY_SIDE, module, parameter]);
+        let (module, parameter, entry) = self.read(|known| {
+            let named = row.parameter(known)?;
+            let found = known.parameter_text(named.0.kind, named.1);
+            let count = found.map_or(0, |found| found.entries.count(known.dof()));
+            let is_there = named.2.is_none_or(|place| place < count);
+            let no_such_entry = CommandError::Parameter(ParameterError::NoSuchEntry);
+            is_there.then_some(named).ok_or_else(|| row.refused(no_such_entry))
+        })?;
         let instances = self.instances()?;
         if instances.iter().any(|instance| instance.module == module) {
-            return self.parameter_report(module, &named);
+            return self.parameter_report(module, parameter, entry);
         }
         let mut known = Vec::new();
         for instance in instances {
@@ -46,9 +56,9 @@ impl<S: Read + Write> Device<S> {
         }
         let known = if known.is_empty() { "there is none yet".to_owned() } else { known.join(", ") };
         let name = self.module_name(module)?;
-        let message =
-            format!("there is no {name} on the device yet, `set` or `on` makes it; there is: {known}");
-        Err(ConnectError::Word { index: MODULE, message })
+        Err(ConnectError::Word(format!(
+            "there is no {name} on the device yet, `set` or `on` makes it; there is: {known}"
+        )))
     }
 
     /// Sets a parameter, `K_PARAM` or `K_PARAM[0]`, or binds a port, `PORT_FORCE`.
@@ -56,8 +66,24 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for what is not understood, [`ConnectError::Command`] for what the device
     /// refuses; nothing has changed then.
-    pub fn set(&mut self, module: &str, parameter: &str, value: &str) -> Result<Outcome, ConnectError> {
-        let command = self.words_to_command([module, parameter, value])?;
+    pub fn set(
+        &mut self,
+        module: &str,
+        parameter: &str,
+        value: &str,
+    ) -> Result<CommandOutcome, ConnectError> {
+        let row = Row::of(&[ANY_SIDE, module, parameter, value]);
+        let command = match self.read(|known| row.command(known)) {
+            Err(ConnectError::Word(wrong)) => {
+                let stays = match self.get(module, parameter) {
+                    Ok(report) => format!("; {module} {parameter} stays {}", report.values_text()),
+                    Err(error @ ConnectError::Line(_)) => return Err(error),
+                    Err(_) => String::new(),
+                };
+                return Err(ConnectError::Word(format!("{wrong}{stays}")));
+            }
+            command => command?,
+        };
         let effect = self.try_give(command)?;
         let holds = match effect.value {
             None => None,
@@ -68,7 +94,7 @@ impl<S: Read + Write> Device<S> {
         };
         let holds = holds.unwrap_or_else(|| "not set".to_owned());
         if let Some(error) = effect.refused {
-            let reason = self.refused(command, error)?;
+            let reason = self.refusal_text(error)?;
             return Err(ConnectError::Command(format!("{reason}; {module} {parameter} stays {holds}")));
         }
         self.outcome(format!("{module} {parameter} is {holds}"), &effect)
@@ -78,8 +104,8 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn on(&mut self, module: &str) -> Result<Outcome, ConnectError> {
-        let reference = self.word_to_module(VALUE, module)?;
+    pub fn on(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
+        let reference = self.module(module)?;
         let effect = self.give(Command::PlugIn(reference))?;
         let place = self.instances()?.into_iter().find(|instance| instance.module == reference);
         let place = place.and_then(|instance| instance.place);
@@ -94,8 +120,8 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn off(&mut self, module: &str) -> Result<Outcome, ConnectError> {
-        let reference = self.word_to_module(VALUE, module)?;
+    pub fn off(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
+        let reference = self.module(module)?;
         let effect = self.give(Command::Unplug(reference))?;
         self.outcome(format!("{module} is unplugged and keeps its parameters"), &effect)
     }
@@ -104,7 +130,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// [`ConnectError::Line`] when the device does not answer.
-    pub fn stop(&mut self) -> Result<Outcome, ConnectError> {
+    pub fn stop(&mut self) -> Result<CommandOutcome, ConnectError> {
         let effect = self.give(Command::Stop)?;
         self.outcome("the device gets its safe input".to_owned(), &effect)
     }
@@ -113,7 +139,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn reset(&mut self, module: Option<&str>) -> Result<Outcome, ConnectError> {
+    pub fn reset(&mut self, module: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let Some(module) = module else {
             let effect = self.give(Command::Reset)?;
             return self.outcome("every module forgot its state".to_owned(), &effect);
@@ -125,7 +151,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn init(&mut self, module: &str) -> Result<Outcome, ConnectError> {
+    pub fn init(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
         self.give_to(module, Command::InitModule, "has its default parameters")
     }
 
@@ -133,7 +159,7 @@ impl<S: Read + Write> Device<S> {
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn close(&mut self, module: Option<&str>) -> Result<Outcome, ConnectError> {
+    pub fn close(&mut self, module: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let Some(module) = module else {
             let effect = self.give(Command::Close)?;
             return self.outcome("no module is left".to_owned(), &effect);
@@ -147,8 +173,8 @@ impl<S: Read + Write> Device<S> {
         module: &str,
         command: fn(ModuleRef) -> Command,
         comes_to: &str,
-    ) -> Result<Outcome, ConnectError> {
-        let reference = self.word_to_module(VALUE, module)?;
+    ) -> Result<CommandOutcome, ConnectError> {
+        let reference = self.module(module)?;
         let effect = self.give(command(reference))?;
         self.outcome(format!("{module} {comes_to}"), &effect)
     }
@@ -158,7 +184,7 @@ impl<S: Read + Write> Device<S> {
         let effect = self.try_give(command)?;
         match effect.refused {
             None => Ok(effect),
-            Some(error) => Err(ConnectError::Command(self.refused(command, error)?)),
+            Some(error) => Err(ConnectError::Command(self.refusal_text(error)?)),
         }
     }
 
@@ -166,15 +192,8 @@ impl<S: Read + Write> Device<S> {
         self.ask(&Request::Command(command), take!(Effect))?.ok_or(ConnectError::OtherAnswer)
     }
 
-    /// Why the device refused this command.
-    pub(super) fn refused(&mut self, command: Command, error: CommandError) -> Result<String, ConnectError> {
-        let Command::Set { module, parameter, .. } = command else { return self.refusal_text(error, None) };
-        let parameters = self.parameters(module.kind)?;
-        self.refusal_text(error, parameters.get(usize::from(parameter)))
-    }
-
-    fn outcome(&mut self, effect: String, answer: &Effect) -> Result<Outcome, ConnectError> {
+    fn outcome(&mut self, effect: String, answer: &Effect) -> Result<CommandOutcome, ConnectError> {
         let state = self.state_text(answer.blocked)?;
-        Ok(Outcome { effect, is_commanded: answer.blocked.is_none(), state })
+        Ok(CommandOutcome { effect, is_commanded: answer.blocked.is_none(), state })
     }
 }

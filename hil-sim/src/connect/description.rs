@@ -1,9 +1,14 @@
 //! What a device says of itself, kept beyond the frame it came in.
 
+use std::cell::Cell;
 use std::fmt;
 
-use dimsart_core::protocol::{self, Accepted, DataTypeText, ModuleText, ParameterText, UnitText};
-use dimsart_core::{AxisKind, Format};
+use dimsart_core::modules::Standard;
+use dimsart_core::protocol::{
+    self, Accepted, DataTypeText, ParameterText, PortText, Request, Response, decode_response,
+};
+use dimsart_core::scheme::{SWITCH, switch};
+use dimsart_core::{AxisKind, Engine, Entries, Format, ModuleList as _, ModuleRef, Value, Vocabulary};
 use serde::{Serialize, Serializer};
 
 /// Who is there.
@@ -45,118 +50,131 @@ fn axis_names<S: Serializer>(axes: &[AxisKind], serializer: S) -> Result<S::Ok, 
     serializer.collect_seq(axes.iter().copied().map(axis_name))
 }
 
-/// A unit's symbol on both kinds of axis.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(super) struct Units {
-    linear: String,
-    rotary: String,
+/// What a device has said of itself so far: its answers, kept as they came.
+///
+/// What is asked for and not there yet is noted down, for [`Device::know`](super::Device::know) to ask the device.
+#[derive(Debug)]
+pub(super) struct Description {
+    pub(super) identity: Identity,
+    answers: Vec<Answer>,
+    missing: Cell<Option<Request>>,
 }
 
-impl From<UnitText<'_>> for Units {
-    fn from(found: UnitText<'_>) -> Self {
-        Self { linear: found.linear.to_owned(), rotary: found.rotary.to_owned() }
+/// The content of an answer; none where the device has nothing of that number.
+#[derive(Debug)]
+struct Answer {
+    request: Request,
+    content: Option<Vec<u8>>,
+}
+
+impl Description {
+    pub(super) fn new(identity: Identity) -> Self {
+        Self { identity, answers: Vec::new(), missing: Cell::new(None) }
     }
-}
 
-impl Units {
-    /// The symbol on these axes; both where they differ.
-    pub(super) fn on(&self, axes: &[AxisKind]) -> String {
-        let is_all = |kind| axes.iter().all(|axis| *axis == kind);
-        if self.linear == self.rotary || is_all(AxisKind::Linear) {
-            self.linear.clone()
-        } else if is_all(AxisKind::Rotary) {
-            self.rotary.clone()
-        } else {
-            format!("{} or {}", self.linear, self.rotary)
+    /// What is to be asked next, if something was missing.
+    pub(super) fn take_missing(&self) -> Option<Request> {
+        self.missing.take()
+    }
+
+    pub(super) fn learn(&mut self, request: Request, content: Option<Vec<u8>>) {
+        self.answers.push(Answer { request, content });
+    }
+
+    /// Ports are as the parameters are: they do not stay.
+    pub(super) fn forget_ports(&mut self) {
+        self.answers.retain(|answer| !matches!(answer.request, Request::Port { .. }));
+    }
+
+    fn answer(&self, request: Request) -> Option<Response<'_>> {
+        match self.answers.iter().find(|answer| answer.request == request) {
+            Some(Answer { content, .. }) => Some(decode_response(content.as_deref()?).ok()?.1),
+            None => {
+                // The first one: what follows may be asked for only because it is missing.
+                self.missing.set(self.missing.get().or(Some(request)));
+                None
+            }
+        }
+    }
+
+    /// A value in the device's words.
+    pub(super) fn value_text(&self, value: Value, accepts: &Accepted<'_>) -> ValueText {
+        match (value, accepts) {
+            (Value::Real(value), _) => ValueText::Real(value),
+            (Value::Count(value), _) => ValueText::Whole(value.into()),
+            (Value::Integer(value), _) => ValueText::Whole(value.into()),
+            (Value::Flag(value), _) => ValueText::Flag(value),
+            (Value::Choice(index), Accepted::Choice(names)) => names
+                .get(usize::from(index))
+                .map_or(ValueText::Whole(index.into()), |name| ValueText::Name((*name).to_owned())),
+            (Value::Choice(index), _) => ValueText::Whole(index.into()),
+            (Value::Type(signal), _) => ValueText::Name(self.name_of_signal(signal).to_string()),
         }
     }
 }
 
-/// A kind of module.
-#[derive(Debug, Clone)]
-pub(super) struct Kind {
-    pub(super) name: String,
-    /// Learnt when first needed.
-    pub(super) parameters: Option<Vec<Parameter>>,
-}
-
-impl From<ModuleText<'_>> for Kind {
-    fn from(found: ModuleText<'_>) -> Self {
-        Self { name: found.name.to_owned(), parameters: None }
+impl Vocabulary for Description {
+    fn device_name(&self) -> &str {
+        &self.identity.device
     }
-}
 
-/// What a parameter takes.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) enum Range {
-    Real { min: f32, max: f32, per_axis: bool },
-    Count { min: u32, max: u32 },
-    Flag,
-    Choice(Vec<String>),
-    Types,
-}
+    fn axes(&self) -> &[AxisKind] {
+        &self.identity.axes
+    }
 
-impl From<Accepted<'_>> for Range {
-    fn from(found: Accepted<'_>) -> Self {
-        match found {
-            Accepted::Real { min, max, per_axis } => Self::Real { min, max, per_axis },
-            Accepted::Count { min, max } => Self::Count { min, max },
-            Accepted::Flag => Self::Flag,
-            Accepted::Choice(names) => Self::Choice(names.iter().map(|name| (*name).to_owned()).collect()),
-            Accepted::Types => Self::Types,
+    fn kind_name(&self, kind: u8) -> Option<&str> {
+        match self.answer(Request::Module { kind })? {
+            Response::Module(found) => Some(found.name),
+            _ => None,
+        }
+    }
+
+    fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>> {
+        match self.answer(Request::Parameter { kind, index })? {
+            Response::Parameter(found) => Some(found),
+            _ => None,
+        }
+    }
+
+    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>> {
+        match self.answer(Request::Port { module, index })? {
+            Response::Port(found) => Some(found),
+            _ => None,
+        }
+    }
+
+    fn type_text(&self, index: u16) -> Option<DataTypeText<'_>> {
+        match self.answer(Request::DataType { index })? {
+            Response::DataType(found) => Some(found),
+            _ => None,
         }
     }
 }
 
-impl fmt::Display for Range {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Real { min, max, .. } => write!(f, "{min} to {max}"),
-            Self::Count { min, max } => write!(f, "{min} to {max}"),
-            Self::Flag => f.write_str("OFF, ON"),
-            Self::Choice(names) => f.write_str(&names.join(", ")),
-            Self::Types => f.write_str("adds a data type"),
-        }
-    }
+/// The help text of a parameter, if this program has its module; empty if not.
+pub(super) fn summary(kind: &str, parameter: &str) -> &'static str {
+    let found = Standard::KINDS.iter().position(|found| found.name == kind).and_then(|kind| {
+        let kind = u8::try_from(kind).ok()?;
+        <Engine>::describe_parameter(kind, <Engine>::parameter(kind, parameter)?)
+    });
+    found.map_or("", |found| found.summary.text())
 }
 
-/// A parameter of a kind of module.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Parameter {
-    pub(super) name: String,
-    pub(super) units: Units,
-    pub(super) range: Range,
-    pub(super) summary: String,
-}
-
-impl From<ParameterText<'_>> for Parameter {
-    fn from(found: ParameterText<'_>) -> Self {
-        Self {
-            name: found.name.to_owned(),
-            units: found.unit.into(),
-            range: found.accepts.into(),
-            summary: found.summary.to_owned(),
-        }
-    }
-}
-
-impl Parameter {
-    pub(super) fn is_per_axis(&self) -> bool {
-        matches!(self.range, Range::Real { per_axis: true, .. })
-    }
-}
-
-/// A data type.
-#[derive(Debug, Clone)]
-pub(super) struct DataType {
-    pub(super) id: u16,
-    pub(super) name: String,
-    pub(super) units: Units,
-}
-
-impl From<DataTypeText<'_>> for DataType {
-    fn from(found: DataTypeText<'_>) -> Self {
-        Self { id: found.id, name: found.name.to_owned(), units: found.unit.into() }
+/// What a parameter takes, in words, and how many of it.
+pub(crate) fn range_text(parameter: &ParameterText<'_>) -> String {
+    let takes = match &parameter.accepts {
+        Accepted::Real { min, max, .. } => format!("{min} to {max}"),
+        Accepted::Count { min, max } => format!("{min} to {max}"),
+        Accepted::Integer { min, max } => format!("{min} to {max}"),
+        Accepted::Flag => SWITCH.join(", "),
+        Accepted::Choice(names) => names.join(", "),
+        Accepted::Types => "a data type".to_owned(),
+    };
+    let or_axes = |count: u8| if count == 0 { "axes".to_owned() } else { count.to_string() };
+    match parameter.entries {
+        Entries::ONE => takes,
+        Entries::AXES => format!("{takes}, per axis"),
+        Entries { rows, columns } => format!("{takes}, {} × {}", or_axes(rows), or_axes(columns)),
     }
 }
 
@@ -195,7 +213,7 @@ impl fmt::Display for ValueText {
                 _ => f.pad(&value.to_string()),
             },
             Self::Whole(value) => f.pad(&value.to_string()),
-            Self::Flag(value) => f.pad(if *value { "ON" } else { "OFF" }),
+            Self::Flag(value) => f.pad(switch(*value)),
             Self::Name(name) => f.pad(name),
         }
     }

@@ -1,6 +1,6 @@
 //! Why a device was not asked, or not told, what it was meant to be.
 
-use dimsart_core::protocol::Refusal;
+use dimsart_core::protocol::{PROTOCOL_VERSION, Refusal};
 
 use super::{LineError, PortError};
 use crate::schemes::SchemeFileError;
@@ -14,6 +14,12 @@ pub enum ConnectError {
     /// No answer.
     #[error(transparent)]
     Line(#[from] LineError),
+    /// A device of a protocol version that is not understood any more.
+    #[error(
+        "the device speaks protocol {0} and this command {PROTOCOL_VERSION}: use the `dimsart` that its image was built \
+         with, or flash an image of this version, `cargo xtask flash BOARD`"
+    )]
+    TooOld(u16),
     /// The device refused a question.
     #[error("{0}")]
     Refused(Refusal),
@@ -38,13 +44,8 @@ pub enum ConnectError {
     #[error("the device answered something else than was asked: is its image of another version?")]
     OtherAnswer,
     /// A word that the device does not know, or none of those it takes.
-    #[error("{message}")]
-    Word {
-        /// Which word of a scheme's row it is: 1 module, 2 command, 3 value.
-        index: usize,
-        /// What is wrong with it and what is right.
-        message: String,
-    },
+    #[error("{0}")]
+    Word(String),
     /// A command was understood and refused; nothing has changed.
     #[error("refused: {0}")]
     Command(String),

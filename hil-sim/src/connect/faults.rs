@@ -128,7 +128,7 @@ impl<S: Read + Write> Device<S> {
         let effect = self.try_give(command)?;
         match effect.refused {
             None | Some(CommandError::DoesNotMatch { .. }) => {}
-            Some(error) => return Err(ConnectError::Command(self.refused(command, error)?)),
+            Some(error) => return Err(ConnectError::Command(self.refusal_text(error)?)),
         }
         let (faults, findings) = self.findings()?;
         let state = self.state_text(effect.blocked)?;

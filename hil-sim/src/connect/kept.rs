@@ -126,7 +126,7 @@ impl<S: Read + Write> Device<S> {
     fn schemes(&mut self, action: SchemeAction) -> Result<KeptReport, ConnectError> {
         match self.ask(&Request::Schemes(action), take!(Schemes)) {
             Err(ConnectError::Refused(Refusal::Engine(error))) => {
-                Err(ConnectError::Command(self.refusal_text(error, None)?))
+                Err(ConnectError::Command(self.refusal_text(error)?))
             }
             status => self.kept_report(status?.ok_or(ConnectError::OtherAnswer)?),
         }
@@ -163,7 +163,7 @@ impl<S: Read + Write> Device<S> {
         let error = match error {
             LoadError::Refused { command, error } => {
                 let number = command.saturating_add(1);
-                format!("its command {number} was refused: {}", self.refusal_text(error, None)?)
+                format!("its command {number} was refused: {}", self.refusal_text(error)?)
             }
             error => error.to_string(),
         };

@@ -74,7 +74,7 @@ impl<S: Read + Write> Device<S> {
         let taken = self.lease(LeaseAction::Take)?.ok_or(ConnectError::NoLease)?;
         self.has_taken_lease = true;
         // What it said before is not true any more.
-        self.line_mut().unasked_mut().forget_heartbeat();
+        self.line_mut().unsolicited_mut().forget_heartbeat();
         Ok(taken)
     }
 
@@ -83,7 +83,8 @@ impl<S: Read + Write> Device<S> {
     /// [given back](Self::give_lease_back). Up to three renewals in a row may get lost.
     ///
     /// # Errors
-    /// As [`take_lease`](Self::take_lease). All that asks the device later can fail as [`renew_lease`](Self::renew_lease).
+    /// As [`take_lease`](Self::take_lease). All that asks the device later can fail as
+    /// [`renew_lease`](Self::renew_lease).
     pub fn hold_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let taken = self.take_lease()?;
         self.line_mut().hold_lease(true);
@@ -152,9 +153,9 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError`] when the device does not answer what it is asked.
     pub fn live(&mut self) -> Result<LiveReport, ConnectError> {
-        let unasked = self.line().unasked();
-        let silence = unasked.silence();
-        let heard = unasked.heartbeat().filter(|_| silence < SILENCE);
+        let unsolicited = self.line().unsolicited();
+        let silence = unsolicited.silence();
+        let heard = unsolicited.heartbeat().filter(|_| silence < SILENCE);
         // Why a scheme does not run, a heartbeat does not say.
         let (ticks, blocked) = match heard {
             Some(heard) if heard.blocked != Some(Blocked::Stopped) => (heard.ticks, heard.blocked),
@@ -164,7 +165,7 @@ impl<S: Read + Write> Device<S> {
             Some(heard) => heard.lease,
             None => self.lease_status()?.unwrap_or_default(),
         };
-        let counters = self.line().unasked().heartbeat().map(|heard| (heard.dropped, heard.damaged));
+        let counters = self.line().unsolicited().heartbeat().map(|heard| (heard.dropped, heard.damaged));
         let (dropped, damaged) = counters.unwrap_or_default();
         Ok(LiveReport {
             ticks,

@@ -1,106 +1,38 @@
 //! One question, one answer, over a line that may lose either.
 
+mod error;
+mod request;
+
 use std::collections::VecDeque;
-use std::collections::hash_map::RandomState;
-use std::hash::{BuildHasher, Hasher};
-use std::io::{self, ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 use dimsart_core::auth::Key;
 use dimsart_core::protocol::{
-    Counters, DecodeError, KeyAction, KeyRefusal, LeaseAction, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver,
-    Refusal, Request, RequestSealer, Response, client_of, decode_response, encode_request, request_id,
+    Counters, KeyRefusal, LeaseAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, RequestSealer, Response,
+    client_of, decode_response, encode_request, request_id,
 };
-use dimsart_core::{Command, Value};
 
 use super::ConnectError;
 use super::renewal::Renewal;
-use super::unasked::Unasked;
+use super::unsolicited::Unsolicited;
+pub use error::{LineError, Patience};
+use error::{failed, is_nothing_yet, too_long};
+use request::{answers, any_id, is_renewal, may_repeat};
 
 /// Requests of which an answer can still come.
 const REMEMBERED: usize = 32;
 
-/// How long an answer is waited for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Patience {
-    /// For each try.
-    pub timeout: Duration,
-    /// How often a request is sent at most.
-    pub tries: u32,
-}
-
-impl Default for Patience {
-    fn default() -> Self {
-        Self { timeout: Duration::from_millis(500), tries: 3 }
-    }
-}
-
-/// Why there is no answer.
-#[derive(Debug, thiserror::Error)]
-pub enum LineError {
-    /// Nothing that answers.
-    #[error("no answer: sent {tries} times, waited {} s each; {}", timeout.as_secs_f64(), heard(*bytes, *frames))]
-    NoAnswer {
-        /// How often it was asked.
-        tries: u32,
-        /// For each try.
-        timeout: Duration,
-        /// Bytes that came since the line was opened.
-        bytes: u64,
-        /// Whole frames among them.
-        frames: u32,
-    },
-    /// A command that must not be given twice, so it was sent once.
-    #[error(
-        "no answer to the command in {} s; the line lost it or its answer, so it may have been carried out: look with \
-         `show` before you give it again",
-        timeout.as_secs_f64()
-    )]
-    Unsure {
-        /// How long was waited.
-        timeout: Duration,
-    },
-    /// A version that this one does not know.
-    #[error(
-        "the device's answer is not understood: this command speaks protocol {PROTOCOL_VERSION} and the device another \
-         one; use the `dimsart` that the image was built with"
-    )]
-    NotUnderstood,
-    /// The other end is gone.
-    #[error("the device closed the line: was it reset or unplugged, did the emulator end? Connect again")]
-    Closed,
-    /// Anything else.
-    #[error("the line failed: {0}; check the cable and connect again")]
-    Io(io::Error),
-}
-
-fn heard(bytes: u64, frames: u32) -> String {
-    match (bytes, frames) {
-        (0, _) => {
-            "nothing came back at all: is the board powered, does it run a DIMSART image, is this the right \
-                   port, are RX and TX crossed?"
-                .to_owned()
-        }
-        (_, 0) => format!(
-            "{bytes} bytes came back and no whole frame: give the image's own baud rate with --baud, or another port"
-        ),
-        _ => format!(
-            "{frames} whole frames came before: the line loses bytes or another program reads them; wait longer with \
-             --timeout-s"
-        ),
-    }
-}
-
 /// A line to a device: requests out, their answers in.
 #[derive(Debug)]
-pub struct Line<S> {
+pub struct RequestLine<S> {
     stream: S,
     patience: Patience,
     receiver: Receiver,
     bytes: u64,
     id: u16,
     content: Vec<u8>,
-    unasked: Unasked,
+    unsolicited: Unsolicited,
     /// Of what needs the key of a locked device.
     sealer: Option<RequestSealer>,
     /// Of the lease, while it is held.
@@ -111,7 +43,7 @@ pub struct Line<S> {
     is_number_taken: bool,
 }
 
-impl<S: Read + Write> Line<S> {
+impl<S: Read + Write> RequestLine<S> {
     /// A line over an open stream without a buffer whose reads end soon; see [`Stream`](super::Stream).
     pub fn new(stream: S, patience: Patience) -> Self {
         Self {
@@ -121,7 +53,7 @@ impl<S: Read + Write> Line<S> {
             bytes: 0,
             id: any_id(),
             content: Vec::new(),
-            unasked: Unasked::new(),
+            unsolicited: Unsolicited::new(),
             sealer: None,
             renewal: None,
             asked: VecDeque::new(),
@@ -210,18 +142,23 @@ impl<S: Read + Write> Line<S> {
         Ok(())
     }
 
+    /// The content of the last answer.
+    pub(super) fn content(&self) -> &[u8] {
+        &self.content
+    }
+
     /// Id of the last request.
     pub(super) fn last_id(&self) -> u16 {
         self.id
     }
 
     /// What the device said by itself.
-    pub(super) fn unasked(&self) -> &Unasked {
-        &self.unasked
+    pub(super) fn unsolicited(&self) -> &Unsolicited {
+        &self.unsolicited
     }
 
-    pub(super) fn unasked_mut(&mut self) -> &mut Unasked {
-        &mut self.unasked
+    pub(super) fn unsolicited_mut(&mut self) -> &mut Unsolicited {
+        &mut self.unsolicited
     }
 
     /// Gives back how patient it was before.
@@ -229,7 +166,7 @@ impl<S: Read + Write> Line<S> {
         std::mem::replace(&mut self.patience, patience)
     }
 
-    /// Takes in what comes unasked, for some time.
+    /// Takes in what comes unsolicited, for some time.
     pub(super) fn listen(&mut self, time: Duration) -> Result<(), LineError> {
         self.read_until(Instant::now() + time, Awaited::Nothing).map(drop)
     }
@@ -298,7 +235,7 @@ impl<S: Read + Write> Line<S> {
                 receiver,
                 bytes,
                 content: answer,
-                unasked,
+                unsolicited,
                 sealer,
                 renewal,
                 asked,
@@ -322,7 +259,7 @@ impl<S: Read + Write> Line<S> {
                             renewal.iter_mut().for_each(Renewal::hurry);
                         }
                     }
-                    None => unasked.take(content),
+                    None => unsolicited.take(content),
                     Some(id) if awaited == Awaited::Answer(id) => {
                         is_there = true;
                         content.clone_into(answer);
@@ -361,63 +298,8 @@ enum Awaited {
     Nothing,
 }
 
-fn too_long() -> LineError {
-    LineError::Io(ErrorKind::InvalidInput.into())
-}
-
 /// Whether an answer says that the device does not know this end.
 fn is_not_accepted(content: &[u8]) -> bool {
     let refused = Response::Refused(Refusal::Key(KeyRefusal::NotAccepted));
     decode_response(content).is_ok_and(|(_, response)| response == refused)
-}
-
-/// A client's first id. From the system's own randomness: not what another host on the line draws, nor an earlier
-/// program here.
-fn any_id() -> u16 {
-    let [number, client, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
-    request_id(client.max(1), number & !1)
-}
-
-/// Whether a request of this id was a renewal of the lease: they have odd numbers.
-fn is_renewal(id: u16) -> bool {
-    id & 1 == 1
-}
-
-/// The id of an answer, understood or not; none for other frames.
-fn answers(content: &[u8]) -> Option<u16> {
-    match decode_response(content) {
-        Ok((id, _)) | Err(DecodeError::NotUnderstood { id }) => Some(id),
-        Err(DecodeError::OtherClass) => None,
-    }
-}
-
-fn is_nothing_yet(kind: ErrorKind) -> bool {
-    matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
-}
-
-fn failed(error: io::Error) -> LineError {
-    match error.kind() {
-        ErrorKind::BrokenPipe | ErrorKind::ConnectionReset | ErrorKind::ConnectionAborted => {
-            LineError::Closed
-        }
-        _ => LineError::Io(error),
-    }
-}
-
-/// Whether a request given twice comes to the same as given once.
-///
-/// A module cannot be plugged in, out or closed twice, and a type that is added twice is in the list
-/// twice. A device that has been given a key takes no other one unsealed.
-fn may_repeat(request: &Request) -> bool {
-    if let Request::Key(action) = request {
-        return *action == KeyAction::Look;
-    }
-    let Request::Command(command) = request else { return true };
-    !matches!(
-        command,
-        Command::PlugIn(_)
-            | Command::Unplug(_)
-            | Command::CloseModule(_)
-            | Command::Set { value: Value::Type(_), .. }
-    )
 }

@@ -73,7 +73,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for a name that no data type has.
     pub fn look(&mut self, live: &mut Live) -> Result<Vec<SignalReport>, ConnectError> {
-        if let Some(sample) = self.line_mut().unasked_mut().sample() {
+        if let Some(sample) = self.line_mut().unsolicited_mut().sample() {
             live.put(&sample);
             live.changed = Instant::now();
         }
@@ -90,7 +90,7 @@ impl<S: Read + Write> Device<S> {
 
     /// Has the signals sent; false when the device does not, because they are too many or somebody else has them.
     fn follow(&mut self, live: &Live) -> Result<bool, ConnectError> {
-        self.line_mut().unasked_mut().telemetry = None;
+        self.line_mut().unsolicited_mut().telemetry = None;
         let here: Vec<_> = live.signals.iter().filter(|followed| followed.format.is_some()).collect();
         if here.is_empty() || here.len() > MAX_TELEMETRY_SIGNALS {
             return Ok(false);
@@ -113,7 +113,7 @@ impl<S: Read + Write> Device<S> {
             }
         }
         let line = self.line_mut();
-        line.unasked_mut().telemetry = Some(line.last_id());
+        line.unsolicited_mut().telemetry = Some(line.last_id());
         Ok(true)
     }
 

@@ -3,17 +3,16 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{InstanceText, LeaseStatus, NOBODY, Request, Response};
-use dimsart_core::{Direction, ModuleRef, Usage};
+use dimsart_core::protocol::{Accepted, InstanceText, LeaseStatus, NOBODY, Request, Response};
+use dimsart_core::{Direction, Entries, ModuleRef, Usage, Vocabulary};
 use serde::Serialize;
 
-use super::description::{Identity, Range, ValueText, axis_name, joined};
+use super::description::{Identity, ValueText, axis_name, joined, range_text, summary};
 use super::device::take;
 use super::faults::FirstFaultText;
 use super::kept::{KeptReport, TimingText};
 use super::key::KeyReport;
 use super::signals::SignalReport;
-use super::words::Named;
 use super::{ConnectError, Device};
 
 /// A parameter and its value.
@@ -23,6 +22,9 @@ pub struct ParameterReport {
     pub name: String,
     /// One value, or one for each axis; of a list, its last entry.
     pub values: Vec<ValueText>,
+    /// Values of a row of a matrix; of anything else, all of them.
+    #[serde(skip)]
+    pub columns: usize,
     /// Unit; empty for a pure number.
     pub unit: String,
     /// What it takes.
@@ -36,11 +38,18 @@ impl ParameterReport {
     pub(super) fn values_text(&self) -> String {
         format!("{} {}", joined(&self.values), self.unit).trim_end().to_owned()
     }
+
+    /// The same with a line for each row of a matrix; the further ones are indented.
+    fn rows_text(&self, indent: usize) -> String {
+        let rows: Vec<_> = self.values.chunks(self.columns.max(1)).map(joined).collect();
+        format!("{} {}", rows.join(&format!("\n{:indent$}", "")), self.unit).trim_end().to_owned()
+    }
 }
 
 impl fmt::Display for ParameterReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} = {}   ({}) {}", self.name, self.values_text(), self.range, self.summary)
+        let values = self.rows_text(self.name.len() + 3);
+        write!(f, "{} = {values}   ({}) {}", self.name, self.range, self.summary)
     }
 }
 
@@ -71,7 +80,7 @@ impl fmt::Display for InstanceReport {
             }
         }
         for parameter in &self.parameters {
-            write!(f, "\n      {:<14} {}", parameter.name, parameter.values_text())?;
+            write!(f, "\n      {:<14} {}", parameter.name, parameter.rows_text(21))?;
         }
         Ok(())
     }
@@ -197,46 +206,86 @@ impl<S: Read + Write> Device<S> {
     fn instance_report(&mut self, instance: InstanceText) -> Result<InstanceReport, ConnectError> {
         let InstanceText { module, place } = instance;
         let (mut reads, mut writes) = (Vec::new(), Vec::new());
-        for port in self.ports(module)? {
-            let Some(signal) = port.bound else { continue };
-            let signals = if port.direction == Direction::Read { &mut reads } else { &mut writes };
-            signals.push(self.signal_name(signal)?);
+        let ports = self.know(|known| {
+            let bound = known.port_texts(module).filter_map(|port| Some((port.direction, port.bound?)));
+            bound.map(|(direction, signal)| (direction, known.name_of_signal(signal).to_string())).collect()
+        });
+        let ports: Vec<_> = ports?;
+        for (direction, signal) in ports {
+            if direction == Direction::Read { reads.push(signal) } else { writes.push(signal) }
         }
-        let mut parameters = Vec::new();
-        for (index, parameter) in (0..).zip(self.parameters(module.kind)?) {
-            parameters.push(self.parameter_report(module, &Named { index, axis: None, parameter })?);
-        }
+        let count = self.know(|known| known.parameter_texts(module.kind).count())?;
+        let parameters = (0..).take(count).map(|parameter| self.parameter_report(module, parameter, None));
+        let parameters = parameters.collect::<Result<_, _>>()?;
         let place = place.map(|place| u16::from(place) + 1);
         Ok(InstanceReport { name: self.module_name(module)?, place, reads, writes, parameters })
     }
 
+    /// The value at one place, or all of them.
     pub(super) fn parameter_report(
         &mut self,
         module: ModuleRef,
-        named: &Named,
+        parameter: u8,
+        place: Option<u8>,
     ) -> Result<ParameterReport, ConnectError> {
-        let Named { index, axis, parameter } = named;
-        let dof = u8::try_from(self.identity().axes.len()).unwrap_or(u8::MAX);
-        let axes = match axis {
-            Some(axis) => *axis..axis.saturating_add(1),
-            None => 0..if parameter.is_per_axis() { dof } else { 1 },
+        let (entries, dof) = self.know(|known| {
+            let found = known.parameter_text(module.kind, parameter);
+            (found.map_or(Entries::ONE, |found| found.entries), known.dof())
+        })?;
+        let places = match place {
+            Some(place) => place..place.saturating_add(1),
+            None => 0..entries.count(dof),
         };
         let mut values = Vec::new();
-        for axis in axes {
-            let request = Request::Get { module, parameter: *index, axis };
-            let value = self.ask(&request, take!(Value))?.ok_or(ConnectError::OtherAnswer)?;
-            values.push(self.value_text(value, &parameter.range)?);
+        for entry in places {
+            let request = Request::Get { module, parameter, entry };
+            values.push(self.ask(&request, take!(Value))?.ok_or(ConnectError::OtherAnswer)?);
         }
-        let axis = axis.map(|axis| format!("[{axis}]")).unwrap_or_default();
-        Ok(ParameterReport {
-            name: format!("{}{axis}", parameter.name),
-            values,
-            unit: match parameter.range {
-                Range::Types => String::new(),
-                _ => parameter.units.on(&self.identity().axes),
-            },
-            range: parameter.range.to_string(),
-            summary: parameter.summary.clone(),
-        })
+        let (_, columns) = entries.size(dof);
+        let indices = match place {
+            Some(place) if entries.are_matrix() => format!("[{}][{}]", place / columns, place % columns),
+            Some(place) => format!("[{place}]"),
+            None => String::new(),
+        };
+        let report = self.know(|known| {
+            let mut found = known.parameter_text(module.kind, parameter)?;
+            if place.is_some() {
+                found.entries = Entries::ONE;
+            }
+            Some(ParameterReport {
+                name: format!("{}{indices}", found.name),
+                columns: if entries.are_matrix() { columns.into() } else { values.len() },
+                values: values.iter().map(|value| known.value_text(*value, &found.accepts)).collect(),
+                unit: match found.accepts {
+                    Accepted::Types => String::new(),
+                    _ => found.unit.on(known.axes()).to_string(),
+                },
+                range: range_text(&found),
+                summary: summary(known.kind_name(module.kind)?, found.name).to_owned(),
+            })
+        })?;
+        report.ok_or(ConnectError::OtherAnswer)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_matrix_has_a_line_for_each_row() {
+        let parameter = ParameterReport {
+            name: "K".to_owned(),
+            values: [1, 2, 3, 4].map(ValueText::Whole).to_vec(),
+            columns: 2,
+            unit: "N/m".to_owned(),
+            range: "0 to 9, 2 × 2".to_owned(),
+            summary: "Stiffness.".to_owned(),
+        };
+        assert_eq!(parameter.to_string(), "K = 1  2\n    3  4 N/m   (0 to 9, 2 × 2) Stiffness.");
+        assert_eq!(parameter.values_text(), "1  2  3  4 N/m");
+        let columns = 4;
+        let vector = ParameterReport { columns, ..parameter };
+        assert_eq!(vector.rows_text(4), "1  2  3  4 N/m");
     }
 }

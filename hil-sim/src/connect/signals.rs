@@ -3,11 +3,11 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::TypeRef;
 use dimsart_core::protocol::{Request, Response};
+use dimsart_core::{TypeRef, Vocabulary};
 use serde::Serialize;
 
-use super::description::{Units, ValueText};
+use super::description::ValueText;
 use super::device::take;
 use super::live::Followed;
 use super::{ConnectError, Device};
@@ -55,7 +55,7 @@ impl<S: Read + Write> Device<S> {
     pub(super) fn followed(&mut self, names: &[String]) -> Result<Vec<Followed>, ConnectError> {
         let mut wanted = Vec::new();
         for name in names {
-            wanted.push(self.word_to_signal(0, name)?);
+            wanted.push(self.signal_named(name)?);
         }
         if names.is_empty() {
             wanted = self.entries()?;
@@ -74,23 +74,28 @@ impl<S: Read + Write> Device<S> {
 
     fn signal(&mut self, signal: TypeRef) -> Result<Followed, ConnectError> {
         let mut format = None;
-        let mut report =
-            SignalReport { name: self.signal_name(signal)?, unit: self.unit(signal.id)?, values: Vec::new() };
+        let (name, unit) = self.know(|known| {
+            let unit = known.type_of(signal).map(|found| found.unit.on(known.axes()).to_string());
+            (known.name_of_signal(signal).to_string(), unit.unwrap_or_default())
+        })?;
+        let mut report = SignalReport { name, unit, values: Vec::new() };
+        let axes = self.identity().axes.clone();
         let take = |response: Response<'_>| match response {
             Response::Signal(text) => {
                 let values = text.words.iter().map(|word| ValueText::of_word(*word, text.format));
-                Some((text.format, Units::from(text.unit), text.words_in_all, values.collect::<Vec<_>>()))
+                let unit = text.unit.on(&axes).to_string();
+                Some((text.format, unit, text.words_in_all, values.collect::<Vec<_>>()))
             }
             _ => None,
         };
         loop {
             let from = u16::try_from(report.values.len()).unwrap_or(u16::MAX);
-            let Some((found, units, in_all, values)) = self.ask(&Request::Signal { signal, from }, take)?
+            let Some((found, unit, in_all, values)) = self.ask(&Request::Signal { signal, from }, take)?
             else {
                 break;
             };
             format = Some(found);
-            report.unit = units.on(&self.identity().axes);
+            report.unit = unit;
             let is_end = values.is_empty();
             report.values.extend(values);
             if is_end || report.values.len() >= usize::from(in_all) {

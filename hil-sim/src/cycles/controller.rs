@@ -73,6 +73,9 @@ impl Controller {
         if firmware.measures {
             COUNTERS.iter().for_each(|counter| machine.map(*counter, 4));
         }
+        if let Some(place) = firmware.image.symbols.get("dimsart_ignores_limits") {
+            machine.write(*place, &[1]).map_err(access)?;
+        }
         machine.mark(firmware.compute.iter().copied().chain([firmware.command]));
         let mut controller =
             Self { machine, entry: firmware.entry, words_in: 0, words_out: 0, measures: firmware.measures };
@@ -189,8 +192,8 @@ impl Controller {
         Call::new(self.entry.deliver, [CONTROLLER, link, RECEIVED, 0])
     }
 
-    /// Deliveries over a link: of something damaged, and of packets on a channel with any content and any number of words,
-    /// in one call or in one for each.
+    /// Deliveries over a link: of something damaged, and of packets on a channel with any content and any number of
+    /// words, in one call or in one for each.
     pub(super) fn calls_of_any_delivery(
         &mut self,
         link: u32,

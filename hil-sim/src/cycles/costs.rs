@@ -80,7 +80,8 @@ impl ImageCosts {
                 .map(|((_, dof), SchemeBound { module: (cycles, calls), .. })| (*dof, cycles + call * calls));
             let cost = match failed.remove(&kind) {
                 Some(reason) => Err(reason),
-                None => line(&most(points)).ok_or_else(|| "this board has no memory for it".to_owned()),
+                None => line(&most(points))
+                    .ok_or_else(|| "the image was built without it, or has no memory for it".to_owned()),
             };
             lines.push(cost.unwrap_or_else(|reason| {
                 unknown.push((known.name.to_owned(), reason));
@@ -211,7 +212,7 @@ mod tests {
     #[test]
     fn a_kind_without_bound_or_memory_is_named_and_the_others_are_known() {
         let variants = Variant::all();
-        let refused = Err(CyclesError::Scheme(dimsart_core::CommandError::WrongValue));
+        let refused = Err(CyclesError::Scheme(dimsart_core::CommandError::TooManyPorts));
         let first = variants.first().unwrap();
         let tick = Ok(Some(SchemeBound { rest: 500, calls: 10, module: (0, 0) }));
         let costs = ImageCosts::above(vec![((Some(first), 1), refused), ((None, 1), tick)]).unwrap();

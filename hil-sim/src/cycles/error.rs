@@ -161,6 +161,14 @@ pub enum CyclesError {
     /// A small scheme around a module does not run.
     #[error("a scheme around the module does not run: {0}; see hil-sim/src/cycles/scheme_bound.rs")]
     Scheme(CommandError),
+    /// A row of such a scheme that is not understood.
+    #[error("`{row}`, a row of a scheme around a module: {reason}; see hil-sim/src/cycles/scheme_bound.rs")]
+    Row {
+        /// The row.
+        row: String,
+        /// What is wrong with it.
+        reason: String,
+    },
     /// Not even a tick without modules has a cost that a stamp can hold.
     #[error("no cost of a tick was found, or one of more cycles than a stamp can hold: report this as a bug")]
     NoTick,

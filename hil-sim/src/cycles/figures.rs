@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::tally::Tally;
+use super::statistics::Statistics;
 use super::worst::Most;
 use crate::report::{CycleBar, CycleBars};
 
@@ -80,20 +80,20 @@ pub struct Figures {
 }
 
 impl Row {
-    pub(super) fn new(name: String, tally: &Tally, most: Option<Most>, budget_cycles: u64) -> Self {
+    pub(super) fn new(name: String, statistics: &Statistics, most: Option<Most>, budget_cycles: u64) -> Self {
         let bound = most.map(|most| most.cycles);
-        let most_seen = tally.max.max(tally.random_max);
+        let most_seen = statistics.max.max(statistics.random_max);
         Self {
             name,
-            emulated_min: tally.min,
-            emulated_mean: tally.mean(),
-            emulated_max: tally.max,
-            runs: tally.count,
-            random_max: tally.random_max,
+            emulated_min: statistics.min,
+            emulated_mean: statistics.mean(),
+            emulated_max: statistics.max,
+            runs: statistics.count,
+            random_max: statistics.random_max,
             bound,
             ratio: bound.filter(|_| most_seen > 0).map(|bound| ratio(bound, most_seen)),
             stack_bytes: most.map(|most| most.stack_bytes),
-            stack_emulated_bytes: tally.stack_bytes,
+            stack_emulated_bytes: statistics.stack_bytes,
             budget_percent: 100.0 * ratio(bound.unwrap_or(most_seen), budget_cycles),
         }
     }

@@ -7,6 +7,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use ::cycles::image::Image;
+use boards::BOARDS;
+use boards::catalogue::BoardInfo;
+use dimsart_core::stamp::UNSTAMPED;
 
 use super::{CyclesError, Memory};
 use crate::emulated::{BOARD, FOLDER_VARIABLE, built};
@@ -92,12 +95,13 @@ impl Firmware {
         }
     }
 
-    /// The image that calls itself `name`: at `given`, or else one of the folder that the variable `DIMSART_FIRMWARE`
+    /// The image that calls itself `name`, stamped or not: at `given`, or else one of the folder that the variable `DIMSART_FIRMWARE`
     /// names; without that, the one that was built last.
     ///
     /// # Errors
     /// [`CyclesError`] when there is none.
     pub fn find_by_name(given: Option<&Path>, name: &str) -> Result<Self, CyclesError> {
+        let name = name.trim_end_matches(UNSTAMPED);
         let folder = env::var_os(FOLDER_VARIABLE).filter(|_| given.is_none());
         let Some(folder) = folder.map(PathBuf::from) else {
             let firmware = Self::find(given, None)?;
@@ -115,7 +119,7 @@ impl Firmware {
         paths.sort();
         let is_named = |path: &PathBuf| {
             let bytes = fs::read(path).unwrap_or_default();
-            bytes.windows(name.len()).any(|part| part == name.as_bytes())
+            !name.is_empty() && bytes.windows(name.len()).any(|part| part == name.as_bytes())
         };
         let candidates = paths.into_iter().filter(is_named);
         let mut found = candidates.filter_map(|path| Self::find(Some(&path), None).ok());
@@ -181,15 +185,19 @@ impl Firmware {
         u64::from(self.clock_hz / self.tick_hz.max(1))
     }
 
-    /// What its board runs it from.
+    /// The board that it is for, if that is known here.
+    pub(crate) fn board(&self) -> Option<&'static BoardInfo> {
+        BOARDS.iter().find(|board| self.features().any(|feature| feature == board.name))
+    }
+
+    /// What its board runs it from; where nothing waits for a board that is not known here.
     #[must_use]
     pub fn memory(&self) -> Memory {
-        let waits = self.features().any(|feature| Memory::of_board(feature) == Memory::Flash);
-        if waits { Memory::Flash } else { Memory::ZeroWait }
+        self.board().map_or(Memory::ZeroWait, |board| Memory::of_board(board.name))
     }
 
     /// The board and what else the image was built with.
-    pub(crate) fn features(&self) -> impl Iterator<Item = &str> {
+    fn features(&self) -> impl Iterator<Item = &str> {
         self.name.rsplit(' ').next().unwrap_or_default().split('+')
     }
 }

@@ -3,7 +3,7 @@
 use ::cycles::timing::{self, Column, Timing};
 
 use super::figures::Row;
-use super::tally::{Inputs, Tally};
+use super::statistics::{Inputs, Statistics};
 use super::worst::Most;
 
 /// Of the frame that the processor pushes: 8 words, 18 for floats, and up to one for alignment.
@@ -22,9 +22,9 @@ pub(super) fn interrupt(timing: &Timing, budget_cycles: u64) -> Vec<Row> {
     let row = |(name, row, reads, stack_bytes): (&str, timing::Row, u32, u32)| {
         let [likely, upper] = [Column::Likely, Column::Upper].map(|column| u64::from(row.cost().of(column)));
         let upper = upper + u64::from(timing.longest_waits(reads));
-        let mut tally = Tally::default();
-        tally.add(Inputs::Scenario, likely, stack_bytes);
-        Row::new(name.to_owned(), &tally, Some(Most { cycles: upper, stack_bytes }), budget_cycles)
+        let mut statistics = Statistics::default();
+        statistics.add(Inputs::Scenario, likely, stack_bytes);
+        Row::new(name.to_owned(), &statistics, Some(Most { cycles: upper, stack_bytes }), budget_cycles)
     };
     rows.map(row).into()
 }

@@ -8,7 +8,7 @@ use dimsart_core::{DeviceDescriptor, Packet, Word};
 use super::CyclesError;
 use crate::bus::random::Random;
 use crate::experiment::ExperimentError;
-use crate::rig::{SimulatedDimsart, TickTape};
+use crate::rig::{SimulatedDimsart, TickTrace};
 
 /// Ticks after which the scheme starts anew: what is wild once can stay so.
 const EPISODE_TICKS: u64 = 64;
@@ -30,7 +30,7 @@ pub(super) struct RandomInputs<'a> {
     scheme: &'a [u8],
     template: Option<Template>,
     silence_ticks: u64,
-    tape: TickTape,
+    trace: TickTrace,
     ticks: u64,
 }
 
@@ -42,12 +42,12 @@ impl<'a> RandomInputs<'a> {
         seed: u64,
     ) -> Result<Self, CyclesError> {
         let dimsart = SimulatedDimsart::new(device).map_err(ExperimentError::Storage)?;
-        let (random, tape) = (Random::new(seed), TickTape::default());
-        Ok(Self { random, dimsart: Box::new(dimsart), scheme, template, silence_ticks: 0, tape, ticks: 0 })
+        let (random, trace) = (Random::new(seed), TickTrace::default());
+        Ok(Self { random, dimsart: Box::new(dimsart), scheme, template, silence_ticks: 0, trace, ticks: 0 })
     }
 
     /// The next tick, with all that came of it here, and whether the scheme started anew before it.
-    pub(super) fn tick(&mut self) -> (bool, &TickTape) {
+    pub(super) fn tick(&mut self) -> (bool, &TickTrace) {
         let place = self.ticks % (STARTS + EPISODE_TICKS);
         let is_new = place <= STARTS;
         if is_new {
@@ -59,19 +59,19 @@ impl<'a> RandomInputs<'a> {
         self.ticks += 1;
         self.receive();
         self.measure(is_wild);
-        let Self { dimsart, tape, .. } = self;
-        let measured = tape.measured.get(..dimsart.frame().output_words()).unwrap_or_default();
-        tape.commanded.resize(dimsart.frame().input_words(), Word(0));
-        dimsart.tick(measured, &mut tape.commanded);
-        tape.sent.clear();
+        let Self { dimsart, trace, .. } = self;
+        let measured = trace.measured.get(..dimsart.frame().output_words()).unwrap_or_default();
+        trace.commanded.resize(dimsart.frame().input_words(), Word(0));
+        dimsart.tick(measured, &mut trace.commanded);
+        trace.sent.clear();
         for link in 0..dimsart_core::limits::MAX_LINKS {
-            tape.sent.extend(dimsart.outgoing(link).map(|packet| (link, packet)));
+            trace.sent.extend(dimsart.outgoing(link).map(|packet| (link, packet)));
         }
-        (is_new, &self.tape)
+        (is_new, &self.trace)
     }
 
     fn receive(&mut self) {
-        self.tape.received.clear();
+        self.trace.received.clear();
         if self.silence_ticks > 0 {
             self.silence_ticks -= 1;
             return;
@@ -92,7 +92,7 @@ impl<'a> RandomInputs<'a> {
             }
             // What is refused is counted by the controller.
             let _ = self.dimsart.receive(link, &bytes);
-            self.tape.received.push((link, channel, bytes));
+            self.trace.received.push((link, channel, bytes));
         }
     }
 
@@ -132,7 +132,7 @@ impl<'a> RandomInputs<'a> {
         let words: Vec<Word> = (0..axes).map(|_| Word(self.word(is_wild))).collect();
         // Counts and times of the board: any number.
         let more = (0..MORE_WORDS).map(|_| Word(self.bits())).collect::<Vec<_>>();
-        self.tape.measured = words.into_iter().chain(more).collect();
+        self.trace.measured = words.into_iter().chain(more).collect();
     }
 
     /// A number within ±1, or any bits.

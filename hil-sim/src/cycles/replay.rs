@@ -11,12 +11,12 @@ use super::controller::Lengths;
 use super::figures::Row;
 use super::interrupt::interrupt;
 use super::random::{RandomInputs, Template};
+use super::statistics::{Inputs, Statistics};
 use super::steady::channels;
-use super::tally::{Inputs, Tally};
 use super::worst::{Most, Worst};
 use super::{Controller, CyclesError, Figures, Firmware, UNIT};
 use crate::experiment::{Experiment, Side};
-use crate::rig::{Station, TickTape};
+use crate::rig::{Station, TickTrace};
 use crate::scenario::Scenario;
 
 /// What is measured.
@@ -62,7 +62,7 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
     if let Some(commands) = setup.commands {
         replace_scheme(station, commands)?;
     }
-    station.start_tape();
+    station.start_trace();
     let device = station.dimsart.engine().device().clone();
     let scheme = replay.load(station, setup, &mut controller)?;
     let loaded = controller.clone();
@@ -73,9 +73,9 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
             progress(tick, all_ticks);
         }
         rig.step();
-        let Some(tape) = rig.stations().iter().find_map(Station::tape) else { continue };
-        replay.repeat(Inputs::Scenario, tick, tape, firmware, &mut controller)?;
-        let packet = tape.received.iter().find_map(|(link, channel, bytes)| {
+        let Some(trace) = rig.stations().iter().find_map(Station::trace) else { continue };
+        replay.repeat(Inputs::Scenario, tick, trace, firmware, &mut controller)?;
+        let packet = trace.received.iter().find_map(|(link, channel, bytes)| {
             Some((*link, *channel, Packet::from_bytes(bytes, *channel).ok()?))
         });
         template = packet.or(template);
@@ -85,11 +85,11 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
         if tick % 256 == 0 {
             progress(tick, all_ticks);
         }
-        let (is_new, tape) = random.tick();
+        let (is_new, trace) = random.tick();
         if is_new {
             controller = loaded.clone();
         }
-        replay.repeat(Inputs::Random, tick, tape, firmware, &mut controller)?;
+        replay.repeat(Inputs::Random, tick, trace, firmware, &mut controller)?;
     }
     progress(all_ticks, all_ticks);
     Ok(replay.figures(setup, ticks))
@@ -110,13 +110,13 @@ fn replace_scheme(station: &mut Station, commands: &[Command]) -> Result<(), Cyc
 struct Replay {
     /// The module of every call of a tick, by its place in `modules`.
     steps: Vec<usize>,
-    modules: Vec<(ModuleRef, Tally)>,
-    tick: Tally,
-    rest: Tally,
-    read: Tally,
-    deliver: Tally,
-    take: Tally,
-    commands: Vec<(String, Tally, Option<Most>)>,
+    modules: Vec<(ModuleRef, Statistics)>,
+    tick: Statistics,
+    rest: Statistics,
+    read: Statistics,
+    deliver: Statistics,
+    take: Statistics,
+    commands: Vec<(String, Statistics, Option<Most>)>,
     instructions: u64,
     counts_instructions: bool,
     worst: Option<Worst>,
@@ -138,7 +138,7 @@ impl Replay {
             let known = self.modules.iter().position(|(module, _)| *module == step.module);
             self.steps.push(known.unwrap_or(self.modules.len()));
             if known.is_none() {
-                self.modules.push((step.module, Tally::default()));
+                self.modules.push((step.module, Statistics::default()));
             }
         }
         let scheme = saved_scheme::save(engine).map_err(|_| CyclesError::SchemeTooLong)?;
@@ -151,11 +151,11 @@ impl Replay {
         for ((name, call), most) in names.into_iter().zip(calls).zip(bounds) {
             let known = self.commands.iter().position(|(known, ..)| *known == name);
             let place = known.unwrap_or_else(|| {
-                self.commands.push((name, Tally::default(), most));
+                self.commands.push((name, Statistics::default(), most));
                 self.commands.len() - 1
             });
-            if let Some((_, tally, known)) = self.commands.get_mut(place) {
-                tally.add(Inputs::Scenario, call.cycles, call.stack_bytes);
+            if let Some((_, statistics, known)) = self.commands.get_mut(place) {
+                statistics.add(Inputs::Scenario, call.cycles, call.stack_bytes);
                 *known = known.zip(most).map(|(known, most)| known.or(most));
             }
         }
@@ -176,30 +176,30 @@ impl Replay {
         &mut self,
         inputs: Inputs,
         tick: u64,
-        tape: &TickTape,
+        trace: &TickTrace,
         firmware: &Firmware,
         controller: &mut Controller,
     ) -> Result<(), CyclesError> {
-        for (link, channel, bytes) in &tape.received {
+        for (link, channel, bytes) in &trace.received {
             let [read, deliver] = controller.receive(*link, *channel, bytes)?;
             self.read.add_run(inputs, &read);
             self.deliver.add_run(inputs, &deliver);
         }
-        let run = controller.tick(&tape.measured)?;
+        let run = controller.tick(&trace.measured)?;
         self.tick.add(inputs, self.counted(run.cycles, run.instructions), run.stack_bytes);
         self.instructions += run.instructions;
         let calls: Vec<&Call> =
             run.calls.iter().filter(|call| firmware.compute.contains(&call.function)).collect();
         self.add_modules(inputs, tick, &run, &calls)?;
         let commanded = controller.commanded();
-        if commanded != tape.commanded {
-            let (expected, found) = (bits(&tape.commanded), bits(&commanded));
+        if commanded != trace.commanded {
+            let (expected, found) = (bits(&trace.commanded), bits(&commanded));
             return Err(CyclesError::Differs { tick, what: "command to the device", expected, found });
         }
         for link in 0..MAX_LINKS {
             let (take, taken) = controller.take(link)?;
             self.take.add_run(inputs, &take);
-            let sent = tape.sent.iter().find(|(sent, _)| *sent == link);
+            let sent = trace.sent.iter().find(|(sent, _)| *sent == link);
             if let Some((_, packet)) = sent.filter(|(_, packet)| !taken.is(packet)) {
                 let (expected, found) = (format!("{packet:x?}"), format!("{taken:x?}"));
                 return Err(CyclesError::Differs { tick, what: "packet", expected, found });
@@ -228,14 +228,14 @@ impl Replay {
         }
         let mut outside = self.counted(run.cycles, run.instructions);
         let is_instructions = self.counts_instructions;
-        for (place, (_, tally)) in self.modules.iter_mut().enumerate() {
+        for (place, (_, statistics)) in self.modules.iter_mut().enumerate() {
             let own = self.steps.iter().zip(calls).filter(|(step, _)| **step == place);
             let (mut cycles, mut stack_bytes) = (0, 0);
             for (_, call) in own {
                 cycles += if is_instructions { call.instructions } else { call.cycles };
                 stack_bytes = stack_bytes.max(call.stack_bytes);
             }
-            tally.add(inputs, cycles, stack_bytes);
+            statistics.add(inputs, cycles, stack_bytes);
             outside = outside.saturating_sub(cycles);
         }
         self.rest.add(inputs, outside, run.stack_bytes);
@@ -256,12 +256,14 @@ impl Replay {
     fn figures(self, setup: &Setup<'_>, ticks: u64) -> Figures {
         let Setup { firmware, scenario, side, timing, profile, column, .. } = setup;
         let budget_cycles = firmware.budget_cycles();
-        let row = |name: &str, tally: &Tally, most| Row::new(name.to_owned(), tally, most, budget_cycles);
+        let row = |name: &str, statistics: &Statistics, most| {
+            Row::new(name.to_owned(), statistics, most, budget_cycles)
+        };
         let worst = self.worst.as_ref();
         let modules = worst.map(|worst| self.by_module(&worst.calls));
-        let module = |(place, (module, tally)): (usize, &(ModuleRef, Tally))| {
+        let module = |(place, (module, statistics)): (usize, &(ModuleRef, Statistics))| {
             let most = modules.as_ref().and_then(|modules| modules.get(place)).copied();
-            row(&Engine::<Standard>::module_name(*module).to_string(), tally, most)
+            row(&Engine::<Standard>::module_name(*module).to_string(), statistics, most)
         };
         let rest = worst.zip(modules.as_ref()).map(|(worst, modules)| {
             let inside: u64 = modules.iter().map(|module| module.cycles).sum();
@@ -291,7 +293,11 @@ impl Replay {
                 row("deliver it", &self.deliver, worst.map(|worst| worst.deliver)),
                 row("take one to send", &self.take, worst.map(|worst| worst.take)),
             ],
-            commands: self.commands.iter().map(|(name, tally, most)| row(name, tally, *most)).collect(),
+            commands: self
+                .commands
+                .iter()
+                .map(|(name, statistics, most)| row(name, statistics, *most))
+                .collect(),
             interrupt: interrupt(timing, budget_cycles),
             instructions: self.instructions,
             no_bound: self.no_bound,

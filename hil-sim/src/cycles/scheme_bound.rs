@@ -4,8 +4,10 @@ use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_LINKS};
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme;
+use dimsart_core::scheme::{ENGINE, Problem, Row};
 use dimsart_core::{
-    Accepts, Command, Engine, Finding, ModuleList, ModuleRef, Parameter, TypeRef, Value, types,
+    Accepts, Command, Engine, Finding, Format, ModuleList, ModuleRef, Parameter, TypeRef, Value, Vocabulary,
+    types,
 };
 
 use super::controller::Lengths;
@@ -14,6 +16,7 @@ use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
 use crate::experiment::{Side, device};
 use crate::rig::SimulatedDimsart;
+use crate::schemes::Explained;
 
 /// What is carried by a COMM module: the most that fits, and waves, which need the most care.
 const CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = [
@@ -22,6 +25,12 @@ const CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = [
     TypeRef { number: 9, ..types::CH1_WAVES.first() },
     TypeRef { number: 9, ..types::FORCE.first() },
 ];
+
+/// With a type that is not `f32`, whose packets are looked at word by word. Nobody gives one to a sender here.
+const MIXED_CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = {
+    let [first, second, third, _] = CONTENT;
+    [first, second, third, TypeRef { number: 9, ..types::LINK_LOST.first() }]
+};
 
 /// What a small scheme takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,12 +93,14 @@ fn values(parameter: &Parameter, takes_other: bool) -> Vec<Vec<Value>> {
     match parameter.accepts {
         Accepts::Flag => [false, true].map(|flag| vec![Value::Flag(flag)]).into(),
         Accepts::Choice(names) => (0..).zip(names).map(|(index, _)| vec![Value::Choice(index)]).collect(),
-        Accepts::Types => vec![CONTENT.map(Value::Type).into()],
+        Accepts::Types => [CONTENT, MIXED_CONTENT].map(|content| content.map(Value::Type).into()).into(),
         Accepts::Count { max, .. } => match parameter.default {
             Some(Value::Count(default)) if takes_other => vec![vec![Value::Count(max.min(default + 3))]],
             _ => vec![Vec::new()],
         },
-        Accepts::Real { min, max, .. } if takes_other => vec![vec![Value::Real(min + 0.25 * (max - min))]],
+        Accepts::Integer { min, max } if takes_other => vec![vec![Value::Integer(min + (max / 4 - min / 4))]],
+        Accepts::Integer { .. } => vec![Vec::new()],
+        Accepts::Real { min, max } if takes_other => vec![vec![Value::Real(min + 0.25 * (max - min))]],
         Accepts::Real { .. } => vec![Vec::new()],
     }
 }
@@ -160,16 +171,19 @@ impl Scheme {
         let mut missing: Vec<TypeRef> = missing.collect();
         missing.dedup();
         scheme.give(Command::Unplug(module))?;
+        let known = scheme.dimsart.engine();
+        let is_generated =
+            |signal: &TypeRef| known.type_of(*signal).is_some_and(|found| found.format == Format::F32);
+        if !missing.iter().all(is_generated) {
+            return Ok(None);
+        }
         for (number, signal) in (OTHER..).zip(missing) {
-            let generator = ModuleRef { number, ..named("SIGGEN_MOD") };
-            for command in [
-                Command::set(generator, FORM, SINE),
-                Command::set(generator, AMPLITUDE, Value::Real(1.0)),
-                Command::bind(generator, 0, signal),
-                Command::PlugIn(generator),
-            ] {
-                scheme.give(command)?;
-            }
+            let generator = format!("SIGGEN_MOD.{number}");
+            scheme.row(&generator, "FORM", "SINE")?;
+            scheme.row(&generator, "AMPLITUDE", "1")?;
+            let signal = scheme.dimsart.engine().name_of_signal(signal).to_string();
+            scheme.row(&generator, "PORT_SIGNAL_OUT", &signal)?;
+            scheme.row(ENGINE, "MOD_ON", &generator)?;
         }
         scheme.give(Command::PlugIn(module))?;
         scheme.start()?;
@@ -178,12 +192,22 @@ impl Scheme {
 
     /// One that holds the device where it is, or would.
     fn plug_in_controller(&mut self, number: u8) -> Result<(), CyclesError> {
-        let module = ModuleRef { number, ..named("PCTRL_MOD") };
-        let force = TypeRef { number, ..types::DES_FORCE.first() };
-        for (port, signal) in (0..).zip([types::POSITION.first(), types::POSITION.first(), force]) {
-            self.give(Command::bind(module, port, signal))?;
-        }
-        self.give(Command::PlugIn(module))
+        let module = format!("PCTRL_MOD.{number}");
+        self.row(&module, "PORT_DES_POSITION", "POSITION")?;
+        self.row(&module, "PORT_DES_FORCE", &format!("DES_FORCE.{number}"))?;
+        self.row(ENGINE, "MOD_ON", &module)
+    }
+
+    fn row(&mut self, module: &str, command: &str, value: &str) -> Result<(), CyclesError> {
+        let words = ["all", module, command, value];
+        let given = Row::of(&words).apply(&mut self.dimsart);
+        given.map_err(|error| match error.problem {
+            Problem::Refused(error) => CyclesError::Scheme(error),
+            _ => {
+                let reason = Explained { error, known: self.dimsart.engine() }.to_string();
+                CyclesError::Row { row: words.join(" "), reason }
+            }
+        })
     }
 
     fn give(&mut self, command: Command) -> Result<(), CyclesError> {
@@ -197,7 +221,8 @@ impl Scheme {
     /// What is listened to; nobody sees what comes over another link.
     fn channels(&mut self) -> [Option<u16>; MAX_LINKS] {
         let receiver = named("COMM_RXMOD");
-        let link = self.dimsart.engine_mut().get(receiver, LINK, 0).ok();
+        let link = Engine::<Standard>::parameter(receiver.kind, "CRX_LINK");
+        let link = link.and_then(|link| self.dimsart.engine_mut().get(receiver, link, 0).ok());
         let mut channels = channels(&self.dimsart).map(Some);
         for (number, channel) in (0..).zip(&mut channels) {
             *channel = channel.filter(|_| link == Some(Value::Count(number)));
@@ -235,12 +260,6 @@ impl Scheme {
 
 /// From here on, modules that are there for others' sake.
 const OTHER: u8 = 91;
-/// Number of a receiver's `CRX_LINK`.
-const LINK: u8 = 1;
-/// Numbers of a generator's parameters.
-const FORM: u8 = 0;
-const AMPLITUDE: u8 = 1;
-const SINE: Value = Value::Choice(2);
 const SAMPLE_PERIOD_S: f64 = 1e-3;
 
 fn named(name: &str) -> ModuleRef {

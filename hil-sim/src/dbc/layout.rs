@@ -3,15 +3,18 @@
 use std::fmt::{self, Display, Formatter};
 
 use dimsart_core::carrier::{can, can_fd};
-use dimsart_core::{DeviceDescriptor, PACKET_OVERHEAD, TypeRef, Unit};
+use dimsart_core::{DeviceDescriptor, Format, PACKET_OVERHEAD, TypeRef};
 
 use super::Frames;
+use crate::recording::indices;
 
 /// How the bits of a signal are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// A whole number.
     Whole,
+    /// A whole number of either sign.
+    Signed,
     /// An IEEE 754 number of 32 bits.
     Real,
     /// A whole number that tells what else is in the frame.
@@ -21,7 +24,7 @@ pub enum Kind {
 /// A signal in a message. Bits count from the low one of the frame's first byte.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Signal {
-    /// Name, such as `CH1_TD_WAVES_1` for the first axis.
+    /// Name, such as `CH1_TD_WAVES_1` for the first axis, `INERTIA_1_2` for an element of a matrix.
     pub name: String,
     /// Value of the multiplexer in the frames that it is in; none when it is in every one.
     pub index: Option<usize>,
@@ -44,7 +47,7 @@ impl Display for Signal {
             (_, Some(index)) => write!(f, " m{index}")?,
             (_, None) => {}
         }
-        let sign = if *kind == Kind::Real { '-' } else { '+' };
+        let sign = if matches!(kind, Kind::Real | Kind::Signed) { '-' } else { '+' };
         write!(f, " : {start_bit}|{bits}@1{sign} (1,0) [0|0] \"{unit}\" Vector__XXX")
     }
 }
@@ -59,14 +62,21 @@ pub(super) struct PacketWord {
 /// The words of a packet of these types; those behind the samples are counters of the first wave, two per axis.
 pub(super) fn words(device: &DeviceDescriptor, types: &[TypeRef], count: usize) -> Vec<PacketWord> {
     let axes = || (1..).zip(device.axes());
-    let samples = types.iter().flat_map(|signal| {
-        let unit = device.data_type(signal.id).map_or(Unit::Any, |found| found.unit);
-        let name = device.signal_name(*signal).to_string().replace('.', "_");
-        axes().map(move |(axis, kind)| PacketWord {
-            name: format!("{name}_{axis}"),
-            kind: Kind::Real,
+    let found = types.iter().filter_map(|signal| Some((*signal, device.data_type(signal.id)?)));
+    let samples = found.flat_map(|(signal, data_type)| {
+        let name = device.signal_name(signal).to_string().replace('.', "_");
+        let kind = match data_type.format {
+            Format::F32 => Kind::Real,
+            Format::I32 => Kind::Signed,
+            Format::U32 | Format::Bool => Kind::Whole,
+        };
+        (0..data_type.shape.words(device.dof())).map(move |word| {
+            let indices = indices(data_type.shape, word, device.dof());
+            let suffix: String = indices.iter().map(|index| format!("_{}", index + 1)).collect();
+            let unit = data_type.unit.of_word(data_type.shape, word, device.axes());
             // The format is older than UTF-8.
-            unit: unit.symbol(*kind).replace('·', " "),
+            let unit = unit.to_string().replace('·', " ");
+            PacketWord { name: format!("{name}{suffix}"), kind, unit }
         })
     });
     let counters = axes().flat_map(|(axis, _)| {
@@ -136,4 +146,48 @@ fn in_can_fd(words: Vec<PacketWord>) -> Vec<Signal> {
 
 fn whole(name: &str, index: Option<usize>, start_bit: usize, bits: usize) -> Signal {
     Signal { name: name.to_owned(), index, start_bit, bits, kind: Kind::Whole, unit: String::new() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dimsart_core::{AxisKind, DataType, Shape, Summary, Unit, types};
+
+    const fn own(id: u16, name: &'static str, format: Format, shape: Shape) -> DataType {
+        DataType { id, name, unit: Unit::Force, format, shape, summary: Summary::new("") }
+    }
+
+    const COUNT: &DataType = &own(0x8000, "COUNT", Format::I32, Shape::Scalar);
+    const BRAKES: &DataType = &own(0x8001, "BRAKES", Format::Bool, Shape::Matrix(1, 2));
+    const INERTIA: &DataType = &own(0x8002, "INERTIA", Format::F32, Shape::Square);
+
+    #[test]
+    fn every_word_of_every_format_and_shape_has_a_name_and_a_kind() {
+        let axes = [AxisKind::Linear, AxisKind::Rotary];
+        let device =
+            DeviceDescriptor::new("arm", &axes, 1e-3, &[COUNT, BRAKES, INERTIA, types::CH1_WAVES], &[])
+                .unwrap();
+        let types = [COUNT, types::CH1_WAVES, BRAKES, INERTIA].map(DataType::first);
+        let words = words(&device, &types, 9 + 4);
+        let found: Vec<_> =
+            words.iter().map(|word| (word.name.as_str(), word.kind, word.unit.as_str())).collect();
+        assert_eq!(
+            found,
+            [
+                ("COUNT", Kind::Signed, "N or N m"),
+                ("CH1_WAVES_1", Kind::Real, "sqrt(W)"),
+                ("CH1_WAVES_2", Kind::Real, "sqrt(W)"),
+                ("BRAKES_1_1", Kind::Whole, "N"),
+                ("BRAKES_1_2", Kind::Whole, "N"),
+                ("INERTIA_1_1", Kind::Real, "N"),
+                ("INERTIA_1_2", Kind::Real, "N"),
+                ("INERTIA_2_1", Kind::Real, "N m"),
+                ("INERTIA_2_2", Kind::Real, "N m"),
+                ("SENT_WAVES_1", Kind::Whole, ""),
+                ("SENT_ENERGY_1", Kind::Whole, ""),
+                ("SENT_WAVES_2", Kind::Whole, ""),
+                ("SENT_ENERGY_2", Kind::Whole, ""),
+            ]
+        );
+    }
 }

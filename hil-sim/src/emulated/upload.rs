@@ -51,7 +51,7 @@ pub(super) fn upload(
     key: Option<BoardKey>,
 ) -> Result<Layout, EmulatedError> {
     let nothing_measured = vec![Word::from(f32::NAN); copy.frame().output_words()];
-    let mut line = Line { wire, nothing_measured, number: 0, content: Vec::new() };
+    let mut line = CommandLine { wire, nothing_measured, number: 0, content: Vec::new() };
     line.compare_devices(copy)?;
     line.compare_libraries(copy)?;
     line.carry_out([Command::Close])?;
@@ -71,14 +71,14 @@ fn unexpected(answer: &Response<'_>) -> EmulatedError {
 }
 
 /// The board's command line, one request at a time.
-struct Line<'a> {
+struct CommandLine<'a> {
     wire: &'a mut Wire,
     nothing_measured: Vec<Word>,
     number: u8,
     content: Vec<u8>,
 }
 
-impl Line<'_> {
+impl CommandLine<'_> {
     fn carry_out(&mut self, commands: impl IntoIterator<Item = Command>) -> Result<(), EmulatedError> {
         for command in commands {
             match self.ask(&Request::Command(command))? {

@@ -8,7 +8,7 @@ use crate::key_file::KeyFileError;
 use crate::link::{Address, OpenError};
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
-use crate::rig::Mistrust;
+use crate::rig::AuthenticationFailure;
 use crate::schemes::{Loaded, SchemeFileError};
 
 /// Why an experiment could not be set up or run.
@@ -81,13 +81,13 @@ pub enum ExperimentError {
     #[error(
         "what came from the {other} at {peer} was refused: {reason}; give both sides the same link.key_file"
     )]
-    Mistrust {
+    AuthenticationFailure {
         /// Where it is.
         peer: Address,
         /// The other side's name.
         other: &'static str,
         /// Why.
-        reason: Mistrust,
+        reason: AuthenticationFailure,
     },
     /// The other process sends something else.
     #[error(

@@ -62,18 +62,18 @@ impl Experiment {
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let end = End { station, link: 0 };
         let (own, peer) = (side.address(scenario), side.other().address(scenario));
-        let (link, ear) = link::open(own, peer, channels)
+        let (link, arrival) = link::open(own, peer, channels)
             .map_err(|source| ExperimentError::Link { side: side.name(), source })?;
         // One of the two follows the other one's beat.
-        let ear = ear.filter(|_| side == Side::Slave);
+        let arrival = arrival.filter(|_| side == Side::Slave);
         rig.connect(end, end, link);
         let peer = side.meeting_place(scenario).clone();
-        let start = meet(&mut rig, ear.as_ref(), wait, stop).map_err(|missed| {
+        let start = meet(&mut rig, arrival.as_ref(), wait, stop).map_err(|missed| {
             let other = side.other().name();
-            let mistrust = rig.stations().first().and_then(Station::mistrust);
-            match (missed, mistrust) {
+            let authentication_failure = rig.stations().first().and_then(Station::authentication_failure);
+            match (missed, authentication_failure) {
                 (Missed::Stopped, _) => ExperimentError::Stopped { other },
-                (_, Some(reason)) => ExperimentError::Mistrust { peer, other, reason },
+                (_, Some(reason)) => ExperimentError::AuthenticationFailure { peer, other, reason },
                 (Missed::Silence, None) => {
                     ExperimentError::NoPeer { peer, waited_s: wait.as_secs_f64(), other }
                 }

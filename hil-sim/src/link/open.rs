@@ -1,6 +1,6 @@
 //! Opens the link of a side that is a process of its own, over the medium of its address.
 
-use super::{Address, Ear, Link, Serial, Udp, UdpError};
+use super::{Address, ArrivalPoll, Link, Serial, Udp, UdpError};
 use crate::connect::PortError;
 
 /// The channels of a side's packets.
@@ -58,19 +58,19 @@ pub fn open(
     own: &Address,
     peer: &Address,
     channels: Channels,
-) -> Result<(Box<dyn Link>, Option<Ear>), OpenError> {
+) -> Result<(Box<dyn Link>, Option<ArrivalPoll>), OpenError> {
     match (own, peer) {
         (Address::Udp(one), Address::Udp(other)) if one == other => Err(OpenError::Same(own.clone())),
         (Address::Udp(own), Address::Udp(peer)) => {
             let link = Udp::open(*own, *peer)?;
-            let ear = link.ear();
-            Ok((Box::new(link), ear))
+            let arrival = link.arrival();
+            Ok((Box::new(link), arrival))
         }
         (Address::Udp(_), _) => Err(OpenError::OtherMedium { own: own.clone(), peer: peer.clone() }),
         (Address::Serial { path, baud }, _) => {
             let link = Serial::open(path, *baud)?;
-            let ear = link.ear();
-            Ok((Box::new(link), ear))
+            let arrival = link.arrival();
+            Ok((Box::new(link), arrival))
         }
         (Address::Can { interface, is_fd }, _) => Ok((open_can(interface, *is_fd, channels)?, None)),
     }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use serialport::SerialPort;
 
-use super::{Ear, Link};
+use super::{ArrivalPoll, Link};
 use crate::connect::{PortError, open_serial};
 
 /// Both directions over a serial port. Sending and receiving never wait.
@@ -26,11 +26,11 @@ impl Serial {
         Ok(Self { port, receiver: StreamReceiver::new() })
     }
 
-    /// Lets somebody hear when bytes come in. None if the system refuses.
+    /// Finds out when bytes come in, and leaves them there. None if the system refuses.
     #[must_use]
-    pub fn ear(&self) -> Option<Ear> {
+    pub fn arrival(&self) -> Option<ArrivalPoll> {
         let port = self.port.try_clone().ok()?;
-        Some(Ear::new(move || port.bytes_to_read().is_ok_and(|count| count > 0)))
+        Some(ArrivalPoll::new(move || port.bytes_to_read().is_ok_and(|count| count > 0)))
     }
 }
 

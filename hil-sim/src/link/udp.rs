@@ -4,7 +4,7 @@ use std::net::{SocketAddr, UdpSocket};
 
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 
-use super::{Ear, Link};
+use super::{ArrivalPoll, Link};
 
 /// Why a socket could not be set up.
 #[derive(Debug, thiserror::Error)]
@@ -48,11 +48,11 @@ impl Udp {
         Ok(Self { socket, peer })
     }
 
-    /// Lets somebody hear when packets come in, who leaves them where they are. None if the system refuses.
+    /// Finds out when packets come in, and leaves them there. None if the system refuses.
     #[must_use]
-    pub fn ear(&self) -> Option<Ear> {
+    pub fn arrival(&self) -> Option<ArrivalPoll> {
         let socket = self.socket.try_clone().ok()?;
-        Some(Ear::new(move || socket.peek(&mut [0; MAX_CONTENT_BYTES]).is_ok()))
+        Some(ArrivalPoll::new(move || socket.peek(&mut [0; MAX_CONTENT_BYTES]).is_ok()))
     }
 }
 

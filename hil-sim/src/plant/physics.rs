@@ -82,7 +82,7 @@ fn a_spring_swings_as_its_closed_form_says() {
 
 /// The hand pushes itself and the device; a sensor between them feels the device's share only.
 #[test]
-fn what_a_hand_exerts_is_felt_behind_its_own_mass() {
+fn what_a_hand_exerts_is_perceived_behind_its_own_mass() {
     let push = HandPhase::Push { start_s: 0.0, end_s: 1.0, force_n: 3.0 };
     let hand = HandParameters {
         mass_kg: 0.4,

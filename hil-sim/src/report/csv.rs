@@ -73,7 +73,7 @@ mod tests {
     use rand_core::{Rng, SeedableRng};
 
     fn column(signal: &str, unit: &str) -> Column {
-        Column { source: "master".into(), signal: signal.into(), axis: Some(0), unit: unit.into() }
+        Column { source: "master".into(), signal: signal.into(), indices: vec![0], unit: unit.into() }
     }
 
     fn csv_of(recording: &Recording) -> Vec<u8> {
@@ -125,6 +125,8 @@ mod tests {
             (1.0, "1"),
             (-0.0, "-0"),
             (f64::from(u32::MAX), "4294967295"),
+            (f64::from(i32::MIN), "-2147483648"),
+            (f64::from(true), "1"),
             (f64::NAN, "NaN"),
             (f64::NEG_INFINITY, "-inf"),
         ] {

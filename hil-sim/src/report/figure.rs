@@ -38,7 +38,7 @@ pub struct Panel {
     /// What the vertical axis measures, with its unit: `position (m)`.
     pub y_label: String,
     /// Lines, each one thinner than those before it, so that none hides another.
-    pub lines: Vec<Line>,
+    pub curves: Vec<Curve>,
     /// Values that deserve a line of their own, as far as the signals come near them.
     pub levels: Vec<Level>,
 }
@@ -54,7 +54,7 @@ pub struct Level {
 
 /// One recorded signal in a [`Panel`].
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Line {
+pub struct Curve {
     /// Its name in the legend.
     pub label: String,
     /// Its column in the recording; a column that does not exist stays an empty line.
@@ -76,8 +76,8 @@ impl Figure {
     /// The figure in one sentence, for who cannot see it.
     pub(super) fn description(&self) -> String {
         let panels = self.panels.iter().map(|panel| {
-            let lines: Vec<&str> = panel.lines.iter().map(|line| line.label.as_str()).collect();
-            format!("{}, {}: {}", panel.title, panel.y_label, lines.join(", "))
+            let labels: Vec<&str> = panel.curves.iter().map(|curve| curve.label.as_str()).collect();
+            format!("{}, {}: {}", panel.title, panel.y_label, labels.join(", "))
         });
         format!("{} over time. {}", self.title, panels.collect::<Vec<_>>().join(". "))
     }
@@ -195,8 +195,8 @@ impl<'a> FigurePicture<'a> {
     fn draw_legend<B: DrawingBackend>(part: &Area<B>, panel: &Panel) -> Drawn<B> {
         let left = f64::from(WIDTH) - LEGEND_WIDTH + 16.0;
         let mut middle = PANEL_TITLE_HEIGHT + 10.0;
-        for (index, line) in panel.lines.iter().enumerate() {
-            let stroke = color(index).stroke_width(width(thickness(index, panel.lines.len())));
+        for (index, line) in panel.curves.iter().enumerate() {
+            let stroke = color(index).stroke_width(width(thickness(index, panel.curves.len())));
             part.draw(&PathElement::new([(px(left), px(middle)), (px(left + 22.0), px(middle))], stroke))?;
             let room = LEGEND_WIDTH - 56.0;
             let style = fitting(&line.label, room, 15.0, FontStyle::Normal, BLACK);
@@ -260,7 +260,7 @@ impl Picture for FigurePicture<'_> {
 impl<'a> PanelData<'a> {
     fn new(panel: &'a Panel, recording: &Recording, time_s: &Range<f64>) -> Self {
         let lines: Vec<Vec<Vec<Point>>> = panel
-            .lines
+            .curves
             .iter()
             .map(|line| {
                 let values = recording.column(line.column).map(|value| {
@@ -333,7 +333,8 @@ mod tests {
     use crate::recording::Column;
 
     fn recording(values: &[f64]) -> Recording {
-        let column = Column { source: "world".into(), signal: "force".into(), axis: None, unit: "N".into() };
+        let column =
+            Column { source: "world".into(), signal: "force".into(), indices: Vec::new(), unit: "N".into() };
         let mut recording = Recording::new(vec![column]);
         for (time_s, value) in (0..).map(f64::from).zip(values) {
             recording.add_row(time_s).fill(*value);
@@ -342,14 +343,14 @@ mod tests {
     }
 
     fn figure() -> Figure {
-        let line = |label: &str, column| Line { label: label.into(), column };
+        let line = |label: &str, column| Curve { label: label.into(), column };
         Figure {
             file_stem: "forces".into(),
             title: "Forces <at> the wall & hand".into(),
             panels: vec![Panel {
                 title: "Axis 0".into(),
                 y_label: "force (N)".into(),
-                lines: vec![line("hand", 0), line("nobody recorded this", 17)],
+                curves: vec![line("hand", 0), line("nobody recorded this", 17)],
                 levels: vec![
                     Level { label: "limit".into(), value: 4.0 },
                     Level { label: "far away".into(), value: 4e3 },

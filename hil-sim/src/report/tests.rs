@@ -8,7 +8,7 @@ fn recording() -> Recording {
     let column = |source: &str| Column {
         source: source.into(),
         signal: "POSITION".into(),
-        axis: Some(0),
+        indices: vec![0],
         unit: "m".into(),
     };
     let mut recording = Recording::new(vec![column("master"), column("slave")]);
@@ -30,7 +30,7 @@ fn report(recording: &Recording) -> Report<'_> {
             note: text("a < b > c \"quoted\""),
         }],
         axes: Table {
-            header: vec![text("axis"), text("k_felt (N/m)")],
+            header: vec![text("axis"), text("k_perceived (N/m)")],
             rows: vec![vec![text("0"), text("<1>")]],
         },
         faults: vec![],
@@ -40,9 +40,9 @@ fn report(recording: &Recording) -> Report<'_> {
             panels: vec![Panel {
                 title: text("Axis 0"),
                 y_label: text("position (m)"),
-                lines: vec![
-                    Line { label: text("master"), column: 0 },
-                    Line { label: text("slave"), column: 1 },
+                curves: vec![
+                    Curve { label: text("master"), column: 0 },
+                    Curve { label: text("slave"), column: 1 },
                 ],
                 levels: vec![],
             }],

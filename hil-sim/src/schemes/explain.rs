@@ -2,19 +2,19 @@
 
 use std::fmt;
 
-use dimsart_core::modules::Standard;
-use dimsart_core::scheme::{ENGINE, Problem, SchemeError};
-use dimsart_core::{CommandError, Engine, EngineCommand, ModuleList, ParameterError, limits};
+use dimsart_core::protocol::{Accepted, ParameterText};
+use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
+use dimsart_core::{CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, Vocabulary};
 
 use super::suggestion;
 
-/// A row's error in words.
-pub(super) struct Explained<'a, const WORDS: usize> {
-    pub(super) error: &'a SchemeError<'a>,
-    pub(super) engine: &'a Engine<Standard, WORDS>,
+/// A row's error in words, with the names of the controller that the row was for.
+pub(crate) struct Explained<'a, V> {
+    pub(crate) error: SchemeError<'a>,
+    pub(crate) known: &'a V,
 }
 
-impl<const WORDS: usize> Explained<'_, WORDS> {
+impl<V: Vocabulary> Explained<'_, V> {
     /// `'X' is not a number`, or that it is missing.
     fn missing_or(&self, f: &mut fmt::Formatter<'_>, what: impl fmt::Display) -> fmt::Result {
         match self.error.place.word {
@@ -24,62 +24,103 @@ impl<const WORDS: usize> Explained<'_, WORDS> {
     }
 
     /// `'X' is not a module; did you mean 'Y'?`, or the whole list when nothing is near.
-    fn unknown(&self, f: &mut fmt::Formatter<'_>, what: &str, known: &[String]) -> fmt::Result {
+    fn unknown<'k>(
+        &self,
+        f: &mut fmt::Formatter<'_>,
+        what: impl fmt::Display,
+        known: impl IntoIterator<Item = &'k str>,
+    ) -> fmt::Result {
         self.missing_or(f, what)?;
-        write!(f, "; {}", suggestion(self.error.place.word, known))
+        let known: Vec<String> = known.into_iter().map(str::to_owned).collect();
+        write!(f, "; {}", suggestion(self.error.place.word, &known))
     }
-}
 
-impl<const WORDS: usize> fmt::Display for Explained<'_, WORDS> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let word = self.error.place.word;
-        match self.error.problem {
-            Problem::Destination => self.unknown(f, "a side", &owned(&["master", "slave", "m&s", "all"])),
-            Problem::Module => self.unknown(f, "a module", &modules(true)),
-            Problem::ModuleValue => self.unknown(f, "a module", &modules(false)),
-            Problem::EngineCommand => {
-                let known: Vec<_> = EngineCommand::ALL.iter().map(|known| known.name.to_owned()).collect();
-                self.unknown(f, "a command of the engine", &known)
+    fn value(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
+        let ParameterText { name, unit, accepts, .. } = parameter;
+        let unit = unit.on(self.known.axes());
+        let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+        match accepts {
+            Accepted::Real { min, max, .. } => {
+                self.missing_or(f, format_args!("a number from {min} to {max}{unit}"))
             }
-            Problem::ModuleCommand(module) => {
-                let name = Engine::<Standard, WORDS>::module_name(module);
-                let mut known: Vec<_> = parameters(module.kind);
-                let ports = Engine::<Standard, WORDS>::new(self.engine.device().clone()).ports(module);
-                let ports = ports.into_iter().flatten().filter(|port| port.data_type.is_some());
-                known.extend(ports.map(|port| format!("PORT_{}", port.name)));
-                self.unknown(f, &format!("a parameter or port of {name}"), &known)
+            Accepted::Count { min, max } => {
+                self.missing_or(f, format_args!("a whole number from {min} to {max}{unit}"))
             }
-            Problem::Type => {
-                let types = dimsart_core::types::ALL.iter().map(|data_type| data_type.name.to_owned());
-                self.unknown(f, "a data type", &types.collect::<Vec<_>>())
+            Accepted::Integer { min, max } => {
+                self.missing_or(f, format_args!("a whole number from {min} to {max}{unit}"))
             }
-            Problem::Choice(names) => self.unknown(f, "one of its values", &owned(names)),
-            Problem::Number { min, max } => self.missing_or(f, format_args!("a number from {min} to {max}")),
-            Problem::Whole { min, max } => {
-                self.missing_or(f, format_args!("a whole number from {min} to {max}"))
+            Accepted::Choice(names) => {
+                self.unknown(f, format_args!("a value of {name}"), names.iter().copied())
             }
-            Problem::Surplus => write!(f, "'{word}' is one word too many on this row"),
-            Problem::Refused(CommandError::Parameter(ParameterError::NoSuchAxis)) => {
-                write!(f, "no such axis: the device has {} of them", self.engine.device().dof())
-            }
-            Problem::Refused(CommandError::WouldBreak(finding)) => {
-                write!(f, "refused while the scheme runs: {}", self.engine.explain(finding))
-            }
-            Problem::Refused(error) => write!(f, "'{word}' refused: {error}"),
+            _ => self.unknown(f, format_args!("a value of {name}"), SWITCH.iter().copied()),
         }
     }
+
+    /// Indices that the parameter does not have.
+    fn entry(&self, f: &mut fmt::Formatter<'_>, parameter: &ParameterText<'_>) -> fmt::Result {
+        let ParameterText { name, entries, .. } = parameter;
+        let word = self.error.place.word;
+        let (rows, columns) = entries.size(self.known.dof());
+        if entries.are_matrix() {
+            write!(
+                f,
+                "'{word}' is no element of {name}, which has {rows} rows and {columns} columns: write {name}[0][0], \
+                 counted from 0"
+            )
+        } else if entries.are_of_axes() {
+            write!(
+                f,
+                "'{word}' is no value of {name}, which has one per axis: write {name}[0], counted from 0"
+            )
+        } else {
+            write!(f, "'{word}' names an axis and is the same for all of them: leave the [axis] out")
+        }
+    }
+
+    fn parameters_and_ports(&self, module: ModuleRef) -> Vec<String> {
+        let parameters = self.known.parameter_texts(module.kind).map(|found| found.name.to_owned());
+        let ports = self.known.port_texts(module).filter(|port| port.bound.is_some());
+        parameters.chain(ports.map(|port| format!("{PORT_PREFIX}{}", port.name))).collect()
+    }
 }
 
-fn owned(words: &[&str]) -> Vec<String> {
-    words.iter().map(|word| (*word).to_owned()).collect()
-}
-
-fn modules(with_engine: bool) -> Vec<String> {
-    let engine = with_engine.then(|| ENGINE.to_owned());
-    engine.into_iter().chain(Standard::KINDS.iter().map(|kind| kind.name.to_owned())).collect()
-}
-
-fn parameters(kind: u8) -> Vec<String> {
-    let describe = |index| Engine::<Standard, { limits::DEFAULT_WORDS }>::describe_parameter(kind, index);
-    (0..).map_while(describe).map(|parameter| parameter.name.to_owned()).collect()
+impl<V: Vocabulary> fmt::Display for Explained<'_, V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { error: SchemeError { place, problem }, known } = *self;
+        let word = place.word;
+        match problem {
+            Problem::Destination => self.unknown(f, "a side", ["master", "slave", "m&s", "all"]),
+            Problem::Module => self.unknown(f, "a module", [ENGINE].into_iter().chain(known.kind_names())),
+            Problem::ModuleValue => self.unknown(f, "a module", known.kind_names()),
+            Problem::EngineCommand => {
+                self.unknown(f, "a command of the engine", EngineCommand::ALL.iter().map(|known| known.name))
+            }
+            Problem::ModuleCommand(module) => {
+                let (name, there) = (known.name_of_module(module), self.parameters_and_ports(module));
+                if there.is_empty() {
+                    return write!(
+                        f,
+                        "{name} was left out with its group when the image was built (docs/firmware.md)"
+                    );
+                }
+                self.unknown(f, format!("a parameter or port of {name}"), there.iter().map(String::as_str))
+            }
+            Problem::Type => self.unknown(f, "a data type", known.type_texts().map(|found| found.name)),
+            Problem::Entry { module, parameter } => match known.parameter_text(module.kind, parameter) {
+                Some(parameter) => self.entry(f, &parameter),
+                None => self.missing_or(f, "an entry of this parameter"),
+            },
+            Problem::Value { module, parameter } => match known.parameter_text(module.kind, parameter) {
+                Some(parameter) => self.value(f, &parameter),
+                None => self.missing_or(f, "a value of this parameter"),
+            },
+            Problem::Surplus => write!(f, "'{word}' is one word too many on this row"),
+            Problem::Refused(error @ CommandError::Parameter(ParameterError::NoSuchEntry)) => {
+                Explanation::of_refusal(known, error).fmt(f)
+            }
+            Problem::Refused(error) => {
+                write!(f, "'{word}' refused: {}", Explanation::of_refusal(known, error))
+            }
+        }
+    }
 }

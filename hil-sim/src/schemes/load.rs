@@ -2,7 +2,7 @@
 
 use dimsart_core::modules::Standard;
 use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
-use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef};
+use dimsart_core::{CommandError, Dimsart, Engine, Finding};
 
 use super::explain::Explained;
 use super::{SIDES, SchemeText, Setting};
@@ -59,7 +59,8 @@ pub fn load<const WORDS: usize>(
     let report = engine.check();
     let (faults, delays): (Vec<&Finding>, Vec<&Finding>) =
         report.findings().iter().partition(|finding| finding.is_fault());
-    let mut faults: Vec<String> = faults.into_iter().map(|fault| fault_text(engine, *fault)).collect();
+    let mut faults: Vec<String> =
+        faults.into_iter().map(|fault| engine.explain(*fault).to_string()).collect();
     if report.unlisted() > 0 {
         faults.push(format!("and {} more", report.unlisted()));
     }
@@ -79,18 +80,6 @@ pub fn load<const WORDS: usize>(
     Loaded { errors, faults, delays }
 }
 
-fn fault_text<const WORDS: usize>(engine: &Engine<Standard, WORDS>, fault: Finding) -> String {
-    let text = engine.explain(fault);
-    match fault {
-        Finding::Mismatch { module, port, .. } => {
-            let kind = Engine::<Standard, WORDS>::module_name(ModuleRef { number: 1, ..module });
-            let port = engine.port_name(module, port).unwrap_or_default();
-            format!("{text} (PORT_{port} command); `dimsart modules {kind}` shows what does")
-        }
-        _ => text.to_string(),
-    }
-}
-
 /// A row that was refused, or a setting that was to be given with it.
 struct Refusal<'a> {
     error: SchemeError<'a>,
@@ -105,9 +94,9 @@ impl<'a> From<SchemeError<'a>> for Refusal<'a> {
 
 impl Refusal<'_> {
     fn explain<const WORDS: usize>(&self, name: &str, engine: &Engine<Standard, WORDS>) -> String {
-        let Self { error, by } = self;
+        let Self { error, by } = *self;
         let place = error.place;
-        let explained = Explained { error, engine };
+        let explained = Explained { error, known: engine };
         match by {
             None => format!("{name}:{}:{}: {explained}", place.line, place.column),
             Some(Setting { module, command, value, key }) => format!(
@@ -124,7 +113,7 @@ fn apply<'a, const WORDS: usize>(
     settings: &'a [Setting],
     dimsart: &mut Dimsart<Standard, WORDS>,
 ) -> Result<(), Refusal<'a>> {
-    let command = row.command(dimsart.engine_mut())?;
+    let command = row.command(dimsart.engine())?;
     for setting in settings.iter().filter(|setting| setting.is_due_before(command)) {
         give(setting, row, dimsart)?;
     }

@@ -8,6 +8,7 @@ use hil_sim::connect::ValueText;
 use hil_sim::schemes::{SIDES, SchemeText};
 
 use crate::emulated::{Emulated, QUICK, Robot, message};
+
 fn text(scheme: &str) -> SchemeText {
     SchemeText { name: "my.scheme".to_owned(), text: scheme.to_owned() }
 }
@@ -45,7 +46,7 @@ fn show_is_the_default_and_has_the_same_as_json() {
     let emulated = Emulated::with_scheme("master");
     let text = emulated.out(&[], 0);
     for part in [
-        "arm, image test 0.1, protocol 5",
+        "arm, image test 0.1, protocol 7",
         "the scheme runs and commands the device",
         "  3 PDCTRL_MOD  reads ",
         "3000  3000  3000 N/m or N·m/rad",
@@ -71,37 +72,47 @@ fn a_set_value_is_answered_by_what_holds_then() {
     );
     let stiffness = device.get("PDCTRL_MOD", "K_PARAM").unwrap();
     assert_eq!(stiffness.values, [3000.0, 500.0, 3000.0].map(ValueText::Real));
-    assert_eq!(stiffness.range, "0 to 1000000");
+    assert_eq!(stiffness.range, "0 to 1000000, per axis");
+    assert_eq!(device.get("PDCTRL_MOD", "K_PARAM[1]").unwrap().range, "0 to 1000000");
     assert_eq!(emulated.json(&["get", "PDCTRL_MOD", "K_PARAM[1]", "--json"], 0)["values"][0], 500.0);
 
     let state = emulated.state();
     for (arguments, expected) in [
         (
             ["PDCTRL_MOD", "K_PARAM", "-1"],
-            "refused: out of range: K_PARAM takes 0 to 1000000 N/m or N·m/rad; \
+            "'-1' is not a number from 0 to 1000000 N/m or N·m/rad; \
                  PDCTRL_MOD K_PARAM stays 3000  500  3000 N/m",
         ),
-        (["PDCTRL_MOD", "K_PARAM", "nan"], "refused: out of range"),
-        (["PDCTRL_MOD", "K_PARAM", "much"], "'much' is not a number; K_PARAM takes 0 to 1000000"),
-        (["PDCTRL_MOD", "K_PARM", "1"], "'K_PARM' is not a parameter of PDCTRL_MOD; did you mean 'K_PARAM'?"),
+        (["PDCTRL_MOD", "K_PARAM", "nan"], "'nan' is not a number from 0 to 1000000"),
+        (["PDCTRL_MOD", "K_PARAM", "much"], "'much' is not a number from 0 to 1000000 N/m or N·m/rad; "),
         (
-            ["PDCTL_MOD", "K_PARAM", "1"],
-            "'PDCTL_MOD' is not a module of this image; did you mean 'PDCTRL_MOD'?",
+            ["PDCTRL_MOD", "K_PARM", "1"],
+            "'K_PARM' is not a parameter or port of PDCTRL_MOD; did you mean 'K_PARAM'?",
         ),
-        (["PDCTRL_MOD", "K_PARAM[3]", "1"], "no such axis: the device has 3 of them"),
+        (["PDCTL_MOD", "K_PARAM", "1"], "'PDCTL_MOD' is not a module; did you mean 'PDCTRL_MOD'?"),
+        (
+            ["PDCTRL_MOD", "K_PARAM[300]", "1"],
+            "'K_PARAM[300]' is no value of K_PARAM, which has one per axis: write K_PARAM[0], counted from 0",
+        ),
+        (
+            ["PDCTRL_MOD", "K_PARM[x]", "1"],
+            "'K_PARM[x]' is not a parameter or port of PDCTRL_MOD; did you mean",
+        ),
+        (["PDCTRL_MOD", "K_PARAM[3]", "1"], "no such axis: the device has 3 of them, counted from 0"),
+        (
+            ["PDCTRL_MOD", "LAW_OUTPUT[0]", "ON"],
+            "'LAW_OUTPUT[0]' names an axis and is the same for all of them",
+        ),
         (["WTRANSF_MOD", "CONF_MODE", "SLAV"], "'SLAV' is not a value of CONF_MODE; did you mean 'SLAVE'?"),
         (["PDCTRL_MOD", "PORT_POSITON", "MAP"], "did you mean 'PORT_POSITION'?"),
-        (
-            ["PDCTRL_MOD", "PORT_POSITION", "MAPP"],
-            "'MAPP' is not a data type of this device; did you mean 'MAP'?",
-        ),
+        (["PDCTRL_MOD", "PORT_POSITION", "MAPP"], "'MAPP' is not a data type; did you mean 'MAP'?"),
         (
             ["TIMEDELAY_MOD", "TD_PARAM", "3"],
-            "refused: this parameter decides ports or memory: MOD_OFF first",
+            "refused: this parameter decides ports or memory: unplug the module first (MOD_OFF in a scheme, `off` at a device)",
         ),
         (
             ["PDCTRL_MOD", "PORT_POSITION", "MAP"],
-            "PDCTRL_MOD is plugged in: unplug it first (`off PDCTRL_MOD`)",
+            "PDCTRL_MOD is plugged in: unplug it first (MOD_OFF in a scheme, `off` at a device)",
         ),
     ] {
         let output = emulated.run(&[&["set"], arguments.as_slice()].concat());
@@ -109,6 +120,13 @@ fn a_set_value_is_answered_by_what_holds_then() {
         assert!(found.contains(expected), "{arguments:?}: {found}");
     }
     assert_eq!(emulated.state(), state, "a refusal changed something");
+}
+
+#[test]
+fn an_axis_that_is_not_there_cannot_be_read() {
+    let emulated = Emulated::with_scheme("master");
+    let found = message(&emulated.run(&["get", "PDCTRL_MOD", "K_PARAM[3]"]));
+    assert!(found.contains("no such axis: the device has 3 of them, counted from 0"), "{found}");
 }
 
 #[test]
@@ -186,18 +204,24 @@ fn a_scheme_sent_row_by_row_leaves_the_controller_as_loading_it_does() {
 fn a_scheme_stops_at_its_first_refusal_and_names_the_place() {
     const GOOD: &str = "all PDCTRL_MOD K_PARAM 7\n";
     for (row, expected) in [
-        ("  all PDCTRL_MOD K_PARAM 3o00 # stiff", "2:26: '3o00' is not a number; K_PARAM takes"),
-        ("all PDCTRL_MOD K_PARAM -1", "2:24: refused: out of range: K_PARAM takes 0 to 1000000"),
+        (
+            "  all PDCTRL_MOD K_PARAM 3o00 # stiff",
+            "2:26: '3o00' is not a number from 0 to 1000000 N/m or N·m/rad",
+        ),
+        ("all PDCTRL_MOD K_PARAM -1", "2:24: '-1' is not a number from 0 to 1000000"),
         ("all PDCTRL_MOD K_PARAM[9] 1", "2:16: no such axis"),
-        ("all PDCTRL_MOD K_PARAM", "2:23: K_PARAM needs a number, 0 to 1000000"),
+        (
+            "all PDCTRL_MOD K_PARAM",
+            "2:23: the row ends where a number from 0 to 1000000 N/m or N·m/rad should be",
+        ),
         ("all PDCTRL_MOD K_PARAM 1 2", "2:26: '2' is one word too many"),
-        ("all PDCTL_MOD K_PARAM 1", "2:5: 'PDCTL_MOD' is not a module of this image"),
+        ("all PDCTL_MOD K_PARAM 1", "2:5: 'PDCTL_MOD' is not a module; did you mean"),
         (
             "all MOD_ENG MOD_UN PDCTRL_MOD",
             "2:13: 'MOD_UN' is not a command of the engine; did you mean 'MOD_ON'?",
         ),
-        ("all MOD_ENG STOP NOW", "2:18: 'NOW' is one word too many: STOP takes none"),
-        ("middle PDCTRL_MOD K_PARAM 1", "2:1: 'middle' is not a side; there is master, slave, all"),
+        ("all MOD_ENG STOP NOW", "2:18: 'NOW' is one word too many on this row"),
+        ("middle PDCTRL_MOD K_PARAM 1", "2:1: 'middle' is not a side; there is master, slave, m&s, all"),
         (
             "all MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK",
             "3:13: refused: the scheme has 1 fault(s), the first: PDCTRL_MOD reads DES_POSITION and nobody",
@@ -241,7 +265,7 @@ fn a_scheme_that_cannot_replace_another_one_loses_nothing_of_it() {
             device.replace_scheme(&text("all PDCTRL_MOD K_PARAM 7\nall PDCTRL_MOD K_PARM 1\n"), "master");
         let message = error.unwrap_err().to_string();
         assert!(
-            message.starts_with("my.scheme:2:16: 'K_PARM' is not a parameter of PDCTRL_MOD"),
+            message.starts_with("my.scheme:2:16: 'K_PARM' is not a parameter or port of PDCTRL_MOD"),
             "{message}"
         );
         assert!(message.ends_with("; the scheme that was there before is there again"), "{message}");

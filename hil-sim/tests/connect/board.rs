@@ -13,7 +13,7 @@ use dimsart_core::protocol::{
 use dimsart_core::{Tick, Word};
 use hil_sim::connect::{Device, Stream, open};
 
-use crate::emulated::{QUICK, Robot};
+use crate::emulated::{MEASURED_WORDS, QUICK, Robot};
 
 pub(crate) const TICK_HZ: u32 = 1000;
 
@@ -94,7 +94,7 @@ fn tick(robot: &Mutex<Robot>, shared: &Shared) {
             return;
         }
         let mut robot = robot.lock().unwrap();
-        let (mut measured, mut commanded) = ([Word(0); 43], [Word(0); 3]);
+        let (mut measured, mut commanded) = ([Word(0); MEASURED_WORDS], [Word(0); 3]);
         measured[0] = Word::from(0.25);
         let Robot { dimsart, info, .. } = &mut *robot;
         dimsart.allow_motion(info.begin_tick());

@@ -12,7 +12,9 @@ use dimsart_core::protocol::{
     DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
     decode_request, encode_response, serve,
 };
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Unit, Word, types};
+use dimsart_core::{
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Summary, Unit, Word, types,
+};
 use hil_sim::connect::{Device, Patience, Stream, open};
 use hil_sim::schemes::SchemeText;
 use rand_core::{Rng, SeedableRng};
@@ -29,8 +31,31 @@ const MAP: &DataType = &DataType {
     unit: Unit::Energy,
     format: Format::F32,
     shape: Shape::Matrix(5, 8),
-    summary: "A map.",
+    summary: Summary::new("A map."),
 };
+
+/// A number with a sign that belongs to no axis.
+const TURNS: &DataType = &DataType {
+    id: 0x8002,
+    name: "TURNS",
+    unit: Unit::Position,
+    format: Format::I32,
+    shape: Shape::Scalar,
+    summary: Summary::new("Turns of all axes together."),
+};
+
+/// A switch for each axis.
+const BRAKES: &DataType = &DataType {
+    id: 0x8003,
+    name: "BRAKES",
+    unit: Unit::One,
+    format: Format::Bool,
+    shape: Shape::Vector,
+    summary: Summary::new("Which brakes are closed."),
+};
+
+/// Words of its outputs.
+pub(crate) const MEASURED_WORDS: usize = 3 + 40 + 1 + 3;
 
 /// A controller and what its ticks came to.
 pub(crate) struct Robot {
@@ -45,7 +70,7 @@ pub(crate) struct Robot {
 impl Robot {
     pub(crate) fn new() -> Self {
         let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
-        let outputs = &[types::POSITION, MAP];
+        let outputs = &[types::POSITION, MAP, TURNS, BRAKES];
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
         let (dimsart, info) = (Dimsart::new(device).unwrap(), DeviceInfo::new("test 0.1"));
         Self { dimsart, info, commands: 0, gate: Gate::open(), start: Instant::now() }
@@ -67,9 +92,11 @@ impl Robot {
     }
 
     pub(crate) fn tick(&mut self, position: f32) {
-        let mut measured = [Word(0); 43];
+        let mut measured = [Word(0); MEASURED_WORDS];
         measured[0] = position.into();
-        measured[3..].iter_mut().zip(1u8..).for_each(|(word, value)| *word = f32::from(value).into());
+        measured[3..43].iter_mut().zip(1u8..).for_each(|(word, value)| *word = f32::from(value).into());
+        measured[43] = (-7_i32).into();
+        measured[44] = true.into();
         let tick = self.dimsart.tick(&measured, &mut [Word(0); 3]);
         self.info.end_tick(tick);
     }
@@ -99,6 +126,8 @@ pub(crate) struct Faults {
     pub(crate) drop_one_in: u32,
     /// Which answers are late, such as every 6th; none at 0.
     pub(crate) late_each: u32,
+    /// Which commands are answered late, such as every 6th; none at 0.
+    pub(crate) late_commands_each: u32,
 }
 
 /// A device behind a socket.
@@ -118,9 +147,16 @@ impl Emulated {
         let mut random = rand_pcg::Pcg32::seed_from_u64(7);
         let mut answers = 0;
         let port = listen(move |content| {
-            let frame = shared.lock().unwrap().answer(content);
+            let (frame, is_command, commands) = {
+                let mut robot = shared.lock().unwrap();
+                let before = robot.commands;
+                (robot.answer(content), robot.commands > before, robot.commands)
+            };
             answers += 1;
-            if faults.late_each != 0 && answers % faults.late_each == 0 {
+            let is_late = |count: u32, each| each != 0 && count.is_multiple_of(each);
+            if is_late(answers, faults.late_each)
+                || is_command && is_late(commands, faults.late_commands_each)
+            {
                 thread::sleep(LATE);
             }
             let mut bytes = vec![0; faults.noise_bytes];

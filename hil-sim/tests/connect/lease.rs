@@ -22,6 +22,8 @@ fn running() -> Board {
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     let sent = board.connect().send_scheme(&scheme, "slave").unwrap();
     assert!(sent.state.starts_with(DISARMED), "{}", sent.state);
+    // It has measured by then, however busy the machine is.
+    board.wait_for(Tick::Disarmed);
     board
 }
 

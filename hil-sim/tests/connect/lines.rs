@@ -6,12 +6,14 @@ use std::thread;
 use std::time::Duration;
 
 use dimsart_core::protocol::{
-    MAX_FRAME_BYTES, Refusal, Request, Response, decode_request, encode_response, serve,
+    MAX_FRAME_BYTES, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, decode_request,
+    encode_response, serve,
 };
 use hil_sim::connect::{ConnectError, Device, LineError, Patience, open};
 use hil_sim::schemes::SchemeText;
 
 use crate::emulated::{Emulated, Faults, QUICK, Robot, dimsart, listen, message};
+
 #[test]
 fn noise_loss_and_delay_change_no_answer() {
     let clean = Emulated::start();
@@ -26,7 +28,7 @@ fn noise_loss_and_delay_change_no_answer() {
     for faults in [
         Faults { noise_bytes: 300, ..Faults::default() },
         Faults { drop_one_in: 200, ..Faults::default() },
-        Faults { late_each: 50, noise_bytes: 20, drop_one_in: 500 },
+        Faults { late_each: 50, noise_bytes: 20, drop_one_in: 500, ..Faults::default() },
     ] {
         let emulated = Emulated::on(faults);
         let mut device = emulated.connect(patience);
@@ -40,7 +42,7 @@ fn noise_loss_and_delay_change_no_answer() {
 
 #[test]
 fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_next_one() {
-    let emulated = Emulated::on(Faults { late_each: 6, ..Faults::default() });
+    let emulated = Emulated::on(Faults { late_commands_each: 6, ..Faults::default() });
     let mut device = emulated.connect(Patience { timeout: Duration::from_millis(50), tries: 20 });
     for value in ["11", "12", "13", "14", "15"] {
         for (name, value) in [("K_PARAM", value.to_owned()), ("D_PARAM", format!("1{value}"))] {
@@ -109,21 +111,35 @@ fn of_version(version: u16, mut status: impl FnMut(u16) -> Vec<u8> + Send + 'sta
 }
 
 #[test]
-fn an_older_device_answers_what_it_knows_and_refuses_the_rest_by_name() {
+fn a_device_too_old_to_be_understood_is_told_at_once() {
+    let port = of_version(OLDEST_PROTOCOL_VERSION - 1, |_| Vec::new());
+    let output = dimsart(&["connect", &port, "show"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let error = String::from_utf8(output.stderr).unwrap();
+    let versions = format!(
+        "the device speaks protocol {} and this command {PROTOCOL_VERSION}: ",
+        OLDEST_PROTOCOL_VERSION - 1
+    );
+    assert!(error.contains(&versions), "{error}");
+    assert!(error.contains("use the `dimsart` that its image was built with, or flash an image"), "{error}");
+}
+
+#[test]
+fn a_device_of_another_version_answers_what_it_knows_and_refuses_the_rest_by_name() {
     let refused = Response::Refused(Refusal::NotUnderstood);
     let port =
-        of_version(0, move |id| encode_response(&refused, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec());
+        of_version(9, move |id| encode_response(&refused, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec());
     let output = dimsart(&["connect", &port, "watch", "MAP", "--once"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let note = String::from_utf8(output.stderr).unwrap();
-    assert!(note.contains("the device speaks protocol 0 and this command 5"), "{note}");
+    assert!(note.contains("the device speaks protocol 9 and this command 7"), "{note}");
     let found = message(&dimsart(&["connect", &port, "show"]));
     assert!(found.contains("the device knows no such request"), "{found}");
 }
 
 #[test]
 fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
-    let port = of_version(7, |id| {
+    let port = of_version(PROTOCOL_VERSION + 1, |id| {
         // A response that this version does not have; the CRC is over the channel too, which is 0.
         let [low, high] = id.to_le_bytes();
         let mut content = vec![2, low, high, 250];
@@ -133,7 +149,9 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
         [&[0], cobs::encode_vec(&content).as_slice(), &[0]].concat()
     });
     let mut device = Device::greet(open(&port, 0).unwrap(), QUICK).unwrap();
-    assert!(device.version_note().unwrap().contains("what this command does not know"));
+    let note = device.version_note().unwrap();
+    assert!(note.contains("what this command does not know"), "{note}");
+    assert!(note.ends_with("use the `dimsart` that its image was built with"), "{note}");
     let error = device.overview().unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NotUnderstood)), "{error}");
     assert!(error.to_string().contains("use the `dimsart` that the image was built with"), "{error}");

@@ -8,3 +8,5 @@ mod kept;
 mod lease;
 mod lines;
 mod ports;
+mod recorder;
+mod same_words;

@@ -85,6 +85,11 @@ fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
     Some(match parameter.accepts {
         Accepts::Real { min, max, .. } => Value::Real(min + (max - min) * (number as f32 / u32::MAX as f32)),
         Accepts::Count { min, max } => Value::Count(min + number % (max.min(MOST) - min + 1)),
+        Accepts::Integer { min, max } => {
+            // None where the range has every number.
+            let count = max.abs_diff(min).checked_add(1);
+            Value::Integer(min.wrapping_add_unsigned(count.map_or(number, |count| number % count)))
+        }
         Accepts::Flag => Value::Flag(number.is_multiple_of(2)),
         Accepts::Choice(names) => Value::Choice(u8::try_from(number as usize % names.len()).unwrap()),
         Accepts::Types => return None,

@@ -191,7 +191,7 @@ fn scenario(key: Option<&Path>) -> Scenario {
 }
 
 #[test]
-fn what_is_felt_over_an_authenticated_link_of_a_board_is_what_is_felt_without() {
+fn what_is_perceived_over_an_authenticated_link_of_a_board_is_what_is_perceived_without() {
     let Some(image) = key_image() else { return };
     let folder = tempfile::tempdir().unwrap();
     let key = key_file(&folder, "a");
@@ -203,10 +203,10 @@ fn what_is_felt_over_an_authenticated_link_of_a_board_is_what_is_felt_without() 
         assert_eq!(run.outcome.faults, Vec::<String>::new(), "{sides:?}");
         run
     };
-    let felt = |run: &Run| run.outcome.axes[0].k_felt_n_per_m.unwrap();
-    let expected = felt(&run(Experiment::new(&scenario(None)).unwrap(), &[]));
+    let perceived = |run: &Run| run.outcome.axes[0].k_perceived_n_per_m.unwrap();
+    let expected = perceived(&run(Experiment::new(&scenario(None)).unwrap(), &[]));
     for sides in [[Side::Slave].as_slice(), &[Side::Master, Side::Slave]] {
-        let found = felt(&run(Experiment::new(&scenario(Some(&key))).unwrap(), sides));
+        let found = perceived(&run(Experiment::new(&scenario(Some(&key))).unwrap(), sides));
         assert!((found / expected - 1.0).abs() < 1e-4, "{found} N/m, {expected} N/m without, {sides:?}");
     }
 }

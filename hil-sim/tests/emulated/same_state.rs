@@ -48,21 +48,21 @@ fn compare_ticks(firmware: &Firmware, side: &str, ticks: usize) -> u64 {
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);
     let mut controller = Controller::new(firmware, timing, scenario.dof).unwrap();
     let station = rig.stations_mut().iter_mut().find(|station| station.name == side).unwrap();
-    station.start_tape();
+    station.start_trace();
     controller.load(&saved_scheme::save(station.dimsart.engine_mut()).unwrap()).unwrap();
     let mut instructions = 0;
     let every = 3000 / ticks;
     for tick in 0..3000 {
         rig.step();
-        let tape = rig.stations().iter().find_map(Station::tape).unwrap();
-        for (link, channel, bytes) in &tape.received {
+        let trace = rig.stations().iter().find_map(Station::trace).unwrap();
+        for (link, channel, bytes) in &trace.received {
             controller.receive(*link, *channel, bytes).unwrap();
         }
         if tick % every == 0 {
-            instructions += compare_tick(controller.before_tick(&tape.measured).unwrap());
+            instructions += compare_tick(controller.before_tick(&trace.measured).unwrap());
         }
-        controller.tick(&tape.measured).unwrap();
-        assert_eq!(controller.commanded(), tape.commanded, "tick {tick} of {side}");
+        controller.tick(&trace.measured).unwrap();
+        assert_eq!(controller.commanded(), trace.commanded, "tick {tick} of {side}");
     }
     instructions
 }

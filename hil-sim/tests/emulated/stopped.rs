@@ -11,9 +11,7 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use dimsart_core::ModuleList;
 use dimsart_core::exchange::Tag;
-use dimsart_core::modules::Standard;
 use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
 use hil_sim::emulated::Image;
 use object::{Object, ObjectSection, ObjectSymbol};
@@ -24,8 +22,8 @@ use crate::common::image;
 use crate::firmware::{DEBUGGER, Firmware};
 use crate::run::are_emulators_in;
 
-/// Carries out a request for a parameter of a kind of module.
-const IN_THE_TICK: &[&str] = &["Engine", "describe_parameter"];
+/// Looks at a device's own types, for a request that lists data types alone.
+const IN_THE_TICK: &[&str] = &["type_at"];
 /// Writes a panic's text.
 const SAYS_WHY: &[&str] = &["4core3fmt5write"];
 
@@ -116,10 +114,8 @@ fn stopping_tick(line: &mut ByHand) -> [(Tag, Vec<u8>); 2] {
     let mut command = |tick| section(&line.exchange(&[(Tag::Words, &measured(tick))]), Tag::Words).unwrap();
     let commanded = (1..20).map(&mut command).last();
     assert_ne!(commanded.unwrap(), [0; WORDS_BYTES], "nothing is commanded");
-    let kind = Standard::KINDS.iter().position(|kind| kind.name == "PIDCTRL_MOD").unwrap();
     let mut buffer = [0; MAX_FRAME_BYTES];
-    let request = Request::Parameter { kind: kind.try_into().unwrap(), index: 0 };
-    let request = encode_request(&request, 1, &mut buffer).unwrap().to_vec();
+    let request = encode_request(&Request::DataType { index: u16::MAX }, 1, &mut buffer).unwrap().to_vec();
     [(Tag::Words, measured(20)), (Tag::Command, request)]
 }
 
@@ -182,7 +178,7 @@ impl Debugger {
         write!(self.0, "${request}#{:02x}", sum(request)).unwrap();
         loop {
             let answer = self.answer();
-            // QEMU 7 says unasked that the processor was stopped, `T`.
+            // QEMU 7 says by itself that the processor was stopped, `T`.
             if !answer.starts_with('T') {
                 return answer;
             }

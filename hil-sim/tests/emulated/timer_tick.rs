@@ -47,7 +47,7 @@ fn noise_a_cut_frame_and_a_flood_are_survived() {
     share_one_processor();
     let Some(firmware) = Firmware::start(false) else { return };
     let mut uart = firmware.uart();
-    let mut noise = vec![0; length(1_000_000, 10_000_000)];
+    let mut noise = vec![0; length(300_000, 10_000_000)];
     rand_pcg::Pcg32::seed_from_u64(3).fill_bytes(&mut noise);
     let mut buffer = [0; MAX_FRAME_BYTES];
     let request = encode_request(&Request::Status, 1, &mut buffer).unwrap();

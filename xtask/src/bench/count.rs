@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::PROFILE;
 use crate::setup::install;
 use crate::shell::{cargo, command, run, succeeds, target};
 
@@ -23,8 +24,16 @@ impl Counter {
         if !succeeds(&mut command("valgrind", ["--version"])) {
             install(&["valgrind"], "counting instructions")?;
         }
-        run(&mut cargo(&["build", "--release", "--package", "dimsart-core", "--example", "step_cost"]))?;
-        let program = target().join("release/examples/step_cost");
+        run(&mut cargo(&[
+            "build",
+            "--profile",
+            PROFILE,
+            "--package",
+            "dimsart-core",
+            "--example",
+            "step_cost",
+        ]))?;
+        let program = target().join(PROFILE).join("examples/step_cost");
         run(&mut command(&program, ["table1", "10000"]))?;
         Ok(Self { program })
     }

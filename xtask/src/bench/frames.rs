@@ -1,5 +1,6 @@
 //! What a packet costs to encode and to decode, and how many bytes a carrier adds, beside those of other systems.
 
+use super::PROFILE;
 use super::count::instructions;
 use crate::shell::{cargo, run, target};
 use crate::table::table;
@@ -56,13 +57,13 @@ pub(super) struct Frame {
 
 /// Builds what is counted and counts it.
 pub(super) fn count() -> Result<Vec<Frame>, String> {
-    let example = ["build", "--release", "--package", "dimsart-core", "--example", "frame_cost"];
+    let example = ["build", "--profile", PROFILE, "--package", "dimsart-core", "--example", "frame_cost"];
     run(cargo(&example).args(["--features", "dimsart-core/auth"]))?;
     CARRIERS.into_iter().map(|(carrier, protection, name)| frame(carrier, protection, name)).collect()
 }
 
 fn frame(carrier: &str, protection: &str, name: &'static str) -> Result<Frame, String> {
-    let program = target().join("release/examples/frame_cost");
+    let program = target().join(PROFILE).join("examples/frame_cost");
     let total = |function: &str, packets: u16| {
         let arguments = [carrier, protection, &packets.to_string()].map(str::to_owned);
         instructions(&program, &[&format!("--toggle-collect=*{function}*")], &arguments)

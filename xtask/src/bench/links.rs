@@ -3,7 +3,7 @@
 use crate::shell::{cargo, run, target};
 
 const HEAD: &str = "
-`schemes/bilateral.scheme`, both sides with hand, wall and the simulated medium, the whole shipped run. Felt stiffness
+`schemes/bilateral.scheme`, both sides with hand, wall and the simulated medium, the whole shipped run. Perceived stiffness
 against the prediction for the measured round trip, the worse of the two axes in contact; the smallest energy in the
 channel, below 0 if it were not passive. Errors are frames or bytes that the medium damaged, or packets that it lost.
 The same figures on every machine; `hil-sim/tests/links.rs` holds them to 1 %, and to no less than 0 J.

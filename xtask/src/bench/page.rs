@@ -3,15 +3,15 @@
 use std::fmt::Write;
 
 use super::simulator::{RUNS, WANTED};
-use super::{LINUXCNC_CALL, Line, Results, Simulator, USUAL};
+use super::{Counts, LINUXCNC_CALL, Line, Simulator, USUAL};
 use crate::shell::{Outcome, command, top};
 use crate::table::table;
 
 const HEAD: &str = "\
 # What a tick costs
 
-Written by `cargo xtask bench`: instructions per tick on x86-64, counted by valgrind's callgrind in the
-release build (thin LTO, one codegen unit), the difference of two runs of different length. Counted and
+Written by `cargo xtask bench`: instructions per tick on x86-64, counted by valgrind's callgrind with
+optimization, thin LTO and one codegen unit, the difference of two runs of different length. Counted and
 not timed, so the numbers do not depend on the machine's speed or load; another compiler version may
 move them by a few percent. Only the time that the shipped scenario takes, at the end, is a time.
 ";
@@ -23,7 +23,7 @@ and the same bits in every signal and packet over 10 000 ticks (`dimsart-core/by
 ";
 
 /// The whole page.
-pub(super) fn text(results: &Results) -> String {
+pub(super) fn text(counts: &Counts, links: &str, simulated: &Simulator) -> String {
     let rustc = command("rustc", ["--version"]).output().ok();
     let rustc = rustc.and_then(|output| String::from_utf8(output.stdout).ok()).unwrap_or_default();
     let (modules, axes) = USUAL;
@@ -31,23 +31,23 @@ pub(super) fn text(results: &Results) -> String {
     let mut section = |title: &str, body: &str| {
         let _ = write!(page, "\n## {title}\n{body}");
     };
-    section("Budgets", &table(["Budget", "Counted", "At most"], &budgets(results)));
-    section("Table 1", &format!("{TABLE1}{}", table(["", "Engine", "By hand", "Ratio"], &table1(results))));
+    section("Budgets", &budgets(counts));
+    section("Table 1", &format!("{TABLE1}{}", table(["", "Engine", "By hand", "Ratio"], &table1(counts))));
     let what = format!(
         "\nA step with modules whose `compute` is empty, among the kinds of the standard library.\n\
          LinuxCNC HAL spends {LINUXCNC_CALL} instructions on calling a function.\n"
     );
-    section("The engine alone", &(what + &series("Modules", &results.empty)));
+    section("The engine alone", &(what + &series("Modules", &counts.empty)));
     let what = format!("\nA step with P controllers, {axes} DoF, 3 ports each.\n");
-    section("Over the number of modules", &(what + &series("Modules", &results.modules)));
+    section("Over the number of modules", &(what + &series("Modules", &counts.modules)));
     let what = format!("\nA step with {modules} P controllers.\n");
-    section("Over the number of axes", &(what + &series("DoF", &results.axes)));
+    section("Over the number of axes", &(what + &series("DoF", &counts.axes)));
     let what = format!("\nThe same {modules} P controllers, {axes} DoF.\n");
-    let rows: Vec<_> = results.idle.iter().map(|(what, cost)| [(*what).into(), number(*cost)]).collect();
+    let rows: Vec<_> = counts.idle.iter().map(|(what, cost)| [(*what).into(), number(*cost)]).collect();
     section("What does not matter", &(what + &table(["", "Instructions"], &rows)));
-    section("A packet on every carrier", &super::frames::text(&results.frames));
-    section("Table 1 over every carrier", &super::links::text(&results.links));
-    section("The shipped scenario", &simulator(&results.simulator));
+    section("A packet on every carrier", &super::frames::text(&counts.frames));
+    section("Table 1 over every carrier", &super::links::text(links));
+    section("The shipped scenario", &simulator(simulated));
     page
 }
 
@@ -59,13 +59,16 @@ pub(super) fn write(text: &str) -> Outcome {
     written.map_err(|error| format!("cannot write {}: {error}", file.display()))
 }
 
-fn budgets(results: &Results) -> Vec<[String; 3]> {
-    let rows = results.budgets().into_iter();
-    rows.map(|budget| [budget.what.into(), number(budget.found), number(budget.most)]).collect()
+/// The table of budgets.
+pub(super) fn budgets(counts: &Counts) -> String {
+    let rows = counts.budgets().into_iter();
+    let rows: Vec<[String; 3]> =
+        rows.map(|budget| [budget.what.into(), number(budget.found), number(budget.most)]).collect();
+    table(["Budget", "Counted", "At most"], &rows)
 }
 
-fn table1(results: &Results) -> Vec<[String; 4]> {
-    let rows = results.table1.iter();
+fn table1(counts: &Counts) -> Vec<[String; 4]> {
+    let rows = counts.table1.iter();
     rows.map(|(what, engine, by_hand)| {
         [(*what).into(), number(*engine), number(*by_hand), number(engine / by_hand)]
     })

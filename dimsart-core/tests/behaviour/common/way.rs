@@ -3,7 +3,7 @@
 use dimsart_core::{Packet, types};
 use rand_core::Rng;
 
-use super::{Bench, H, Line};
+use super::{Bench, DelayedLink, H};
 
 /// One axis of waves from a sender to a receiver; the test is the line between them.
 pub(crate) struct Way {
@@ -64,7 +64,7 @@ impl Way {
 /// Two ends that hear each other, one axis of waves each way, and packets that take `delay` ticks.
 pub(crate) struct Ends {
     pub(crate) ends: [Bench; 2],
-    pub(crate) lines: [Line; 2],
+    pub(crate) links: [DelayedLink; 2],
     pub(crate) tick: usize,
 }
 
@@ -79,12 +79,12 @@ impl Ends {
     }
 
     pub(crate) fn new(rows: &str, delay: usize) -> Self {
-        let lines = [Line::new(delay), Line::new(delay)];
-        Self { ends: [Self::end(rows), Self::end(rows)], lines, tick: 0 }
+        let links = [DelayedLink::new(delay), DelayedLink::new(delay)];
+        Self { ends: [Self::end(rows), Self::end(rows)], links, tick: 0 }
     }
 
     pub(crate) fn tick(&mut self, waves: [f32; 2]) {
-        let Self { ends, lines: [there, back], tick } = self;
+        let Self { ends, links: [there, back], tick } = self;
         back.deliver(*tick, &mut ends[0].dimsart);
         ends[0].tick(&waves[..1]);
         there.send(*tick, &mut ends[0].dimsart);

@@ -40,7 +40,7 @@ struct Comparison<'a> {
 
 /// All of it, for programs.
 #[derive(Debug, Serialize)]
-struct Report<'a> {
+struct Comparisons<'a> {
     image: &'a str,
     measured_unit: &'static str,
     emulated_unit: &'static str,
@@ -186,7 +186,7 @@ impl Attached {
         }
         if as_json {
             let emulated_unit = if measured.is_instructions { measured_unit } else { unit };
-            let report = Report {
+            let comparisons = Comparisons {
                 image,
                 measured_unit,
                 emulated_unit,
@@ -197,7 +197,7 @@ impl Attached {
                 tick: &tick,
                 modules: &modules,
             };
-            writeln!(out, "{}", serde_json::to_string(&report)?)?;
+            writeln!(out, "{}", serde_json::to_string(&comparisons)?)?;
         }
         Ok(holds)
     }

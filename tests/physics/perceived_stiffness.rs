@@ -9,7 +9,7 @@ use hil_sim::plant::{WallParameters, WallSide};
 
 use crate::loops::{MASTER, SLAVE, axis, delays, push, rig, scenario, signal};
 
-/// Felt stiffness by round trip and wall, `N/m`: springs in series (Niemeyer and Slotine),
+/// Perceived stiffness by round trip and wall, `N/m`: springs in series (Niemeyer and Slotine),
 ///
 /// `1/K = 1/K_m + n h/(2 b) + 1/K_s + 1/K_e`, `K_m = 3000`, `K_s = 5000`, `b = 10`, `h = 1 ms`.
 ///
@@ -34,7 +34,7 @@ const WATCHED: u64 = 200;
 /// Pushes the slave into the wall and gives force over depth at the master once all is settled, `N/m`.
 ///
 /// A hand and a slave damped like the line swallow most of an echo; 24 round trips and 2 s leave less than 1e-6.
-fn felt_n_per_m(form: &str, round_trip_ticks: u32, wall_n_per_m: f64) -> f64 {
+fn perceived_n_per_m(form: &str, round_trip_ticks: u32, wall_n_per_m: f64) -> f64 {
     let backward_ticks = round_trip_ticks.div_ceil(2);
     let settings = format!("wave.form={form} {}", delays(round_trip_ticks - backward_ticks, backward_ticks));
     let wall = WallParameters {
@@ -66,12 +66,12 @@ fn the_hand_feels_both_controllers_the_line_and_the_wall_in_series() {
     for form in ["split", "implicit"] {
         for (round_trip_ticks, expected) in GOLDEN {
             for (wall_n_per_m, expected) in WALLS_N_PER_M.into_iter().zip(expected) {
-                let felt = felt_n_per_m(form, round_trip_ticks, wall_n_per_m);
-                let error = felt / expected - 1.0;
+                let perceived = perceived_n_per_m(form, round_trip_ticks, wall_n_per_m);
+                let error = perceived / expected - 1.0;
                 println!(
-                    "{form:8} {round_trip_ticks:4} ticks, wall {wall_n_per_m:7} N/m: {felt:9.4} N/m, {error:+.1e}"
+                    "{form:8} {round_trip_ticks:4} ticks, wall {wall_n_per_m:7} N/m: {perceived:9.4} N/m, {error:+.1e}"
                 );
-                assert!(error.abs() < 1e-4, "{felt} N/m instead of {expected} N/m");
+                assert!(error.abs() < 1e-4, "{perceived} N/m instead of {expected} N/m");
             }
         }
     }
@@ -84,16 +84,17 @@ fn a_run_waits_until_a_soft_wall_has_settled() {
         let settings = format!("dof=1 wall.stiffness_n_per_m={wall_n_per_m} {}", delays(1, 1));
         let experiment = Experiment::new(&scenario(&settings)).unwrap();
         let outcome = experiment.run(&AtomicBool::new(false), |_| ()).outcome;
-        let [felt, predicted] = [outcome.axes[0].k_felt_n_per_m, outcome.axes[0].k_predicted_n_per_m];
-        let error = felt.unwrap() / predicted.unwrap() - 1.0;
-        assert!(error.abs() < 1e-4, "wall of {wall_n_per_m} N/m: {felt:?} instead of {predicted:?} N/m");
+        let [perceived, predicted] =
+            [outcome.axes[0].k_perceived_n_per_m, outcome.axes[0].k_predicted_n_per_m];
+        let error = perceived.unwrap() / predicted.unwrap() - 1.0;
+        assert!(error.abs() < 1e-4, "wall of {wall_n_per_m} N/m: {perceived:?} instead of {predicted:?} N/m");
     }
 }
 
 /// A whole run as `dimsart run` makes it: the report gives the measured round trip, and the golden number next to its
 /// own prediction, on both axes that touch the wall.
 #[test]
-fn a_run_reports_round_trip_and_felt_stiffness() {
+fn a_run_reports_round_trip_and_perceived_stiffness() {
     for (form, delays, round_trip_ticks, expected) in [
         ("split", String::new(), 22, GOLDEN[3].1[1]),
         ("implicit", String::new(), 22, GOLDEN[3].1[1]),
@@ -105,11 +106,11 @@ fn a_run_reports_round_trip_and_felt_stiffness() {
         assert_eq!(outcome.round_trip_ticks, Some(round_trip_ticks));
         assert!(outcome.energy_min_j.is_some_and(|energy_j| energy_j >= 0.0), "{:?} J", outcome.energy_min_j);
         for axis in outcome.axes.get(..2).unwrap() {
-            for found in [axis.k_felt_n_per_m, axis.k_predicted_n_per_m] {
+            for found in [axis.k_perceived_n_per_m, axis.k_predicted_n_per_m] {
                 let found = found.unwrap();
                 assert!((found / expected - 1.0).abs() < 1e-4, "{found} N/m instead of {expected} N/m");
             }
         }
-        assert_eq!(outcome.axes[2].k_felt_n_per_m, None, "the third axis stays away from the wall");
+        assert_eq!(outcome.axes[2].k_perceived_n_per_m, None, "the third axis stays away from the wall");
     }
 }

@@ -5,8 +5,8 @@ use dimsart_core::protocol::{
     encode_request,
 };
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, Format, ModuleRef, Shape, Unit, Word,
-    modules::Standard, types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, Format, ModuleRef, Shape, Summary, Unit,
+    Word, modules::Standard, types,
 };
 
 /// A type of this device alone, larger than one answer.
@@ -16,7 +16,7 @@ pub(super) const MAP: &DataType = &DataType {
     unit: Unit::One,
     format: Format::F32,
     shape: Shape::Matrix(5, 8),
-    summary: "A map.",
+    summary: Summary::new("A map."),
 };
 
 pub(super) fn robot() -> Dimsart {
@@ -26,7 +26,7 @@ pub(super) fn robot() -> Dimsart {
 }
 
 /// A controller at the far end of a line.
-pub(super) struct Line {
+pub(super) struct ServedDevice {
     pub(super) dimsart: Dimsart,
     pub(super) info: DeviceInfo,
     pub(super) device: Receiver,
@@ -34,7 +34,7 @@ pub(super) struct Line {
     id: u16,
 }
 
-impl Line {
+impl ServedDevice {
     pub(super) fn new() -> Self {
         let info = DeviceInfo::new("test 0.1");
         Self { dimsart: robot(), info, device: Receiver::new(), host: Receiver::new(), id: 0 }

@@ -9,7 +9,7 @@ use crate::rig::{Probe, Rig};
 
 /// Averages force and depth of the master while the contact is settled.
 #[derive(Debug)]
-pub struct FeltStiffness {
+pub struct PerceivedStiffness {
     force: Probe,
     axes: Vec<Sums>,
 }
@@ -24,7 +24,7 @@ struct Sums {
     depth_m: f64,
 }
 
-impl FeltStiffness {
+impl PerceivedStiffness {
     /// For a rig whose first station is the master and whose last one meets these obstacles, by axis.
     #[must_use]
     pub fn new(obstacles: &[Option<Obstacle>]) -> Self {
@@ -48,7 +48,7 @@ impl FeltStiffness {
         }
     }
 
-    /// Felt stiffness per axis, `N/m`; none for an axis that was not in contact all the time, or that
+    /// Perceived stiffness per axis, `N/m`; none for an axis that was not in contact all the time, or that
     /// nothing stops.
     #[must_use]
     pub fn per_axis(&self) -> Vec<Option<f64>> {

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{Heartbeat, Sample, decode_heartbeat, decode_sample};
 
-/// The last of what came unasked.
+/// The last of what came unsolicited.
 #[derive(Debug)]
-pub(super) struct Unasked {
+pub(super) struct Unsolicited {
     /// When the last heartbeat came, or the line was opened.
     heard: Instant,
     heartbeat: Option<Heartbeat>,
@@ -15,7 +15,7 @@ pub(super) struct Unasked {
     sample: Option<Sample>,
 }
 
-impl Unasked {
+impl Unsolicited {
     pub(super) fn new() -> Self {
         Self { heard: Instant::now(), heartbeat: None, telemetry: None, sample: None }
     }

@@ -20,19 +20,19 @@ pub enum Next {
 
 /// The bytes that came in and were not looked at yet, and whose turn it is.
 #[derive(Debug)]
-pub struct Hearing {
+pub struct LineInput {
     bytes: [u8; 32],
     unread: Range<usize>,
     reports_next: bool,
 }
 
-impl Default for Hearing {
+impl Default for LineInput {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Hearing {
+impl LineInput {
     /// Of a line on which nothing came yet.
     #[must_use]
     pub const fn new() -> Self {
@@ -97,14 +97,14 @@ mod tests {
 
     /// What a line deals with in `steps` steps, a letter each: a byte, the last one of a request, a report.
     fn deal(bytes: &'static [u8], reports: usize, steps: usize) -> String {
-        let (mut hearing, mut line, mut left) = (Hearing::new(), Line(bytes), reports);
-        let mut deal = || match block_on(hearing.next(&mut line, async || {
+        let (mut line_input, mut line, mut left) = (LineInput::new(), Line(bytes), reports);
+        let mut deal = || match block_on(line_input.next(&mut line, async || {
             if left == 0 {
                 pending().await
             }
         })) {
             Next::Byte(9) => {
-                hearing.answered();
+                line_input.answered();
                 'A'
             }
             Next::Byte(_) => 'b',

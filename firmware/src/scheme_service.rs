@@ -2,18 +2,18 @@
 
 use boards::Selected;
 use dimsart_core::protocol::{
-    Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, Trial,
+    LeaseAction, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, Trial,
 };
 use dimsart_core::saved_scheme::{SchemeBytes, Writer};
 use dimsart_core::{CommandError, Cursor};
 use firmware::{Broken, SchemeStore};
 
-use crate::commands::{Answer, Line, Link};
+use crate::commands::{Answer, CommandLine, TickHandover};
 
 pub(crate) type Store = SchemeStore<'static, <Selected as boards::Board>::Flash>;
 
 /// The schemes that the board keeps, and what came of the last start.
-pub(crate) struct Keeper {
+pub(crate) struct SchemeService {
     /// None on a board that keeps none.
     pub(crate) store: Option<Store>,
     /// Whether writing holds the tick up.
@@ -24,13 +24,13 @@ pub(crate) struct Keeper {
     pub(crate) scheme: &'static mut SchemeBytes,
 }
 
-impl Keeper {
+impl SchemeService {
     /// Does what a client wants. What the tick says by itself is said meanwhile, except while flash is written.
     pub(crate) async fn carry_out(
         &mut self,
         action: SchemeAction,
-        tick: &mut Link,
-        line: &mut Line,
+        tick: &mut TickHandover,
+        line: &mut CommandLine,
     ) -> Answer {
         match self.try_to(action, tick, line).await {
             Ok(()) => Response::Schemes(self.status),
@@ -41,8 +41,8 @@ impl Keeper {
     async fn try_to(
         &mut self,
         action: SchemeAction,
-        tick: &mut Link,
-        line: &mut Line,
+        tick: &mut TickHandover,
+        line: &mut CommandLine,
     ) -> Result<(), Refusal> {
         let Some(store) = &mut self.store else {
             return if action == SchemeAction::Look { Ok(()) } else { Err(refused(StoreError::NoStorage)) };
@@ -54,8 +54,8 @@ impl Keeper {
         let result = match action {
             SchemeAction::Save => {
                 collect(self.scheme, self.fingerprint, tick, line).await?;
-                // Renews the lease of whom it is for: nobody is heard meanwhile.
-                tick.ask(Request::Schemes(action)).await;
+                // For the client that saves, if it holds the lease: nobody is heard meanwhile.
+                tick.ask(Request::Lease(LeaseAction::Renew)).await;
                 store.save(self.scheme).await
             }
             SchemeAction::Confirm if is_tried && store.trial() == Trial::Tried => store.confirm().await,
@@ -74,7 +74,7 @@ fn refused(error: StoreError) -> Refusal {
     Refusal::Store(error)
 }
 
-pub(crate) async fn runs(tick: &mut Link) -> bool {
+pub(crate) async fn runs(tick: &mut TickHandover) -> bool {
     matches!(tick.ask(Request::Status).await, Response::Status(status) if status.is_running)
 }
 
@@ -82,8 +82,8 @@ pub(crate) async fn runs(tick: &mut Link) -> bool {
 async fn collect(
     scheme: &mut SchemeBytes,
     fingerprint: u32,
-    tick: &mut Link,
-    line: &mut Line,
+    tick: &mut TickHandover,
+    line: &mut CommandLine,
 ) -> Result<(), Refusal> {
     if let Response::Finding { faults: faults @ 1.., .. } = tick.ask(Request::Finding { index: 0 }).await {
         let faults = usize::try_from(faults).unwrap_or(usize::MAX);

@@ -4,7 +4,7 @@ use dimsart_core::{Packet, Word};
 
 /// One tick of a controller, seen from outside.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct TickTape {
+pub struct TickTrace {
     /// What came in over links before it, in order: link, channel listened to there, bytes.
     pub received: Vec<(usize, u16, Vec<u8>)>,
     /// What the device measured.
@@ -15,7 +15,7 @@ pub struct TickTape {
     pub sent: Vec<(usize, Packet)>,
 }
 
-impl TickTape {
+impl TickTrace {
     /// Begins a tick.
     pub(super) fn clear(&mut self) {
         self.received.clear();

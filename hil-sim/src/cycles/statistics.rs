@@ -13,7 +13,7 @@ pub(super) enum Inputs {
 
 /// What calls of one kind took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Tally {
+pub(super) struct Statistics {
     pub(super) min: u64,
     pub(super) max: u64,
     pub(super) count: u64,
@@ -24,7 +24,7 @@ pub(super) struct Tally {
     pub(super) stack_bytes: u32,
 }
 
-impl Tally {
+impl Statistics {
     pub(super) fn add(&mut self, inputs: Inputs, cycles: u64, stack_bytes: u32) {
         self.stack_bytes = self.stack_bytes.max(stack_bytes);
         if inputs == Inputs::Random {

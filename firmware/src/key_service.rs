@@ -14,7 +14,7 @@ use embassy_time::Instant;
 use firmware::{Broken, Kept, KeptKey, KeyStore, SEEDS_PER_START};
 use static_cell::ConstStaticCell;
 
-use crate::commands::{Answer, Link};
+use crate::commands::{Answer, TickHandover};
 use crate::handover::{Giver, Handover, Taker};
 
 type Flash = <Selected as boards::Board>::Flash;
@@ -37,7 +37,7 @@ pub(crate) fn range(storage: &Storage<Flash>) -> Range<u32> {
 }
 
 /// Reads the key. Without a place to keep one nothing is known of it, and the board is locked.
-pub(crate) fn start(range: Option<Range<u32>>, flash: Option<&mut Flash>) -> (KeyKeeper, KeysToTake) {
+pub(crate) fn start(range: Option<Range<u32>>, flash: Option<&mut Flash>) -> (KeyService, KeysToTake) {
     static KEYS: ConstStaticCell<Handover<Kept, 2>> = ConstStaticCell::new(Handover::new());
     let (links, keys_to_take) = KEYS.take().split();
     let mut store = range.and_then(KeyStore::new::<Flash>);
@@ -52,11 +52,11 @@ pub(crate) fn start(range: Option<Range<u32>>, flash: Option<&mut Flash>) -> (Ke
             defmt::error!("it cannot read its key and takes nothing from anybody: flash it anew")
         }
     }
-    (KeyKeeper { store, gate: gate(kept), refusal: Refusal::NotUnderstood, links }, (keys_to_take, kept))
+    (KeyService { store, gate: gate(kept), refusal: Refusal::NotUnderstood, links }, (keys_to_take, kept))
 }
 
 /// The key that the board keeps, and what it asks of requests.
-pub(crate) struct KeyKeeper {
+pub(crate) struct KeyService {
     store: Option<KeyStore>,
     gate: Gate,
     refusal: Refusal,
@@ -64,7 +64,7 @@ pub(crate) struct KeyKeeper {
     links: Giver<Kept>,
 }
 
-impl KeyKeeper {
+impl KeyService {
     /// The request in the content of a frame. What is [not understood](DecodeError::NotUnderstood) is refused, or is
     /// not to be carried out.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
@@ -99,7 +99,7 @@ impl KeyKeeper {
         &mut self,
         action: KeyAction,
         flash: Option<&mut Flash>,
-        tick: &mut Link,
+        tick: &mut TickHandover,
     ) -> Answer {
         match self.try_to(action, flash, tick).await {
             Ok(()) => Response::Key(self.gate.state()),
@@ -111,7 +111,7 @@ impl KeyKeeper {
         &mut self,
         action: KeyAction,
         flash: Option<&mut Flash>,
-        tick: &mut Link,
+        tick: &mut TickHandover,
     ) -> Result<(), Refusal> {
         if action == KeyAction::Look {
             return Ok(());
@@ -145,8 +145,8 @@ fn gate(kept: Kept) -> Gate {
 }
 
 /// Whether no scheme runs and nobody holds the lease.
-async fn is_at_rest(tick: &mut Link) -> bool {
+async fn is_at_rest(tick: &mut TickHandover) -> bool {
     let lease = tick.ask(Request::Lease(LeaseAction::Look)).await;
     let is_free = matches!(lease, Response::Lease(LeaseStatus { holder: NOBODY, .. }));
-    is_free && !crate::keeper::runs(tick).await
+    is_free && !crate::scheme_service::runs(tick).await
 }

@@ -1,0 +1,122 @@
+//! Parameters and ports of the modules.
+
+use core::cell::Cell;
+
+use heapless::Vec;
+
+use super::Engine;
+use crate::binding::Bound;
+use crate::command::{CommandError, ModuleRef};
+use crate::data_type::TypeRef;
+use crate::declare::Declare;
+use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleList};
+use crate::limits::MAX_PORTS;
+use crate::parameter::{Entries, Parameter, ParameterError, Parameters, Value};
+use crate::port::{PortSpec, PortSpecs};
+use crate::storage::Block;
+
+impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+    /// Value of a module's parameter; that at `place` if it has [several](crate::Entries), the axis where each axis has
+    /// one.
+    ///
+    /// # Errors
+    /// [`CommandError`] when the module or the parameter does not exist, or has no such value.
+    pub fn get(&mut self, module: ModuleRef, parameter: u8, place: u8) -> Result<Value, CommandError> {
+        let memory = self.instance(module).ok_or(CommandError::NotPluggedIn(module))?.memory;
+        // The first one is that of a parameter with one, too.
+        let (_, axis, element) = self.locate(module.kind, parameter, (place > 0).then_some(place))?;
+        let mut found = None;
+        self.visit(module, memory, axis, &mut Parameters::get(parameter, element, &mut found));
+        found.ok_or(CommandError::Parameter(ParameterError::Unknown))
+    }
+
+    /// Describes parameter `index` of a kind of module; none past the last one.
+    #[must_use]
+    #[inline(never)]
+    pub fn describe_parameter(kind: u8, index: u8) -> Option<Parameter> {
+        let mut found = None;
+        M::KINDS.get(usize::from(kind))?.describe(&mut Parameters::describe(index, &mut found));
+        found
+    }
+
+    /// How many values a parameter of a kind of module has, which axis holds the one at a place, and where; of all, the
+    /// first axis. One value for a parameter that does not exist.
+    #[inline(never)]
+    pub(super) fn locate(
+        &self,
+        kind: u8,
+        parameter: u8,
+        place: Option<u8>,
+    ) -> Result<(Entries, u8, Option<u8>), ParameterError> {
+        let found = Self::describe_parameter(kind, parameter);
+        let entries = found.map_or(Entries::ONE, |found| found.entries);
+        let Some(place) = place else { return Ok((entries, 0, None)) };
+        let (axis, element) = entries.split(place, self.axes()).ok_or(ParameterError::NoSuchEntry)?;
+        Ok((entries, axis, element))
+    }
+
+    /// The ports of a module as its parameters are now; as by default for one that does not exist.
+    #[must_use]
+    pub fn ports(&self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
+        let mut specs = Vec::new();
+        self.declare(module, &mut specs).then_some(specs)
+    }
+
+    /// One of the [`ports`](Self::ports).
+    #[inline(never)]
+    pub(crate) fn port(&self, module: ModuleRef, index: u8) -> Option<PortSpec> {
+        let mut specs = Vec::new();
+        self.declare(module, &mut specs).then_some(())?;
+        specs.get(usize::from(index)).copied()
+    }
+
+    /// Where a port is bound to, if a command said so.
+    #[must_use]
+    pub fn binding(&self, module: ModuleRef, port_name: &str) -> Option<TypeRef> {
+        Bound { module, bindings: &self.bindings }.signal(port_name)
+    }
+
+    /// Asks a module for its ports; false if there are too many, or no such kind.
+    #[inline(never)]
+    pub(super) fn declare(&self, module: ModuleRef, specs: &mut PortSpecs) -> bool {
+        let Some(kind) = M::KINDS.get(usize::from(module.kind)) else { return false };
+        let settings = self.settings(module, kind);
+        let bound = Bound { module, bindings: &self.bindings };
+        let mut declare = Declare::new(&self.device, bound, specs);
+        kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
+        declare.has_all()
+    }
+
+    /// A copy of a module's settings; the default ones of a module that does not exist.
+    #[inline(never)]
+    pub(super) fn settings(&self, module: ModuleRef, kind: &Kind) -> [Cell<u32>; MAX_SETTINGS_WORDS] {
+        let copy = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
+        match self.instances.iter().find(|instance| instance.reference == module) {
+            Some(instance) => {
+                let words = self.data_base.storage().words(instance.memory).unwrap_or_default();
+                let settings = words.get(kind.settings()).unwrap_or_default();
+                copy.iter().zip(settings).for_each(|(copy, word)| copy.set(*word));
+            }
+            None => {
+                kind.set_defaults(&copy);
+            }
+        }
+        copy
+    }
+
+    /// Visits the parameters of an instance, with the gains of an axis.
+    #[inline(never)]
+    pub(super) fn visit(&mut self, module: ModuleRef, memory: Block, axis: u8, visit: &mut Parameters<'_>) {
+        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
+            kind.parameters(&kind.instance(self.data_base.own(memory)), axis, visit);
+        }
+    }
+
+    /// Works out what follows from an instance's parameters.
+    #[inline(never)]
+    pub(super) fn prepare(&mut self, module: ModuleRef, memory: Block) {
+        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
+            kind.prepare(&kind.instance(self.data_base.own(memory)), &self.device);
+        }
+    }
+}

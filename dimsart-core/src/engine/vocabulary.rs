@@ -1,0 +1,65 @@
+//! What an engine says of itself.
+
+use super::Engine;
+use crate::command::ModuleRef;
+use crate::data_type::DataType;
+use crate::device::DeviceDescriptor;
+use crate::kind::ModuleList;
+use crate::protocol::{DataTypeText, ParameterText, PortText};
+use crate::types;
+use crate::unit::AxisKind;
+use crate::vocabulary::Vocabulary;
+
+impl<M: ModuleList, const WORDS: usize> Vocabulary for Engine<M, WORDS> {
+    fn device_name(&self) -> &str {
+        self.device.name()
+    }
+
+    fn axes(&self) -> &[AxisKind] {
+        self.device.axes()
+    }
+
+    fn kind_name(&self, kind: u8) -> Option<&str> {
+        M::KINDS.get(usize::from(kind)).map(|kind| kind.name)
+    }
+
+    fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>> {
+        Self::describe_parameter(kind, index)?.try_into().ok()
+    }
+
+    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>> {
+        self.describe_port(module, index)
+    }
+
+    fn type_text(&self, index: u16) -> Option<DataTypeText<'_>> {
+        type_at(&self.device, index).map(DataTypeText::from)
+    }
+}
+
+impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+    pub(crate) fn describe_port(&self, module: ModuleRef, index: u8) -> Option<PortText<'static>> {
+        let spec = self.port(module, index)?;
+        let default = spec.data_type.map(|(_, signal)| signal);
+        let bound = default.map(|default| self.binding(module, spec.name).unwrap_or(default));
+        let is_delayed = spec.is_delayed;
+        Some(PortText {
+            name: spec.name,
+            direction: spec.direction,
+            stage: spec.stage,
+            is_delayed,
+            default,
+            bound,
+        })
+    }
+}
+
+/// The standard types, then the device's own, each once.
+pub(crate) fn type_at(device: &DeviceDescriptor, index: u16) -> Option<&'static DataType> {
+    let own = || device.outputs.iter().chain(device.inputs).copied();
+    let is_new = |(place, data_type): &(usize, &DataType)| {
+        let is_same = |other: &DataType| other.id == data_type.id;
+        types::by_id(data_type.id).is_none() && !own().take(*place).any(is_same)
+    };
+    let own_only = own().enumerate().filter(is_new).map(|(_, data_type)| data_type);
+    types::ALL.iter().copied().chain(own_only).nth(usize::from(index))
+}

@@ -1,0 +1,194 @@
+//! Why a command was refused, in words.
+
+use core::fmt;
+
+use super::Explanation;
+use crate::command::{CommandError, ModuleRef};
+use crate::limits::{
+    MAX_BINDINGS, MAX_CHANNEL_TYPES, MAX_MODULES, MAX_PACKET_WORDS, MAX_PORTS, MAX_SLOTS, MAX_WIRES,
+};
+use crate::parameter::ParameterError;
+use crate::protocol::{DataTypeText, ParameterText, PortText};
+use crate::storage::StorageError;
+use crate::unit::AxisKind;
+use crate::vocabulary::Vocabulary;
+
+/// A module by its name, where names are known.
+struct Named<'a, V>(Option<&'a V>, ModuleRef);
+
+impl<V: Vocabulary> fmt::Display for Named<'_, V> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Some(known) => known.name_of_module(self.1).fmt(f),
+            None => f.write_str("the module"),
+        }
+    }
+}
+
+/// Writes why a command was refused; without names where none are known.
+pub(super) fn write<V: Vocabulary>(
+    f: &mut fmt::Formatter<'_>,
+    error: CommandError,
+    known: Option<&V>,
+) -> fmt::Result {
+    let named = |module| Named(known, module);
+    match error {
+        CommandError::UnknownModule(module) => {
+            write!(f, "no module of kind {} number {} in this image", module.kind, module.number)?;
+            match known.filter(|known| module.number > 0 && known.kind_name(module.kind).is_some()) {
+                Some(known) => {
+                    let name = known.name_of_module(module);
+                    write!(f, ": was {name} left out with its group when it was built (docs/firmware.md)?")
+                }
+                None => write!(f, ": kinds count from 0, modules of a kind from 1"),
+            }
+        }
+        CommandError::UnknownPort(port) => write!(f, "the module has no port {port}"),
+        CommandError::UnknownType(signal) => write!(f, "no data type has the number {}", signal.id),
+        CommandError::TooManyModules => {
+            write!(
+                f,
+                "{MAX_MODULES} modules exist already and no more fit: close one first (MOD_CLOSE in a scheme, \
+                 `close` at a device)"
+            )
+        }
+        CommandError::TooManyPorts => {
+            write!(f, "the module needs more than {MAX_PORTS} ports: add fewer types to it")
+        }
+        CommandError::PluggedIn(module) => {
+            write!(
+                f,
+                "{} is plugged in: unplug it first (MOD_OFF in a scheme, `off` at a device)",
+                named(module)
+            )
+        }
+        CommandError::NotPluggedIn(module) => {
+            write!(
+                f,
+                "{} is not plugged in: plug it in first (MOD_ON in a scheme, `on` at a device)",
+                named(module)
+            )
+        }
+        CommandError::Storage(StorageError::NoSlot) => {
+            write!(f, "all {MAX_SLOTS} slots of the Data Base are taken: unplug another module first")
+        }
+        CommandError::Storage(StorageError::NoRoom { wanted, free }) => {
+            write!(
+                f,
+                "the module needs {wanted} words of the Data Base and {free} are free: \
+                 ask for less (a shorter delay, fewer rows) or unplug another module first"
+            )
+        }
+        CommandError::Parameter(error) => parameter(f, error, known),
+        CommandError::WouldBreak(finding) => {
+            write!(f, "the scheme is running and this would break it")?;
+            known.map_or(Ok(()), |known| write!(f, ": {}", Explanation::of_finding(known, finding)))
+        }
+        CommandError::DoesNotMatch { faults } => {
+            write!(f, "the scheme does not match, it has {faults} fault(s)")
+        }
+        CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles } => {
+            write!(
+                f,
+                "{} takes up to {cycles} cycles, a tick with it up to {tick_cycles}, and it may take {limit_cycles}: \
+                 unplug another module first, let the device have fewer axes, or bind the module to signals of fewer words",
+                named(module)
+            )
+        }
+        CommandError::CostUnknown(module) => {
+            write!(
+                f,
+                "a tick has a limit and the image's stamp does not say what {} takes: `dimsart stamp` says why it \
+                 found no bound",
+                named(module)
+            )
+        }
+        CommandError::PacketTooLong { words } => {
+            write!(
+                f,
+                "the channel's packets have {words} words and {MAX_PACKET_WORDS} fit: add fewer types to it, or leave out \
+                 the counters (CTX_COUNTERS OFF, CRX_COUNTERS OFF)"
+            )
+        }
+        CommandError::WiringFull => {
+            write!(
+                f,
+                "the modules have {MAX_WIRES} ports together, or commands have bound {MAX_BINDINGS} of them, and \
+                 no more fit: unplug another module, or initialise one whose bindings are not needed (MOD_INIT in a \
+                 scheme, `init` at a device)"
+            )
+        }
+    }
+}
+
+fn parameter<V: Vocabulary>(
+    f: &mut fmt::Formatter<'_>,
+    error: ParameterError,
+    known: Option<&V>,
+) -> fmt::Result {
+    match (error, known) {
+        (ParameterError::Unknown, _) => write!(f, "the module has no such parameter"),
+        (ParameterError::WrongKind, _) => write!(f, "the value is not of the kind this parameter takes"),
+        (ParameterError::OutOfRange, _) => write!(f, "the value is out of range"),
+        (ParameterError::ListFull, _) => {
+            write!(f, "the channel carries {MAX_CHANNEL_TYPES} types already and takes no more")
+        }
+        (ParameterError::NoSuchEntry, Some(known)) => {
+            write!(f, "no such axis: the device has {} of them, counted from 0", known.axes().len())
+        }
+        (ParameterError::NoSuchEntry, None) => {
+            write!(
+                f,
+                "the parameter has no such entry: entries count from 0, and some have one value for all axes"
+            )
+        }
+        (ParameterError::WhilePluggedIn, _) => {
+            write!(
+                f,
+                "this parameter decides ports or memory: unplug the module first (MOD_OFF in a scheme, `off` at a \
+                 device)"
+            )
+        }
+        (ParameterError::NeedsCounters, _) => {
+            write!(
+                f,
+                "STALE LIMITED and INTEGRAL need CRX_COUNTERS ON, and CTX_COUNTERS ON on the other side"
+            )
+        }
+    }
+}
+
+/// Where no names are known. Not an engine: an image would have all modules' code once more.
+enum Unnamed {}
+
+impl Vocabulary for Unnamed {
+    fn device_name(&self) -> &str {
+        match *self {}
+    }
+
+    fn axes(&self) -> &[AxisKind] {
+        match *self {}
+    }
+
+    fn kind_name(&self, _: u8) -> Option<&str> {
+        match *self {}
+    }
+
+    fn parameter_text(&self, _: u8, _: u8) -> Option<ParameterText<'_>> {
+        match *self {}
+    }
+
+    fn port_text(&self, _: ModuleRef, _: u8) -> Option<PortText<'_>> {
+        match *self {}
+    }
+
+    fn type_text(&self, _: u16) -> Option<DataTypeText<'_>> {
+        match *self {}
+    }
+}
+
+impl fmt::Display for CommandError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write(f, *self, None::<&Unnamed>)
+    }
+}

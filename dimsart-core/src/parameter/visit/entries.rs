@@ -1,0 +1,170 @@
+//! Parameters of several values, and whole numbers of either sign.
+
+use core::ops::RangeInclusive;
+
+use super::{Parameters, Request, Set};
+use crate::limits::MAX_DOF;
+use crate::parameter::{Accepts, Choice, Entries, Parameter, Value};
+use crate::summary::Summary;
+use crate::unit::Unit;
+
+impl Parameters<'_> {
+    /// A whole number of either sign, the same for all axes.
+    #[inline(always)]
+    pub fn integer(
+        &mut self,
+        field: &mut i32,
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<i32>,
+        default: i32,
+        summary: &'static str,
+    ) {
+        self.signed(field, name, unit, range.into_inner(), default, Entries::ONE, Summary::new(summary));
+    }
+
+    /// A whole number of either sign per axis.
+    #[inline(always)]
+    pub fn per_axis_integer(
+        &mut self,
+        field: &mut i32,
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<i32>,
+        default: i32,
+        summary: &'static str,
+    ) {
+        self.signed(field, name, unit, range.into_inner(), default, Entries::AXES, Summary::new(summary));
+    }
+
+    /// A whole number per axis.
+    #[inline(always)]
+    pub fn per_axis_count(
+        &mut self,
+        field: &mut u32,
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<u32>,
+        default: u32,
+        summary: &'static str,
+    ) {
+        let (range, summary) = (range.into_inner(), Summary::new(summary));
+        self.whole(field, name, unit, range, default, Entries::AXES, false, summary);
+    }
+
+    /// A switch per axis.
+    #[inline(always)]
+    pub fn per_axis_flag(
+        &mut self,
+        field: &mut bool,
+        name: &'static str,
+        default: bool,
+        summary: &'static str,
+    ) {
+        self.switch(field, name, default, Entries::AXES, false, Summary::new(summary));
+    }
+
+    /// One of a set of names per axis.
+    #[inline(always)]
+    pub fn per_axis_choice<C: Choice>(&mut self, field: &mut C, name: &'static str, summary: &'static str) {
+        let summary = Summary::new(summary);
+        let index = self.named(field.index(), C::NAMES, name, Entries::AXES, false, summary);
+        *field = C::from_index(index);
+    }
+
+    /// A matrix of real numbers in the settings, such as the gain of a state feedback. All settings of
+    /// a module have at most 24 words.
+    pub fn matrix<const R: usize, const C: usize>(
+        &mut self,
+        field: &mut [[f32; C]; R],
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<f32>,
+        default: f32,
+        summary: &'static str,
+    ) {
+        const { assert!(R * C > 1 && R * C <= 255, "a matrix parameter has 2 to 255 elements") };
+        #[expect(clippy::cast_possible_truncation, reason = "checked above")]
+        let entries = Entries { rows: R as u8, columns: C as u8 };
+        let summary = Summary::new(summary);
+        self.elements(field.as_flattened_mut(), name, unit, range.into_inner(), default, entries, summary);
+    }
+
+    /// A row of real numbers per axis, all of which are a matrix with a row for each axis: in the gains of each. At
+    /// most 31 columns.
+    pub fn per_axis_row<const C: usize>(
+        &mut self,
+        field: &mut [f32; C],
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<f32>,
+        default: f32,
+        summary: &'static str,
+    ) {
+        const { assert!(C > 0 && C * MAX_DOF <= 255, "a row has 1 to 31 elements") };
+        #[expect(clippy::cast_possible_truncation, reason = "checked above")]
+        let entries = Entries { columns: C as u8, ..Entries::SQUARE };
+        self.elements(field, name, unit, range.into_inner(), default, entries, Summary::new(summary));
+    }
+
+    /// As [`per_axis_row`](Self::per_axis_row), with a column for each axis.
+    pub fn square(
+        &mut self,
+        field: &mut [f32; MAX_DOF],
+        name: &'static str,
+        unit: Unit,
+        range: RangeInclusive<f32>,
+        default: f32,
+        summary: &'static str,
+    ) {
+        let (range, summary) = (range.into_inner(), Summary::new(summary));
+        self.elements(field, name, unit, range, default, Entries::SQUARE, summary);
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
+    #[inline(never)]
+    fn elements(
+        &mut self,
+        fields: &mut [f32],
+        name: &'static str,
+        unit: Unit,
+        (min, max): (f32, f32),
+        default: f32,
+        entries: Entries,
+        summary: Summary,
+    ) {
+        let (accepts, default) = (Accepts::Real { min, max }, Some(Value::Real(default)));
+        let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
+        let element = match &self.request {
+            Request::Get { entry, .. } | Request::Set(Set { element: entry, .. }) => *entry,
+            Request::Defaults | Request::Describe { .. } => None,
+        };
+        let mine = element.map(usize::from);
+        let value = fields.get(mine.unwrap_or(0)).copied().map(Value::Real);
+        let Some(Value::Real(value)) = self.visit(&parameter, value) else { return };
+        for (place, field) in fields.iter_mut().enumerate() {
+            if mine.is_none_or(|mine| mine == place) {
+                *field = value;
+            }
+        }
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
+    #[inline(never)]
+    fn signed(
+        &mut self,
+        field: &mut i32,
+        name: &'static str,
+        unit: Unit,
+        (min, max): (i32, i32),
+        default: i32,
+        entries: Entries,
+        summary: Summary,
+    ) {
+        let (accepts, default) = (Accepts::Integer { min, max }, Some(Value::Integer(default)));
+        let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
+        if let Some(Value::Integer(value)) = self.visit(&parameter, Some(Value::Integer(*field))) {
+            *field = value;
+        }
+    }
+}

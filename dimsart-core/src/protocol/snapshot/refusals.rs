@@ -1,0 +1,132 @@
+//! Why something is refused, or the device gets nothing.
+
+use super::*;
+
+#[test]
+fn refusals() {
+    let mut errors = Vec::from([
+        CommandError::UnknownModule(MODULE),
+        CommandError::UnknownPort(9),
+        CommandError::UnknownType(SIGNAL),
+        CommandError::TooManyModules,
+        CommandError::TooManyPorts,
+        CommandError::PluggedIn(MODULE),
+        CommandError::NotPluggedIn(MODULE),
+        CommandError::Storage(StorageError::NoSlot),
+        CommandError::Storage(StorageError::NoRoom { wanted: 300, free: 9 }),
+    ]);
+    errors.extend(
+        [
+            ParameterError::Unknown,
+            ParameterError::WrongKind,
+            ParameterError::OutOfRange,
+            ParameterError::ListFull,
+            ParameterError::NoSuchEntry,
+            ParameterError::WhilePluggedIn,
+            ParameterError::NeedsCounters,
+        ]
+        .map(CommandError::Parameter),
+    );
+    errors.extend([
+        CommandError::WouldBreak(FINDING),
+        CommandError::DoesNotMatch { faults: 2 },
+        CommandError::TooSlow { module: MODULE, cycles: 300, tick_cycles: 9, limit_cycles: 8 },
+        CommandError::CostUnknown(MODULE),
+        CommandError::WiringFull,
+        CommandError::PacketTooLong { words: 300 },
+    ]);
+    let expected = [
+        "00 03 02",
+        "01 09",
+        "02 ac 02 01",
+        "03",
+        "04",
+        "05 03 02",
+        "06 03 02",
+        "07 00",
+        "07 01 ac 02 09",
+        "08 00",
+        "08 01",
+        "08 02",
+        "08 03",
+        "08 04",
+        "08 05",
+        "08 06",
+        "09 00 ac 02 01 00",
+        "0a 02",
+        "0b 03 02 ac 02 09 08",
+        "0c 03 02",
+        "0d",
+        "0e ac 02",
+    ];
+    assert_bytes(&errors, &expected);
+    let refusals = [
+        Refusal::NotUnderstood,
+        Refusal::NotThere,
+        Refusal::TooLong,
+        Refusal::Engine(CommandError::TooManyPorts),
+        Refusal::Store(StoreError::NoStorage),
+        Refusal::Store(StoreError::SchemeRuns),
+        Refusal::Store(StoreError::TooLong),
+        Refusal::Store(StoreError::NotTried),
+        Refusal::Store(StoreError::Storage),
+        Refusal::Lease { holder: 3 },
+        Refusal::Telemetry { client: 3 },
+    ];
+    let expected = ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
+    assert_bytes(&refusals, &expected);
+}
+
+#[test]
+fn reasons() {
+    let (first, second) = (Party::Frame, Party::Module(MODULE));
+    let mismatch = |difference| Finding::Mismatch { module: MODULE, port: 4, signal: SIGNAL, difference };
+    let not_finite = FrameError::NotFinite { signal: SIGNAL, word: 2 };
+    let reasons = [
+        Blocked::Fault(FINDING),
+        Blocked::Fault(Finding::TwoProviders { signal: SIGNAL, first, second }),
+        Blocked::Fault(mismatch(Difference::Unit)),
+        Blocked::Fault(mismatch(Difference::Format)),
+        Blocked::Fault(mismatch(Difference::Shape)),
+        Blocked::Fault(Finding::Delay { signal: SIGNAL, writer: first, reader: second, is_declared: true }),
+        Blocked::Fault(Finding::UnitsDiffer {
+            module: MODULE,
+            port: 1,
+            signal: SIGNAL,
+            other_port: 0,
+            other_signal: SIGNAL,
+            relation: UnitRelation::Integral,
+        }),
+        Blocked::Fault(Finding::UnitsDiffer {
+            module: MODULE,
+            port: 1,
+            signal: SIGNAL,
+            other_port: 0,
+            other_signal: SIGNAL,
+            relation: UnitRelation::Alike,
+        }),
+        Blocked::Fault(Finding::LinkTaken { link: 1, first: MODULE, second: MODULE }),
+        Blocked::Stopped,
+        Blocked::Measurement(FrameError::Length { expected: 3, found: 2 }),
+        Blocked::Command(not_finite),
+        Blocked::Disarmed,
+        Blocked::LinkLost { link: 1 },
+    ];
+    let expected = [
+        "00 00 ac 02 01 00",
+        "00 01 ac 02 01 00 01 03 02",
+        "00 02 03 02 04 ac 02 01 00",
+        "00 02 03 02 04 ac 02 01 01",
+        "00 02 03 02 04 ac 02 01 02",
+        "00 03 ac 02 01 00 01 03 02 01",
+        "00 04 03 02 01 ac 02 01 00 ac 02 01 01",
+        "00 04 03 02 01 ac 02 01 00 ac 02 01 03",
+        "00 05 01 03 02 03 02",
+        "01",
+        "02 00 03 02",
+        "03 01 ac 02 01 02",
+        "04",
+        "05 01",
+    ];
+    assert_bytes(&reasons, &expected);
+}

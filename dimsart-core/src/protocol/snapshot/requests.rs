@@ -1,0 +1,113 @@
+//! Requests and commands.
+
+use super::*;
+
+#[test]
+fn requests() {
+    assert_eq!(PROTOCOL_VERSION, 7);
+    let requests = [
+        Request::Identify,
+        Request::Module { kind: 3 },
+        Request::Parameter { kind: 3, index: 4 },
+        Request::Port { module: MODULE, index: 4 },
+        Request::DataType { index: 200 },
+        Request::Instance { index: 5 },
+        Request::Entry { index: 6 },
+        Request::Command(Command::PlugIn(MODULE)),
+        Request::Get { module: MODULE, parameter: 4, entry: 1 },
+        Request::Signal { signal: SIGNAL, from: 7 },
+        Request::Finding { index: 8 },
+        Request::Status,
+        Request::SchemeCommand { place: 1, index: 300 },
+        Request::Timing,
+        Request::Schemes(SchemeAction::Look),
+        Request::Schemes(SchemeAction::Save),
+        Request::Schemes(SchemeAction::Confirm),
+        Request::Schemes(SchemeAction::RollBack),
+        Request::Lease(LeaseAction::Look),
+        Request::Lease(LeaseAction::Take),
+        Request::Lease(LeaseAction::Renew),
+        Request::Lease(LeaseAction::GiveBack),
+        Request::Telemetry { place: 1, signal: SIGNAL, every_ticks: 300 },
+        Request::Cycles { place: 1, begins_anew: true },
+        Request::Safety,
+        Request::Memory { module: MODULE, port: 4, from: 300 },
+    ];
+    let expected = [
+        "00",
+        "01 03",
+        "02 03 04",
+        "03 03 02 04",
+        "04 c8 01",
+        "05 05",
+        "06 06",
+        "07 00 01 00 05 03 02",
+        "08 03 02 04 01",
+        "09 ac 02 01 07",
+        "0a 08",
+        "0b",
+        "0c 01 ac 02",
+        "0d",
+        "0e 00",
+        "0e 01",
+        "0e 02",
+        "0e 03",
+        "0f 00",
+        "0f 01",
+        "0f 02",
+        "0f 03",
+        "10 01 ac 02 01 ac 02",
+        "12 01 01",
+        "13",
+        "14 03 02 04 ac 02",
+    ];
+    assert_bytes(&requests, &expected);
+}
+
+#[test]
+fn commands() {
+    let set = |value| Command::Set { module: MODULE, parameter: 4, entry: Some(1), value };
+    let commands = [
+        Command::Stop,
+        set(Value::Real(1.5)),
+        set(Value::Count(300)),
+        set(Value::Flag(true)),
+        set(Value::Choice(2)),
+        set(Value::Type(SIGNAL)),
+        set(Value::Integer(-2)),
+        Command::PlugIn(MODULE),
+        Command::bind(MODULE, 4, SIGNAL),
+    ];
+    let expected = [
+        "00 11 00 06",
+        "01 03 02 04 01 01 00 00 00 c0 3f",
+        "01 03 02 04 01 01 01 ac 02",
+        "01 03 02 04 01 01 02 01",
+        "01 03 02 04 01 01 03 02",
+        "01 03 02 04 01 01 04 ac 02 01",
+        "01 03 02 04 01 01 07 03",
+        "00 01 00 05 03 02",
+        "01 03 02 84 00 04 ac 02 01",
+    ];
+    assert_bytes(&commands, &expected);
+    let numbers = EngineCommand::ALL.iter().map(|known| {
+        let command = known.with(known.needs_module.then_some(MODULE)).unwrap();
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        format!("{} {}", postcard::to_slice(&command, &mut buffer).unwrap()[1], known.name)
+    });
+    let numbers: Vec<_> = numbers.collect();
+    let expected = [
+        "1 MOD_ON",
+        "2 MOD_OFF",
+        "3 PLACE_BEFORE",
+        "4 MOD_RESET",
+        "5 MOD_INIT",
+        "6 MOD_CLOSE",
+        "16 MATCHING_CHECK",
+        "17 STOP",
+        "18 RESET",
+        "19 CLOSE",
+        "20 INIT",
+    ];
+    assert_eq!(numbers, expected);
+}

@@ -1,0 +1,148 @@
+//! Responses.
+
+use super::*;
+
+#[test]
+fn responses() {
+    let unit = Unit::Position;
+    let axes = [AxisKind::Linear, AxisKind::Rotary];
+    let axes = heapless::Vec::<_, MAX_DOF>::from_slice(&axes).unwrap();
+    let usage = Usage { modules: 1, slots: 2, words: 3, words_in_all: 2048 };
+    let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Stopped });
+    let parameter = |accepts| {
+        let (name, default) = ("P", Some(Value::Count(1)));
+        Response::Parameter(ParameterText {
+            name,
+            unit,
+            accepts,
+            entries: Entries { rows: 0, columns: 3 },
+            default,
+            is_structural: false,
+        })
+    };
+    let port = |direction, stage, bound| {
+        Response::Port(PortText { name: "P", direction, stage, is_delayed: true, default: bound, bound })
+    };
+    let timing = |last_mean_max_cycles| {
+        Response::Timing(TimingReport { ticks: 300, late: 1, overruns: 2, last_mean_max_cycles })
+    };
+    let schemes =
+        |origin, fallback, trial| Response::Schemes(SchemeStatus { origin, fallback, trial, is_saved: true });
+    let refused = LoadError::Refused { command: 300, error: CommandError::TooManyPorts };
+    let data_type =
+        |format, shape| Response::DataType(DataTypeText { id: 300, name: "N", unit, format, shape });
+    let responses = [
+        Response::Refused(Refusal::NotThere),
+        Response::Identity(Identity {
+            protocol_version: 1,
+            device: "arm",
+            image: "x",
+            axes,
+            sample_period_s: 0.5,
+        }),
+        Response::Module(ModuleText { name: "M" }),
+        parameter(Accepted::Real { min: 0.0, max: 1.0 }),
+        parameter(Accepted::Count { min: 0, max: 300 }),
+        parameter(Accepted::Flag),
+        parameter(Accepted::Choice(heapless::Vec::from_slice(&["A", "BC"]).unwrap())),
+        parameter(Accepted::Types),
+        parameter(Accepted::Integer { min: -1, max: 300 }),
+        port(Direction::Read, Stage::Early, Some(SIGNAL)),
+        port(Direction::Write, Stage::Late, Some(SIGNAL)),
+        port(Direction::Memory(300), Stage::Early, None),
+        data_type(Format::F32, Shape::Scalar),
+        data_type(Format::I32, Shape::Vector),
+        data_type(Format::U32, Shape::Matrix(2, 3)),
+        data_type(Format::Bool, Shape::Scalar),
+        data_type(Format::Bool, Shape::Square),
+        Response::Instance(InstanceText { module: MODULE, place: Some(0) }),
+        Response::Entry(SIGNAL),
+        Response::Effect(Effect {
+            refused: None,
+            blocked: Some(Blocked::Stopped),
+            value: Some(Value::Real(1.0)),
+        }),
+        Response::Value(Value::Choice(2)),
+        Response::Value(Value::Integer(-2)),
+        Response::Signal(SignalText {
+            format: Format::F32,
+            unit,
+            words_in_all: 2,
+            words: heapless::Vec::from_slice(&[0, 0x3F80_0000]).unwrap(),
+        }),
+        Response::Finding { finding: FINDING, faults: 1 },
+        Response::Status(Status {
+            ticks: 300,
+            refused_ticks: 1,
+            is_running: false,
+            blocked: Some(Blocked::Stopped),
+            first_fault,
+            usage,
+        }),
+        Response::SchemeCommand(Command::Stop),
+        timing(Some([1, 2, 300])),
+        timing(None),
+        schemes(Origin::Empty, None, Trial::None),
+        schemes(Origin::BuiltIn, Some(Fallback::Storage), Trial::Waits),
+        schemes(Origin::Saved, Some(Fallback::Unconfirmed), Trial::Tried),
+        schemes(Origin::Trial, Some(Fallback::Trial(LoadError::Damaged)), Trial::Tried),
+        schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::Version { found: 9 })), Trial::None),
+        schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::OtherImage)), Trial::None),
+        schemes(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None),
+        Response::Lease(LeaseStatus { holder: 3, ticks_left: 300 }),
+        Response::Telemetry { words: 9 },
+        Response::Cycles(CyclesReport {
+            runs: 300,
+            least: 1,
+            mean: 2,
+            greatest: 300,
+            per_1024_instructions: 0,
+        }),
+        Response::Safety(SafetyReport {
+            reason: 16,
+            ticks: heapless::Vec::from_slice(&[(16, 300), (96, 1)]).unwrap(),
+        }),
+    ];
+    let expected = [
+        "00 01",
+        "01 01 03 61 72 6d 01 78 02 00 01 00 00 00 3f",
+        "02 01 4d",
+        "03 01 50 02 00 00 00 00 00 00 00 80 3f 00 03 01 01 01 00",
+        "03 01 50 02 01 00 ac 02 00 03 01 01 01 00",
+        "03 01 50 02 03 00 03 01 01 01 00",
+        "03 01 50 02 04 02 01 41 02 42 43 00 03 01 01 01 00",
+        "03 01 50 02 05 00 03 01 01 01 00",
+        "03 01 50 02 02 01 d8 04 00 03 01 01 01 00",
+        "04 01 50 00 00 01 01 ac 02 01 01 ac 02 01",
+        "04 01 50 01 01 01 01 ac 02 01 01 ac 02 01",
+        "04 01 50 02 ac 02 00 01 00 00",
+        "05 ac 02 01 4e 02 00 00",
+        "05 ac 02 01 4e 02 01 01",
+        "05 ac 02 01 4e 02 02 02 02 03",
+        "05 ac 02 01 4e 02 03 00",
+        "05 ac 02 01 4e 02 03 03",
+        "06 03 02 01 00",
+        "07 ac 02 01",
+        "08 00 01 01 01 00 00 00 80 3f",
+        "09 03 02",
+        "09 05 03",
+        "0a 00 02 02 02 00 80 80 80 fc 03",
+        "0b 00 ac 02 01 00 01",
+        "0c ac 02 01 00 01 01 01 ac 02 01 01 02 03 80 10",
+        "0d 00 11 00 06",
+        "0e ac 02 01 02 01 01 02 ac 02",
+        "0e ac 02 01 02 00",
+        "0f 00 00 00 01",
+        "0f 01 01 00 01 01",
+        "0f 02 01 01 02 01",
+        "0f 03 01 02 00 02 01",
+        "0f 01 01 03 01 09 00 01",
+        "0f 01 01 03 02 00 01",
+        "0f 00 01 04 03 ac 02 04 00 01",
+        "10 03 ac 02",
+        "11 09",
+        "13 ac 02 01 02 ac 02 00",
+        "14 10 02 10 ac 02 60 01",
+    ];
+    assert_bytes(&responses, &expected);
+}

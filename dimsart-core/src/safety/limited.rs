@@ -1,0 +1,94 @@
+//! A word of a device's inputs, held to its limits.
+
+use super::Velocity;
+use crate::device::LimitedWord;
+use crate::input_limits::SafeValue;
+use crate::word::{Format, Scalar as _, Word};
+
+/// A word that has limits, as a tick needs them, and what it got last.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limited {
+    pub(super) place: usize,
+    axis: usize,
+    has_range: bool,
+    min: f32,
+    max: f32,
+    /// Largest change in a tick.
+    step: f32,
+    safe_value: SafeValue,
+    /// What it got last.
+    given: Word,
+}
+
+/// What a word was held to.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Held {
+    pub(super) by_range: bool,
+    pub(super) by_rate: bool,
+}
+
+impl Limited {
+    pub(super) fn new(word: &LimitedWord, period_s: f32) -> Self {
+        let limits = word.limits;
+        let has_range = word.data_type.format == Format::F32;
+        let last = if has_range { between(0.0, limits.min, limits.max) } else { 0.0 };
+        Self {
+            place: word.place,
+            axis: word.axis,
+            has_range,
+            min: limits.min,
+            max: limits.max,
+            step: limits.rate_per_s * period_s,
+            safe_value: limits.safe_value,
+            given: last.into_word(),
+        }
+    }
+
+    /// What the word gets for a command: the nearest value that range and rate allow.
+    #[inline(always)]
+    pub(super) fn give(&mut self, wanted: Word, held: &mut Held) -> Word {
+        self.given = if self.has_range {
+            let (value, last) = (f32::from_word(wanted), f32::from_word(self.given));
+            let [low, high] = [last - self.step, last + self.step];
+            let reached = if value < low || value < self.min {
+                let is_rate = low > self.min;
+                held.by_range |= value < self.min;
+                held.by_rate |= is_rate;
+                if is_rate { low } else { self.min }
+            } else if value > high || value > self.max {
+                let is_rate = high < self.max;
+                held.by_range |= value > self.max;
+                held.by_rate |= is_rate;
+                if is_rate { high } else { self.max }
+            } else {
+                value
+            };
+            reached.into_word()
+        } else {
+            wanted
+        };
+        self.given
+    }
+
+    /// What it is to get while no scheme commands the device.
+    pub(super) fn safe_value(&self, velocity: &Velocity, measured: &[Word], period_s: f32) -> Word {
+        match self.safe_value {
+            SafeValue::Zero => Word(0),
+            SafeValue::Hold => self.given,
+            SafeValue::Damping { coefficient } => {
+                (-coefficient * velocity.of(self.axis, measured, period_s)).into_word()
+            }
+        }
+    }
+}
+
+/// `x`, or the nearest of `min` to `max`. `f32::clamp` would panic on wrong bounds.
+fn between(x: f32, min: f32, max: f32) -> f32 {
+    if x < min {
+        min
+    } else if x > max {
+        max
+    } else {
+        x
+    }
+}

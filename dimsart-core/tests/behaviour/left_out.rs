@@ -1,0 +1,50 @@
+//! Kinds of modules that an image is built without.
+
+use dimsart_core::modules::{P, Pd, Standard};
+use dimsart_core::{
+    AxisKind, Command, CommandError, DeviceDescriptor, Engine, Kind, Module, ModuleList, Value, types,
+};
+
+/// A list whose second kind was left out.
+#[derive(Debug)]
+enum Lean {}
+
+impl ModuleList for Lean {
+    const KINDS: &'static [Kind] = &[Kind::of::<P>(), Kind::left_out(Pd::NAME)];
+}
+
+fn engine() -> Option<Engine<Lean>> {
+    let (outputs, inputs) = (&[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    DeviceDescriptor::new("arm", &[AxisKind::Linear; 3], 1e-3, outputs, inputs).ok().map(Engine::new)
+}
+
+#[test]
+fn a_kind_that_is_left_out_has_a_name_and_a_number_and_is_refused() {
+    let mut engine = engine().unwrap();
+    let module = Engine::<Lean>::module("PDCTRL_MOD").unwrap();
+    assert_eq!(module.kind, 1);
+    for command in [
+        Command::PlugIn(module),
+        Command::InitModule(module),
+        Command::set(module, 0, Value::Real(1.0)),
+        Command::bind(module, 0, types::POSITION.first()),
+    ] {
+        assert_eq!(engine.command(command), Err(CommandError::UnknownModule(module)), "{command:?}");
+        assert_eq!(engine.instances().count(), 0);
+    }
+    assert_eq!(Engine::<Lean>::describe_parameter(module.kind, 0), None);
+    assert_eq!(engine.ports(module).map(|ports| ports.len()), Some(0));
+}
+
+#[test]
+fn the_others_work_as_ever() {
+    let mut engine = engine().unwrap();
+    let module = Engine::<Lean>::module("PCTRL_MOD").unwrap();
+    assert_eq!(engine.command(Command::PlugIn(module)), Ok(()));
+    assert_eq!(engine.command(Command::Check), Ok(()));
+}
+
+#[test]
+fn the_library_is_whole_where_its_groups_are() {
+    assert!(Standard::KINDS.iter().all(Kind::is_there));
+}
