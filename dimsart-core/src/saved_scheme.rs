@@ -149,29 +149,29 @@ pub fn load<M: ModuleList, const WORDS: usize>(
     fingerprint: u32,
     dimsart: &mut Dimsart<M, WORDS>,
 ) -> Result<(), LoadError> {
-    let close = Command::Close;
-    let refused = |command| move |error| LoadError::Refused { command, error };
-    dimsart.command(close).map_err(refused(0))?;
-    let mut rest = check(bytes, fingerprint)?;
+    let refused = |error| LoadError::Refused { command: 0, error };
+    dimsart.command(Command::Close).map_err(refused)?;
+    let given = give(check(bytes, fingerprint)?, dimsart);
+    if given.is_err() {
+        dimsart.command(Command::Close).map_err(refused)?;
+    }
+    given
+}
+
+/// Gives all commands, the last of which starts the scheme.
+fn give<M: ModuleList, const WORDS: usize>(
+    mut commands: &[u8],
+    dimsart: &mut Dimsart<M, WORDS>,
+) -> Result<(), LoadError> {
     let mut count = 0;
-    while !rest.is_empty() {
-        let given = postcard::take_from_bytes(rest).map_err(|_| LoadError::Damaged);
-        let given = given.and_then(|(command, behind)| {
-            rest = behind;
-            dimsart.command(command).map_err(refused(count))
-        });
-        if let Err(error) = given {
-            dimsart.command(close).map_err(refused(0))?;
-            return Err(error);
-        }
+    while !commands.is_empty() {
+        let (command, rest) = postcard::take_from_bytes(commands).map_err(|_| LoadError::Damaged)?;
+        dimsart.command(command).map_err(|error| LoadError::Refused { command: count, error })?;
+        commands = rest;
         count = count.saturating_add(1);
     }
-    // The last command starts the scheme, and is lost with its bytes.
-    if !dimsart.engine().is_running() {
-        dimsart.command(close).map_err(refused(0))?;
-        return Err(LoadError::Damaged);
-    }
-    Ok(())
+    // One that does not run has lost its last command.
+    if dimsart.engine().is_running() { Ok(()) } else { Err(LoadError::Damaged) }
 }
 
 /// The commands, if the bytes are whole and the image is the right one.

@@ -14,7 +14,7 @@ use crate::shell::{Outcome, cargo, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
 /// Cargo's profile of images.
-const PROFILE: &str = "firmware";
+pub(crate) const PROFILE: &str = "firmware";
 
 /// The scheme's sides.
 pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
@@ -99,7 +99,7 @@ pub(crate) fn build(
     let features: Vec<&str> = [Some(board.name), variant].into_iter().flatten().collect();
     let arguments = ["--package", "firmware", "--profile", PROFILE, "--features", &features.join(",")];
     run(&mut toolchain.cargo("build", &arguments))?;
-    let (name, built) = (features.join("-").replace(',', "-"), output("firmware").join("firmware"));
+    let (name, built) = (features.join("-").replace(',', "-"), output(PROFILE).join("firmware"));
     let image = folder().join(&name);
     let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(&built, &image));
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
@@ -111,9 +111,9 @@ pub(crate) fn build(
 /// Size of a board's image with these groups of modules alone.
 pub(crate) fn size_with(toolchain: Toolchain, board: &BoardInfo, groups: &[&str]) -> Result<Size, String> {
     let features = [&[board.name], groups].concat().join(",");
-    let arguments = ["--package", "firmware", "--profile", "firmware", "--no-default-features", "--features"];
+    let arguments = ["--package", "firmware", "--profile", PROFILE, "--no-default-features", "--features"];
     run(toolchain.cargo("build", &arguments).arg(&features))?;
-    size(&output("firmware").join("firmware"))
+    size(&output(PROFILE).join("firmware"))
 }
 
 /// Puts into an image what its modules cost, and the side that its scheme is for.

@@ -7,6 +7,7 @@ use std::process::{ChildStdout, Stdio};
 use boards::BOARDS;
 use defmt_decoder::{DecodeError, Table};
 
+use crate::boards::PROFILE;
 use crate::flash::run_on_chip;
 use crate::setup;
 use crate::shell::{Outcome, command, run};
@@ -36,9 +37,9 @@ pub(crate) fn cycle_table(name: &str) -> Outcome {
     })?;
     let features = format!("{},cycle-table", board.name);
     let arguments =
-        ["--package", "firmware", "--bin", "cycle-table", "--profile", "firmware", "--features", &features];
+        ["--package", "firmware", "--bin", "cycle-table", "--profile", PROFILE, "--features", &features];
     run(&mut Toolchain::set_up()?.cargo("build", &arguments))?;
-    let image = output("firmware").join("cycle-table");
+    let image = output(PROFILE).join("cycle-table");
     match board.tooling.chip {
         Some(chip) => run_on_chip(chip, &image),
         None => emulate(&image),

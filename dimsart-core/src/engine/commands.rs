@@ -4,6 +4,7 @@ use super::Engine;
 use crate::command::{Command, ModuleRef};
 use crate::kind::ModuleList;
 use crate::parameter::{Parameters, Value};
+use crate::vocabulary::Vocabulary as _;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Command `index` of those that would build the module at `place`; none past the last one.
@@ -59,7 +60,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 }
                 continue;
             };
-            let count = parameter.entries.count(self.axes());
+            let count = parameter.entries.count(self.dof());
             let first = self.get(module, param, 0).ok()?;
             let is_same = |engine: &mut Self, place| {
                 engine.get(module, param, place).is_ok_and(|value| value.is_same(first))

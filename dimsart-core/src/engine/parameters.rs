@@ -14,6 +14,7 @@ use crate::limits::MAX_PORTS;
 use crate::parameter::{Entries, Parameter, ParameterError, Parameters, Value};
 use crate::port::{PortSpec, PortSpecs};
 use crate::storage::Block;
+use crate::vocabulary::Vocabulary as _;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Value of a module's parameter; that at `place` if it has [several](crate::Entries), the axis where each axis has
@@ -51,7 +52,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let found = Self::describe_parameter(kind, parameter);
         let entries = found.map_or(Entries::ONE, |found| found.entries);
         let Some(place) = place else { return Ok((entries, 0, None)) };
-        let (axis, element) = entries.split(place, self.axes()).ok_or(ParameterError::NoSuchEntry)?;
+        let (axis, element) = entries.split(place, self.dof()).ok_or(ParameterError::NoSuchEntry)?;
         Ok((entries, axis, element))
     }
 

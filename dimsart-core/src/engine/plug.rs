@@ -11,6 +11,7 @@ use crate::parameter::{Parameters, Value};
 use crate::port::PortSpecs;
 use crate::schedule::schedule;
 use crate::storage::Block;
+use crate::vocabulary::Vocabulary as _;
 use crate::wiring::New;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -85,7 +86,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let mut visit = Parameters::set(parameter, element, value, may_restructure, &mut result);
         self.visit(module, memory, axis, &mut visit);
         if result.is_ok() && entries.are_of_axes() && place.is_none() {
-            for other in 1..self.axes() {
+            for other in 1..self.dof() {
                 let mut result = Ok(());
                 let mut visit = Parameters::set(parameter, None, value, may_restructure, &mut result);
                 self.visit(module, memory, other, &mut visit);
@@ -94,11 +95,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         result?;
         self.prepare(module, memory);
         Ok(())
-    }
-
-    /// Degrees of freedom.
-    pub(super) fn axes(&self) -> u8 {
-        u8::try_from(self.device.dof()).unwrap_or(u8::MAX)
     }
 
     fn create(&mut self, module: ModuleRef) -> Result<Block, CommandError> {
@@ -114,7 +110,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     fn set_defaults(&mut self, module: ModuleRef, memory: Block) {
-        for axis in 0..self.axes() {
+        for axis in 0..self.dof() {
             self.visit(module, memory, axis, &mut Parameters::defaults());
         }
         self.prepare(module, memory);

@@ -3,6 +3,7 @@
 mod entries;
 
 use core::ops::RangeInclusive;
+use core::slice::from_mut;
 
 use super::{Accepts, Choice, Entries, Parameter, ParameterError, TypeList, Value};
 use crate::summary::Summary;
@@ -91,7 +92,8 @@ impl<'a> Parameters<'a> {
         default: f32,
         summary: &'static str,
     ) {
-        self.number(field, name, unit, range.into_inner(), default, Entries::ONE, Summary::new(summary));
+        let (field, range, summary) = (from_mut(field), range.into_inner(), Summary::new(summary));
+        self.elements(field, name, unit, range, default, Entries::ONE, summary);
     }
 
     /// A real number per axis, such as a gain: the one of the axis that is visited.
@@ -105,7 +107,8 @@ impl<'a> Parameters<'a> {
         default: f32,
         summary: &'static str,
     ) {
-        self.number(field, name, unit, range.into_inner(), default, Entries::AXES, Summary::new(summary));
+        let (field, range, summary) = (from_mut(field), range.into_inner(), Summary::new(summary));
+        self.elements(field, name, unit, range, default, Entries::AXES, summary);
     }
 
     /// A whole number that can be changed at any time.
@@ -200,25 +203,6 @@ impl<'a> Parameters<'a> {
             && let Request::Set(Set { result, .. }) = &mut self.request
         {
             **result = Err(ParameterError::ListFull);
-        }
-    }
-
-    #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
-    #[inline(never)]
-    fn number(
-        &mut self,
-        field: &mut f32,
-        name: &'static str,
-        unit: Unit,
-        (min, max): (f32, f32),
-        default: f32,
-        entries: Entries,
-        summary: Summary,
-    ) {
-        let (accepts, default) = (Accepts::Real { min, max }, Some(Value::Real(default)));
-        let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
-        if let Some(Value::Real(value)) = self.visit(&parameter, Some(Value::Real(*field))) {
-            *field = value;
         }
     }
 

@@ -123,7 +123,7 @@ impl Parameters<'_> {
 
     #[expect(clippy::too_many_arguments, reason = "one line of a parameter list, never called elsewhere")]
     #[inline(never)]
-    fn elements(
+    pub(super) fn elements(
         &mut self,
         fields: &mut [f32],
         name: &'static str,
