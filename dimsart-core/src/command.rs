@@ -39,16 +39,27 @@ pub enum Command {
     InitModule(ModuleRef),
     /// Ends the module's existence and gives its place back.
     CloseModule(ModuleRef),
-    /// Checks the scheme and, when it is sound, lets it run.
+    /// Checks the scheme and, when it is sound, lets it run; in a transaction from the commit on.
     Check,
     /// Stops the scheme; the device gets its safe value.
     Stop,
     /// Every module that is plugged in forgets its state.
     Reset,
-    /// Stops, unplugs every module and ends its existence.
+    /// Stops, unplugs every module and ends its existence. In a transaction nothing stops, and the next scheme has no
+    /// module.
     Close,
     /// As [`Close`](Self::Close): the state after power-up.
     Init,
+    /// Opens a transaction: commands that build or change the scheme are for the next one, until
+    /// [`Commit`](Self::Commit) or [`Abort`](Self::Abort), while the one that runs goes on. Resets and
+    /// [`Stop`](Self::Stop) are for the one that runs all the same.
+    Begin,
+    /// The next scheme takes the place of the one that runs, between two ticks, if it is sound. Modules that are in both
+    /// keep their state, also where their order, parameters or bindings have changed. Refused, the transaction stays
+    /// open.
+    Commit,
+    /// Drops the next scheme.
+    Abort,
     /// Gives a parameter a value, or adds an entry to one that is a list.
     Set {
         /// Whose parameter.
@@ -96,6 +107,9 @@ impl EngineCommand {
         Self { name: "RESET", needs_module: false, number: 18 },
         Self { name: "CLOSE", needs_module: false, number: 19 },
         Self { name: "INIT", needs_module: false, number: 20 },
+        Self { name: "BEGIN", needs_module: false, number: 21 },
+        Self { name: "COMMIT", needs_module: false, number: 22 },
+        Self { name: "ABORT", needs_module: false, number: 23 },
     ];
 
     /// The one of this name in schemes.
@@ -124,6 +138,9 @@ impl EngineCommand {
             (18, None) => Command::Reset,
             (19, None) => Command::Close,
             (20, None) => Command::Init,
+            (21, None) => Command::Begin,
+            (22, None) => Command::Commit,
+            (23, None) => Command::Abort,
             _ => return None,
         })
     }
@@ -217,6 +234,10 @@ pub enum CommandError {
         /// Words of all of them.
         words: usize,
     },
+    /// A transaction is open already.
+    TransactionOpen,
+    /// No transaction is open.
+    NoTransaction,
 }
 
 impl From<StorageError> for CommandError {

@@ -12,8 +12,10 @@ use crate::words::Words;
 #[derive(Debug)]
 pub struct Context<'a, M: Module> {
     data: &'a Data<'a>,
-    /// Handles, settings, state, then gains and state of each axis.
-    memory: &'a [Cell<u32>],
+    /// Handles, settings, then gains of each axis.
+    configuration: &'a [Cell<u32>],
+    /// What the module remembers, then what it remembers of each axis.
+    state: &'a [Cell<u32>],
     module: PhantomData<M>,
 }
 
@@ -28,14 +30,20 @@ impl<'a, M: Module> Deref for Context<'a, M> {
 
 impl<'a, M: Module> Context<'a, M> {
     const SETTINGS: usize = M::Ports::COUNT;
-    const STATE: usize = Self::SETTINGS + M::Settings::COUNT;
-    const LANES: usize = Self::STATE + M::State::COUNT;
+    const GAINS: usize = Self::SETTINGS + M::Settings::COUNT;
 
-    /// Of the module whose memory begins at `place`; none if there is not so much.
+    /// Of the module whose configuration and state begin at these words; none if there are not so many.
     #[inline(always)]
-    pub(crate) fn new(data: &'a Data<'a>, place: u16) -> Option<Self> {
-        let memory = data.range(place, Self::LANES + data.dof() * Lane::<M>::WORDS)?;
-        Some(Self { data, memory, module: PhantomData })
+    pub(crate) fn new(data: &'a Data<'a>, configuration: u16, state: u16) -> Option<Self> {
+        let configuration = match Self::GAINS + M::Gains::COUNT {
+            0 => &[],
+            _ => data.range(configuration, Self::GAINS + data.dof() * M::Gains::COUNT)?,
+        };
+        let state = match M::State::COUNT + M::Axis::COUNT {
+            0 => &[],
+            _ => data.range(state, M::State::COUNT + data.dof() * M::Axis::COUNT)?,
+        };
+        Some(Self { data, configuration, state, module: PhantomData })
     }
 
     /// The module's handles.
@@ -55,7 +63,7 @@ impl<'a, M: Module> Context<'a, M> {
 
     #[inline(always)]
     fn part(&self, start: usize, words: usize) -> &'a [Cell<u32>] {
-        self.memory.get(start..start + words).unwrap_or_default()
+        self.configuration.get(start..start + words).unwrap_or_default()
     }
 
     /// The Data Base alone, to compute axes by it that have neither parameters nor state.
@@ -87,30 +95,30 @@ impl<'a, M: Module> Context<'a, M> {
 
     #[inline(always)]
     fn state_words(&self) -> &'a [Cell<u32>] {
-        self.part(Self::STATE, M::State::COUNT)
+        self.state.get(..M::State::COUNT).unwrap_or_default()
     }
 
     #[inline(always)]
     fn lane(&self, axis: usize) -> Option<Lane<'a, M>> {
-        let start = Self::LANES + axis * Lane::<M>::WORDS;
-        let words = self.memory.get(start..start + Lane::<M>::WORDS)?;
-        Some(Lane { words, module: PhantomData })
+        let gains = match M::Gains::COUNT {
+            0 => &[],
+            count => self.configuration.get(Self::GAINS + axis * count..)?.get(..count)?,
+        };
+        let state = match M::Axis::COUNT {
+            0 => &[],
+            count => self.state.get(M::State::COUNT + axis * count..)?.get(..count)?,
+        };
+        Some(Lane { gains, state, module: PhantomData })
     }
 
     /// Sets all state to zero: how a module begins unless it says otherwise.
     pub fn clear(&self) {
-        clear(self.state_words());
-        self.clear_axes();
+        clear(self.state);
     }
 
     /// Sets the state of all axes to zero.
     pub fn clear_axes(&self) {
-        if M::Gains::COUNT == 0 {
-            clear(self.memory.get(Self::LANES..).unwrap_or_default());
-        } else {
-            let lanes = (0..self.data.dof()).map_while(|axis| self.lane(axis));
-            lanes.for_each(|lane| clear(lane.axis_words()));
-        }
+        clear(self.state.get(M::State::COUNT..).unwrap_or_default());
     }
 
     /// Begins every axis with the state that `first` makes of its gains and inputs.
@@ -167,35 +175,29 @@ fn clear(words: &[Cell<u32>]) {
 /// Parameters and state of one axis.
 #[derive(Debug)]
 pub struct Lane<'a, M: Module> {
-    words: &'a [Cell<u32>],
+    gains: &'a [Cell<u32>],
+    state: &'a [Cell<u32>],
     module: PhantomData<M>,
 }
 
-impl<'a, M: Module> Lane<'a, M> {
-    pub(crate) const WORDS: usize = M::Gains::COUNT + M::Axis::COUNT;
-
+impl<M: Module> Lane<'_, M> {
     /// Parameters of the axis.
     #[inline(always)]
     #[must_use]
     pub fn gains(&self) -> M::Gains {
-        M::Gains::load(self.words)
+        M::Gains::load(self.gains)
     }
 
     /// What the module remembers of the axis.
     #[inline(always)]
     #[must_use]
     pub fn axis(&self) -> M::Axis {
-        M::Axis::load(self.axis_words())
+        M::Axis::load(self.state)
     }
 
     /// Remembers it for the next tick.
     #[inline(always)]
     pub fn set_axis(&self, axis: M::Axis) {
-        axis.store(self.axis_words());
-    }
-
-    #[inline(always)]
-    fn axis_words(&self) -> &'a [Cell<u32>] {
-        self.words.get(M::Gains::COUNT..).unwrap_or_default()
+        axis.store(self.state);
     }
 }

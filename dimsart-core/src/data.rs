@@ -20,6 +20,7 @@ pub struct Data<'a> {
     links: &'a [LinkPort; MAX_LINKS],
     device: &'a DeviceDescriptor,
     dof: Dof,
+    takes_over: bool,
 }
 
 /// Degrees of freedom. The compiler knows how few they can be, and that there is one: loops over axes are short and
@@ -48,15 +49,24 @@ impl<'a> Data<'a> {
         words: &'a [Cell<u32>],
         links: &'a [LinkPort; MAX_LINKS],
         device: &'a DeviceDescriptor,
+        takes_over: bool,
     ) -> Self {
         let dof = Dof::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Dof::One);
-        Self { words, links, device, dof }
+        Self { words, links, device, dof, takes_over }
     }
 
     /// The device's descriptor: degrees of freedom, sample period.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         self.device
+    }
+
+    /// Whether modules that begin in this tick take over in a scheme that runs: their outputs hold what others wrote in
+    /// the tick before. Otherwise they begin as after a start.
+    #[inline]
+    #[must_use]
+    pub fn takes_over(&self) -> bool {
+        self.takes_over
     }
 
     /// Degrees of freedom: how many axes a vector has.

@@ -4,37 +4,31 @@ mod commands;
 mod costs;
 mod observer;
 mod parameters;
+mod plan;
 mod plug;
+mod transaction;
 mod vocabulary;
 
 pub use commands::Cursor;
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
-use heapless::Vec;
 pub use observer::{Calls, Observer};
 pub(crate) use vocabulary::type_at;
 
-use crate::binding::Binding;
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::cost::Costs;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
 use crate::kind::ModuleList;
-use crate::limits::{DEFAULT_WORDS, MAX_BINDINGS, MAX_MODULES};
+use crate::limits::DEFAULT_WORDS;
 use crate::matching::{CheckReport, Finding, Scheme};
 use crate::modules::Standard;
 use crate::port::{Direction, Stage};
-use crate::storage::Block;
 use crate::wiring::Wiring;
-
-/// A module that exists, plugged in or not. Its parameters and state lie in the Data Base's words.
-#[derive(Debug, Clone, Copy)]
-struct Instance {
-    reference: ModuleRef,
-    memory: Block,
-}
+use plan::{Plan, Plans};
+use transaction::Draft;
 
 /// One call of the tick, as reports show it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,7 +42,7 @@ pub struct Step {
 /// What a scheme takes of the statically sized storage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Usage {
-    /// Module instances, of [`MAX_MODULES`].
+    /// Module instances, of [`MAX_MODULES`](crate::limits::MAX_MODULES).
     pub modules: usize,
     /// Slots of the Data Base, of [`MAX_SLOTS`](crate::limits::MAX_SLOTS).
     pub slots: usize,
@@ -61,22 +55,24 @@ pub struct Usage {
 /// Modules, their Data Base and the device they serve.
 ///
 /// All of it is statically sized: `WORDS` words of Data Base, which holds the modules' parameters and state, too, and
-/// [`MAX_MODULES`] modules. Commands are given between ticks and take bounded time; [`step`](Self::step) cannot fail.
+/// [`MAX_MODULES`](crate::limits::MAX_MODULES) modules. Commands are given between ticks and take bounded time;
+/// [`step`](Self::step) cannot fail.
+///
+/// A change of the scheme is put together aside, checked, and takes effect between two ticks, whole or not at all. One
+/// command is such a change; [`Command::Begin`] opens one of many commands.
 #[derive(Debug)]
 pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     device: Served,
     data_base: DataBase<WORDS>,
-    instances: Vec<Instance, MAX_MODULES>,
-    bindings: Vec<Binding, MAX_BINDINGS>,
-    wiring: Wiring,
-    /// Where the wiring after a change is put together, before it takes the other one's place.
-    next: Wiring,
-    place_before: Option<ModuleRef>,
+    plans: Plans,
+    draft: Draft,
     limit_cycles: Option<NonZeroU32>,
     costs: Option<Costs>,
     is_running: bool,
     /// Whether a module begins with its next call.
     begins: bool,
+    /// Whether modules that begin take over from others, in a scheme that runs.
+    takes_over: bool,
     list: PhantomData<M>,
 }
 
@@ -95,15 +91,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Self {
             device: Served(None),
             data_base: DataBase::new(),
-            instances: Vec::new(),
-            bindings: Vec::new(),
-            wiring: Wiring::new(),
-            next: Wiring::new(),
-            place_before: None,
+            plans: Plans::new(),
+            draft: Draft::None,
             limit_cycles: None,
             costs: None,
             is_running: false,
             begins: false,
+            takes_over: false,
             list: PhantomData,
         }
     }
@@ -121,11 +115,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             return;
         }
         let Some(device) = &self.device.0 else { return };
-        let data = self.data_base.view(device);
-        observer.look_on(Calls { wiring: &self.wiring, begins: self.begins }, &data);
+        let data = self.data_base.view(device, self.takes_over);
+        let wiring = &mut self.plans.running_mut().wiring;
+        observer.look_on(Calls { wiring, begins: self.begins }, &data);
         if self.begins {
-            self.begins = false;
-            self.wiring.has_begun();
+            (self.begins, self.takes_over) = (false, false);
+            wiring.has_begun();
         }
     }
 
@@ -136,45 +131,42 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[doc(alias = "ModuleCmd")]
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         match command {
-            Command::PlugIn(module)
-            | Command::InitModule(module)
-            | Command::Set { module, .. }
-            | Command::Bind { module, .. } => self.on_instance(module, command),
-            Command::Unplug(module) => self.unplug(module),
-            Command::PlaceBefore(module) => {
-                self.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
-                self.place_before = Some(module);
-                Ok(())
-            }
+            Command::Begin => return self.open_draft(),
+            Command::Commit => return self.commit(),
+            Command::Abort => return self.abort(),
+            Command::Check => return self.check_and_start(),
             Command::ResetModule(module) => {
-                self.instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+                self.plans.running().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
                 self.begin(|found| found == module);
-                Ok(())
             }
-            Command::CloseModule(module) => self.close(module),
-            Command::Check => self.check_and_start(),
-            Command::Stop => {
-                self.is_running = false;
-                Ok(())
-            }
-            Command::Reset => {
-                self.reset();
-                Ok(())
-            }
-            Command::Close | Command::Init => {
-                self.close_all();
-                Ok(())
-            }
+            Command::Reset => self.reset(),
+            Command::Stop => self.is_running = false,
+            Command::Close | Command::Init => self.close_all(),
+            change => return self.change(change),
         }
+        Ok(())
     }
 
-    /// Checks the scheme as it is plugged in now. Changes nothing.
+    /// Checks the scheme as it is plugged in now, or the next one while a transaction is open. Changes nothing.
     #[doc(alias = "Types matching check")]
     #[must_use]
     pub fn check(&self) -> CheckReport {
         let mut report = CheckReport::default();
-        self.check_wiring(&self.wiring, &mut report);
+        self.check_edited(&mut report);
         report
+    }
+
+    /// The scheme that commands change: the next one while one is put together.
+    fn edited(&self) -> &Plan {
+        if self.draft.is_there() { self.plans.next() } else { self.plans.running() }
+    }
+
+    fn edited_mut(&mut self) -> &mut Plan {
+        if self.draft.is_there() { self.plans.next_mut() } else { self.plans.running_mut() }
+    }
+
+    fn check_edited(&self, report: &mut CheckReport) {
+        self.check_wiring(&self.edited().wiring, report);
     }
 
     /// The first fault of a wiring. Apart from what is done with it: the report is off the stack by then.
@@ -187,14 +179,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The first fault of the scheme as it is plugged in now.
     pub(crate) fn first_fault(&self) -> Option<Finding> {
-        self.first_fault_of(&self.wiring)
+        self.first_fault_of(&self.plans.running().wiring)
     }
 
     /// Finding `index` of the scheme, and the number of its faults.
     #[inline(never)]
     pub(crate) fn finding(&self, index: u8) -> (Option<Finding>, usize) {
         let mut report = CheckReport::default();
-        self.check_wiring(&self.wiring, &mut report);
+        self.check_edited(&mut report);
         (report.findings().get(usize::from(index)).copied(), report.faults())
     }
 
@@ -225,6 +217,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Serves no device any more.
     pub(crate) fn disconnect(&mut self) {
+        self.drop_draft();
         self.close_all();
         self.data_base.clear();
         self.device = Served(None);
@@ -242,49 +235,54 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The calls of a tick, in order.
     pub fn steps(&self) -> impl Iterator<Item = Step> + '_ {
-        self.wiring.calls().iter().filter_map(|call| {
-            let module = self.wiring.called(call)?.module;
+        let wiring = &self.plans.running().wiring;
+        wiring.calls().iter().filter_map(|call| {
+            let module = wiring.called(call)?.module;
             Some(Step { module, stage: call.stage })
         })
     }
 
     /// The signals that a step reads or writes.
     pub fn step_signals(&self, step: Step) -> impl Iterator<Item = (TypeRef, Direction)> + '_ {
-        let ports = self.wiring.find(step.module).map_or(&[][..], |plugged| self.wiring.ports(plugged));
+        let wiring = &self.plans.running().wiring;
+        let ports = wiring.find(step.module).map_or(&[][..], |plugged| wiring.ports(plugged));
         ports.iter().filter(move |port| port.stage() == step.stage).filter_map(|port| {
             let entry = self.data_base.entry(port.slot)?;
             Some((entry.signal, port.direction()))
         })
     }
 
-    /// Every module that exists, plugged in or not.
+    /// Every module that exists, plugged in or not. As all that is said of what runs, without an open transaction's.
     pub fn instances(&self) -> impl Iterator<Item = ModuleRef> + '_ {
-        self.instances.iter().map(|instance| instance.reference)
+        self.plans.running().instances.iter().map(|instance| instance.reference)
     }
 
     /// Whether a module is plugged in.
     #[must_use]
     pub fn is_plugged_in(&self, module: ModuleRef) -> bool {
-        self.wiring.find(module).is_some()
+        self.plans.running().is_plugged_in(module)
     }
 
     /// The channel that a module listens to on a link; 0 while none does.
     pub(crate) fn listening_channel(&self, link: usize) -> u16 {
-        let mut ends = self.wiring.modules().iter().filter_map(|plugged| plugged.link_end);
+        let modules = self.plans.running().wiring.modules();
+        let mut ends = modules.iter().filter_map(|plugged| plugged.link_end);
         ends.find(|end| end.listens_to(link)).map_or(0, |end| end.channel)
     }
 
     /// The first memory of a module that is plugged in, for example what a recorder has recorded.
     #[must_use]
     pub fn memory(&self, module: ModuleRef) -> Option<&[u32]> {
-        let ports = self.wiring.ports(self.wiring.find(module)?);
+        let wiring = &self.plans.running().wiring;
+        let ports = wiring.ports(wiring.find(module)?);
         let port = ports.iter().find(|port| port.is_memory())?;
         Some(self.data_base.words(port.slot))
     }
 
     /// Slot of the memory that a port of a module declares; none while the module is not plugged in.
     pub(crate) fn memory_slot(&self, module: ModuleRef, port: u8) -> Option<u8> {
-        let ports = self.wiring.ports(self.wiring.find(module)?);
+        let wiring = &self.plans.running().wiring;
+        let ports = wiring.ports(wiring.find(module)?);
         ports.get(usize::from(port)).filter(|port| port.is_memory()).map(|port| port.slot)
     }
 
@@ -292,7 +290,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn usage(&self) -> Usage {
         Usage {
-            modules: self.instances.len(),
+            modules: self.plans.running().instances.len(),
             slots: self.data_base.taken_slots(),
             words: WORDS - self.data_base.free_words(),
             words_in_all: WORDS,
@@ -303,9 +301,5 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn words_of(&self, kind: u8) -> Option<usize> {
         M::KINDS.get(usize::from(kind)).map(|kind| kind.words(self.device.dof()))
-    }
-
-    fn instance(&mut self, module: ModuleRef) -> Option<&mut Instance> {
-        self.instances.iter_mut().find(|instance| instance.reference == module)
     }
 }

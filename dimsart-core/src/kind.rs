@@ -2,7 +2,7 @@
 
 use core::cell::Cell;
 
-use crate::context::{Context, Lane};
+use crate::context::Context;
 use crate::data::Data;
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
@@ -12,8 +12,8 @@ use crate::port::Stage;
 use crate::summary::Summary;
 use crate::words::Words;
 
-/// Calls a module whose memory begins at a word of the Data Base.
-pub(crate) type Compute = fn(&Data<'_>, u16);
+/// Calls a module whose configuration and whose state begin at these words of the Data Base.
+pub(crate) type Compute = fn(&Data<'_>, u16, u16);
 
 /// Declares the ports of a module with these settings, and fills in its handles.
 type DeclarePorts = fn(&[Cell<u32>], &mut Declare<'_>, &[Cell<u32>]);
@@ -31,8 +31,8 @@ pub struct Kind {
     state_words: u8,
     gains_words: u8,
     axis_words: u8,
-    parameters: fn(&Instance<'_>, u8, &mut Parameters<'_>),
-    prepare: fn(&Instance<'_>, &DeviceDescriptor),
+    parameters: fn(&Configuration<'_>, u8, &mut Parameters<'_>),
+    prepare: fn(&Configuration<'_>, &DeviceDescriptor),
     ports: DeclarePorts,
     /// None where there is no state to begin with.
     begin: Option<Compute>,
@@ -43,11 +43,11 @@ pub struct Kind {
 pub(crate) const MAX_SETTINGS_WORDS: usize = 24;
 pub(crate) const MAX_HANDLES: usize = 16;
 
-/// The memory of an instance, in its parts.
+/// The configuration of an instance, in its parts.
 #[derive(Debug)]
-pub(crate) struct Instance<'a> {
+pub(crate) struct Configuration<'a> {
     settings: &'a [Cell<u32>],
-    lanes: &'a [Cell<u32>],
+    gains: &'a [Cell<u32>],
 }
 
 impl Kind {
@@ -94,7 +94,7 @@ impl Kind {
             prepare: |_, _| {},
             ports: |_, _, _| {},
             begin: None,
-            compute: [|_, _| {}; 2],
+            compute: [|_, _, _| {}; 2],
         }
     }
 
@@ -107,46 +107,55 @@ impl Kind {
     /// Words that an instance takes on a device with `dof` axes.
     #[must_use]
     pub const fn words(&self, dof: usize) -> usize {
-        let lane = self.gains_words as usize + self.axis_words as usize;
-        self.handles as usize + self.settings_words as usize + self.state_words as usize + dof * lane
+        self.configuration_words(dof) + self.state_words(dof)
     }
 
-    /// Handles of a module, its first words.
+    /// Words of handles, settings and gains.
+    pub(crate) const fn configuration_words(&self, dof: usize) -> usize {
+        self.handles as usize + self.settings_words as usize + dof * self.gains_words as usize
+    }
+
+    /// Words of state, of the module and of each axis.
+    pub(crate) const fn state_words(&self, dof: usize) -> usize {
+        self.state_words as usize + dof * self.axis_words as usize
+    }
+
+    /// Handles of a module, the first words of its configuration.
     pub(crate) fn handles(&self) -> usize {
         self.handles.into()
     }
 
-    /// Where the settings lie among an instance's words.
+    /// Where the settings lie in an instance's configuration.
     pub(crate) fn settings(&self) -> core::ops::Range<usize> {
         let start = self.handles();
         start..start + usize::from(self.settings_words)
     }
 
-    /// An instance's memory in its parts.
-    pub(crate) fn instance<'a>(&self, memory: &'a [Cell<u32>]) -> Instance<'a> {
+    /// An instance's configuration in its parts.
+    pub(crate) fn configuration<'a>(&self, words: &'a [Cell<u32>]) -> Configuration<'a> {
         let settings = self.settings();
-        let lanes = memory.get(settings.end + usize::from(self.state_words)..).unwrap_or_default();
-        Instance { settings: memory.get(settings).unwrap_or_default(), lanes }
+        let gains = words.get(settings.end..).unwrap_or_default();
+        Configuration { settings: words.get(settings).unwrap_or_default(), gains }
     }
 
     /// Visits the parameters, with the gains of one axis.
-    pub(crate) fn parameters(&self, instance: &Instance<'_>, axis: u8, visit: &mut Parameters<'_>) {
-        (self.parameters)(instance, axis, visit);
+    pub(crate) fn parameters(&self, of: &Configuration<'_>, axis: u8, visit: &mut Parameters<'_>) {
+        (self.parameters)(of, axis, visit);
     }
 
     /// Visits the parameters of no instance: to describe them.
     pub(crate) fn describe(&self, visit: &mut Parameters<'_>) {
-        (self.parameters)(&Instance { settings: &[], lanes: &[] }, 0, visit);
+        (self.parameters)(&Configuration { settings: &[], gains: &[] }, 0, visit);
     }
 
     /// Settings of no instance, all parameters at their defaults.
     pub(crate) fn set_defaults(&self, settings: &[Cell<u32>]) {
-        (self.parameters)(&Instance { settings, lanes: &[] }, 0, &mut Parameters::defaults());
+        (self.parameters)(&Configuration { settings, gains: &[] }, 0, &mut Parameters::defaults());
     }
 
     /// Works out what follows from the parameters.
-    pub(crate) fn prepare(&self, instance: &Instance<'_>, device: &DeviceDescriptor) {
-        (self.prepare)(instance, device);
+    pub(crate) fn prepare(&self, of: &Configuration<'_>, device: &DeviceDescriptor) {
+        (self.prepare)(of, device);
     }
 
     /// Declares the ports that a module with these settings has, and fills in its handles.
@@ -169,24 +178,20 @@ impl Kind {
     }
 }
 
-impl<'a> Instance<'a> {
-    /// The gains of an axis; empty for one that is not there.
-    fn gains<M: Module>(&self, axis: usize) -> &'a [Cell<u32>] {
-        self.lane(axis * Lane::<M>::WORDS, M::Gains::COUNT)
-    }
-
+impl<'a> Configuration<'a> {
+    /// The gains of an axis, so many words; empty for one that is not there.
     #[inline(never)]
-    fn lane(&self, start: usize, count: usize) -> &'a [Cell<u32>] {
-        self.lanes.get(start..).and_then(|words| words.get(..count)).unwrap_or_default()
+    fn gains(&self, axis: usize, count: usize) -> &'a [Cell<u32>] {
+        self.gains.get(axis * count..).and_then(|words| words.get(..count)).unwrap_or_default()
     }
 }
 
-fn visit<M: Module>(instance: &Instance<'_>, axis: u8, visit: &mut Parameters<'_>) {
-    let lane = instance.gains::<M>(axis.into());
-    let (mut settings, mut gains) = (load::<M::Settings>(instance.settings), load::<M::Gains>(lane));
+fn visit<M: Module>(of: &Configuration<'_>, axis: u8, visit: &mut Parameters<'_>) {
+    let lane = of.gains(axis.into(), M::Gains::COUNT);
+    let (mut settings, mut gains) = (load::<M::Settings>(of.settings), load::<M::Gains>(lane));
     M::parameters(&mut settings, &mut gains, visit);
     if visit.admits_change(M::validate(&settings)) {
-        store(&settings, instance.settings);
+        store(&settings, of.settings);
         store(&gains, lane);
     }
 }
@@ -207,15 +212,15 @@ fn store<T: Words>(value: &T, words: &[Cell<u32>]) {
     }
 }
 
-fn prepare<M: Module>(instance: &Instance<'_>, device: &DeviceDescriptor) {
-    let mut settings = load::<M::Settings>(instance.settings);
+fn prepare<M: Module>(of: &Configuration<'_>, device: &DeviceDescriptor) {
+    let mut settings = load::<M::Settings>(of.settings);
     M::prepare(&mut settings, device);
-    store(&settings, instance.settings);
+    store(&settings, of.settings);
     if M::Gains::COUNT == 0 {
         return;
     }
     for axis in 0..device.dof() {
-        let lane = instance.gains::<M>(axis);
+        let lane = of.gains(axis, M::Gains::COUNT);
         let mut gains = load::<M::Gains>(lane);
         M::prepare_axis(&settings, &mut gains, device);
         store(&gains, lane);
@@ -226,20 +231,20 @@ fn ports<M: Module>(settings: &[Cell<u32>], declare: &mut Declare<'_>, handles: 
     store(&M::ports(&load::<M::Settings>(settings), declare), handles);
 }
 
-fn begin<M: Module>(data: &Data<'_>, place: u16) {
-    if let Some(context) = Context::new(data, place) {
+fn begin<M: Module>(data: &Data<'_>, configuration: u16, state: u16) {
+    if let Some(context) = Context::new(data, configuration, state) {
         M::begin(&context);
     }
 }
 
-fn compute<M: Module>(data: &Data<'_>, place: u16) {
-    if let Some(context) = Context::new(data, place) {
+fn compute<M: Module>(data: &Data<'_>, configuration: u16, state: u16) {
+    if let Some(context) = Context::new(data, configuration, state) {
         M::compute(&context);
     }
 }
 
-fn compute_late<M: Module>(data: &Data<'_>, place: u16) {
-    if let Some(context) = Context::new(data, place) {
+fn compute_late<M: Module>(data: &Data<'_>, configuration: u16, state: u16) {
+    if let Some(context) = Context::new(data, configuration, state) {
         M::compute_late(&context);
     }
 }

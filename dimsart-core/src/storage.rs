@@ -56,6 +56,13 @@ impl Block {
         (self.words as u32) << 16 | self.offset as u32
     }
 
+    /// Its first so many words, and those behind them.
+    pub(crate) fn split_at(self, words: usize) -> (Self, Self) {
+        let first = u16::try_from(words).map_or(self.words, |words| words.min(self.words));
+        let behind = Self { offset: self.offset + first, words: self.words - first };
+        (Self { words: first, ..self }, behind)
+    }
+
     #[inline]
     fn range(self) -> core::ops::Range<usize> {
         let start = usize::from(self.offset);
@@ -148,6 +155,15 @@ impl<const WORDS: usize> Storage<WORDS> {
         }
         self.used_at_end += usize::from(words);
         Ok(block)
+    }
+
+    /// Takes a block at the end with the words of another one. Nothing changes on an error.
+    pub(crate) fn take_copy_at_end(&mut self, other: Block) -> Result<Block, StorageError> {
+        let own = self.take_at_end(other.words.into())?;
+        if self.words.len() >= other.range().end {
+            self.words.copy_within(other.range(), own.range().start);
+        }
+        Ok(own)
     }
 
     /// Gives back a block at the end: those in front of it have moved by its words, towards the end.

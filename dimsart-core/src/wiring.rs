@@ -54,6 +54,13 @@ impl Span {
         let start = usize::from(self.start);
         list.get(start..start + usize::from(self.count)).unwrap_or_default()
     }
+
+    /// Follows its part of the list, out of which another one was cut.
+    fn close_gap(&mut self, gone: Self) {
+        if self.start > gone.start {
+            self.start -= gone.count;
+        }
+    }
 }
 
 /// A port of a module that is plugged in.
@@ -135,8 +142,10 @@ pub(crate) struct Call {
     pub(crate) compute: Compute,
     /// What the module begins by in this call, if it has a state and this is its first call in a tick.
     pub(crate) begin: Option<Compute>,
-    /// First word of its module's memory.
-    pub(crate) place: u16,
+    /// First word of its module's configuration.
+    pub(crate) configuration: u16,
+    /// First word of its module's state.
+    pub(crate) state: u16,
     /// Of its module in the plug-in order.
     pub(crate) order: u8,
     pub(crate) stage: Stage,
@@ -150,6 +159,8 @@ pub(crate) struct New<'a> {
     pub(crate) settings: &'a [Cell<u32>],
     /// Behind so many others.
     pub(crate) order: usize,
+    /// Its ports in the scheme that runs: memories of the same size are kept.
+    pub(crate) before: &'a [Port],
 }
 
 impl Wiring {
@@ -164,47 +175,36 @@ impl Wiring {
         self.calls.clear();
     }
 
-    /// Becomes another one without a module.
-    pub(crate) fn without(&mut self, module: ModuleRef, before: &Self) {
-        self.clear();
-        for plugged in before.modules.iter().filter(|plugged| plugged.module != module) {
-            // There is room for less than there was.
-            let _ = self.append(before, plugged);
+    /// Takes a module out.
+    pub(crate) fn unplug(&mut self, module: ModuleRef) {
+        let Some(order) = self.order_of(module) else { return };
+        let Plugged { ports, handles, .. } = self.modules.remove(order);
+        cut(&mut self.ports, ports);
+        cut(&mut self.handles, handles);
+        for plugged in &mut self.modules {
+            plugged.ports.close_gap(ports);
+            plugged.handles.close_gap(handles);
         }
     }
 
-    /// Becomes another one with a module more, whose signals and memory are taken from the Data Base.
+    /// Puts a module in, whose signals and memory are taken from the Data Base.
     ///
-    /// On an error it is of no use, and the Data Base may have slots that nobody uses.
-    pub(crate) fn with<const WORDS: usize>(
+    /// On an error it is as before, and the Data Base may have slots that nobody uses.
+    pub(crate) fn plug_in<const WORDS: usize>(
         &mut self,
         new: &New<'_>,
-        before: &Self,
         device: &DeviceDescriptor,
         data_base: &mut DataBase<WORDS>,
         bound: Bound<'_>,
     ) -> Result<(), CommandError> {
-        self.clear();
-        let (earlier, later) = before.modules.split_at_checked(new.order).unwrap_or((&before.modules, &[]));
-        for plugged in earlier {
-            self.append(before, plugged)?;
-        }
-        self.declare(new, device, data_base, bound)?;
-        for plugged in later {
-            self.append(before, plugged)?;
-        }
-        Ok(())
-    }
-
-    fn append(&mut self, from: &Self, plugged: &Plugged) -> Result<(), CommandError> {
-        let copy = Plugged {
-            ports: Span { start: index(self.ports.len())?, ..plugged.ports },
-            handles: Span { start: index(self.handles.len())?, ..plugged.handles },
-            ..*plugged
-        };
-        self.ports.extend_from_slice(plugged.ports.of(&from.ports)).map_err(|_| FULL)?;
-        self.handles.extend_from_slice(plugged.handles.of(&from.handles)).map_err(|_| FULL)?;
-        self.modules.push(copy).map_err(|_| FULL)
+        let (ports, handles) = (self.ports.len(), self.handles.len());
+        let declared = self.declare(new, device, data_base, bound);
+        let plugged_in = declared
+            .and_then(|plugged| self.modules.insert(new.order, plugged).map_err(|_| CommandError::TooManyModules));
+        plugged_in.inspect_err(|_| {
+            self.ports.truncate(ports);
+            self.handles.truncate(handles);
+        })
     }
 
     /// Apart from what is done with the wiring: the ports' descriptions are off the stack by then.
@@ -215,7 +215,7 @@ impl Wiring {
         device: &DeviceDescriptor,
         data_base: &mut DataBase<WORDS>,
         bound: Bound<'_>,
-    ) -> Result<(), CommandError> {
+    ) -> Result<Plugged, CommandError> {
         let mut specs = PortSpecs::new();
         let mut declare = Declare::new(device, bound, &mut specs);
         let declared = [const { Cell::new(0) }; MAX_HANDLES];
@@ -235,7 +235,7 @@ impl Wiring {
             ports: Span { start: index(self.ports.len())?, count: index(specs.len())? },
             handles: Span { start: index(self.handles.len())?, count: index(handles)? },
         };
-        for spec in &specs {
+        for (place, spec) in specs.iter().enumerate() {
             let port = match spec.data_type {
                 Some((_, default)) => {
                     let signal = bound.signal(spec.name).unwrap_or(default);
@@ -245,7 +245,9 @@ impl Wiring {
                 }
                 None => {
                     let words = if let Direction::Memory(words) = spec.direction { words } else { 0 };
-                    Port::new(data_base.take(words)?, spec, None)
+                    let kept = new.before.get(place).filter(|port| port.is_memory()).map(|port| port.slot);
+                    let kept = kept.filter(|slot| data_base.words(*slot).len() == words);
+                    Port::new(kept.map_or_else(|| data_base.take(words), Ok)?, spec, None)
                 }
             };
             self.ports.push(port).map_err(|_| FULL)?;
@@ -254,7 +256,7 @@ impl Wiring {
             let port = Block::from_word(declared.get()).port().unwrap_or(NO_PORT);
             self.handles.push(port).map_err(|_| FULL)?;
         }
-        self.modules.push(plugged).map_err(|_| CommandError::TooManyModules)
+        Ok(plugged)
     }
 
     /// Takes over the order of the calls.
@@ -265,18 +267,19 @@ impl Wiring {
             let Some(kind) = kinds.get(usize::from(plugged.module.kind)) else { continue };
             let begin = if stage == Stage::Early { kind.begin() } else { None };
             let compute = kind.compute(stage);
-            let _ = self.calls.push(Call { compute, begin, place: u16::MAX, order, stage });
+            let _ = self.calls.push(Call { compute, begin, configuration: u16::MAX, state: u16::MAX, order, stage });
         }
     }
 
-    /// Points every handle to where its slot is now, and every call to its module's memory.
+    /// Points every handle to where its slot is now, and every call to its module's configuration and state.
     pub(crate) fn connect<const WORDS: usize>(
         &mut self,
         storage: &mut Storage<WORDS>,
-        memory: impl Fn(ModuleRef) -> Block,
+        memory: impl Fn(ModuleRef) -> [Block; 2],
     ) {
         for plugged in &self.modules {
-            let (ports, start) = (plugged.ports.of(&self.ports), memory(plugged.module).offset);
+            let [configuration, _] = memory(plugged.module);
+            let (ports, start) = (plugged.ports.of(&self.ports), configuration.offset);
             for (offset, port) in (start..).zip(plugged.handles.of(&self.handles)) {
                 let port = ports.get(usize::from(*port));
                 let handle = port.map_or(Block::FREE, |port| storage.block(port.slot));
@@ -287,7 +290,8 @@ impl Wiring {
         }
         for call in &mut self.calls {
             if let Some(plugged) = self.modules.get(usize::from(call.order)) {
-                call.place = memory(plugged.module).offset;
+                let [configuration, state] = memory(plugged.module);
+                (call.configuration, call.state) = (configuration.offset, state.offset);
             }
         }
     }
@@ -306,6 +310,13 @@ impl Wiring {
     pub(crate) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
         for plugged in self.modules.iter_mut().filter(|plugged| is_meant(plugged.module)) {
             plugged.begins = true;
+        }
+    }
+
+    /// Says whether the state of the module at a place begins with its next call.
+    pub(crate) fn set_begins(&mut self, order: usize, begins: bool) {
+        if let Some(plugged) = self.modules.get_mut(order) {
+            plugged.begins = begins;
         }
     }
 
@@ -335,6 +346,16 @@ impl Wiring {
     /// How many modules are plugged in before this one.
     pub(crate) fn order_of(&self, module: ModuleRef) -> Option<usize> {
         self.modules.iter().position(|plugged| plugged.module == module)
+    }
+}
+
+/// Cuts a part out of a list.
+fn cut<T: Copy, const N: usize>(list: &mut Vec<T, N>, gone: Span) {
+    let (start, count) = (usize::from(gone.start), usize::from(gone.count));
+    if let Some(tail) = list.get_mut(start..) {
+        let rest = tail.len().saturating_sub(count);
+        tail.copy_within(count.min(tail.len()).., 0);
+        list.truncate(start + rest);
     }
 }
 

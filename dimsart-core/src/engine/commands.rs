@@ -4,17 +4,19 @@ use super::Engine;
 use crate::command::{Command, ModuleRef};
 use crate::kind::ModuleList;
 use crate::parameter::{Parameters, Value};
+use crate::port::PortSpecs;
+use crate::storage::Block;
 use crate::vocabulary::Vocabulary as _;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
-    /// Command `index` of those that would build the module at `place`; none past the last one.
+    /// Command `index` of those that would build the module at `place` as it runs now; none past the last one.
     ///
     /// Places count from 0: the modules that are plugged in first, in plug-in order, then the others; each has
     /// a command at least. All commands of all places, given to an engine without modules for a device of
     /// the same types, build the same scheme; `MATCHING_CHECK` then starts it.
     #[must_use]
     pub fn command_of(&mut self, place: u8, index: u16) -> Option<Command> {
-        let plugged_in = self.wiring.modules().iter().map(|plugged| plugged.module);
+        let plugged_in = self.plans.running().wiring.modules().iter().map(|plugged| plugged.module);
         let unplugged = self.instances().filter(|module| !self.is_plugged_in(*module));
         let module = plugged_in.chain(unplugged).nth(usize::from(place))?;
         let is_plugged_in = self.is_plugged_in(module);
@@ -26,13 +28,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             };
             skip = rest;
         }
-        if let Some(command) = self.change(module, &mut skip) {
+        if let Some(command) = self.difference(module, &mut skip) {
             return Some(command);
         }
         // Behind the parameters: they decide what ports there are.
-        let specs = self.ports(module)?;
-        let bound =
-            (0..).zip(&specs).filter_map(|(port, spec)| Some((port, self.binding(module, spec.name)?)));
+        let (running, mut specs) = (self.plans.running(), PortSpecs::new());
+        self.declare(running, module, &mut specs).then_some(())?;
+        let bound = running.bound(module);
+        let bound = (0..).zip(&specs).filter_map(|(port, spec)| Some((port, bound.signal(spec.name)?)));
         let mut commands = bound
             .map(|(port, signal)| Command::bind(module, port, signal))
             .chain(is_plugged_in.then_some(Command::PlugIn(module)));
@@ -41,7 +44,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The command that gives a parameter a value other than the default one, or an entry of a list: the first one
     /// after `skip` others, which are counted down.
-    fn change(&mut self, module: ModuleRef, skip: &mut u16) -> Option<Command> {
+    fn difference(&mut self, module: ModuleRef, skip: &mut u16) -> Option<Command> {
         let mut take = |parameter, entry, value| match skip.checked_sub(1) {
             Some(rest) => {
                 *skip = rest;
@@ -49,11 +52,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             }
             None => Some(Command::Set { module, parameter, entry, value }),
         };
+        let (kind, configuration) = (module.kind, self.plans.running().instance(module)?.configuration);
         for param in 0..=u8::MAX {
-            let parameter = Self::describe_parameter(module.kind, param)?;
+            let parameter = Self::describe_parameter(kind, param)?;
             let Some(default) = parameter.default else {
                 for entry in 0..=u8::MAX {
-                    let Some(value) = self.entry(module, param, entry) else { break };
+                    let Some(value) = self.entry(configuration, kind, param, entry) else { break };
                     if let Some(command) = take(param, None, value) {
                         return Some(command);
                     }
@@ -61,13 +65,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 continue;
             };
             let count = parameter.entries.count(self.dof());
-            let first = self.get(module, param, 0).ok()?;
+            let first = self.value_in(configuration, kind, param, 0).ok()?;
             let is_same = |engine: &mut Self, place| {
-                engine.get(module, param, place).is_ok_and(|value| value.is_same(first))
+                engine.value_in(configuration, kind, param, place).is_ok_and(|value| value.is_same(first))
             };
             let is_uniform = (1..count).all(|place| is_same(self, place));
             for place in 0..if is_uniform { 1 } else { count } {
-                let value = self.get(module, param, place).ok()?;
+                let value = self.value_in(configuration, kind, param, place).ok()?;
                 if !value.is_same(default)
                     && let Some(command) = take(param, (!is_uniform).then_some(place), value)
                 {
@@ -79,10 +83,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     /// Entry of a parameter that is a list.
-    fn entry(&mut self, module: ModuleRef, param: u8, entry: u8) -> Option<Value> {
-        let memory = self.instance(module)?.memory;
+    fn entry(&mut self, configuration: Block, kind: u8, param: u8, entry: u8) -> Option<Value> {
         let mut found = None;
-        self.visit(module, memory, 0, &mut Parameters::get(param, Some(entry), &mut found));
+        self.visit(kind, configuration, 0, &mut Parameters::get(param, Some(entry), &mut found));
         found
     }
 

@@ -23,7 +23,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// [cost](crate::Cost) and that of each. None if one's is not known.
     #[must_use]
     pub fn tick_cycles(&self) -> Option<u32> {
-        self.cycles_with(&self.wiring)
+        self.cycles_with(&self.plans.running().wiring)
     }
 
     pub(super) fn cycles_with(&self, wiring: &Wiring) -> Option<u32> {

@@ -17,7 +17,7 @@ pub trait Observer: Sized {
             if calls.begins {
                 calls.begin(call, data);
             }
-            self.call(|| (call.compute)(data, call.place));
+            self.call(|| (call.compute)(data, call.configuration, call.state));
         }
     }
 }
@@ -50,7 +50,7 @@ impl Calls<'_> {
             if self.begins {
                 self.begin(call, data);
             }
-            (call.compute)(data, call.place);
+            (call.compute)(data, call.configuration, call.state);
         }
     }
 
@@ -61,7 +61,7 @@ impl Calls<'_> {
         if let Some(begin) = call.begin
             && self.wiring.called(call).is_some_and(|called| called.begins)
         {
-            begin(data, call.place);
+            begin(data, call.configuration, call.state);
         }
     }
 }

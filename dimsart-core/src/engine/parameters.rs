@@ -5,7 +5,7 @@ use core::cell::Cell;
 use heapless::Vec;
 
 use super::Engine;
-use crate::binding::Bound;
+use super::plan::Plan;
 use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::declare::Declare;
@@ -23,11 +23,21 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// # Errors
     /// [`CommandError`] when the module or the parameter does not exist, or has no such value.
     pub fn get(&mut self, module: ModuleRef, parameter: u8, place: u8) -> Result<Value, CommandError> {
-        let memory = self.instance(module).ok_or(CommandError::NotPluggedIn(module))?.memory;
+        let instance = self.edited().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+        self.value_in(instance.configuration, module.kind, parameter, place)
+    }
+
+    pub(super) fn value_in(
+        &mut self,
+        configuration: Block,
+        kind: u8,
+        parameter: u8,
+        place: u8,
+    ) -> Result<Value, CommandError> {
         // The first one is that of a parameter with one, too.
-        let (_, axis, element) = self.locate(module.kind, parameter, (place > 0).then_some(place))?;
+        let (_, axis, element) = self.locate(kind, parameter, (place > 0).then_some(place))?;
         let mut found = None;
-        self.visit(module, memory, axis, &mut Parameters::get(parameter, element, &mut found));
+        self.visit(kind, configuration, axis, &mut Parameters::get(parameter, element, &mut found));
         found.ok_or(CommandError::Parameter(ParameterError::Unknown))
     }
 
@@ -56,45 +66,50 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Ok((entries, axis, element))
     }
 
-    /// The ports of a module as its parameters are now; as by default for one that does not exist.
+    /// The ports of a module as its parameters are now, or in the next scheme while a transaction is open; as by default
+    /// for one that does not exist.
     #[must_use]
     pub fn ports(&self, module: ModuleRef) -> Option<Vec<PortSpec, MAX_PORTS>> {
         let mut specs = Vec::new();
-        self.declare(module, &mut specs).then_some(specs)
+        self.declare(self.edited(), module, &mut specs).then_some(specs)
     }
 
     /// One of the [`ports`](Self::ports).
     #[inline(never)]
     pub(crate) fn port(&self, module: ModuleRef, index: u8) -> Option<PortSpec> {
         let mut specs = Vec::new();
-        self.declare(module, &mut specs).then_some(())?;
+        self.declare(self.edited(), module, &mut specs).then_some(())?;
         specs.get(usize::from(index)).copied()
     }
 
-    /// Where a port is bound to, if a command said so.
+    /// Where a port is bound to, if a command said so; as [`ports`](Self::ports).
     #[must_use]
     pub fn binding(&self, module: ModuleRef, port_name: &str) -> Option<TypeRef> {
-        Bound { module, bindings: &self.bindings }.signal(port_name)
+        self.edited().bound(module).signal(port_name)
     }
 
     /// Asks a module for its ports; false if there are too many, or no such kind.
     #[inline(never)]
-    pub(super) fn declare(&self, module: ModuleRef, specs: &mut PortSpecs) -> bool {
+    pub(super) fn declare(&self, plan: &Plan, module: ModuleRef, specs: &mut PortSpecs) -> bool {
         let Some(kind) = M::KINDS.get(usize::from(module.kind)) else { return false };
-        let settings = self.settings(module, kind);
-        let bound = Bound { module, bindings: &self.bindings };
-        let mut declare = Declare::new(&self.device, bound, specs);
+        let settings = self.settings(plan, module, kind);
+        let mut declare = Declare::new(&self.device, plan.bound(module), specs);
         kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
         declare.has_all()
     }
 
     /// A copy of a module's settings; the default ones of a module that does not exist.
     #[inline(never)]
-    pub(super) fn settings(&self, module: ModuleRef, kind: &Kind) -> [Cell<u32>; MAX_SETTINGS_WORDS] {
+    pub(super) fn settings(
+        &self,
+        plan: &Plan,
+        module: ModuleRef,
+        kind: &Kind,
+    ) -> [Cell<u32>; MAX_SETTINGS_WORDS] {
         let copy = [const { Cell::new(0) }; MAX_SETTINGS_WORDS];
-        match self.instances.iter().find(|instance| instance.reference == module) {
+        match plan.instance(module) {
             Some(instance) => {
-                let words = self.data_base.storage().words(instance.memory).unwrap_or_default();
+                let words = self.data_base.storage().words(instance.configuration).unwrap_or_default();
                 let settings = words.get(kind.settings()).unwrap_or_default();
                 copy.iter().zip(settings).for_each(|(copy, word)| copy.set(*word));
             }
@@ -107,17 +122,23 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Visits the parameters of an instance, with the gains of an axis.
     #[inline(never)]
-    pub(super) fn visit(&mut self, module: ModuleRef, memory: Block, axis: u8, visit: &mut Parameters<'_>) {
-        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
-            kind.parameters(&kind.instance(self.data_base.own(memory)), axis, visit);
+    pub(super) fn visit(
+        &mut self,
+        kind: u8,
+        configuration: Block,
+        axis: u8,
+        visit: &mut Parameters<'_>,
+    ) {
+        if let Some(kind) = M::KINDS.get(usize::from(kind)) {
+            kind.parameters(&kind.configuration(self.data_base.own(configuration)), axis, visit);
         }
     }
 
     /// Works out what follows from an instance's parameters.
     #[inline(never)]
-    pub(super) fn prepare(&mut self, module: ModuleRef, memory: Block) {
-        if let Some(kind) = M::KINDS.get(usize::from(module.kind)) {
-            kind.prepare(&kind.instance(self.data_base.own(memory)), &self.device);
+    pub(super) fn prepare(&mut self, kind: u8, configuration: Block) {
+        if let Some(kind) = M::KINDS.get(usize::from(kind)) {
+            kind.prepare(&kind.configuration(self.data_base.own(configuration)), &self.device);
         }
     }
 }

@@ -103,6 +103,12 @@ pub(super) fn write<V: Vocabulary>(
                 named(module)
             )
         }
+        CommandError::TransactionOpen => {
+            write!(f, "a transaction is open already: COMMIT or ABORT ends it (`commit`, `abort` at a device)")
+        }
+        CommandError::NoTransaction => {
+            write!(f, "no transaction is open: BEGIN opens one (`begin` at a device)")
+        }
         CommandError::PacketTooLong { words } => {
             write!(
                 f,

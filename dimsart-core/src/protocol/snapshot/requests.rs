@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 7);
+    assert_eq!(PROTOCOL_VERSION, 8);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -108,6 +108,9 @@ fn commands() {
         "18 RESET",
         "19 CLOSE",
         "20 INIT",
+        "21 BEGIN",
+        "22 COMMIT",
+        "23 ABORT",
     ];
     assert_eq!(numbers, expected);
 }

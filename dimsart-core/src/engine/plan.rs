@@ -1,0 +1,173 @@
+//! A scheme as the engine keeps it: the one that runs, and the next one, which is put together while that one runs.
+
+use core::fmt;
+
+use heapless::Vec;
+
+use crate::binding::{Binding, Bound};
+use crate::command::ModuleRef;
+use crate::data_base::bit;
+use crate::limits::{MAX_BINDINGS, MAX_MODULES};
+use crate::storage::{Block, Storage};
+use crate::wiring::{Plugged, Wiring};
+
+/// A module that exists, plugged in or not. Its parameters and state lie in the Data Base's words.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Instance {
+    pub(super) reference: ModuleRef,
+    /// Handles, settings and gains. The two schemes share it until one of them changes it.
+    pub(super) configuration: Block,
+    /// The two schemes share it: a module that stays goes on.
+    pub(super) state: Block,
+}
+
+impl Instance {
+    /// That of a module that does not exist.
+    const NONE: Self = Self {
+        reference: ModuleRef { kind: 0, number: 0 },
+        configuration: Block::FREE,
+        state: Block::FREE,
+    };
+
+    pub(super) fn blocks(&self) -> [Block; 2] {
+        [self.configuration, self.state]
+    }
+
+    /// Follows its blocks when another one at the end is given back.
+    fn close_gap(&mut self, gone: Block) {
+        for block in [&mut self.configuration, &mut self.state] {
+            if block.offset < gone.offset {
+                block.offset += gone.words;
+            }
+        }
+    }
+}
+
+/// The modules that exist, what their ports are bound to, and the wiring of those that are plugged in.
+#[derive(Debug, Clone)]
+pub(super) struct Plan {
+    pub(super) instances: Vec<Instance, MAX_MODULES>,
+    pub(super) bindings: Vec<Binding, MAX_BINDINGS>,
+    pub(super) wiring: Wiring,
+    pub(super) place_before: Option<ModuleRef>,
+}
+
+impl Plan {
+    const EMPTY: Self =
+        Self { instances: Vec::new(), bindings: Vec::new(), wiring: Wiring::new(), place_before: None };
+
+    pub(super) fn instance(&self, module: ModuleRef) -> Option<&Instance> {
+        self.instances.iter().find(|instance| instance.reference == module)
+    }
+
+    pub(super) fn instance_mut(&mut self, module: ModuleRef) -> Option<&mut Instance> {
+        self.instances.iter_mut().find(|instance| instance.reference == module)
+    }
+
+    pub(super) fn is_plugged_in(&self, module: ModuleRef) -> bool {
+        self.wiring.find(module).is_some()
+    }
+
+    pub(super) fn bound(&self, module: ModuleRef) -> Bound<'_> {
+        Bound { module, bindings: &self.bindings }
+    }
+
+    /// Whether an instance has this block.
+    fn has(&self, block: Block) -> bool {
+        self.instances.iter().any(|instance| instance.blocks().contains(&block))
+    }
+
+    /// Whether a module that is plugged in here goes on where it is in another one: with the state and the memories
+    /// that it has there.
+    pub(super) fn continues(&self, plugged: &Plugged, before: &Self) -> bool {
+        let module = plugged.module;
+        let Some(there) = before.wiring.find(module) else { return false };
+        let state = |plan: &Self| plan.instance(module).map(|instance| instance.state);
+        let memories = |plan: &Self, plugged: &Plugged| {
+            let ports = plan.wiring.ports(plugged).iter().filter(|port| port.is_memory());
+            ports.fold(0, |slots, port| slots | bit(port.slot))
+        };
+        state(self) == state(before) && memories(self, plugged) == memories(before, there)
+    }
+
+    /// Points the handles of the modules that are plugged in, and their calls, to where all words are now.
+    pub(super) fn connect<const WORDS: usize>(&mut self, storage: &mut Storage<WORDS>) {
+        let Self { instances, wiring, .. } = self;
+        wiring.connect(storage, |module| {
+            let found = instances.iter().find(|instance| instance.reference == module);
+            found.unwrap_or(&Instance::NONE).blocks()
+        });
+    }
+}
+
+/// The scheme that runs, and the next one.
+pub(super) struct Plans {
+    pair: [Plan; 2],
+    runs_second: bool,
+}
+
+impl fmt::Debug for Plans {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Plans").field("running", self.running()).field("next", self.next()).finish()
+    }
+}
+
+impl Plans {
+    pub(super) const fn new() -> Self {
+        Self { pair: [Plan::EMPTY; 2], runs_second: false }
+    }
+
+    #[inline(always)]
+    pub(super) fn running(&self) -> &Plan {
+        let [first, second] = &self.pair;
+        if self.runs_second { second } else { first }
+    }
+
+    #[inline(always)]
+    pub(super) fn running_mut(&mut self) -> &mut Plan {
+        let [first, second] = &mut self.pair;
+        if self.runs_second { second } else { first }
+    }
+
+    pub(super) fn next(&self) -> &Plan {
+        let [first, second] = &self.pair;
+        if self.runs_second { first } else { second }
+    }
+
+    pub(super) fn next_mut(&mut self) -> &mut Plan {
+        self.split_mut().1
+    }
+
+    /// The one that runs, and the next one to be changed.
+    pub(super) fn split_mut(&mut self) -> (&mut Plan, &mut Plan) {
+        let [first, second] = &mut self.pair;
+        if self.runs_second { (second, first) } else { (first, second) }
+    }
+
+    /// Both, in no order.
+    pub(super) fn both_mut(&mut self) -> &mut [Plan; 2] {
+        &mut self.pair
+    }
+
+    /// The next one becomes the one that runs, however large they are.
+    pub(super) fn switch(&mut self) {
+        self.runs_second = !self.runs_second;
+    }
+
+    /// Whether both have this block.
+    pub(super) fn share(&self, block: Block) -> bool {
+        self.pair.iter().all(|plan| plan.has(block))
+    }
+
+    /// Whether one of them has this block.
+    pub(super) fn have(&self, block: Block) -> bool {
+        self.pair.iter().any(|plan| plan.has(block))
+    }
+
+    /// Follows the modules' blocks when one at the end is given back.
+    pub(super) fn close_gap(&mut self, gone: Block) {
+        for instance in self.pair.iter_mut().flat_map(|plan| &mut plan.instances) {
+            instance.close_gap(gone);
+        }
+    }
+}

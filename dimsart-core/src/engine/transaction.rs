@@ -1,0 +1,220 @@
+//! Transactions: the next scheme is put together and checked aside, and takes the place of the one that runs between
+//! two ticks, whole or not at all.
+
+use super::Engine;
+use super::plan::Instance;
+use crate::command::{CommandError, ModuleRef};
+use crate::data_base::bit;
+use crate::kind::ModuleList;
+use crate::mailbox::LinkPort;
+use crate::schedule::schedule;
+use crate::storage::Block;
+use crate::wiring::Plugged;
+
+/// Whether the next scheme is put together now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Draft {
+    None,
+    /// By the command that is carried out.
+    OfOneCommand,
+    /// By as many commands as anybody gives.
+    Open {
+        /// Whether the scheme starts with the commit, if none runs.
+        starts: bool,
+    },
+}
+
+impl Draft {
+    pub(super) fn is_there(self) -> bool {
+        self != Self::None
+    }
+
+    pub(super) fn is_open(self) -> bool {
+        matches!(self, Self::Open { .. })
+    }
+}
+
+impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
+    /// Whether a transaction is open.
+    #[must_use]
+    pub fn is_in_transaction(&self) -> bool {
+        self.draft.is_open()
+    }
+
+    pub(super) fn open_draft(&mut self) -> Result<(), CommandError> {
+        if self.draft.is_open() {
+            return Err(CommandError::TransactionOpen);
+        }
+        self.draft(Draft::Open { starts: false });
+        Ok(())
+    }
+
+    /// Begins the next scheme with the one that runs.
+    pub(super) fn draft(&mut self, draft: Draft) {
+        let (running, next) = self.plans.split_mut();
+        next.clone_from(running);
+        self.draft = draft;
+    }
+
+    pub(super) fn abort(&mut self) -> Result<(), CommandError> {
+        if !self.draft.is_open() {
+            return Err(CommandError::NoTransaction);
+        }
+        self.drop_draft();
+        Ok(())
+    }
+
+    pub(super) fn commit(&mut self) -> Result<(), CommandError> {
+        let Draft::Open { starts } = self.draft else { return Err(CommandError::NoTransaction) };
+        if self.is_running || starts {
+            let (_, faults) = self.finding(0);
+            if faults > 0 {
+                return Err(CommandError::DoesNotMatch { faults });
+            }
+        }
+        if let Some(module) = self.dearest_new_module() {
+            self.admit(module)?;
+        }
+        self.switch();
+        if starts && !self.is_running {
+            self.start();
+        }
+        Ok(())
+    }
+
+    /// Lets the scheme run if it is sound; the next one with its commit.
+    pub(super) fn check_and_start(&mut self) -> Result<(), CommandError> {
+        let (_, faults) = self.finding(0);
+        if faults > 0 {
+            return Err(CommandError::DoesNotMatch { faults });
+        }
+        if let Draft::Open { starts } = &mut self.draft {
+            *starts = true;
+        } else if !self.is_running {
+            self.start();
+        }
+        Ok(())
+    }
+
+    /// Starts from rest, as after power-up: what modules and signals held may be long past.
+    fn start(&mut self) {
+        self.reset();
+        self.data_base.zero_signals();
+        self.data_base.links().iter().for_each(LinkPort::forget_received);
+        self.is_running = true;
+    }
+
+    /// The module to name where the next scheme takes too long: one whose cost is not known, or the dearest of those
+    /// that are not plugged in yet, or of all.
+    fn dearest_new_module(&self) -> Option<ModuleRef> {
+        let (running, next) = (self.plans.running(), &self.plans.next().wiring);
+        let dearness = |plugged: &&Plugged| {
+            let cycles = self.cycles_in(next, plugged);
+            (cycles.is_none(), !running.is_plugged_in(plugged.module), cycles)
+        };
+        next.modules().iter().max_by_key(dearness).map(|plugged| plugged.module)
+    }
+
+    /// Whether a tick of the next scheme is short enough; the module is named where it is not.
+    pub(super) fn admit(&self, module: ModuleRef) -> Result<(), CommandError> {
+        let Some((limit, _)) = self.limit_cycles.zip(self.costs) else { return Ok(()) };
+        let wiring = &self.plans.next().wiring;
+        let own = wiring.find(module).and_then(|plugged| self.cycles_in(wiring, plugged));
+        let (cycles, tick_cycles) =
+            own.zip(self.cycles_with(wiring)).ok_or(CommandError::CostUnknown(module))?;
+        let limit_cycles = limit.get();
+        if tick_cycles > limit_cycles {
+            return Err(CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles });
+        }
+        Ok(())
+    }
+
+    /// The order of the calls of the next scheme.
+    pub(super) fn schedule_next(&mut self) {
+        let wiring = &mut self.plans.next_mut().wiring;
+        let calls = schedule(wiring);
+        wiring.set_calls(calls.into_iter(), M::KINDS);
+    }
+
+    /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
+    pub(super) fn switch(&mut self) {
+        let has_begun = !self.begins;
+        let (running, next) = self.plans.split_mut();
+        for order in 0..next.wiring.modules().len() {
+            let Some(plugged) = next.wiring.modules().get(order) else { break };
+            let before = running.wiring.find(plugged.module).filter(|_| next.continues(plugged, running));
+            let end = plugged.link_end.filter(|_| before.is_none());
+            let begins = before.is_none_or(|before| before.begins);
+            for (link, port) in (0..).zip(self.data_base.links()) {
+                if end.is_some_and(|end| end.listens_to(link)) {
+                    port.forget_received();
+                }
+            }
+            next.wiring.set_begins(order, begins);
+            self.begins |= begins;
+        }
+        self.takes_over = has_begun && self.begins && self.is_running;
+        self.plans.switch();
+        self.drop_draft();
+    }
+
+    /// Forgets the next scheme: what the one that runs does not use is given back.
+    pub(super) fn drop_draft(&mut self) {
+        self.draft = Draft::None;
+        self.clear_next();
+    }
+
+    /// The next scheme has no modules.
+    fn clear_next(&mut self) {
+        while let Some(instance) = self.plans.next_mut().instances.pop() {
+            self.give_back_blocks(&instance);
+        }
+        let next = self.plans.next_mut();
+        next.wiring.clear();
+        next.bindings.clear();
+        next.place_before = None;
+        self.give_back_slots();
+    }
+
+    /// Ends the existence of every module; stops, unless a transaction is open.
+    pub(super) fn close_all(&mut self) {
+        if let Draft::Open { starts } = &mut self.draft {
+            *starts = false;
+        } else {
+            self.is_running = false;
+            self.plans.switch();
+        }
+        self.clear_next();
+    }
+
+    /// Gives back the blocks of an instance that is not there any more, as far as no other scheme has them.
+    pub(super) fn give_back_blocks(&mut self, instance: &Instance) {
+        let [configuration, mut state] = instance.blocks();
+        if self.give_back(configuration) && state.offset < configuration.offset {
+            state.offset += configuration.words;
+        }
+        self.give_back(state);
+    }
+
+    /// Gives back a block that nobody has; says whether it did.
+    pub(super) fn give_back(&mut self, block: Block) -> bool {
+        if block.words == 0 || self.plans.have(block) {
+            return false;
+        }
+        self.data_base.storage_mut().give_back_at_end(block);
+        self.plans.close_gap(block);
+        true
+    }
+
+    /// Gives back what neither a scheme nor the device uses. All words may have moved after it.
+    pub(super) fn give_back_slots(&mut self) {
+        let types = self.device.outputs.iter().chain(self.device.inputs);
+        let slots = types.filter_map(|data_type| self.data_base.slot(data_type.first()));
+        let of_device = slots.fold(0, |slots, slot| slots | bit(slot));
+        let of_schemes = self.plans.running().wiring.slots() | self.plans.next().wiring.slots();
+        self.data_base.keep_only(of_schemes | of_device);
+        for plan in self.plans.both_mut() {
+            plan.connect(self.data_base.storage_mut());
+        }
+    }
+}
