@@ -20,7 +20,7 @@ pub struct Data<'a> {
     links: &'a [LinkPort; MAX_LINKS],
     device: &'a DeviceDescriptor,
     dof: Dof,
-    takes_over: bool,
+    takes_over: Cell<bool>,
 }
 
 /// Degrees of freedom. The compiler knows how few they can be, and that there is one: loops over axes are short and
@@ -49,10 +49,9 @@ impl<'a> Data<'a> {
         words: &'a [Cell<u32>],
         links: &'a [LinkPort; MAX_LINKS],
         device: &'a DeviceDescriptor,
-        takes_over: bool,
     ) -> Self {
         let dof = Dof::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Dof::One);
-        Self { words, links, device, dof, takes_over }
+        Self { words, links, device, dof, takes_over: Cell::new(false) }
     }
 
     /// The device's descriptor: degrees of freedom, sample period.
@@ -61,12 +60,16 @@ impl<'a> Data<'a> {
         self.device
     }
 
-    /// Whether modules that begin in this tick take over in a scheme that runs: their outputs hold what others wrote in
-    /// the tick before. Otherwise they begin as after a start.
+    /// Whether the module that [begins](crate::Module::begin) takes over from another one in a scheme that runs: its
+    /// outputs hold what that one wrote in the tick before. Otherwise it begins as after a start.
     #[inline]
     #[must_use]
     pub fn takes_over(&self) -> bool {
-        self.takes_over
+        self.takes_over.get()
+    }
+
+    pub(crate) fn say_who_takes_over(&self, takes_over: bool) {
+        self.takes_over.set(takes_over);
     }
 
     /// Degrees of freedom: how many axes a vector has.

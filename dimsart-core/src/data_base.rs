@@ -160,9 +160,9 @@ impl<const WORDS: usize> DataBase<WORDS> {
     }
 
     /// The view that modules get during a tick.
-    pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor, takes_over: bool) -> Data<'a> {
+    pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
         let words = Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells();
-        Data::new(words, &self.links, device, takes_over)
+        Data::new(words, &self.links, device)
     }
 }
 

@@ -56,7 +56,13 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     }
 
     /// Allows motion from the next tick on, or forbids it: the device gets its safe value then. It is allowed at first.
+    ///
+    /// When it is allowed, modules begin as after a start, from where the device is: what they made up while nothing
+    /// moved is forgotten. What comes over links and what is recorded [goes on](crate::Module::OUTLASTS_ARMING).
     pub fn allow_motion(&mut self, is_allowed: bool) {
+        if is_allowed && self.safety.forbids_motion() {
+            self.engine.begin_motion();
+        }
         self.safety.allow_motion(is_allowed);
     }
 
@@ -108,7 +114,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// # Errors
     /// As [`Engine::command`].
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
-        self.engine.command(command)
+        self.engine.command(command)?;
+        if self.engine.is_taking_over() {
+            // Modules take over from what the device got, which may be less than the scheme commanded.
+            self.frame.show(self.engine.data_base_mut(), self.safety.given());
+        }
+        Ok(())
     }
 
     /// The channel that is listened to on a link, 0 to 2047; 0 while nobody listens.

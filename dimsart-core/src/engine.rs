@@ -71,8 +71,6 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     is_running: bool,
     /// Whether a module begins with its next call.
     begins: bool,
-    /// Whether modules that begin take over from others, in a scheme that runs.
-    takes_over: bool,
     list: PhantomData<M>,
 }
 
@@ -97,7 +95,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             costs: None,
             is_running: false,
             begins: false,
-            takes_over: false,
             list: PhantomData,
         }
     }
@@ -115,11 +112,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             return;
         }
         let Some(device) = &self.device.0 else { return };
-        let data = self.data_base.view(device, self.takes_over);
+        let data = self.data_base.view(device);
         let wiring = &mut self.plans.running_mut().wiring;
         observer.look_on(Calls { wiring, begins: self.begins }, &data);
         if self.begins {
-            (self.begins, self.takes_over) = (false, false);
+            self.begins = false;
             wiring.has_begun();
         }
     }

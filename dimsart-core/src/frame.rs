@@ -118,6 +118,20 @@ impl Frame {
         self.outputs.write(words.unwrap_or_default(), measured)
     }
 
+    /// Puts what the device got into the Data Base, instead of what it was commanded.
+    pub(crate) fn show<const WORDS: usize>(
+        &self,
+        data_base: &mut DataBase<WORDS>,
+        given: impl Iterator<Item = (usize, Word)>,
+    ) {
+        let words = data_base.storage_mut().words_mut(self.inputs.span).unwrap_or_default();
+        for (place, given) in given {
+            if let Some(word) = words.get_mut(place) {
+                *word = given.0;
+            }
+        }
+    }
+
     /// Reads what the device is commanded out of the Data Base.
     ///
     /// # Errors

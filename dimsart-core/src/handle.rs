@@ -177,6 +177,16 @@ macro_rules! handle {
 handle!(Input, "A signal that a module reads.");
 handle!(Output, "A signal that a module writes.");
 
+impl<S> Output<S> {
+    /// What was written to it last, also by the module before: for [`begin`](crate::Module::begin) of a module that
+    /// [takes over](crate::Data::takes_over).
+    #[inline(always)]
+    #[must_use]
+    pub const fn last(self) -> Input<S> {
+        Input::new(self.block)
+    }
+}
+
 /// A module's own block of words in the Data Base, for what is too large to sit in every module.
 #[derive(Debug, Clone, Copy)]
 pub struct Memory {

@@ -26,6 +26,7 @@ pub struct Kind {
     /// [`Module::SUMMARY`].
     pub summary: Summary,
     is_left_out: bool,
+    outlasts_arming: bool,
     handles: u8,
     settings_words: u8,
     state_words: u8,
@@ -65,6 +66,7 @@ impl Kind {
             name: M::NAME,
             summary: Summary::new(M::SUMMARY),
             is_left_out: false,
+            outlasts_arming: M::OUTLASTS_ARMING,
             handles: M::Ports::COUNT as u8,
             settings_words: M::Settings::COUNT as u8,
             state_words: M::State::COUNT as u8,
@@ -85,6 +87,7 @@ impl Kind {
             name,
             summary: Summary::new("Left out of this image."),
             is_left_out: true,
+            outlasts_arming: true,
             handles: 0,
             settings_words: 0,
             state_words: 0,
@@ -102,6 +105,11 @@ impl Kind {
     #[must_use]
     pub const fn is_there(&self) -> bool {
         !self.is_left_out
+    }
+
+    /// [`Module::OUTLASTS_ARMING`].
+    pub(crate) const fn outlasts_arming(&self) -> bool {
+        self.outlasts_arming
     }
 
     /// Words that an instance takes on a device with `dof` axes.

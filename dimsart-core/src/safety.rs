@@ -102,6 +102,15 @@ impl Safety {
         self.is_motion_forbidden = !is_allowed;
     }
 
+    pub(crate) fn forbids_motion(&self) -> bool {
+        self.is_motion_forbidden
+    }
+
+    /// What the device's words with limits got last, with their places.
+    pub(crate) fn given(&self) -> impl Iterator<Item = (usize, Word)> + '_ {
+        self.limited.iter().map(|limited| (limited.place, limited.given))
+    }
+
     /// Why the device did not get what the scheme commanded, in the last tick.
     #[must_use]
     pub fn reason(&self) -> Reason {

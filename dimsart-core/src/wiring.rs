@@ -38,6 +38,8 @@ pub(crate) struct Plugged {
     pub(crate) link_end: Option<LinkEnd>,
     /// Whether its state begins with its next call.
     pub(crate) begins: bool,
+    /// Whether it then takes over from the module that wrote to its outputs before.
+    pub(crate) takes_over: bool,
     ports: Span,
     handles: Span,
 }
@@ -199,8 +201,9 @@ impl Wiring {
     ) -> Result<(), CommandError> {
         let (ports, handles) = (self.ports.len(), self.handles.len());
         let declared = self.declare(new, device, data_base, bound);
-        let plugged_in = declared
-            .and_then(|plugged| self.modules.insert(new.order, plugged).map_err(|_| CommandError::TooManyModules));
+        let plugged_in = declared.and_then(|plugged| {
+            self.modules.insert(new.order, plugged).map_err(|_| CommandError::TooManyModules)
+        });
         plugged_in.inspect_err(|_| {
             self.ports.truncate(ports);
             self.handles.truncate(handles);
@@ -232,10 +235,12 @@ impl Wiring {
             module: new.module,
             link_end,
             begins: true,
+            takes_over: false,
             ports: Span { start: index(self.ports.len())?, count: index(specs.len())? },
             handles: Span { start: index(self.handles.len())?, count: index(handles)? },
         };
-        for (place, spec) in specs.iter().enumerate() {
+        let mut memories_before = new.before.iter().filter(|port| port.is_memory());
+        for spec in &specs {
             let port = match spec.data_type {
                 Some((_, default)) => {
                     let signal = bound.signal(spec.name).unwrap_or(default);
@@ -245,8 +250,8 @@ impl Wiring {
                 }
                 None => {
                     let words = if let Direction::Memory(words) = spec.direction { words } else { 0 };
-                    let kept = new.before.get(place).filter(|port| port.is_memory()).map(|port| port.slot);
-                    let kept = kept.filter(|slot| data_base.words(*slot).len() == words);
+                    let before = memories_before.next().map(|port| port.slot);
+                    let kept = before.filter(|slot| data_base.words(*slot).len() == words);
                     Port::new(kept.map_or_else(|| data_base.take(words), Ok)?, spec, None)
                 }
             };
@@ -267,7 +272,14 @@ impl Wiring {
             let Some(kind) = kinds.get(usize::from(plugged.module.kind)) else { continue };
             let begin = if stage == Stage::Early { kind.begin() } else { None };
             let compute = kind.compute(stage);
-            let _ = self.calls.push(Call { compute, begin, configuration: u16::MAX, state: u16::MAX, order, stage });
+            let _ = self.calls.push(Call {
+                compute,
+                begin,
+                configuration: u16::MAX,
+                state: u16::MAX,
+                order,
+                stage,
+            });
         }
     }
 
@@ -301,6 +313,12 @@ impl Wiring {
         self.ports.iter().fold(0, |slots, port| slots | bit(port.slot))
     }
 
+    /// Slots that a module writes to, a bit each.
+    pub(crate) fn writes(&self, plugged: &Plugged) -> u64 {
+        let written = self.ports(plugged).iter().filter(|port| port.is_written());
+        written.fold(0, |slots, port| slots | bit(port.slot))
+    }
+
     /// Modules in plug-in order.
     pub(crate) fn modules(&self) -> &[Plugged] {
         &self.modules
@@ -309,14 +327,14 @@ impl Wiring {
     /// Has the state of these modules begin with their next call.
     pub(crate) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
         for plugged in self.modules.iter_mut().filter(|plugged| is_meant(plugged.module)) {
-            plugged.begins = true;
+            (plugged.begins, plugged.takes_over) = (true, false);
         }
     }
 
-    /// Says whether the state of the module at a place begins with its next call.
-    pub(crate) fn set_begins(&mut self, order: usize, begins: bool) {
+    /// Says whether the state of the module at a place begins with its next call, and whether it takes over then.
+    pub(crate) fn begin_at(&mut self, order: usize, begins: bool, takes_over: bool) {
         if let Some(plugged) = self.modules.get_mut(order) {
-            plugged.begins = begins;
+            (plugged.begins, plugged.takes_over) = (begins, takes_over);
         }
     }
 

@@ -59,8 +59,9 @@ impl Calls<'_> {
     #[inline(never)]
     fn begin(&self, call: &Call, data: &Data<'_>) {
         if let Some(begin) = call.begin
-            && self.wiring.called(call).is_some_and(|called| called.begins)
+            && let Some(called) = self.wiring.called(call).filter(|called| called.begins)
         {
+            data.say_who_takes_over(called.takes_over);
             begin(data, call.configuration, call.state);
         }
     }

@@ -122,13 +122,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Visits the parameters of an instance, with the gains of an axis.
     #[inline(never)]
-    pub(super) fn visit(
-        &mut self,
-        kind: u8,
-        configuration: Block,
-        axis: u8,
-        visit: &mut Parameters<'_>,
-    ) {
+    pub(super) fn visit(&mut self, kind: u8, configuration: Block, axis: u8, visit: &mut Parameters<'_>) {
         if let Some(kind) = M::KINDS.get(usize::from(kind)) {
             kind.parameters(&kind.configuration(self.data_base.own(configuration)), axis, visit);
         }

@@ -23,11 +23,8 @@ pub(super) struct Instance {
 
 impl Instance {
     /// That of a module that does not exist.
-    const NONE: Self = Self {
-        reference: ModuleRef { kind: 0, number: 0 },
-        configuration: Block::FREE,
-        state: Block::FREE,
-    };
+    const NONE: Self =
+        Self { reference: ModuleRef { kind: 0, number: 0 }, configuration: Block::FREE, state: Block::FREE };
 
     pub(super) fn blocks(&self) -> [Block; 2] {
         [self.configuration, self.state]

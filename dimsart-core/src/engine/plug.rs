@@ -184,7 +184,21 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     pub(super) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
         self.plans.running_mut().wiring.begin(is_meant);
-        (self.begins, self.takes_over) = (true, false);
+        self.begins = true;
+    }
+
+    /// Modules begin as after a start, but those that outlast it: what the others wrote is zero until then.
+    pub(crate) fn begin_motion(&mut self) {
+        let begins = |module: ModuleRef| {
+            M::KINDS.get(usize::from(module.kind)).is_some_and(|kind| !kind.outlasts_arming())
+        };
+        let wiring = &self.plans.running().wiring;
+        for plugged in wiring.modules().iter().filter(|plugged| begins(plugged.module)) {
+            for port in wiring.ports(plugged).iter().filter(|port| port.is_written()) {
+                self.data_base.overwrite(port.slot, core::iter::repeat(0));
+            }
+        }
+        self.begin(begins);
     }
 
     fn init(&mut self, module: ModuleRef) -> Result<(), CommandError> {

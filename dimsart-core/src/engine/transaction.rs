@@ -138,8 +138,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
     pub(super) fn switch(&mut self) {
-        let has_begun = !self.begins;
         let (running, next) = self.plans.split_mut();
+        let modules = running.wiring.modules().iter();
+        let written = modules.fold(0, |slots, plugged| slots | running.wiring.writes(plugged));
         for order in 0..next.wiring.modules().len() {
             let Some(plugged) = next.wiring.modules().get(order) else { break };
             let before = running.wiring.find(plugged.module).filter(|_| next.continues(plugged, running));
@@ -150,12 +151,18 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                     port.forget_received();
                 }
             }
-            next.wiring.set_begins(order, begins);
+            let takes_over = before.map_or(self.is_running, |before| before.takes_over);
+            next.wiring.begin_at(order, begins, takes_over && next.wiring.writes(plugged) & written != 0);
             self.begins |= begins;
         }
-        self.takes_over = has_begun && self.begins && self.is_running;
         self.plans.switch();
         self.drop_draft();
+    }
+
+    /// Whether a module takes over from another one in the next tick.
+    pub(crate) fn is_taking_over(&self) -> bool {
+        let mut modules = self.plans.running().wiring.modules().iter();
+        self.begins && modules.any(|plugged| plugged.begins && plugged.takes_over)
     }
 
     /// Forgets the next scheme: what the one that runs does not use is given back.

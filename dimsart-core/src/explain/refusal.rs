@@ -104,7 +104,10 @@ pub(super) fn write<V: Vocabulary>(
             )
         }
         CommandError::TransactionOpen => {
-            write!(f, "a transaction is open already: COMMIT or ABORT ends it (`commit`, `abort` at a device)")
+            write!(
+                f,
+                "a transaction is open already: COMMIT or ABORT ends it (`commit`, `abort` at a device)"
+            )
         }
         CommandError::NoTransaction => {
             write!(f, "no transaction is open: BEGIN opens one (`begin` at a device)")

@@ -102,6 +102,7 @@ pub struct CommRx;
 impl Module for CommRx {
     const NAME: &'static str = "COMM_RXMOD";
     const SUMMARY: &'static str = "Receives signals from the other side.";
+    const OUTLASTS_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
     type State = State;

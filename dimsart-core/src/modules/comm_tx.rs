@@ -67,6 +67,7 @@ pub struct CommTx;
 impl Module for CommTx {
     const NAME: &'static str = "COMM_TXMOD";
     const SUMMARY: &'static str = "Sends signals to the other side.";
+    const OUTLASTS_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
     type State = State;

@@ -1,6 +1,7 @@
 //! PD controller: spring and damper between desired and measured position.
 //!
-//! `F = K e + D (e - e[k-1]) / h`, `e = x_d - x`, `h` the sample period; `e[-1] = e[0]`.
+//! `F = K e + D (e - e[k-1]) / h`, `e = x_d - x`, `h` the sample period; `e[-1] = e[0]`. Where it takes over from another
+//! module, and `D` is not zero, `e[-1]` is such that its first force is that one's last.
 //!
 //! With `LAW_OUTPUT ON` it also publishes the law it will follow in the next tick,
 //! `F = S (x_d - x) - M` with `S = K + D/h` and `M = D e/h`, so that a wave transformer can solve for
@@ -70,8 +71,16 @@ impl Module for Pd {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        let inputs = [context.ports().position, context.ports().desired_position];
-        context.begin_axes(inputs, |_, [x, desired]| Axis { previous_error: desired - x });
+        let Ports { position, desired_position, force, .. } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
+            let error = desired - x;
+            if !takes_over || gains.damping_per_tick == 0.0 {
+                return Axis { previous_error: error };
+            }
+            let change = (last_force - gains.stiffness * error) / gains.damping_per_tick;
+            Axis { previous_error: error - change }
+        });
     }
 
     #[inline(always)]

@@ -4,6 +4,9 @@
 //! (back-calculation, Åström & Hägglund, *Advanced PID Control*, section 3.5), so that it stops
 //! winding while the force limit holds; `v` is the slope of the error through a first-order low-pass
 //! `v += (slope - v) h / (h + T_f)`.
+//!
+//! Where it takes over from another module, `I` begins with what that one's last force leaves for it, so that the force
+//! goes on without a step; with `K_I = 0`, nothing would ever take that away again, and `I` begins with zero.
 
 use crate::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
@@ -31,7 +34,13 @@ words! {
         damping_per_tick: f32,
     }
     /// Of an axis.
-    pub struct Axis { integral: f32, previous_error: f32, filtered_change: f32 }
+    pub struct Axis {
+        integral: f32,
+        previous_error: f32,
+        filtered_change: f32,
+        /// Ticks left in which the integral makes up for the derivative, which takes two to be known.
+        settling_ticks: u32,
+    }
     /// Signals.
     pub struct Ports { position: Input, desired_position: Input, force: Output }
 }
@@ -83,8 +92,17 @@ impl Module for Pid {
     }
 
     fn begin(context: &Context<'_, Self>) {
-        let inputs = [context.ports().position, context.ports().desired_position];
-        context.begin_axes(inputs, |_, [x, desired]| Axis { previous_error: desired - x, ..Axis::default() });
+        let Ports { position, desired_position, force } = context.ports();
+        let takes_over = context.takes_over();
+        context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
+            let error = desired - x;
+            let axis = Axis { previous_error: error, ..Axis::default() };
+            if !takes_over || gains.integral_gain_per_tick == 0.0 {
+                return axis;
+            }
+            let proportional = (gains.stiffness + gains.integral_gain_per_tick) * error;
+            Axis { integral: math::limit(last_force, gains.limit) - proportional, settling_ticks: 2, ..axis }
+        });
     }
 
     #[inline(always)]
@@ -96,6 +114,11 @@ impl Module for Pid {
             let change = error - axis.previous_error;
             axis.previous_error = error;
             axis.filtered_change += smoothing * (change - axis.filtered_change);
+            if axis.settling_ticks > 0 {
+                axis.settling_ticks -= 1;
+                axis.filtered_change = change;
+                axis.integral -= gains.damping_per_tick * change;
+            }
             let integral = axis.integral + gains.integral_gain_per_tick * error;
             let wanted = gains.stiffness * error + integral + gains.damping_per_tick * axis.filtered_change;
             let force = math::limit(wanted, gains.limit);

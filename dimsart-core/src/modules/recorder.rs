@@ -29,6 +29,7 @@ pub struct Recorder;
 impl Module for Recorder {
     const NAME: &'static str = "RECORDER_MOD";
     const SUMMARY: &'static str = "Keeps the last rows of a signal to be read out later.";
+    const OUTLASTS_ARMING: bool = true;
     type Settings = Settings;
     type Gains = ();
     type State = State;

@@ -78,7 +78,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
             let (_, entry) = found(engine.data_base().signals().nth(usize::from(index)))?;
             Response::Entry(entry.signal)
         }
-        Request::Command(command) => Response::Effect(carry_out(command, engine, info)),
+        Request::Command(command) => Response::Effect(carry_out(command, dimsart, info)),
         Request::Get { module, parameter, entry } => {
             Response::Value(engine.get(module, parameter, entry).map_err(Refusal::Engine)?)
         }
@@ -147,10 +147,11 @@ fn instance<M: ModuleList, const WORDS: usize>(engine: &Engine<M, WORDS>, index:
 
 fn carry_out<M: ModuleList, const WORDS: usize>(
     command: Command,
-    engine: &mut Engine<M, WORDS>,
+    dimsart: &mut Dimsart<M, WORDS>,
     info: &mut DeviceInfo,
 ) -> Effect {
-    let refused = engine.command(command).err();
+    let refused = dimsart.command(command).err();
+    let engine = dimsart.engine_mut();
     if refused.is_none() && matches!(command, Command::Reset | Command::ResetModule(_)) {
         info.forget_lost_link();
     }

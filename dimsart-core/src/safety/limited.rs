@@ -17,7 +17,7 @@ pub(super) struct Limited {
     step: f32,
     safe_value: SafeValue,
     /// What it got last.
-    given: Word,
+    pub(super) given: Word,
 }
 
 /// What a word was held to.

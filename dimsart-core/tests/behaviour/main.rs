@@ -29,5 +29,6 @@ mod protocol;
 mod saved_scheme;
 mod schemes;
 mod signals;
+mod transactions;
 mod waves;
 mod wire;
