@@ -1,6 +1,11 @@
 //! Random transactions of the library's modules on the shipped scheme and on arms: whatever is asked, the device gets
 //! finite forces within its limits, never faster than they may change, and a refusal leaves all as it was.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
 #![expect(
     clippy::cast_possible_truncation,
     clippy::cast_precision_loss,
