@@ -126,6 +126,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// # Errors
     /// [`CommandError`] says why the command was refused; nothing has changed then.
     #[doc(alias = "ModuleCmd")]
+    #[inline(never)]
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
         match command {
             Command::Begin => return self.open_draft(),
@@ -249,12 +250,18 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         })
     }
 
-    /// Every module that exists, plugged in or not. As all that is said of what runs, without an open transaction's.
+    /// Every module that exists, plugged in or not; in the next scheme while a transaction is open.
     pub fn instances(&self) -> impl Iterator<Item = ModuleRef> + '_ {
-        self.plans.running().instances.iter().map(|instance| instance.reference)
+        self.edited().instances.iter().map(|instance| instance.reference)
     }
 
-    /// Whether a module is plugged in.
+    /// Place of a module in the plug-in order, from 0; as [`instances`](Self::instances).
+    #[must_use]
+    pub fn place_of(&self, module: ModuleRef) -> Option<usize> {
+        self.edited().wiring.order_of(module)
+    }
+
+    /// Whether a module is plugged in, in the scheme that runs.
     #[must_use]
     pub fn is_plugged_in(&self, module: ModuleRef) -> bool {
         self.plans.running().is_plugged_in(module)
@@ -283,11 +290,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         ports.get(usize::from(port)).filter(|port| port.is_memory()).map(|port| port.slot)
     }
 
-    /// What is taken of the static storage.
+    /// What is taken of the static storage, by the scheme that runs and the next one together; of the modules, as
+    /// [`instances`](Self::instances).
     #[must_use]
     pub fn usage(&self) -> Usage {
         Usage {
-            modules: self.plans.running().instances.len(),
+            modules: self.edited().instances.len(),
             slots: self.data_base.taken_slots(),
             words: WORDS - self.data_base.free_words(),
             words_in_all: WORDS,

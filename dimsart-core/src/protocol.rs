@@ -110,7 +110,7 @@ pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_s
 /// Version of requests and responses; see the [module docs](self).
 pub const PROTOCOL_VERSION: u16 = 8;
 
-/// Oldest version that a host of this one understands: before it, descriptions had other fields.
-pub const OLDEST_PROTOCOL_VERSION: u16 = 7;
+/// Oldest version that a host of this one understands: before it, effects and states had other fields.
+pub const OLDEST_PROTOCOL_VERSION: u16 = 8;
 /// Bits per second of a serial command line, unless both ends were told otherwise.
 pub const DEFAULT_BAUD: u32 = 921_600;

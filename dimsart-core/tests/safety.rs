@@ -253,7 +253,7 @@ fn the_safe_value_is_reached_and_left_at_the_rate() {
 }
 
 #[test]
-fn arming_does_not_step_by_what_an_integrator_has_wound_up() {
+fn arming_forgets_what_an_integrator_has_wound_up_and_keeps_to_the_rate() {
     let run = |limits: &'static [&'static [InputLimits]]| {
         let device = described(&[types::DES_POSITION, types::POSITION], &[types::DES_FORCE]);
         let mut dimsart = Dimsart::<Standard>::new(device.with_limits(limits).unwrap()).unwrap();
@@ -274,7 +274,7 @@ any MOD_ENG MATCHING_CHECK";
         [tick(true), tick(true)]
     };
     let [first, _] = run(&[&[]]);
-    assert!(first > 800.0, "without a limit it steps: {first} N");
+    assert_eq!(first, 1000.0 * H_S, "what one tick integrates");
     let limited = run(&[SLOW]);
     assert_eq!(limited, [0.05, 0.1]);
 }

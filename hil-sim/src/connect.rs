@@ -8,6 +8,7 @@
 //! keeps it from moving.
 
 mod command;
+mod commands;
 mod description;
 mod device;
 mod error;
@@ -22,10 +23,10 @@ mod measured;
 mod port;
 mod recorder;
 mod renewal;
-mod replace;
 mod scheme;
 mod show;
 mod signals;
+mod transaction;
 mod unsolicited;
 
 pub use command::CommandOutcome;

@@ -17,7 +17,7 @@ use crate::storage::Block;
 use crate::vocabulary::Vocabulary as _;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
-    /// Value of a module's parameter; that at `place` if it has [several](crate::Entries), the axis where each axis has
+    /// Value of a module's parameter, in the next scheme while a transaction is open; that at `place` if it has [several](crate::Entries), the axis where each axis has
     /// one.
     ///
     /// # Errors

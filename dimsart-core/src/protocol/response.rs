@@ -155,6 +155,8 @@ pub struct Effect {
     pub blocked: Option<Blocked>,
     /// What the named parameter is set to, or the named port bound to, now, if there is one.
     pub value: Option<Value>,
+    /// Whether a transaction is open now: what was changed waits for its commit.
+    pub is_in_transaction: bool,
 }
 
 /// Words of a signal, or of a memory.
@@ -185,6 +187,8 @@ pub struct Status {
     pub first_fault: Option<FirstFault>,
     /// What is taken of the static storage.
     pub usage: Usage,
+    /// Whether a transaction is open: modules, their ports and parameters are told of the next scheme.
+    pub is_in_transaction: bool,
 }
 
 /// How well the ticks keep their time; see [`Timing`].

@@ -18,7 +18,6 @@ use crate::dimsart::Dimsart;
 use crate::engine::{Engine, type_at};
 use crate::kind::ModuleList;
 use crate::parameter::Value;
-use crate::port::Stage;
 use crate::unit::Unit;
 use crate::word::Format;
 
@@ -101,6 +100,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
             blocked: blocked(engine, info),
             first_fault: info.first_fault,
             usage: engine.usage(),
+            is_in_transaction: engine.is_in_transaction(),
         }),
         Request::SchemeCommand { place, index } => {
             Response::SchemeCommand(found(engine.command_of(place, index))?)
@@ -140,9 +140,8 @@ fn identity(device: &DeviceDescriptor, info: &DeviceInfo) -> Identity<'static> {
 
 fn instance<M: ModuleList, const WORDS: usize>(engine: &Engine<M, WORDS>, index: u8) -> Option<InstanceText> {
     let module = engine.instances().nth(usize::from(index))?;
-    let mut plugged_in = engine.steps().filter(|step| step.stage == Stage::Early);
-    let place = plugged_in.position(|step| step.module == module);
-    Some(InstanceText { module, place: place.and_then(|place| u8::try_from(place).ok()) })
+    let place = engine.place_of(module).and_then(|place| u8::try_from(place).ok());
+    Some(InstanceText { module, place })
 }
 
 fn carry_out<M: ModuleList, const WORDS: usize>(
@@ -164,7 +163,7 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
         }
         _ => None,
     };
-    Effect { refused, blocked: blocked(engine, info), value }
+    Effect { refused, blocked: blocked(engine, info), value, is_in_transaction: engine.is_in_transaction() }
 }
 
 fn blocked<M: ModuleList, const WORDS: usize>(

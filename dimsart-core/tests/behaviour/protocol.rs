@@ -200,7 +200,15 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let pd = module("PDCTRL_MOD");
     let effect = served.command(Command::PlugIn(pd));
     let wanted = Finding::NoProvider { signal: types::DES_POSITION.first(), reader: Party::Module(pd) };
-    assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Fault(wanted)), value: None });
+    assert_eq!(
+        effect,
+        Effect {
+            refused: None,
+            blocked: Some(Blocked::Fault(wanted)),
+            value: None,
+            is_in_transaction: false
+        }
+    );
     assert_eq!(served.ask(Request::Finding { index: 0 }), Response::Finding { finding: wanted, faults: 1 });
     assert_eq!(served.ask(Request::Finding { index: 1 }), Response::Refused(Refusal::NotThere));
     let effect = served.command(Command::Check);
@@ -213,9 +221,12 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let bind = Command::bind(pd, u8::try_from(port).unwrap(), types::POSITION.first());
     assert_eq!(served.command(bind).value, Some(Value::Type(types::POSITION.first())));
     let effect = served.command(Command::PlugIn(pd));
-    assert_eq!(effect, Effect { refused: None, blocked: Some(Blocked::Stopped), value: None });
+    assert_eq!(
+        effect,
+        Effect { refused: None, blocked: Some(Blocked::Stopped), value: None, is_in_transaction: false }
+    );
     let effect = served.command(Command::Check);
-    assert_eq!(effect, Effect { refused: None, blocked: None, value: None });
+    assert_eq!(effect, Effect { refused: None, blocked: None, value: None, is_in_transaction: false });
 
     served.tick(0.5);
     served.tick(f32::NAN);

@@ -51,7 +51,8 @@ const EXAMPLES: &str = "\
 Examples:
   dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
   dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
-  dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, row by row
+  dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, in force at once or not at all
+  dimsart connect /dev/ttyACM0 begin                              then `off`, `on`, `set` and `commit`: one change
   dimsart connect /dev/ttyACM0 arm                                lets the device be moved until Ctrl-C
   dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
   dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
@@ -111,6 +112,13 @@ enum Action {
         /// Module; all when none is named.
         module: Option<String>,
     },
+    /// Open a transaction: changes wait for `commit`, and the scheme runs on meanwhile.
+    Begin,
+    /// Put all changes of the transaction in force at once, between two ticks; refused, with every reason, when the scheme
+    /// does not match.
+    Commit,
+    /// Drop all changes of the transaction.
+    Abort,
     /// Check the scheme and, when it matches, LET IT RUN; 1 when it does not match.
     Check(Json),
     /// LET THE DEVICE BE MOVED by its scheme until Ctrl-C: take the lease that motion needs, and renew it.
@@ -119,14 +127,14 @@ enum Action {
     Stop,
     /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
     Faults(Json),
-    /// Send a scheme row by row; stops at the first row that is refused.
+    /// Send a scheme, in one transaction: all of its rows are in force then, or none. What runs goes on meanwhile.
     Scheme {
         /// Scheme file, or one that is built in: `builtin:bilateral`.
         file: String,
         /// Side whose rows are sent.
         #[arg(long)]
         side: Side,
-        /// Stop and replace the scheme that is on the device; it comes back when a row of the new one is refused.
+        /// Put it in place of the scheme that is on the device, not upon it.
         #[arg(long)]
         replace: bool,
     },
@@ -254,6 +262,9 @@ impl Action {
             Self::Reset { module } => writeln!(out, "{}", device.reset(module.as_deref())?)?,
             Self::Init { module } => writeln!(out, "{}", device.init(&module)?)?,
             Self::Close { module } => writeln!(out, "{}", device.close(module.as_deref())?)?,
+            Self::Begin => writeln!(out, "{}", device.begin()?)?,
+            Self::Commit => writeln!(out, "{}", device.commit()?)?,
+            Self::Abort => writeln!(out, "{}", device.abort()?)?,
             Self::Arm(json) => live::arm(device, &json, out)?,
             Self::Check(json) => {
                 let check = device.check()?;

@@ -97,7 +97,7 @@ impl<S: Read + Write> Device<S> {
             let reason = self.refusal_text(error)?;
             return Err(ConnectError::Command(format!("{reason}; {module} {parameter} stays {holds}")));
         }
-        self.outcome(format!("{module} {parameter} is {holds}"), &effect)
+        self.change(format!("{module} {parameter} is {holds}"), &effect)
     }
 
     /// Plugs a module in.
@@ -113,7 +113,7 @@ impl<S: Read + Write> Device<S> {
             Some(place) => format!("{module} is plugged in, at place {}", u16::from(place) + 1),
             None => format!("{module} is not plugged in any more"),
         };
-        self.outcome(effect_text, &effect)
+        self.change(effect_text, &effect)
     }
 
     /// Unplugs a module; it keeps its parameters.
@@ -123,7 +123,7 @@ impl<S: Read + Write> Device<S> {
     pub fn off(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
         let reference = self.module(module)?;
         let effect = self.give(Command::Unplug(reference))?;
-        self.outcome(format!("{module} is unplugged and keeps its parameters"), &effect)
+        self.change(format!("{module} is unplugged and keeps its parameters"), &effect)
     }
 
     /// Stops the scheme: the device gets its safe input.
@@ -144,7 +144,8 @@ impl<S: Read + Write> Device<S> {
             let effect = self.give(Command::Reset)?;
             return self.outcome("every module forgot its state".to_owned(), &effect);
         };
-        self.give_to(module, Command::ResetModule, "forgot its state")
+        let effect = self.module(module).and_then(|module| self.give(Command::ResetModule(module)))?;
+        self.outcome(format!("{module} forgot its state"), &effect)
     }
 
     /// Brings the parameters of a module that is not plugged in back to their defaults.
@@ -162,7 +163,7 @@ impl<S: Read + Write> Device<S> {
     pub fn close(&mut self, module: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let Some(module) = module else {
             let effect = self.give(Command::Close)?;
-            return self.outcome("no module is left".to_owned(), &effect);
+            return self.change("no module is left".to_owned(), &effect);
         };
         self.give_to(module, Command::CloseModule, "is gone")
     }
@@ -176,7 +177,7 @@ impl<S: Read + Write> Device<S> {
     ) -> Result<CommandOutcome, ConnectError> {
         let reference = self.module(module)?;
         let effect = self.give(command(reference))?;
-        self.outcome(format!("{module} {comes_to}"), &effect)
+        self.change(format!("{module} {comes_to}"), &effect)
     }
 
     /// Gives a command; a refusal is an error.
@@ -184,15 +185,49 @@ impl<S: Read + Write> Device<S> {
         let effect = self.try_give(command)?;
         match effect.refused {
             None => Ok(effect),
-            Some(error) => Err(ConnectError::Command(self.refusal_text(error)?)),
+            Some(error) => Err(ConnectError::Command(self.refusal_with_faults(error)?)),
         }
+    }
+
+    /// Gives a command; a refusal is an error, but for the one that says that it was carried out before.
+    pub(super) fn give_unless(
+        &mut self,
+        command: Command,
+        done: CommandError,
+    ) -> Result<Effect, ConnectError> {
+        match self.try_give(command)? {
+            effect if effect.refused == Some(done) => Ok(effect),
+            Effect { refused: Some(error), .. } => {
+                Err(ConnectError::Command(self.refusal_with_faults(error)?))
+            }
+            effect => Ok(effect),
+        }
+    }
+
+    /// Why a command was refused; with all faults where a scheme does not match.
+    pub(super) fn refusal_with_faults(&mut self, error: CommandError) -> Result<String, ConnectError> {
+        let CommandError::DoesNotMatch { faults } = error else { return self.refusal_text(error) };
+        let (_, findings) = self.findings()?;
+        let texts = findings.into_iter().filter(|finding| finding.is_fault).map(|finding| finding.text);
+        Ok(format!("the scheme has {faults} fault(s): {}", texts.collect::<Vec<_>>().join("; ")))
     }
 
     pub(super) fn try_give(&mut self, command: Command) -> Result<Effect, ConnectError> {
         self.ask(&Request::Command(command), take!(Effect))?.ok_or(ConnectError::OtherAnswer)
     }
 
-    fn outcome(&mut self, effect: String, answer: &Effect) -> Result<CommandOutcome, ConnectError> {
+    /// What a change of the scheme came to.
+    fn change(&mut self, effect: String, answer: &Effect) -> Result<CommandOutcome, ConnectError> {
+        let waits =
+            if answer.is_in_transaction { " in the next scheme, which waits for `commit`" } else { "" };
+        self.outcome(effect + waits, answer)
+    }
+
+    pub(super) fn outcome(
+        &mut self,
+        effect: String,
+        answer: &Effect,
+    ) -> Result<CommandOutcome, ConnectError> {
         let state = self.state_text(answer.blocked)?;
         Ok(CommandOutcome { effect, is_commanded: answer.blocked.is_none(), state })
     }

@@ -52,11 +52,8 @@ pub enum ConnectError {
     /// The scheme cannot be read.
     #[error(transparent)]
     SchemeFile(#[from] SchemeFileError),
-    /// A scheme that was to replace another one.
-    #[error("{} the scheme that was there before is there again", unfinished(.0))]
-    Replace(Box<ConnectError>),
-    /// A row of a scheme; the rows before it have been carried out, and none after it.
-    #[error("{name}:{row}:{column}: {message}; the rows above it are in force{hint}")]
+    /// A row of a scheme, of which no row is in force then.
+    #[error("{name}:{row}:{column}: {message}; nothing has changed{hint}")]
     Row {
         /// The scheme.
         name: String,
@@ -69,12 +66,4 @@ pub enum ConnectError {
         /// What else may help; starts with its own separator.
         hint: String,
     },
-}
-
-/// Where and what, without what holds of a scheme that is left half sent.
-fn unfinished(error: &ConnectError) -> String {
-    match error {
-        ConnectError::Row { name, row, column, message, .. } => format!("{name}:{row}:{column}: {message};"),
-        error => format!("{error};"),
-    }
 }

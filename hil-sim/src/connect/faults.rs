@@ -175,7 +175,7 @@ impl<S: Read + Write> Device<S> {
         first.map(text).transpose()
     }
 
-    fn findings(&mut self) -> Result<(u32, Vec<FindingText>), ConnectError> {
+    pub(super) fn findings(&mut self) -> Result<(u32, Vec<FindingText>), ConnectError> {
         let take = |response: Response<'_>| match response {
             Response::Finding { finding, faults } => Some((finding, faults)),
             _ => None,

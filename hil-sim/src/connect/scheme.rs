@@ -1,9 +1,9 @@
-//! A scheme sent row by row.
+//! A scheme sent row by row, in one transaction.
 
 use std::io::{Read, Write};
 
 use dimsart_core::scheme::{self, Place, Row, SchemeError};
-use dimsart_core::{CommandError, protocol::Effect};
+use dimsart_core::{Command, CommandError, protocol::Effect};
 
 use super::{ConnectError, Device};
 use crate::schemes::{Explained, SIDES, SchemeText};
@@ -18,18 +18,63 @@ pub struct Sent {
 }
 
 impl<S: Read + Write> Device<S> {
-    /// Gives the rows for `side` to the device, in order, until one is refused.
+    /// Gives the rows for `side` to the device, upon what is there, in one transaction: what runs goes on meanwhile.
     ///
     /// # Errors
-    /// [`ConnectError::Row`] for a row that is not understood or refused, with its place; the rows before
-    /// it are in force. [`ConnectError::Line`] when the device does not answer.
+    /// [`ConnectError::Row`] for a row that is not understood or refused, with its place; [`ConnectError::Command`] when
+    /// the whole is refused, or another transaction is open. Nothing has changed then. [`ConnectError::Line`] when the
+    /// device does not answer.
     pub fn send_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
+        self.send(scheme, side, None)
+    }
+
+    /// The same in place of what is there.
+    ///
+    /// # Errors
+    /// As [`send_scheme`](Self::send_scheme).
+    pub fn replace_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
+        self.send(scheme, side, Some(Command::Close))
+    }
+
+    fn send(
+        &mut self,
+        scheme: &SchemeText,
+        side: &str,
+        first: Option<Command>,
+    ) -> Result<Sent, ConnectError> {
+        self.begin()?;
+        let sent = self.send_rows(scheme, side, first).and_then(|rows| {
+            self.commit()?;
+            Ok(rows)
+        });
+        let rows = match sent {
+            // A line that is gone cannot abort either.
+            Err(error) if !matches!(error, ConnectError::Line(_)) => {
+                self.abort()?;
+                return Err(error);
+            }
+            sent => sent?,
+        };
+        let blocked = self.status()?.blocked;
+        Ok(Sent { rows, state: self.state_text(blocked)? })
+    }
+
+    fn send_rows(
+        &mut self,
+        scheme: &SchemeText,
+        side: &str,
+        first: Option<Command>,
+    ) -> Result<usize, ConnectError> {
         let hint = match self.instances()?.len() {
             0 => String::new(),
-            count => format!(
-                ". {count} modules were on the device before: `--replace` puts the scheme in their place"
-            ),
+            _ if first.is_some() => String::new(),
+            count => {
+                format!(". {count} modules are on the device: `--replace` puts the scheme in their place")
+            }
         };
+        if let Some(first) = first {
+            self.give(first)?;
+        }
         let mut rows = 0;
         for row in scheme::rows_for(&scheme.text, side, SIDES) {
             let sent = match row {
@@ -42,8 +87,7 @@ impl<S: Read + Write> Device<S> {
             })?;
             rows += 1;
         }
-        let blocked = self.status()?.blocked;
-        Ok(Sent { rows, state: self.state_text(blocked)? })
+        Ok(rows)
     }
 
     fn send_row(&mut self, row: &Row<'_>) -> Result<Result<(), Misread>, ConnectError> {
@@ -51,15 +95,11 @@ impl<S: Read + Write> Device<S> {
             Ok(command) => command,
             Err(error) => return Ok(Err(self.misread(error)?)),
         };
-        let Effect { refused, blocked, .. } = self.try_give(command)?;
+        let Effect { refused, .. } = self.try_give(command)?;
         let Some(refused) = refused else { return Ok(Ok(())) };
-        let error = row.refused(refused);
-        let mut misread = self.misread(error)?;
-        // The first fault says more than their number.
-        if let (CommandError::DoesNotMatch { faults }, Some(blocked)) = (refused, blocked) {
-            let first = self.blocked_text(blocked)?;
-            misread.message =
-                format!("refused: the scheme has {faults} fault(s), the first: {first}; `faults` names all");
+        let mut misread = self.misread(row.refused(refused))?;
+        if matches!(refused, CommandError::DoesNotMatch { .. }) {
+            misread.message = format!("refused: {}", self.refusal_with_faults(refused)?);
         }
         Ok(Err(misread))
     }

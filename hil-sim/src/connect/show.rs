@@ -97,6 +97,8 @@ pub struct StatusReport {
     pub is_running: bool,
     /// Whether the scheme commands the device, with the first reason if it does not.
     pub state: String,
+    /// Whether a transaction is open: modules, their ports and parameters are those of the next scheme.
+    pub is_in_transaction: bool,
     /// The first tick that was refused.
     pub first_fault: Option<FirstFaultText>,
     /// What is taken of the static storage.
@@ -137,6 +139,12 @@ impl fmt::Display for Overview {
             identity.sample_period_s
         )?;
         writeln!(f, "{}", status.state)?;
+        if status.is_in_transaction {
+            writeln!(
+                f,
+                "a transaction is open: the modules below are the next scheme's, which waits for `commit`"
+            )?;
+        }
         write!(f, "{} of {} ticks refused", status.refused_ticks, status.ticks)?;
         if let Some(FirstFaultText { tick, reason }) = &status.first_fault {
             write!(f, "; the first trouble was in tick {tick}: {reason}")?;
@@ -194,6 +202,7 @@ impl<S: Read + Write> Device<S> {
             refused_ticks: status.refused_ticks,
             is_running: status.is_running,
             state: self.state_text(status.blocked)?,
+            is_in_transaction: status.is_in_transaction,
             first_fault,
             usage: status.usage,
             timing: self.timing()?,

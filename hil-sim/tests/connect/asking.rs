@@ -224,18 +224,20 @@ fn a_scheme_stops_at_its_first_refusal_and_names_the_place() {
         ("middle PDCTRL_MOD K_PARAM 1", "2:1: 'middle' is not a side; there is master, slave, m&s, all"),
         (
             "all MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK",
-            "3:13: refused: the scheme has 1 fault(s), the first: PDCTRL_MOD reads DES_POSITION and nobody",
+            "3:13: refused: the scheme has 1 fault(s): PDCTRL_MOD reads DES_POSITION and nobody",
         ),
     ] {
         let emulated = Emulated::start();
         let mut device = emulated.connect(QUICK);
+        device.set("PDCTRL_MOD", "K_PARAM", "5").unwrap();
         let rows = format!("{GOOD}{row}\nall PDCTRL_MOD K_PARAM 8\n");
         let error = device.send_scheme(&text(&rows), "master").unwrap_err();
         let message = error.to_string();
         assert!(message.starts_with(&format!("my.scheme:{expected}")), "{row}: {message}");
-        assert!(message.ends_with("the rows above it are in force"), "{message}");
+        let hint = ". 1 modules are on the device: `--replace` puts the scheme in their place";
+        assert!(message.ends_with(&format!("; nothing has changed{hint}")), "{message}");
         let stiffness = device.get("PDCTRL_MOD", "K_PARAM[0]").unwrap().values;
-        assert_eq!(stiffness, [ValueText::Real(7.0)], "{row}");
+        assert_eq!(stiffness, [ValueText::Real(5.0)], "{row}");
     }
 }
 
@@ -245,7 +247,7 @@ fn a_scheme_upon_a_scheme_is_told_how_to_replace_it() {
     let mut device = emulated.connect(QUICK);
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     let message = device.send_scheme(&scheme, "master").unwrap_err().to_string();
-    assert!(message.contains("5 modules were on the device before: `--replace` puts"), "{message}");
+    assert!(message.contains("5 modules are on the device: `--replace` puts"), "{message}");
     assert_eq!(device.replace_scheme(&scheme, "slave").unwrap().rows, 14);
     let expected = Emulated::with_scheme("slave").connect(QUICK).overview().unwrap();
     assert_eq!(device.overview().unwrap(), expected);
@@ -268,7 +270,7 @@ fn a_scheme_that_cannot_replace_another_one_loses_nothing_of_it() {
             message.starts_with("my.scheme:2:16: 'K_PARM' is not a parameter or port of PDCTRL_MOD"),
             "{message}"
         );
-        assert!(message.ends_with("; the scheme that was there before is there again"), "{message}");
+        assert!(message.ends_with("; nothing has changed"), "{message}");
         assert_eq!(device.overview().unwrap(), before, "running: {is_running}");
     }
 }
@@ -338,4 +340,49 @@ fn a_force_of_a_fixed_size_takes_a_running_scheme_s_place() {
     emulated.robot.lock().unwrap().tick(0.5);
     let force = emulated.out(&["watch", "--once", "DES_FORCE"], 0);
     assert!(force.contains("-0.25"), "{force}");
+}
+
+#[test]
+fn a_transaction_changes_the_scheme_at_once_while_it_runs() {
+    let emulated = Emulated::with_scheme("master");
+    let before = emulated.connect(QUICK).overview().unwrap();
+    let found = emulated.out(&["begin"], 0);
+    assert!(
+        found.starts_with("a transaction is open: `commit` puts in force what it changes; the scheme runs"),
+        "{found}"
+    );
+    let found = message(&emulated.run(&["begin"]));
+    assert!(found.contains("refused: a transaction is open already"), "{found}");
+    let found = emulated.out(&["off", "PDCTRL_MOD"], 0);
+    let waits = "PDCTRL_MOD is unplugged and keeps its parameters in the next scheme, which waits for `commit`; the scheme runs";
+    assert!(found.starts_with(waits), "{found}");
+    let found = emulated.out(&["show"], 0);
+    assert!(found.contains("a transaction is open: the modules below are the next scheme's"), "{found}");
+    assert!(found.contains("  - PDCTRL_MOD, not plugged in"), "{found}");
+    let found = message(&emulated.run(&["commit"]));
+    assert!(
+        found.contains("refused: the scheme has 2 fault(s): WTRANSF_MOD reads DES_FORCE and nobody"),
+        "{found}"
+    );
+    for row in [&["set", "PIDCTRL_MOD", "K_PARAM", "3000"][..], &["on", "PIDCTRL_MOD"]] {
+        emulated.out(row, 0);
+    }
+    let found = emulated.out(&["commit"], 0);
+    assert!(found.starts_with("the next scheme is in force; the scheme runs"), "{found}");
+    let after = emulated.connect(QUICK).overview().unwrap();
+    assert_eq!(after.modules.iter().find(|module| module.name == "PIDCTRL_MOD").unwrap().place, Some(5));
+    // And back, by way of one that is dropped.
+    let rows = "all MOD_ENG MOD_CLOSE PIDCTRL_MOD\nall MOD_ENG PLACE_BEFORE TIMEDELAY_MOD\nall MOD_ENG MOD_ON PDCTRL_MOD\n";
+    let mut device = emulated.connect(QUICK);
+    let error =
+        device.send_scheme(&text(&format!("{rows}all MOD_ENG MOD_OFF TIMEDELAY_MOD")), "master").unwrap_err();
+    assert!(error.to_string().contains("nobody provides it"), "{error}");
+    assert_eq!(device.overview().unwrap().modules, after.modules);
+    device.send_scheme(&text(rows), "master").unwrap();
+    assert_eq!(device.overview().unwrap().modules, before.modules);
+    let found = message(&emulated.run(&["abort"]));
+    assert!(
+        found.contains("refused: no transaction is open: BEGIN opens one (`begin` at a device)"),
+        "{found}"
+    );
 }

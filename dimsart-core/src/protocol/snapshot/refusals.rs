@@ -34,6 +34,8 @@ fn refusals() {
         CommandError::CostUnknown(MODULE),
         CommandError::WiringFull,
         CommandError::PacketTooLong { words: 300 },
+        CommandError::TransactionOpen,
+        CommandError::NoTransaction,
     ]);
     let expected = [
         "00 03 02",
@@ -58,6 +60,8 @@ fn refusals() {
         "0c 03 02",
         "0d",
         "0e ac 02",
+        "0f",
+        "10",
     ];
     assert_bytes(&errors, &expected);
     let refusals = [
