@@ -19,7 +19,7 @@ use crate::storage::{Block, Storage};
 use crate::unit_tie::{UnitRelation, UnitTie};
 
 /// Modules in plug-in order, their ports and handles, and the calls of a tick.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(crate) struct Wiring {
     modules: Vec<Plugged, MAX_MODULES>,
     ports: Vec<Port, MAX_WIRES>,
@@ -175,6 +175,16 @@ impl Wiring {
         self.ports.clear();
         self.handles.clear();
         self.calls.clear();
+    }
+
+    /// Becomes as another one. In its place: a copy would take kilobytes of the stack.
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.clear();
+        // As much room as there is.
+        let _ = self.modules.extend_from_slice(&other.modules);
+        let _ = self.ports.extend_from_slice(&other.ports);
+        let _ = self.handles.extend_from_slice(&other.handles);
+        let _ = self.calls.extend_from_slice(&other.calls);
     }
 
     /// Takes a module out.

@@ -41,7 +41,7 @@ impl Instance {
 }
 
 /// The modules that exist, what their ports are bound to, and the wiring of those that are plugged in.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Plan {
     pub(super) instances: Vec<Instance, MAX_MODULES>,
     pub(super) bindings: Vec<Binding, MAX_BINDINGS>,
@@ -52,6 +52,16 @@ pub(super) struct Plan {
 impl Plan {
     const EMPTY: Self =
         Self { instances: Vec::new(), bindings: Vec::new(), wiring: Wiring::new(), place_before: None };
+
+    /// Becomes as another one, in its place.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.instances.clear();
+        self.bindings.clear();
+        let _ = self.instances.extend_from_slice(&other.instances);
+        let _ = self.bindings.extend_from_slice(&other.bindings);
+        self.wiring.copy_from(&other.wiring);
+        self.place_before = other.place_before;
+    }
 
     pub(super) fn instance(&self, module: ModuleRef) -> Option<&Instance> {
         self.instances.iter().find(|instance| instance.reference == module)
@@ -111,7 +121,7 @@ impl fmt::Debug for Plans {
 
 impl Plans {
     pub(super) const fn new() -> Self {
-        Self { pair: [Plan::EMPTY; 2], runs_second: false }
+        Self { pair: [Plan::EMPTY, Plan::EMPTY], runs_second: false }
     }
 
     #[inline(always)]

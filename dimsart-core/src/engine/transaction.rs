@@ -52,7 +52,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Begins the next scheme with the one that runs.
     pub(super) fn draft(&mut self, draft: Draft) {
         let (running, next) = self.plans.split_mut();
-        next.clone_from(running);
+        next.copy_from(running);
         self.draft = draft;
     }
 

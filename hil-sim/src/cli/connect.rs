@@ -91,6 +91,9 @@ enum Action {
     On {
         /// Module.
         module: String,
+        /// Puts it before this module instead.
+        #[arg(long, value_name = "MODULE")]
+        before: Option<String>,
     },
     /// Unplug a module; it keeps its parameters.
     Off {
@@ -256,7 +259,9 @@ impl Action {
             Self::Set { module, parameter, value } => {
                 writeln!(out, "{}", device.set(&module, &parameter, &value)?)?;
             }
-            Self::On { module } => writeln!(out, "{}", device.on(&module)?)?,
+            Self::On { module, before } => {
+                writeln!(out, "{}", device.on(&module, before.as_deref())?)?;
+            }
             Self::Off { module } => writeln!(out, "{}", device.off(&module)?)?,
             Self::Stop => writeln!(out, "{}", device.stop()?)?,
             Self::Reset { module } => writeln!(out, "{}", device.reset(module.as_deref())?)?,

@@ -100,12 +100,16 @@ impl<S: Read + Write> Device<S> {
         self.change(format!("{module} {parameter} is {holds}"), &effect)
     }
 
-    /// Plugs a module in.
+    /// Plugs a module in, before another one or behind all.
     ///
     /// # Errors
     /// As [`set`](Self::set).
-    pub fn on(&mut self, module: &str) -> Result<CommandOutcome, ConnectError> {
+    pub fn on(&mut self, module: &str, before: Option<&str>) -> Result<CommandOutcome, ConnectError> {
         let reference = self.module(module)?;
+        if let Some(before) = before {
+            let before = self.module(before)?;
+            self.give(Command::PlaceBefore(before))?;
+        }
         let effect = self.give(Command::PlugIn(reference))?;
         let place = self.instances()?.into_iter().find(|instance| instance.module == reference);
         let place = place.and_then(|instance| instance.place);

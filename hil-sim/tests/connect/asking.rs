@@ -141,7 +141,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     let mut device = emulated.connect(QUICK);
     let missing = "the device is NOT commanded: PDCTRL_MOD reads DES_POSITION and nobody provides it: plug in a module \
                    that writes DES_POSITION";
-    let outcome = device.on("PDCTRL_MOD").unwrap();
+    let outcome = device.on("PDCTRL_MOD", None).unwrap();
     assert_eq!(outcome.to_string(), format!("PDCTRL_MOD is plugged in, at place 1; {missing}"));
     assert!(!outcome.is_commanded);
     let found = message(&emulated.run(&["on", "PDCTRL_MOD"]));
@@ -156,7 +156,7 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     device.off("PDCTRL_MOD").unwrap();
     let bound = device.set("PDCTRL_MOD", "PORT_DES_POSITION", "POSITION").unwrap();
     assert_eq!(bound.effect, "PDCTRL_MOD PORT_DES_POSITION is POSITION");
-    let outcome = device.on("PDCTRL_MOD").unwrap();
+    let outcome = device.on("PDCTRL_MOD", None).unwrap();
     assert!(outcome.state.contains("the scheme is stopped; `check` starts it"), "{outcome}");
     assert!(emulated.out(&["check"], 0).starts_with("the scheme runs and commands the device"));
     let found = message(&emulated.run(&["off", "PDCTRL_MOD"]));
@@ -364,13 +364,15 @@ fn a_transaction_changes_the_scheme_at_once_while_it_runs() {
         found.contains("refused: the scheme has 2 fault(s): WTRANSF_MOD reads DES_FORCE and nobody"),
         "{found}"
     );
-    for row in [&["set", "PIDCTRL_MOD", "K_PARAM", "3000"][..], &["on", "PIDCTRL_MOD"]] {
+    for row in
+        [&["set", "PIDCTRL_MOD", "K_PARAM", "3000"][..], &["on", "PIDCTRL_MOD", "--before", "TIMEDELAY_MOD"]]
+    {
         emulated.out(row, 0);
     }
     let found = emulated.out(&["commit"], 0);
     assert!(found.starts_with("the next scheme is in force; the scheme runs"), "{found}");
     let after = emulated.connect(QUICK).overview().unwrap();
-    assert_eq!(after.modules.iter().find(|module| module.name == "PIDCTRL_MOD").unwrap().place, Some(5));
+    assert_eq!(after.modules.iter().find(|module| module.name == "PIDCTRL_MOD").unwrap().place, Some(3));
     // And back, by way of one that is dropped.
     let rows = "all MOD_ENG MOD_CLOSE PIDCTRL_MOD\nall MOD_ENG PLACE_BEFORE TIMEDELAY_MOD\nall MOD_ENG MOD_ON PDCTRL_MOD\n";
     let mut device = emulated.connect(QUICK);

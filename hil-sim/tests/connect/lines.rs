@@ -85,7 +85,7 @@ fn a_command_that_must_not_be_given_twice_is_sent_once() {
         if matches!(decode_request(content), Ok((_, Request::Command(_)))) { Vec::new() } else { answer }
     });
     let mut device = Device::greet(open(&port, 0).unwrap(), QUICK).unwrap();
-    let error = device.on("PDCTRL_MOD").unwrap_err();
+    let error = device.on("PDCTRL_MOD", None).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::Unsure { .. })), "{error}");
     assert!(error.to_string().contains("look with `show`"), "{error}");
     assert_eq!(robot.lock().unwrap().commands, 1);
@@ -158,7 +158,7 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
     let error = device.overview().unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NotUnderstood)), "{error}");
     assert!(error.to_string().contains("use the `dimsart` that the image was built with"), "{error}");
-    assert!(device.on("PDCTRL_MOD").unwrap().state.contains("NOT commanded"), "the rest works");
+    assert!(device.on("PDCTRL_MOD", None).unwrap().state.contains("NOT commanded"), "the rest works");
 }
 
 #[test]
