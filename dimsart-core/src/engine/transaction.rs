@@ -13,15 +13,15 @@ use crate::wiring::Plugged;
 
 /// Whether the next scheme is put together now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
 pub(super) enum Draft {
-    None,
+    None = 0,
     /// By the command that is carried out.
     OfOneCommand,
     /// By as many commands as anybody gives.
-    Open {
-        /// Whether the scheme starts with the commit, if none runs.
-        starts: bool,
-    },
+    Open,
+    /// The same, and if no scheme runs, it starts with the commit.
+    OpenAndStarts,
 }
 
 impl Draft {
@@ -30,7 +30,7 @@ impl Draft {
     }
 
     pub(super) fn is_open(self) -> bool {
-        matches!(self, Self::Open { .. })
+        matches!(self, Self::Open | Self::OpenAndStarts)
     }
 }
 
@@ -45,7 +45,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if self.draft.is_open() {
             return Err(CommandError::TransactionOpen);
         }
-        self.draft(Draft::Open { starts: false });
+        self.draft(Draft::Open);
         Ok(())
     }
 
@@ -65,7 +65,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     pub(super) fn commit(&mut self) -> Result<(), CommandError> {
-        let Draft::Open { starts } = self.draft else { return Err(CommandError::NoTransaction) };
+        if !self.draft.is_open() {
+            return Err(CommandError::NoTransaction);
+        }
+        let starts = self.draft == Draft::OpenAndStarts;
         if self.is_running || starts {
             let (_, faults) = self.finding(0);
             if faults > 0 {
@@ -88,8 +91,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if faults > 0 {
             return Err(CommandError::DoesNotMatch { faults });
         }
-        if let Draft::Open { starts } = &mut self.draft {
-            *starts = true;
+        if self.draft.is_open() {
+            self.draft = Draft::OpenAndStarts;
         } else if !self.is_running {
             self.start();
         }
@@ -185,8 +188,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Ends the existence of every module; stops, unless a transaction is open.
     pub(super) fn close_all(&mut self) {
-        if let Draft::Open { starts } = &mut self.draft {
-            *starts = false;
+        if self.draft.is_open() {
+            self.draft = Draft::Open;
         } else {
             self.is_running = false;
             self.plans.switch();
