@@ -131,8 +131,9 @@ impl<const WORDS: usize> DataBase<WORDS> {
         Ok(slot)
     }
 
-    /// Gives back every slot that is not among those used, a bit each.
-    pub(crate) fn keep_only(&mut self, used: u64) {
+    /// Gives back every slot that is not among those used, a bit each; says whether there was one.
+    pub(crate) fn keep_only(&mut self, used: u64) -> bool {
+        let revision = self.revision;
         for slot in (0..MAX_SLOT_NUMBER).filter(|slot| used & bit(*slot) == 0) {
             if self.storage.is_taken(slot) {
                 self.storage.give_back(slot);
@@ -142,6 +143,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
                 *entry = None;
             }
         }
+        revision != self.revision
     }
 
     /// What is in a slot; none for one that is free or holds a memory.

@@ -66,6 +66,10 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     data_base: DataBase<WORDS>,
     plans: Plans,
     draft: Draft,
+    /// Whether the next scheme has passed its check, and has not changed since.
+    is_checked: bool,
+    /// Whether words of the Data Base have moved, and handles and calls do not know it yet.
+    has_moved: bool,
     limit_cycles: Option<NonZeroU32>,
     costs: Option<Costs>,
     is_running: bool,
@@ -91,6 +95,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             data_base: DataBase::new(),
             plans: Plans::new(),
             draft: Draft::None,
+            is_checked: false,
+            has_moved: false,
             limit_cycles: None,
             costs: None,
             is_running: false,
@@ -128,6 +134,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[doc(alias = "ModuleCmd")]
     #[inline(never)]
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
+        let done = self.carry_out(command);
+        self.follow_moves();
+        done
+    }
+
+    fn carry_out(&mut self, command: Command) -> Result<(), CommandError> {
         match command {
             Command::Begin => return self.open_draft(),
             Command::Commit => return self.commit(),
@@ -217,6 +229,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(crate) fn disconnect(&mut self) {
         self.drop_draft();
         self.close_all();
+        self.follow_moves();
         self.data_base.clear();
         self.device = Served(None);
     }

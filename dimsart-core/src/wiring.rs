@@ -299,8 +299,11 @@ impl Wiring {
         storage: &mut Storage<WORDS>,
         memory: impl Fn(ModuleRef) -> [Block; 2],
     ) {
+        let mut places = Vec::<[Block; 2], MAX_MODULES>::new();
         for plugged in &self.modules {
-            let [configuration, _] = memory(plugged.module);
+            let blocks = memory(plugged.module);
+            let _ = places.push(blocks);
+            let [configuration, _] = blocks;
             let (ports, start) = (plugged.ports.of(&self.ports), configuration.offset);
             for (offset, port) in (start..).zip(plugged.handles.of(&self.handles)) {
                 let port = ports.get(usize::from(*port));
@@ -311,8 +314,7 @@ impl Wiring {
             }
         }
         for call in &mut self.calls {
-            if let Some(plugged) = self.modules.get(usize::from(call.order)) {
-                let [configuration, state] = memory(plugged.module);
+            if let Some([configuration, state]) = places.get(usize::from(call.order)) {
                 (call.configuration, call.state) = (configuration.offset, state.offset);
             }
         }

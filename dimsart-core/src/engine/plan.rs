@@ -151,11 +151,6 @@ impl Plans {
         if self.runs_second { (second, first) } else { (first, second) }
     }
 
-    /// Both, in no order.
-    pub(super) fn both_mut(&mut self) -> &mut [Plan; 2] {
-        &mut self.pair
-    }
-
     /// The next one becomes the one that runs, however large they are.
     pub(super) fn switch(&mut self) {
         self.runs_second = !self.runs_second;

@@ -19,6 +19,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(super) fn change(&mut self, command: Command) -> Result<(), CommandError> {
         let changes_wiring =
             matches!(command, Command::PlugIn(_) | Command::Unplug(_) | Command::CloseModule(_));
+        self.is_checked = false;
         if !changes_wiring {
             return self.edit(command);
         }
@@ -37,7 +38,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn take_effect(&mut self, command: Command) -> Result<(), CommandError> {
         self.schedule_next();
         if let Command::PlugIn(module) = command {
-            self.admit(module)?;
+            self.admit(Some(module))?;
         }
         if self.is_running
             && let Some(fault) = self.first_fault_of(&self.plans.next().wiring)

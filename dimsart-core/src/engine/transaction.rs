@@ -51,6 +51,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Begins the next scheme with the one that runs.
     pub(super) fn draft(&mut self, draft: Draft) {
+        self.is_checked = false;
         let (running, next) = self.plans.split_mut();
         next.copy_from(running);
         self.draft = draft;
@@ -70,14 +71,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         let starts = self.draft == Draft::OpenAndStarts;
         if self.is_running || starts {
-            let (_, faults) = self.finding(0);
-            if faults > 0 {
-                return Err(CommandError::DoesNotMatch { faults });
-            }
+            self.check_all()?;
         }
-        if let Some(module) = self.dearest_new_module() {
-            self.admit(module)?;
-        }
+        self.admit(None)?;
         self.switch();
         if starts && !self.is_running {
             self.start();
@@ -87,16 +83,23 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Lets the scheme run if it is sound; the next one with its commit.
     pub(super) fn check_and_start(&mut self) -> Result<(), CommandError> {
-        let (_, faults) = self.finding(0);
-        if faults > 0 {
-            return Err(CommandError::DoesNotMatch { faults });
-        }
+        self.check_all()?;
         if self.draft.is_open() {
             self.draft = Draft::OpenAndStarts;
         } else if !self.is_running {
             self.start();
         }
         Ok(())
+    }
+
+    /// Whether the scheme that commands change has no fault. Asked again, the next scheme is not looked at anew.
+    fn check_all(&mut self) -> Result<(), CommandError> {
+        if self.is_checked {
+            return Ok(());
+        }
+        let (_, faults) = self.finding(0);
+        self.is_checked = faults == 0 && self.draft.is_open();
+        if faults > 0 { Err(CommandError::DoesNotMatch { faults }) } else { Ok(()) }
     }
 
     /// Starts from rest, as after power-up: what modules and signals held may be long past.
@@ -118,18 +121,19 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         next.modules().iter().max_by_key(dearness).map(|plugged| plugged.module)
     }
 
-    /// Whether a tick of the next scheme is short enough; the module is named where it is not.
-    pub(super) fn admit(&self, module: ModuleRef) -> Result<(), CommandError> {
+    /// Whether a tick of the next scheme is short enough. Where it is not, this module is named, or the one that adds
+    /// most.
+    pub(super) fn admit(&self, module: Option<ModuleRef>) -> Result<(), CommandError> {
         let Some((limit, _)) = self.limit_cycles.zip(self.costs) else { return Ok(()) };
         let wiring = &self.plans.next().wiring;
-        let own = wiring.find(module).and_then(|plugged| self.cycles_in(wiring, plugged));
-        let (cycles, tick_cycles) =
-            own.zip(self.cycles_with(wiring)).ok_or(CommandError::CostUnknown(module))?;
-        let limit_cycles = limit.get();
-        if tick_cycles > limit_cycles {
-            return Err(CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles });
+        let tick_cycles = self.cycles_with(wiring);
+        if tick_cycles.is_some_and(|cycles| cycles <= limit.get()) {
+            return Ok(());
         }
-        Ok(())
+        let Some(module) = module.or_else(|| self.dearest_new_module()) else { return Ok(()) };
+        let own = wiring.find(module).and_then(|plugged| self.cycles_in(wiring, plugged));
+        let (cycles, tick_cycles) = own.zip(tick_cycles).ok_or(CommandError::CostUnknown(module))?;
+        Err(CommandError::TooSlow { module, cycles, tick_cycles, limit_cycles: limit.get() })
     }
 
     /// The order of the calls of the next scheme.
@@ -158,6 +162,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             next.wiring.begin_at(order, begins, takes_over && next.wiring.writes(plugged) & written != 0);
             self.begins |= begins;
         }
+        next.connect(self.data_base.storage_mut());
         self.plans.switch();
         self.drop_draft();
     }
@@ -170,7 +175,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Forgets the next scheme: what the one that runs does not use is given back.
     pub(super) fn drop_draft(&mut self) {
-        self.draft = Draft::None;
+        (self.draft, self.is_checked) = (Draft::None, false);
         self.clear_next();
     }
 
@@ -189,7 +194,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Ends the existence of every module; stops, unless a transaction is open.
     pub(super) fn close_all(&mut self) {
         if self.draft.is_open() {
-            self.draft = Draft::Open;
+            (self.draft, self.is_checked) = (Draft::Open, false);
         } else {
             self.is_running = false;
             self.plans.switch();
@@ -213,18 +218,23 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         self.data_base.storage_mut().give_back_at_end(block);
         self.plans.close_gap(block);
+        self.has_moved = true;
         true
     }
 
-    /// Gives back what neither a scheme nor the device uses. All words may have moved after it.
+    /// Gives back what neither a scheme nor the device uses.
     pub(super) fn give_back_slots(&mut self) {
         let types = self.device.outputs.iter().chain(self.device.inputs);
         let slots = types.filter_map(|data_type| self.data_base.slot(data_type.first()));
         let of_device = slots.fold(0, |slots, slot| slots | bit(slot));
         let of_schemes = self.plans.running().wiring.slots() | self.plans.next().wiring.slots();
-        self.data_base.keep_only(of_schemes | of_device);
-        for plan in self.plans.both_mut() {
-            plan.connect(self.data_base.storage_mut());
+        self.has_moved |= self.data_base.keep_only(of_schemes | of_device);
+    }
+
+    /// Tells handles and calls where all words are, if some have moved.
+    pub(super) fn follow_moves(&mut self) {
+        if core::mem::take(&mut self.has_moved) {
+            self.plans.running_mut().connect(self.data_base.storage_mut());
         }
     }
 }

@@ -23,4 +23,5 @@ mod same_bits;
 mod same_state;
 mod stopped;
 mod timer_tick;
+mod transactions;
 mod trouble;

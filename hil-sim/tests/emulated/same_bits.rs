@@ -97,7 +97,7 @@ fn compare<const COUNT: usize>(ticks: u64, settings: [&str; COUNT]) -> Option<Ri
 }
 
 /// Every word of the Data Base, with the name of its signal.
-fn signals(station: &Station) -> Vec<(u16, u8, u32)> {
+pub(crate) fn signals(station: &Station) -> Vec<(u16, u8, u32)> {
     let data_base = station.dimsart.engine().data_base();
     let named = data_base.signals().flat_map(|(slot, entry)| {
         data_base.words(slot).iter().map(move |word| (entry.signal.id, entry.signal.number, *word))

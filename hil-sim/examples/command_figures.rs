@@ -1,0 +1,90 @@
+//! What commands add to the tick that carries them out, on the emulated board, as a table.
+//!
+//! `cargo run --release -p hil-sim --example command_figures`, after `cargo board mps2-an386`.
+
+use std::error::Error;
+
+use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
+use dimsart_core::{Command, Engine, ModuleRef, TypeRef, Value, modules::Standard, types};
+use hil_sim::emulated::{Image, share_one_processor};
+use hil_sim::experiment::{Experiment, Side};
+use hil_sim::rig::Rig;
+use hil_sim::scenario::Scenario;
+
+/// Modules that are plugged in beside the five of the shipped scheme, to see what hangs on their number.
+const BESIDE: [u8; 3] = [0, 5, 15];
+/// The client that holds the board's lease: the one that plays the device.
+const CLIENT: u8 = 1;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    share_one_processor();
+    let columns = BESIDE.map(measure);
+    let columns = columns.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let heads: Vec<_> = BESIDE.iter().map(|beside| format!("{} modules", 5 + beside)).collect();
+    println!("| Command, instructions | {} |", heads.join(" | "));
+    println!("|---|{}", "---:|".repeat(heads.len()));
+    let names = columns.first().into_iter().flatten().map(|(name, _)| *name);
+    for (row, name) in names.enumerate() {
+        let costs: Vec<_> =
+            columns.iter().filter_map(|column| column.get(row)).map(|(_, cost)| cost.to_string()).collect();
+        println!("| {name} | {} |", costs.join(" | "));
+    }
+    Ok(())
+}
+
+/// The commands that exchange the controller in one transaction, and what each adds to its tick.
+fn measure(beside: u8) -> Result<Vec<(&'static str, i64)>, Box<dyn Error>> {
+    let module = |name| Engine::<Standard>::module(name).ok_or("no such module");
+    let [p, pd] = [module("PCTRL_MOD")?, module("PDCTRL_MOD")?];
+    let [pid, delay] = [module("PIDCTRL_MOD")?, module("TIMEDELAY_MOD")?];
+    let mut experiment = Experiment::new(&Scenario::default())?;
+    let station = experiment.rig_mut().stations_mut().first_mut().ok_or("no station")?;
+    for number in 1..=beside {
+        let p = ModuleRef { number, ..p };
+        let own = TypeRef { number: number + 1, ..types::DES_FORCE.first() };
+        station.dimsart.command(Command::bind(p, 2, own))?;
+        station.dimsart.command(Command::PlugIn(p))?;
+    }
+    experiment.emulate(Side::Master, &Image::find(None)?, None)?;
+    let rig = experiment.rig_mut();
+    let gain = |module| Command::set(module, 0, Value::Real(3_000.0));
+    let mut costs = Vec::new();
+    for (name, command) in [
+        ("set a parameter, at once", gain(pd)),
+        ("begin", Command::Begin),
+        ("unplug", Command::Unplug(pd)),
+        ("commit, refused", Command::Commit),
+        ("set a parameter", gain(pid)),
+        ("place before", Command::PlaceBefore(delay)),
+        ("plug in", Command::PlugIn(pid)),
+        ("check", Command::Check),
+        ("commit, and the modules' beginnings", Command::Commit),
+        ("begin again", Command::Begin),
+        ("abort", Command::Abort),
+    ] {
+        let mut quiet = u32::MAX;
+        for _ in 0..20 {
+            quiet = tick(rig, None)?.min(quiet);
+        }
+        costs.push((name, i64::from(tick(rig, Some(command))?) - i64::from(quiet)));
+    }
+    Ok(costs)
+}
+
+/// A tick; gives its instructions, with the command's among them.
+fn tick(rig: &mut Rig, command: Option<Command>) -> Result<u32, Box<dyn Error>> {
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let frame = match command {
+        Some(command) => encode_request(&Request::Command(command), request_id(CLIENT, 2), &mut buffer)?,
+        None => &[],
+    };
+    let station = rig.stations_mut().first_mut().ok_or("no station")?;
+    station.board_mut().ok_or("no board")?.send_command_bytes(frame);
+    rig.step();
+    if let Some((side, trouble)) = rig.trouble() {
+        return Err(format!("{side}: {trouble}").into());
+    }
+    let station = rig.stations_mut().first_mut().ok_or("no station")?;
+    let instructions = station.board_mut().and_then(|board| board.instructions());
+    Ok(instructions.ok_or("no cycle counter")?)
+}
