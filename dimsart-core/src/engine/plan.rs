@@ -79,9 +79,9 @@ impl Plan {
         Bound { module, bindings: &self.bindings }
     }
 
-    /// Whether an instance has this block.
-    fn has(&self, block: Block) -> bool {
-        self.instances.iter().any(|instance| instance.blocks().contains(&block))
+    /// Whether a module has this block.
+    fn has(&self, module: ModuleRef, block: Block) -> bool {
+        self.instance(module).is_some_and(|instance| instance.blocks().contains(&block))
     }
 
     /// Whether a module that is plugged in here goes on where it is in another one: with the state and the memories
@@ -156,14 +156,14 @@ impl Plans {
         self.runs_second = !self.runs_second;
     }
 
-    /// Whether both have this block.
-    pub(super) fn share(&self, block: Block) -> bool {
-        self.pair.iter().all(|plan| plan.has(block))
+    /// Whether a module has this block in both.
+    pub(super) fn share(&self, module: ModuleRef, block: Block) -> bool {
+        self.pair.iter().all(|plan| plan.has(module, block))
     }
 
-    /// Whether one of them has this block.
-    pub(super) fn have(&self, block: Block) -> bool {
-        self.pair.iter().any(|plan| plan.has(block))
+    /// Whether a module has this block in one of them.
+    pub(super) fn have(&self, module: ModuleRef, block: Block) -> bool {
+        self.pair.iter().any(|plan| plan.has(module, block))
     }
 
     /// Follows the modules' blocks when one at the end is given back.

@@ -162,7 +162,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn own_configuration(&mut self, module: ModuleRef) -> Result<Block, CommandError> {
         let instance = self.edited().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
         let shared = instance.configuration;
-        if shared.words == 0 || !self.draft.is_open() || !self.plans.share(shared) {
+        if shared.words == 0 || !self.draft.is_open() || !self.plans.share(module, shared) {
             return Ok(shared);
         }
         let own = self.data_base.storage_mut().take_copy_at_end(shared)?;

@@ -205,15 +205,15 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Gives back the blocks of an instance that is not there any more, as far as no other scheme has them.
     pub(super) fn give_back_blocks(&mut self, instance: &Instance) {
         let [configuration, mut state] = instance.blocks();
-        if self.give_back(configuration) && state.offset < configuration.offset {
+        if self.give_back(instance.reference, configuration) && state.offset < configuration.offset {
             state.offset += configuration.words;
         }
-        self.give_back(state);
+        self.give_back(instance.reference, state);
     }
 
-    /// Gives back a block that nobody has; says whether it did.
-    pub(super) fn give_back(&mut self, block: Block) -> bool {
-        if block.words == 0 || self.plans.have(block) {
+    /// Gives back a module's block unless a scheme has it; says whether it did.
+    fn give_back(&mut self, module: ModuleRef, block: Block) -> bool {
+        if block.words == 0 || self.plans.have(module, block) {
             return false;
         }
         self.data_base.storage_mut().give_back_at_end(block);
