@@ -65,7 +65,8 @@ use crate::words::Words;
 /// The last line registers it. In this crate the list is [`Standard`](crate::modules::Standard).
 ///
 /// A module that remembers something says in [`begin`](Self::begin) what it starts from, such as where the joint
-/// stands: so it takes over from another one without a jump.
+/// stands. Where it [takes over](crate::Data::takes_over) from another one in a scheme that runs, it can read what that
+/// one commanded [last](crate::Output::last), and begin so that the command goes on without a step.
 #[doc(alias = "Module Template")]
 pub trait Module: Sized + 'static {
     /// Name in schemes, `UPPER_CASE_MOD`.

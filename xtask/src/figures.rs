@@ -47,6 +47,16 @@ to the board, and 0 while requests come: what is handed over below the tick mask
 moment (from reading, not measured).
 ";
 
+const COMMANDS: &str = "
+## Commands
+
+What a command adds to the tick that carries it out, on the same board, in instructions: the commands of a transaction
+that puts PIDCTRL_MOD in the place of PDCTRL_MOD, in the shipped scheme alone and beside P controllers. A tick carries
+out one command at most. A tick's bound and the limit that modules are held to leave commands the other half of a
+board's time. Most of a commit's cost hangs on the number of modules: which of them go on, and where their words are.
+The change itself is of one word.
+";
+
 const CYCLES: &str = "
 ## Cycles of a tick
 
@@ -77,7 +87,10 @@ pub(crate) fn run() -> Outcome {
         + TIME
         + "
 " + &example("firmware_figures", "release", &[])?
-        + JITTER;
+        + JITTER
+        + COMMANDS
+        + "
+" + &example("command_figures", "release", &[])?;
     let page = page
         + CYCLES
         + "
