@@ -143,6 +143,12 @@ impl Experiment {
         Ok(())
     }
 
+    /// When what happens.
+    #[must_use]
+    pub fn phases(&self) -> &Phases {
+        &self.phases
+    }
+
     /// The rig, to look at or to change before it runs.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig

@@ -255,6 +255,20 @@ fn write_pictures(
     Ok(written)
 }
 
+/// Writes one picture of recorded signals alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_figure(
+    folder: &Path,
+    figure: &Figure,
+    recording: &Recording,
+) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    let picture = FigurePicture::new(figure, recording);
+    write_picture(folder, &figure.file_stem, &picture, &ProgressBar::hidden())
+}
+
 /// Writes the picture of a bus alone into `folder`, made if missing.
 ///
 /// # Errors
