@@ -150,6 +150,8 @@ pub fn load<M: ModuleList, const WORDS: usize>(
     dimsart: &mut Dimsart<M, WORDS>,
 ) -> Result<(), LoadError> {
     let refused = |error| LoadError::Refused { command: 0, error };
+    // What somebody was putting together is not to be mixed with it.
+    let _ = dimsart.command(Command::Abort);
     dimsart.command(Command::Close).map_err(refused)?;
     let given = give(check(bytes, fingerprint)?, dimsart);
     if given.is_err() {

@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use dimsart_core::{Command, Engine, Value, modules::Standard};
-use hil_sim::experiment::{Experiment, Side};
+use hil_sim::experiment::{Experiment, ExperimentError, Side};
 use hil_sim::recording::{Column, Recording};
 use hil_sim::report::{Curve, Figure, Panel, write_figure};
 use hil_sim::rig::{Rig, Station};
@@ -68,7 +68,8 @@ impl Change {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1);
-    let (scenario, moments) = moments()?;
+    let scenario = Scenario::default();
+    let moments = moments(&scenario)?;
     println!(
         "| Largest step of the slave's force in a tick, N | before | {} |",
         Change::ALL.map(Change::name).join(" | ")
@@ -115,12 +116,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The shipped scenario, and when in it the slave moves and pushes.
-fn moments() -> Result<(Scenario, [(&'static str, f64); 2]), Box<dyn Error>> {
-    let scenario = Scenario::default();
-    let experiment = Experiment::new(&scenario)?;
+/// When the slave moves and when it pushes, s.
+fn moments(scenario: &Scenario) -> Result<[(&'static str, f64); 2], ExperimentError> {
+    let experiment = Experiment::new(scenario)?;
     let phases = experiment.phases();
-    Ok((scenario, [("in motion", 0.5 * phases.leg_s), ("in contact", phases.settled_s)]))
+    Ok([("in motion", 0.5 * phases.leg_s), ("in contact", phases.settled_s)])
 }
 
 /// The force of the slave's first axis, by tick, around a change.

@@ -16,8 +16,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// the same types, build the same scheme; `MATCHING_CHECK` then starts it.
     #[must_use]
     pub fn command_of(&mut self, place: u8, index: u16) -> Option<Command> {
-        let plugged_in = self.plans.running().wiring.modules().iter().map(|plugged| plugged.module);
-        let unplugged = self.instances().filter(|module| !self.is_plugged_in(*module));
+        let running = self.plans.running();
+        let plugged_in = running.wiring.modules().iter().map(|plugged| plugged.module);
+        let instances = running.instances.iter().map(|instance| instance.reference);
+        let unplugged = instances.filter(|module| !running.is_plugged_in(*module));
         let module = plugged_in.chain(unplugged).nth(usize::from(place))?;
         let is_plugged_in = self.is_plugged_in(module);
         let mut skip = index;

@@ -1,7 +1,7 @@
 //! PD controller: spring and damper between desired and measured position.
 //!
 //! `F = K e + D (e - e[k-1]) / h`, `e = x_d - x`, `h` the sample period; `e[-1] = e[0]`. Where it takes over from another
-//! module, and `D` is not zero, `e[-1]` is such that its first force is that one's last.
+//! module, `e[-1]` is such that its first force is that one's last, if there is damping to make it so.
 //!
 //! With `LAW_OUTPUT ON` it also publishes the law it will follow in the next tick,
 //! `F = S (x_d - x) - M` with `S = K + D/h` and `M = D e/h`, so that a wave transformer can solve for
@@ -75,11 +75,10 @@ impl Module for Pd {
         let takes_over = context.takes_over();
         context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
             let error = desired - x;
-            if !takes_over || gains.damping_per_tick == 0.0 {
-                return Axis { previous_error: error };
-            }
+            // Not finite where there is hardly any damping, or the predecessor's force was not.
             let change = (last_force - gains.stiffness * error) / gains.damping_per_tick;
-            Axis { previous_error: error - change }
+            let takes_over = takes_over && change.is_finite();
+            Axis { previous_error: if takes_over { error - change } else { error } }
         });
     }
 

@@ -97,7 +97,7 @@ impl Module for Pid {
         context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
             let error = desired - x;
             let axis = Axis { previous_error: error, ..Axis::default() };
-            if !takes_over || gains.integral_gain_per_tick == 0.0 {
+            if !takes_over || !last_force.is_finite() || gains.integral_gain_per_tick == 0.0 {
                 return axis;
             }
             let proportional = (gains.stiffness + gains.integral_gain_per_tick) * error;

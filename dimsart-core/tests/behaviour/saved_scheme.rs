@@ -155,6 +155,19 @@ fn empty() -> Dimsart {
 }
 
 #[test]
+fn a_transaction_that_is_open_ends_when_a_scheme_is_loaded() {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    bench.run("PDCTRL_MOD K_PARAM 10\nMOD_ENG MOD_ON PDCTRL_MOD");
+    let bytes = save(bench.dimsart.engine_mut()).unwrap();
+    bench.rows("MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nMOD_ENG MOD_ON PIDCTRL_MOD");
+    assert_eq!(save(bench.dimsart.engine_mut()).unwrap(), bytes, "what runs is saved");
+    let image = fingerprint(bench.dimsart.engine_mut());
+    load(&bytes, image, &mut bench.dimsart).unwrap();
+    assert!(!bench.dimsart.engine().is_in_transaction());
+    assert_eq!(bench.steps(), ["PDCTRL_MOD Early"]);
+}
+
+#[test]
 fn what_is_damaged_cut_or_of_another_image_is_refused_before_any_command() {
     let mut shipped = shipped();
     let bytes = save(shipped.engine_mut()).unwrap();

@@ -304,3 +304,25 @@ fn a_command_that_is_refused_in_a_transaction_changes_nothing_of_it() {
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Ok(()));
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Err(CommandError::NotPluggedIn(pd)));
 }
+
+/// A force that was refused is nothing to begin with.
+#[test]
+fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
+    for (rows, to) in [(PID, TO_PID), (PD, "")] {
+        let mut joint =
+            Joint::new("PDCTRL_MOD K_PARAM 1e6\nPDCTRL_MOD D_PARAM 1e4\nMOD_ENG MOD_ON PDCTRL_MOD");
+        let (module, settings) = if to.is_empty() {
+            ("PDCTRL_MOD.2", rows.replace("PDCTRL_MOD", "PDCTRL_MOD.2"))
+        } else {
+            ("PIDCTRL_MOD", rows.to_owned())
+        };
+        joint.bench.rows(settings.rsplit_once("\nMOD_ENG").unwrap().0);
+        let far = crate::common::words(&[-3e38, 3e38]);
+        assert!(matches!(joint.bench.try_tick(&far).0, Tick::CommandRefused(_)));
+        joint.bench.rows(&format!(
+            "MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nMOD_ENG MOD_ON {module}\nMOD_ENG COMMIT"
+        ));
+        joint.run(100);
+        assert!(joint.force_n.is_finite() && joint.force_n != 0.0);
+    }
+}
