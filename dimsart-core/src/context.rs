@@ -102,11 +102,11 @@ impl<'a, M: Module> Context<'a, M> {
     fn lane(&self, axis: usize) -> Option<Lane<'a, M>> {
         let gains = match M::Gains::COUNT {
             0 => &[],
-            count => self.configuration.get(Self::GAINS + axis * count..)?.get(..count)?,
+            count => self.configuration.get(Self::GAINS + axis * count..Self::GAINS + (axis + 1) * count)?,
         };
         let state = match M::Axis::COUNT {
             0 => &[],
-            count => self.state.get(M::State::COUNT + axis * count..)?.get(..count)?,
+            count => self.state.get(M::State::COUNT + axis * count..M::State::COUNT + (axis + 1) * count)?,
         };
         Some(Lane { gains, state, module: PhantomData })
     }

@@ -326,3 +326,30 @@ fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
         assert!(joint.force_n.is_finite() && joint.force_n != 0.0);
     }
 }
+
+/// Neither a refusal nor a draft takes away what has come over a link; a listener that comes in waits for the next.
+#[test]
+fn a_packet_that_waits_is_the_listener_s_whatever_is_refused_meanwhile() {
+    let rx = "COMM_RXMOD CRX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_RXMOD\nMOD_ENG MOD_ON PDCTRL_MOD";
+    let mut bench: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    bench.run(rx);
+    let mut sender: Bench = Bench::of(1, &[types::DES_POSITION], &[]);
+    sender.run("COMM_TXMOD CTX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_TXMOD");
+    let second = "COMM_RXMOD.2 CRX_ADD_DATA DES_POSITION.2";
+    for (number, rows) in [
+        (1_u8, second),
+        (2, "MOD_ENG BEGIN\nMOD_ENG MOD_ON COMM_RXMOD.2"),
+        (3, "MOD_ENG ABORT"),
+        (4, "MOD_ENG BEGIN\nMOD_ENG MOD_OFF COMM_RXMOD\nMOD_ENG MOD_ON COMM_RXMOD"),
+        (5, "MOD_ENG PLACE_BEFORE COMM_RXMOD"),
+    ] {
+        sender.tick(&[number.into()]);
+        let packet = sender.dimsart.outgoing(0).unwrap();
+        bench.dimsart.deliver(0, &Ok(packet)).unwrap();
+        bench.rows(rows);
+        let refused = bench.order(if number < 4 { "MOD_ENG MOD_ON COMM_RXMOD.2" } else { "MOD_ENG COMMIT" });
+        assert!(refused.is_err(), "{rows}");
+        bench.tick(&[0.0]);
+        assert_eq!(bench.signal("DES_POSITION"), [f32::from(number)], "{rows}");
+    }
+}
