@@ -168,6 +168,10 @@ fn give<M: ModuleList, const WORDS: usize>(
     let mut count = 0;
     while !commands.is_empty() {
         let (command, rest) = postcard::take_from_bytes(commands).map_err(|_| LoadError::Damaged)?;
+        if matches!(command, Command::Begin | Command::Commit | Command::Abort) {
+            // No scheme is kept with one.
+            return Err(LoadError::Damaged);
+        }
         dimsart.command(command).map_err(|error| LoadError::Refused { command: count, error })?;
         commands = rest;
         count = count.saturating_add(1);

@@ -203,6 +203,13 @@ fn a_scheme_that_never_starts_does_not_match() {
 }
 
 #[test]
+fn a_transaction_that_is_never_ended_does_not_match() {
+    let out = faulty(LAST_ROW, &format!("{LAST_ROW}\nall MOD_ENG BEGIN\nall PDCTRL_MOD K_PARAM 7"));
+    let fault = "its last row leaves a transaction open: end it with the row `all MOD_ENG COMMIT`";
+    assert!(out.contains(fault), "{out}");
+}
+
+#[test]
 fn the_rows_in_the_help_of_modules_are_understood() {
     let help = String::from_utf8(dimsart(&["modules", "--help"]).stdout).unwrap();
     let words = |line: &str| line.split_whitespace().take(4).collect::<Vec<_>>().join(" ");

@@ -168,6 +168,24 @@ fn a_transaction_that_is_open_ends_when_a_scheme_is_loaded() {
 }
 
 #[test]
+fn a_saved_scheme_has_no_transaction_in_it() {
+    for command in [Command::Begin, Command::Commit, Command::Abort] {
+        let mut dimsart = shipped();
+        let image = fingerprint(dimsart.engine_mut());
+        let mut bytes = SchemeBytes::new();
+        let mut writer = Writer::new(&mut bytes, image);
+        writer.push(&command).unwrap();
+        writer.finish().unwrap();
+        assert_eq!(load(&bytes, image, &mut dimsart), Err(LoadError::Damaged), "{command:?}");
+        let engine = dimsart.engine();
+        assert_eq!(
+            (engine.is_running(), engine.is_in_transaction(), engine.usage().modules),
+            (false, false, 0)
+        );
+    }
+}
+
+#[test]
 fn what_is_damaged_cut_or_of_another_image_is_refused_before_any_command() {
     let mut shipped = shipped();
     let bytes = save(shipped.engine_mut()).unwrap();

@@ -64,7 +64,11 @@ pub fn load<const WORDS: usize>(
     if report.unlisted() > 0 {
         faults.push(format!("and {} more", report.unlisted()));
     }
-    if faults.is_empty() && errors.is_empty() && !engine.is_running() {
+    if errors.is_empty() && engine.is_in_transaction() {
+        faults.push(format!(
+            "its last row leaves a transaction open: end it with the row `all {ENGINE} COMMIT`"
+        ));
+    } else if faults.is_empty() && errors.is_empty() && !engine.is_running() {
         faults.push(format!(
             "its last row leaves it stopped: end it with the row `all {ENGINE} MATCHING_CHECK`"
         ));
