@@ -5,10 +5,20 @@
 use std::io::{Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use serialport::{SerialPort, TTYPort};
+
+/// Held while ports are open that only this program is to have, and while another program is started: one that is started
+/// then would inherit them, and their locks with them.
+static STARTING: Mutex<()> = Mutex::new(());
+
+fn spawn(command: &mut Command) -> Child {
+    let _starting = STARTING.lock();
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
 
 /// A line between two serial ports: what is written at one comes out at the other.
 struct SerialPair {
@@ -20,6 +30,7 @@ struct SerialPair {
 
 impl SerialPair {
     fn new() -> Self {
+        let _starting = STARTING.lock();
         let [one, other] = [(); 2].map(|()| TTYPort::pair().unwrap());
         let mut ends = [one.0, other.0];
         ends.iter_mut().for_each(|end| end.set_timeout(Duration::from_millis(5)).unwrap());
@@ -55,14 +66,9 @@ impl SerialPair {
 }
 
 fn start(side: &str, port: &str, more: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_dimsart"))
-        .args(["run", "--json", "--no-report", "--side", side])
-        .args(["--set", &format!("link.{side}_address=serial:{port}")])
-        .args(more)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
+    let mut dimsart = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    dimsart.args(["run", "--json", "--no-report", "--side", side]);
+    spawn(dimsart.args(["--set", &format!("link.{side}_address=serial:{port}")]).args(more))
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -117,7 +123,8 @@ fn what_does_not_open_is_told_what_to_do() {
     ] {
         let set = format!("link.master_address={address}");
         let mut dimsart = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-        let output = dimsart.args(["run", "--side", "master", "--set", &set]).output().unwrap();
+        let output = spawn(dimsart.args(["run", "--side", "master", "--set", &set]));
+        let output = output.wait_with_output().unwrap();
         let message = text(&output.stderr);
         assert!(!output.status.success() && message.contains(expected), "{address}: {message}");
     }
