@@ -98,19 +98,6 @@ impl<'a, M: Module> Context<'a, M> {
         self.state.get(..M::State::COUNT).unwrap_or_default()
     }
 
-    #[inline(always)]
-    fn lane(&self, axis: usize) -> Option<Lane<'a, M>> {
-        let gains = match M::Gains::COUNT {
-            0 => &[],
-            count => self.configuration.get(Self::GAINS + axis * count..Self::GAINS + (axis + 1) * count)?,
-        };
-        let state = match M::Axis::COUNT {
-            0 => &[],
-            count => self.state.get(M::State::COUNT + axis * count..M::State::COUNT + (axis + 1) * count)?,
-        };
-        Some(Lane { gains, state, module: PhantomData })
-    }
-
     /// Sets all state to zero: how a module begins unless it says otherwise.
     pub fn clear(&self) {
         clear(self.state);
@@ -159,8 +146,13 @@ impl<'a, M: Module> Context<'a, M> {
     ) {
         let Some(sources) = inputs.words(self.data) else { return };
         let Some(sinks) = outputs.words(self.data) else { return };
+        let mut gains = self.configuration.get(Self::GAINS..).unwrap_or_default();
+        let mut state = self.state.get(M::State::COUNT..).unwrap_or_default();
         for axis in 0..self.data.dof() {
-            let Some(lane) = self.lane(axis) else { return };
+            let Some((own_gains, gains_behind)) = gains.split_at_checked(M::Gains::COUNT) else { return };
+            let Some((own_state, state_behind)) = state.split_at_checked(M::Axis::COUNT) else { return };
+            (gains, state) = (gains_behind, state_behind);
+            let lane = Lane { gains: own_gains, state: own_state, module: PhantomData };
             let values = law(axis, lane, I::read(&sources, axis));
             O::write(&sinks, axis, values);
         }

@@ -150,7 +150,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 self.begin(|found| found == module);
             }
             Command::Reset => self.reset(),
-            Command::Stop => self.is_running = false,
+            Command::Stop => self.stop(),
             Command::Close | Command::Init => self.close_all(),
             change => return self.change(change),
         }

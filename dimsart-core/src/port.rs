@@ -45,7 +45,7 @@ pub enum Difference {
 }
 
 /// The sending or the receiving end of a link. Only one module can have it.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct LinkEnd {
     pub(crate) link: u8,
     pub(crate) channel: u16,

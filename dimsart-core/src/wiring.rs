@@ -40,6 +40,8 @@ pub(crate) struct Plugged {
     pub(crate) begins: bool,
     /// Whether it then takes over from the module that wrote to its outputs before.
     pub(crate) takes_over: bool,
+    /// Whether its ports are as in the scheme that runs: only then its state is still about them.
+    pub(crate) is_alike: bool,
     ports: Span,
     handles: Span,
 }
@@ -161,8 +163,9 @@ pub(crate) struct New<'a> {
     pub(crate) settings: &'a [Cell<u32>],
     /// Behind so many others.
     pub(crate) order: usize,
-    /// Its ports in the scheme that runs: memories of the same size are kept.
-    pub(crate) before: &'a [Port],
+    /// How it is plugged in in the scheme that runs, with its ports, if it goes on from there: where all of them are
+    /// alike, it keeps its memories.
+    pub(crate) before: Option<(&'a Plugged, &'a [Port])>,
 }
 
 impl Wiring {
@@ -241,15 +244,33 @@ impl Wiring {
         if words > MAX_PACKET_WORDS {
             return Err(CommandError::PacketTooLong { words });
         }
+        let is_alike = new.before.is_some_and(|(before, ports)| {
+            let words = |spec: &PortSpec| match (spec.data_type, spec.direction) {
+                (Some((_, default)), _) => {
+                    let signal = bound.signal(spec.name).unwrap_or(default);
+                    device.data_type(signal.id).map_or(0, |found| found.shape.words(device.dof()))
+                }
+                (None, Direction::Memory(words)) => words,
+                (None, _) => 0,
+            };
+            let is_same = |(port, spec): (&Port, &PortSpec)| {
+                port.is_memory() == spec.data_type.is_none()
+                    && port.is_written() == (spec.direction == Direction::Write)
+                    && data_base.words(port.slot).len() == words(spec)
+            };
+            before.link_end == link_end && ports.len() == specs.len() && ports.iter().zip(&specs).all(is_same)
+        });
         let plugged = Plugged {
             module: new.module,
             link_end,
             begins: true,
             takes_over: false,
+            is_alike,
             ports: Span { start: index(self.ports.len())?, count: index(specs.len())? },
             handles: Span { start: index(self.handles.len())?, count: index(handles)? },
         };
-        let mut memories_before = new.before.iter().filter(|port| port.is_memory());
+        let ports_before = new.before.filter(|_| is_alike).map_or(&[][..], |(_, ports)| ports);
+        let mut memories_before = ports_before.iter().filter(|port| port.is_memory());
         for spec in &specs {
             let port = match spec.data_type {
                 Some((_, default)) => {
@@ -260,8 +281,7 @@ impl Wiring {
                 }
                 None => {
                     let words = if let Direction::Memory(words) = spec.direction { words } else { 0 };
-                    let before = memories_before.next().map(|port| port.slot);
-                    let kept = before.filter(|slot| data_base.words(*slot).len() == words);
+                    let kept = memories_before.next().map(|port| port.slot);
                     Port::new(kept.map_or_else(|| data_base.take(words), Ok)?, spec, None)
                 }
             };
@@ -347,6 +367,8 @@ impl Wiring {
     pub(crate) fn begin_at(&mut self, order: usize, begins: bool, takes_over: bool) {
         if let Some(plugged) = self.modules.get_mut(order) {
             (plugged.begins, plugged.takes_over) = (begins, takes_over);
+            // From now on it is in the scheme that runs.
+            plugged.is_alike = true;
         }
     }
 

@@ -85,6 +85,10 @@ async fn collect(
     tick: &mut TickHandover,
     line: &mut CommandLine,
 ) -> Result<(), Refusal> {
+    // Its findings would be those of another scheme than the one that is kept.
+    if matches!(tick.ask(Request::Status).await, Response::Status(status) if status.is_in_transaction) {
+        return Err(Refusal::Engine(CommandError::TransactionOpen));
+    }
     if let Response::Finding { faults: faults @ 1.., .. } = tick.ask(Request::Finding { index: 0 }).await {
         let faults = usize::try_from(faults).unwrap_or(usize::MAX);
         return Err(Refusal::Engine(CommandError::DoesNotMatch { faults }));

@@ -85,7 +85,7 @@ impl Plan {
     }
 
     /// Whether a module that is plugged in here goes on where it is in another one: with the state and the memories
-    /// that it has there.
+    /// that it has there, and ports alike.
     pub(super) fn continues(&self, plugged: &Plugged, before: &Self) -> bool {
         let module = plugged.module;
         let Some(there) = before.wiring.find(module) else { return false };
@@ -94,7 +94,7 @@ impl Plan {
             let ports = plan.wiring.ports(plugged).iter().filter(|port| port.is_memory());
             ports.fold(0, |slots, port| slots | bit(port.slot))
         };
-        state(self) == state(before) && memories(self, plugged) == memories(before, there)
+        plugged.is_alike && state(self) == state(before) && memories(self, plugged) == memories(before, there)
     }
 
     /// Points the handles of the modules that are plugged in, and their calls, to where all words are now.

@@ -222,7 +222,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let state = next.instance(module).map(|instance| instance.state);
         let goes_on = running.instance(module).map(|instance| instance.state) == state;
         let before = running.wiring.find(module).filter(|_| goes_on);
-        let before = before.map_or(&[][..], |plugged| running.wiring.ports(plugged));
+        let before = before.map(|plugged| (plugged, running.wiring.ports(plugged)));
         let end = next.wiring.modules().len();
         let order = next.place_before.and_then(|before| next.wiring.order_of(before)).unwrap_or(end);
         let new = New { module, kind, settings, order, before };

@@ -102,6 +102,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if faults > 0 { Err(CommandError::DoesNotMatch { faults }) } else { Ok(()) }
     }
 
+    /// Stops what runs; a commit does not start it again.
+    pub(super) fn stop(&mut self) {
+        self.is_running = false;
+        if self.draft == Draft::OpenAndStarts {
+            self.draft = Draft::Open;
+        }
+    }
+
     /// Starts from rest, as after power-up: what modules and signals held may be long past.
     fn start(&mut self) {
         self.reset();

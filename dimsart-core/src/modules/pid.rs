@@ -97,11 +97,13 @@ impl Module for Pid {
         context.begin_axes([position, desired_position, force.last()], |gains, [x, desired, last_force]| {
             let error = desired - x;
             let axis = Axis { previous_error: error, ..Axis::default() };
-            if !takes_over || !last_force.is_finite() || gains.integral_gain_per_tick == 0.0 {
+            let proportional = (gains.stiffness + gains.integral_gain_per_tick) * error;
+            let integral = last_force - proportional;
+            if !takes_over || !integral.is_finite() || gains.integral_gain_per_tick == 0.0 {
                 return axis;
             }
-            let proportional = (gains.stiffness + gains.integral_gain_per_tick) * error;
-            Axis { integral: math::limit(last_force, gains.limit) - proportional, settling_ticks: 2, ..axis }
+            let integral = math::limit(last_force, gains.limit) - proportional;
+            Axis { integral, settling_ticks: 2, ..axis }
         });
     }
 

@@ -353,3 +353,39 @@ fn a_packet_that_waits_is_the_listener_s_whatever_is_refused_meanwhile() {
         assert_eq!(bench.signal("DES_POSITION"), [f32::from(number)], "{rows}");
     }
 }
+
+/// Its memory has as many words as before, and its position in it would be another one.
+#[test]
+fn a_delay_line_of_another_shape_begins_and_writes_nowhere_else() {
+    let rows = "
+        TIMEDELAY_MOD PORT_SIGNAL_IN POSITION
+        TIMEDELAY_MOD PORT_SIGNAL_OUT POSITION.2
+        TIMEDELAY_MOD TD_PARAM 4
+        MOD_ENG MOD_ON TIMEDELAY_MOD
+        SIGGEN_MOD FORM SQUARE
+        SIGGEN_MOD AMPLITUDE 7
+        MOD_ENG MOD_ON SIGGEN_MOD";
+    let mut bench: Bench = Bench::of(3, &[types::POSITION, types::LINK_AGE], &[]);
+    bench.run(rows);
+    let measured = [Word::from(1.0); 3].into_iter().chain([Word(5)]).collect::<Vec<_>>();
+    (0..20).for_each(|_| drop(bench.try_tick(&measured)));
+    let before = bench.signal("SIGNAL_OUT");
+    bench.rows(
+        "MOD_ENG BEGIN\nMOD_ENG MOD_OFF TIMEDELAY_MOD\nTIMEDELAY_MOD PORT_SIGNAL_IN LINK_AGE
+        TIMEDELAY_MOD PORT_SIGNAL_OUT LINK_AGE.2\nTIMEDELAY_MOD TD_PARAM 12
+        MOD_ENG MOD_ON TIMEDELAY_MOD\nMOD_ENG COMMIT",
+    );
+    for tick in 0..30 {
+        assert_eq!(bench.try_tick(&measured).0, Tick::Ran);
+        assert_eq!(bench.bits("LINK_AGE.2"), [if tick < 12 { 0 } else { 5 }], "{tick}");
+        assert_eq!(bench.signal("SIGNAL_OUT").len(), before.len());
+    }
+    assert_eq!(bench.bits("POSITION"), [1.0_f32.to_bits(); 3]);
+}
+
+#[test]
+fn a_stop_outlasts_a_commit_that_was_checked_before() {
+    let mut bench = Joint::new(PD).bench;
+    bench.rows("MOD_ENG BEGIN\nMOD_ENG MATCHING_CHECK\nMOD_ENG STOP\nMOD_ENG COMMIT");
+    assert!(!bench.dimsart.engine().is_running());
+}

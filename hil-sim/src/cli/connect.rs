@@ -274,7 +274,7 @@ impl Action {
             Self::Check(json) => {
                 let check = device.check()?;
                 json.print(out, &check)?;
-                return Ok(check.is_running);
+                return Ok(check.faults == 0);
             }
             Self::Faults(json) => {
                 let faults = device.faults()?;

@@ -132,7 +132,8 @@ impl<S: Read + Write> Device<S> {
         }
         let (faults, findings) = self.findings()?;
         let state = self.state_text(effect.blocked)?;
-        Ok(Check { is_running: effect.refused.is_none(), state, faults, findings })
+        let is_sound = effect.refused.is_none();
+        Ok(Check { is_running: is_sound && self.status()?.is_running, state, faults, findings })
     }
 
     /// What is wrong; changes nothing.

@@ -47,14 +47,8 @@ impl<S: Read + Write> Device<S> {
             self.commit()?;
             Ok(rows)
         });
-        let rows = match sent {
-            // A line that is gone cannot abort either.
-            Err(error) if !matches!(error, ConnectError::Line(_)) => {
-                self.abort()?;
-                return Err(error);
-            }
-            sent => sent?,
-        };
+        // What cannot be aborted on a line that is gone, the next `begin` says.
+        let rows = sent.inspect_err(|_| drop(self.abort()))?;
         let blocked = self.status()?.blocked;
         Ok(Sent { rows, state: self.state_text(blocked)? })
     }
@@ -95,6 +89,12 @@ impl<S: Read + Write> Device<S> {
             Ok(command) => command,
             Err(error) => return Ok(Err(self.misread(error)?)),
         };
+        if matches!(command, Command::Begin | Command::Commit | Command::Abort) {
+            let mut misread = self.misread(row.refused(CommandError::TransactionOpen))?;
+            misread.message =
+                "refused: the file is sent as one transaction, it opens and ends none".to_owned();
+            return Ok(Err(misread));
+        }
         let Effect { refused, .. } = self.try_give(command)?;
         let Some(refused) = refused else { return Ok(Ok(())) };
         let mut misread = self.misread(row.refused(refused))?;

@@ -130,6 +130,9 @@ impl Model {
             }
             Command::Stop => {
                 self.is_running = false;
+                if let Some((_, starts)) = &mut self.draft {
+                    *starts = false;
+                }
                 Ok(())
             }
             Command::Reset => {
@@ -227,9 +230,9 @@ impl Model {
         match change {
             Command::PlugIn(_) => {
                 is_free?;
-                // It keeps the memory that it has in the scheme that runs, if that is of the same size.
+                // It goes on with the memory that it has in the scheme that runs, if all its ports are as there.
                 let there = self.running.instances.get(&number).filter(|there| there.life == instance.life);
-                let kept = there.filter(|there| there.settings[2] == instance.settings[2]);
+                let kept = there.filter(|there| there.settings[..3] == instance.settings[..3]);
                 instance.memory = Some(kept.and_then(|there| there.memory).unwrap_or(life));
                 let before = scheme.place_before.take();
                 let place = before.and_then(|before| scheme.order.iter().position(|found| *found == before));
