@@ -238,6 +238,8 @@ pub enum CommandError {
     TransactionOpen,
     /// No transaction is open.
     NoTransaction,
+    /// Something has failed, and the device is on its way to its safe value: it can be reset when it is there.
+    FaultReaction,
 }
 
 impl From<StorageError> for CommandError {

@@ -9,7 +9,7 @@ use crate::limits::DEFAULT_WORDS;
 use crate::mailbox::{LinkPort, is_newer};
 use crate::modules::Standard;
 use crate::packet::{Packet, PacketError};
-use crate::safety::{Reason, Safety, Tick};
+use crate::safety::{Safety, Tick};
 use crate::storage::StorageError;
 use crate::word::Word;
 
@@ -98,6 +98,9 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             return Err(Tick::Idle);
         }
         self.engine.step_observed(observer);
+        if let Some(fault) = self.engine.lost_device() {
+            return Err(Tick::ModuleFailed(fault));
+        }
         self.lost_link().map_or(Ok(()), |link| Err(Tick::LinkLost { link }))
     }
 
@@ -109,11 +112,18 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         u8::try_from(lost).ok()
     }
 
-    /// Takes a command, between two ticks.
+    /// Takes a command, between two ticks. [`Command::Reset`] ends a [fault](crate::DriveState::Fault), too.
     ///
     /// # Errors
-    /// As [`Engine::command`].
+    /// As [`Engine::command`]; and [`CommandError::FaultReaction`] for a reset while the device is on its way to its
+    /// safe value.
     pub fn command(&mut self, command: Command) -> Result<(), CommandError> {
+        if command == Command::Reset {
+            if self.safety.reacts_to_fault() {
+                return Err(CommandError::FaultReaction);
+            }
+            self.safety.reset();
+        }
         self.engine.command(command)?;
         if self.engine.is_taking_over() {
             // Modules take over from what the device got, which may be less than the scheme commanded.
@@ -175,8 +185,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// Ticks in which a frame was refused, since the device was connected.
     #[must_use]
     pub fn refused_ticks(&self) -> u32 {
-        let counts = self.safety.counts();
-        counts.of(Reason::MeasurementRefused).saturating_add(counts.of(Reason::CommandRefused))
+        self.safety.refused_ticks()
     }
 
     /// The safety stage: why the device does not get what the scheme commands, and how often.

@@ -1,6 +1,7 @@
 //! The Module Engine: keeps the modules, steps them, takes commands.
 
 mod commands;
+mod containment;
 mod costs;
 mod observer;
 mod parameters;
@@ -10,6 +11,7 @@ mod transaction;
 mod vocabulary;
 
 pub use commands::Cursor;
+pub use containment::ModuleFault;
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
@@ -27,6 +29,7 @@ use crate::matching::{CheckReport, Finding, Scheme};
 use crate::modules::Standard;
 use crate::port::{Direction, Stage};
 use crate::wiring::Wiring;
+use containment::Containment;
 use plan::{Plan, Plans};
 use transaction::Draft;
 
@@ -75,6 +78,7 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     is_running: bool,
     /// Whether a module begins with its next call.
     begins: bool,
+    containment: Containment,
     list: PhantomData<M>,
 }
 
@@ -101,11 +105,15 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             costs: None,
             is_running: false,
             begins: false,
+            containment: Containment::new(),
             list: PhantomData,
         }
     }
 
     /// Computes every module that is plugged in once, in order. Does nothing unless the scheme runs.
+    ///
+    /// A module that writes what its signal cannot be is cut out in this very tick, with every module that depends on
+    /// it: see [`module_fault`](Self::module_fault).
     #[doc(alias = "Module_Step")]
     pub fn step(&mut self) {
         self.step_observed(&mut ());
@@ -120,10 +128,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device);
         let wiring = &mut self.plans.running_mut().wiring;
-        observer.look_on(Calls { wiring, begins: self.begins }, &data);
+        let calls = Calls { wiring, begins: self.begins, fallen: self.containment.fallen() };
+        observer.look_on(calls, &data);
         if self.begins {
             self.begins = false;
             wiring.has_begun();
+        }
+        if self.containment.finds_fault(self.data_base.storage().all()) {
+            self.contain();
         }
     }
 
@@ -147,7 +159,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             Command::Check => return self.check_and_start(),
             Command::ResetModule(module) => {
                 self.plans.running().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
-                self.begin(|found| found == module);
+                self.begin_anew(|found| found == module);
             }
             Command::Reset => self.reset(),
             Command::Stop => self.stop(),

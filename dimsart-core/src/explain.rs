@@ -6,7 +6,7 @@ use core::fmt;
 
 use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
-use crate::engine::Engine;
+use crate::engine::{Engine, ModuleFault};
 use crate::kind::ModuleList;
 use crate::matching::{Finding, Party};
 use crate::port::Difference;
@@ -24,6 +24,7 @@ pub struct Explanation<'a, V> {
 enum Subject {
     Finding(Finding),
     Refusal(CommandError),
+    Module(ModuleFault),
 }
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -31,6 +32,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn explain(&self, finding: Finding) -> Explanation<'_, Self> {
         Explanation::of_finding(self, finding)
+    }
+
+    /// Why a module was cut out, as a sentence.
+    #[must_use]
+    pub fn explain_module_fault(&self, fault: ModuleFault) -> Explanation<'_, Self> {
+        Explanation::of_module_fault(self, fault)
     }
 }
 
@@ -45,6 +52,29 @@ impl<'a, V: Vocabulary> Explanation<'a, V> {
     #[must_use]
     pub fn of_refusal(known: &'a V, error: CommandError) -> Self {
         Self { known, subject: Subject::Refusal(error) }
+    }
+
+    /// Why a module was cut out.
+    #[must_use]
+    pub fn of_module_fault(known: &'a V, fault: ModuleFault) -> Self {
+        Self { known, subject: Subject::Module(fault) }
+    }
+
+    fn module_fault(&self, f: &mut fmt::Formatter<'_>, fault: ModuleFault) -> fmt::Result {
+        let (module, signal) =
+            (self.known.name_of_module(fault.module), self.known.name_of_signal(fault.signal));
+        write!(f, "{module} wrote {} to word {} of {signal}, ", fault.value(), fault.word)?;
+        let unit = self.known.type_of(fault.signal).map(|found| found.unit);
+        match unit.filter(|_| fault.value().is_finite()) {
+            None => write!(f, "which is no finite number")?,
+            Some(unit) => {
+                write!(f, "which is beyond {:e}, the most that it can be", unit.largest())?;
+            }
+        }
+        write!(
+            f,
+            ": it is cut out with all that depends on it; lower its gains or see to what it reads, then `reset`"
+        )
     }
 
     fn finding(&self, f: &mut fmt::Formatter<'_>, finding: Finding) -> fmt::Result {
@@ -155,6 +185,7 @@ impl<V: Vocabulary> fmt::Display for Explanation<'_, V> {
         match self.subject {
             Subject::Finding(finding) => self.finding(f, finding),
             Subject::Refusal(error) => refusal::write(f, error, Some(self.known)),
+            Subject::Module(fault) => self.module_fault(f, fault),
         }
     }
 }

@@ -1,15 +1,17 @@
 //! The safety stage, last before the actuators.
 
+mod drive_state;
 mod limited;
 mod reason;
 mod velocity;
 
+pub use drive_state::{DriveEvent, DriveState};
 pub use reason::{Reason, ReasonCounts};
 
 use heapless::Vec;
 
 use crate::device::DeviceDescriptor;
-use crate::engine::Engine;
+use crate::engine::{Engine, ModuleFault};
 use crate::frame::{Frame, FrameError};
 use crate::input_limits::SafeValue;
 use crate::kind::ModuleList;
@@ -28,7 +30,7 @@ pub enum Tick {
     Idle,
     /// The measurement was refused and nothing was computed; the device gets its safe value.
     MeasurementRefused(FrameError),
-    /// The scheme ran but a command is not a finite number; the device gets its safe value.
+    /// The scheme ran, but the caller's frame for the device has another length; the device gets its safe value.
     CommandRefused(FrameError),
     /// The scheme ran and would command the device, but motion is
     /// [not allowed](crate::Dimsart::allow_motion): nobody holds the lease. The device gets its safe value.
@@ -38,6 +40,8 @@ pub enum Tick {
         /// The link.
         link: u8,
     },
+    /// A module that the device depends on has failed and is cut out: the device gets its safe value until a reset.
+    ModuleFailed(ModuleFault),
 }
 
 impl Tick {
@@ -51,6 +55,7 @@ impl Tick {
             Self::CommandRefused(_) => Reason::CommandRefused,
             Self::Disarmed => Reason::Disarmed,
             Self::LinkLost { .. } => Reason::LinkLost,
+            Self::ModuleFailed(_) => Reason::ModuleFailed,
         }
     }
 }
@@ -60,15 +65,20 @@ impl Tick {
 /// | Tick | What a device's input gets |
 /// |---|---|
 /// | nothing is wrong | the scheme's command, held to the input's range and rate |
-/// | scheme stopped, motion not allowed, frame refused, link lost | its safe value, held to the same |
+/// | scheme stopped, motion not allowed | its safe value, held to the same |
+/// | frame refused, link lost, module failed | the same, until a reset and until motion is allowed again |
 ///
 /// Range, rate and safe value are [declared](DeviceDescriptor::with_limits) with the device; an input without them gets
 /// any finite command, and zero as its safe value. The rate holds on the way to the safe value and back, too: motion
 /// begins where the actuator is, whatever integrators have wound up meanwhile. Why a device did not get what the scheme
-/// commanded is a [`Reason`], with a number and a name.
+/// commanded is a [`Reason`], with a number and a name. What the drive is in is a [`DriveState`] of CiA 402.
 #[derive(Debug)]
 pub struct Safety {
+    state: DriveState,
     is_motion_forbidden: bool,
+    /// What has failed, in a state of fault.
+    failed: Tick,
+    refused_ticks: u32,
     reason: Reason,
     counts: ReasonCounts,
     limited: Vec<Limited, MAX_LIMITED_WORDS>,
@@ -78,7 +88,10 @@ pub struct Safety {
 impl Safety {
     pub(crate) const fn new() -> Self {
         Self {
+            state: DriveState::NotReadyToSwitchOn,
             is_motion_forbidden: false,
+            failed: Tick::Ran,
+            refused_ticks: 0,
             reason: Reason::None,
             counts: ReasonCounts::new(),
             limited: Vec::new(),
@@ -96,10 +109,39 @@ impl Safety {
                 self.velocity = Velocity::new(device);
             }
         }
+        self.meet(DriveEvent::Initialized);
     }
 
     pub(crate) fn allow_motion(&mut self, is_allowed: bool) {
         self.is_motion_forbidden = !is_allowed;
+        if !is_allowed {
+            self.meet(DriveEvent::QuickStop);
+        }
+    }
+
+    fn meet(&mut self, event: DriveEvent) {
+        self.state = self.state.after(event).unwrap_or(self.state);
+    }
+
+    /// Enables operation, where motion is allowed and nothing has failed; says whether the scheme commands the device.
+    #[cold]
+    #[inline(never)]
+    fn enable(&mut self) -> bool {
+        if !self.is_motion_forbidden {
+            for event in [DriveEvent::Shutdown, DriveEvent::SwitchOn, DriveEvent::EnableOperation] {
+                self.meet(event);
+            }
+        }
+        self.state == DriveState::OperationEnabled
+    }
+
+    /// Whether a fault cannot be reset yet.
+    pub(crate) fn reacts_to_fault(&self) -> bool {
+        self.state == DriveState::FaultReactionActive
+    }
+
+    pub(crate) fn reset(&mut self) {
+        self.meet(DriveEvent::FaultReset);
     }
 
     pub(crate) fn forbids_motion(&self) -> bool {
@@ -109,6 +151,18 @@ impl Safety {
     /// What the device's words with limits got last, with their places.
     pub(crate) fn given(&self) -> impl Iterator<Item = (usize, Word)> + '_ {
         self.limited.iter().map(|limited| (limited.place, limited.given))
+    }
+
+    /// The state of the drive.
+    #[must_use]
+    pub fn state(&self) -> DriveState {
+        self.state
+    }
+
+    /// Ticks in which a frame was refused, since the device was connected.
+    #[must_use]
+    pub fn refused_ticks(&self) -> u32 {
+        self.refused_ticks
     }
 
     /// Why the device did not get what the scheme commanded, in the last tick.
@@ -140,7 +194,7 @@ impl Safety {
             Err(tick) => tick,
             Ok(()) => match frame.read(engine.data_base(), commanded) {
                 Err(error) => Tick::CommandRefused(error),
-                Ok(()) if self.is_motion_forbidden => Tick::Disarmed,
+                Ok(()) if self.state != DriveState::OperationEnabled && !self.enable() => Tick::Disarmed,
                 Ok(()) => {
                     self.reason = Reason::None;
                     if !self.limited.is_empty() {
@@ -150,19 +204,20 @@ impl Safety {
                 }
             },
         };
-        self.give_safe_values(tick, engine.device(), measured, commanded);
-        tick
+        self.give_safe_values(tick, engine.is_running(), engine.device(), measured, commanded)
     }
 
     #[inline(never)]
     fn give_safe_values(
         &mut self,
         tick: Tick,
+        is_running: bool,
         device: &DeviceDescriptor,
         measured: &[Word],
         commanded: &mut [Word],
-    ) {
-        self.reason = tick.reason();
+    ) -> Tick {
+        let told = self.tell(tick, is_running);
+        self.reason = told.reason();
         self.counts.count(self.reason);
         commanded.fill(Word(0));
         let measured = if matches!(tick, Tick::MeasurementRefused(_)) { &[] } else { measured };
@@ -175,8 +230,26 @@ impl Safety {
         }
         if held.by_rate {
             self.counts.count(Reason::RateLimited);
+        } else {
+            self.meet(DriveEvent::Stopped);
         }
         self.velocity.keep(measured);
+        told
+    }
+
+    /// What to say of a tick in which no scheme commands the device: what has failed, until a reset.
+    fn tell(&mut self, tick: Tick, is_running: bool) -> Tick {
+        let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
+        self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
+        // A frame that is refused while nothing moves is over with the next one.
+        let fails = if is_refused { is_running && self.enable() } else { tick.reason().is_fault() };
+        if fails && !self.state.is_fault() {
+            self.failed = tick;
+            self.meet(DriveEvent::Fault);
+        } else {
+            self.meet(DriveEvent::QuickStop);
+        }
+        if self.state.is_fault() { self.failed } else { tick }
     }
 
     /// Holds what a scheme commands to range and rate.

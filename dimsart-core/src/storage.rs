@@ -64,7 +64,7 @@ impl Block {
     }
 
     #[inline]
-    fn range(self) -> core::ops::Range<usize> {
+    pub(crate) fn range(self) -> core::ops::Range<usize> {
         let start = usize::from(self.offset);
         start..start + usize::from(self.words)
     }
@@ -195,6 +195,12 @@ impl<const WORDS: usize> Storage<WORDS> {
     #[inline]
     pub(crate) fn words(&self, block: Block) -> Option<&[u32]> {
         self.words.get(block.range())
+    }
+
+    /// All words, taken or not.
+    #[inline]
+    pub(crate) fn all(&self) -> &[u32] {
+        &self.words
     }
 
     /// The words of a block, to be written.

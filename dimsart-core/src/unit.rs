@@ -102,6 +102,17 @@ impl Unit {
         }
     }
 
+    /// Largest magnitude that a signal of this unit can have: far beyond what any joint does, far below what `f32`
+    /// cannot count with any more. A module that writes more has failed.
+    #[must_use]
+    pub const fn largest(self) -> f32 {
+        match self {
+            Self::Position | Self::Velocity | Self::Force | Self::Wave => 1e6,
+            Self::Stiffness | Self::Damping | Self::IntegralGain | Self::Energy => 1e12,
+            Self::Any | Self::One | Self::Second | Self::Hertz | Self::Tick => f32::MAX,
+        }
+    }
+
     /// Whether a signal of this unit may be bound where `other` is expected.
     #[must_use]
     pub fn fits(self, other: Self) -> bool {

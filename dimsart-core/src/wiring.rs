@@ -42,6 +42,12 @@ pub(crate) struct Plugged {
     pub(crate) takes_over: bool,
     /// Whether its ports are as in the scheme that runs: only then its state is still about them.
     pub(crate) is_alike: bool,
+    /// Whether it wrote what its signals cannot be, and is cut out since.
+    pub(crate) has_failed: bool,
+    /// Whether it writes an input of the device, or one of those that fall with it does.
+    pub(crate) drives_device: bool,
+    /// Modules that are cut out when it is: itself, and all that depend on it. A bit for each place in the plug-in order.
+    pub(crate) falls_with: u32,
     ports: Span,
     handles: Span,
 }
@@ -266,6 +272,9 @@ impl Wiring {
             begins: true,
             takes_over: false,
             is_alike,
+            has_failed: false,
+            drives_device: false,
+            falls_with: 0,
             ports: Span { start: index(self.ports.len())?, count: index(specs.len())? },
             handles: Span { start: index(self.handles.len())?, count: index(handles)? },
         };
@@ -294,8 +303,14 @@ impl Wiring {
         Ok(plugged)
     }
 
-    /// Takes over the order of the calls.
-    pub(crate) fn set_calls(&mut self, calls: impl Iterator<Item = (u8, Stage)>, kinds: &[Kind]) {
+    /// Takes over the order of the calls. `of_device` are the slots of the device's inputs, a bit each.
+    pub(crate) fn set_calls(
+        &mut self,
+        calls: impl Iterator<Item = (u8, Stage)>,
+        kinds: &[Kind],
+        of_device: u64,
+    ) {
+        self.find_what_falls(of_device);
         self.calls.clear();
         for (order, stage) in calls {
             let Some(plugged) = self.modules.get(usize::from(order)) else { continue };
@@ -310,6 +325,32 @@ impl Wiring {
                 order,
                 stage,
             });
+        }
+    }
+
+    /// Finds out which modules fall with which: all that read what one of them writes, in this tick or the next one.
+    fn find_what_falls(&mut self, of_device: u64) {
+        let mut writes = [0; MAX_MODULES];
+        let mut reads = [0; MAX_MODULES];
+        for ((plugged, writes), reads) in self.modules.iter().zip(&mut writes).zip(&mut reads) {
+            (*writes, *reads) = (self.writes(plugged), self.reads(plugged));
+        }
+        for ((order, plugged), writes) in (0..).zip(&mut self.modules).zip(&writes) {
+            let readers = (0..).zip(&reads).filter(|(_, reads)| **reads & writes != 0);
+            plugged.falls_with =
+                readers.fold(module_bit(order), |found, (reader, _)| found | module_bit(reader));
+        }
+        // Warshall: what falls with those that fall with it.
+        for by in 0..self.modules.len() {
+            let further = self.modules.get(by).map_or(0, |plugged| plugged.falls_with);
+            let by = (0..).nth(by).map_or(0, module_bit);
+            for plugged in self.modules.iter_mut().filter(|plugged| plugged.falls_with & by != 0) {
+                plugged.falls_with |= further;
+            }
+        }
+        for plugged in &mut self.modules {
+            let falls = (0..).zip(&writes).filter(|(order, _)| plugged.falls_with & module_bit(*order) != 0);
+            plugged.drives_device = falls.fold(0, |slots, (_, writes)| slots | writes) & of_device != 0;
         }
     }
 
@@ -351,6 +392,12 @@ impl Wiring {
         written.fold(0, |slots, port| slots | bit(port.slot))
     }
 
+    /// Slots that a module reads from, a bit each.
+    fn reads(&self, plugged: &Plugged) -> u64 {
+        let read = self.ports(plugged).iter().filter(|port| !port.is_written() && !port.is_memory());
+        read.fold(0, |slots, port| slots | bit(port.slot))
+    }
+
     /// Modules in plug-in order.
     pub(crate) fn modules(&self) -> &[Plugged] {
         &self.modules
@@ -363,12 +410,25 @@ impl Wiring {
         }
     }
 
-    /// Says whether the state of the module at a place begins with its next call, and whether it takes over then.
-    pub(crate) fn begin_at(&mut self, order: usize, begins: bool, takes_over: bool) {
-        if let Some(plugged) = self.modules.get_mut(order) {
-            (plugged.begins, plugged.takes_over) = (begins, takes_over);
-            // From now on it is in the scheme that runs.
-            plugged.is_alike = true;
+    /// Takes these modules for sound again.
+    pub(crate) fn forgive(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
+        self.modules
+            .iter_mut()
+            .filter(|plugged| is_meant(plugged.module))
+            .for_each(|plugged| plugged.has_failed = false);
+    }
+
+    /// A module that is plugged in, by its place.
+    pub(crate) fn at_mut(&mut self, order: usize) -> Option<&mut Plugged> {
+        self.modules.get_mut(order)
+    }
+
+    /// Has the state of the modules at these places begin with their next call, as after a start.
+    pub(crate) fn begin_places(&mut self, places: u32) {
+        for (order, plugged) in (0..).zip(&mut self.modules) {
+            if places & module_bit(order) != 0 {
+                (plugged.begins, plugged.takes_over) = (true, false);
+            }
         }
     }
 
@@ -399,6 +459,12 @@ impl Wiring {
     pub(crate) fn order_of(&self, module: ModuleRef) -> Option<usize> {
         self.modules.iter().position(|plugged| plugged.module == module)
     }
+}
+
+/// A module's place in the plug-in order as one of 32 bits.
+pub(crate) fn module_bit(order: u8) -> u32 {
+    const { assert!(MAX_MODULES <= 32, "a set of modules is 32 bits") };
+    1_u32.checked_shl(u32::from(order)).unwrap_or(0)
 }
 
 /// Cuts a part out of a list.

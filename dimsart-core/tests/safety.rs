@@ -4,8 +4,9 @@
 #![expect(clippy::float_cmp, reason = "these numbers are exact")]
 
 use dimsart_core::{
-    AxisKind, DataType, DescriptorError, DeviceDescriptor, Dimsart, FrameError, InputLimits, LimitsFault,
-    Packet, Reason, SafeValue, Tick, Word, limits::MAX_LIMITED_WORDS, modules::Standard, scheme, types,
+    AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState,
+    FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word, limits::MAX_LIMITED_WORDS,
+    modules::Standard, scheme, types,
 };
 
 const AXES: usize = 3;
@@ -103,6 +104,14 @@ impl Arm {
         tick
     }
 
+    /// As soon as it has its safe value.
+    fn reset(&mut self) {
+        while self.dimsart.safety().state() == DriveState::FaultReactionActive {
+            self.tick_in_silence([0.0; AXES]);
+        }
+        load(&mut self.dimsart, "any MOD_ENG RESET");
+    }
+
     fn reason(&self) -> Reason {
         self.dimsart.safety().reason()
     }
@@ -133,12 +142,12 @@ impl Random {
     }
 
     fn force_n(&mut self) -> f32 {
-        match self.next() % 200 {
+        match self.next() % 2000 {
             0 => f32::NAN,
             1 => f32::INFINITY,
             2 => f32::MAX,
             3 => f32::MIN,
-            4..100 => 10.0 * self.share(),
+            4..1000 => 10.0 * self.share(),
             _ => 100.0 * self.share(),
         }
     }
@@ -150,12 +159,14 @@ struct Model {
     count: u32,
     /// In the last tick, if it measured.
     position_m: Option<[f32; AXES]>,
+    /// What has failed, until a reset.
+    failed: Option<Tick>,
 }
 
 impl Model {
     fn new() -> Self {
         let given = LIMITS.map(|limits| 0.0_f32.max(limits.min));
-        Self { given, count: 0, position_m: None }
+        Self { given, count: 0, position_m: None, failed: None }
     }
 
     /// What an axis gets while no scheme commands it, limits apart.
@@ -171,8 +182,16 @@ impl Model {
     }
 
     /// Looks at a tick in which the scheme would have commanded `force_n`.
-    fn check(&mut self, arm: &Arm, tick: Tick, force_n: [f32; AXES]) {
-        let is_measured = !matches!(tick, Tick::MeasurementRefused(_));
+    fn check(&mut self, arm: &Arm, tick: Tick, is_allowed: bool, is_measured: bool, force_n: [f32; AXES]) {
+        let commands = is_allowed && arm.dimsart.engine().is_running();
+        let refused = matches!(tick, Tick::MeasurementRefused(_));
+        assert_eq!(self.failed.unwrap_or(tick), tick, "until a reset");
+        if self.failed.is_none() && tick.reason().is_fault() && (commands || !refused) {
+            self.failed = Some(tick);
+        }
+        let state = arm.dimsart.safety().state();
+        assert_eq!(state.is_fault(), self.failed.is_some(), "{state:?}");
+        assert_eq!(state == DriveState::OperationEnabled, tick == Tick::Ran, "{state:?}");
         let now_m = is_measured.then_some(arm.position_m);
         let (mut is_outside, mut is_too_fast) = (false, false);
         for (axis, limits) in LIMITS.iter().enumerate() {
@@ -198,7 +217,17 @@ impl Model {
         };
         assert_eq!(arm.reason(), reason);
         assert!(tick == Tick::Ran || arm.count == self.count, "{tick:?}: not held");
-        *self = Self { given: arm.given, count: arm.count, position_m: now_m };
+        let is_there = (0..AXES).all(|axis| {
+            f64::from(arm.given[axis])
+                == self.safe_value(axis, now_m).clamp(LIMITS[axis].min.into(), LIMITS[axis].max.into())
+        });
+        if is_there && tick != Tick::Ran {
+            assert!(
+                !matches!(state, DriveState::QuickStopActive | DriveState::FaultReactionActive),
+                "{state:?}"
+            );
+        }
+        *self = Self { given: arm.given, count: arm.count, position_m: now_m, ..*self };
     }
 }
 
@@ -212,12 +241,17 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
             is_allowed ^= random.one_in(40);
             is_silent ^= random.one_in(80);
             if random.one_in(40) {
-                let rows = match random.next() % 3 {
-                    0 => "any MOD_ENG RESET",
-                    1 => "any MOD_ENG STOP",
-                    _ => "any MOD_ENG MATCHING_CHECK",
-                };
-                load(&mut arm.dimsart, rows);
+                let is_stop = random.one_in(3);
+                load(
+                    &mut arm.dimsart,
+                    if is_stop { "any MOD_ENG STOP" } else { "any MOD_ENG MATCHING_CHECK" },
+                );
+            }
+            if random.one_in(20) {
+                let is_on_its_way = arm.dimsart.safety().state() == DriveState::FaultReactionActive;
+                let refused = is_on_its_way.then_some(CommandError::FaultReaction);
+                assert_eq!(arm.dimsart.command(Command::Reset).err(), refused);
+                model.failed = model.failed.filter(|_| is_on_its_way);
             }
             if !random.one_in(4) {
                 arm.position_m = arm.position_m.map(|position| position + 0.01 * random.share());
@@ -227,7 +261,8 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
             let tick = if is_silent { arm.tick_in_silence(half_n) } else { arm.tick(half_n) };
             let position_m = arm.position_m;
             let force_n = [0, 1, 2].map(|axis| 2.0 * ((half_n[axis] + position_m[axis]) - position_m[axis]));
-            model.check(&arm, tick, force_n);
+            let is_measured = (0..AXES).all(|axis| (half_n[axis] + position_m[axis]).is_finite());
+            model.check(&arm, tick, is_allowed, is_measured, force_n);
         }
         for (met, (_, ticks)) in met.iter_mut().zip(arm.dimsart.safety().counts().iter()) {
             *met += ticks;
@@ -334,13 +369,20 @@ fn every_reason_can_be_met_and_is_counted() {
     let tick = arm.tick([f32::NAN; AXES]);
     assert!(matches!(tick, Tick::MeasurementRefused(FrameError::NotFinite { .. })));
     meet(&arm, tick, Reason::MeasurementRefused);
-    let tick = arm.tick([f32::MAX; AXES]);
+    arm.reset();
+    let tick = arm.dimsart.tick(&[Word(0); 2 * AXES], &mut []);
     meet(&arm, tick, Reason::CommandRefused);
     assert_eq!(arm.dimsart.refused_ticks(), 2);
+    arm.reset();
+    let tick = arm.tick([f32::MAX; AXES]);
+    meet(&arm, tick, Reason::ModuleFailed);
+    arm.reset();
+    arm.tick([0.0, 0.5, 0.0]);
     let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
         .take(100)
         .find(|tick| *tick == Tick::LinkLost { link: 0 });
     meet(&arm, tick.unwrap(), Reason::LinkLost);
+    arm.reset();
     load(&mut arm.dimsart, "any MOD_ENG STOP");
     let tick = arm.tick([0.0; AXES]);
     meet(&arm, tick, Reason::Stopped);
@@ -349,12 +391,13 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 8] = [
+const NUMBERS: [(u8, &str); 9] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),
     (32, "measurement refused"),
     (36, "command refused"),
+    (40, "module failed"),
     (48, "link lost"),
     (96, "range limited"),
     (100, "rate limited"),

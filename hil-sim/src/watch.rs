@@ -101,6 +101,10 @@ impl Watch {
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));
                 }
+                Tick::ModuleFailed(fault) => {
+                    let reason = station.dimsart.engine().explain_module_fault(fault).to_string();
+                    return Some(Alarm::Left(at(reason)));
+                }
                 Tick::Disarmed => {
                     let reason =
                         "the board gives its device the safe input, for its lease was not renewed in time";

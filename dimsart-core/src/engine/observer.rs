@@ -1,7 +1,7 @@
 //! Who looks on while an engine steps, such as to measure what its modules take.
 
 use crate::data::Data;
-use crate::wiring::{Call, Wiring};
+use crate::wiring::{Call, Wiring, module_bit};
 
 /// Makes the calls of a step. The core reads no clock: whoever has one can read it around each call.
 ///
@@ -14,10 +14,9 @@ pub trait Observer: Sized {
     #[inline]
     fn look_on(&mut self, calls: Calls<'_>, data: &Data<'_>) {
         for call in calls.wiring.calls() {
-            if calls.begins {
-                calls.begin(call, data);
+            if calls.is_usual() || calls.prepare(call, data) {
+                self.call(|| (call.compute)(data, call.configuration, call.state));
             }
-            self.call(|| (call.compute)(data, call.configuration, call.state));
         }
     }
 }
@@ -40,6 +39,8 @@ pub struct Calls<'a> {
     pub(super) wiring: &'a Wiring,
     /// Whether there is a module that begins with its next call.
     pub(super) begins: bool,
+    /// Modules that are cut out, a bit for each place in the plug-in order.
+    pub(super) fallen: u32,
 }
 
 impl Calls<'_> {
@@ -47,22 +48,31 @@ impl Calls<'_> {
     #[inline(never)]
     fn run(self, data: &Data<'_>) {
         for call in self.wiring.calls() {
-            if self.begins {
-                self.begin(call, data);
+            if self.is_usual() || self.prepare(call, data) {
+                (call.compute)(data, call.configuration, call.state);
             }
-            (call.compute)(data, call.configuration, call.state);
         }
     }
 
-    /// Begins a module before its first stage, if it is to.
+    /// Whether every call is made, and none of them begins a module.
+    #[inline(always)]
+    fn is_usual(&self) -> bool {
+        !self.begins && self.fallen == 0
+    }
+
+    /// Begins a module before its first stage, if it is to; says whether the call is made.
     #[cold]
     #[inline(never)]
-    fn begin(&self, call: &Call, data: &Data<'_>) {
+    fn prepare(&self, call: &Call, data: &Data<'_>) -> bool {
+        if self.fallen & module_bit(call.order) != 0 {
+            return false;
+        }
         if let Some(begin) = call.begin
             && let Some(called) = self.wiring.called(call).filter(|called| called.begins)
         {
             data.say_who_takes_over(called.takes_over);
             begin(data, call.configuration, call.state);
         }
+        true
     }
 }

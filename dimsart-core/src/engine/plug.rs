@@ -180,7 +180,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     pub(super) fn reset(&mut self) {
-        self.begin(|_| true);
+        self.begin_anew(|_| true);
     }
 
     pub(super) fn begin(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {

@@ -5,11 +5,12 @@ use super::Engine;
 use super::plan::Instance;
 use crate::command::{CommandError, ModuleRef};
 use crate::data_base::bit;
+use crate::data_type::DataType;
 use crate::kind::ModuleList;
 use crate::mailbox::LinkPort;
 use crate::schedule::schedule;
 use crate::storage::Block;
-use crate::wiring::Plugged;
+use crate::wiring::{Plugged, module_bit};
 
 /// Whether the next scheme is put together now.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -146,16 +147,20 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The order of the calls of the next scheme.
     pub(super) fn schedule_next(&mut self) {
+        let of_device = self.slots_of(self.device.inputs);
         let wiring = &mut self.plans.next_mut().wiring;
         let calls = schedule(wiring);
-        wiring.set_calls(calls.into_iter(), M::KINDS);
+        wiring.set_calls(calls.into_iter(), M::KINDS, of_device);
     }
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
     pub(super) fn switch(&mut self) {
+        let out = self.clear_fallen();
         let (running, next) = self.plans.split_mut();
-        let modules = running.wiring.modules().iter();
-        let written = modules.fold(0, |slots, plugged| slots | running.wiring.writes(plugged));
+        let fallen = self.containment.fallen();
+        let modules = (0..).zip(running.wiring.modules());
+        let sound = modules.filter(|(order, _)| fallen & module_bit(*order) == 0);
+        let written = sound.fold(0, |slots, (_, plugged)| slots | running.wiring.writes(plugged));
         for order in 0..next.wiring.modules().len() {
             let Some(plugged) = next.wiring.modules().get(order) else { break };
             let before = running.wiring.find(plugged.module).filter(|_| next.continues(plugged, running));
@@ -167,11 +172,18 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 }
             }
             let takes_over = before.map_or(self.is_running, |before| before.takes_over);
-            next.wiring.begin_at(order, begins, takes_over && next.wiring.writes(plugged) & written != 0);
+            let takes_over = takes_over && next.wiring.writes(plugged) & written != 0;
+            let has_failed = before.is_some_and(|before| before.has_failed);
+            if let Some(plugged) = next.wiring.at_mut(order) {
+                // From now on it is in the scheme that runs.
+                plugged.is_alike = true;
+                (plugged.begins, plugged.takes_over, plugged.has_failed) = (begins, takes_over, has_failed);
+            }
             self.begins |= begins;
         }
         next.connect(self.data_base.storage_mut());
         self.plans.switch();
+        self.contain_anew(&out);
         self.drop_draft();
     }
 
@@ -206,6 +218,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         } else {
             self.is_running = false;
             self.plans.switch();
+            self.contain_anew(&[]);
         }
         self.clear_next();
     }
@@ -232,17 +245,22 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Gives back what neither a scheme nor the device uses.
     pub(super) fn give_back_slots(&mut self) {
-        let types = self.device.outputs.iter().chain(self.device.inputs);
-        let slots = types.filter_map(|data_type| self.data_base.slot(data_type.first()));
-        let of_device = slots.fold(0, |slots, slot| slots | bit(slot));
+        let of_device = self.slots_of(self.device.outputs) | self.slots_of(self.device.inputs);
         let of_schemes = self.plans.running().wiring.slots() | self.plans.next().wiring.slots();
         self.has_moved |= self.data_base.keep_only(of_schemes | of_device);
     }
 
-    /// Tells handles and calls where all words are, if some have moved.
+    /// Slots of types of the device, a bit each.
+    fn slots_of(&self, types: &[&DataType]) -> u64 {
+        let slots = types.iter().filter_map(|data_type| self.data_base.slot(data_type.first()));
+        slots.fold(0, |slots, slot| slots | bit(slot))
+    }
+
+    /// Tells handles, calls and containment where all words are, if some have moved.
     pub(super) fn follow_moves(&mut self) {
         if core::mem::take(&mut self.has_moved) {
             self.plans.running_mut().connect(self.data_base.storage_mut());
+            self.watch_writes();
         }
     }
 }

@@ -109,6 +109,9 @@ pub(super) fn write<V: Vocabulary>(
                 "a transaction is open already: COMMIT or ABORT ends it (`commit`, `abort` at a device)"
             )
         }
+        CommandError::FaultReaction => {
+            write!(f, "the device is on its way to its safe value: reset it when it is there")
+        }
         CommandError::NoTransaction => {
             write!(f, "no transaction is open: BEGIN opens one (`begin` at a device)")
         }

@@ -7,6 +7,7 @@ use super::lease::Lease;
 use super::response::Refusal;
 use super::telemetry::{Sample, Subscription, Wanted};
 use crate::data_base::DataBase;
+use crate::engine::ModuleFault;
 use crate::frame::FrameError;
 use crate::matching::Finding;
 use crate::safety::{Reason, Tick};
@@ -36,6 +37,8 @@ pub enum Blocked {
         /// The link.
         link: u8,
     },
+    /// The scheme runs, and a module that the device depends on has failed, until a reset.
+    Module(ModuleFault),
 }
 
 impl Blocked {
@@ -48,6 +51,7 @@ impl Blocked {
             Self::Command(_) => Reason::CommandRefused,
             Self::Disarmed => Reason::Disarmed,
             Self::LinkLost { .. } => Reason::LinkLost,
+            Self::Module(_) => Reason::ModuleFailed,
         }
     }
 }
@@ -131,7 +135,12 @@ impl DeviceInfo {
             Tick::CommandRefused(error) => Some(Blocked::Command(error)),
             Tick::Disarmed => Some(Blocked::Disarmed),
             Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
+            Tick::ModuleFailed(fault) => Some(Blocked::Module(fault)),
         };
+        if self.trouble().is_some() {
+            // Motion takes a reset and a new lease.
+            self.lease.end();
+        }
         if self.first_fault.is_none() {
             self.first_fault = self.trouble().map(|reason| FirstFault { tick: self.ticks, reason });
         }
@@ -165,12 +174,12 @@ impl DeviceInfo {
 
     /// Why a scheme that runs does not command the device in the next tick, as far as can be told.
     pub(super) fn keeps_still(&self) -> Option<Blocked> {
-        if self.lease.is_armed() { self.trouble() } else { Some(Blocked::Disarmed) }
+        self.trouble().or_else(|| (!self.lease.is_armed()).then_some(Blocked::Disarmed))
     }
 
-    /// Takes note of a reset: a link that was lost is not any more.
-    pub(super) fn forget_lost_link(&mut self) {
-        self.blocked = self.blocked.filter(|reason| !matches!(reason, Blocked::LinkLost { .. }));
+    /// Takes note of a reset: what has failed may work again.
+    pub(super) fn forget_fault(&mut self) {
+        self.blocked = self.blocked.filter(|reason| !reason.reason().is_fault());
     }
 
     /// What was wrong with the last tick.

@@ -97,6 +97,11 @@ impl Lease {
         }
     }
 
+    /// Takes it from whoever holds it.
+    pub fn end(&mut self) {
+        self.status = LeaseStatus::default();
+    }
+
     /// Whether the device may be moved now.
     #[must_use]
     pub fn is_armed(&self) -> bool {

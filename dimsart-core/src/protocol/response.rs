@@ -13,10 +13,12 @@ use super::safety::SafetyReport;
 use super::schemes::{SchemeStatus, StoreError};
 use crate::command::{Command, CommandError};
 use crate::data_type::TypeRef;
+use crate::engine::ModuleFault;
 use crate::engine::Usage;
 use crate::envelope::Class;
 use crate::matching::Finding;
 use crate::parameter::Value;
+use crate::safety::{DriveState, Reason};
 use crate::timing::Timing;
 use crate::unit::Unit;
 use crate::word::Format;
@@ -108,6 +110,8 @@ pub enum Refusal {
     },
     /// The board holds a key, or held one.
     Key(KeyRefusal),
+    /// Something has failed, and motion waits for a reset. The number is that of a [`Reason`].
+    Fault(u8),
 }
 
 impl core::fmt::Display for Refusal {
@@ -135,6 +139,10 @@ impl core::fmt::Display for Refusal {
                     "client {holder} holds the lease, only it may change something: let it give the lease back, or \
                      `stop` the scheme"
                 )
+            }
+            Self::Fault(number) => {
+                let name = Reason::by_number(*number).map_or("unknown to this version", Reason::name);
+                write!(f, "something has failed ({name}): see to it (`faults` says more), then `reset`")
             }
             Self::Telemetry { client } => {
                 write!(f, "the telemetry is sent to client {client}: ask for the signals")
@@ -189,6 +197,10 @@ pub struct Status {
     pub usage: Usage,
     /// Whether a transaction is open: modules, their ports and parameters are told of the next scheme.
     pub is_in_transaction: bool,
+    /// The state of the drive.
+    pub state: DriveState,
+    /// The first module that failed, while modules are cut out for that; whether the device depends on it or not.
+    pub module_fault: Option<ModuleFault>,
 }
 
 /// How well the ticks keep their time; see [`Timing`].

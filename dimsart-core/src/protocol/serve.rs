@@ -62,7 +62,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
     if request.is_change() {
         info.lease.admit(client_of(id))?;
     }
-    let refused_ticks = dimsart.refused_ticks();
+    let (refused_ticks, state) = (dimsart.refused_ticks(), dimsart.safety().state());
     let engine = dimsart.engine_mut();
     let response = match *request {
         Request::Identify => Response::Identity(identity(engine.device(), info)),
@@ -101,6 +101,8 @@ fn respond<M: ModuleList, const WORDS: usize>(
             first_fault: info.first_fault,
             usage: engine.usage(),
             is_in_transaction: engine.is_in_transaction(),
+            state,
+            module_fault: engine.module_fault(),
         }),
         Request::SchemeCommand { place, index } => {
             Response::SchemeCommand(found(engine.command_of(place, index))?)
@@ -115,6 +117,9 @@ fn respond<M: ModuleList, const WORDS: usize>(
         Request::Safety => Response::Safety(dimsart.safety().into()),
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
+        Request::Lease(LeaseAction::Take) if state.is_fault() => {
+            return Err(Refusal::Fault(dimsart.safety().reason().number()));
+        }
         Request::Lease(action) => Response::Lease(info.lease.carry_out(client_of(id), action)?),
         Request::Telemetry { place, signal, every_ticks } => {
             let wanted = Wanted { id, place, signal, every_ticks };
@@ -151,8 +156,8 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
 ) -> Effect {
     let refused = dimsart.command(command).err();
     let engine = dimsart.engine_mut();
-    if refused.is_none() && matches!(command, Command::Reset | Command::ResetModule(_)) {
-        info.forget_lost_link();
+    if refused.is_none() && command == Command::Reset {
+        info.forget_fault();
     }
     let value = match command {
         Command::Set { module, parameter, entry, .. } => {

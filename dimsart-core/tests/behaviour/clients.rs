@@ -198,7 +198,11 @@ fn a_command_and_a_heartbeat_say_that_the_lease_is_missing() {
     let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
     assert_eq!(heartbeat.blocked, Some(reason));
     assert_eq!(heartbeat.first_fault.unwrap().tick, 2);
-    assert_eq!(heartbeat.lease, LeaseStatus { holder: 7, ticks_left: LEASE_TICKS - 1 });
+    assert_eq!(heartbeat.lease, LeaseStatus::default(), "a fault ends it");
+    board.tick();
+    assert_eq!(board.info.heartbeat(0).blocked, Some(reason));
+    board.command(7, Command::Reset).unwrap();
+    board.lease(7, LeaseAction::Take).unwrap();
     board.tick();
     assert_eq!(board.info.heartbeat(0).blocked, None);
 }
@@ -288,8 +292,16 @@ fn answers_say_that_a_link_is_lost_as_heartbeats_do_until_a_reset() {
     assert_eq!((board.last.0, board.info.heartbeat(0).blocked), (Tick::LinkLost { link: 0 }, lost));
     assert_eq!(board.status(), lost);
     assert_eq!(board.command(1, Command::Check).unwrap().blocked, lost);
-    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, None);
-    assert_eq!(board.status(), None, "it moves in the next tick");
+    assert_eq!(
+        board.lease(1, LeaseAction::Renew),
+        Err(Refusal::Lease { holder: NOBODY }),
+        "a fault ends the lease"
+    );
+    assert_eq!(board.lease(1, LeaseAction::Take), Err(Refusal::Fault(48)), "and motion takes a reset");
+    assert_eq!(board.command(1, Command::Reset).unwrap().blocked, Some(Blocked::Disarmed));
+    board.tick();
+    assert_eq!(board.last.0, Tick::Disarmed, "and a new lease");
+    board.lease(1, LeaseAction::Take).unwrap();
     board.tick();
     assert_eq!(board.last.0, Tick::Ran);
     let heartbeat = board.info.heartbeat(0);

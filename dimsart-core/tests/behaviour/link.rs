@@ -143,28 +143,28 @@ fn commanded_and_age(sender: &mut Bench, receiver: &mut Bench, receives: bool) -
 
 #[test]
 fn a_lost_link_gives_the_safe_input_until_a_reset() {
-    let rows = "COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD";
-    for reset in ["MOD_ENG RESET", "MOD_ENG MOD_RESET COMM_RXMOD"] {
-        let mut sender: Bench = Bench::of(1, &[types::FORCE], &[]);
-        sender.run("COMM_TXMOD CTX_ADD_DATA FORCE\nMOD_ENG MOD_ON COMM_TXMOD");
-        let mut receiver: Bench = Bench::of(1, &[], &[types::DES_FORCE]);
-        receiver.run(rows);
-        let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
-        let lost = Tick::LinkLost { link: 0 };
-        assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
-        for age in 1..=19 {
-            assert_eq!(step(false), (Tick::Ran, 2.5, age));
-        }
-        for age in 20..30 {
-            assert_eq!(step(false), (lost, 0.0, age));
-        }
-        // It goes on listening, and stays lost.
-        assert!((0..100).all(|_| step(true) == (lost, 0.0, 0)));
-        assert_eq!(receiver.dimsart.refused_ticks(), 0);
-        receiver.rows(reset);
-        let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
-        assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)), "{reset}");
+    let mut sender: Bench = Bench::of(1, &[types::FORCE], &[]);
+    sender.run("COMM_TXMOD CTX_ADD_DATA FORCE\nMOD_ENG MOD_ON COMM_TXMOD");
+    let mut receiver: Bench = Bench::of(1, &[], &[types::DES_FORCE]);
+    receiver.run("COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD");
+    let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
+    let lost = Tick::LinkLost { link: 0 };
+    assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
+    for age in 1..=19 {
+        assert_eq!(step(false), (Tick::Ran, 2.5, age));
     }
+    for age in 20..30 {
+        assert_eq!(step(false), (lost, 0.0, age));
+    }
+    // It goes on listening, and stays lost.
+    assert!((0..100).all(|_| step(true) == (lost, 0.0, 0)));
+    assert_eq!(receiver.dimsart.refused_ticks(), 0);
+    receiver.rows("MOD_ENG MOD_RESET COMM_RXMOD");
+    let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
+    assert!((0..10).all(|_| step(true) == (lost, 0.0, 0)), "its module does not forgive a fault");
+    receiver.rows("MOD_ENG RESET");
+    let mut step = |receives| commanded_and_age(&mut sender, &mut receiver, receives);
+    assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
 }
 
 #[test]
@@ -243,25 +243,26 @@ fn time_goes_on_for_a_link_while_measurements_are_refused() {
         sender.run("COMM_TXMOD CTX_ADD_DATA FORCE\nMOD_ENG MOD_ON COMM_TXMOD");
         let mut receiver: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
         receiver.run("COMM_RXMOD CRX_ADD_DATA DES_FORCE\nMOD_ENG MOD_ON COMM_RXMOD");
-        let mut step = |force: f32, measured: f32, arrives: bool| {
+        let mut step = |is_allowed: bool, force: f32, measured: f32, arrives: bool| {
             sender.tick(&[force]);
             let packet = sender.dimsart.outgoing(0).unwrap();
             if arrives {
                 receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
             }
+            receiver.dimsart.allow_motion(is_allowed);
             let (tick, commanded) = receiver.try_tick(&[measured.into()]);
             (tick, f32::from_bits(commanded[0].0))
         };
-        assert!((0..50).all(|_| step(2.5, 0.0, true) == (Tick::Ran, 2.5)));
+        assert!((0..50).all(|_| step(true, 2.5, 0.0, true) == (Tick::Ran, 2.5)));
         for tick in 0..missed {
             // Of those that come meanwhile none is waiting at the end.
-            let (tick, force) = step(2.5, f32::NAN, is_alive || tick == 0);
+            let (tick, force) = step(false, 2.5, f32::NAN, is_alive || tick == 0);
             assert!(matches!(tick, Tick::MeasurementRefused(_)) && force == 0.0);
         }
         if is_alive {
-            assert!((0..50).all(|_| step(1.5, 0.0, true) == (Tick::Ran, 1.5)));
+            assert!((0..50).all(|_| step(true, 1.5, 0.0, true) == (Tick::Ran, 1.5)));
         } else {
-            let moved = (0..100).take_while(|_| step(1.5, 0.0, false).0 == Tick::Ran).count();
+            let moved = (0..100).take_while(|_| step(true, 1.5, 0.0, false).0 == Tick::Ran).count();
             assert_eq!(moved, 19_usize.saturating_sub(missed), "{missed}");
         }
     }

@@ -10,6 +10,7 @@ mod clients;
 mod comm;
 mod commands;
 mod common;
+mod containment;
 mod data_base;
 mod faults;
 mod formats;

@@ -231,8 +231,8 @@ fn an_accepted_command_says_what_still_keeps_the_device_still() {
     served.tick(0.5);
     served.tick(f32::NAN);
     let reason = Blocked::Measurement(FrameError::NotFinite { signal: types::POSITION.first(), word: 0 });
-    assert_eq!(served.command(Command::Reset).blocked, Some(reason));
     served.tick(0.5);
+    assert_eq!(served.command(Command::Check).blocked, Some(reason));
     assert_eq!(served.command(Command::Reset).blocked, None);
     let status = unwrap!(Status, served.ask(Request::Status));
     let first = status.first_fault.unwrap();

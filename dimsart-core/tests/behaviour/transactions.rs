@@ -5,7 +5,7 @@
 mod any_scheme;
 mod random;
 
-use dimsart_core::{Command, CommandError, Reason, Tick, Word, limits::MAX_MODULES, types};
+use dimsart_core::{Command, CommandError, DriveState, Reason, Tick, Word, limits::MAX_MODULES, types};
 
 use crate::common::{Bench, Snapshot};
 
@@ -305,7 +305,7 @@ fn a_command_that_is_refused_in_a_transaction_changes_nothing_of_it() {
     assert_eq!(bench.dimsart.command(Command::CloseModule(pd)), Err(CommandError::NotPluggedIn(pd)));
 }
 
-/// A force that was refused is nothing to begin with.
+/// A force that is none is nothing to begin with; and with another law in its place, a failed one is out of the way.
 #[test]
 fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
     for (rows, to) in [(PID, TO_PID), (PD, "")] {
@@ -318,10 +318,18 @@ fn what_takes_over_from_a_force_that_is_not_finite_begins_anew() {
         };
         joint.bench.rows(settings.rsplit_once("\nMOD_ENG").unwrap().0);
         let far = crate::common::words(&[-3e38, 3e38]);
-        assert!(matches!(joint.bench.try_tick(&far).0, Tick::CommandRefused(_)));
+        assert!(matches!(joint.bench.try_tick(&far).0, Tick::ModuleFailed(_)));
+        assert!(joint.bench.dimsart.engine().module_fault().is_some());
         joint.bench.rows(&format!(
             "MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nMOD_ENG MOD_ON {module}\nMOD_ENG COMMIT"
         ));
+        assert_eq!(joint.bench.dimsart.engine().module_fault(), None);
+        assert_eq!(
+            joint.bench.dimsart.safety().state(),
+            DriveState::Fault,
+            "which takes a reset all the same"
+        );
+        joint.bench.rows("MOD_ENG RESET");
         joint.run(100);
         assert!(joint.force_n.is_finite() && joint.force_n != 0.0);
     }

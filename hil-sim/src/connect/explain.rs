@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::Blocked;
-use dimsart_core::{CommandError, Explanation, Finding, FrameError, Vocabulary};
+use dimsart_core::{CommandError, Explanation, Finding, FrameError, ModuleFault, Vocabulary};
 
 use super::description::Description;
 use super::{ConnectError, Device};
@@ -38,8 +38,14 @@ impl<S: Read + Write> Device<S> {
                 "nothing came over link {link} for the TIMEOUT_TICKS of its COMM_RXMOD; see to the other side and the \
                  line, then `reset`"
             ),
+            Blocked::Module(fault) => self.module_fault_text(fault)?,
             other => format!("{other:?}"),
         })
+    }
+
+    /// Why a module was cut out.
+    pub(super) fn module_fault_text(&mut self, fault: ModuleFault) -> Text {
+        self.know(|known| Explanation::of_module_fault(known, fault).to_string())
     }
 
     pub(super) fn finding_text(&mut self, finding: Finding) -> Text {

@@ -66,6 +66,10 @@ pub struct Faults {
     pub refused_ticks: u32,
     /// The first of them.
     pub first_fault: Option<FirstFaultText>,
+    /// The state of the drive, as CiA 402 names it.
+    pub drive: &'static str,
+    /// Why modules are cut out, if some are, whether the device depends on them or not.
+    pub cut_out: Option<String>,
     /// Ticks by why the device did not get what the scheme commands; none from a device that does not tell.
     pub reasons: Vec<ReasonText>,
     /// Faults of the scheme in all, listed or not.
@@ -89,7 +93,7 @@ impl Faults {
     /// Whether there is nothing to repair.
     #[must_use]
     pub fn is_sound(&self) -> bool {
-        self.faults == 0 && self.first_fault.is_none()
+        self.faults == 0 && self.first_fault.is_none() && self.cut_out.is_none()
     }
 }
 
@@ -98,6 +102,10 @@ impl fmt::Display for Faults {
         write!(f, "{}\n{} of {} ticks refused", self.state, self.refused_ticks, self.ticks)?;
         if let Some(FirstFaultText { tick, reason }) = &self.first_fault {
             write!(f, "; the first trouble was in tick {tick}: {reason}")?;
+        }
+        write!(f, "\ndrive: {}", self.drive)?;
+        if let Some(cut_out) = &self.cut_out {
+            write!(f, "\n{cut_out}")?;
         }
         for (place, ReasonText { number, name, ticks }) in self.reasons.iter().enumerate() {
             let before = if place == 0 { "\nticks by reason: " } else { ", " };
@@ -150,6 +158,8 @@ impl<S: Read + Write> Device<S> {
             ticks: status.ticks,
             refused_ticks: status.refused_ticks,
             first_fault,
+            drive: status.state.name(),
+            cut_out: status.module_fault.map(|fault| self.module_fault_text(fault)).transpose()?,
             reasons: self.reasons()?,
             faults,
             findings,

@@ -101,6 +101,10 @@ pub struct StatusReport {
     pub is_in_transaction: bool,
     /// The first tick that was refused.
     pub first_fault: Option<FirstFaultText>,
+    /// The state of the drive, as CiA 402 names it.
+    pub drive: &'static str,
+    /// Why modules are cut out, if some are, whether the device depends on them or not.
+    pub cut_out: Option<String>,
     /// What is taken of the static storage.
     pub usage: Usage,
     /// How well the ticks keep their time; none on a device that cannot tell.
@@ -138,7 +142,10 @@ impl fmt::Display for Overview {
             axes.join(", "),
             identity.sample_period_s
         )?;
-        writeln!(f, "{}", status.state)?;
+        writeln!(f, "{}; drive: {}", status.state, status.drive)?;
+        if let Some(cut_out) = &status.cut_out {
+            writeln!(f, "{cut_out}")?;
+        }
         if status.is_in_transaction {
             writeln!(
                 f,
@@ -204,6 +211,8 @@ impl<S: Read + Write> Device<S> {
             state: self.state_text(status.blocked)?,
             is_in_transaction: status.is_in_transaction,
             first_fault,
+            drive: status.state.name(),
+            cut_out: status.module_fault.map(|fault| self.module_fault_text(fault)).transpose()?,
             usage: status.usage,
             timing: self.timing()?,
             schemes: self.kept()?,

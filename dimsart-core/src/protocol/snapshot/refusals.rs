@@ -36,6 +36,7 @@ fn refusals() {
         CommandError::PacketTooLong { words: 300 },
         CommandError::TransactionOpen,
         CommandError::NoTransaction,
+        CommandError::FaultReaction,
     ]);
     let expected = [
         "00 03 02",
@@ -62,6 +63,7 @@ fn refusals() {
         "0e ac 02",
         "0f",
         "10",
+        "11",
     ];
     assert_bytes(&errors, &expected);
     let refusals = [
@@ -76,8 +78,10 @@ fn refusals() {
         Refusal::Store(StoreError::Storage),
         Refusal::Lease { holder: 3 },
         Refusal::Telemetry { client: 3 },
+        Refusal::Fault(40),
     ];
-    let expected = ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04", "05 03", "06 03"];
+    let expected =
+        ["00", "01", "02", "03 04", "04 00", "04 01", "04 02", "04 03", "04 04", "05 03", "06 03", "08 28"];
     assert_bytes(&refusals, &expected);
 }
 
@@ -115,6 +119,7 @@ fn reasons() {
         Blocked::Command(not_finite),
         Blocked::Disarmed,
         Blocked::LinkLost { link: 1 },
+        Blocked::Module(MODULE_FAULT),
     ];
     let expected = [
         "00 00 ac 02 01 00",
@@ -131,6 +136,7 @@ fn reasons() {
         "03 01 ac 02 01 02",
         "04",
         "05 01",
+        "06 03 02 ac 02 01 02 80 80 80 fc 07",
     ];
     assert_bytes(&reasons, &expected);
 }
