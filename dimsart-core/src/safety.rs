@@ -76,8 +76,8 @@ impl Tick {
 pub struct Safety {
     state: DriveState,
     is_motion_forbidden: bool,
-    /// What has failed, in a state of fault.
-    failed: Tick,
+    /// What has failed, in a state of fault, and its reason.
+    failed: (Tick, Reason),
     refused_ticks: u32,
     reason: Reason,
     counts: ReasonCounts,
@@ -90,7 +90,7 @@ impl Safety {
         Self {
             state: DriveState::NotReadyToSwitchOn,
             is_motion_forbidden: false,
-            failed: Tick::Ran,
+            failed: (Tick::Ran, Reason::None),
             refused_ticks: 0,
             reason: Reason::None,
             counts: ReasonCounts::new(),
@@ -216,8 +216,8 @@ impl Safety {
         measured: &[Word],
         commanded: &mut [Word],
     ) -> Tick {
-        let told = self.tell(tick, is_running);
-        self.reason = told.reason();
+        let (told, reason) = self.tell(tick, is_running);
+        self.reason = reason;
         self.counts.count(self.reason);
         commanded.fill(Word(0));
         let measured = if matches!(tick, Tick::MeasurementRefused(_)) { &[] } else { measured };
@@ -238,18 +238,19 @@ impl Safety {
     }
 
     /// What to say of a tick in which no scheme commands the device: what has failed, until a reset.
-    fn tell(&mut self, tick: Tick, is_running: bool) -> Tick {
+    fn tell(&mut self, tick: Tick, is_running: bool) -> (Tick, Reason) {
+        let told = (tick, tick.reason());
         let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
         self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
         // A frame that is refused while nothing moves is over with the next one.
-        let fails = if is_refused { is_running && self.enable() } else { tick.reason().is_fault() };
+        let fails = if is_refused { is_running && self.enable() } else { told.1.is_fault() };
         if fails && !self.state.is_fault() {
-            self.failed = tick;
+            self.failed = told;
             self.meet(DriveEvent::Fault);
         } else {
             self.meet(DriveEvent::QuickStop);
         }
-        if self.state.is_fault() { self.failed } else { tick }
+        if self.state.is_fault() { self.failed } else { told }
     }
 
     /// Holds what a scheme commands to range and rate.

@@ -35,34 +35,52 @@ impl ModuleFault {
     }
 }
 
-/// Words of a signal of format `f32` that a module writes.
+/// Words of format `f32` that cannot be larger than this.
 #[derive(Debug, Clone, Copy)]
-struct Written {
+struct Span {
     start: u16,
     words: u16,
-    /// Of its module in the plug-in order.
-    order: u8,
     /// Largest magnitude, an `f32` in bits.
     largest: u32,
 }
 
-impl Written {
-    fn range(&self) -> core::ops::Range<usize> {
+impl Span {
+    fn range(self) -> core::ops::Range<usize> {
         let start = usize::from(self.start);
         start..start + usize::from(self.words)
     }
 
     /// How far a word is below the largest, as magnitudes; beyond it, the sign bit is set.
-    fn margin(&self, word: u32) -> u32 {
+    fn margin(self, word: u32) -> u32 {
         self.largest.wrapping_sub(word & MAGNITUDE)
     }
 
     /// Whether one of its words is what it cannot be.
     #[inline(always)]
-    fn is_wrong(&self, words: &[u32]) -> bool {
+    fn is_wrong(self, words: &[u32]) -> bool {
         let own = words.get(self.range()).unwrap_or_default();
         own.iter().fold(0, |margins, word| margins | self.margin(*word)) > MAGNITUDE
     }
+
+    /// Takes in the words of another one, if they lie right beside its own.
+    fn take_in(&mut self, other: Self) -> bool {
+        let is_behind = self.range().end == other.range().start;
+        let is_beside = is_behind || other.range().end == self.range().start;
+        if self.largest != other.largest || !is_beside {
+            return false;
+        }
+        self.start = if is_behind { self.start } else { other.start };
+        self.words += other.words;
+        true
+    }
+}
+
+/// Words of a signal that a module writes.
+#[derive(Debug, Clone, Copy)]
+struct Written {
+    span: Span,
+    /// Of its module in the plug-in order.
+    order: u8,
 }
 
 /// Bits of an `f32` without its sign. Of finite numbers they count up with the magnitude, and those of what is not
@@ -72,7 +90,9 @@ const MAGNITUDE: u32 = 0x7FFF_FFFF;
 /// What is looked at in each tick, and which modules are cut out.
 #[derive(Debug)]
 pub(super) struct Containment {
-    /// In the order of the calls: the first that is wrong is the fault of who wrote it.
+    /// All that modules write, in as few pieces as there are.
+    watched: Vec<Span, MAX_SLOTS>,
+    /// Who writes it, in the order of the calls: the first that is wrong is the fault of who wrote it.
     written: Vec<Written, MAX_SLOTS>,
     /// Modules that are cut out, a bit for each place in the plug-in order.
     fallen: u32,
@@ -83,17 +103,24 @@ pub(super) struct Containment {
 
 impl Containment {
     pub(super) const fn new() -> Self {
-        Self { written: Vec::new(), fallen: 0, is_device_lost: false, fault: None }
+        Self { watched: Vec::new(), written: Vec::new(), fallen: 0, is_device_lost: false, fault: None }
     }
 
     pub(super) fn fallen(&self) -> u32 {
         self.fallen
     }
 
-    /// Looks at all words that modules have written: whether one that is not cut out has failed.
+    /// Looks at all words that modules have written: whether one is wrong that was not before.
     #[inline]
     pub(super) fn finds_fault(&self, words: &[u32]) -> bool {
-        self.written.iter().any(|written| written.is_wrong(words) && !self.has_fallen(written.order))
+        self.watched.iter().any(|span| span.is_wrong(words)) && self.finds_new_fault(words)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn finds_new_fault(&self, words: &[u32]) -> bool {
+        let mut sound = self.written.iter().filter(|written| !self.has_fallen(written.order));
+        sound.any(|written| written.span.is_wrong(words))
     }
 
     fn has_fallen(&self, order: u8) -> bool {
@@ -102,6 +129,7 @@ impl Containment {
 
     /// Notes where all words are that modules write.
     fn watch<const WORDS: usize>(&mut self, wiring: &Wiring, data_base: &DataBase<WORDS>) {
+        self.watched.clear();
         self.written.clear();
         for call in wiring.calls() {
             let Some(plugged) = wiring.called(call) else { continue };
@@ -112,8 +140,11 @@ impl Containment {
                 let largest = entry.data_type.unit.largest().to_bits();
                 if entry.data_type.format == Format::F32 {
                     // There is room: a slot that is written twice does not run.
-                    let (start, words, order) = (block.offset, block.words, call.order);
-                    let _ = self.written.push(Written { start, words, order, largest });
+                    let span = Span { start: block.offset, words: block.words, largest };
+                    let _ = self.written.push(Written { span, order: call.order });
+                    if !self.watched.iter_mut().any(|watched| watched.take_in(span)) {
+                        let _ = self.watched.push(span);
+                    }
                 }
             }
         }
@@ -146,17 +177,17 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[inline(never)]
     pub(super) fn contain(&mut self) {
         let Self { containment, plans, data_base, .. } = self;
-        let Containment { written, fallen, is_device_lost, fault } = containment;
+        let Containment { written, fallen, is_device_lost, fault, .. } = containment;
         let before = *fallen;
         let wiring = &mut plans.running_mut().wiring;
-        for written in written.iter().filter(|written| written.is_wrong(data_base.storage().all())) {
+        for written in written.iter().filter(|written| written.span.is_wrong(data_base.storage().all())) {
             if let Some(plugged) = wiring.at_mut(written.order.into())
                 && *fallen & module_bit(written.order) == 0
             {
                 plugged.has_failed = true;
                 *fallen |= plugged.falls_with;
                 *is_device_lost |= plugged.drives_device;
-                *fault = fault.or_else(|| fault_in(written, plugged.module, data_base));
+                *fault = fault.or_else(|| fault_in(written.span, plugged.module, data_base));
             }
         }
         // What they have left to be sent in this tick is wrong, too.
@@ -219,7 +250,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
 /// Which of the words is wrong, and of which signal.
 fn fault_in<const WORDS: usize>(
-    written: &Written,
+    written: Span,
     module: ModuleRef,
     data_base: &DataBase<WORDS>,
 ) -> Option<ModuleFault> {
