@@ -8,6 +8,7 @@ use crate::device::DeviceDescriptor;
 use crate::handle::{Grid, Input, Memory, Output, Signal, Single, Vector};
 use crate::limits::{MAX_DOF, MAX_LINKS};
 use crate::mailbox::LinkPort;
+use crate::wiring::Span;
 use crate::word::{Scalar, Word};
 
 pub use self::written_out::{Inputs, Outputs};
@@ -66,6 +67,12 @@ impl<'a> Data<'a> {
     #[must_use]
     pub fn takes_over(&self) -> bool {
         self.takes_over.get()
+    }
+
+    /// Whether a word of a span is what it cannot be.
+    #[inline(always)]
+    pub(crate) fn has_wrong(&self, span: Span) -> bool {
+        span.has_wrong(self.words)
     }
 
     pub(crate) fn say_who_takes_over(&self, takes_over: bool) {

@@ -128,14 +128,15 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device);
         let wiring = &mut self.plans.running_mut().wiring;
-        let calls = Calls { wiring, begins: self.begins, fallen: self.containment.fallen() };
-        observer.look_on(calls, &data);
+        let mut calls = Calls::new(wiring, self.begins, self.containment.fallen);
+        observer.look_on(&mut calls, &data);
+        let Calls { failed, fallen, first_failed, .. } = calls;
         if self.begins {
             self.begins = false;
             wiring.has_begun();
         }
-        if self.containment.finds_fault(self.data_base.storage().all()) {
-            self.contain();
+        if failed != 0 {
+            self.note_failed(failed, fallen, first_failed);
         }
     }
 

@@ -3,6 +3,9 @@
 //! It is a value of its own. The engine holds two: the one that runs, and the next one, which is put together and
 //! checked as a whole while the other one runs, and then takes its place, or is dropped and nothing has changed.
 
+mod falling;
+mod port;
+
 use core::cell::Cell;
 
 use heapless::Vec;
@@ -13,10 +16,11 @@ use crate::data_base::{DataBase, bit};
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
 use crate::kind::{Compute, Kind, MAX_HANDLES};
-use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_PACKET_WORDS, MAX_WIRES};
-use crate::port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
+use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_PACKET_WORDS, MAX_SLOTS, MAX_WIRES};
+use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
 use crate::storage::{Block, Storage};
-use crate::unit_tie::{UnitRelation, UnitTie};
+pub(crate) use falling::{Span, module_bit};
+pub(crate) use port::Port;
 
 /// Modules in plug-in order, their ports and handles, and the calls of a tick.
 #[derive(Debug)]
@@ -26,6 +30,10 @@ pub(crate) struct Wiring {
     /// Of each module's handles, which of its ports it is of; [`NO_PORT`] for one that was not declared.
     handles: Vec<u8, MAX_WIRES>,
     calls: Vec<Call, MAX_CALLS>,
+    /// Words that are looked at behind the calls that write them.
+    spans: Vec<Span, MAX_SLOTS>,
+    /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
+    drives_device: u32,
 }
 
 const NO_PORT: u8 = u8::MAX;
@@ -42,24 +50,20 @@ pub(crate) struct Plugged {
     pub(crate) takes_over: bool,
     /// Whether its ports are as in the scheme that runs: only then its state is still about them.
     pub(crate) is_alike: bool,
-    /// Whether it wrote what its signals cannot be, and is cut out since.
-    pub(crate) has_failed: bool,
-    /// Whether it writes an input of the device, or one of those that fall with it does.
-    pub(crate) drives_device: bool,
     /// Modules that are cut out when it is: itself, and all that depend on it. A bit for each place in the plug-in order.
     pub(crate) falls_with: u32,
-    ports: Span,
-    handles: Span,
+    ports: Part,
+    handles: Part,
 }
 
 /// Some of a list, one behind the other.
 #[derive(Debug, Clone, Copy)]
-struct Span {
+struct Part {
     start: u8,
     count: u8,
 }
 
-impl Span {
+impl Part {
     fn of<T>(self, list: &[T]) -> &[T] {
         let start = usize::from(self.start);
         list.get(start..start + usize::from(self.count)).unwrap_or_default()
@@ -70,79 +74,6 @@ impl Span {
         if self.start > gone.start {
             self.start -= gone.count;
         }
-    }
-}
-
-/// A port of a module that is plugged in.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Port {
-    pub(crate) slot: u8,
-    flags: u8,
-    /// Relation and port of its tie, [`Port::NO_TIE`] for none.
-    tie: u8,
-}
-
-impl Port {
-    const WRITTEN: u8 = 1;
-    const LATE: u8 = 2;
-    const DELAYED: u8 = 4;
-    const MEMORY: u8 = 8;
-    /// Where the number of its difference begins; 0 for none.
-    const DIFFERENCE: u8 = 4;
-    const DIFFERENCES: [Difference; 3] = [Difference::Unit, Difference::Format, Difference::Shape];
-    const RELATIONS: [UnitRelation; 4] =
-        [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative, UnitRelation::Alike];
-    const NO_TIE: u8 = u8::MAX;
-
-    fn new(slot: u8, spec: &PortSpec, difference: Option<Difference>) -> Self {
-        let flag = |is_set, flag| if is_set { flag } else { 0 };
-        let number = |found: &Difference| Self::DIFFERENCES.iter().position(|known| known == found);
-        let difference = difference.as_ref().and_then(number).map_or(0, |number| number + 1);
-        let tie = spec.tie.and_then(|UnitTie { relation, port }| {
-            let relation = Self::RELATIONS.iter().position(|known| *known == relation)?;
-            Some(u8::try_from(relation).ok()? << 4 | port)
-        });
-        let flags = flag(spec.direction == Direction::Write, Self::WRITTEN)
-            | flag(spec.stage == Stage::Late, Self::LATE)
-            | flag(spec.is_delayed, Self::DELAYED)
-            | flag(spec.data_type.is_none(), Self::MEMORY)
-            | u8::try_from(difference).unwrap_or(0) << Self::DIFFERENCE;
-        Self { slot, flags, tie: tie.unwrap_or(Self::NO_TIE) }
-    }
-
-    pub(crate) fn is_written(self) -> bool {
-        self.flags & Self::WRITTEN != 0
-    }
-
-    pub(crate) fn is_delayed(self) -> bool {
-        self.flags & Self::DELAYED != 0
-    }
-
-    pub(crate) fn is_memory(self) -> bool {
-        self.flags & Self::MEMORY != 0
-    }
-
-    pub(crate) fn stage(self) -> Stage {
-        if self.flags & Self::LATE == 0 { Stage::Early } else { Stage::Late }
-    }
-
-    /// How it uses its signal.
-    pub(crate) fn direction(self) -> Direction {
-        if self.is_written() { Direction::Write } else { Direction::Read }
-    }
-
-    /// How its signal differs from what it expects.
-    pub(crate) fn difference(self) -> Option<Difference> {
-        let number = usize::from(self.flags >> Self::DIFFERENCE).checked_sub(1)?;
-        Self::DIFFERENCES.get(number).copied()
-    }
-
-    pub(crate) fn tie(self) -> Option<UnitTie> {
-        if self.tie == Self::NO_TIE {
-            return None;
-        }
-        let relation = *Self::RELATIONS.get(usize::from(self.tie >> 4))?;
-        Some(UnitTie { relation, port: self.tie & 0xF })
     }
 }
 
@@ -159,6 +90,8 @@ pub(crate) struct Call {
     /// Of its module in the plug-in order.
     pub(crate) order: u8,
     pub(crate) stage: Stage,
+    /// How many spans of what it writes are looked at.
+    pub(crate) spans: u8,
 }
 
 /// A module that is to be plugged in.
@@ -176,7 +109,14 @@ pub(crate) struct New<'a> {
 
 impl Wiring {
     pub(crate) const fn new() -> Self {
-        Self { modules: Vec::new(), ports: Vec::new(), handles: Vec::new(), calls: Vec::new() }
+        Self {
+            modules: Vec::new(),
+            ports: Vec::new(),
+            handles: Vec::new(),
+            calls: Vec::new(),
+            spans: Vec::new(),
+            drives_device: 0,
+        }
     }
 
     pub(crate) fn clear(&mut self) {
@@ -184,6 +124,8 @@ impl Wiring {
         self.ports.clear();
         self.handles.clear();
         self.calls.clear();
+        self.spans.clear();
+        self.drives_device = 0;
     }
 
     /// Becomes as another one. In its place: a copy would take kilobytes of the stack.
@@ -194,6 +136,8 @@ impl Wiring {
         let _ = self.ports.extend_from_slice(&other.ports);
         let _ = self.handles.extend_from_slice(&other.handles);
         let _ = self.calls.extend_from_slice(&other.calls);
+        let _ = self.spans.extend_from_slice(&other.spans);
+        self.drives_device = other.drives_device;
     }
 
     /// Takes a module out.
@@ -272,11 +216,9 @@ impl Wiring {
             begins: true,
             takes_over: false,
             is_alike,
-            has_failed: false,
-            drives_device: false,
             falls_with: 0,
-            ports: Span { start: index(self.ports.len())?, count: index(specs.len())? },
-            handles: Span { start: index(self.handles.len())?, count: index(handles)? },
+            ports: Part { start: index(self.ports.len())?, count: index(specs.len())? },
+            handles: Part { start: index(self.handles.len())?, count: index(handles)? },
         };
         let ports_before = new.before.filter(|_| is_alike).map_or(&[][..], |(_, ports)| ports);
         let mut memories_before = ports_before.iter().filter(|port| port.is_memory());
@@ -286,7 +228,7 @@ impl Wiring {
                     let signal = bound.signal(spec.name).unwrap_or(default);
                     let found = device.data_type(signal.id).ok_or(CommandError::UnknownType(signal))?;
                     let slot = data_base.insert(found, signal, device.dof())?;
-                    Port::new(slot, spec, spec.difference(found))
+                    Port::new(slot, spec, Some(found))
                 }
                 None => {
                     let words = if let Direction::Memory(words) = spec.direction { words } else { 0 };
@@ -324,33 +266,8 @@ impl Wiring {
                 state: u16::MAX,
                 order,
                 stage,
+                spans: 0,
             });
-        }
-    }
-
-    /// Finds out which modules fall with which: all that read what one of them writes, in this tick or the next one.
-    fn find_what_falls(&mut self, of_device: u64) {
-        let mut writes = [0; MAX_MODULES];
-        let mut reads = [0; MAX_MODULES];
-        for ((plugged, writes), reads) in self.modules.iter().zip(&mut writes).zip(&mut reads) {
-            (*writes, *reads) = (self.writes(plugged), self.reads(plugged));
-        }
-        for ((order, plugged), writes) in (0..).zip(&mut self.modules).zip(&writes) {
-            let readers = (0..).zip(&reads).filter(|(_, reads)| **reads & writes != 0);
-            plugged.falls_with =
-                readers.fold(module_bit(order), |found, (reader, _)| found | module_bit(reader));
-        }
-        // Warshall: what falls with those that fall with it.
-        for by in 0..self.modules.len() {
-            let further = self.modules.get(by).map_or(0, |plugged| plugged.falls_with);
-            let by = (0..).nth(by).map_or(0, module_bit);
-            for plugged in self.modules.iter_mut().filter(|plugged| plugged.falls_with & by != 0) {
-                plugged.falls_with |= further;
-            }
-        }
-        for plugged in &mut self.modules {
-            let falls = (0..).zip(&writes).filter(|(order, _)| plugged.falls_with & module_bit(*order) != 0);
-            plugged.drives_device = falls.fold(0, |slots, (_, writes)| slots | writes) & of_device != 0;
         }
     }
 
@@ -379,6 +296,7 @@ impl Wiring {
                 (call.configuration, call.state) = (configuration.offset, state.offset);
             }
         }
+        self.find_spans(storage);
     }
 
     /// Slots that its ports use, a bit each.
@@ -392,12 +310,6 @@ impl Wiring {
         written.fold(0, |slots, port| slots | bit(port.slot))
     }
 
-    /// Slots that a module reads from, a bit each.
-    fn reads(&self, plugged: &Plugged) -> u64 {
-        let read = self.ports(plugged).iter().filter(|port| !port.is_written() && !port.is_memory());
-        read.fold(0, |slots, port| slots | bit(port.slot))
-    }
-
     /// Modules in plug-in order.
     pub(crate) fn modules(&self) -> &[Plugged] {
         &self.modules
@@ -408,14 +320,6 @@ impl Wiring {
         for plugged in self.modules.iter_mut().filter(|plugged| is_meant(plugged.module)) {
             (plugged.begins, plugged.takes_over) = (true, false);
         }
-    }
-
-    /// Takes these modules for sound again.
-    pub(crate) fn forgive(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
-        self.modules
-            .iter_mut()
-            .filter(|plugged| is_meant(plugged.module))
-            .for_each(|plugged| plugged.has_failed = false);
     }
 
     /// A module that is plugged in, by its place.
@@ -461,14 +365,8 @@ impl Wiring {
     }
 }
 
-/// A module's place in the plug-in order as one of 32 bits.
-pub(crate) fn module_bit(order: u8) -> u32 {
-    const { assert!(MAX_MODULES <= 32, "a set of modules is 32 bits") };
-    1_u32.checked_shl(u32::from(order)).unwrap_or(0)
-}
-
 /// Cuts a part out of a list.
-fn cut<T: Copy, const N: usize>(list: &mut Vec<T, N>, gone: Span) {
+fn cut<T: Copy, const N: usize>(list: &mut Vec<T, N>, gone: Part) {
     let (start, count) = (usize::from(gone.start), usize::from(gone.count));
     if let Some(tail) = list.get_mut(start..) {
         let rest = tail.len().saturating_sub(count);

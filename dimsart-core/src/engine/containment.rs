@@ -1,16 +1,12 @@
-//! Containment: what modules have written is looked at once per tick. A module that wrote what its signal cannot be is
+//! Containment: what a module writes is looked at right behind its call. A module that wrote what its signal cannot be is
 //! cut out, with all that depend on it, until a reset or until another scheme has no place for it.
-
-use heapless::Vec;
 
 use super::Engine;
 use crate::command::ModuleRef;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::kind::ModuleList;
-use crate::limits::{MAX_MODULES, MAX_SLOTS};
 use crate::wiring::{Wiring, module_bit};
-use crate::word::Format;
 
 /// A module wrote what its signal cannot be: no finite number, or one beyond what its unit
 /// [can be](crate::Unit::largest).
@@ -35,67 +31,13 @@ impl ModuleFault {
     }
 }
 
-/// Words of format `f32` that cannot be larger than this.
+/// Which modules are cut out.
 #[derive(Debug, Clone, Copy)]
-struct Span {
-    start: u16,
-    words: u16,
-    /// Largest magnitude, an `f32` in bits.
-    largest: u32,
-}
-
-impl Span {
-    fn range(self) -> core::ops::Range<usize> {
-        let start = usize::from(self.start);
-        start..start + usize::from(self.words)
-    }
-
-    /// How far a word is below the largest, as magnitudes; beyond it, the sign bit is set.
-    fn margin(self, word: u32) -> u32 {
-        self.largest.wrapping_sub(word & MAGNITUDE)
-    }
-
-    /// Whether one of its words is what it cannot be.
-    #[inline(always)]
-    fn is_wrong(self, words: &[u32]) -> bool {
-        let own = words.get(self.range()).unwrap_or_default();
-        own.iter().fold(0, |margins, word| margins | self.margin(*word)) > MAGNITUDE
-    }
-
-    /// Takes in the words of another one, if they lie right beside its own.
-    fn take_in(&mut self, other: Self) -> bool {
-        let is_behind = self.range().end == other.range().start;
-        let is_beside = is_behind || other.range().end == self.range().start;
-        if self.largest != other.largest || !is_beside {
-            return false;
-        }
-        self.start = if is_behind { self.start } else { other.start };
-        self.words += other.words;
-        true
-    }
-}
-
-/// Words of a signal that a module writes.
-#[derive(Debug, Clone, Copy)]
-struct Written {
-    span: Span,
-    /// Of its module in the plug-in order.
-    order: u8,
-}
-
-/// Bits of an `f32` without its sign. Of finite numbers they count up with the magnitude, and those of what is not
-/// finite are above.
-const MAGNITUDE: u32 = 0x7FFF_FFFF;
-
-/// What is looked at in each tick, and which modules are cut out.
-#[derive(Debug)]
 pub(super) struct Containment {
-    /// All that modules write, in as few pieces as there are.
-    watched: Vec<Span, MAX_SLOTS>,
-    /// Who writes it, in the order of the calls: the first that is wrong is the fault of who wrote it.
-    written: Vec<Written, MAX_SLOTS>,
-    /// Modules that are cut out, a bit for each place in the plug-in order.
-    fallen: u32,
+    /// Modules that have failed, a bit for each place in the plug-in order.
+    pub(super) failed: u32,
+    /// Modules that are cut out: those, and all that depend on them.
+    pub(super) fallen: u32,
     is_device_lost: bool,
     /// The first one, while modules are cut out.
     fault: Option<ModuleFault>,
@@ -103,51 +45,7 @@ pub(super) struct Containment {
 
 impl Containment {
     pub(super) const fn new() -> Self {
-        Self { watched: Vec::new(), written: Vec::new(), fallen: 0, is_device_lost: false, fault: None }
-    }
-
-    pub(super) fn fallen(&self) -> u32 {
-        self.fallen
-    }
-
-    /// Looks at all words that modules have written: whether one is wrong that was not before.
-    #[inline]
-    pub(super) fn finds_fault(&self, words: &[u32]) -> bool {
-        self.watched.iter().any(|span| span.is_wrong(words)) && self.finds_new_fault(words)
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn finds_new_fault(&self, words: &[u32]) -> bool {
-        let mut sound = self.written.iter().filter(|written| !self.has_fallen(written.order));
-        sound.any(|written| written.span.is_wrong(words))
-    }
-
-    fn has_fallen(&self, order: u8) -> bool {
-        self.fallen & module_bit(order) != 0
-    }
-
-    /// Notes where all words are that modules write.
-    fn watch<const WORDS: usize>(&mut self, wiring: &Wiring, data_base: &DataBase<WORDS>) {
-        self.watched.clear();
-        self.written.clear();
-        for call in wiring.calls() {
-            let Some(plugged) = wiring.called(call) else { continue };
-            let ports = wiring.ports(plugged).iter();
-            for port in ports.filter(|port| port.is_written() && port.stage() == call.stage) {
-                let Some(entry) = data_base.entry(port.slot) else { continue };
-                let block = data_base.storage().block(port.slot);
-                let largest = entry.data_type.unit.largest().to_bits();
-                if entry.data_type.format == Format::F32 {
-                    // There is room: a slot that is written twice does not run.
-                    let span = Span { start: block.offset, words: block.words, largest };
-                    let _ = self.written.push(Written { span, order: call.order });
-                    if !self.watched.iter_mut().any(|watched| watched.take_in(span)) {
-                        let _ = self.watched.push(span);
-                    }
-                }
-            }
-        }
+        Self { failed: 0, fallen: 0, is_device_lost: false, fault: None }
     }
 }
 
@@ -172,91 +70,81 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if self.containment.is_device_lost { self.containment.fault } else { None }
     }
 
-    /// Cuts out every module that has failed: one that has written what is wrong, and does not fall with another.
+    /// Takes note of modules that have failed in this tick, the first of them in this call.
     #[cold]
     #[inline(never)]
-    pub(super) fn contain(&mut self) {
-        let Self { containment, plans, data_base, .. } = self;
-        let Containment { written, fallen, is_device_lost, fault, .. } = containment;
-        let before = *fallen;
-        let wiring = &mut plans.running_mut().wiring;
-        for written in written.iter().filter(|written| written.span.is_wrong(data_base.storage().all())) {
-            if let Some(plugged) = wiring.at_mut(written.order.into())
-                && *fallen & module_bit(written.order) == 0
-            {
-                plugged.has_failed = true;
-                *fallen |= plugged.falls_with;
-                *is_device_lost |= plugged.drives_device;
-                *fault = fault.or_else(|| fault_in(written.span, plugged.module, data_base));
-            }
-        }
-        // What they have left to be sent in this tick is wrong, too.
-        for (order, plugged) in (0..).zip(wiring.modules()) {
-            if let Some(end) = plugged.link_end.filter(|end| end.is_sending)
-                && *fallen & !before & module_bit(order) != 0
-                && let Some(port) = data_base.links().get(usize::from(end.link))
-            {
-                port.outgoing.clear();
-            }
-        }
+    pub(super) fn note_failed(&mut self, failed: u32, fallen: u32, first_call: usize) {
+        let wiring = &self.plans.running().wiring;
+        let Containment { failed: all_failed, fallen: all_fallen, is_device_lost, fault } =
+            &mut self.containment;
+        *all_failed |= failed;
+        *all_fallen = fallen;
+        *is_device_lost |= failed & wiring.drives_device() != 0;
+        *fault = fault.or_else(|| fault_of(wiring, first_call, &self.data_base));
     }
 
     /// Begins these modules anew, also those that are cut out, with what fell with them.
     pub(super) fn begin_anew(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
-        let out = self.clear_fallen();
-        self.plans.running_mut().wiring.forgive(&is_meant);
+        let modules = (0..).zip(self.plans.running().wiring.modules());
+        let meant = modules.filter(|(_, plugged)| is_meant(plugged.module));
+        let meant = meant.fold(0, |meant, (order, _)| meant | module_bit(order));
+        let Containment { failed, fallen, .. } = self.containment;
+        self.clear_fallen();
         self.begin(is_meant);
-        self.contain_anew(&out);
+        self.contain_anew(failed & !meant, fallen);
     }
 
-    /// Modules that are cut out now, before they are [contained anew](Self::contain_anew). What they wrote becomes zero:
-    /// nobody is to read it.
-    pub(super) fn clear_fallen(&mut self) -> Vec<ModuleRef, MAX_MODULES> {
-        let mut out = Vec::new();
+    /// What modules wrote that are cut out becomes zero, before they are [contained anew](Self::contain_anew): nobody is
+    /// to read it.
+    pub(super) fn clear_fallen(&mut self) {
         let wiring = &self.plans.running().wiring;
         for (order, plugged) in (0..).zip(wiring.modules()) {
-            if self.containment.has_fallen(order) {
-                let _ = out.push(plugged.module);
+            if self.containment.fallen & module_bit(order) != 0 {
                 for port in wiring.ports(plugged).iter().filter(|port| port.is_written()) {
                     self.data_base.overwrite(port.slot, core::iter::repeat(0));
                 }
             }
         }
-        out
     }
 
-    /// Notes anew who is cut out and where all written words are: modules have come, gone, moved or been reset. `out`
-    /// were cut out before; those of them that are not any more begin.
-    pub(super) fn contain_anew(&mut self, out: &[ModuleRef]) {
-        let Self { containment, plans, .. } = self;
-        let wiring = &mut plans.running_mut().wiring;
-        let failed = wiring.modules().iter().filter(|plugged| plugged.has_failed);
-        containment.fallen = failed.clone().fold(0, |fallen, plugged| fallen | plugged.falls_with);
-        containment.is_device_lost = failed.fold(false, |is_lost, plugged| is_lost | plugged.drives_device);
-        containment.fault = containment.fault.filter(|_| containment.fallen != 0);
-        let fallen = containment.fallen;
-        let back = (0..).zip(wiring.modules()).filter(|(_, plugged)| out.contains(&plugged.module));
-        let back = back.fold(0, |back, (order, _)| back | module_bit(order)) & !fallen;
+    /// Cuts out those that fall with these modules that have failed, and no other. Those that were cut out before and are
+    /// not any more begin. A bit for each place in the plug-in order.
+    pub(super) fn contain_anew(&mut self, failed: u32, before: u32) {
+        let wiring = &mut self.plans.running_mut().wiring;
+        let orders = (0..).take(wiring.modules().len());
+        let fall = orders.filter(|order| failed & module_bit(*order) != 0);
+        let fallen = fall.fold(0, |fallen, order| fallen | wiring.falls_with(order));
+        let back = before & !fallen;
         wiring.begin_places(back);
         self.begins |= back != 0;
-        self.watch_writes();
-    }
-
-    /// Notes where all words are that modules write.
-    pub(super) fn watch_writes(&mut self) {
-        self.containment.watch(&self.plans.running().wiring, &self.data_base);
+        let is_device_lost = failed & wiring.drives_device() != 0;
+        let fault = self.containment.fault.filter(|_| fallen != 0);
+        self.containment = Containment { failed, fallen, is_device_lost, fault };
     }
 }
 
-/// Which of the words is wrong, and of which signal.
-fn fault_in<const WORDS: usize>(
-    written: Span,
-    module: ModuleRef,
+/// The first word that is wrong behind a call.
+fn fault_of<const WORDS: usize>(
+    wiring: &Wiring,
+    call: usize,
     data_base: &DataBase<WORDS>,
 ) -> Option<ModuleFault> {
-    let words = data_base.storage().all().get(written.range())?;
-    let (word, bits) = (0..).zip(words).find(|(_, word)| written.margin(**word) > MAGNITUDE)?;
-    let mut signals = data_base.signals();
-    let (_, entry) = signals.find(|(slot, _)| data_base.storage().block(*slot).range() == written.range())?;
-    Some(ModuleFault { module, signal: entry.signal, word, bits: *bits })
+    let before = wiring.calls().iter().take(call).map(|call| usize::from(call.spans)).sum();
+    let call = wiring.calls().get(call)?;
+    let plugged = wiring.called(call)?;
+    let words = data_base.storage().all();
+    let mut wrong = wiring.spans().skip(before).take(call.spans.into()).filter_map(|span| {
+        let mut own = span.block.range();
+        own.find(|place| words.get(*place).is_some_and(|word| span.is_wrong(*word)))
+    });
+    let place = wrong.next()?;
+    let mut ports = wiring.ports(plugged).iter().filter(|port| port.is_written());
+    let slot = ports.find(|port| data_base.storage().block(port.slot).range().contains(&place))?.slot;
+    let word = place - data_base.storage().block(slot).range().start;
+    Some(ModuleFault {
+        module: plugged.module,
+        signal: data_base.entry(slot)?.signal,
+        word: u16::try_from(word).unwrap_or(u16::MAX),
+        bits: *words.get(place)?,
+    })
 }

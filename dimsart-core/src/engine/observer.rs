@@ -12,12 +12,8 @@ pub trait Observer: Sized {
 
     /// Makes all calls of a step.
     #[inline]
-    fn look_on(&mut self, calls: Calls<'_>, data: &Data<'_>) {
-        for call in calls.wiring.calls() {
-            if calls.is_usual() || calls.prepare(call, data) {
-                self.call(|| (call.compute)(data, call.configuration, call.state));
-            }
-        }
+    fn look_on(&mut self, calls: &mut Calls<'_>, data: &Data<'_>) {
+        calls.run_by(data, |call| self.call(|| (call.compute)(data, call.configuration, call.state)));
     }
 }
 
@@ -28,7 +24,7 @@ impl Observer for () {
     }
 
     #[inline(always)]
-    fn look_on(&mut self, calls: Calls<'_>, data: &Data<'_>) {
+    fn look_on(&mut self, calls: &mut Calls<'_>, data: &Data<'_>) {
         calls.run(data);
     }
 }
@@ -36,22 +32,58 @@ impl Observer for () {
 /// The calls of a tick.
 #[derive(Debug)]
 pub struct Calls<'a> {
-    pub(super) wiring: &'a Wiring,
+    wiring: &'a Wiring,
     /// Whether there is a module that begins with its next call.
-    pub(super) begins: bool,
+    begins: bool,
     /// Modules that are cut out, a bit for each place in the plug-in order.
     pub(super) fallen: u32,
+    /// Modules that have failed in this tick.
+    pub(super) failed: u32,
+    /// Which call was the first to fail.
+    pub(super) first_failed: usize,
 }
 
-impl Calls<'_> {
+impl<'a> Calls<'a> {
+    pub(super) fn new(wiring: &'a Wiring, begins: bool, fallen: u32) -> Self {
+        Self { wiring, begins, fallen, failed: 0, first_failed: 0 }
+    }
+
     /// Not generic: compiled with the core, for speed or for size as the modules are.
     #[inline(never)]
-    fn run(self, data: &Data<'_>) {
-        for call in self.wiring.calls() {
+    fn run(&mut self, data: &Data<'_>) {
+        self.run_by(data, |call| (call.compute)(data, call.configuration, call.state));
+    }
+
+    /// Makes every call by a function, and looks at what it has written.
+    #[inline(always)]
+    fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(&Call)) {
+        let wiring = self.wiring;
+        let mut spans = wiring.spans();
+        for call in wiring.calls() {
             if self.is_usual() || self.prepare(call, data) {
-                (call.compute)(data, call.configuration, call.state);
+                make(call);
+            }
+            for _ in 0..call.spans {
+                if spans.next().is_some_and(|span| data.has_wrong(*span)) {
+                    self.cut_out(call);
+                }
             }
         }
+    }
+
+    /// A module has failed: from now on neither it is called nor what depends on it.
+    #[cold]
+    #[inline(never)]
+    fn cut_out(&mut self, call: &Call) {
+        if self.fallen & module_bit(call.order) != 0 {
+            return;
+        }
+        if self.failed == 0 {
+            let mut calls = self.wiring.calls().iter();
+            self.first_failed = calls.position(|found| core::ptr::eq(found, call)).unwrap_or(0);
+        }
+        self.failed |= module_bit(call.order);
+        self.fallen |= self.wiring.falls_with(call.order);
     }
 
     /// Whether every call is made, and none of them begins a module.

@@ -2,6 +2,7 @@
 //! two ticks, whole or not at all.
 
 use super::Engine;
+use super::containment::Containment;
 use super::plan::Instance;
 use crate::command::{CommandError, ModuleRef};
 use crate::data_base::bit;
@@ -155,9 +156,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
     pub(super) fn switch(&mut self) {
-        let out = self.clear_fallen();
+        self.clear_fallen();
+        let Containment { failed, fallen, .. } = self.containment;
+        let (mut still_failed, mut were_out) = (0, 0);
         let (running, next) = self.plans.split_mut();
-        let fallen = self.containment.fallen();
         let modules = (0..).zip(running.wiring.modules());
         let sound = modules.filter(|(order, _)| fallen & module_bit(*order) == 0);
         let written = sound.fold(0, |slots, (_, plugged)| slots | running.wiring.writes(plugged));
@@ -173,17 +175,21 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             }
             let takes_over = before.map_or(self.is_running, |before| before.takes_over);
             let takes_over = takes_over && next.wiring.writes(plugged) & written != 0;
-            let has_failed = before.is_some_and(|before| before.has_failed);
+            let own = u8::try_from(order).map_or(0, module_bit);
+            let place = running.wiring.order_of(plugged.module).filter(|_| before.is_some());
+            let place = place.and_then(|place| u8::try_from(place).ok()).map_or(0, module_bit);
+            still_failed |= if failed & place == 0 { 0 } else { own };
+            were_out |= if fallen & place == 0 { 0 } else { own };
             if let Some(plugged) = next.wiring.at_mut(order) {
                 // From now on it is in the scheme that runs.
                 plugged.is_alike = true;
-                (plugged.begins, plugged.takes_over, plugged.has_failed) = (begins, takes_over, has_failed);
+                (plugged.begins, plugged.takes_over) = (begins, takes_over);
             }
             self.begins |= begins;
         }
         next.connect(self.data_base.storage_mut());
         self.plans.switch();
-        self.contain_anew(&out);
+        self.contain_anew(still_failed, were_out);
         self.drop_draft();
     }
 
@@ -218,7 +224,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         } else {
             self.is_running = false;
             self.plans.switch();
-            self.contain_anew(&[]);
+            self.containment = Containment::new();
         }
         self.clear_next();
     }
@@ -260,7 +266,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(super) fn follow_moves(&mut self) {
         if core::mem::take(&mut self.has_moved) {
             self.plans.running_mut().connect(self.data_base.storage_mut());
-            self.watch_writes();
         }
     }
 }

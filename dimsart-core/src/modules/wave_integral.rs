@@ -35,14 +35,11 @@ crate::words! {
 impl Sent {
     /// Adds the wave that is to be sent this tick; gives what is sent, and both counters.
     ///
-    /// A wave that is no finite number is sent as 0, as the other side would never get rid of it. It
-    /// and a wave of 4 J or more add nothing: what does not fit into the counters would stay in the rests.
+    /// A wave of 4 J or more adds nothing: what does not fit into the counters would stay in the rests.
     pub(super) fn add(&mut self, wave: f32, period_s: f32) -> (f32, [u32; 2]) {
         let energy_counts = self.energy_rest + (0.5 * wave * wave) * (period_s / ENERGY_QUANTUM);
-        // False for what is no number.
-        let fits = energy_counts < TOO_MUCH;
-        if !fits {
-            return (unless_finite(wave), [self.wave, self.energy]);
+        if energy_counts >= TOO_MUCH {
+            return (wave, [self.wave, self.energy]);
         }
         let counts = self.wave_rest + wave * (period_s / WAVE_QUANTUM);
         let whole = to_count(counts);
@@ -106,11 +103,6 @@ impl Received {
         self.owed = self.owed.saturating_sub(counts);
         wave
     }
-}
-
-#[cold]
-fn unless_finite(wave: f32) -> f32 {
-    if wave.is_finite() { wave } else { 0.0 }
 }
 
 /// Towards zero; saturates.

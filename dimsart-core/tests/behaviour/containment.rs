@@ -1,6 +1,6 @@
 //! A module that writes what its signal cannot be is cut out with all that depend on it, in the same tick; whatever does
 //! not depend on it runs on.
-#![expect(clippy::indexing_slicing, clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "small by construction")]
 
 use std::collections::BTreeSet;
@@ -209,7 +209,7 @@ fn a_module_comes_back_by_its_own_reset_and_those_that_fell_with_it_begin() {
     bench.try_tick(&[Word(0); DOF]);
     assert_eq!((fallen(&bench), bench.dimsart.engine().module_fault()), (BTreeSet::new(), None));
     let begun = [1, 2].map(|number| f32::from_bits(output(&bench, &graph, number)[0]));
-    assert_eq!(begun, [1.0, 1.25], "as in a first tick");
+    assert_eq!(begun.map(f32::to_bits), [1.0_f32, 1.25].map(f32::to_bits), "as in a first tick");
 }
 
 #[test]
@@ -254,7 +254,7 @@ fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none
     for (out, largest) in
         [(types::DES_FORCE, 1e6_f32), (types::DES_POSITION, 1e6), (types::SIGNAL_OUT, f32::MAX)]
     {
-        assert_eq!(out.unit.largest(), largest);
+        assert_eq!(out.unit.largest().to_bits(), largest.to_bits());
         let inputs: Types = Box::leak(Box::new([out]));
         for sign in [1.0, -1.0] {
             let mut bench: Bench = Bench::of(1, &[types::SIGNAL], inputs);
@@ -290,7 +290,7 @@ fn a_sender_that_falls_sends_nothing_until_a_reset() {
     bench.rows("MOD_ENG RESET");
     bench.tick(&[1.0]);
     let packet = bench.dimsart.outgoing(0).unwrap();
-    assert_eq!(packet.counter, 3, "its counter goes on: the second one was never sent");
+    assert_eq!(packet.counter, 2, "its counter goes on");
 }
 
 #[test]

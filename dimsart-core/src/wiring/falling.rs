@@ -1,0 +1,118 @@
+//! Which words are looked at behind which call, and which modules fall when what they wrote is wrong.
+
+use core::cell::Cell;
+
+use super::{Plugged, Wiring};
+use crate::data_base::bit;
+use crate::limits::MAX_MODULES;
+use crate::storage::{Block, Storage};
+
+/// Words of format `f32` that cannot be larger than this.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Span {
+    pub(crate) block: Block,
+    /// Largest magnitude, the bits of an `f32` without its sign, shifted to the left.
+    largest: u32,
+}
+
+impl Span {
+    /// Whether a word is what it cannot be. Bits of finite numbers, without their sign, count up with the magnitude, and
+    /// those of what is not finite are above.
+    #[inline(always)]
+    pub(crate) fn is_wrong(self, word: u32) -> bool {
+        word << 1 > self.largest
+    }
+
+    /// Whether one of all words, as far as they are its own, is what it cannot be.
+    #[inline(always)]
+    pub(crate) fn has_wrong(self, words: &[Cell<u32>]) -> bool {
+        let own = words.get(self.block.range()).unwrap_or_default();
+        own.iter().any(|word| self.is_wrong(word.get()))
+    }
+
+    /// Takes in the words of another one, if they lie right behind its own.
+    fn take_in(&mut self, other: Self) -> bool {
+        let is_behind = self.block.range().end == other.block.range().start;
+        if is_behind && self.largest == other.largest {
+            self.block.words += other.block.words;
+        }
+        is_behind && self.largest == other.largest
+    }
+}
+
+/// A module's place in the plug-in order as one of 32 bits.
+pub(crate) fn module_bit(order: u8) -> u32 {
+    const { assert!(MAX_MODULES <= 32, "a set of modules is 32 bits") };
+    1_u32.checked_shl(u32::from(order)).unwrap_or(0)
+}
+
+impl Wiring {
+    /// What is looked at behind the calls, [so many](Call::spans) for each of them.
+    #[inline(always)]
+    pub(crate) fn spans(&self) -> core::slice::Iter<'_, Span> {
+        self.spans.iter()
+    }
+
+    /// Modules that fall with the one of a call, itself among them, a bit for each place in the plug-in order.
+    pub(crate) fn falls_with(&self, order: u8) -> u32 {
+        self.modules.get(usize::from(order)).map_or(0, |plugged| plugged.falls_with)
+    }
+
+    /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
+    pub(crate) fn drives_device(&self) -> u32 {
+        self.drives_device
+    }
+
+    /// Finds out which modules fall with which: all that read what one of them writes, in this tick or the next one.
+    pub(super) fn find_what_falls(&mut self, of_device: u64) {
+        let mut writes = [0; MAX_MODULES];
+        let mut reads = [0; MAX_MODULES];
+        for ((plugged, writes), reads) in self.modules.iter().zip(&mut writes).zip(&mut reads) {
+            (*writes, *reads) = (self.writes(plugged), self.reads(plugged));
+        }
+        for ((order, plugged), writes) in (0..).zip(&mut self.modules).zip(&writes) {
+            let readers = (0..).zip(&reads).filter(|(_, reads)| **reads & writes != 0);
+            plugged.falls_with =
+                readers.fold(module_bit(order), |found, (reader, _)| found | module_bit(reader));
+        }
+        // Warshall: what falls with those that fall with it.
+        for by in 0..self.modules.len() {
+            let further = self.modules.get(by).map_or(0, |plugged| plugged.falls_with);
+            let by = (0..).nth(by).map_or(0, module_bit);
+            for plugged in self.modules.iter_mut().filter(|plugged| plugged.falls_with & by != 0) {
+                plugged.falls_with |= further;
+            }
+        }
+        let drivers = (0..).zip(&writes).filter(|(_, writes)| **writes & of_device != 0);
+        let drivers = drivers.fold(0, |drivers, (order, _)| drivers | module_bit(order));
+        let needed = (0..).zip(&self.modules).filter(|(_, plugged)| plugged.falls_with & drivers != 0);
+        self.drives_device = needed.fold(0, |needed, (order, _)| needed | module_bit(order));
+    }
+
+    /// Finds out what is looked at behind which call, and where it lies.
+    pub(super) fn find_spans<const WORDS: usize>(&mut self, storage: &Storage<WORDS>) {
+        let Self { modules, ports, calls, spans, .. } = self;
+        spans.clear();
+        for call in calls {
+            let Some(plugged) = modules.get(usize::from(call.order)) else { continue };
+            let start = spans.len();
+            let written = plugged.ports.of(ports).iter().filter(|port| port.is_written());
+            for port in written.filter(|port| port.stage() == call.stage) {
+                let Some(largest) = port.largest() else { continue };
+                let span = Span { block: storage.block(port.slot), largest: largest.to_bits() << 1 };
+                let last = spans.get_mut(start..).and_then(<[Span]>::last_mut);
+                if !last.is_some_and(|last| last.take_in(span)) {
+                    // There is room: a slot that is written twice does not run.
+                    let _ = spans.push(span);
+                }
+            }
+            call.spans = u8::try_from(spans.len() - start).unwrap_or(0);
+        }
+    }
+
+    /// Slots that a module reads from, a bit each.
+    fn reads(&self, plugged: &Plugged) -> u64 {
+        let read = self.ports(plugged).iter().filter(|port| !port.is_written() && !port.is_memory());
+        read.fold(0, |slots, port| slots | bit(port.slot))
+    }
+}
