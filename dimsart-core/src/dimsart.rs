@@ -98,8 +98,8 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             return Err(Tick::Idle);
         }
         self.engine.step_observed(observer);
-        if let Some(fault) = self.engine.lost_device() {
-            return Err(Tick::ModuleFailed(fault));
+        if let Some(module) = self.engine.lost_device() {
+            return Err(Tick::ModuleFailed(module));
         }
         self.lost_link().map_or(Ok(()), |link| Err(Tick::LinkLost { link }))
     }

@@ -105,7 +105,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             costs: None,
             is_running: false,
             begins: false,
-            containment: Containment::new(),
+            containment: Containment::NONE,
             list: PhantomData,
         }
     }
@@ -128,15 +128,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device);
         let wiring = &mut self.plans.running_mut().wiring;
-        let mut calls = Calls::new(wiring, self.begins, self.containment.fallen);
-        observer.look_on(&mut calls, &data);
-        let Calls { failed, fallen, first_failed, .. } = calls;
+        let containment = &mut self.containment;
+        observer.look_on(Calls { wiring, begins: self.begins, containment }, &data);
         if self.begins {
             self.begins = false;
             wiring.has_begun();
-        }
-        if failed != 0 {
-            self.note_failed(failed, fallen, first_failed);
         }
     }
 
@@ -218,6 +214,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn check_wiring(&self, wiring: &Wiring, report: &mut CheckReport) {
         let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
         Scheme { device: &self.device, wiring }.check(signals, report);
+    }
+
+    /// The module that failed, when an input of the device depends on it.
+    #[inline]
+    pub(crate) fn lost_device(&self) -> Option<ModuleRef> {
+        self.containment.lost_device()
     }
 
     /// Whether the scheme passed its check and runs.

@@ -10,8 +10,9 @@ pub use reason::{Reason, ReasonCounts};
 
 use heapless::Vec;
 
+use crate::command::ModuleRef;
 use crate::device::DeviceDescriptor;
-use crate::engine::{Engine, ModuleFault};
+use crate::engine::Engine;
 use crate::frame::{Frame, FrameError};
 use crate::input_limits::SafeValue;
 use crate::kind::ModuleList;
@@ -40,8 +41,9 @@ pub enum Tick {
         /// The link.
         link: u8,
     },
-    /// A module that the device depends on has failed and is cut out: the device gets its safe value until a reset.
-    ModuleFailed(ModuleFault),
+    /// A module that the device depends on has [failed](crate::Engine::module_fault) and is cut out: the device gets its
+    /// safe value until a reset.
+    ModuleFailed(ModuleRef),
 }
 
 impl Tick {

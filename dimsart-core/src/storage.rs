@@ -197,12 +197,6 @@ impl<const WORDS: usize> Storage<WORDS> {
         self.words.get(block.range())
     }
 
-    /// All words, taken or not.
-    #[inline]
-    pub(crate) fn all(&self) -> &[u32] {
-        &self.words
-    }
-
     /// The words of a block, to be written.
     #[inline]
     pub(crate) fn words_mut(&mut self, block: Block) -> Option<&mut [u32]> {

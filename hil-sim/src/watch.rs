@@ -1,6 +1,6 @@
 //! Watches whether every position, force and wave stays in its declared range, and none grows without bound.
 
-use dimsart_core::{DataType, Tick, types};
+use dimsart_core::{DataType, Tick, Vocabulary as _, types};
 
 use crate::growth::Growth;
 use crate::rig::{Probe, Rig};
@@ -101,8 +101,13 @@ impl Watch {
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));
                 }
-                Tick::ModuleFailed(fault) => {
-                    let reason = station.dimsart.engine().explain_module_fault(fault).to_string();
+                Tick::ModuleFailed(module) => {
+                    let engine = station.dimsart.engine();
+                    // Of a board's controller only signals are known here.
+                    let reason = match engine.module_fault() {
+                        Some(fault) => engine.explain_module_fault(fault).to_string(),
+                        None => format!("{} failed and is cut out", engine.name_of_module(module)),
+                    };
                     return Some(Alarm::Left(at(reason)));
                 }
                 Tick::Disarmed => {

@@ -3,10 +3,9 @@
 
 use super::Engine;
 use crate::command::ModuleRef;
-use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::kind::ModuleList;
-use crate::wiring::{Wiring, module_bit};
+use crate::wiring::{Call, Span, Wiring, module_bit};
 
 /// A module wrote what its signal cannot be: no finite number, or one beyond what its unit
 /// [can be](crate::Unit::largest).
@@ -31,21 +30,41 @@ impl ModuleFault {
     }
 }
 
-/// Which modules are cut out.
+/// Which modules are cut out. Fresh, it is all zero bits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Containment {
     /// Modules that have failed, a bit for each place in the plug-in order.
     pub(super) failed: u32,
     /// Modules that are cut out: those, and all that depend on them.
     pub(super) fallen: u32,
-    is_device_lost: bool,
-    /// The first one, while modules are cut out.
-    fault: Option<ModuleFault>,
+    /// The module that failed first, of those that the device gets nothing without; where there is none, of all.
+    pub(super) first: ModuleRef,
+    pub(super) is_device_lost: bool,
 }
 
 impl Containment {
-    pub(super) const fn new() -> Self {
-        Self { failed: 0, fallen: 0, is_device_lost: false, fault: None }
+    pub(super) const NONE: Self =
+        Self { failed: 0, fallen: 0, first: ModuleRef { kind: 0, number: 0 }, is_device_lost: false };
+
+    /// Cuts out the module of a call, and all that depend on it.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn cut_out(&mut self, wiring: &Wiring, call: &Call) {
+        let own = module_bit(call.order);
+        let Some(plugged) = wiring.called(call).filter(|_| self.fallen & own == 0) else { return };
+        let drives_device = wiring.drives_device() & own != 0;
+        if self.failed == 0 || drives_device && !self.is_device_lost {
+            self.first = plugged.module;
+        }
+        self.failed |= own;
+        self.fallen |= plugged.falls_with;
+        self.is_device_lost |= drives_device;
+    }
+
+    /// The module that failed, when an input of the device depends on it.
+    #[inline]
+    pub(super) fn lost_device(&self) -> Option<ModuleRef> {
+        if self.is_device_lost { Some(self.first) } else { None }
     }
 }
 
@@ -54,7 +73,17 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// leaves it out. Whatever does not depend on it runs on.
     #[must_use]
     pub fn module_fault(&self) -> Option<ModuleFault> {
-        self.containment.fault
+        let wiring = &self.plans.running().wiring;
+        let plugged = wiring.find(self.containment.first).filter(|_| self.containment.failed != 0)?;
+        let data_base = &self.data_base;
+        let mut wrong = wiring.ports(plugged).iter().filter(|port| port.is_written()).filter_map(|port| {
+            let span = Span::new(data_base.storage().block(port.slot), port.largest()?);
+            let mut words = (0..).zip(data_base.words(port.slot));
+            let (word, bits) = words.find(|(_, word)| span.is_wrong(**word))?;
+            Some((data_base.entry(port.slot)?.signal, word, *bits))
+        });
+        let (signal, word, bits) = wrong.next()?;
+        Some(ModuleFault { module: plugged.module, signal, word, bits })
     }
 
     /// Modules that are cut out: those that failed, and all that depend on them.
@@ -64,42 +93,23 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         fallen.map(|(_, plugged)| plugged.module)
     }
 
-    /// The module that failed, when an input of the device depends on it.
-    #[inline]
-    pub(crate) fn lost_device(&self) -> Option<ModuleFault> {
-        if self.containment.is_device_lost { self.containment.fault } else { None }
-    }
-
-    /// Takes note of modules that have failed in this tick, the first of them in this call.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn note_failed(&mut self, failed: u32, fallen: u32, first_call: usize) {
-        let wiring = &self.plans.running().wiring;
-        let Containment { failed: all_failed, fallen: all_fallen, is_device_lost, fault } =
-            &mut self.containment;
-        *all_failed |= failed;
-        *all_fallen = fallen;
-        *is_device_lost |= failed & wiring.drives_device() != 0;
-        *fault = fault.or_else(|| fault_of(wiring, first_call, &self.data_base));
-    }
-
     /// Begins these modules anew, also those that are cut out, with what fell with them.
     pub(super) fn begin_anew(&mut self, is_meant: impl Fn(ModuleRef) -> bool) {
         let modules = (0..).zip(self.plans.running().wiring.modules());
         let meant = modules.filter(|(_, plugged)| is_meant(plugged.module));
         let meant = meant.fold(0, |meant, (order, _)| meant | module_bit(order));
         let Containment { failed, fallen, .. } = self.containment;
-        self.clear_fallen();
+        let still_failed = failed & !meant;
+        self.clear_writes(fallen & !still_failed);
         self.begin(is_meant);
-        self.contain_anew(failed & !meant, fallen);
+        self.contain_anew(still_failed, fallen);
     }
 
-    /// What modules wrote that are cut out becomes zero, before they are [contained anew](Self::contain_anew): nobody is
-    /// to read it.
-    pub(super) fn clear_fallen(&mut self) {
+    /// What these modules wrote becomes zero: nobody is to read it. A bit for each place in the plug-in order.
+    pub(super) fn clear_writes(&mut self, modules: u32) {
         let wiring = &self.plans.running().wiring;
         for (order, plugged) in (0..).zip(wiring.modules()) {
-            if self.containment.fallen & module_bit(order) != 0 {
+            if modules & module_bit(order) != 0 {
                 for port in wiring.ports(plugged).iter().filter(|port| port.is_written()) {
                     self.data_base.overwrite(port.slot, core::iter::repeat(0));
                 }
@@ -111,40 +121,23 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// not any more begin. A bit for each place in the plug-in order.
     pub(super) fn contain_anew(&mut self, failed: u32, before: u32) {
         let wiring = &mut self.plans.running_mut().wiring;
-        let orders = (0..).take(wiring.modules().len());
-        let fall = orders.filter(|order| failed & module_bit(*order) != 0);
-        let fallen = fall.fold(0, |fallen, order| fallen | wiring.falls_with(order));
+        let mut fallen = 0;
+        let mut first = None;
+        for (order, plugged) in
+            (0..).zip(wiring.modules()).filter(|(order, _)| failed & module_bit(*order) != 0)
+        {
+            fallen |= plugged.falls_with;
+            let drives_device = wiring.drives_device() & module_bit(order) != 0;
+            let is_first = plugged.module == self.containment.first;
+            if first.is_none_or(|(found, _)| (drives_device, is_first) > found) {
+                first = Some(((drives_device, is_first), plugged.module));
+            }
+        }
         let back = before & !fallen;
+        let is_device_lost = failed & wiring.drives_device() != 0;
         wiring.begin_places(back);
         self.begins |= back != 0;
-        let is_device_lost = failed & wiring.drives_device() != 0;
-        let fault = self.containment.fault.filter(|_| fallen != 0);
-        self.containment = Containment { failed, fallen, is_device_lost, fault };
+        let first = first.map_or(Containment::NONE.first, |(_, module)| module);
+        self.containment = Containment { failed, fallen, first, is_device_lost };
     }
-}
-
-/// The first word that is wrong behind a call.
-fn fault_of<const WORDS: usize>(
-    wiring: &Wiring,
-    call: usize,
-    data_base: &DataBase<WORDS>,
-) -> Option<ModuleFault> {
-    let before = wiring.calls().iter().take(call).map(|call| usize::from(call.spans)).sum();
-    let call = wiring.calls().get(call)?;
-    let plugged = wiring.called(call)?;
-    let words = data_base.storage().all();
-    let mut wrong = wiring.spans().skip(before).take(call.spans.into()).filter_map(|span| {
-        let mut own = span.block.range();
-        own.find(|place| words.get(*place).is_some_and(|word| span.is_wrong(*word)))
-    });
-    let place = wrong.next()?;
-    let mut ports = wiring.ports(plugged).iter().filter(|port| port.is_written());
-    let slot = ports.find(|port| data_base.storage().block(port.slot).range().contains(&place))?.slot;
-    let word = place - data_base.storage().block(slot).range().start;
-    Some(ModuleFault {
-        module: plugged.module,
-        signal: data_base.entry(slot)?.signal,
-        word: u16::try_from(word).unwrap_or(u16::MAX),
-        bits: *words.get(place)?,
-    })
 }

@@ -1,5 +1,6 @@
 //! Who looks on while an engine steps, such as to measure what its modules take.
 
+use super::containment::Containment;
 use crate::data::Data;
 use crate::wiring::{Call, Wiring, module_bit};
 
@@ -12,7 +13,7 @@ pub trait Observer: Sized {
 
     /// Makes all calls of a step.
     #[inline]
-    fn look_on(&mut self, calls: &mut Calls<'_>, data: &Data<'_>) {
+    fn look_on(&mut self, mut calls: Calls<'_>, data: &Data<'_>) {
         calls.run_by(data, |call| self.call(|| (call.compute)(data, call.configuration, call.state)));
     }
 }
@@ -24,7 +25,7 @@ impl Observer for () {
     }
 
     #[inline(always)]
-    fn look_on(&mut self, calls: &mut Calls<'_>, data: &Data<'_>) {
+    fn look_on(&mut self, calls: Calls<'_>, data: &Data<'_>) {
         calls.run(data);
     }
 }
@@ -32,25 +33,16 @@ impl Observer for () {
 /// The calls of a tick.
 #[derive(Debug)]
 pub struct Calls<'a> {
-    wiring: &'a Wiring,
+    pub(super) wiring: &'a Wiring,
     /// Whether there is a module that begins with its next call.
-    begins: bool,
-    /// Modules that are cut out, a bit for each place in the plug-in order.
-    pub(super) fallen: u32,
-    /// Modules that have failed in this tick.
-    pub(super) failed: u32,
-    /// Which call was the first to fail.
-    pub(super) first_failed: usize,
+    pub(super) begins: bool,
+    pub(super) containment: &'a mut Containment,
 }
 
-impl<'a> Calls<'a> {
-    pub(super) fn new(wiring: &'a Wiring, begins: bool, fallen: u32) -> Self {
-        Self { wiring, begins, fallen, failed: 0, first_failed: 0 }
-    }
-
+impl Calls<'_> {
     /// Not generic: compiled with the core, for speed or for size as the modules are.
     #[inline(never)]
-    fn run(&mut self, data: &Data<'_>) {
+    fn run(mut self, data: &Data<'_>) {
         self.run_by(data, |call| (call.compute)(data, call.configuration, call.state));
     }
 
@@ -65,38 +57,23 @@ impl<'a> Calls<'a> {
             }
             for _ in 0..call.spans {
                 if spans.next().is_some_and(|span| data.has_wrong(*span)) {
-                    self.cut_out(call);
+                    self.containment.cut_out(wiring, call);
                 }
             }
         }
     }
 
-    /// A module has failed: from now on neither it is called nor what depends on it.
-    #[cold]
-    #[inline(never)]
-    fn cut_out(&mut self, call: &Call) {
-        if self.fallen & module_bit(call.order) != 0 {
-            return;
-        }
-        if self.failed == 0 {
-            let mut calls = self.wiring.calls().iter();
-            self.first_failed = calls.position(|found| core::ptr::eq(found, call)).unwrap_or(0);
-        }
-        self.failed |= module_bit(call.order);
-        self.fallen |= self.wiring.falls_with(call.order);
-    }
-
     /// Whether every call is made, and none of them begins a module.
     #[inline(always)]
     fn is_usual(&self) -> bool {
-        !self.begins && self.fallen == 0
+        !self.begins && self.containment.fallen == 0
     }
 
     /// Begins a module before its first stage, if it is to; says whether the call is made.
     #[cold]
     #[inline(never)]
     fn prepare(&self, call: &Call, data: &Data<'_>) -> bool {
-        if self.fallen & module_bit(call.order) != 0 {
+        if self.containment.fallen & module_bit(call.order) != 0 {
             return false;
         }
         if let Some(begin) = call.begin

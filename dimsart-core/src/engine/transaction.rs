@@ -156,9 +156,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
     pub(super) fn switch(&mut self) {
-        self.clear_fallen();
         let Containment { failed, fallen, .. } = self.containment;
-        let (mut still_failed, mut were_out) = (0, 0);
+        let (mut still_failed, mut were_out, mut stay) = (0, 0, 0);
         let (running, next) = self.plans.split_mut();
         let modules = (0..).zip(running.wiring.modules());
         let sound = modules.filter(|(order, _)| fallen & module_bit(*order) == 0);
@@ -179,6 +178,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             let place = running.wiring.order_of(plugged.module).filter(|_| before.is_some());
             let place = place.and_then(|place| u8::try_from(place).ok()).map_or(0, module_bit);
             still_failed |= if failed & place == 0 { 0 } else { own };
+            stay |= failed & place;
             were_out |= if fallen & place == 0 { 0 } else { own };
             if let Some(plugged) = next.wiring.at_mut(order) {
                 // From now on it is in the scheme that runs.
@@ -188,6 +188,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             self.begins |= begins;
         }
         next.connect(self.data_base.storage_mut());
+        self.clear_writes(fallen & !stay);
         self.plans.switch();
         self.contain_anew(still_failed, were_out);
         self.drop_draft();
@@ -224,7 +225,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         } else {
             self.is_running = false;
             self.plans.switch();
-            self.containment = Containment::new();
+            self.containment = Containment::NONE;
         }
         self.clear_next();
     }

@@ -6,8 +6,8 @@ use super::heartbeat::Heartbeat;
 use super::lease::Lease;
 use super::response::Refusal;
 use super::telemetry::{Sample, Subscription, Wanted};
+use crate::command::ModuleRef;
 use crate::data_base::DataBase;
-use crate::engine::ModuleFault;
 use crate::frame::FrameError;
 use crate::matching::Finding;
 use crate::safety::{Reason, Tick};
@@ -38,7 +38,7 @@ pub enum Blocked {
         link: u8,
     },
     /// The scheme runs, and a module that the device depends on has failed, until a reset.
-    Module(ModuleFault),
+    Module(ModuleRef),
 }
 
 impl Blocked {
@@ -135,7 +135,7 @@ impl DeviceInfo {
             Tick::CommandRefused(error) => Some(Blocked::Command(error)),
             Tick::Disarmed => Some(Blocked::Disarmed),
             Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
-            Tick::ModuleFailed(fault) => Some(Blocked::Module(fault)),
+            Tick::ModuleFailed(module) => Some(Blocked::Module(module)),
         };
         if self.trouble().is_some() {
             // Motion takes a reset and a new lease.

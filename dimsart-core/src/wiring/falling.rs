@@ -10,12 +10,16 @@ use crate::storage::{Block, Storage};
 /// Words of format `f32` that cannot be larger than this.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Span {
-    pub(crate) block: Block,
+    block: Block,
     /// Largest magnitude, the bits of an `f32` without its sign, shifted to the left.
     largest: u32,
 }
 
 impl Span {
+    pub(crate) fn new(block: Block, largest: f32) -> Self {
+        Self { block, largest: largest.to_bits() << 1 }
+    }
+
     /// Whether a word is what it cannot be. Bits of finite numbers, without their sign, count up with the magnitude, and
     /// those of what is not finite are above.
     #[inline(always)]
@@ -51,11 +55,6 @@ impl Wiring {
     #[inline(always)]
     pub(crate) fn spans(&self) -> core::slice::Iter<'_, Span> {
         self.spans.iter()
-    }
-
-    /// Modules that fall with the one of a call, itself among them, a bit for each place in the plug-in order.
-    pub(crate) fn falls_with(&self, order: u8) -> u32 {
-        self.modules.get(usize::from(order)).map_or(0, |plugged| plugged.falls_with)
     }
 
     /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
@@ -99,7 +98,7 @@ impl Wiring {
             let written = plugged.ports.of(ports).iter().filter(|port| port.is_written());
             for port in written.filter(|port| port.stage() == call.stage) {
                 let Some(largest) = port.largest() else { continue };
-                let span = Span { block: storage.block(port.slot), largest: largest.to_bits() << 1 };
+                let span = Span::new(storage.block(port.slot), largest);
                 let last = spans.get_mut(start..).and_then(<[Span]>::last_mut);
                 if !last.is_some_and(|last| last.take_in(span)) {
                     // There is room: a slot that is written twice does not run.

@@ -82,7 +82,7 @@ impl Port {
     }
 
     /// Largest magnitude that a word of its signal can have; none where that is not of format `f32`.
-    pub(super) fn largest(self) -> Option<f32> {
+    pub(crate) fn largest(self) -> Option<f32> {
         Self::LARGEST_VALUES.get(usize::from(self.flags >> Self::LARGEST).checked_sub(1)?).copied()
     }
 

@@ -38,7 +38,13 @@ impl<S: Read + Write> Device<S> {
                 "nothing came over link {link} for the TIMEOUT_TICKS of its COMM_RXMOD; see to the other side and the \
                  line, then `reset`"
             ),
-            Blocked::Module(fault) => self.module_fault_text(fault)?,
+            Blocked::Module(module) => {
+                let name = self.know(|known| known.name_of_module(module).to_string())?;
+                format!(
+                    "{name} failed and is cut out with all that depends on it; `faults` says what it wrote, `reset` ends \
+                     the fault"
+                )
+            }
             other => format!("{other:?}"),
         })
     }

@@ -119,7 +119,7 @@ fn reasons() {
         Blocked::Command(not_finite),
         Blocked::Disarmed,
         Blocked::LinkLost { link: 1 },
-        Blocked::Module(MODULE_FAULT),
+        Blocked::Module(MODULE),
     ];
     let expected = [
         "00 00 ac 02 01 00",
@@ -136,7 +136,7 @@ fn reasons() {
         "03 01 ac 02 01 02",
         "04",
         "05 01",
-        "06 03 02 ac 02 01 02 80 80 80 fc 07",
+        "06 03 02",
     ];
     assert_bytes(&reasons, &expected);
 }
