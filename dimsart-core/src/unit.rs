@@ -107,7 +107,7 @@ impl Unit {
     #[must_use]
     pub const fn largest(self) -> f32 {
         match self {
-            Self::Position | Self::Velocity | Self::Force | Self::Wave => 1e6,
+            Self::Position | Self::Velocity | Self::Force | Self::Wave => 1e9,
             Self::Stiffness | Self::Damping | Self::IntegralGain | Self::Energy => 1e12,
             Self::Any | Self::One | Self::Second | Self::Hertz | Self::Tick => f32::MAX,
         }

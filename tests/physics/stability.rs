@@ -40,7 +40,7 @@ fn shake(ticks: u64, growth: f64) -> Box<dyn Environment> {
     push(move |t| {
         let tick = (t / TICK_S).round();
         let fade = 0.5 - 0.5 * libm::cos(2.0 * PI * tick / length);
-        if tick < length { 1e-25 * fade * libm::pow(growth, tick) * libm::cos(PI * tick) } else { 0.0 }
+        if tick < length { 1e-27 * fade * libm::pow(growth, tick) * libm::cos(PI * tick) } else { 0.0 }
     })
 }
 
@@ -49,7 +49,7 @@ fn shake(ticks: u64, growth: f64) -> Box<dyn Environment> {
 ///
 /// Growth per tick is the spectral radius of the loop, to the 5 decimals it is given with. Neighbouring modes grow
 /// almost as fast, so it is followed over 80 round trips: the loop is linear, and numbers of 24 bits keep their
-/// precision from 1e-30 to 1e10.
+/// precision from 1e-32 to 1e8.
 #[test]
 fn the_printed_order_grows_as_its_spectral_radius_says() {
     for (ticks, expected) in
@@ -108,7 +108,9 @@ fn without_waves_the_same_gains_fly_apart_after_a_few_ticks() {
         [(false, 3, 0.999161), (false, 4, 1.004032), (true, 1, 0.994779), (true, 2, 1.002652)]
     {
         let link = format!("link.forward_delay_ticks={ticks} link.backward_delay_ticks={ticks}");
-        let mut rig = held(&format!("{scheme} {link}"), in_contact, nudge());
+        // Feeble: what grows without bound stays below what a force can be.
+        let feeble = push(|t| if t < 0.1 { 2e-9 } else { 0.0 });
+        let mut rig = held(&format!("{scheme} {link}"), in_contact, feeble);
         peak_n(&mut rig, 500);
         let early_n = peak_n(&mut rig, 200);
         peak_n(&mut rig, 7800);

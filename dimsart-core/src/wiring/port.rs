@@ -23,7 +23,7 @@ impl Port {
     const DIFFERENCE: u8 = 4;
     /// Where the number of the largest value that it can be begins; 0 where its signal is not of format `f32`.
     const LARGEST: u8 = 6;
-    const LARGEST_VALUES: [f32; 3] = [f32::MAX, 1e6, 1e12];
+    const LARGEST_VALUES: [f32; 3] = [f32::MAX, 1e9, 1e12];
     const DIFFERENCES: [Difference; 3] = [Difference::Unit, Difference::Format, Difference::Shape];
     const RELATIONS: [UnitRelation; 4] =
         [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative, UnitRelation::Alike];

@@ -252,7 +252,7 @@ fn a_transaction_that_puts_another_in_its_place_leaves_nothing_cut_out() {
 #[test]
 fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none() {
     for (out, largest) in
-        [(types::DES_FORCE, 1e6_f32), (types::DES_POSITION, 1e6), (types::SIGNAL_OUT, f32::MAX)]
+        [(types::DES_FORCE, 1e9_f32), (types::DES_POSITION, 1e9), (types::SIGNAL_OUT, f32::MAX)]
     {
         assert_eq!(out.unit.largest().to_bits(), largest.to_bits());
         let inputs: Types = Box::leak(Box::new([out]));

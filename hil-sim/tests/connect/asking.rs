@@ -46,8 +46,8 @@ fn show_is_the_default_and_has_the_same_as_json() {
     let emulated = Emulated::with_scheme("master");
     let text = emulated.out(&[], 0);
     for part in [
-        "arm, image test 0.1, protocol 8",
-        "the scheme runs and commands the device",
+        "arm, image test 0.1, protocol 9",
+        "the scheme runs and commands the device; drive: ",
         "  3 PDCTRL_MOD  reads ",
         "3000  3000  3000 N/m or N·m/rad",
         "of 2048 words",
@@ -183,7 +183,30 @@ fn faults_name_the_first_tick_that_was_refused() {
         reason.contains("measurement was refused: word 0 of POSITION is not a finite number"),
         "{reason}"
     );
-    assert_eq!(faults["state"], "the scheme runs and commands the device");
+    assert!(faults["state"].as_str().unwrap().contains(reason), "until a reset");
+    assert_eq!((&faults["drive"], &faults["cut_out"]), (&"fault".into(), &serde_json::Value::Null));
+    assert!(emulated.out(&["reset"], 0).contains("the scheme runs and commands the device"));
+    emulated.robot.lock().unwrap().tick(0.0);
+    let faults = emulated.json(&["faults", "--json"], 1);
+    assert_eq!((&faults["drive"], &faults["first_fault"]["tick"]), (&"operation enabled".into(), &2.into()));
+}
+
+#[test]
+fn faults_name_the_module_that_failed_with_what_it_wrote() {
+    let emulated = Emulated::with_scheme("master");
+    emulated.robot.lock().unwrap().tick(0.0);
+    emulated.out(&["set", "PDCTRL_MOD", "K_PARAM", "1e6"], 0);
+    emulated.robot.lock().unwrap().tick(1e5);
+    let faults = emulated.out(&["faults"], 1);
+    for part in [
+        "PDCTRL_MOD failed and is cut out with all that depends on it",
+        "drive: fault",
+        "PDCTRL_MOD wrote -1",
+        "to word 0 of DES_FORCE, which is beyond 1e9, the most that it can be",
+        "40 module failed 1",
+    ] {
+        assert!(faults.contains(part), "{part} is missing:\n{faults}");
+    }
 }
 
 #[test]

@@ -127,13 +127,17 @@ fn a_device_too_old_to_be_understood_is_told_at_once() {
 #[test]
 fn a_device_of_another_version_answers_what_it_knows_and_refuses_the_rest_by_name() {
     let refused = Response::Refused(Refusal::NotUnderstood);
-    let port =
-        of_version(9, move |id| encode_response(&refused, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec());
+    let port = of_version(PROTOCOL_VERSION + 1, move |id| {
+        encode_response(&refused, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec()
+    });
     let output = dimsart(&["connect", &port, "watch", "MAP", "--once"]);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     let note = String::from_utf8(output.stderr).unwrap();
     assert!(
-        note.contains(&format!("the device speaks protocol 9 and this command {PROTOCOL_VERSION}")),
+        note.contains(&format!(
+            "the device speaks protocol {} and this command {PROTOCOL_VERSION}",
+            PROTOCOL_VERSION + 1
+        )),
         "{note}"
     );
     let found = message(&dimsart(&["connect", &port, "show"]));
