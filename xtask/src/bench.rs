@@ -21,8 +21,9 @@ use simulator::Simulator;
 const CALL_BUDGET: f64 = 25.0;
 /// What LinuxCNC HAL spends on calling a function, counted the same way.
 const LINUXCNC_CALL: f64 = 29.4;
-/// Most times as many instructions as the same arithmetic by hand.
-const TABLE1_BUDGET: f64 = 2.6;
+/// Most times as many instructions as the same arithmetic by hand, which does not look at what it has written: that is
+/// 0.9 of it.
+const TABLE1_BUDGET: f64 = 3.5;
 /// Largest distance of a count from its straight line.
 const LINE_BUDGET: f64 = 1.0;
 

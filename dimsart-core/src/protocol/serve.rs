@@ -117,7 +117,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
         Request::Safety => Response::Safety(dimsart.safety().into()),
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
-        Request::Lease(LeaseAction::Take) if state.is_fault() => {
+        Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
             return Err(Refusal::Fault(dimsart.safety().reason().number()));
         }
         Request::Lease(action) => Response::Lease(info.lease.carry_out(client_of(id), action)?),
