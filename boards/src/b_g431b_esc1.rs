@@ -22,7 +22,7 @@
 //! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
 //! effect meanwhile. Its angle is 0 where the board was started.
 
-use dimsart_core::{AxisKind, DataType, InputLimits, Scalar as _, Tick, Word};
+use dimsart_core::{AxisKind, DataType, InputLimits, Scalar as _, StartCause, Tick, Word};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
@@ -130,6 +130,10 @@ impl Board for BG431bEsc1 {
 
     fn feed_watchdog() {
         stm32g4::feed_watchdog();
+    }
+
+    fn start_cause() -> StartCause {
+        stm32g4::start_cause()
     }
 
     fn reset() -> ! {

@@ -5,7 +5,9 @@ use core::ops::Range;
 #[cfg(feature = "auth")]
 use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
-use dimsart_core::{AxisKind, DataType, InputLimits, MAX_PACKET_BYTES, Scalar as _, Tick, Word, types};
+use dimsart_core::{
+    AxisKind, DataType, InputLimits, MAX_PACKET_BYTES, Scalar as _, StartCause, Tick, Word, types,
+};
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
 use embedded_storage_async::nor_flash::NorFlash;
@@ -79,6 +81,11 @@ pub trait Board: Sized {
 
     /// Keeps the watchdog from resetting the board. Does nothing on a board without one.
     fn feed_watchdog();
+
+    /// Why the board has started. Called once, early.
+    fn start_cause() -> StartCause {
+        StartCause::Unknown
+    }
 
     /// Starts the board over, after a panic or a fault was reported. On an emulated board: ends it.
     fn reset() -> !;

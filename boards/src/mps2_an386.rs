@@ -21,7 +21,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SYST};
 use defmt_semihosting as _;
 use dimsart_core::exchange::MAX_PACKETS;
-use dimsart_core::{DataType, Tick, Word};
+use dimsart_core::{DataType, StartCause, Tick, Word};
 use embassy_executor::InterruptExecutor;
 
 use crate::board::{Board, Joints, Parts};
@@ -177,6 +177,11 @@ impl Board for Mps2An386 {
 
     fn feed_watchdog() {
         // The host waits for every answer: it is the watchdog.
+    }
+
+    /// The emulator begins as with power.
+    fn start_cause() -> StartCause {
+        StartCause::Power
     }
 
     /// Ends the emulator: there is no more to be started over. The host is told what the actuators are left with.

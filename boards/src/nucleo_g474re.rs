@@ -151,6 +151,10 @@ impl Board for NucleoG474re {
         stm32g4::feed_watchdog();
     }
 
+    fn start_cause() -> StartCause {
+        stm32g4::start_cause()
+    }
+
     fn reset() -> ! {
         stm32g4::reset()
     }

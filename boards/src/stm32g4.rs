@@ -24,7 +24,7 @@ compile_error!("packets over classic CAN have no tags on a board: leave `auth` o
 
 use cortex_m::peripheral::{DWT, SCB};
 use defmt_rtt as _;
-use dimsart_core::{DataType, Word, types};
+use dimsart_core::{DataType, StartCause, Word, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;
@@ -154,6 +154,24 @@ pub(crate) fn feed_watchdog() {
 
 pub(crate) fn cycles() -> Option<u32> {
     Some(DWT::cycle_count())
+}
+
+/// From the flags of RCC_CSR (RM0440, 7.4.28), which it clears. Every reset inside the chip pulls the reset pin, too: the
+/// pin's flag alone says that it came from outside.
+pub(crate) fn start_cause() -> StartCause {
+    let flags = RCC.csr().read();
+    RCC.csr().modify(|flags| flags.set_rmvf(true));
+    if flags.iwdgrstf() || flags.wwdgrstf() {
+        StartCause::Watchdog
+    } else if flags.sftrstf() {
+        StartCause::Program
+    } else if flags.borrstf() {
+        StartCause::Power
+    } else if flags.pinrstf() {
+        StartCause::Pin
+    } else {
+        StartCause::Unknown
+    }
 }
 
 pub(crate) fn reset() -> ! {

@@ -216,6 +216,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Scheme { device: &self.device, wiring }.check(signals, report);
     }
 
+    /// Modules that have failed, a bit for each place in the plug-in order.
+    pub(crate) fn failed(&self) -> u32 {
+        self.containment.failed
+    }
+
     /// The module that failed, when an input of the device depends on it.
     #[inline]
     pub(crate) fn lost_device(&self) -> Option<ModuleRef> {

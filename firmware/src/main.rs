@@ -60,6 +60,7 @@ fn main() -> ! {
 fn start() -> <Selected as boards::Board>::Idle {
     let Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle } =
         Selected::start();
+    rescue::restore_events();
     static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
     static FRAMES: ConstStaticCell<Frames> = ConstStaticCell::new(Frames::new());
     let (dimsart, frames) = (DIMSART.take(), FRAMES.take());

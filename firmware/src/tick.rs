@@ -11,6 +11,7 @@ use crate::commands::{self, Answer, Unsolicited};
 use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
+use crate::rescue::EVENTS;
 use crate::telemetry::Status;
 use crate::{BoardDimsart, stamp};
 
@@ -48,7 +49,7 @@ pub(crate) async fn run(
     let sensed = frames.measured().len().saturating_sub(timed);
     let mut timing = Timing::default();
     let mut watchdog = Watchdog::new(PATIENCE);
-    let mut info = DeviceInfo::new(stamp::described()).for_clients(boards::TICK_HZ);
+    let mut info = DeviceInfo::new(stamp::described()).for_clients(boards::TICK_HZ).with_events(&EVENTS);
     links::listen(dimsart);
     let mut due = Instant::now() + PERIOD;
     loop {
@@ -119,7 +120,7 @@ fn step(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, 
     }
     dimsart.allow_motion(info.begin_tick());
     let tick = entry_points::tick(dimsart, frames);
-    info.end_tick(tick);
+    info.end_tick(tick, dimsart);
     for link in 0..MAX_LINKS {
         if let Some(packet) = entry_points::take(dimsart, link) {
             ends.packets_out.give(Outgoing { link, packet });

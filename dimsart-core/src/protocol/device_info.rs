@@ -8,7 +8,11 @@ use super::response::Refusal;
 use super::telemetry::{Sample, Subscription, Wanted};
 use crate::command::ModuleRef;
 use crate::data_base::DataBase;
+use crate::dimsart::Dimsart;
+use crate::engine::ModuleFault;
+use crate::event_log::{Event, EventKind, EventLog};
 use crate::frame::FrameError;
+use crate::kind::ModuleList;
 use crate::matching::Finding;
 use crate::safety::{Reason, Tick};
 use crate::timing::Timing;
@@ -68,7 +72,7 @@ pub struct FirstFault {
 
 /// What whoever calls [`Dimsart::tick`](crate::Dimsart::tick) keeps beside it: the image's name, what its ticks
 /// came to, and what its clients may do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy)]
 pub struct DeviceInfo {
     pub(super) image: &'static str,
     pub(super) ticks: u64,
@@ -80,6 +84,10 @@ pub struct DeviceInfo {
     telemetry: Subscription,
     /// What a client may be silent for; 0 where nothing is sent unsolicited.
     patience_ticks: u32,
+    pub(super) events: Option<&'static EventLog>,
+    /// Of the last tick, as [events](EventLog) were added for it.
+    reason: Reason,
+    failed: u32,
 }
 
 impl DeviceInfo {
@@ -98,7 +106,16 @@ impl DeviceInfo {
             lease: Lease::new(0),
             telemetry: Subscription::NONE,
             patience_ticks: 0,
+            events: None,
+            reason: Reason::Stopped,
+            failed: 0,
         }
+    }
+
+    /// With a log of what happens.
+    #[must_use]
+    pub const fn with_events(self, events: &'static EventLog) -> Self {
+        Self { events: Some(events), ..self }
     }
 
     /// With telemetry, and motion for the client alone that holds a lease of 200 ms.
@@ -125,9 +142,14 @@ impl DeviceInfo {
         let _ = self.lease.tick();
     }
 
-    /// Ends a tick: counts it, and takes note of what it came to.
-    pub fn end_tick(&mut self, tick: Tick) {
+    /// Ends a tick of this controller: counts it, and takes note of what it came to.
+    pub fn end_tick<M: ModuleList, const WORDS: usize>(&mut self, tick: Tick, dimsart: &Dimsart<M, WORDS>) {
         self.ticks = self.ticks.saturating_add(1);
+        let (reason, failed) = (tick.reason(), dimsart.engine().failed());
+        if (reason, failed) != (self.reason, self.failed) {
+            self.log_tick(tick, failed & !self.failed != 0, dimsart.engine().module_fault());
+            (self.reason, self.failed) = (reason, failed);
+        }
         self.blocked = match tick {
             Tick::Ran => None,
             Tick::Idle => Some(Blocked::Stopped),
@@ -146,12 +168,47 @@ impl DeviceInfo {
         }
     }
 
+    /// Adds what is new in a tick.
+    #[cold]
+    #[inline(never)]
+    fn log_tick(&mut self, tick: Tick, has_failed: bool, fault: Option<ModuleFault>) {
+        let reason = tick.reason();
+        let event = Event::of(reason.number());
+        let of_module = |what| match fault {
+            Some(ModuleFault { module, signal, word, bits }) => {
+                Event { module: Some(module), signal: Some(signal), word, detail: bits, ..Event::of(what) }
+            }
+            None => Event::of(what),
+        };
+        if has_failed && reason != Reason::ModuleFailed {
+            self.log(of_module(EventKind::ModuleCutOut as u8));
+        }
+        if reason != self.reason {
+            self.log(match tick {
+                Tick::ModuleFailed(_) => of_module(reason.number()),
+                Tick::LinkLost { link } => Event { detail: link.into(), ..event },
+                Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
+                    Event { signal: Some(signal), word, ..event }
+                }
+                _ => event,
+            });
+        }
+    }
+
+    /// Adds an event of this tick.
+    pub(super) fn log(&self, event: Event) {
+        if let Some(events) = self.events {
+            events.add(u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default(), event);
+        }
+    }
+
     /// A heartbeat of the tick that has ended. `dropped` is for the caller to know; what the line damaged is for
     /// who has the line.
     #[must_use]
     pub fn heartbeat(&self, dropped: u32) -> Heartbeat {
         let Self { ticks, blocked, first_fault, lease, .. } = *self;
-        Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0 }
+        let events = self.events.map_or(0, EventLog::last);
+        Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0, events }
     }
 
     /// Telemetry of the tick that has ended, when it is due.

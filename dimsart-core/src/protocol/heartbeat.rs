@@ -26,6 +26,8 @@ pub struct Heartbeat {
     pub dropped: u32,
     /// What came over this line and was refused: damaged, cut, or too long.
     pub damaged: u32,
+    /// Number of the last [event](crate::Event); 0 before the first one.
+    pub events: u32,
 }
 
 /// Writes the frame of a heartbeat to the start of `out` and gives it; `counter` counts them.

@@ -123,6 +123,11 @@ pub enum Request {
         /// First word wanted; at most [`MAX_SIGNAL_WORDS`](super::MAX_SIGNAL_WORDS) come at a time.
         from: u16,
     },
+    /// Something that happened, of the last [`MAX_EVENTS`](crate::MAX_EVENTS).
+    Event {
+        /// How many happened since.
+        back: u8,
+    },
 }
 
 impl Request {

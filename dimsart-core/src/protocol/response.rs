@@ -16,6 +16,7 @@ use crate::data_type::TypeRef;
 use crate::engine::ModuleFault;
 use crate::engine::Usage;
 use crate::envelope::Class;
+use crate::event_log::Event;
 use crate::matching::Finding;
 use crate::parameter::Value;
 use crate::safety::{DriveState, Reason};
@@ -81,6 +82,8 @@ pub enum Response<'a> {
     Cycles(CyclesReport),
     /// Why the device does not get what the scheme commands, and how often.
     Safety(SafetyReport),
+    /// Something that happened.
+    Event(Event),
 }
 
 /// Why a request was refused.

@@ -16,6 +16,7 @@ use crate::data_base::DataBase;
 use crate::device::DeviceDescriptor;
 use crate::dimsart::Dimsart;
 use crate::engine::{Engine, type_at};
+use crate::event_log::{Event, EventKind};
 use crate::kind::ModuleList;
 use crate::parameter::Value;
 use crate::unit::Unit;
@@ -115,6 +116,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
             return Err(Refusal::Store(StoreError::NoStorage));
         }
         Request::Safety => Response::Safety(dimsart.safety().into()),
+        Request::Event { back } => Response::Event(found(info.events.and_then(|events| events.get(back)))?),
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
@@ -156,8 +158,15 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
 ) -> Effect {
     let refused = dimsart.command(command).err();
     let engine = dimsart.engine_mut();
-    if refused.is_none() && command == Command::Reset {
-        info.forget_fault();
+    if refused.is_none() {
+        match command {
+            Command::Reset => {
+                info.forget_fault();
+                info.log(Event::of(EventKind::Reset as u8));
+            }
+            Command::Commit => info.log(Event::of(EventKind::SchemeChange as u8)),
+            _ => {}
+        }
     }
     let value = match command {
         Command::Set { module, parameter, entry, .. } => {

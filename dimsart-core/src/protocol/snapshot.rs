@@ -90,11 +90,21 @@ fn hex(bytes: &[u8]) -> String {
 fn heartbeats() {
     let lease = LeaseStatus { holder: 3, ticks_left: 199 };
     let first_fault = Some(FirstFault { tick: 300, reason: Blocked::Stopped });
-    let heartbeat =
-        |blocked, first_fault| Heartbeat { ticks: 300, blocked, first_fault, lease, dropped: 1, damaged: 2 };
+    let heartbeat = |blocked, first_fault| Heartbeat {
+        ticks: 300,
+        blocked,
+        first_fault,
+        lease,
+        dropped: 1,
+        damaged: 2,
+        events: 300,
+    };
     for (heartbeat, expected) in [
-        (heartbeat(None, None), "05 07 00 ac 02 00 00 03 c7 01 01 02"),
-        (heartbeat(Some(Blocked::Disarmed), first_fault), "05 07 00 ac 02 01 04 01 ac 02 01 03 c7 01 01 02"),
+        (heartbeat(None, None), "05 07 00 ac 02 00 00 03 c7 01 01 02 ac 02"),
+        (
+            heartbeat(Some(Blocked::Disarmed), first_fault),
+            "05 07 00 ac 02 01 04 01 ac 02 01 03 c7 01 01 02 ac 02",
+        ),
     ] {
         let content = content(encode_heartbeat(&heartbeat, 7, &mut [0; MAX_FRAME_BYTES]).unwrap());
         assert_eq!(hex(&content), expected);

@@ -89,7 +89,7 @@ impl Board {
         let mut commanded = [Word(0); 3];
         self.dimsart.allow_motion(self.info.begin_tick());
         let tick = self.dimsart.tick(&measured, &mut commanded);
-        self.info.end_tick(tick);
+        self.info.end_tick(tick, &self.dimsart);
         self.last = (tick, commanded);
         self.info.sample(self.dimsart.engine().data_base())
     }

@@ -33,7 +33,7 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
         .push(("request, stream", encode_request(&request, request_id(7, 1), &mut out).unwrap().to_vec()));
     let lease = LeaseStatus { holder: 7, ticks_left: 200 };
     let heartbeat =
-        Heartbeat { ticks: 1000, blocked: None, first_fault: None, lease, dropped: 0, damaged: 2 };
+        Heartbeat { ticks: 1000, blocked: None, first_fault: None, lease, dropped: 0, damaged: 2, events: 5 };
     examples.push(("heartbeat, stream", encode_heartbeat(&heartbeat, 10, &mut out).unwrap().to_vec()));
     let sample = Sample {
         counter: 3,

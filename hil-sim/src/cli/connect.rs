@@ -59,6 +59,7 @@ Examples:
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
   dimsart connect tcp:localhost:4000 recorder --out rows.csv      what a recorder has kept
   dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program
+  dimsart connect /dev/ttyACM0 events                             what happened, also before the last restart
 
 A command is answered by what it came to: whether the scheme commands the device now and, if not, why.
 A board is moved only while a client holds its lease (`arm`); meanwhile others may look, and `stop`.
@@ -130,6 +131,8 @@ enum Action {
     Stop,
     /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
     Faults(Json),
+    /// The last things that happened, with their ticks, also before the last restart; changes nothing.
+    Events(Json),
     /// Send a scheme, in one transaction: all of its rows are in force then, or none. What runs goes on meanwhile.
     Scheme {
         /// Scheme file, or one that is built in: `builtin:bilateral`.
@@ -276,6 +279,7 @@ impl Action {
                 json.print(out, &check)?;
                 return Ok(check.faults == 0);
             }
+            Self::Events(json) => json.print(out, &device.events()?)?,
             Self::Faults(json) => {
                 let faults = device.faults()?;
                 json.print(out, &faults)?;

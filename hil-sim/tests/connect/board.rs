@@ -99,7 +99,7 @@ fn tick(robot: &Mutex<Robot>, shared: &Shared) {
         let Robot { dimsart, info, .. } = &mut *robot;
         dimsart.allow_motion(info.begin_tick());
         let tick = dimsart.tick(&measured, &mut commanded);
-        info.end_tick(tick);
+        info.end_tick(tick, dimsart);
         let sample = info.sample(dimsart.engine().data_base());
         let heartbeat = (number == 0).then(|| info.heartbeat(7));
         let challenge = robot.challenge();

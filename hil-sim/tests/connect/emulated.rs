@@ -98,7 +98,7 @@ impl Robot {
         measured[43] = (-7_i32).into();
         measured[44] = true.into();
         let tick = self.dimsart.tick(&measured, &mut [Word(0); 3]);
-        self.info.end_tick(tick);
+        self.info.end_tick(tick, &self.dimsart);
     }
 
     pub(crate) fn answer(&mut self, content: &[u8]) -> Vec<u8> {

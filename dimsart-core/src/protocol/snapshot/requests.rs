@@ -32,6 +32,7 @@ fn requests() {
         Request::Cycles { place: 1, begins_anew: true },
         Request::Safety,
         Request::Memory { module: MODULE, port: 4, from: 300 },
+        Request::Event { back: 3 },
     ];
     let expected = [
         "00",
@@ -60,6 +61,7 @@ fn requests() {
         "12 01 01",
         "13",
         "14 03 02 04 ac 02",
+        "15 03",
     ];
     assert_bytes(&requests, &expected);
 }

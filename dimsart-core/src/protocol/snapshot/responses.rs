@@ -106,6 +106,15 @@ fn responses() {
             reason: 16,
             ticks: heapless::Vec::from_slice(&[(16, 300), (96, 1)]).unwrap(),
         }),
+        Response::Event(Event {
+            number: 300,
+            tick: 9,
+            what: 40,
+            module: Some(MODULE),
+            signal: Some(SIGNAL),
+            word: 2,
+            detail: 300,
+        }),
     ];
     let expected = [
         "00 01",
@@ -147,6 +156,7 @@ fn responses() {
         "11 09",
         "13 ac 02 01 02 ac 02 00",
         "14 10 02 10 ac 02 60 01",
+        "15 ac 02 09 28 01 03 02 01 ac 02 01 02 ac 02",
     ];
     assert_bytes(&responses, &expected);
 }

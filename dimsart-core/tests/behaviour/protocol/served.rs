@@ -81,7 +81,7 @@ impl ServedDevice {
         measured[0] = position.into();
         measured[3..].iter_mut().zip(1u8..).for_each(|(word, value)| *word = f32::from(value).into());
         let tick = self.dimsart.tick(&measured, &mut [Word(0); 3]);
-        self.info.end_tick(tick);
+        self.info.end_tick(tick, &self.dimsart);
     }
 
     pub(super) fn state(&self) -> String {
