@@ -73,6 +73,7 @@ impl Robot {
         let outputs = &[types::POSITION, MAP, TURNS, BRAKES];
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
         let (dimsart, info) = (Dimsart::new(device).unwrap(), DeviceInfo::new("test 0.1"));
+        let info = info.with_events(Box::leak(Box::default()));
         Self { dimsart, info, commands: 0, gate: Gate::open(), start: Instant::now() }
     }
 

@@ -4,6 +4,7 @@
 mod asking;
 mod board;
 mod emulated;
+mod events;
 mod kept;
 mod lease;
 mod lines;
