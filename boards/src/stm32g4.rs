@@ -156,7 +156,7 @@ pub(crate) fn cycles() -> Option<u32> {
     Some(DWT::cycle_count())
 }
 
-/// From the flags of RCC_CSR (RM0440, 7.4.28), which it clears. Every reset inside the chip pulls the reset pin, too: the
+/// From the flags of `RCC_CSR` (RM0440, 7.4.28), which it clears. Every reset inside the chip pulls the reset pin, too: the
 /// pin's flag alone says that it came from outside.
 pub(crate) fn start_cause() -> StartCause {
     let flags = RCC.csr().read();
