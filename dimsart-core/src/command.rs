@@ -240,6 +240,8 @@ pub enum CommandError {
     NoTransaction,
     /// Something has failed, and the device is on its way to its safe value: it can be reset when it is there.
     FaultReaction,
+    /// An end of a link runs in every tick: its own parameters say how often it sends.
+    RunsEveryTick(ModuleRef),
 }
 
 impl From<StorageError> for CommandError {

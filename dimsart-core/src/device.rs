@@ -221,10 +221,17 @@ impl DeviceDescriptor {
         &self.axes
     }
 
-    /// Time between two ticks, `s`.
+    /// Time between two ticks, `s`; for a module that is [prepared](crate::Module::prepare), between two of those in which
+    /// it runs.
     #[must_use]
     pub fn sample_period_s(&self) -> f32 {
         self.sample_period_s
+    }
+
+    /// As a module sees it that runs in one of so many ticks.
+    pub(crate) fn with_period_of(&self, every_ticks: u8) -> Self {
+        let sample_period_s = self.sample_period_s * f32::from(every_ticks);
+        Self { sample_period_s, ..self.clone() }
     }
 
     /// Finds a type by number among the device's own and the standard ones.

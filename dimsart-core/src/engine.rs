@@ -28,6 +28,7 @@ use crate::limits::DEFAULT_WORDS;
 use crate::matching::{CheckReport, Finding, Scheme};
 use crate::modules::Standard;
 use crate::port::{Direction, Stage};
+use crate::rate::Rate;
 use crate::wiring::Wiring;
 use containment::Containment;
 use plan::{Plan, Plans};
@@ -128,8 +129,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let Some(device) = &self.device.0 else { return };
         let data = self.data_base.view(device);
         let wiring = &mut self.plans.running_mut().wiring;
+        let resting = wiring.resting();
         let containment = &mut self.containment;
-        observer.look_on(Calls { wiring, begins: self.begins, containment }, &data);
+        observer.look_on(Calls { wiring, begins: self.begins, resting, containment }, &data);
         if self.begins {
             self.begins = false;
             wiring.has_begun();
@@ -292,6 +294,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn place_of(&self, module: ModuleRef) -> Option<usize> {
         self.edited().wiring.order_of(module)
+    }
+
+    /// How often a module runs, and when next; in the next scheme while a transaction is open. None while it is not plugged
+    /// in.
+    #[must_use]
+    pub fn rate_of(&self, module: ModuleRef) -> Option<Rate> {
+        self.edited().wiring.find(module).map(|plugged| plugged.rate)
     }
 
     /// Whether a module is plugged in, in the scheme that runs.

@@ -131,6 +131,11 @@ impl<'a, V: Vocabulary> Explanation<'a, V> {
                 write!(f, ", but the second must have {expected} the first: ")?;
                 write!(f, "bind one of them to a signal that fits (PORT_... command)")
             }
+            Finding::Held { signal, writer, every_ticks } => {
+                let (writer, signal) = (known.name_of_module(writer), known.name_of_signal(signal));
+                write!(f, "{writer} writes {signal} in one of {every_ticks} ticks: it is up to ")?;
+                write!(f, "{} ticks old where it is read", every_ticks.saturating_sub(1))
+            }
             Finding::LinkTaken { link, first, second } => {
                 let [first, second] = [first, second].map(|module| known.name_of_module(module));
                 write!(

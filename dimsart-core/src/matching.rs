@@ -90,17 +90,27 @@ pub enum Finding {
         /// Who takes its packets away, or overwrites them.
         second: ModuleRef,
     },
+    /// A module that does not run in every tick writes a signal: it is held meanwhile, and up to `every_ticks - 1` ticks
+    /// old where it is read.
+    Held {
+        /// The signal.
+        signal: TypeRef,
+        /// Who writes it.
+        writer: ModuleRef,
+        /// In one of so many ticks.
+        every_ticks: u8,
+    },
 }
 
 impl Finding {
     /// Whether a scheme with this finding must not run.
     #[must_use]
     pub fn is_fault(&self) -> bool {
-        !matches!(self, Self::Delay { is_declared: true, .. })
+        !matches!(self, Self::Delay { is_declared: true, .. } | Self::Held { .. })
     }
 }
 
-/// All findings of a check, faults and declared delays.
+/// All findings of a check: faults, and what is good to know of a scheme that runs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct CheckReport {
     findings: Vec<Finding, MAX_FINDINGS>,
@@ -142,7 +152,7 @@ impl CheckReport {
             if place == listed {
                 return;
             }
-            // A declared delay makes room for a fault.
+            // What is no fault makes room for one.
             self.findings.pop();
         }
         let _ = self.findings.insert(place, finding);
@@ -176,6 +186,7 @@ impl Scheme<'_> {
         self.check_bindings(&signal_in, report);
         self.check_ties(&signal_in, report);
         self.check_links(report);
+        self.check_rates(&signal_in, report);
         let suspects = self.suspects(signals.clone());
         for (slot, signal) in signals.clone().filter(|(slot, _)| suspects & bit(*slot) != 0) {
             self.check_signal(slot, signal, report);
@@ -260,6 +271,17 @@ impl Scheme<'_> {
             if let Some(first) = modules.iter().take(place).find(has_it) {
                 let (first, second) = (first.module, second.module);
                 report.add(Finding::LinkTaken { link: end.link, first, second });
+            }
+        }
+    }
+
+    fn check_rates(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut CheckReport) {
+        for plugged in self.wiring.modules().iter().filter(|plugged| plugged.rate.is_slow()) {
+            for port in self.wiring.ports(plugged).iter().filter(|port| port.is_written()) {
+                if let Some(signal) = signal_in(port.slot) {
+                    let (writer, every_ticks) = (plugged.module, plugged.rate.every_ticks);
+                    report.add(Finding::Held { signal, writer, every_ticks });
+                }
             }
         }
     }

@@ -104,7 +104,8 @@ pub trait Module: Sized + 'static {
     }
 
     /// Works out what `compute` needs from the parameters of all axes. Called when an instance comes into being, after
-    /// every change of a parameter and before the first `compute`.
+    /// every change of a parameter and before the first `compute`. The device's sample period is the module's own there:
+    /// n ticks for one that runs in every n-th tick.
     fn prepare(settings: &mut Self::Settings, device: &DeviceDescriptor) {
         let _ = (settings, device);
     }

@@ -7,6 +7,7 @@ use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
 use crate::engine::Engine;
 use crate::kind::ModuleList;
+use crate::rate::EVERY_TICKS;
 
 /// A name and which copy of it, printed `NAME` or `NAME.2`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,9 +89,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Finds a parameter of a kind of module by name.
     #[must_use]
     pub fn parameter(kind: u8, name: &str) -> Option<u8> {
-        (0..=u8::MAX)
-            .map_while(|index| Some((index, Self::describe_parameter(kind, index)?)))
-            .find(|(_, parameter)| parameter.name == name)
-            .map(|(index, _)| index)
+        let described = |index| Some((index, Self::describe_parameter(kind, index)?));
+        let found = (0..=u8::MAX).map_while(described).chain(described(EVERY_TICKS));
+        found.into_iter().find(|(_, parameter)| parameter.name == name).map(|(index, _)| index)
     }
 }

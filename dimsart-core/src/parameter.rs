@@ -176,7 +176,7 @@ pub trait Choice: Copy {
 }
 
 impl Accepts {
-    fn admit(&self, value: Value) -> Result<(), ParameterError> {
+    pub(crate) fn admit(&self, value: Value) -> Result<(), ParameterError> {
         let is_inside = match (self, value) {
             (Self::Real { min, max }, Value::Real(value)) => (*min..=*max).contains(&value),
             (Self::Count { min, max }, Value::Count(value)) => (*min..=*max).contains(&value),

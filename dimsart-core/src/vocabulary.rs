@@ -6,6 +6,7 @@ use crate::command::ModuleRef;
 use crate::data_type::{Shape, TypeRef};
 use crate::names::{Name, numbered, split};
 use crate::protocol::{DataTypeText, ParameterText, PortText};
+use crate::rate::EVERY_TICKS;
 use crate::unit::{AxisKind, Unit};
 
 /// Kinds of modules, parameters, ports and data types of a controller.
@@ -28,7 +29,8 @@ pub trait Vocabulary {
     /// Name of a kind of module; none past the last one.
     fn kind_name(&self, kind: u8) -> Option<&str>;
 
-    /// Parameter `index` of a kind of module; none past the last one.
+    /// Parameter `index` of a kind of module; none past the last one, but for number 127: [every how many
+    /// ticks](crate::Rate) a module runs.
     fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>>;
 
     /// Port `index` of a module as its parameters are now; none past the last one.
@@ -69,7 +71,9 @@ pub trait Vocabulary {
 
     /// Finds a parameter of a kind of module by name, and its number.
     fn parameter_named(&self, kind: u8, name: &str) -> Option<(u8, ParameterText<'_>)> {
-        (0..=u8::MAX).zip(self.parameter_texts(kind)).find(|(_, parameter)| parameter.name == name)
+        let of_all = self.parameter_text(kind, EVERY_TICKS).map(|parameter| (EVERY_TICKS, parameter));
+        let mut found = (0..=u8::MAX).zip(self.parameter_texts(kind)).chain(of_all);
+        found.find(|(_, parameter)| parameter.name == name)
     }
 
     /// Finds a signal by name, `FORCE` or `FORCE.2`.

@@ -4,6 +4,7 @@
 //! checked as a whole while the other one runs, and then takes its place, or is dropped and nothing has changed.
 
 mod falling;
+mod phases;
 mod port;
 
 use core::cell::Cell;
@@ -18,6 +19,7 @@ use crate::device::DeviceDescriptor;
 use crate::kind::{Compute, Kind, MAX_HANDLES};
 use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_PACKET_WORDS, MAX_SLOTS, MAX_WIRES};
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
+use crate::rate::Rate;
 use crate::storage::{Block, Storage};
 pub(crate) use falling::{Span, module_bit};
 pub(crate) use port::Port;
@@ -34,6 +36,8 @@ pub(crate) struct Wiring {
     spans: Vec<Span, MAX_SLOTS>,
     /// Modules that the device gets nothing without, a bit for each place in the plug-in order.
     drives_device: u32,
+    /// Whether there is a module that does not run in every tick.
+    has_rates: bool,
 }
 
 const NO_PORT: u8 = u8::MAX;
@@ -44,6 +48,7 @@ const FULL: CommandError = CommandError::WiringFull;
 pub(crate) struct Plugged {
     pub(crate) module: ModuleRef,
     pub(crate) link_end: Option<LinkEnd>,
+    pub(crate) rate: Rate,
     /// Whether its state begins with its next call.
     pub(crate) begins: bool,
     /// Whether it then takes over from the module that wrote to its outputs before.
@@ -98,6 +103,7 @@ pub(crate) struct Call {
 #[derive(Debug)]
 pub(crate) struct New<'a> {
     pub(crate) module: ModuleRef,
+    pub(crate) every_ticks: u8,
     pub(crate) kind: &'a Kind,
     pub(crate) settings: &'a [Cell<u32>],
     /// Behind so many others.
@@ -116,6 +122,7 @@ impl Wiring {
             calls: Vec::new(),
             spans: Vec::new(),
             drives_device: 0,
+            has_rates: false,
         }
     }
 
@@ -126,6 +133,7 @@ impl Wiring {
         self.calls.clear();
         self.spans.clear();
         self.drives_device = 0;
+        self.has_rates = false;
     }
 
     /// Becomes as another one. In its place: a copy would take kilobytes of the stack.
@@ -138,6 +146,7 @@ impl Wiring {
         let _ = self.calls.extend_from_slice(&other.calls);
         let _ = self.spans.extend_from_slice(&other.spans);
         self.drives_device = other.drives_device;
+        self.has_rates = other.has_rates;
     }
 
     /// Takes a module out.
@@ -191,6 +200,9 @@ impl Wiring {
         if !has_all {
             return Err(CommandError::TooManyPorts);
         }
+        if link_end.is_some() && new.every_ticks > 1 {
+            return Err(CommandError::RunsEveryTick(new.module));
+        }
         if words > MAX_PACKET_WORDS {
             return Err(CommandError::PacketTooLong { words });
         }
@@ -213,6 +225,7 @@ impl Wiring {
         let plugged = Plugged {
             module: new.module,
             link_end,
+            rate: Rate { every_ticks: new.every_ticks, left_ticks: 0 },
             begins: true,
             takes_over: false,
             is_alike,

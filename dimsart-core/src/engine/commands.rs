@@ -1,10 +1,12 @@
 //! A scheme as the commands that would build it.
 
 use super::Engine;
+use super::plan::Instance;
 use crate::command::{Command, ModuleRef};
 use crate::kind::ModuleList;
 use crate::parameter::{Parameters, Value};
 use crate::port::PortSpecs;
+use crate::rate::{self, EVERY_TICKS};
 use crate::storage::Block;
 use crate::vocabulary::Vocabulary as _;
 
@@ -54,7 +56,13 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             }
             None => Some(Command::Set { module, parameter, entry, value }),
         };
-        let (kind, configuration) = (module.kind, self.plans.running().instance(module)?.configuration);
+        let Instance { configuration, every_ticks, .. } = *self.plans.running().instance(module)?;
+        if every_ticks > 1
+            && let Some(command) = take(EVERY_TICKS, None, rate::to_value(every_ticks))
+        {
+            return Some(command);
+        }
+        let kind = module.kind;
         for param in 0..=u8::MAX {
             let parameter = Self::describe_parameter(kind, param)?;
             let Some(default) = parameter.default else {

@@ -36,6 +36,8 @@ pub struct Calls<'a> {
     pub(super) wiring: &'a Wiring,
     /// Whether there is a module that begins with its next call.
     pub(super) begins: bool,
+    /// Modules that do not run in this tick, unless they begin; a bit for each place in the plug-in order.
+    pub(super) resting: u32,
     pub(super) containment: &'a mut Containment,
 }
 
@@ -50,9 +52,10 @@ impl Calls<'_> {
     #[inline(always)]
     fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(&Call)) {
         let wiring = self.wiring;
+        let is_usual = !self.begins && self.resting == 0;
         let mut spans = wiring.spans();
         for call in wiring.calls() {
-            if self.is_usual() || self.prepare(call, data) {
+            if is_usual && self.containment.fallen == 0 || self.prepare(call, data) {
                 make(call);
             }
             for _ in 0..call.spans {
@@ -63,12 +66,6 @@ impl Calls<'_> {
         }
     }
 
-    /// Whether every call is made, and none of them begins a module.
-    #[inline(always)]
-    fn is_usual(&self) -> bool {
-        !self.begins && self.containment.fallen == 0
-    }
-
     /// Begins a module before its first stage, if it is to; says whether the call is made.
     #[cold]
     #[inline(never)]
@@ -76,12 +73,13 @@ impl Calls<'_> {
         if self.containment.fallen & module_bit(call.order) != 0 {
             return false;
         }
-        if let Some(begin) = call.begin
-            && let Some(called) = self.wiring.called(call).filter(|called| called.begins)
+        let begins = self.wiring.called(call).filter(|called| self.begins && called.begins);
+        if let Some(called) = begins
+            && let Some(begin) = call.begin
         {
             data.say_who_takes_over(called.takes_over);
             begin(data, call.configuration, call.state);
         }
-        true
+        begins.is_some() || self.resting & module_bit(call.order) == 0
     }
 }

@@ -5,7 +5,7 @@ use core::cell::Cell;
 use heapless::Vec;
 
 use super::Engine;
-use super::plan::Plan;
+use super::plan::{Instance, Plan};
 use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::declare::Declare;
@@ -13,6 +13,7 @@ use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleList};
 use crate::limits::MAX_PORTS;
 use crate::parameter::{Entries, Parameter, ParameterError, Parameters, Value};
 use crate::port::{PortSpec, PortSpecs};
+use crate::rate::{self, EVERY_TICKS};
 use crate::storage::Block;
 use crate::vocabulary::Vocabulary as _;
 
@@ -24,6 +25,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// [`CommandError`] when the module or the parameter does not exist, or has no such value.
     pub fn get(&mut self, module: ModuleRef, parameter: u8, place: u8) -> Result<Value, CommandError> {
         let instance = self.edited().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
+        if parameter == EVERY_TICKS && place == 0 {
+            return Ok(rate::to_value(instance.every_ticks));
+        }
         self.value_in(instance.configuration, module.kind, parameter, place)
     }
 
@@ -41,12 +45,17 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         found.ok_or(CommandError::Parameter(ParameterError::Unknown))
     }
 
-    /// Describes parameter `index` of a kind of module; none past the last one.
+    /// Describes parameter `index` of a kind of module; none past the last one, but for number 127, by which every module
+    /// is told [every how many ticks](crate::Rate) it runs.
     #[must_use]
     #[inline(never)]
     pub fn describe_parameter(kind: u8, index: u8) -> Option<Parameter> {
         let mut found = None;
-        M::KINDS.get(usize::from(kind))?.describe(&mut Parameters::describe(index, &mut found));
+        let kind = M::KINDS.get(usize::from(kind))?;
+        if index == EVERY_TICKS {
+            return kind.is_there().then_some(rate::PARAMETER);
+        }
+        kind.describe(&mut Parameters::describe(index, &mut found));
         found
     }
 
@@ -128,11 +137,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
     }
 
-    /// Works out what follows from an instance's parameters.
+    /// Works out what follows from an instance's parameters, and from how often it runs.
     #[inline(never)]
-    pub(super) fn prepare(&mut self, kind: u8, configuration: Block) {
-        if let Some(kind) = M::KINDS.get(usize::from(kind)) {
-            kind.prepare(&kind.configuration(self.data_base.own(configuration)), &self.device);
+    pub(super) fn prepare(&mut self, instance: &Instance) {
+        if let Some(kind) = M::KINDS.get(usize::from(instance.reference.kind)) {
+            let device = self.device.with_period_of(instance.every_ticks);
+            kind.prepare(&kind.configuration(self.data_base.own(instance.configuration)), &device);
         }
     }
 }

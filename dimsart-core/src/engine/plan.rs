@@ -15,6 +15,8 @@ use crate::wiring::{Plugged, Wiring};
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Instance {
     pub(super) reference: ModuleRef,
+    /// It runs in every tick, in every second one, and so on.
+    pub(super) every_ticks: u8,
     /// Handles, settings and gains. The two schemes share it until one of them changes it.
     pub(super) configuration: Block,
     /// The two schemes share it: a module that stays goes on.
@@ -23,8 +25,12 @@ pub(super) struct Instance {
 
 impl Instance {
     /// That of a module that does not exist.
-    const NONE: Self =
-        Self { reference: ModuleRef { kind: 0, number: 0 }, configuration: Block::FREE, state: Block::FREE };
+    const NONE: Self = Self {
+        reference: ModuleRef { kind: 0, number: 0 },
+        every_ticks: 1,
+        configuration: Block::FREE,
+        state: Block::FREE,
+    };
 
     pub(super) fn blocks(&self) -> [Block; 2] {
         [self.configuration, self.state]

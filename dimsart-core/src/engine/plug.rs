@@ -7,9 +7,9 @@ use crate::binding::{Binding, Bound};
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::data_type::{DataType, TypeRef};
 use crate::kind::{Kind, ModuleList};
-use crate::parameter::{Parameters, Value};
+use crate::parameter::{ParameterError, Parameters, Value};
 use crate::port::PortSpecs;
-use crate::storage::Block;
+use crate::rate::{self, EVERY_TICKS};
 use crate::vocabulary::Vocabulary as _;
 use crate::wiring::New;
 
@@ -123,8 +123,20 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             self.known_type(signal)?;
         }
         let (entries, axis, element) = self.locate(module.kind, parameter, place)?;
-        let configuration = self.own_configuration(module)?;
         let may_restructure = !self.edited().is_plugged_in(module);
+        if parameter == EVERY_TICKS {
+            rate::PARAMETER.accepts.admit(value)?;
+            if !may_restructure {
+                return Err(ParameterError::WhilePluggedIn.into());
+            }
+            let instance = self.own_instance(module)?;
+            instance.every_ticks = rate::from_value(value);
+            let instance = *instance;
+            self.prepare(&instance);
+            return Ok(());
+        }
+        let instance = *self.own_instance(module)?;
+        let configuration = instance.configuration;
         let mut result = Ok(());
         let mut visit = Parameters::set(parameter, element, value, may_restructure, &mut result);
         self.visit(module.kind, configuration, axis, &mut visit);
@@ -136,7 +148,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             }
         }
         result?;
-        self.prepare(module.kind, configuration);
+        self.prepare(&instance);
         Ok(())
     }
 
@@ -152,31 +164,29 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         let memory = self.data_base.storage_mut().take_at_end(kind.words(dof))?;
         let (configuration, state) = memory.split_at(kind.configuration_words(dof));
-        let _ = self.edited_mut().instances.push(Instance { reference: module, configuration, state });
-        self.set_defaults(module.kind, configuration);
+        let instance = Instance { reference: module, every_ticks: 1, configuration, state };
+        let _ = self.edited_mut().instances.push(instance);
+        self.set_defaults(&instance);
         Ok(())
     }
 
-    /// The configuration of an instance, to be changed: a copy of its own for the next scheme while a transaction is
+    /// An instance whose configuration is to be changed: a copy of its own for the next scheme while a transaction is
     /// open.
-    fn own_configuration(&mut self, module: ModuleRef) -> Result<Block, CommandError> {
-        let instance = self.edited().instance(module).ok_or(CommandError::NotPluggedIn(module))?;
-        let shared = instance.configuration;
-        if shared.words == 0 || !self.draft.is_open() || !self.plans.share(module, shared) {
-            return Ok(shared);
-        }
-        let own = self.data_base.storage_mut().take_copy_at_end(shared)?;
-        if let Some(instance) = self.edited_mut().instance_mut(module) {
-            instance.configuration = own;
-        }
-        Ok(own)
+    fn own_instance(&mut self, module: ModuleRef) -> Result<&mut Instance, CommandError> {
+        let missing = CommandError::NotPluggedIn(module);
+        let shared = self.edited().instance(module).ok_or(missing)?.configuration;
+        let is_own = shared.words == 0 || !self.draft.is_open() || !self.plans.share(module, shared);
+        let own = if is_own { shared } else { self.data_base.storage_mut().take_copy_at_end(shared)? };
+        let instance = self.edited_mut().instance_mut(module).ok_or(missing)?;
+        instance.configuration = own;
+        Ok(instance)
     }
 
-    fn set_defaults(&mut self, kind: u8, configuration: Block) {
+    fn set_defaults(&mut self, instance: &Instance) {
         for axis in 0..self.dof() {
-            self.visit(kind, configuration, axis, &mut Parameters::defaults());
+            self.visit(instance.reference.kind, instance.configuration, axis, &mut Parameters::defaults());
         }
-        self.prepare(kind, configuration);
+        self.prepare(instance);
     }
 
     pub(super) fn reset(&mut self) {
@@ -204,8 +214,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     fn init(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         self.is_unplugged(module)?;
-        let configuration = self.own_configuration(module)?;
-        self.set_defaults(module.kind, configuration);
+        let instance = self.own_instance(module)?;
+        instance.every_ticks = 1;
+        let instance = *instance;
+        self.set_defaults(&instance);
         self.edited_mut().bindings.retain(|binding| binding.module != module);
         Ok(())
     }
@@ -215,7 +227,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let kind = Self::kind(module)?;
         if self.plans.running().is_plugged_in(module) {
             // There its handles are in use.
-            self.own_configuration(module)?;
+            self.own_instance(module)?;
         }
         let settings = &self.settings(self.plans.next(), module, kind);
         let (running, next) = self.plans.split_mut();
@@ -225,7 +237,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let before = before.map(|plugged| (plugged, running.wiring.ports(plugged)));
         let end = next.wiring.modules().len();
         let order = next.place_before.and_then(|before| next.wiring.order_of(before)).unwrap_or(end);
-        let new = New { module, kind, settings, order, before };
+        let every_ticks = next.instance(module).map_or(1, |instance| instance.every_ticks);
+        let new = New { module, every_ticks, kind, settings, order, before };
         let bound = Bound { module, bindings: &next.bindings };
         next.wiring.plug_in(&new, &self.device, &mut self.data_base, bound)?;
         next.place_before = None;

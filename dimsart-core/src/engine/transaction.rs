@@ -1,6 +1,8 @@
 //! Transactions: the next scheme is put together and checked aside, and takes the place of the one that runs between
 //! two ticks, whole or not at all.
 
+use heapless::Vec;
+
 use super::Engine;
 use super::containment::Containment;
 use super::plan::Instance;
@@ -8,6 +10,7 @@ use crate::command::{CommandError, ModuleRef};
 use crate::data_base::bit;
 use crate::data_type::DataType;
 use crate::kind::ModuleList;
+use crate::limits::MAX_MODULES;
 use crate::mailbox::LinkPort;
 use crate::schedule::schedule;
 use crate::storage::Block;
@@ -188,10 +191,20 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             self.begins |= begins;
         }
         next.connect(self.data_base.storage_mut());
+        self.spread_next();
         self.clear_writes(fallen & !stay);
         self.plans.switch();
         self.contain_anew(still_failed, were_out);
         self.drop_draft();
+    }
+
+    /// In which ticks the modules of the next scheme run.
+    fn spread_next(&mut self) {
+        let next = &self.plans.next().wiring;
+        let weights = next.modules().iter().map(|plugged| self.cycles_in(next, plugged).unwrap_or(1));
+        let weights = weights.collect::<Vec<_, MAX_MODULES>>();
+        let (running, next) = self.plans.split_mut();
+        next.wiring.spread(&running.wiring, &weights);
     }
 
     /// Whether a module takes over from another one in the next tick.

@@ -112,6 +112,14 @@ pub(super) fn write<V: Vocabulary>(
         CommandError::FaultReaction => {
             write!(f, "the device is on its way to its safe value: reset it when it is there")
         }
+        CommandError::RunsEveryTick(module) => {
+            write!(
+                f,
+                "{} is an end of a link and runs in every tick: set EVERY_TICKS to 1; CTX_EVERY and CRX_EVERY say how \
+                 often a link sends",
+                named(module)
+            )
+        }
         CommandError::NoTransaction => {
             write!(f, "no transaction is open: BEGIN opens one (`begin` at a device)")
         }

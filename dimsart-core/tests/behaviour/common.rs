@@ -6,8 +6,8 @@ pub(crate) mod way;
 use std::collections::VecDeque;
 
 use dimsart_core::{
-    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef, Packet, Step,
-    Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme,
+    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, EVERY_TICKS, Engine, ModuleList, ModuleRef,
+    Packet, Step, Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme,
 };
 
 /// Sample period of every bench, `s`.
@@ -110,7 +110,7 @@ impl<M: ModuleList> Bench<M> {
             if engine.get(module, 0, 0) == Err(CommandError::NotPluggedIn(module)) {
                 continue;
             }
-            for index in 0..12 {
+            for index in (0..12).chain([EVERY_TICKS]) {
                 parameters.extend((0..8).map(|axis| (module, index, engine.get(module, index, axis).ok())));
             }
             for port in engine.ports(module).unwrap_or_default() {

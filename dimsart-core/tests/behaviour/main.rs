@@ -27,6 +27,7 @@ mod modules;
 mod parameters;
 mod play_out;
 mod protocol;
+mod rates;
 mod saved_scheme;
 mod schemes;
 mod signals;

@@ -7,8 +7,8 @@ use dimsart_core::saved_scheme::{
     LoadError, MAX_SCHEME_BYTES, SAVED_SCHEME_VERSION, SchemeBytes, TooLong, Writer, fingerprint, load, save,
 };
 use dimsart_core::{
-    Accepts, Command, CommandError, Context, Declare, Dimsart, Entries, Kind, Module, ModuleList, ModuleRef,
-    Parameters, TypeRef, Unit, Value, types, words,
+    Accepts, Command, CommandError, Context, Declare, Dimsart, EVERY_TICKS, Entries, Kind, Module,
+    ModuleList, ModuleRef, Parameters, TypeRef, Unit, Value, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -54,6 +54,7 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
             else {
                 continue;
             };
+            let index = if below(random, 8) == 0 { EVERY_TICKS } else { index };
             let parameter = dimsart_core::Engine::<Standard>::describe_parameter(module.kind, index).unwrap();
             let axis = (below(random, 2) == 0).then(|| small(random, u32::try_from(dof).unwrap()));
             let axis = axis.filter(|_| parameter.entries == Entries::AXES);

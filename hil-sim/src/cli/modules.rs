@@ -47,6 +47,9 @@ const MARKDOWN_HEAD: &str = "\
 Written by `dimsart modules --markdown > docs/modules.md`, from what the modules say of themselves: change a module
 and run it again. Ports can be bound to other data types of the same unit, format and shape (`PORT_NAME TYPE` in a
 scheme); `any` is every one.
+
+Every module but the ends of links takes `EVERY_TICKS`, too: 1 (the default), 2, 4, 5, 10, 20, 50 or 100, while it is
+unplugged ([commands.md](commands.md#modules-that-do-not-run-in-every-tick)).
 ";
 
 /// What a module says of itself.

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{Accepted, InstanceText, LeaseStatus, NOBODY, Request, Response};
-use dimsart_core::{Direction, Entries, ModuleRef, Usage, Vocabulary};
+use dimsart_core::{Direction, EVERY_TICKS, Entries, ModuleRef, Usage, Vocabulary};
 use serde::Serialize;
 
 use super::description::{Identity, ValueText, axis_name, joined, range_text, summary};
@@ -234,7 +234,11 @@ impl<S: Read + Write> Device<S> {
         }
         let count = self.know(|known| known.parameter_texts(module.kind).count())?;
         let parameters = (0..).take(count).map(|parameter| self.parameter_report(module, parameter, None));
-        let parameters = parameters.collect::<Result<_, _>>()?;
+        let mut parameters = parameters.collect::<Result<Vec<_>, _>>()?;
+        if self.know(|known| known.parameter_text(module.kind, EVERY_TICKS).is_some())? {
+            let rate = self.parameter_report(module, EVERY_TICKS, None)?;
+            parameters.extend(Some(rate).filter(|rate| rate.values != [ValueText::Name("1".into())]));
+        }
         let place = place.map(|place| u16::from(place) + 1);
         Ok(InstanceReport { name: self.module_name(module)?, place, reads, writes, parameters })
     }

@@ -13,8 +13,8 @@
 )]
 
 use dimsart_core::{
-    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, Engine, InputLimits, ModuleList, ModuleRef,
-    Packet, SafeValue, Tick, TypeRef, Value, Word, modules::Standard, scheme, types,
+    Accepts, AxisKind, Command, DeviceDescriptor, Dimsart, EVERY_TICKS, Engine, InputLimits, ModuleList,
+    ModuleRef, Packet, SafeValue, Tick, TypeRef, Value, Word, modules::Standard, scheme, types,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -71,7 +71,7 @@ fn any_command(random: &mut Pcg32) -> Command {
         16..19 => Command::PlaceBefore(module),
         19 => Command::InitModule(module),
         20..37 => {
-            let parameter = below(random, 7) as u8;
+            let parameter = if below(random, 12) == 0 { EVERY_TICKS } else { below(random, 7) as u8 };
             let accepts = Engine::<Standard>::describe_parameter(kind, parameter).map(|found| found.accepts);
             let value = any_value(random, accepts.unwrap_or(Accepts::Flag));
             let entry = [None, None, Some(0), Some(5)][below(random, 4) as usize];
