@@ -173,13 +173,11 @@ pub enum CyclesError {
     #[error("no cost of a tick was found, or one of more cycles than a stamp can hold: report this as a bug")]
     NoTick,
     /// Modules that are called cannot be told apart.
-    #[error(
-        "in tick {tick} {found} calls of modules were seen, the scheme has {expected}: report this as a bug"
-    )]
+    #[error("in tick {tick} {found} calls of modules were seen in place of {expected}: report this as a bug")]
     Calls {
         /// The tick, from 0.
         tick: u64,
-        /// Calls of the scheme.
+        /// Calls of the controller here.
         expected: usize,
         /// Calls that were seen.
         found: usize,

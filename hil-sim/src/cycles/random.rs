@@ -3,7 +3,7 @@
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
 use dimsart_core::saved_scheme::{self, fingerprint_of};
-use dimsart_core::{DeviceDescriptor, Packet, Word};
+use dimsart_core::{DeviceDescriptor, Observer, Packet, Word};
 
 use super::CyclesError;
 use crate::bus::random::Random;
@@ -14,6 +14,8 @@ use crate::rig::{SimulatedDimsart, TickTrace};
 const EPISODE_TICKS: u64 = 64;
 /// Starts before each of these that are not gone on from: a first tick, in which modules begin, is one of the longest.
 const STARTS: u64 = 8;
+/// Ticks after which it starts anew when modules are cut out.
+const CUT_OUT_TICKS: u64 = 4;
 /// Longest silence of a link, ticks: longer than it takes to be lost.
 const SILENCE_TICKS: u32 = 40;
 /// Words that a board can measure beyond its axes.
@@ -34,6 +36,16 @@ pub(super) struct RandomInputs<'a> {
     ticks: u64,
 }
 
+/// Counts calls of modules.
+struct Count(usize);
+
+impl Observer for Count {
+    fn call(&mut self, call: impl FnOnce()) {
+        self.0 += 1;
+        call();
+    }
+}
+
 impl<'a> RandomInputs<'a> {
     pub(super) fn new(
         device: DeviceDescriptor,
@@ -46,9 +58,15 @@ impl<'a> RandomInputs<'a> {
         Ok(Self { random, dimsart: Box::new(dimsart), scheme, template, silence_ticks: 0, trace, ticks: 0 })
     }
 
-    /// The next tick, with all that came of it here, and whether the scheme started anew before it.
-    pub(super) fn tick(&mut self) -> (bool, &TickTrace) {
-        let place = self.ticks % (STARTS + EPISODE_TICKS);
+    /// The next tick, with all that came of it here, whether the scheme started anew before it, and how many calls of
+    /// modules it made: fewer when some are cut out.
+    pub(super) fn tick(&mut self) -> (bool, &TickTrace, usize) {
+        let mut place = self.ticks % (STARTS + EPISODE_TICKS);
+        let left_ticks = STARTS + EPISODE_TICKS - place;
+        if left_ticks > CUT_OUT_TICKS && self.dimsart.engine().module_fault().is_some() {
+            self.ticks += left_ticks - CUT_OUT_TICKS;
+            place = STARTS + EPISODE_TICKS - CUT_OUT_TICKS;
+        }
         let is_new = place <= STARTS;
         if is_new {
             // It ran before.
@@ -62,12 +80,13 @@ impl<'a> RandomInputs<'a> {
         let Self { dimsart, trace, .. } = self;
         let measured = trace.measured.get(..dimsart.frame().output_words()).unwrap_or_default();
         trace.commanded.resize(dimsart.frame().input_words(), Word(0));
-        dimsart.tick(measured, &mut trace.commanded);
+        let mut count = Count(0);
+        dimsart.tick_observed(measured, &mut trace.commanded, &mut count);
         trace.sent.clear();
         for link in 0..dimsart_core::limits::MAX_LINKS {
             trace.sent.extend(dimsart.outgoing(link).map(|packet| (link, packet)));
         }
-        (is_new, &self.trace)
+        (is_new, &self.trace, count.0)
     }
 
     fn receive(&mut self) {

@@ -74,7 +74,11 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
         }
         rig.step();
         let Some(trace) = rig.stations().iter().find_map(Station::trace) else { continue };
-        replay.repeat(Inputs::Scenario, tick, trace, firmware, &mut controller)?;
+        let found = replay.repeat(Inputs::Scenario, tick, trace, firmware, &mut controller)?;
+        let expected = replay.steps.len();
+        if found != expected {
+            return Err(CyclesError::Calls { tick, expected, found });
+        }
         let packet = trace.received.iter().find_map(|(link, channel, bytes)| {
             Some((*link, *channel, Packet::from_bytes(bytes, *channel).ok()?))
         });
@@ -85,11 +89,14 @@ pub fn measure(setup: &Setup<'_>, mut progress: impl FnMut(u64, u64)) -> Result<
         if tick % 256 == 0 {
             progress(tick, all_ticks);
         }
-        let (is_new, trace) = random.tick();
+        let (is_new, trace, calls) = random.tick();
         if is_new {
             controller = loaded.clone();
         }
-        replay.repeat(Inputs::Random, tick, trace, firmware, &mut controller)?;
+        let found = replay.repeat(Inputs::Random, tick, trace, firmware, &mut controller)?;
+        if found != calls {
+            return Err(CyclesError::Calls { tick, expected: calls, found });
+        }
     }
     progress(all_ticks, all_ticks);
     Ok(replay.figures(setup, ticks))
@@ -171,7 +178,7 @@ impl Replay {
         worst.map_err(|error| self.no_bound.get_or_insert(error.to_string()).clone()).ok()
     }
 
-    /// Repeats one tick of the controller here.
+    /// Repeats one tick of the controller here; gives how many calls of modules it made.
     fn repeat(
         &mut self,
         inputs: Inputs,
@@ -179,7 +186,7 @@ impl Replay {
         trace: &TickTrace,
         firmware: &Firmware,
         controller: &mut Controller,
-    ) -> Result<(), CyclesError> {
+    ) -> Result<usize, CyclesError> {
         for (link, channel, bytes) in &trace.received {
             let [read, deliver] = controller.receive(*link, *channel, bytes)?;
             self.read.add_run(inputs, &read);
@@ -190,7 +197,7 @@ impl Replay {
         self.instructions += run.instructions;
         let calls: Vec<&Call> =
             run.calls.iter().filter(|call| firmware.compute.contains(&call.function)).collect();
-        self.add_modules(inputs, tick, &run, &calls)?;
+        self.add_modules(inputs, &run, &calls);
         let commanded = controller.commanded();
         if commanded != trace.commanded {
             let (expected, found) = (bits(&trace.commanded), bits(&commanded));
@@ -205,26 +212,18 @@ impl Replay {
                 return Err(CyclesError::Differs { tick, what: "packet", expected, found });
             }
         }
-        Ok(())
+        Ok(calls.len())
     }
 
     fn counted(&self, cycles: u64, instructions: u64) -> u64 {
         if self.counts_instructions { instructions } else { cycles }
     }
 
-    fn add_modules(
-        &mut self,
-        inputs: Inputs,
-        tick: u64,
-        run: &Run,
-        calls: &[&Call],
-    ) -> Result<(), CyclesError> {
-        if calls.is_empty() {
-            // A tick that was refused.
-            return Ok(());
-        }
+    /// Adds what each module took, and what the rest did, in a tick in which all of them were called: not in one that was
+    /// refused, and not while one is cut out.
+    fn add_modules(&mut self, inputs: Inputs, run: &Run, calls: &[&Call]) {
         if calls.len() != self.steps.len() {
-            return Err(CyclesError::Calls { tick, expected: self.steps.len(), found: calls.len() });
+            return;
         }
         let mut outside = self.counted(run.cycles, run.instructions);
         let is_instructions = self.counts_instructions;
@@ -239,7 +238,6 @@ impl Replay {
             outside = outside.saturating_sub(cycles);
         }
         self.rest.add(inputs, outside, run.stack_bytes);
-        Ok(())
     }
 
     /// The worst case of each module out of those of its calls.
