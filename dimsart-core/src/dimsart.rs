@@ -241,7 +241,7 @@ mod tests {
     struct Calls(usize);
 
     impl Observer for Calls {
-        fn call(&mut self, call: impl FnOnce()) {
+        fn call(&mut self, _: usize, call: impl FnOnce()) {
             call();
             self.0 += 1;
         }

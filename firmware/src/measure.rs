@@ -80,9 +80,9 @@ impl Measurements {
 }
 
 impl Observer for Measurements {
-    fn call(&mut self, call: impl FnOnce()) {
+    fn call(&mut self, place: usize, call: impl FnOnce()) {
         let counts = timed(call);
-        if let Some(statistics) = self.calls.get_mut(self.made) {
+        if let Some(statistics) = self.calls.get_mut(place) {
             statistics.add(counts);
         }
         self.made += 1;

@@ -171,7 +171,10 @@ impl Station {
             *word = Word::from(*position_m);
         }
         self.last_tick = match &mut self.board {
-            None => self.dimsart.tick(&self.measured, &mut self.commanded),
+            None => match &mut self.trace {
+                None => self.dimsart.tick(&self.measured, &mut self.commanded),
+                Some(trace) => self.dimsart.tick_observed(&self.measured, &mut self.commanded, trace),
+            },
             Some(board) => match board.tick(&self.measured, &mut self.commanded, &mut self.dimsart) {
                 Ok(tick) => tick,
                 Err(trouble) => {

@@ -37,28 +37,50 @@ pub(super) struct Containment {
     pub(super) failed: u32,
     /// Modules that are cut out: those, and all that depend on them.
     pub(super) fallen: u32,
+    /// Those of the failed ones that have been there when `first` was found.
+    named: u32,
     /// The module that failed first, of those that the device gets nothing without; where there is none, of all.
     pub(super) first: ModuleRef,
     pub(super) is_device_lost: bool,
 }
 
 impl Containment {
-    pub(super) const NONE: Self =
-        Self { failed: 0, fallen: 0, first: ModuleRef { kind: 0, number: 0 }, is_device_lost: false };
+    pub(super) const NONE: Self = Self {
+        failed: 0,
+        fallen: 0,
+        named: 0,
+        first: ModuleRef { kind: 0, number: 0 },
+        is_device_lost: false,
+    };
 
-    /// Cuts out the module of a call, and all that depend on it.
+    /// Cuts out the module of a call, and all that depend on it. As little as can be: every call could come to this.
+    #[inline(always)]
+    pub(super) fn cut_out(&mut self, wiring: &Wiring, call: &Call) {
+        self.failed |= module_bit(call.order);
+        self.fallen |= wiring.called(call).map_or(0, |plugged| plugged.falls_with);
+    }
+
+    /// Whether a module has failed in this tick.
+    #[inline(always)]
+    pub(super) fn is_new(&self) -> bool {
+        self.failed != self.named
+    }
+
+    /// Names the module that failed first, unless it is known.
     #[cold]
     #[inline(never)]
-    pub(super) fn cut_out(&mut self, wiring: &Wiring, call: &Call) {
-        let own = module_bit(call.order);
-        let Some(plugged) = wiring.called(call).filter(|_| self.fallen & own == 0) else { return };
-        let drives_device = wiring.drives_device() & own != 0;
-        if self.failed == 0 || drives_device && !self.is_device_lost {
-            self.first = plugged.module;
+    pub(super) fn name(&mut self, wiring: &Wiring) {
+        let drivers = self.failed & wiring.drives_device();
+        if self.named == 0 || drivers != 0 && !self.is_device_lost {
+            let candidates = if drivers != 0 { drivers } else { self.failed };
+            let modules =
+                (0..).zip(wiring.modules()).filter(|(order, _)| candidates & module_bit(*order) != 0);
+            let mut modules = modules.map(|(_, plugged)| plugged.module);
+            let known = modules.clone().find(|module| *module == self.first);
+            self.first = known.or_else(|| modules.next()).unwrap_or(Self::NONE.first);
         }
-        self.failed |= own;
-        self.fallen |= plugged.falls_with;
-        self.is_device_lost |= drives_device;
+        self.is_device_lost = drivers != 0;
+        self.named = self.failed;
     }
 
     /// The module that failed, when an input of the device depends on it.
@@ -121,23 +143,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// not any more begin. A bit for each place in the plug-in order.
     pub(super) fn contain_anew(&mut self, failed: u32, before: u32) {
         let wiring = &mut self.plans.running_mut().wiring;
-        let mut fallen = 0;
-        let mut first = None;
-        for (order, plugged) in
-            (0..).zip(wiring.modules()).filter(|(order, _)| failed & module_bit(*order) != 0)
-        {
-            fallen |= plugged.falls_with;
-            let drives_device = wiring.drives_device() & module_bit(order) != 0;
-            let is_first = plugged.module == self.containment.first;
-            if first.is_none_or(|(found, _)| (drives_device, is_first) > found) {
-                first = Some(((drives_device, is_first), plugged.module));
-            }
-        }
+        let failing = (0..).zip(wiring.modules()).filter(|(order, _)| failed & module_bit(*order) != 0);
+        let fallen = failing.fold(0, |fallen, (_, plugged)| fallen | plugged.falls_with);
         let back = before & !fallen;
-        let is_device_lost = failed & wiring.drives_device() != 0;
         wiring.begin_places(back);
         self.begins |= back != 0;
-        let first = first.map_or(Containment::NONE.first, |(_, module)| module);
-        self.containment = Containment { failed, fallen, first, is_device_lost };
+        self.containment = Containment { failed, fallen, first: self.containment.first, ..Containment::NONE };
+        self.containment.name(wiring);
     }
 }

@@ -8,19 +8,22 @@ use crate::wiring::{Call, Wiring, module_bit};
 ///
 /// `()` looks at nothing and costs nothing.
 pub trait Observer: Sized {
-    /// Makes one call of a module, once.
-    fn call(&mut self, call: impl FnOnce());
+    /// Makes one call of a module, once: the one at this place of the [`steps`](crate::Engine::steps). Calls of modules that
+    /// are cut out, or do not run in this tick, are left out.
+    fn call(&mut self, place: usize, call: impl FnOnce());
 
     /// Makes all calls of a step.
     #[inline]
     fn look_on(&mut self, mut calls: Calls<'_>, data: &Data<'_>) {
-        calls.run_by(data, |call| self.call(|| (call.compute)(data, call.configuration, call.state)));
+        calls.run_by(data, |place, call| {
+            self.call(place, || (call.compute)(data, call.configuration, call.state));
+        });
     }
 }
 
 impl Observer for () {
     #[inline(always)]
-    fn call(&mut self, call: impl FnOnce()) {
+    fn call(&mut self, _: usize, call: impl FnOnce()) {
         call();
     }
 
@@ -45,24 +48,27 @@ impl Calls<'_> {
     /// Not generic: compiled with the core, for speed or for size as the modules are.
     #[inline(never)]
     fn run(mut self, data: &Data<'_>) {
-        self.run_by(data, |call| (call.compute)(data, call.configuration, call.state));
+        self.run_by(data, |_, call| (call.compute)(data, call.configuration, call.state));
     }
 
     /// Makes every call by a function, and looks at what it has written.
     #[inline(always)]
-    fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(&Call)) {
+    fn run_by(&mut self, data: &Data<'_>, mut make: impl FnMut(usize, &Call)) {
         let wiring = self.wiring;
         let is_usual = !self.begins && self.resting == 0;
         let mut spans = wiring.spans();
-        for call in wiring.calls() {
+        for (place, call) in wiring.calls().iter().enumerate() {
             if is_usual && self.containment.fallen == 0 || self.prepare(call, data) {
-                make(call);
+                make(place, call);
             }
             for _ in 0..call.spans {
                 if spans.next().is_some_and(|span| data.has_wrong(*span)) {
                     self.containment.cut_out(wiring, call);
                 }
             }
+        }
+        if self.containment.is_new() {
+            self.containment.name(wiring);
         }
     }
 

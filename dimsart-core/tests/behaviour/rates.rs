@@ -21,7 +21,7 @@ const DOF: usize = 2;
 struct Count(u32);
 
 impl Observer for Count {
-    fn call(&mut self, call: impl FnOnce()) {
+    fn call(&mut self, _: usize, call: impl FnOnce()) {
         self.0 += 1;
         call();
     }

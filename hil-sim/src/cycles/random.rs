@@ -3,7 +3,7 @@
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_PACKET_WORDS;
 use dimsart_core::saved_scheme::{self, fingerprint_of};
-use dimsart_core::{DeviceDescriptor, Observer, Packet, Word};
+use dimsart_core::{DeviceDescriptor, Packet, Word};
 
 use super::CyclesError;
 use crate::bus::random::Random;
@@ -36,16 +36,6 @@ pub(super) struct RandomInputs<'a> {
     ticks: u64,
 }
 
-/// Counts calls of modules.
-struct Count(usize);
-
-impl Observer for Count {
-    fn call(&mut self, call: impl FnOnce()) {
-        self.0 += 1;
-        call();
-    }
-}
-
 impl<'a> RandomInputs<'a> {
     pub(super) fn new(
         device: DeviceDescriptor,
@@ -58,12 +48,11 @@ impl<'a> RandomInputs<'a> {
         Ok(Self { random, dimsart: Box::new(dimsart), scheme, template, silence_ticks: 0, trace, ticks: 0 })
     }
 
-    /// The next tick, with all that came of it here, whether the scheme started anew before it, and how many calls of
-    /// modules it made: fewer when some are cut out.
-    pub(super) fn tick(&mut self) -> (bool, &TickTrace, usize) {
+    /// The next tick, with all that came of it here, and whether the scheme started anew before it.
+    pub(super) fn tick(&mut self) -> (bool, &TickTrace) {
         let mut place = self.ticks % (STARTS + EPISODE_TICKS);
         let left_ticks = STARTS + EPISODE_TICKS - place;
-        if left_ticks > CUT_OUT_TICKS && self.dimsart.engine().module_fault().is_some() {
+        if left_ticks > CUT_OUT_TICKS && self.dimsart.engine().fallen_modules().next().is_some() {
             self.ticks += left_ticks - CUT_OUT_TICKS;
             place = STARTS + EPISODE_TICKS - CUT_OUT_TICKS;
         }
@@ -78,19 +67,19 @@ impl<'a> RandomInputs<'a> {
         self.receive();
         self.measure(is_wild);
         let Self { dimsart, trace, .. } = self;
-        let measured = trace.measured.get(..dimsart.frame().output_words()).unwrap_or_default();
-        trace.commanded.resize(dimsart.frame().input_words(), Word(0));
-        let mut count = Count(0);
-        dimsart.tick_observed(measured, &mut trace.commanded, &mut count);
-        trace.sent.clear();
+        let measured = core::mem::take(&mut trace.measured);
+        let mut commanded = vec![Word(0); dimsart.frame().input_words()];
+        let own = measured.get(..dimsart.frame().output_words()).unwrap_or_default();
+        dimsart.tick_observed(own, &mut commanded, trace);
+        (trace.measured, trace.commanded) = (measured, commanded);
         for link in 0..dimsart_core::limits::MAX_LINKS {
             trace.sent.extend(dimsart.outgoing(link).map(|packet| (link, packet)));
         }
-        (is_new, &self.trace, count.0)
+        (is_new, &self.trace)
     }
 
     fn receive(&mut self) {
-        self.trace.received.clear();
+        self.trace.clear();
         if self.silence_ticks > 0 {
             self.silence_ticks -= 1;
             return;

@@ -1,6 +1,6 @@
 //! What goes into a controller and comes out of it in a tick, kept for who repeats the tick elsewhere.
 
-use dimsart_core::{Packet, Word};
+use dimsart_core::{Observer, Packet, Word};
 
 /// One tick of a controller, seen from outside.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -13,13 +13,23 @@ pub struct TickTrace {
     pub commanded: Vec<Word>,
     /// Packets that it left, with their links.
     pub sent: Vec<(usize, Packet)>,
+    /// Calls of modules that were made, by their places in the engine's steps.
+    pub called: Vec<usize>,
+}
+
+impl Observer for TickTrace {
+    fn call(&mut self, place: usize, call: impl FnOnce()) {
+        self.called.push(place);
+        call();
+    }
 }
 
 impl TickTrace {
     /// Begins a tick.
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.received.clear();
         self.sent.clear();
+        self.called.clear();
     }
 
     /// Ends one.

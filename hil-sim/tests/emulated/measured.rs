@@ -49,6 +49,9 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
     let axes = device.identity().axes.len();
     let mut machine = Controller::new(&image, timing, axes).unwrap();
     machine.load(&scheme(&commands, axes)).unwrap();
+    // On the board operation was enabled before the reset, too.
+    machine.tick(&[]).unwrap();
+    machine.load(&scheme(&commands, axes)).unwrap();
     let mut counted = vec![(u64::MAX, 0); measured.calls.len()];
     let mut tick = (u64::MAX, 0);
     for _ in 0..TICKS {
