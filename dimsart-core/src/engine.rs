@@ -132,6 +132,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let resting = wiring.resting();
         let containment = &mut self.containment;
         observer.look_on(Calls { wiring, begins: self.begins, resting, containment }, &data);
+        if self.containment.is_new() {
+            self.containment.name(wiring);
+        }
         if self.begins {
             self.begins = false;
             wiring.has_begun();

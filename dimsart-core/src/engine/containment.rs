@@ -66,18 +66,15 @@ impl Containment {
         self.failed != self.named
     }
 
-    /// Names the module that failed first, unless it is known.
+    /// Names the module that failed first, by its place in the plug-in order where several fail in a tick.
     #[cold]
     #[inline(never)]
     pub(super) fn name(&mut self, wiring: &Wiring) {
         let drivers = self.failed & wiring.drives_device();
         if self.named == 0 || drivers != 0 && !self.is_device_lost {
             let candidates = if drivers != 0 { drivers } else { self.failed };
-            let modules =
-                (0..).zip(wiring.modules()).filter(|(order, _)| candidates & module_bit(*order) != 0);
-            let mut modules = modules.map(|(_, plugged)| plugged.module);
-            let known = modules.clone().find(|module| *module == self.first);
-            self.first = known.or_else(|| modules.next()).unwrap_or(Self::NONE.first);
+            let first = usize::try_from(candidates.trailing_zeros()).unwrap_or(usize::MAX);
+            self.first = wiring.modules().get(first).map_or(Self::NONE.first, |plugged| plugged.module);
         }
         self.is_device_lost = drivers != 0;
         self.named = self.failed;
@@ -148,7 +145,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let back = before & !fallen;
         wiring.begin_places(back);
         self.begins |= back != 0;
-        self.containment = Containment { failed, fallen, first: self.containment.first, ..Containment::NONE };
+        let before = self.containment.first;
+        self.containment = Containment { failed, fallen, ..Containment::NONE };
         self.containment.name(wiring);
+        let goes_on =
+            wiring.order_of(before).and_then(|order| u8::try_from(order).ok()).map_or(0, module_bit);
+        let candidates = if self.containment.is_device_lost { wiring.drives_device() } else { u32::MAX };
+        if goes_on & failed & candidates != 0 {
+            self.containment.first = before;
+        }
     }
 }

@@ -67,9 +67,6 @@ impl Calls<'_> {
                 }
             }
         }
-        if self.containment.is_new() {
-            self.containment.name(wiring);
-        }
     }
 
     /// Begins a module before its first stage, if it is to; says whether the call is made.
