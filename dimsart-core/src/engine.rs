@@ -132,9 +132,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let resting = wiring.resting();
         let containment = &mut self.containment;
         observer.look_on(Calls { wiring, begins: self.begins, resting, containment }, &data);
-        if self.containment.is_new() {
-            self.containment.name(wiring);
-        }
         if self.begins {
             self.begins = false;
             wiring.has_begun();
@@ -219,17 +216,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn check_wiring(&self, wiring: &Wiring, report: &mut CheckReport) {
         let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
         Scheme { device: &self.device, wiring }.check(signals, report);
-    }
-
-    /// Modules that have failed, a bit for each place in the plug-in order.
-    pub(crate) fn failed(&self) -> u32 {
-        self.containment.failed
-    }
-
-    /// The module that failed, when an input of the device depends on it.
-    #[inline]
-    pub(crate) fn lost_device(&self) -> Option<ModuleRef> {
-        self.containment.lost_device()
     }
 
     /// Whether the scheme passed its check and runs.

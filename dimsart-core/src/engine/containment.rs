@@ -5,7 +5,7 @@ use super::Engine;
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::kind::ModuleList;
-use crate::wiring::{Call, Span, Wiring, module_bit};
+use crate::wiring::{Call, Plugged, Span, Wiring, module_bit};
 
 /// A module wrote what its signal cannot be: no finite number, or one beyond what its unit
 /// [can be](crate::Unit::largest).
@@ -30,28 +30,17 @@ impl ModuleFault {
     }
 }
 
-/// Which modules are cut out. Fresh, it is all zero bits.
+/// Which modules are cut out, a bit for each place in the plug-in order. Fresh, it is all zero bits.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Containment {
-    /// Modules that have failed, a bit for each place in the plug-in order.
+    /// Modules that have failed.
     pub(super) failed: u32,
     /// Modules that are cut out: those, and all that depend on them.
     pub(super) fallen: u32,
-    /// Those of the failed ones that have been there when `first` was found.
-    named: u32,
-    /// The module that failed first, of those that the device gets nothing without; where there is none, of all.
-    pub(super) first: ModuleRef,
-    pub(super) is_device_lost: bool,
 }
 
 impl Containment {
-    pub(super) const NONE: Self = Self {
-        failed: 0,
-        fallen: 0,
-        named: 0,
-        first: ModuleRef { kind: 0, number: 0 },
-        is_device_lost: false,
-    };
+    pub(super) const NONE: Self = Self { failed: 0, fallen: 0 };
 
     /// Cuts out the module of a call, and all that depend on it. As little as can be: every call could come to this.
     #[inline(always)]
@@ -59,43 +48,44 @@ impl Containment {
         self.failed |= module_bit(call.order);
         self.fallen |= wiring.called(call).map_or(0, |plugged| plugged.falls_with);
     }
-
-    /// Whether a module has failed in this tick.
-    #[inline(always)]
-    pub(super) fn is_new(&self) -> bool {
-        self.failed != self.named
-    }
-
-    /// Names the module that failed first, by its place in the plug-in order where several fail in a tick.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn name(&mut self, wiring: &Wiring) {
-        let drivers = self.failed & wiring.drives_device();
-        if self.named == 0 || drivers != 0 && !self.is_device_lost {
-            let candidates = if drivers != 0 { drivers } else { self.failed };
-            let first = usize::try_from(candidates.trailing_zeros()).unwrap_or(usize::MAX);
-            self.first = wiring.modules().get(first).map_or(Self::NONE.first, |plugged| plugged.module);
-        }
-        self.is_device_lost = drivers != 0;
-        self.named = self.failed;
-    }
-
-    /// The module that failed, when an input of the device depends on it.
-    #[inline]
-    pub(super) fn lost_device(&self) -> Option<ModuleRef> {
-        if self.is_device_lost { Some(self.first) } else { None }
-    }
 }
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
-    /// The first module that failed, while modules are cut out for that; until a reset, or until a change of the scheme
-    /// leaves it out. Whatever does not depend on it runs on.
+    /// Modules that have failed, a bit for each place in the plug-in order.
+    pub(crate) fn failed(&self) -> u32 {
+        self.containment.failed
+    }
+
+    /// The module that failed, when an input of the device depends on it; the first one in plug-in order of several.
+    #[inline]
+    pub(crate) fn lost_device(&self) -> Option<ModuleRef> {
+        let wiring = &self.plans.running().wiring;
+        let drivers = self.containment.failed & wiring.drives_device();
+        let first = usize::try_from(drivers.trailing_zeros()).ok().filter(|_| drivers != 0)?;
+        wiring.modules().get(first).map(|plugged| plugged.module)
+    }
+
+    /// What a module wrote that failed, while modules are cut out for that; until a reset, or until a change of the scheme
+    /// leaves it out. Whatever does not depend on it runs on. Of several, it is the first one in plug-in order that the
+    /// device gets nothing without, or else the first one.
     #[must_use]
     pub fn module_fault(&self) -> Option<ModuleFault> {
-        let wiring = &self.plans.running().wiring;
-        let plugged = wiring.find(self.containment.first).filter(|_| self.containment.failed != 0)?;
+        let failed = self.containment.failed;
+        let drivers = failed & self.plans.running().wiring.drives_device();
+        self.faults_of(if drivers == 0 { failed } else { drivers }).next()
+    }
+
+    /// What each of these modules wrote, a bit for each place in the plug-in order.
+    pub(crate) fn faults_of(&self, places: u32) -> impl Iterator<Item = ModuleFault> + '_ {
+        let modules = (0..).zip(self.plans.running().wiring.modules());
+        let modules = modules.filter(move |(order, _)| places & module_bit(*order) != 0);
+        modules.filter_map(|(_, plugged)| self.fault_of(plugged))
+    }
+
+    fn fault_of(&self, plugged: &Plugged) -> Option<ModuleFault> {
         let data_base = &self.data_base;
-        let mut wrong = wiring.ports(plugged).iter().filter(|port| port.is_written()).filter_map(|port| {
+        let ports = self.plans.running().wiring.ports(plugged).iter();
+        let mut wrong = ports.filter(|port| port.is_written()).filter_map(|port| {
             let span = Span::new(data_base.storage().block(port.slot), port.largest()?);
             let mut words = (0..).zip(data_base.words(port.slot));
             let (word, bits) = words.find(|(_, word)| span.is_wrong(**word))?;
@@ -145,14 +135,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let back = before & !fallen;
         wiring.begin_places(back);
         self.begins |= back != 0;
-        let before = self.containment.first;
-        self.containment = Containment { failed, fallen, ..Containment::NONE };
-        self.containment.name(wiring);
-        let goes_on =
-            wiring.order_of(before).and_then(|order| u8::try_from(order).ok()).map_or(0, module_bit);
-        let candidates = if self.containment.is_device_lost { wiring.drives_device() } else { u32::MAX };
-        if goes_on & failed & candidates != 0 {
-            self.containment.first = before;
-        }
+        self.containment = Containment { failed, fallen };
     }
 }

@@ -147,7 +147,8 @@ impl DeviceInfo {
         self.ticks = self.ticks.saturating_add(1);
         let (reason, failed) = (tick.reason(), dimsart.engine().failed());
         if (reason, failed) != (self.reason, self.failed) {
-            self.log_tick(tick, failed & !self.failed != 0, dimsart.engine().module_fault());
+            let faults = dimsart.engine().faults_of(failed & !self.failed);
+            self.log_tick(tick, faults);
             (self.reason, self.failed) = (reason, failed);
         }
         self.blocked = match tick {
@@ -171,27 +172,28 @@ impl DeviceInfo {
     /// Adds what is new in a tick.
     #[cold]
     #[inline(never)]
-    fn log_tick(&mut self, tick: Tick, has_failed: bool, fault: Option<ModuleFault>) {
+    fn log_tick(&self, tick: Tick, faults: impl Iterator<Item = ModuleFault>) {
         let reason = tick.reason();
-        let event = Event::of(reason.number());
-        let of_module = |what| match fault {
-            Some(ModuleFault { module, signal, word, bits }) => {
-                Event { module: Some(module), signal: Some(signal), word, detail: bits, ..Event::of(what) }
-            }
-            None => Event::of(what),
-        };
-        if has_failed && reason != Reason::ModuleFailed {
-            self.log(of_module(EventKind::ModuleCutOut as u8));
-        }
-        if reason != self.reason {
-            self.log(match tick {
-                Tick::ModuleFailed(_) => of_module(reason.number()),
-                Tick::LinkLost { link } => Event { detail: link.into(), ..event },
-                Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
-                    Event { signal: Some(signal), word, ..event }
-                }
-                _ => event,
+        for ModuleFault { module, signal, word, bits } in faults {
+            let is_why = tick == Tick::ModuleFailed(module) && reason != self.reason;
+            let what = if is_why { reason.number() } else { EventKind::ModuleCutOut as u8 };
+            self.log(Event {
+                module: Some(module),
+                signal: Some(signal),
+                word,
+                detail: bits,
+                ..Event::of(what)
             });
+        }
+        let event = Event::of(reason.number());
+        match tick {
+            _ if reason == self.reason => {}
+            Tick::ModuleFailed(_) => {}
+            Tick::LinkLost { link } => self.log(Event { detail: link.into(), ..event }),
+            Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
+                self.log(Event { signal: Some(signal), word, ..event });
+            }
+            _ => self.log(event),
         }
     }
 
