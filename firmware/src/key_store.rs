@@ -5,9 +5,10 @@
 //! record  key 16 bytes | salt u64 | generation u32 | starts u32 | is set u32 | CRC-32 u32
 //! ```
 //! A new record goes to the other page and is committed by a word of its own; then the old one is retired by another
-//! word, and its page erased. A cut leaves the old record or the new one. A record that was committed, not retired, and
-//! cannot be read is not the same as none: it may be the newer one, so the board is locked whatever the other page
-//! says. (`sequential-storage` takes the record before it in its place.)
+//! word, and its page erased. A cut leaves the old record or the new one, and the next start finishes or erases what was
+//! half written. A record that was committed, not retired, and cannot be read is not the same as none: it may be the
+//! newer one, so the board is locked whatever the other page says. (`sequential-storage` takes the record before it in
+//! its place.)
 //!
 //! What is written counts when it could be [read back](crate::read_back).
 //!
@@ -133,9 +134,16 @@ impl KeyStore {
         if is_damaged {
             return Ok(Kept::Damaged);
         }
+        // What a cut has left behind, half a commit above all: no damage may decide what it means.
+        if let Some((page, _)) = self.current {
+            self.commit(page, flash).await?;
+        }
+        for page in 0..PAGES {
+            if self.current.is_none_or(|(current, _)| current != page) {
+                self.retire(page, flash).await?;
+            }
+        }
         let Some((page, record)) = self.current else { return Ok(Kept::None) };
-        // Left there by a cut.
-        self.retire(other(page), flash).await?;
         let Some(key) = record.key else { return Ok(Kept::None) };
         let starts = self.count_start(page, record, flash).await?;
         Ok(Kept::Key(KeptKey { key, seed: seed(record.salt, starts) }))
@@ -167,22 +175,36 @@ impl KeyStore {
     async fn replace<F: NorFlash>(&mut self, record: Record, flash: &mut F) -> Result<(), Broken> {
         let (page, generation) = self.current.map_or((0, 0), |(page, old)| (other(page), old.generation));
         let record = Record { generation: generation.wrapping_add(1), ..record };
-        self.erase_used(page, flash).await?;
-        let place = self.place(page);
-        write(flash, place, &record.to_bytes()).await?;
-        write(flash, place + COMMIT, &WRITTEN).await?;
+        self.retire(page, flash).await?;
+        write(flash, self.place(page), &record.to_bytes()).await?;
+        self.commit(page, flash).await?;
         self.current = Some((page, record));
         // What stays is erased at the next start.
         let _ = self.retire(other(page), flash).await;
         Ok(())
     }
 
-    /// Erases a page that no longer counts. A cut on the way must not leave what looks like a damaged record.
+    /// Makes the record of a page count, unless it does already, all of its commit.
+    async fn commit<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
+        let place = self.place(page) + COMMIT;
+        let mut commit = WRITTEN;
+        flash.read(place, &mut commit).await.map_err(|_| Broken)?;
+        if commit == WRITTEN { Ok(()) } else { write(flash, place, &WRITTEN).await }
+    }
+
+    /// Erases a page that does not count, unless it is as if it was just erased.
     async fn retire<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
-        if !matches!(self.find(page, flash).await?, Found::Nothing) {
-            write(flash, self.place(page) + RETIRED, &WRITTEN).await?;
+        let (from, to) = (self.place(page), self.place(page + 1));
+        let mut word = WRITTEN;
+        for place in (from..to).step_by(WORD_BYTES) {
+            flash.read(place, &mut word).await.map_err(|_| Broken)?;
+            if !is_erased(&word) {
+                // A cut on the way must not leave what looks like a damaged record.
+                write(flash, from + RETIRED, &WRITTEN).await?;
+                return ReadBack(flash).erase(from, to).await.map_err(|_| Broken);
+            }
         }
-        self.erase_used(page, flash).await
+        Ok(())
     }
 
     /// Puts a mark behind the record; gives how many starts there were.
@@ -221,19 +243,6 @@ impl KeyStore {
             return Ok(Found::Nothing);
         }
         Ok(Record::from_bytes(&body).map_or(Found::Damaged, Found::Record))
-    }
-
-    /// Erases a page unless it is as if it was just erased.
-    async fn erase_used<F: NorFlash>(&self, page: u32, flash: &mut F) -> Result<(), Broken> {
-        let (from, to) = (self.place(page), self.place(page + 1));
-        let mut word = WRITTEN;
-        for place in (from..to).step_by(WORD_BYTES) {
-            flash.read(place, &mut word).await.map_err(|_| Broken)?;
-            if !is_erased(&word) {
-                return ReadBack(flash).erase(from, to).await.map_err(|_| Broken);
-            }
-        }
-        Ok(())
     }
 
     fn place(&self, page: u32) -> u32 {

@@ -1,4 +1,4 @@
-//! A key in a flash whose power goes at every write, in one that is damaged, and in one that is worn.
+//! A key in a flash whose power goes at every byte, in one that is damaged, and in one that is worn.
 #![expect(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -11,11 +11,9 @@ mod common;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use common::{Flash, PAGE, WORD};
+use common::{Flash, PAGE, PAGES, WORD};
 use embassy_futures::block_on;
 use firmware::{BUFFER_BYTES, Kept, KeptKey, KeyStore, SEEDS_PER_START, SchemeStore};
-use rand_core::{Rng, SeedableRng};
-use rand_pcg::Pcg64Mcg;
 
 /// Schemes before it.
 const KEYS: Range<u32> = 4096..8192;
@@ -37,7 +35,7 @@ fn key(number: u8) -> [u8; 16] {
     [number; 16]
 }
 
-/// A board that has just started, with the flash in it.
+/// A board with the flash in it.
 struct Board {
     flash: Flash,
     store: KeyStore,
@@ -45,10 +43,14 @@ struct Board {
 }
 
 impl Board {
-    fn start(mut flash: Flash) -> Self {
-        let mut store = KeyStore::new::<Flash>(KEYS).unwrap();
-        let kept = block_on(store.open(&mut flash));
-        Self { flash, store, kept }
+    fn off(flash: Flash) -> Self {
+        Self { flash, store: KeyStore::new::<Flash>(KEYS).unwrap(), kept: Kept::None }
+    }
+
+    fn start(flash: Flash) -> Self {
+        let mut board = Self::off(flash);
+        board.kept = block_on(board.store.open(&mut board.flash));
+        board
     }
 
     fn with_key(number: u8) -> Self {
@@ -93,47 +95,50 @@ fn script() -> Vec<Step> {
     steps
 }
 
-/// What is left in the flash when the power goes at the first, the second, ... write of a step.
-fn cuts(board: &Board, step: Step) -> Vec<Flash> {
-    let mut left = Vec::new();
-    for power in 0.. {
-        let mut cut = Board::start(board.flash.clone());
+/// What is left in the flash wherever the power can go in a step.
+fn cuts(flash: &Flash, step: Step) -> Vec<Flash> {
+    let cut = |power| {
+        let board = if matches!(step, Step::Restart) { Board::off } else { Board::start };
+        let mut cut = board(flash.clone());
         cut.flash.power = Some(power);
-        let is_done = cut.carry_out(step).is_some() && cut.flash.power != Some(0);
-        if is_done {
-            break;
-        }
-        left.push(Flash { power: None, ..cut.flash });
-    }
-    left
+        let is_done = cut.carry_out(step).is_some();
+        let is_cut = cut.flash.power == Some(0);
+        assert!(is_done || is_cut, "{step:?}");
+        is_cut.then_some(Flash { power: None, ..cut.flash })
+    };
+    (0..).map_while(cut).collect()
 }
 
 #[test]
 fn damage_of_either_record_after_a_cut_at_any_write_takes_nothing_back_or_locks() {
     use Step::{Clear, Set};
+    const BITS: [u8; 8] = [1, 2, 4, 8, 16, 32, 64, 128];
+    const BITS_AND_BYTE: [u8; 9] = [1, 2, 4, 8, 16, 32, 64, 128, 255];
     let (mut board, mut locked) = (Board::start(Flash::new()), 0);
-    for step in [Set(1), Set(2), Clear, Set(3), Clear, Clear, Set(4)] {
-        // A commit that was cut may be made whole by damage, but nothing is taken back.
+    for step in [Set(1), Set(2), Clear, Clear, Set(3)] {
         let finished = match step {
             Set(number) => Some(number),
             _ => None,
         };
-        for (power, flash) in cuts(&board, step).into_iter().enumerate() {
-            let allowed = [Board::start(flash.clone()).number(), finished];
-            for place in [PLACE, PLACE + PAGE].into_iter().flat_map(|page| page..page + HEAD_BYTES) {
-                for bit in 0..8 {
-                    let mut flash = flash.clone();
-                    flash.bytes[place] ^= 1 << bit;
-                    let damaged = Board::start(flash);
-                    if damaged.kept == Kept::Damaged {
-                        locked += 1;
-                        assert_eq!(Board::start(damaged.flash).kept, Kept::Damaged, "it stays so");
-                    } else {
-                        let number = damaged.number();
-                        assert!(
-                            allowed.contains(&number),
-                            "{step:?} cut at {power}, {place} {bit}: {number:?}"
-                        );
+        for flash in cuts(&board.flash, step) {
+            let started = Board::start(flash.clone());
+            let number = started.number();
+            // Before the next start a bit may make a commit whole that was cut; after it, not even a byte decides anything.
+            for (flash, allowed, damages) in
+                [(flash, [number, finished], &BITS[..]), (started.flash, [number; 2], &BITS_AND_BYTE)]
+            {
+                for place in [PLACE, PLACE + PAGE].into_iter().flat_map(|page| page..page + HEAD_BYTES) {
+                    for damage in damages {
+                        let mut flash = flash.clone();
+                        flash.bytes[place] ^= damage;
+                        let damaged = Board::start(flash);
+                        if damaged.kept == Kept::Damaged {
+                            locked += 1;
+                            assert_eq!(Board::start(damaged.flash).kept, Kept::Damaged, "it stays so");
+                        } else {
+                            let number = damaged.number();
+                            assert!(allowed.contains(&number), "{step:?}, {place} {damage:x}: {number:?}");
+                        }
                     }
                 }
             }
@@ -143,68 +148,55 @@ fn damage_of_either_record_after_a_cut_at_any_write_takes_nothing_back_or_locks(
     assert!(locked > 1000, "{locked}");
 }
 
-/// An erasure turns the bits of a page to ones, each in its own time.
 #[test]
-fn an_old_page_that_is_erased_in_part_locks_nothing() {
-    let board = Board::with_key(1);
-    let old = [PLACE, PLACE + PAGE].into_iter().find(|place| board.flash.is_written[place / WORD]).unwrap();
-    for (step, expected) in [(Step::Set(2), Some(2)), (Step::Clear, None)] {
-        let mut retired =
-            cuts(&board, step).into_iter().find(|flash| flash.bytes[old + RETIRED] == 0).unwrap();
-        retired.bytes[old + RETIRED..][..WORD].fill(0);
-        for erased in 1..=64 {
-            for seed in 0..20 {
-                let mut random = Pcg64Mcg::seed_from_u64(seed);
-                let mut flash = retired.clone();
-                for byte in &mut flash.bytes[old..old + PAGE] {
-                    for bit in 0..8 {
-                        *byte |= u8::from(random.next_u32() % 64 < erased) << bit;
-                    }
-                }
-                assert_eq!(Board::start(flash).number(), expected, "{step:?}, {erased} of 64, seed {seed}");
-            }
-        }
-    }
-}
-
-#[test]
-fn after_a_cut_at_any_write_the_old_or_the_new_key_is_kept() {
-    let (mut board, mut cuts) = (Board::start(Flash::new()), 0);
+fn after_a_cut_at_any_write_and_another_one_in_the_next_start_the_old_or_the_new_key_is_kept() {
+    let (mut board, mut count) = (Board::start(Flash::new()), 0);
     for step in script() {
         let before = board.number();
-        for power in 0.. {
-            let flash = Flash { power: Some(power), ..board.flash.clone() };
-            let mut cut = Board { flash, store: KeyStore::new::<Flash>(KEYS).unwrap(), kept: Kept::None };
-            if !matches!(step, Step::Restart) {
-                // With power, as before.
-                cut.flash.power = None;
-                cut = Board::start(cut.flash);
-                cut.flash.power = Some(power);
-            }
-            if cut.carry_out(step).is_some() && cut.flash.power != Some(0) {
-                break;
-            }
-            cuts += 1;
-            let mut after = Board::start(Flash { power: None, ..cut.flash });
-            let allowed = match step {
-                Step::Set(number) => [before, Some(number)],
-                Step::Clear => [before, None],
-                Step::Restart => [before; 2],
-            };
-            assert!(allowed.contains(&after.number()), "{step:?} cut at {power}: {:?}", after.kept);
-            // The store is as good as new.
-            after.carry_out(Step::Set(77)).unwrap();
-            assert_eq!(Board::start(after.flash).number(), Some(77), "{step:?} cut at {power}");
-        }
-        board.carry_out(step).unwrap();
-        let expected = match step {
+        let after = match step {
             Step::Set(number) => Some(number),
             Step::Clear => None,
             Step::Restart => before,
         };
-        assert_eq!(board.number(), expected, "{step:?}");
+        for cut in cuts(&board.flash, step) {
+            for again in cuts(&cut, Step::Restart).into_iter().chain([cut]) {
+                count += 1;
+                let mut found = Board::start(again);
+                assert!([before, after].contains(&found.number()), "{step:?}: {:?}", found.kept);
+                // The store is as good as new.
+                found.carry_out(Step::Set(77)).unwrap();
+                assert_eq!(Board::start(found.flash).number(), Some(77), "{step:?}");
+            }
+        }
+        board.carry_out(step).unwrap();
+        assert_eq!(board.number(), after, "{step:?}");
     }
-    assert!(cuts > 300, "{cuts} cuts: too little was written");
+    assert!(count > 10_000, "{count} cuts: too little was written");
+}
+
+/// An erasure turns the bits of a page to ones, each in its own time.
+#[test]
+fn an_old_page_whose_retirement_and_erasure_were_cut_locks_nothing() {
+    let board = Board::with_key(1);
+    for (step, expected) in [(Step::Set(2), Some(2)), (Step::Clear, None)] {
+        let retirement_is_cut = |flash: &Flash| {
+            let is_begun = flash.is_written[(PLACE + RETIRED) / WORD];
+            is_begun && flash.bytes[PLACE + RETIRED + WORD - 1] == 0xFF && flash.erasures == [0; PAGES]
+        };
+        let mut count = 0;
+        for flash in cuts(&board.flash, step).into_iter().filter(retirement_is_cut) {
+            // The last thing before the erasure is that the retirement is finished.
+            let before = cuts(&flash, Step::Restart).into_iter().rfind(|flash| flash.erasures == [0; PAGES]);
+            let before = before.unwrap_or(flash);
+            for (eighths, seed) in (1..8).flat_map(|eighths| (0..100).map(move |seed| (eighths, seed))) {
+                let mut flash = before.clone();
+                flash.erase_eighths(PLACE / PAGE, eighths, seed);
+                assert_eq!(Board::start(flash).number(), expected, "{step:?}, {eighths} eighths, {seed}");
+                count += 1;
+            }
+        }
+        assert!(count >= 7 * 700, "{count}");
+    }
 }
 
 #[test]
@@ -249,7 +241,7 @@ fn no_start_has_the_seed_of_another_one() {
         assert!(seeds.range(seed..seed + SEEDS_PER_START).next().is_none(), "start {start}");
         seeds.insert(seed);
         // Some starts end before anything else happens, with a mark half written.
-        let power = (start % 7 == 0).then_some(1);
+        let power = (start % 7 == 0).then_some(start % 9);
         let cut = Board::start(Flash { power, ..board.flash });
         board = Board::start(Flash { power: None, ..cut.flash });
     }
@@ -261,7 +253,10 @@ fn no_start_has_the_seed_of_another_one() {
 #[test]
 fn a_start_that_cannot_be_counted_is_locked() {
     let board = Board::with_key(1);
-    assert_eq!(Board::start(Flash { power: Some(0), ..board.flash }).kept, Kept::Damaged);
+    for power in 0..WORD {
+        let flash = Flash { power: Some(power), ..board.flash.clone() };
+        assert_eq!(Board::start(flash).kept, Kept::Damaged, "{power} bytes of its mark");
+    }
 }
 
 #[test]

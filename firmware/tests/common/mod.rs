@@ -1,10 +1,12 @@
-//! A flash whose power can go, and one that says yes to what it does not take.
+//! A flash whose power can go at any byte, and one that says yes to what it does not take.
 
 use std::ops::Range;
 
 use embedded_storage_async::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash,
 };
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 pub(crate) const WORD: usize = 8;
 pub(crate) const PAGE: usize = 2048;
@@ -17,7 +19,7 @@ pub(crate) struct Flash {
     pub(crate) bytes: Vec<u8>,
     pub(crate) is_written: Vec<bool>,
     pub(crate) erasures: Vec<u32>,
-    /// Words and pages that are still begun to be written or erased; the last one is left half done.
+    /// How much is still written or erased, in eighths of words and pages: bytes of a word.
     pub(crate) power: Option<usize>,
     /// Words and pages that were begun to be written or erased since the flash was made.
     pub(crate) begun: usize,
@@ -52,15 +54,25 @@ impl Flash {
         self.deaf.contains(&(self.begun - 1))
     }
 
-    /// Whether there is power for another word or page.
-    fn has_power(&mut self) -> Option<bool> {
-        match &mut self.power {
-            None => Some(true),
-            Some(0) => None,
-            Some(left) => {
-                *left -= 1;
-                Some(*left > 0)
+    /// Carries out as many eighths of the next word or page as there is power for.
+    fn begin(&mut self, carry_out: impl FnOnce(&mut Self, usize)) -> Result<(), PowerGone> {
+        let eighths = self.power.map_or(8, |left| left.min(8));
+        self.power = self.power.map(|left| left - eighths);
+        carry_out(self, eighths);
+        if eighths == 8 { Ok(()) } else { Err(PowerGone) }
+    }
+
+    /// Turns so many eighths of a page's bits to ones, wherever they are: each takes its own time.
+    pub(crate) fn erase_eighths(&mut self, page: usize, eighths: usize, seed: u64) {
+        let mut random = Pcg64Mcg::seed_from_u64(seed);
+        for byte in &mut self.bytes[page * PAGE..][..PAGE] {
+            for bit in 0..8 {
+                *byte |= u8::from(random.next_u32() as usize % 8 < eighths) << bit;
             }
+        }
+        let words = self.bytes[page * PAGE..][..PAGE].chunks(WORD);
+        for (is_written, word) in self.is_written[page * PAGE / WORD..].iter_mut().zip(words) {
+            *is_written = word.iter().any(|byte| *byte != 0xFF);
         }
     }
 }
@@ -98,13 +110,10 @@ impl NorFlash for Flash {
             }
             let is_zero = content.iter().all(|byte| *byte == 0);
             assert!(is_zero || !self.is_written[word], "word {word} is written twice");
-            let is_whole = self.has_power().ok_or(PowerGone)?;
-            let length = if is_whole { WORD } else { WORD / 2 };
-            self.is_written[word] = true;
-            self.bytes[word * WORD..][..length].copy_from_slice(&content[..length]);
-            if !is_whole {
-                return Err(PowerGone);
-            }
+            self.begin(|flash, bytes| {
+                flash.is_written[word] |= bytes > 0;
+                flash.bytes[word * WORD..][..bytes].copy_from_slice(&content[..bytes]);
+            })?;
         }
         Ok(())
     }
@@ -114,14 +123,10 @@ impl NorFlash for Flash {
             if self.is_deaf() {
                 continue;
             }
-            let is_whole = self.has_power().ok_or(PowerGone)?;
-            let length = if is_whole { PAGE } else { PAGE / 2 };
-            self.bytes[page * PAGE..][..length].fill(0xFF);
-            self.is_written[page * PAGE / WORD..][..length / WORD].fill(false);
-            self.erasures[page] += 1;
-            if !is_whole {
-                return Err(PowerGone);
-            }
+            self.begin(|flash, eighths| {
+                flash.erase_eighths(page, eighths, flash.begun as u64);
+                flash.erasures[page] += u32::from(eighths > 0);
+            })?;
         }
         Ok(())
     }
