@@ -7,11 +7,12 @@
 )]
 
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{Receiver, sync_channel};
 
 use dimsart_core::scheme;
 use hil_sim::experiment::Experiment;
 use hil_sim::recorder::Recorder;
-use hil_sim::recording::Recording;
+use hil_sim::recording::{Column, Piece, Recording};
 use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;
 
@@ -83,13 +84,34 @@ fn command(rig: &mut Rig, rows: &str) {
     assert_eq!(scheme::load(rows, "master", &["master"], dimsart, |error| panic!("{error:?}")), 0);
 }
 
+/// What a listener was told.
+fn told(pieces: &Receiver<Piece>) -> Recording {
+    pieces.iter().fold(Recording::default(), |mut recording, piece| match piece {
+        Piece::Columns(columns) => Recording::new(columns),
+        Piece::Row(time_s, values) => {
+            recording.add_row(time_s).copy_from_slice(&values);
+            recording
+        }
+    })
+}
+
+/// Columns, and times and values by their bits.
+fn bits(recording: &Recording) -> (Vec<String>, Vec<u64>) {
+    let values = recording.time_s().iter().chain(recording.rows().flatten());
+    (recording.columns().iter().map(Column::header).collect(), values.map(|value| value.to_bits()).collect())
+}
+
 #[test]
 fn what_is_plugged_in_later_is_recorded_from_then_on() {
     let scenario = scenario(&["dof=2", "record.signals=['master', 'world.slave.position']"]);
     let mut experiment = Experiment::new(&scenario).unwrap();
     let rig = experiment.rig_mut();
     let mut recorder = Recorder::new(rig, &scenario.record).unwrap();
+    let (listener, pieces) = sync_channel(1000);
     for tick in 0..40 {
+        if tick == 5 {
+            recorder.tell(listener.clone());
+        }
         match tick {
             10 => command(
                 rig,
@@ -104,6 +126,8 @@ fn what_is_plugged_in_later_is_recorded_from_then_on() {
         rig.advance();
     }
     let recording = recorder.finish();
+    drop(listener);
+    assert_eq!(bits(&told(&pieces)), bits(&recording));
     let column = |source: &str, signal: &str, axis| {
         let index = recording.find(source, signal, axis).unwrap_or_else(|| panic!("no {signal}"));
         recording.column(index).collect::<Vec<_>>()

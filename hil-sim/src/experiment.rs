@@ -9,6 +9,7 @@ mod station;
 
 use std::fs::File;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
 use dimsart_core::{DataType, types};
@@ -32,7 +33,7 @@ use crate::pace::{Pace, SystemClock};
 use crate::perceived_stiffness::PerceivedStiffness;
 use crate::phases::Phases;
 use crate::recorder::Recorder;
-use crate::recording::Recording;
+use crate::recording::{Piece, Recording};
 use crate::report::TickMap;
 use crate::rig::{End, Probe, Rig};
 use crate::round_trips::RoundTrips;
@@ -165,6 +166,13 @@ impl Experiment {
     #[must_use]
     pub fn without_recording(self) -> Self {
         Self { recorder: None, ..self }
+    }
+
+    /// Tells `listener` every row of the run as it is recorded; see [`Recorder::tell`].
+    pub fn tell(&mut self, listener: SyncSender<Piece>) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.tell(listener);
+        }
     }
 
     /// Memory that the signals of the whole run will take, bytes.

@@ -1,12 +1,11 @@
 //! The file with the key that both sides of a link have.
 
 use std::fs;
-use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 /// Bytes of a key.
 const KEY_BYTES: usize = 16;
-/// Most bytes that are read of a file: some are without end, such as `/dev/zero`.
+/// Most bytes of a file with a key, and with space around it.
 const MOST_BYTES: u64 = 4096;
 
 /// Why a file holds no key. What is in it is never told.
@@ -22,6 +21,15 @@ pub enum KeyFileError {
         path: PathBuf,
         /// Why.
         source: std::io::Error,
+    },
+    /// A device, a pipe, a folder, or far too large: some of them can be read without end, or hold up who opens them.
+    #[error(
+        "{}: a key is in a regular file of at most {MOST_BYTES} bytes; make one with `openssl rand -hex {KEY_BYTES}`",
+        path.display()
+    )]
+    NotRegular {
+        /// The file.
+        path: PathBuf,
     },
     /// Too short or too long.
     #[error(
@@ -55,8 +63,12 @@ pub enum KeyFileError {
 /// [`KeyFileError`] says what the file lacks.
 pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
     let path_of = || path.to_owned();
-    let text = beginning(path);
-    let text = text.map_err(|source| KeyFileError::Unreadable { path: path_of(), source })?;
+    let unreadable = |source| KeyFileError::Unreadable { path: path_of(), source };
+    let metadata = fs::metadata(path).map_err(unreadable)?;
+    if !metadata.is_file() || metadata.len() > MOST_BYTES {
+        return Err(KeyFileError::NotRegular { path: path_of() });
+    }
+    let text = fs::read_to_string(path).map_err(unreadable)?;
     let text = text.trim();
     let digit = |(index, character): (usize, char)| {
         let digit = character.to_digit(16).and_then(|digit| u8::try_from(digit).ok());
@@ -67,13 +79,6 @@ pub fn read(path: &Path) -> Result<[u8; KEY_BYTES], KeyFileError> {
     let bytes: Vec<u8> = pairs.iter().map(|[high, low]| high << 4 | low).collect();
     let key = bytes.try_into().ok().filter(|_| digits.len() == 2 * KEY_BYTES);
     key.ok_or(KeyFileError::Length { path: path_of(), found: digits.len() })
-}
-
-/// As much of the file as is looked at.
-fn beginning(path: &Path) -> io::Result<String> {
-    let mut text = String::new();
-    fs::File::open(path)?.take(MOST_BYTES).read_to_string(&mut text)?;
-    Ok(text)
 }
 
 /// What is wrong with who may read the file, if the system tells; in words.
@@ -126,9 +131,18 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_file_without_end_is_no_key() {
-        let message = read(Path::new("/dev/zero")).unwrap_err().to_string();
-        assert!(message.contains("character 1 of the key is no hexadecimal digit"), "{message}");
+    fn what_is_no_small_regular_file_is_no_key_and_is_not_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        // Who opens a pipe waits for somebody who writes into it.
+        let pipe = folder.path().join("pipe");
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let large = folder.path().join("large.key");
+        fs::write(&large, [b' '; 4097]).unwrap();
+        for path in [Path::new("/dev/zero"), &pipe, &large, folder.path()] {
+            let message = read(path).unwrap_err().to_string();
+            let expected = format!("{}: a key is in a regular file of at most 4096 bytes", path.display());
+            assert!(message.starts_with(&expected), "{message}");
+        }
     }
 
     #[cfg(unix)]

@@ -8,6 +8,9 @@ use crate::recording::Recording;
 use crate::report::{Curve, Figure, Level, Panel, Span};
 use crate::scenario::Scenario;
 
+/// Names of the figures' files, without what says their format.
+pub const FILE_STEMS: [&str; 3] = ["positions", "forces", "energy"];
+
 /// The figures that the recorded signals allow, of a run of both sides or of one.
 #[must_use]
 pub fn figures(
@@ -55,10 +58,11 @@ pub fn figures(
     );
     let energy = std::iter::once(energy(recording, dof, side)).chain(waves);
     let energy = energy.filter(|panel| !panel.curves.is_empty()).collect::<Vec<_>>();
-    [("positions", "Positions", positions), ("forces", "Forces", forces), ("energy", "Wave energy", energy)]
+    FILE_STEMS
         .into_iter()
-        .filter(|(_, _, panels)| !panels.is_empty())
-        .map(|(file_stem, title, panels)| Figure {
+        .zip([("Positions", positions), ("Forces", forces), ("Wave energy", energy)])
+        .filter(|(_, (_, panels))| !panels.is_empty())
+        .map(|(file_stem, (title, panels))| Figure {
             file_stem: file_stem.to_owned(),
             title: title.to_owned(),
             panels,

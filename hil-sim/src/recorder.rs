@@ -6,9 +6,11 @@ mod selection;
 
 pub use selection::UnknownSignal;
 
+use std::sync::mpsc::SyncSender;
+
 use dimsart_core::{DataType, Format, Scalar, TypeRef, Word, types};
 
-use crate::recording::{Column, Recording, indices};
+use crate::recording::{Column, Piece, Recording, indices};
 use crate::rig::{Rig, Station};
 use crate::scenario::RecordSection;
 use selection::Selection;
@@ -23,6 +25,8 @@ pub struct Recorder {
     /// Revisions of the stations' Data Bases that the sources are of.
     revisions: Vec<u32>,
     every_ticks: u64,
+    /// Told of what is recorded, as it is.
+    listener: Option<SyncSender<Piece>>,
 }
 
 /// What fills one or several columns.
@@ -64,6 +68,7 @@ impl Recorder {
             sources: Vec::new(),
             revisions: revisions(rig),
             every_ticks: u64::from(settings.every_ticks.max(1)),
+            listener: None,
         };
         recorder.add_new(wanted);
         Ok(recorder)
@@ -86,6 +91,21 @@ impl Recorder {
         rows * (f64::from(u32::try_from(self.recording.columns().len()).unwrap_or(u32::MAX)) + 1.0) * 8.0
     }
 
+    /// Tells `listener` what was recorded, and from now on every row as it is taken. Waits while `listener` is full; one
+    /// that is gone is told nothing.
+    pub fn tell(&mut self, listener: SyncSender<Piece>) {
+        self.listener = Some(listener);
+        self.tell_all();
+    }
+
+    fn tell_all(&self) {
+        let Some(listener) = &self.listener else { return };
+        let columns = Piece::Columns(self.recording.columns().to_vec());
+        let rows = self.recording.time_s().iter().zip(self.recording.rows());
+        let rows = rows.map(|(time_s, row)| Piece::Row(*time_s, row.to_vec()));
+        let _ = std::iter::once(columns).chain(rows).try_for_each(|piece| listener.send(piece));
+    }
+
     /// Takes a row of the present tick, if it is one of those wanted. `channel_energy_j` is by axis.
     pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
         if !rig.ticks().is_multiple_of(self.every_ticks) {
@@ -94,9 +114,13 @@ impl Recorder {
         if !self.revisions.iter().copied().eq(rig.stations().iter().map(revision)) {
             self.find_again(rig);
         }
-        let mut row = self.recording.add_row(rig.time_s());
+        let row = self.recording.add_row(rig.time_s());
+        let mut rest = &mut *row;
         for source in &self.sources {
-            row = source.fill(rig, channel_energy_j, row);
+            rest = source.fill(rig, channel_energy_j, rest);
+        }
+        if let Some(listener) = &self.listener {
+            let _ = listener.send(Piece::Row(rig.time_s(), row.to_vec()));
         }
     }
 
@@ -125,8 +149,11 @@ impl Recorder {
             columns.first().is_some_and(|first| !known.contains(first))
         };
         let (sources, columns): (Vec<_>, Vec<_>) = wanted.into_iter().filter(is_new).unzip();
-        self.sources.extend(sources);
-        self.recording.add_columns(columns.into_iter().flatten().collect());
+        if !sources.is_empty() {
+            self.sources.extend(sources);
+            self.recording.add_columns(columns.into_iter().flatten().collect());
+            self.tell_all();
+        }
     }
 }
 

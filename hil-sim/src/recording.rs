@@ -46,6 +46,15 @@ pub(crate) fn in_brackets(indices: &[usize]) -> String {
     indices.iter().map(|index| format!("[{index}]")).collect()
 }
 
+/// What a [`Recording`] takes, told to somebody else while it goes on.
+#[derive(Debug, Clone)]
+pub enum Piece {
+    /// It begins with these columns; a second time when there are more, and all rows follow again.
+    Columns(Vec<Column>),
+    /// Time of a row, `s`, and its values, one per column.
+    Row(f64, Vec<f64>),
+}
+
 /// Columns and rows of a run, row-major. Numbers of every Data Base format are exact in `f64`.
 #[derive(Debug, Clone, Default)]
 pub struct Recording {

@@ -25,6 +25,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
+pub use csv::SignalsFile;
 pub use cycle_bars::{CycleBar, CycleBars};
 pub use figure::{Curve, Figure, Level, Panel, Span};
 pub use tick_map::{TickMap, TypeRow};
@@ -91,8 +92,6 @@ pub struct Table {
 pub struct Written {
     /// The page to open first.
     pub page: PathBuf,
-    /// Every signal, one column each.
-    pub signals: PathBuf,
     /// SVG and PNG of each picture, in the order of the page.
     pub pictures: Vec<PathBuf>,
 }
@@ -161,7 +160,8 @@ fn try_file(path: PathBuf) -> Result<(), ReportError> {
     }
 }
 
-/// Writes `report` into `folder`, made if missing, replacing files of the same names; `bar` counts the files written
+/// Writes `report` into `folder`, made if missing, beside the [signals](SignalsFile) that are there, replacing files of
+/// the same names; `bar` counts the files written
 /// ([`ProgressBar::hidden`] for silence). Gives up soon after `stop` is set.
 ///
 /// # Errors
@@ -174,21 +174,12 @@ pub fn write(
 ) -> Result<Written, ReportError> {
     make_folder(folder)?;
     let images = images(report);
-    bar.set_length(2 + 2 * images.len() as u64);
-
-    // The signals take about as long as all pictures together.
-    let (signals, pictures) = std::thread::scope(|scope| {
-        let signals = scope.spawn(|| write_signals(folder, report.recording, stop, bar));
-        let pictures = write_pictures(folder, report, stop, bar);
-        (signals.join(), pictures)
-    });
-    let signals = signals.unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-    let pictures = pictures?;
-
+    bar.set_length(1 + 2 * images.len() as u64);
+    let pictures = write_pictures(folder, report, stop, bar)?;
     let page = folder.join(PAGE_FILE);
     let text = html::page(report, &images, SIGNALS_FILE).map_err(|error| content(&page, &error))?;
     write_file(page.clone(), text.as_bytes(), bar)?;
-    Ok(Written { page, signals, pictures })
+    Ok(Written { page, pictures })
 }
 
 /// The pictures as the page names them, in its order.
@@ -209,26 +200,6 @@ fn images(report: &Report<'_>) -> Vec<PageImage> {
         alt: bus.description(),
     });
     figures.chain(bus).chain(timeline).collect()
-}
-
-fn write_signals(
-    folder: &Path,
-    recording: &Recording,
-    stop: &AtomicBool,
-    bar: &ProgressBar,
-) -> Result<PathBuf, ReportError> {
-    let path = folder.join(SIGNALS_FILE);
-    let written = fs::File::create(&path).and_then(|file| csv::write(recording, stop, file));
-    bar.inc(1);
-    match written {
-        Ok(()) => Ok(path),
-        Err(_) if is_stopped(stop) => {
-            // Half a table looks like a whole one.
-            let _ = fs::remove_file(path);
-            Err(ReportError::Stopped { folder: folder.to_owned() })
-        }
-        Err(source) => Err(ReportError::File { path, source }),
-    }
 }
 
 fn write_pictures(
@@ -293,12 +264,16 @@ fn write_picture(
     picture: &impl Picture,
     bar: &ProgressBar,
 ) -> Result<[PathBuf; 2], ReportError> {
-    let [svg, png] = ["svg", "png"].map(|extension| folder.join(format!("{stem}.{extension}")));
+    let [svg, png] = picture_files(folder, stem);
     let text = plot::svg(picture).map_err(|reason| content(&svg, &reason))?;
     write_file(svg.clone(), text.as_bytes(), bar)?;
     let bytes = plot::png(picture).map_err(|reason| content(&png, &reason))?;
     write_file(png.clone(), &bytes, bar)?;
     Ok([svg, png])
+}
+
+fn picture_files(folder: &Path, stem: &str) -> [PathBuf; 2] {
+    ["svg", "png"].map(|extension| folder.join(format!("{stem}.{extension}")))
 }
 
 fn write_file(path: PathBuf, bytes: &[u8], bar: &ProgressBar) -> Result<(), ReportError> {

@@ -4,8 +4,9 @@
 #![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hil_sim::scenario::Scenario;
 
@@ -142,6 +143,73 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
     let rows = fs::read_to_string(folder.path().join("signals.csv")).unwrap().lines().count();
     assert_eq!(rows as u64, 1 + ticks.div_ceil(1000), "a header, and a row in a thousand ticks");
     assert!(folder.path().join("report.html").exists());
+}
+
+/// Names of the files in a folder.
+#[cfg(unix)]
+fn files(folder: &Path) -> Vec<String> {
+    let files = fs::read_dir(folder).unwrap();
+    files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect()
+}
+
+/// A folder with a report that has every kind of picture.
+#[cfg(unix)]
+fn reported() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().to_str().unwrap();
+    out(&["run", "--set", "duration_s=0.1", "--set", "link.carrier=can", "--out", path]);
+    assert_eq!(files(folder.path()).len(), 12, "{:?}", files(folder.path()));
+    folder
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_is_killed_leaves_the_rows_until_then_and_no_older_report() {
+    let folder = reported();
+    let sets = ["duration_s=1e6", "record.every_ticks=1000"];
+    let mut run = Command::new(env!("CARGO_BIN_EXE_dimsart"))
+        .args(["run", "--set", sets[0], "--set", sets[1], "--out"])
+        .arg(folder.path())
+        .spawn()
+        .unwrap();
+    let signals = folder.path().join("signals.csv");
+    let rows = || csv::Reader::from_path(&signals).unwrap().records().filter(Result::is_ok).count();
+    let start = Instant::now();
+    // The run before left 100 rows; this one writes each as it is taken.
+    while (files(folder.path()).len() > 1 || rows() < 5) && start.elapsed() < Duration::from_secs(60) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    run.kill().unwrap();
+    run.wait().unwrap();
+    assert_eq!(files(folder.path()), ["signals.csv"]);
+    assert!(rows() >= 5, "{} rows after {:?}", rows(), start.elapsed());
+    let mut table = csv::Reader::from_path(&signals).unwrap();
+    for (number, row) in table.records().enumerate() {
+        let time_s: f64 = row.unwrap()[0].parse().unwrap();
+        assert!((time_s - number as f64).abs() < 1e-6, "row {number}, one per second, is of {time_s} s");
+    }
+}
+
+/// As a full disk does, a limit of the system keeps a file from growing.
+#[cfg(unix)]
+#[test]
+fn a_disk_that_becomes_full_is_told_with_the_file_and_leaves_whole_rows_and_no_older_report() {
+    let folder = reported();
+    let run = "ulimit -f 500; trap '' XFSZ; exec \"$0\" run --set duration_s=1 --out \"$1\"";
+    let output = Command::new("sh")
+        .args(["-c", run, env!("CARGO_BIN_EXE_dimsart")])
+        .arg(folder.path())
+        .output()
+        .unwrap();
+    let signals = folder.path().join("signals.csv");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stdout).contains("perceived stiffness"), "the figures are known all the same");
+    let message = text(&output.stderr);
+    assert!(message.contains(&format!("cannot write {}: File too large", signals.display())), "{message}");
+    assert!(message.contains("free some space there or choose another folder with --out"), "{message}");
+    assert_eq!(files(folder.path()), ["signals.csv"]);
+    let rows = csv::Reader::from_path(&signals).unwrap().records().map(Result::unwrap).count();
+    assert!((10..1000).contains(&rows), "{rows}");
 }
 
 #[cfg(unix)]

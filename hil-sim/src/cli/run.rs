@@ -17,8 +17,8 @@ use crate::bus::time::seconds_ns;
 use crate::emulated::{self, Image};
 use crate::experiment::{self, Experiment, Side};
 use crate::key_file;
-use crate::pictures::figures;
-use crate::report::{self, BusTimeline, Report, ReportError, Written};
+use crate::pictures::{self, figures};
+use crate::report::{self, BusTimeline, Report, ReportError, SignalsFile, Written};
 use crate::scenario::{self, CarrierKind, LinkSection, Scenario};
 
 /// Run a scenario: both sides against simulated plants, or one side in real time.
@@ -113,8 +113,9 @@ Examples:
   dimsart run --side slave                                   real time over UDP
   dimsart run --target mps2-an386                            both sides as firmware on emulated boards
 
-Ctrl-C ends a run early; what was recorded until then is reported. A second one ends the
-report. A run that does not stay stable says so and ends with exit status 0 all the same: 1 is for a run that
+A run writes signals.csv while it goes on, so that one that is killed leaves it, and removes the
+report of the run before it first. Ctrl-C ends a run early; what was recorded until then is
+reported. A second one ends the report. A run that does not stay stable says so and ends with exit status 0 all the same: 1 is for a run that
 could not be made or reported, 2 for wrong usage.";
 
 fn help() -> String {
@@ -179,13 +180,22 @@ impl Run {
             return Err("stopped before the run began; nothing was run".into());
         }
         self.move_to_target(&mut experiment, &folder)?;
+        let mut signals = None;
+        if !self.no_report {
+            let (file, listener) = SignalsFile::create(&folder, &pictures::FILE_STEMS)?;
+            experiment.tell(listener);
+            signals = Some(file);
+        }
         let bar = progress_bar(experiment.duration_s());
         let run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
         bar.finish_and_clear();
         // The run has ended; the next Ctrl-C is meant for the report.
         stop.store(false, Ordering::Relaxed);
-        let written =
-            (!self.no_report).then(|| self.write_report(&folder, &scenario, &run, &stop)).transpose();
+        let report = |signals: SignalsFile| {
+            signals.finish()?;
+            self.write_report(&folder, &scenario, &run, &stop)
+        };
+        let written = signals.map(report).transpose();
         summary::print(out, &run.outcome)?;
         if let Ok(Some(written)) = &written {
             writeln!(out, "report: {}", written.page.display())?;

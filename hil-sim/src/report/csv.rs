@@ -1,42 +1,120 @@
-//! Every recorded signal as text: one named column each, one row per tick.
+//! Every recorded signal as text, while it is recorded: one named column each, one row per tick.
 //!
 //! Numbers are the shortest text that reads back as the same number, in the width it was computed in: an `f32` kept
 //! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
 
-use std::io;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::fs::{self, File};
+use std::io::{self, Seek as _};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
 
-use crate::recording::Recording;
+use super::{BUS_STEM, PAGE_FILE, ReportError, SIGNALS_FILE, TIMELINE_STEM, make_folder, picture_files};
+use crate::recording::{Column, Piece};
 
 /// Name of the first column.
 const TIME_HEADER: &str = "time_s (s)";
+/// Rows that may wait for a slow disk before the run waits for it, too.
+const MOST_WAITING: usize = 4096;
+/// Rows that are written at once when they come fast.
+const ROWS_AT_ONCE: usize = 64;
+/// A number and a comma take no more.
+const NUMBER_BYTES: usize = 26;
 
 /// Integers up to here are exact in `f64`.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 
-/// Writes header and rows of `recording` to `out`, until `stop` is set.
-///
-/// # Errors
-/// Whatever `out` reports, or that it was stopped; the rows before it may have been written.
-pub(super) fn write(recording: &Recording, stop: &AtomicBool, out: impl io::Write) -> io::Result<()> {
-    let mut table = csv::WriterBuilder::new().buffer_capacity(1 << 20).from_writer(out);
+/// The file with the signals of a run. It grows while the run goes on, by whole rows: a run that is killed leaves what
+/// it recorded.
+#[derive(Debug)]
+pub struct SignalsFile {
+    path: PathBuf,
+    thread: JoinHandle<io::Result<()>>,
+}
+
+impl SignalsFile {
+    /// Begins the file in `folder`, made if missing, in place of the report that is there, with pictures of these
+    /// `stems`. What it is to hold goes into the sender, which waits when the disk is 4096 rows behind.
+    ///
+    /// # Errors
+    /// [`ReportError`] names the folder or file and what to do.
+    pub fn create(folder: &Path, stems: &[&str]) -> Result<(Self, SyncSender<Piece>), ReportError> {
+        make_folder(folder)?;
+        let path = folder.join(SIGNALS_FILE);
+        let pictures =
+            stems.iter().chain(&[BUS_STEM, TIMELINE_STEM]).flat_map(|stem| picture_files(folder, stem));
+        for old in [folder.join(PAGE_FILE)].into_iter().chain(pictures) {
+            match fs::remove_file(&old) {
+                Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                    return Err(ReportError::File { path: old, source });
+                }
+                _ => {}
+            }
+        }
+        let file = File::create(&path).map_err(|source| ReportError::File { path: path.clone(), source })?;
+        let (sender, pieces) = sync_channel(MOST_WAITING);
+        let thread = std::thread::spawn(move || write(&pieces, &file));
+        Ok((Self { path, thread }, sender))
+    }
+
+    /// Waits until all is written that went into the sender, which must be gone.
+    ///
+    /// # Errors
+    /// [`ReportError::File`] when the disk did not take it; the rows before are in the file.
+    pub fn finish(self) -> Result<PathBuf, ReportError> {
+        let written = self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        written.map(|()| self.path.clone()).map_err(|source| ReportError::File { path: self.path, source })
+    }
+}
+
+/// Writes what comes until the sender is gone. A row that a full disk takes in part is taken out again.
+fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
+    let mut whole_bytes = 0;
+    let written = write_rows(pieces, file, &mut whole_bytes);
+    if written.is_err() {
+        let _ = file.set_len(whole_bytes);
+    }
+    written
+}
+
+fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) -> io::Result<()> {
+    let (mut table, mut waiting, mut number) = (begin(file, &[])?, 0, NumberText::default());
+    loop {
+        let piece = pieces.try_recv();
+        if piece.is_err() || waiting == ROWS_AT_ONCE {
+            table.flush()?;
+            (*whole_bytes, waiting) = (file.stream_position()?, 0);
+        }
+        let Ok(piece) = piece.or_else(|_| pieces.recv()) else { return Ok(()) };
+        match piece {
+            Piece::Columns(columns) => {
+                table.flush()?;
+                table = begin(file, &columns)?;
+            }
+            Piece::Row(time_s, values) => {
+                for value in std::iter::once(time_s).chain(values) {
+                    table.write_field(number.text(value))?;
+                }
+                table.write_record(None::<&[u8]>)?;
+                waiting += 1;
+            }
+        }
+    }
+}
+
+/// Begins the file anew, with the names of these columns. Its buffer has room for all that is written at once.
+fn begin<'a>(mut file: &'a File, columns: &[Column]) -> io::Result<csv::Writer<&'a File>> {
+    file.rewind()?;
+    file.set_len(0)?;
+    let buffer_bytes = (1 + ROWS_AT_ONCE) * NUMBER_BYTES * (1 + columns.len());
+    let mut table = csv::WriterBuilder::new().buffer_capacity(buffer_bytes).from_writer(file);
     table.write_field(TIME_HEADER)?;
-    for column in recording.columns() {
+    for column in columns {
         table.write_field(column.header())?;
     }
     table.write_record(None::<&[u8]>)?;
-    let mut number = NumberText::default();
-    for (time_s, row) in recording.time_s().iter().zip(recording.rows()) {
-        if stop.load(Ordering::Relaxed) {
-            return Err(io::Error::other("stopped"));
-        }
-        table.write_field(number.text(*time_s))?;
-        for value in row {
-            table.write_field(number.text(*value))?;
-        }
-        table.write_record(None::<&[u8]>)?;
-    }
-    table.flush()
+    table.flush()?;
+    Ok(table)
 }
 
 /// Turns numbers into text without allocating.
@@ -69,23 +147,24 @@ impl NumberText {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::recording::Column;
     use rand_core::{Rng, SeedableRng};
 
     fn column(signal: &str, unit: &str) -> Column {
         Column { source: "master".into(), signal: signal.into(), indices: vec![0], unit: unit.into() }
     }
 
-    fn csv_of(recording: &Recording) -> Vec<u8> {
-        let mut bytes = Vec::new();
-        write(recording, &AtomicBool::new(false), &mut bytes).unwrap();
-        bytes
+    fn csv_of(columns: Vec<Column>, rows: impl IntoIterator<Item = (f64, Vec<f64>)>) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
+        pieces.send(Piece::Columns(columns)).unwrap();
+        rows.into_iter().for_each(|(time_s, values)| pieces.send(Piece::Row(time_s, values)).unwrap());
+        drop(pieces);
+        fs::read(file.finish().unwrap()).unwrap()
     }
 
     #[test]
     fn every_number_reads_back_with_the_same_bits() {
-        let mut recording =
-            Recording::new(vec![column("SINGLE", "m"), column("DOUBLE", "N"), column("COUNT", "")]);
+        let columns = vec![column("SINGLE", "m"), column("DOUBLE", "N"), column("COUNT", "")];
         let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(7);
         let mut expected = Vec::new();
         for tick in 0..5_000_u32 {
@@ -95,10 +174,11 @@ mod tests {
             let double = if double.is_nan() { 1.0 / 3.0 } else { double };
             let count = random.next_u32();
             expected.push((f64::from(tick) * 1e-3, single, double, count));
-            let row = recording.add_row(f64::from(tick) * 1e-3);
-            row.copy_from_slice(&[f64::from(single), double, f64::from(count)]);
         }
-        let bytes = csv_of(&recording);
+        let rows = expected.iter().map(|(time_s, single, double, count)| {
+            (*time_s, vec![f64::from(*single), *double, f64::from(*count)])
+        });
+        let bytes = csv_of(columns, rows);
         let mut table = csv::Reader::from_reader(bytes.as_slice());
         assert_eq!(
             table.headers().unwrap(),
@@ -135,9 +215,24 @@ mod tests {
     }
 
     #[test]
+    fn a_table_that_begins_anew_has_nothing_of_the_one_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
+        let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
+        let rows = |width| (0..200).map(move |row| Piece::Row(row.into(), vec![0.5; width]));
+        let anew = [Piece::Columns(vec![one.clone(), other])];
+        for piece in [Piece::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2)) {
+            pieces.send(piece).unwrap();
+        }
+        drop(pieces);
+        let mut table = csv::Reader::from_path(file.finish().unwrap()).unwrap();
+        assert_eq!(table.headers().unwrap().len(), 3);
+        assert_eq!(table.records().map(Result::unwrap).filter(|row| &row[2] == "0.5").count(), 200);
+    }
+
+    #[test]
     fn a_name_with_a_comma_stays_one_column() {
-        let recording = Recording::new(vec![column("odd, \"name\"", "m")]);
-        let bytes = csv_of(&recording);
+        let bytes = csv_of(vec![column("odd, \"name\"", "m")], []);
         let mut table = csv::Reader::from_reader(bytes.as_slice());
         assert_eq!(&table.headers().unwrap()[1], "master.odd, \"name\"[0] (m)");
     }

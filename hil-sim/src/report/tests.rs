@@ -73,13 +73,13 @@ fn a_folder_that_was_tried_is_as_it_was() {
 }
 
 #[test]
-fn a_report_that_is_stopped_says_so_and_leaves_no_half_table() {
+fn a_report_that_is_stopped_says_so_and_leaves_no_page() {
     let folder = tempfile::tempdir().unwrap();
     let recording = recording();
     let stop = AtomicBool::new(true);
     let error = write(folder.path(), &report(&recording), &stop, &ProgressBar::hidden()).unwrap_err();
     assert!(matches!(error, ReportError::Stopped { .. }), "{error}");
-    assert!(!folder.path().join(SIGNALS_FILE).exists() && !folder.path().join(PAGE_FILE).exists());
+    assert!(!folder.path().join(PAGE_FILE).exists());
 }
 
 #[test]
@@ -90,12 +90,12 @@ fn everything_said_to_be_written_is_there() {
     let written = write(&folder.path().join("new/run"), &report(&recording), &NEVER, &bar).unwrap();
     assert_eq!(bar.length(), Some(bar.position()), "the bar ends full");
     assert_eq!(written.pictures.len(), 4);
-    for path in written.pictures.iter().chain([&written.page, &written.signals]) {
+    for path in written.pictures.iter().chain([&written.page]) {
         assert!(path.metadata().unwrap().len() > 0, "{} is empty", path.display());
     }
     let page = fs::read_to_string(&written.page).unwrap();
-    for path in written.pictures.iter().chain([&written.signals]) {
-        let name = path.file_name().unwrap().to_str().unwrap();
+    let pictures = written.pictures.iter().map(|path| path.file_name().unwrap().to_str().unwrap());
+    for name in pictures.chain([SIGNALS_FILE]) {
         assert!(page.contains(&format!("href=\"{name}\"")), "the page does not link {name}");
     }
     assert!(!page.contains("://"), "the page needs nothing from elsewhere");
@@ -105,8 +105,9 @@ fn everything_said_to_be_written_is_there() {
 fn a_run_that_was_stopped_at_once_still_gets_its_report() {
     let folder = tempfile::tempdir().unwrap();
     let empty = Recording::new(vec![]);
-    let written = write(folder.path(), &report(&empty), &NEVER, &ProgressBar::hidden()).unwrap();
-    assert_eq!(fs::read_to_string(written.signals).unwrap(), "time_s (s)\n");
+    let (signals, _) = SignalsFile::create(folder.path(), &[]).unwrap();
+    write(folder.path(), &report(&empty), &NEVER, &ProgressBar::hidden()).unwrap();
+    assert_eq!(fs::read_to_string(signals.finish().unwrap()).unwrap(), "time_s (s)\n");
 }
 
 #[test]
