@@ -14,6 +14,8 @@ use std::ops::Range;
 use common::{Flash, PAGE, PAGES, WORD};
 use embassy_futures::block_on;
 use firmware::{BUFFER_BYTES, Kept, KeptKey, KeyStore, SEEDS_PER_START, SchemeStore};
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 
 /// Schemes before it.
 const KEYS: Range<u32> = 4096..8192;
@@ -196,6 +198,21 @@ fn an_old_page_whose_retirement_and_erasure_were_cut_locks_nothing() {
             }
         }
         assert!(count >= 7 * 700, "{count}");
+    }
+}
+
+#[test]
+fn what_is_kept_is_to_the_bit_what_was_asked_for() {
+    let mut board = Board::start(Flash::new());
+    let mut random = Pcg64Mcg::seed_from_u64(1);
+    for _ in 0..1_000 {
+        let (mut key, salt) = ([0; 16], random.next_u64());
+        random.fill_bytes(&mut key);
+        let set = block_on(board.store.set(key, salt, &mut board.flash));
+        assert_eq!(set, Ok(KeptKey { key, seed: salt }));
+        board = Board::start(board.flash);
+        let seed = salt.wrapping_add(SEEDS_PER_START);
+        assert!(board.kept == Kept::Key(KeptKey { key, seed }), "another key, or another number of starts");
     }
 }
 

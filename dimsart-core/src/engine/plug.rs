@@ -236,6 +236,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let before = running.wiring.find(module).filter(|_| goes_on);
         let before = before.map(|plugged| (plugged, running.wiring.ports(plugged)));
         let end = next.wiring.modules().len();
+        // A module that is gone by now has no place before it.
         let order = next.place_before.and_then(|before| next.wiring.order_of(before)).unwrap_or(end);
         let every_ticks = next.instance(module).map_or(1, |instance| instance.every_ticks);
         let new = New { module, every_ticks, kind, settings, order, before };
@@ -249,7 +250,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let next = self.edited_mut();
         next.wiring.find(module).ok_or(CommandError::NotPluggedIn(module))?;
         next.wiring.unplug(module);
-        next.place_before = next.place_before.filter(|before| *before != module);
         Ok(())
     }
 

@@ -48,11 +48,12 @@ impl Udp {
         Ok(Self { socket, peer })
     }
 
-    /// Finds out when packets come in, and leaves them there. None if the system refuses.
+    /// Finds out when packets of the peer come in, and leaves them there. None if the system refuses.
     #[must_use]
     pub fn arrival(&self) -> Option<ArrivalPoll> {
-        let socket = self.socket.try_clone().ok()?;
-        Some(ArrivalPoll::new(move || socket.peek(&mut [0; MAX_CONTENT_BYTES]).is_ok()))
+        let (socket, peer) = (self.socket.try_clone().ok()?, self.peer);
+        let is_peers = move |(_, sender)| sender == peer;
+        Some(ArrivalPoll::new(move || socket.peek_from(&mut [0; MAX_CONTENT_BYTES]).is_ok_and(is_peers)))
     }
 }
 
@@ -75,5 +76,33 @@ impl Link for Udp {
                 Err(_) => return,
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+
+    #[test]
+    fn what_a_stranger_sends_is_neither_heard_nor_taken() {
+        let [peer, stranger] = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
+        let own = "127.0.0.1:0".parse().unwrap();
+        let mut link = Udp::open(own, peer.local_addr().unwrap()).unwrap();
+        let own = link.socket.local_addr().unwrap();
+        let arrival = link.arrival().unwrap();
+        let heard =
+            |wait_ms| arrival.arrival_before(Instant::now() + Duration::from_millis(wait_ms)).is_some();
+        stranger.send_to(b"stranger", own).unwrap();
+        assert!(!heard(50), "a stranger is heard");
+        peer.send_to(b"peer", own).unwrap();
+        let (mut taken, deadline) = (Vec::new(), Instant::now() + Duration::from_secs(10));
+        while taken.is_empty() && Instant::now() < deadline {
+            link.receive(0, &mut |bytes| taken.push(bytes.to_vec()));
+        }
+        assert_eq!(taken, [b"peer"]);
+        peer.send_to(b"again", own).unwrap();
+        assert!(heard(10_000), "the peer is not heard");
     }
 }
