@@ -30,7 +30,6 @@ use crate::modules::Standard;
 use crate::port::{Direction, Stage};
 use crate::rate::Rate;
 use crate::wiring::Wiring;
-use containment::Containment;
 use plan::{Plan, Plans};
 use transaction::Draft;
 
@@ -79,7 +78,8 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     is_running: bool,
     /// Whether a module begins with its next call.
     begins: bool,
-    containment: Containment,
+    /// Modules that have failed and are cut out with all that depend on them, a bit for each place in the plug-in order.
+    failed: u32,
     list: PhantomData<M>,
 }
 
@@ -106,7 +106,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             costs: None,
             is_running: false,
             begins: false,
-            containment: Containment::NONE,
+            failed: 0,
             list: PhantomData,
         }
     }
@@ -130,8 +130,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let data = self.data_base.view(device);
         let wiring = &mut self.plans.running_mut().wiring;
         let resting = wiring.resting();
-        let containment = &mut self.containment;
-        observer.look_on(Calls { wiring, begins: self.begins, resting, containment }, &data);
+        let failed = &mut self.failed;
+        observer.look_on(Calls { wiring, begins: self.begins, resting, failed }, &data);
         if self.begins {
             self.begins = false;
             wiring.has_begun();

@@ -55,8 +55,8 @@ pub(crate) struct Plugged {
     pub(crate) takes_over: bool,
     /// Whether its ports are as in the scheme that runs: only then its state is still about them.
     pub(crate) is_alike: bool,
-    /// Modules that are cut out when it is: itself, and all that depend on it. A bit for each place in the plug-in order.
-    pub(crate) falls_with: u32,
+    /// Modules that it is cut out with: itself, and all that it depends on. A bit for each place in the plug-in order.
+    pub(crate) needs: u32,
     ports: Part,
     handles: Part,
 }
@@ -229,7 +229,7 @@ impl Wiring {
             begins: true,
             takes_over: false,
             is_alike,
-            falls_with: 0,
+            needs: 0,
             ports: Part { start: index(self.ports.len())?, count: index(specs.len())? },
             handles: Part { start: index(self.handles.len())?, count: index(handles)? },
         };
@@ -265,7 +265,7 @@ impl Wiring {
         kinds: &[Kind],
         of_device: u64,
     ) {
-        self.find_what_falls(of_device);
+        self.find_needs(of_device);
         self.calls.clear();
         for (order, stage) in calls {
             let Some(plugged) = self.modules.get(usize::from(order)) else { continue };

@@ -5,7 +5,7 @@ use super::Engine;
 use crate::command::ModuleRef;
 use crate::data_type::TypeRef;
 use crate::kind::ModuleList;
-use crate::wiring::{Call, Plugged, Span, Wiring, module_bit};
+use crate::wiring::{Plugged, Span, module_bit};
 
 /// A module wrote what its signal cannot be: no finite number, or one beyond what its unit
 /// [can be](crate::Unit::largest).
@@ -30,37 +30,17 @@ impl ModuleFault {
     }
 }
 
-/// Which modules are cut out, a bit for each place in the plug-in order. Fresh, it is all zero bits.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Containment {
-    /// Modules that have failed.
-    pub(super) failed: u32,
-    /// Modules that are cut out: those, and all that depend on them.
-    pub(super) fallen: u32,
-}
-
-impl Containment {
-    pub(super) const NONE: Self = Self { failed: 0, fallen: 0 };
-
-    /// Cuts out the module of a call, and all that depend on it. As little as can be: every call could come to this.
-    #[inline(always)]
-    pub(super) fn cut_out(&mut self, wiring: &Wiring, call: &Call) {
-        self.failed |= module_bit(call.order);
-        self.fallen |= wiring.called(call).map_or(0, |plugged| plugged.falls_with);
-    }
-}
-
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Modules that have failed, a bit for each place in the plug-in order.
     pub(crate) fn failed(&self) -> u32 {
-        self.containment.failed
+        self.failed
     }
 
     /// The module that failed, when an input of the device depends on it; the first one in plug-in order of several.
     #[inline]
     pub(crate) fn lost_device(&self) -> Option<ModuleRef> {
         let wiring = &self.plans.running().wiring;
-        let drivers = self.containment.failed & wiring.drives_device();
+        let drivers = self.failed & wiring.drives_device();
         let first = usize::try_from(drivers.trailing_zeros()).ok().filter(|_| drivers != 0)?;
         wiring.modules().get(first).map(|plugged| plugged.module)
     }
@@ -70,7 +50,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// device gets nothing without, or else the first one.
     #[must_use]
     pub fn module_fault(&self) -> Option<ModuleFault> {
-        let failed = self.containment.failed;
+        let failed = self.failed;
         let drivers = failed & self.plans.running().wiring.drives_device();
         self.faults_of(if drivers == 0 { failed } else { drivers }).next()
     }
@@ -97,9 +77,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// Modules that are cut out: those that failed, and all that depend on them.
     pub fn fallen_modules(&self) -> impl Iterator<Item = ModuleRef> + '_ {
-        let modules = (0..).zip(self.plans.running().wiring.modules());
-        let fallen = modules.filter(|(order, _)| self.containment.fallen & module_bit(*order) != 0);
-        fallen.map(|(_, plugged)| plugged.module)
+        let modules = self.plans.running().wiring.modules().iter();
+        modules.filter(|plugged| plugged.needs & self.failed != 0).map(|plugged| plugged.module)
     }
 
     /// Begins these modules anew, also those that are cut out, with what fell with them.
@@ -107,8 +86,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let modules = (0..).zip(self.plans.running().wiring.modules());
         let meant = modules.filter(|(_, plugged)| is_meant(plugged.module));
         let meant = meant.fold(0, |meant, (order, _)| meant | module_bit(order));
-        let Containment { failed, fallen, .. } = self.containment;
-        let still_failed = failed & !meant;
+        let fallen = self.plans.running().wiring.fall_with(self.failed);
+        let still_failed = self.failed & !meant;
         self.clear_writes(fallen & !still_failed);
         self.begin(is_meant);
         self.contain_anew(still_failed, fallen);
@@ -130,11 +109,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// not any more begin. A bit for each place in the plug-in order.
     pub(super) fn contain_anew(&mut self, failed: u32, before: u32) {
         let wiring = &mut self.plans.running_mut().wiring;
-        let failing = (0..).zip(wiring.modules()).filter(|(order, _)| failed & module_bit(*order) != 0);
-        let fallen = failing.fold(0, |fallen, (_, plugged)| fallen | plugged.falls_with);
-        let back = before & !fallen;
+        let back = before & !wiring.fall_with(failed);
         wiring.begin_places(back);
         self.begins |= back != 0;
-        self.containment = Containment { failed, fallen };
+        self.failed = failed;
     }
 }

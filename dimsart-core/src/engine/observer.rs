@@ -1,6 +1,5 @@
 //! Who looks on while an engine steps, such as to measure what its modules take.
 
-use super::containment::Containment;
 use crate::data::Data;
 use crate::wiring::{Call, Wiring, module_bit};
 
@@ -41,7 +40,8 @@ pub struct Calls<'a> {
     pub(super) begins: bool,
     /// Modules that do not run in this tick, unless they begin; a bit for each place in the plug-in order.
     pub(super) resting: u32,
-    pub(super) containment: &'a mut Containment,
+    /// Modules that have failed, a bit for each place in the plug-in order.
+    pub(super) failed: &'a mut u32,
 }
 
 impl Calls<'_> {
@@ -58,12 +58,12 @@ impl Calls<'_> {
         let is_usual = !self.begins && self.resting == 0;
         let mut spans = wiring.spans();
         for (place, call) in wiring.calls().iter().enumerate() {
-            if is_usual && self.containment.fallen == 0 || self.prepare(call, data) {
+            if is_usual && *self.failed == 0 || self.prepare(call, data) {
                 make(place, call);
             }
             for _ in 0..call.spans {
                 if spans.next().is_some_and(|span| data.has_wrong(*span)) {
-                    self.containment.cut_out(wiring, call);
+                    *self.failed |= module_bit(call.order);
                 }
             }
         }
@@ -73,16 +73,15 @@ impl Calls<'_> {
     #[cold]
     #[inline(never)]
     fn prepare(&self, call: &Call, data: &Data<'_>) -> bool {
-        if self.containment.fallen & module_bit(call.order) != 0 {
+        let Some(called) = self.wiring.called(call) else { return false };
+        if called.needs & *self.failed != 0 {
             return false;
         }
-        let begins = self.wiring.called(call).filter(|called| self.begins && called.begins);
-        if let Some(called) = begins
-            && let Some(begin) = call.begin
-        {
+        let begins = self.begins && called.begins;
+        if begins && let Some(begin) = call.begin {
             data.say_who_takes_over(called.takes_over);
             begin(data, call.configuration, call.state);
         }
-        begins.is_some() || self.resting & module_bit(call.order) == 0
+        begins || self.resting & module_bit(call.order) == 0
     }
 }

@@ -4,7 +4,6 @@
 use heapless::Vec;
 
 use super::Engine;
-use super::containment::Containment;
 use super::plan::Instance;
 use crate::command::{CommandError, ModuleRef};
 use crate::data_base::bit;
@@ -159,7 +158,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
     pub(super) fn switch(&mut self) {
-        let Containment { failed, fallen, .. } = self.containment;
+        let failed = self.failed;
+        let fallen = self.plans.running().wiring.fall_with(failed);
         let (mut still_failed, mut were_out, mut stay) = (0, 0, 0);
         let (running, next) = self.plans.split_mut();
         let modules = (0..).zip(running.wiring.modules());
@@ -238,7 +238,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         } else {
             self.is_running = false;
             self.plans.switch();
-            self.containment = Containment::NONE;
+            self.failed = 0;
         }
         self.clear_next();
     }

@@ -1,4 +1,4 @@
-//! Which words are looked at behind which call, and which modules fall when what they wrote is wrong.
+//! Which words are looked at behind which call, and which modules need which: they fall with those that wrote what is wrong.
 
 use core::cell::Cell;
 
@@ -62,30 +62,35 @@ impl Wiring {
         self.drives_device
     }
 
-    /// Finds out which modules fall with which: all that read what one of them writes, in this tick or the next one.
-    pub(super) fn find_what_falls(&mut self, of_device: u64) {
+    /// Modules that are cut out when these have failed: themselves, and all that depend on them. Sets of a bit for each
+    /// place in the plug-in order.
+    pub(crate) fn fall_with(&self, failed: u32) -> u32 {
+        let fall = (0..).zip(&self.modules).filter(|(_, plugged)| plugged.needs & failed != 0);
+        fall.fold(0, |fallen, (order, _)| fallen | module_bit(order))
+    }
+
+    /// Finds out which modules need which: all that write what one of them reads, in this tick or in the one before.
+    pub(super) fn find_needs(&mut self, of_device: u64) {
         let mut writes = [0; MAX_MODULES];
-        let mut reads = [0; MAX_MODULES];
-        for ((plugged, writes), reads) in self.modules.iter().zip(&mut writes).zip(&mut reads) {
-            (*writes, *reads) = (self.writes(plugged), self.reads(plugged));
+        for (plugged, writes) in self.modules.iter().zip(&mut writes) {
+            *writes = self.writes(plugged);
         }
-        for ((order, plugged), writes) in (0..).zip(&mut self.modules).zip(&writes) {
-            let readers = (0..).zip(&reads).filter(|(_, reads)| **reads & writes != 0);
-            plugged.falls_with =
-                readers.fold(module_bit(order), |found, (reader, _)| found | module_bit(reader));
-        }
-        // Warshall: what falls with those that fall with it.
-        for by in 0..self.modules.len() {
-            let further = self.modules.get(by).map_or(0, |plugged| plugged.falls_with);
-            let by = (0..).nth(by).map_or(0, module_bit);
-            for plugged in self.modules.iter_mut().filter(|plugged| plugged.falls_with & by != 0) {
-                plugged.falls_with |= further;
+        for (order, at) in (0..).zip(0..self.modules.len()) {
+            let reads = self.modules.get(at).map_or(0, |plugged| self.reads(plugged));
+            let writers = (0..).zip(&writes).filter(|(_, writes)| **writes & reads != 0);
+            let needs = writers.fold(module_bit(order), |found, (writer, _)| found | module_bit(writer));
+            if let Some(plugged) = self.modules.get_mut(at) {
+                plugged.needs = needs;
             }
         }
-        let drivers = (0..).zip(&writes).filter(|(_, writes)| **writes & of_device != 0);
-        let drivers = drivers.fold(0, |drivers, (order, _)| drivers | module_bit(order));
-        let needed = (0..).zip(&self.modules).filter(|(_, plugged)| plugged.falls_with & drivers != 0);
-        self.drives_device = needed.fold(0, |needed, (order, _)| needed | module_bit(order));
+        // Warshall: what those need that it needs.
+        for (order, at) in (0..).zip(0..self.modules.len()) {
+            let further = self.modules.get(at).map_or(0, |plugged| plugged.needs);
+            let those = self.modules.iter_mut().filter(|plugged| plugged.needs & module_bit(order) != 0);
+            those.for_each(|plugged| plugged.needs |= further);
+        }
+        let drivers = self.modules.iter().zip(&writes).filter(|(_, writes)| **writes & of_device != 0);
+        self.drives_device = drivers.fold(0, |needed, (plugged, _)| needed | plugged.needs);
     }
 
     /// Finds out what is looked at behind which call, and where it lies.
