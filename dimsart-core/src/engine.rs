@@ -193,7 +193,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// The first fault of a wiring. Apart from what is done with it: the report is off the stack by then.
     #[inline(never)]
     fn first_fault_of(&self, wiring: &Wiring) -> Option<Finding> {
-        let mut report = CheckReport::default();
+        let mut report = CheckReport::of_first_fault();
         self.check_wiring(wiring, &mut report);
         report.findings().iter().copied().find(Finding::is_fault)
     }

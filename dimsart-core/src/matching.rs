@@ -116,9 +116,20 @@ pub struct CheckReport {
     findings: Vec<Finding, MAX_FINDINGS>,
     faults: usize,
     unlisted: usize,
+    /// Whether nobody asks for more than the first fault.
+    ends_with_fault: bool,
 }
 
 impl CheckReport {
+    /// A report that ends with the first fault that is found.
+    pub(crate) fn of_first_fault() -> Self {
+        Self { ends_with_fault: true, ..Self::default() }
+    }
+
+    fn is_over(&self) -> bool {
+        self.ends_with_fault && self.faults > 0
+    }
+
     /// The findings, faults first.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
@@ -187,9 +198,15 @@ impl Scheme<'_> {
         self.check_ties(&signal_in, report);
         self.check_links(report);
         self.check_rates(&signal_in, report);
+        if report.is_over() {
+            return;
+        }
         let suspects = self.suspects(signals.clone());
         for (slot, signal) in signals.clone().filter(|(slot, _)| suspects & bit(*slot) != 0) {
             self.check_signal(slot, signal, report);
+            if report.is_over() {
+                return;
+            }
         }
     }
 
