@@ -22,7 +22,7 @@
 //! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
 //! effect meanwhile. Its angle is 0 where the board was started.
 
-use dimsart_core::{AxisKind, DataType, InputLimits, Scalar as _, StartCause, Tick, Word};
+use dimsart_core::{AxisKind, Counter, DataType, InputLimits, Scalar as _, StartCause, Tick, Word};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
@@ -124,8 +124,8 @@ impl Board for BG431bEsc1 {
         power_stage::switch_off();
     }
 
-    fn cycles() -> Option<u32> {
-        stm32g4::cycles()
+    fn counter() -> Counter {
+        stm32g4::counter()
     }
 
     fn feed_watchdog() {

@@ -6,7 +6,7 @@ use core::ops::Range;
 use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
 use dimsart_core::{
-    AxisKind, DataType, InputLimits, MAX_PACKET_BYTES, Scalar as _, StartCause, Tick, Word, types,
+    AxisKind, Counter, DataType, InputLimits, MAX_PACKET_BYTES, Scalar as _, StartCause, Tick, Word, types,
 };
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
@@ -37,8 +37,6 @@ pub trait Board: Sized {
     /// What each of them allows, as [`with_limits`](dimsart_core::DeviceDescriptor::with_limits) takes it; empty where
     /// the device is a simulated one.
     const LIMITS: &'static [&'static [InputLimits]] = &[];
-    /// Bits of [`cycles`](Self::cycles) that count; it wraps behind them.
-    const CYCLE_BITS: u32 = 32;
     /// Packets of all links that can come in between two ticks; what comes beyond them is lost.
     const PACKETS_PER_TICK: usize = MAX_LINKS + 1;
 
@@ -66,10 +64,10 @@ pub trait Board: Sized {
     /// Cannot fail and cannot wait. It stays that way until [`Joints::write`] is called again.
     fn disarm();
 
-    /// A free-running counter of the processor's clock, if there is one.
-    fn cycles() -> Option<u32>;
+    /// A free-running counter of the processor's clock.
+    fn counter() -> Counter;
 
-    /// What 1024 instructions take by [`cycles`](Self::cycles), on an emulated board: it has no cycles, and its counter
+    /// What 1024 instructions take by the [`counter`](Self::counter), on an emulated board: it has no cycles, and its counter
     /// counts the emulator's time. 0 where that counts the processor's cycles.
     fn counts_per_1024_instructions() -> u32 {
         0

@@ -21,7 +21,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use cortex_m::peripheral::{MPU, Peripherals, SYST};
 use defmt_semihosting as _;
 use dimsart_core::exchange::MAX_PACKETS;
-use dimsart_core::{DataType, StartCause, Tick, Word};
+use dimsart_core::{Counter, DataType, StartCause, Tick, Word};
 use embassy_executor::InterruptExecutor;
 
 use crate::board::{Board, Joints, Parts};
@@ -99,7 +99,6 @@ impl Board for Mps2An386 {
     const NAME: &'static str = "mps2-an386";
     const WORDS: usize = 32_768;
     const OUTPUTS: &'static [&'static DataType] = host::OUTPUTS;
-    const CYCLE_BITS: u32 = 24;
     const PACKETS_PER_TICK: usize = MAX_PACKETS;
 
     type Joints = PlayedJoints;
@@ -150,9 +149,15 @@ impl Board for Mps2An386 {
         host::COMMANDED.clear();
     }
 
-    fn cycles() -> Option<u32> {
-        // The counter counts down.
-        Some(CYCLE_MASK - SYST::get_current())
+    #[expect(
+        unsafe_code,
+        reason = "the processor counts in it by itself, which nobody but an atomic can show"
+    )]
+    fn counter() -> Counter {
+        const SYST_CVR: usize = 0xE000_E018;
+        // SAFETY: a register of the processor that is always there and is read as a word of memory is; nobody writes to
+        // it once the board has started.
+        Counter::down(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(SYST_CVR)) }, CYCLE_BITS)
     }
 
     fn counts_per_1024_instructions() -> u32 {
@@ -208,7 +213,8 @@ fn guard_below_stack(mpu: &mut MPU) {
     cortex_m::asm::isb();
 }
 
-const CYCLE_MASK: u32 = (1 << Mps2An386::CYCLE_BITS) - 1;
+const CYCLE_BITS: u32 = 24;
+const CYCLE_MASK: u32 = (1 << CYCLE_BITS) - 1;
 /// The emulator's exit code when the firmware asked for a reset: after a panic or a fault.
 const EXIT_RESET: i32 = 101;
 
@@ -217,14 +223,14 @@ pub struct PlayedJoints;
 
 impl Joints for PlayedJoints {
     fn read(&mut self, measured: &mut [Word]) {
-        host::STAMPS.set(0, Mps2An386::cycles());
+        host::STAMPS.set(0, Some(Mps2An386::counter().now()));
         host::MEASURED.copy_to(measured);
     }
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {
         host::COMMANDED.fill(commanded);
         host::set_outcome(tick);
-        host::STAMPS.set(1, Mps2An386::cycles());
+        host::STAMPS.set(1, Some(Mps2An386::counter().now()));
     }
 }
 

@@ -26,7 +26,7 @@ mod can_link;
 #[cfg(feature = "uart-link")]
 mod uart_link;
 
-use dimsart_core::{AxisKind, DataType, InputLimits, Scalar as _, StartCause, Tick, Word};
+use dimsart_core::{AxisKind, Counter, DataType, InputLimits, Scalar as _, StartCause, Tick, Word};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1, TIM2, TIM3, TIM4};
 use embassy_stm32::time::Hertz;
@@ -143,8 +143,8 @@ impl Board for NucleoG474re {
         pac::GPIOC.bsrr().write(|pins| pins.set_br(ENABLE_PIN, true));
     }
 
-    fn cycles() -> Option<u32> {
-        stm32g4::cycles()
+    fn counter() -> Counter {
+        stm32g4::counter()
     }
 
     fn feed_watchdog() {

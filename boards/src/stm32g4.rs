@@ -22,9 +22,12 @@ pub(crate) mod uart_link;
 #[cfg(all(feature = "auth", feature = "classic-can"))]
 compile_error!("packets over classic CAN have no tags on a board: leave `auth` or `classic-can` out");
 
-use cortex_m::peripheral::{DWT, SCB};
+use core::ptr::with_exposed_provenance_mut;
+use core::sync::atomic::AtomicU32;
+
+use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
-use dimsart_core::{DataType, StartCause, Word, types};
+use dimsart_core::{Counter, DataType, StartCause, Word, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;
@@ -152,8 +155,11 @@ pub(crate) fn feed_watchdog() {
     IWDG.kr().write(|key| key.set_key(Key::RESET));
 }
 
-pub(crate) fn cycles() -> Option<u32> {
-    Some(DWT::cycle_count())
+#[expect(unsafe_code, reason = "the processor counts in it by itself, which nobody but an atomic can show")]
+pub(crate) fn counter() -> Counter {
+    const CYCCNT: usize = 0xE000_1004;
+    // SAFETY: a register of the processor that is always there and is read as a word of memory is; nobody writes to it.
+    Counter::up(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(CYCCNT)) })
 }
 
 /// From the flags of `RCC_CSR` (RM0440, 7.4.28), which it clears. Every reset inside the chip pulls the reset pin, too: the

@@ -11,7 +11,7 @@ mod transaction;
 mod vocabulary;
 
 pub use commands::Cursor;
-pub use containment::ModuleFault;
+pub use containment::{FaultCause, ModuleFault};
 use core::marker::PhantomData;
 use core::num::NonZeroU32;
 
@@ -20,6 +20,7 @@ pub(crate) use vocabulary::type_at;
 
 use crate::command::{Command, CommandError, ModuleRef};
 use crate::cost::Costs;
+use crate::counter::Counter;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::device::{DeviceDescriptor, Served};
@@ -75,6 +76,8 @@ pub struct Engine<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     has_moved: bool,
     limit_cycles: Option<NonZeroU32>,
     costs: Option<Costs>,
+    counter: Option<Counter>,
+    spare_cycles: u32,
     is_running: bool,
     /// Whether a module begins with its next call.
     begins: bool,
@@ -104,6 +107,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             has_moved: false,
             limit_cycles: None,
             costs: None,
+            counter: None,
+            spare_cycles: 0,
             is_running: false,
             begins: false,
             failed: 0,
@@ -131,7 +136,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let wiring = &mut self.plans.running_mut().wiring;
         let resting = wiring.resting();
         let failed = &mut self.failed;
-        observer.look_on(Calls { wiring, begins: self.begins, resting, failed }, &data);
+        let counter = self.counter;
+        observer.look_on(Calls { wiring, begins: self.begins, resting, counter, failed }, &data);
         if self.begins {
             self.begins = false;
             wiring.has_begun();

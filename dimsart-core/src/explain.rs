@@ -6,7 +6,7 @@ use core::fmt;
 
 use crate::command::{CommandError, ModuleRef};
 use crate::data_type::TypeRef;
-use crate::engine::{Engine, ModuleFault};
+use crate::engine::{Engine, FaultCause, ModuleFault};
 use crate::kind::ModuleList;
 use crate::matching::{Finding, Party};
 use crate::port::Difference;
@@ -61,20 +61,27 @@ impl<'a, V: Vocabulary> Explanation<'a, V> {
     }
 
     fn module_fault(&self, f: &mut fmt::Formatter<'_>, fault: ModuleFault) -> fmt::Result {
-        let (module, signal) =
-            (self.known.name_of_module(fault.module), self.known.name_of_signal(fault.signal));
-        write!(f, "{module} wrote {} to word {} of {signal}, ", fault.value(), fault.word)?;
-        let unit = self.known.type_of(fault.signal).map(|found| found.unit);
-        match unit.filter(|_| fault.value().is_finite()) {
-            None => write!(f, "which is no finite number")?,
-            Some(unit) => {
-                write!(f, "which is beyond {:e}, the most that it can be", unit.largest())?;
+        let ModuleFault { module, cause } = fault;
+        write!(f, "{} ", self.known.name_of_module(module))?;
+        let next_step = match cause {
+            FaultCause::Wrote { signal, word, bits } => {
+                let value = f32::from_bits(bits);
+                write!(f, "wrote {value} to word {word} of {}, ", self.known.name_of_signal(signal))?;
+                let unit = self.known.type_of(signal).map(|found| found.unit);
+                match unit.filter(|_| value.is_finite()) {
+                    None => write!(f, "which is no finite number")?,
+                    Some(unit) => {
+                        write!(f, "which is beyond {:e}, the most that it can be", unit.largest())?;
+                    }
+                }
+                "lower its gains or see to what it reads"
             }
-        }
-        write!(
-            f,
-            ": it is cut out with all that depends on it; lower its gains or see to what it reads, then `reset`"
-        )
+            FaultCause::TookTooLong { budget_cycles } => {
+                write!(f, "took longer than the {budget_cycles} cycles that a call of it may")?;
+                "stamp the image anew (`dimsart stamp`), or see what interrupts the tick"
+            }
+        };
+        write!(f, ": it is cut out with all that depends on it; {next_step}, then `reset`")
     }
 
     fn finding(&self, f: &mut fmt::Formatter<'_>, finding: Finding) -> fmt::Result {

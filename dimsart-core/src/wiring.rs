@@ -3,6 +3,7 @@
 //! It is a value of its own. The engine holds two: the one that runs, and the next one, which is put together and
 //! checked as a whole while the other one runs, and then takes its place, or is dropped and nothing has changed.
 
+mod budgets;
 mod falling;
 mod phases;
 mod port;
@@ -92,6 +93,8 @@ pub(crate) struct Call {
     pub(crate) configuration: u16,
     /// First word of its module's state.
     pub(crate) state: u16,
+    /// What it may take, in processor cycles.
+    pub(crate) budget_cycles: u32,
     /// Of its module in the plug-in order.
     pub(crate) order: u8,
     pub(crate) stage: Stage,
@@ -277,6 +280,7 @@ impl Wiring {
                 begin,
                 configuration: u16::MAX,
                 state: u16::MAX,
+                budget_cycles: u32::MAX,
                 order,
                 stage,
                 spans: 0,

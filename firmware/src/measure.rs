@@ -10,8 +10,6 @@ use dimsart_core::{Observer, Tick, Word};
 use crate::BoardDimsart;
 use crate::commands::Answer;
 
-const COUNTER_MASK: u32 = u32::MAX >> (32 - Selected::CYCLE_BITS);
-
 /// Since the last change of the scheme. All zero at first.
 pub(crate) struct Measurements {
     tick: Statistics,
@@ -41,9 +39,10 @@ impl Measurements {
         commanded: &mut [Word],
     ) -> Tick {
         self.made = 0;
-        let start = counter();
+        let counter = Selected::counter();
+        let start = counter.now();
         let tick = dimsart.tick_observed(measured, commanded, self);
-        let counts = counter().wrapping_sub(start);
+        let counts = counter.since(start);
         if self.made > 0 {
             self.tick.add(counts);
         }
@@ -95,7 +94,6 @@ impl Statistics {
     }
 
     fn add(&mut self, counts: u32) {
-        let counts = counts & COUNTER_MASK;
         self.least = if self.runs == 0 { counts } else { self.least.min(counts) };
         self.greatest = self.greatest.max(counts);
         self.sum += u64::from(counts);
@@ -113,15 +111,10 @@ impl Statistics {
 /// Never part of its caller: `dimsart cycles` counts it by its name, all of it, and so no less than is measured here.
 #[inline(never)]
 fn timed(call: impl FnOnce()) -> u32 {
-    let start = counter();
+    let counter = Selected::counter();
+    let start = counter.now();
+    compiler_fence(SeqCst);
     call();
-    counter().wrapping_sub(start)
-}
-
-/// Nothing moves past a reading.
-fn counter() -> u32 {
     compiler_fence(SeqCst);
-    let counts = Selected::cycles().unwrap_or_default();
-    compiler_fence(SeqCst);
-    counts
+    counter.since(start)
 }

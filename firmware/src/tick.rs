@@ -56,7 +56,8 @@ pub(crate) async fn run(
         Timer::at(due).await;
         let is_late = Instant::now() > due + TOLERANCE;
 
-        let start = Selected::cycles();
+        let counter = Selected::counter();
+        let start = counter.now();
         if let Some((sensors, timings)) = frames.measured().split_at_mut_checked(sensed) {
             joints.read(sensors);
             for (word, value) in timings.iter_mut().zip(timing.words()) {
@@ -65,9 +66,7 @@ pub(crate) async fn run(
         }
         let tick = step(dimsart, frames, &mut info, &mut ends);
         joints.write(tick, frames.commanded());
-        if let (Some(start), Some(end)) = (start, Selected::cycles()) {
-            timing.measure(start, end, Selected::CYCLE_BITS);
-        }
+        timing.measure(counter.since(start));
         let data_base = dimsart.engine().data_base();
         Selected::show(data_base.revision(), data_base.all_words());
 

@@ -279,7 +279,7 @@ impl Host {
         let words = words.iter().flat_map(|word| word.0.to_le_bytes());
         let mut stamps = [Word(0); 2];
         STAMPS.copy_to(&mut stamps);
-        let bits = u8::try_from(Mps2An386::CYCLE_BITS).unwrap_or(u8::MAX);
+        let bits = u8::try_from(Mps2An386::counter().bits()).unwrap_or(u8::MAX);
         let stamps = stamps.iter().flat_map(|stamp| stamp.0.to_le_bytes()).chain([bits]);
         self.frame.clear();
         self.frame.push_outcome(critical_section::with(|section| OUTCOME.borrow(section).take()))?;

@@ -7,27 +7,34 @@ use crate::data_type::TypeRef;
 use crate::kind::ModuleList;
 use crate::wiring::{Plugged, Span, module_bit};
 
-/// A module wrote what its signal cannot be: no finite number, or one beyond what its unit
-/// [can be](crate::Unit::largest).
+/// Why a module was cut out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModuleFault {
     /// The module.
     pub module: ModuleRef,
-    /// The signal.
-    pub signal: TypeRef,
-    /// Which of the signal's words, from 0.
-    pub word: u16,
-    /// The word, an `f32` in bits.
-    pub bits: u32,
+    /// What it did that it must not.
+    pub cause: FaultCause,
 }
 
-impl ModuleFault {
-    /// What was written.
-    #[must_use]
-    pub const fn value(&self) -> f32 {
-        f32::from_bits(self.bits)
-    }
+/// What a module does that it must not.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FaultCause {
+    /// It wrote what its signal cannot be: no finite number, or one beyond what its unit [can be](crate::Unit::largest).
+    Wrote {
+        /// The signal.
+        signal: TypeRef,
+        /// Which of the signal's words, from 0.
+        word: u16,
+        /// The word, an `f32` in bits.
+        bits: u32,
+    },
+    /// A call of it took [longer](Engine::time_calls) than it may.
+    TookTooLong {
+        /// What it may take, in processor cycles.
+        budget_cycles: u32,
+    },
 }
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -59,10 +66,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(crate) fn faults_of(&self, places: u32) -> impl Iterator<Item = ModuleFault> + '_ {
         let modules = (0..).zip(self.plans.running().wiring.modules());
         let modules = modules.filter(move |(order, _)| places & module_bit(*order) != 0);
-        modules.filter_map(|(_, plugged)| self.fault_of(plugged))
+        modules.map(|(_, plugged)| self.fault_of(plugged))
     }
 
-    fn fault_of(&self, plugged: &Plugged) -> Option<ModuleFault> {
+    fn fault_of(&self, plugged: &Plugged) -> ModuleFault {
         let data_base = &self.data_base;
         let ports = self.plans.running().wiring.ports(plugged).iter();
         let mut wrong = ports.filter(|port| port.is_written()).filter_map(|port| {
@@ -71,8 +78,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             let (word, bits) = words.find(|(_, word)| span.is_wrong(**word))?;
             Some((data_base.entry(port.slot)?.signal, word, *bits))
         });
-        let (signal, word, bits) = wrong.next()?;
-        Some(ModuleFault { module: plugged.module, signal, word, bits })
+        // What it wrote is as it should be: only its time is left.
+        let cause = wrong.next().map_or_else(
+            || FaultCause::TookTooLong {
+                budget_cycles: self.plans.running().wiring.budget_of(plugged.module),
+            },
+            |(signal, word, bits)| FaultCause::Wrote { signal, word, bits },
+        );
+        ModuleFault { module: plugged.module, cause }
     }
 
     /// Modules that are cut out: those that failed, and all that depend on them.

@@ -4,6 +4,7 @@ use core::num::NonZeroU32;
 
 use super::Engine;
 use crate::cost::Costs;
+use crate::counter::Counter;
 use crate::kind::ModuleList;
 use crate::wiring::{Plugged, Wiring};
 
@@ -17,6 +18,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// What a tick and each kind of module cost. None, as at first: it is not known, and no module is refused for it.
     pub fn set_costs(&mut self, costs: Option<Costs>) {
         self.costs = costs;
+    }
+
+    /// Times each call of a module from the next change of the scheme on. A module whose call takes longer than its
+    /// [cost](Self::set_costs), a quarter of it and `spare_cycles` more, is cut out, in that very tick, with all that
+    /// depends on it. `spare_cycles` are for interrupts above the tick. A module whose cost is not known may take as long
+    /// as it likes.
+    pub fn time_calls(&mut self, counter: Counter, spare_cycles: u32) {
+        (self.counter, self.spare_cycles) = (Some(counter), spare_cycles);
     }
 
     /// What a tick takes at most with the modules that are plugged in, in processor cycles: its own

@@ -1,5 +1,6 @@
 //! Who looks on while an engine steps, such as to measure what its modules take.
 
+use crate::counter::Counter;
 use crate::data::Data;
 use crate::wiring::{Call, Wiring, module_bit};
 
@@ -42,6 +43,7 @@ pub struct Calls<'a> {
     pub(super) resting: u32,
     /// Modules that have failed, a bit for each place in the plug-in order.
     pub(super) failed: &'a mut u32,
+    pub(super) counter: Option<Counter>,
 }
 
 impl Calls<'_> {
@@ -59,7 +61,11 @@ impl Calls<'_> {
         let mut spans = wiring.spans();
         for (place, call) in wiring.calls().iter().enumerate() {
             if is_usual && *self.failed == 0 || self.prepare(call, data) {
+                let start = self.counter.map_or(0, |counter| counter.now());
                 make(place, call);
+                if self.counter.is_some_and(|counter| counter.since(start) > call.budget_cycles) {
+                    *self.failed |= module_bit(call.order);
+                }
             }
             for _ in 0..call.spans {
                 if spans.next().is_some_and(|span| data.has_wrong(*span)) {

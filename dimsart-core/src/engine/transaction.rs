@@ -191,20 +191,22 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             self.begins |= begins;
         }
         next.connect(self.data_base.storage_mut());
-        self.spread_next();
+        self.weigh_next();
         self.clear_writes(fallen & !stay);
         self.plans.switch();
         self.contain_anew(still_failed, were_out);
         self.drop_draft();
     }
 
-    /// In which ticks the modules of the next scheme run.
-    fn spread_next(&mut self) {
+    /// In which ticks the modules of the next scheme run, and what their calls may take.
+    fn weigh_next(&mut self) {
         let next = &self.plans.next().wiring;
-        let weights = next.modules().iter().map(|plugged| self.cycles_in(next, plugged).unwrap_or(1));
-        let weights = weights.collect::<Vec<_, MAX_MODULES>>();
+        let costs = next.modules().iter().map(|plugged| self.cycles_in(next, plugged));
+        let costs = costs.collect::<Vec<_, MAX_MODULES>>();
+        let spare_cycles = self.spare_cycles;
         let (running, next) = self.plans.split_mut();
-        next.wiring.spread(&running.wiring, &weights);
+        next.wiring.spread(&running.wiring, &costs);
+        next.wiring.set_budgets(&costs, spare_cycles);
     }
 
     /// Whether a module takes over from another one in the next tick.

@@ -9,7 +9,7 @@ use super::telemetry::{Sample, Subscription, Wanted};
 use crate::command::ModuleRef;
 use crate::data_base::DataBase;
 use crate::dimsart::Dimsart;
-use crate::engine::ModuleFault;
+use crate::engine::{FaultCause, ModuleFault};
 use crate::event_log::{Event, EventKind, EventLog};
 use crate::frame::FrameError;
 use crate::kind::ModuleList;
@@ -174,15 +174,15 @@ impl DeviceInfo {
     #[inline(never)]
     fn log_tick(&self, tick: Tick, faults: impl Iterator<Item = ModuleFault>) {
         let reason = tick.reason();
-        for ModuleFault { module, signal, word, bits } in faults {
+        for ModuleFault { module, cause } in faults {
             let is_why = tick == Tick::ModuleFailed(module) && reason != self.reason;
             let what = if is_why { reason.number() } else { EventKind::ModuleCutOut as u8 };
-            self.log(Event {
-                module: Some(module),
-                signal: Some(signal),
-                word,
-                detail: bits,
-                ..Event::of(what)
+            let event = Event { module: Some(module), ..Event::of(what) };
+            self.log(match cause {
+                FaultCause::Wrote { signal, word, bits } => {
+                    Event { signal: Some(signal), word, detail: bits, ..event }
+                }
+                FaultCause::TookTooLong { budget_cycles } => Event { detail: budget_cycles, ..event },
             });
         }
         let event = Event::of(reason.number());

@@ -21,7 +21,8 @@ use crate::*;
 
 const MODULE: ModuleRef = ModuleRef { kind: 3, number: 2 };
 const SIGNAL: TypeRef = TypeRef { id: 300, number: 1 };
-const MODULE_FAULT: ModuleFault = ModuleFault { module: MODULE, signal: SIGNAL, word: 2, bits: 0x7F80_0000 };
+const MODULE_FAULT: ModuleFault =
+    ModuleFault { module: MODULE, cause: FaultCause::Wrote { signal: SIGNAL, word: 2, bits: 0x7F80_0000 } };
 const FINDING: Finding = Finding::NoProvider { signal: SIGNAL, reader: Party::Frame };
 
 /// Sends a value through a frame, sees that it comes out again, and gives its payload.

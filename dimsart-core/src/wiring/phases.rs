@@ -25,20 +25,20 @@ impl Wiring {
     /// Spreads the modules that do not run in every tick over the ticks that have least to do, by what each of them
     /// weighs. One that ran as often in the scheme before goes on as there.
     #[inline(never)]
-    pub(crate) fn spread(&mut self, before: &Self, weights: &[u32]) {
+    pub(crate) fn spread(&mut self, before: &Self, costs: &[Option<u32>]) {
         let mut load = Load::NONE;
         self.has_rates = false;
         for goes_on in [true, false] {
             let mut start = 0;
-            let slow = self.modules.iter_mut().zip(weights).filter(|(plugged, _)| plugged.rate.is_slow());
-            for (plugged, weight) in slow {
+            let slow = self.modules.iter_mut().zip(costs).filter(|(plugged, _)| plugged.rate.is_slow());
+            for (plugged, cost) in slow {
                 self.has_rates = true;
                 let every_ticks = plugged.rate.every_ticks;
                 let known = before.find(plugged.module).map(|known| known.rate);
                 let known = known.filter(|known| known.every_ticks == every_ticks);
                 if known.is_some() == goes_on {
                     plugged.rate = known.unwrap_or_else(|| load.lightest(every_ticks, start));
-                    load.add(plugged.rate, *weight);
+                    load.add(plugged.rate, cost.unwrap_or(1));
                 }
                 start = plugged.rate.left_ticks;
             }

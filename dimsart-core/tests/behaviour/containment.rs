@@ -6,8 +6,8 @@
 use std::collections::BTreeSet;
 
 use dimsart_core::{
-    Command, Context, Declare, DriveEvent, DriveState, Input, Module, ModuleRef, Output, Parameters, Reason,
-    Tick, TypeRef, Value, Word, types, words,
+    Command, Context, Declare, DriveEvent, DriveState, FaultCause, Input, Module, ModuleRef, Output,
+    Parameters, Reason, Tick, TypeRef, Value, Word, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -163,7 +163,9 @@ fn what_depends_on_a_module_that_fails_falls_with_it_and_nothing_else_does() {
             let fault = spoiled.dimsart.engine().module_fault();
             assert_eq!(fault.is_some(), !culprits.is_empty());
             if let Some(fault) = fault {
-                assert!(culprits.contains(&fault.module.number) && fault.value().is_nan() && fault.word == 1);
+                assert!(culprits.contains(&fault.module.number));
+                let FaultCause::Wrote { word: 1, bits, .. } = fault.cause else { panic!("{fault:?}") };
+                assert!(f32::from_bits(bits).is_nan());
             }
             lost += u32::from(has_lost_device);
             kept += u32::from(!has_lost_device && !culprits.is_empty());
@@ -266,7 +268,8 @@ fn a_signal_beyond_what_its_unit_can_be_is_a_fault_and_the_largest_value_is_none
                 let (tick, commanded) = bench.try_tick(&[Word::from(sign * beyond)]);
                 let fault = bench.dimsart.engine().module_fault().unwrap();
                 assert_eq!(tick, Tick::ModuleFailed(fault.module));
-                assert_eq!((fault.signal, fault.word, fault.value()), (out.first(), 0, sign * beyond));
+                let bits = (sign * beyond).to_bits();
+                assert_eq!(fault.cause, FaultCause::Wrote { signal: out.first(), word: 0, bits });
                 assert_eq!(commanded, [Word(0)]);
             }
         }

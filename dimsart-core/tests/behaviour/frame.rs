@@ -3,9 +3,9 @@
 
 use crate::common::{Bench, Types};
 use dimsart_core::{
-    AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, Format, FrameError,
-    Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Summary, Tick, Unit, Vector,
-    Word, limits::MAX_DOF, modules::Standard, types, words,
+    AxisKind, Context, DataType, Declare, DescriptorError, DeviceDescriptor, Dimsart, FaultCause, Format,
+    FrameError, Input, MAX_DEVICE_TYPES, Matrix, Module, Output, Parameters, Shape, Single, Summary, Tick,
+    Unit, Vector, Word, limits::MAX_DOF, modules::Standard, types, words,
 };
 
 macro_rules! own_types {
@@ -224,8 +224,9 @@ fn what_a_module_spoils_never_reaches_the_device() {
             let (tick, commanded) = bench.try_tick(&measurement());
             let fault = bench.dimsart.engine().module_fault().unwrap();
             assert_eq!(tick, Tick::ModuleFailed(fault.module));
-            assert_eq!((fault.signal, fault.word), (data_type.first(), word));
-            assert!(!fault.value().is_finite());
+            let FaultCause::Wrote { signal, word: found, bits } = fault.cause else { panic!("{fault:?}") };
+            assert_eq!((signal, found), (data_type.first(), word));
+            assert!(!f32::from_bits(bits).is_finite());
             assert!(commanded.iter().all(|word| *word == Word(0)));
             bench.rows("RELAY_MOD SPOILS OFF");
             assert_eq!(bench.try_tick(&measurement()).0, tick, "until a reset");

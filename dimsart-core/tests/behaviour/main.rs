@@ -24,6 +24,7 @@ mod link_rate;
 mod link_start;
 mod matching;
 mod modules;
+mod overruns;
 mod parameters;
 mod play_out;
 mod protocol;

@@ -322,7 +322,7 @@ fn timing_is_told_by_a_device_that_has_a_clock_and_a_controller_alone_keeps_no_s
     let mut timing = Timing::default();
     timing.count(true, false);
     timing.count(false, true);
-    timing.measure(5, 30, 32);
+    timing.measure(25);
     served.info.set_timing(timing);
     let report = TimingReport { ticks: 2, late: 1, overruns: 1, last_mean_max_cycles: Some([25; 3]) };
     assert_eq!(unwrap!(Timing, served.ask(Request::Timing)), report);

@@ -4,7 +4,9 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{Request, Response};
-use dimsart_core::{Event, EventKind, MAX_EVENTS, ModuleFault, Reason, StartCause, Vocabulary as _};
+use dimsart_core::{
+    Event, EventKind, FaultCause, MAX_EVENTS, ModuleFault, Reason, StartCause, Vocabulary as _,
+};
 use serde::Serialize;
 
 use super::device::take;
@@ -71,9 +73,12 @@ impl<S: Read + Write> Device<S> {
         let Event { number, tick, what, module, signal, word, detail } = *event;
         let is = |kind: EventKind| what == kind as u8;
         let is_reason = |reason: Reason| what == reason.number();
-        let text = match (module.zip(signal), signal) {
-            (Some((module, signal)), _) => {
-                self.module_fault_text(ModuleFault { module, signal, word, bits: detail })?
+        let text = match (module, signal) {
+            (Some(module), _) => {
+                let cause = signal.map_or(FaultCause::TookTooLong { budget_cycles: detail }, |signal| {
+                    FaultCause::Wrote { signal, word, bits: detail }
+                });
+                self.module_fault_text(ModuleFault { module, cause })?
             }
             (None, Some(signal)) => self.know(|known| {
                 format!("word {word} of {} is not a finite number", known.name_of_signal(signal))

@@ -16,7 +16,7 @@ fn keeping(answer: Result<SchemeStatus, Refusal>) -> (String, Arc<Mutex<Vec<Sche
     let (mut robot, asked) = (Robot::new(), Arc::new(Mutex::new(Vec::new())));
     let mut timing = Timing::default();
     timing.count(true, false);
-    timing.measure(100, 4_100, 32);
+    timing.measure(4_000);
     robot.info.set_timing(timing);
     let notes = Arc::clone(&asked);
     let port = listen(move |content| match decode_request(content) {

@@ -1,0 +1,65 @@
+//! A counter that runs by itself, for whoever measures time in processor cycles.
+
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+/// A register that counts processor cycles, up or down, and wraps.
+#[derive(Debug, Clone, Copy)]
+pub struct Counter {
+    register: &'static AtomicU32,
+    /// What makes a register that counts down count up.
+    flip: u32,
+    /// Highest bits of the register that do not count.
+    unused_bits: u32,
+}
+
+impl Counter {
+    /// A register whose 32 bits count up.
+    #[must_use]
+    pub const fn up(register: &'static AtomicU32) -> Self {
+        Self { register, flip: 0, unused_bits: 0 }
+    }
+
+    /// A register whose lowest bits count down, 1 to 32 of them.
+    #[must_use]
+    pub const fn down(register: &'static AtomicU32, bits: u32) -> Self {
+        let bits = if bits > 32 { 32 } else { bits };
+        Self { register, flip: u32::MAX, unused_bits: (32 - bits) & 31 }
+    }
+
+    /// Now, to be shown to [`since`](Self::since).
+    #[inline]
+    #[must_use]
+    pub fn now(&self) -> u32 {
+        self.register.load(Relaxed) ^ self.flip
+    }
+
+    /// Cycles since then, modulo the counter's [period](Self::bits).
+    #[inline]
+    #[must_use]
+    pub fn since(&self, start: u32) -> u32 {
+        self.now().wrapping_sub(start) << self.unused_bits >> self.unused_bits
+    }
+
+    /// Bits that count.
+    #[must_use]
+    pub const fn bits(&self) -> u32 {
+        32 - self.unused_bits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn both_ways_of_counting_give_the_same_across_the_wrap() {
+        static UP: AtomicU32 = AtomicU32::new(u32::MAX - 1);
+        static DOWN: AtomicU32 = AtomicU32::new(1);
+        let (up, down) = (Counter::up(&UP), Counter::down(&DOWN, 24));
+        let starts = [up.now(), down.now()];
+        UP.store(5, Relaxed);
+        DOWN.store(0xff_fffa, Relaxed);
+        assert_eq!([up.since(starts[0]), down.since(starts[1])], [7, 7]);
+        assert_eq!([up.bits(), down.bits(), Counter::down(&DOWN, 99).bits()], [32, 24, 32]);
+    }
+}

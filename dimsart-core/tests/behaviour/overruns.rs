@@ -1,0 +1,149 @@
+//! A module whose call takes longer than it may is cut out in that tick; one that keeps to its time never is.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use dimsart_core::{
+    Command, Context, Cost, Costs, Counter, Declare, FaultCause, Input, Module, ModuleRef, Output,
+    Parameters, Tick, Unit, types, words,
+};
+
+use crate::common::Bench;
+
+words! {
+    struct Ports { input: Input, output: Output }
+    struct Settings { cycles: u32 }
+}
+
+thread_local! {
+    /// Stands for the processor's counter: a test has a thread, and so a counter, of its own.
+    static COUNTER: &'static AtomicU32 = Box::leak(Box::new(AtomicU32::new(u32::MAX - 1000)));
+    static CALLS: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Passes a signal on, and takes as long as it is told.
+#[derive(Debug)]
+struct Slow;
+
+impl Module for Slow {
+    const NAME: &'static str = "SLOW_MOD";
+    const SUMMARY: &'static str = "Takes its time.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
+        visit.count(&mut settings.cycles, "CYCLES", Unit::One, 0..=1_000_000, 0, "What a call of it takes.");
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports { input: declare.input("IN", types::SIGNAL), output: declare.output("OUT", types::SIGNAL_OUT) }
+    }
+
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output } = context.ports();
+        CALLS.with(|calls| calls.set(calls.get() + 1));
+        COUNTER.with(|counter| counter.fetch_add(context.settings().cycles, Relaxed));
+        context.map_lanes([input], [output], |_, _, [signal]| [signal]);
+    }
+}
+
+dimsart_core::module_list! {
+    enum Slows { Slow(Slow) }
+}
+
+const DOF: usize = 2;
+const SPARE_CYCLES: u32 = 50;
+/// What a call costs: 400 and 50 for each of two axes.
+const COST: u32 = 500;
+const BUDGET: u32 = COST + COST / 4 + SPARE_CYCLES;
+static COSTS: [Cost; 2] = [Cost::new(1000, 0), Cost::new(400, 50)];
+
+fn slow(number: u8) -> ModuleRef {
+    ModuleRef { kind: 0, number }
+}
+
+/// The first module drives the device, the second reads what the first writes, the third is by itself.
+fn bench() -> Bench<Slows> {
+    let mut bench: Bench<Slows> = Bench::of(DOF, &[types::SIGNAL], &[types::DES_FORCE]);
+    let engine = bench.dimsart.engine_mut();
+    engine.set_costs(Some(Costs::new(&COSTS)));
+    engine.time_calls(Counter::up(COUNTER.with(|counter| *counter)), SPARE_CYCLES);
+    let signal = |number| dimsart_core::TypeRef { id: types::SIGNAL_OUT.id, number };
+    let bindings = [
+        (types::SIGNAL.first(), types::DES_FORCE.first()),
+        (types::DES_FORCE.first(), signal(2)),
+        (types::SIGNAL.first(), signal(3)),
+    ];
+    for (number, (input, output)) in (1..).zip(bindings) {
+        bench.dimsart.command(Command::bind(slow(number), 0, input)).unwrap();
+        bench.dimsart.command(Command::bind(slow(number), 1, output)).unwrap();
+        bench.dimsart.command(Command::PlugIn(slow(number))).unwrap();
+    }
+    bench.dimsart.command(Command::Check).unwrap();
+    bench
+}
+
+fn set_cycles(bench: &mut Bench<Slows>, number: u8, cycles: u32) {
+    bench.rows(&format!("SLOW_MOD.{number} CYCLES {cycles}"));
+}
+
+#[test]
+fn a_call_may_take_its_cost_a_quarter_more_and_what_interrupts_take() {
+    let mut bench = bench();
+    for cycles in [0, COST, COST * 11 / 10, BUDGET] {
+        (1..=3).for_each(|number| set_cycles(&mut bench, number, cycles));
+        for _ in 0..100 {
+            assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0], "{cycles} cycles");
+        }
+        assert_eq!(bench.dimsart.engine().module_fault(), None);
+    }
+}
+
+#[test]
+fn one_that_takes_longer_is_cut_out_in_that_tick_with_what_depends_on_it() {
+    for percent in [127, 140, 150, 200, 300, 600] {
+        let cycles = (COST * percent / 100).max(BUDGET + 1);
+        let mut bench = bench();
+        assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
+        // The device does not depend on the third.
+        set_cycles(&mut bench, 3, cycles);
+        assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
+        assert_eq!(bench.dimsart.engine().fallen_modules().collect::<Vec<_>>(), [slow(3)]);
+        let (tick, commanded) = {
+            set_cycles(&mut bench, 1, cycles);
+            CALLS.set(0);
+            bench.try_tick(&[1.0_f32.into(), (-2.0_f32).into()])
+        };
+        assert_eq!(tick, Tick::ModuleFailed(slow(1)), "{percent} %");
+        assert!(commanded.iter().all(|word| word.0 == 0), "{commanded:?}");
+        assert_eq!(CALLS.get(), 1, "what depends on it is not called, nor what was cut out before");
+        assert_eq!(bench.dimsart.engine().fallen_modules().count(), 3);
+        let fault = bench.dimsart.engine().module_fault().unwrap();
+        assert_eq!(fault.module, slow(1));
+        assert_eq!(fault.cause, FaultCause::TookTooLong { budget_cycles: BUDGET });
+        let text = bench.dimsart.engine().explain_module_fault(fault).to_string();
+        assert!(text.contains(&format!("SLOW_MOD took longer than the {BUDGET} cycles")), "{text}");
+        // It lasts, until a reset; a reset alone does not mend it.
+        set_cycles(&mut bench, 1, 0);
+        assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, Tick::ModuleFailed(slow(1)));
+        bench.dimsart.command(Command::Reset).unwrap();
+        set_cycles(&mut bench, 3, 0);
+        assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
+        set_cycles(&mut bench, 1, cycles);
+        assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, Tick::ModuleFailed(slow(1)));
+    }
+}
+
+#[test]
+fn without_costs_a_call_may_take_as_long_as_it_likes() {
+    let mut bench = bench();
+    bench.dimsart.engine_mut().set_costs(None);
+    set_cycles(&mut bench, 1, 1_000_000);
+    // The change of the scheme has the budgets worked out anew.
+    bench.dimsart.command(Command::Unplug(slow(3))).unwrap();
+    assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
+}
