@@ -4,7 +4,6 @@
     reason = "a host tool finds the stamp by its name, and changes it behind the compiler's back"
 )]
 
-use boards::{Board as _, Selected};
 use dimsart_core::ModuleList as _;
 use dimsart_core::modules::Standard;
 use dimsart_core::stamp::{Stamp, text};
@@ -26,9 +25,6 @@ static STAMP: BoardStamp = Stamp {
     ..Stamp::unstamped(env!("DIMSART_SIDE"), SCHEME)
 };
 
-/// What interrupts above the tick may take in the midst of a call: the time driver's.
-const SPARE_CYCLES: u32 = 2_000;
-
 static PLACE: &BoardStamp = &STAMP;
 
 /// The stamp as it is in this image now.
@@ -43,8 +39,7 @@ pub(crate) fn described() -> &'static str {
     if stamp().costs().is_some() { IMAGE } else { concat!(env!("DIMSART_IMAGE"), " unstamped") }
 }
 
-/// Has a controller admit modules by the stamp, and cut out those that take longer than it says; without one, all of them
-/// are admitted and may take as long as they like.
+/// Has a controller admit modules by the stamp; without one, all of them.
 #[unsafe(export_name = "dimsart_limit")]
 #[inline(never)]
 pub(crate) extern "C" fn limit(dimsart: &mut BoardDimsart) {
@@ -52,7 +47,6 @@ pub(crate) extern "C" fn limit(dimsart: &mut BoardDimsart) {
     let engine = dimsart.engine_mut();
     engine.limit_cycles(stamp.limit_cycles());
     engine.set_costs(stamp.costs());
-    engine.time_calls(Selected::counter(), SPARE_CYCLES);
 }
 
 /// Logs what is known.

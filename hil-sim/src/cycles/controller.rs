@@ -38,7 +38,7 @@ const RESULT_BYTES: usize = 0x100;
 /// Arguments of a tick.
 const TICK: [u32; 4] = [RESULT, CONTROLLER, FRAMES, 0];
 
-/// Counters that an image may read which measures itself: `DWT_CYCCNT` and `SYST_CVR`, each in memory of its own.
+/// Counters that an image times its calls by: `DWT_CYCCNT` and `SYST_CVR`, each in memory of its own. They stand still.
 const COUNTERS: [u32; 2] = [0xE000_1004, 0xE000_E018];
 
 /// How packets of all lengths are delivered in a bound.
@@ -57,8 +57,6 @@ pub struct Controller {
     entry: EntryPoints,
     words_in: usize,
     words_out: usize,
-    /// Whether it reads the counters.
-    measures: bool,
 }
 
 impl Controller {
@@ -70,15 +68,12 @@ impl Controller {
         let mut machine = Machine::new(firmware.image.clone(), timing).map_err(machine("the image"))?;
         machine.map(CONTROLLER, firmware.controller_bytes.next_multiple_of(4));
         machine.map(ARGUMENTS, ARGUMENT_BYTES);
-        if firmware.measures {
-            COUNTERS.iter().for_each(|counter| machine.map(*counter, 4));
-        }
+        COUNTERS.iter().for_each(|counter| machine.map(*counter, 4));
         if let Some(place) = firmware.image.symbols.get("dimsart_ignores_limits") {
             machine.write(*place, &[1]).map_err(access)?;
         }
         machine.mark(firmware.compute.iter().copied().chain([firmware.command]));
-        let mut controller =
-            Self { machine, entry: firmware.entry, words_in: 0, words_out: 0, measures: firmware.measures };
+        let mut controller = Self { machine, entry: firmware.entry, words_in: 0, words_out: 0 };
         // All zero: linear axes.
         let connect = Call::new(firmware.entry.connect, [CONTROLLER, BYTES, number(dof), FRAMES]);
         controller.run("dimsart_connect", &connect)?;
@@ -248,9 +243,7 @@ impl Controller {
     /// With any words measured, by the counters, too.
     pub(super) fn call_of_tick(&self) -> Call {
         let mut inputs = vec![Input::words(MEASURED..MEASURED + 4 * number(self.words_in))];
-        if self.measures {
-            inputs.extend(COUNTERS.map(|counter| Input::words(counter..counter + 4)));
-        }
+        inputs.extend(COUNTERS.map(|counter| Input::words(counter..counter + 4)));
         Call { inputs, ..Call::new(self.entry.tick, TICK) }
     }
 

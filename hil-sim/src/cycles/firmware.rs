@@ -46,8 +46,6 @@ pub struct Firmware {
     pub(super) entry: EntryPoints,
     /// Functions that are called once per module and stage.
     pub(super) compute: BTreeSet<u32>,
-    /// Whether it measures itself, and reads a counter in every tick.
-    pub(super) measures: bool,
     /// What applies one command.
     pub(super) command: u32,
 }
@@ -153,10 +151,10 @@ impl Firmware {
                 .map(|function| function.address)
         };
         let timed: BTreeSet<u32> = named(|name| name.starts_with(TIMED)).collect();
-        let measures = !timed.is_empty();
-        let compute: BTreeSet<u32> = match measures {
-            true => timed,
-            false => named(|name| COMPUTE.iter().any(|compute| name.ends_with(compute))).collect(),
+        // Only an image that measures itself has them.
+        let compute: BTreeSet<u32> = match timed.is_empty() {
+            false => timed,
+            true => named(|name| COMPUTE.iter().any(|compute| name.ends_with(compute))).collect(),
         };
         if compute.is_empty() {
             return Err(lacks("a module's compute"));
@@ -169,7 +167,6 @@ impl Firmware {
             stack_top,
             entry,
             compute,
-            measures,
             command,
             name,
             clock_hz,
