@@ -158,6 +158,7 @@ impl Board for Mps2An386 {
         // SAFETY: a register of the processor that is always there and is read as a word of memory is; nobody writes to
         // it once the board has started.
         Counter::down(unsafe { AtomicU32::from_ptr(with_exposed_provenance_mut(SYST_CVR)) }, CYCLE_BITS)
+            .with_counts_per_cycle(COUNTS_PER_CYCLE)
     }
 
     fn counts_per_1024_instructions() -> u32 {
@@ -214,6 +215,9 @@ fn guard_below_stack(mpu: &mut MPU) {
 }
 
 const CYCLE_BITS: u32 = 24;
+/// Of the emulator's time at 25 MHz, in which an instruction takes 1024 ns: not less than an instruction, which takes a
+/// cycle or more.
+const COUNTS_PER_CYCLE: u32 = 26;
 const CYCLE_MASK: u32 = (1 << CYCLE_BITS) - 1;
 /// The emulator's exit code when the firmware asked for a reset: after a panic or a fault.
 const EXIT_RESET: i32 = 101;

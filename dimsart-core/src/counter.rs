@@ -1,8 +1,8 @@
-//! A counter that runs by itself, for whoever measures time in processor cycles.
+//! A counter that runs by itself, for whoever measures time.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-/// A register that counts processor cycles, up or down, and wraps.
+/// A register that counts with the processor's clock, up or down, and wraps.
 #[derive(Debug, Clone, Copy)]
 pub struct Counter {
     register: &'static AtomicU32,
@@ -10,20 +10,33 @@ pub struct Counter {
     flip: u32,
     /// Highest bits of the register that do not count.
     unused_bits: u32,
+    counts_per_cycle: u32,
 }
 
 impl Counter {
     /// A register whose 32 bits count up.
     #[must_use]
     pub const fn up(register: &'static AtomicU32) -> Self {
-        Self { register, flip: 0, unused_bits: 0 }
+        Self { register, flip: 0, unused_bits: 0, counts_per_cycle: 1 }
     }
 
     /// A register whose lowest bits count down, 1 to 32 of them.
     #[must_use]
     pub const fn down(register: &'static AtomicU32, bits: u32) -> Self {
         let bits = if bits > 32 { 32 } else { bits };
-        Self { register, flip: u32::MAX, unused_bits: (32 - bits) & 31 }
+        Self { register, flip: u32::MAX, unused_bits: (32 - bits) & 31, counts_per_cycle: 1 }
+    }
+
+    /// One that counts faster than the processor, as in an emulator: so many counts in a cycle, at least 1.
+    #[must_use]
+    pub const fn with_counts_per_cycle(self, counts_per_cycle: u32) -> Self {
+        Self { counts_per_cycle: if counts_per_cycle == 0 { 1 } else { counts_per_cycle }, ..self }
+    }
+
+    /// Counts in a cycle of the processor.
+    #[must_use]
+    pub const fn counts_per_cycle(&self) -> u32 {
+        self.counts_per_cycle
     }
 
     /// Now, to be shown to [`since`](Self::since).
@@ -33,7 +46,7 @@ impl Counter {
         self.register.load(Relaxed) ^ self.flip
     }
 
-    /// Cycles since then, modulo the counter's [period](Self::bits).
+    /// Counts since then, modulo the counter's [period](Self::bits).
     #[inline]
     #[must_use]
     pub fn since(&self, start: u32) -> u32 {

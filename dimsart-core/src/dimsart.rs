@@ -1,6 +1,7 @@
 //! One controller: engine, frame and safety stage, and the order of a tick.
 
 use crate::command::{Command, CommandError};
+use crate::data_type::TypeRef;
 use crate::device::DeviceDescriptor;
 use crate::engine::{Engine, Observer};
 use crate::frame::Frame;
@@ -19,6 +20,7 @@ pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     engine: Engine<M, WORDS>,
     frame: Frame,
     safety: Safety,
+    are_commands_late: bool,
 }
 
 impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
@@ -38,7 +40,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [connected](Self::connect) in its place.
     #[must_use]
     pub const fn unconnected() -> Self {
-        Self { engine: Engine::unconnected(), frame: Frame::unconnected(), safety: Safety::new() }
+        Self {
+            engine: Engine::unconnected(),
+            frame: Frame::unconnected(),
+            safety: Safety::new(),
+            are_commands_late: false,
+        }
     }
 
     /// Starts anew for a device, with its types in the Data Base and no module plugged in.
@@ -64,6 +71,13 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             self.engine.begin_motion();
         }
         self.safety.allow_motion(is_allowed);
+    }
+
+    /// Says whether what the scheme is commanded by from outside is too old, from the next tick on: the device gets its
+    /// safe value then, until a reset if it was moved before. For whoever has a watchdog, such as a
+    /// [`Coupling`](crate::Coupling).
+    pub fn hold_back(&mut self, are_commands_late: bool) {
+        self.are_commands_late = are_commands_late;
     }
 
     /// One tick: device to Data Base, every module, Data Base to device by way of the [safety stage](Safety).
@@ -101,7 +115,10 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         if let Some(module) = self.engine.lost_device() {
             return Err(Tick::ModuleFailed(module));
         }
-        self.lost_link().map_or(Ok(()), |link| Err(Tick::LinkLost { link }))
+        if let Some(link) = self.lost_link() {
+            return Err(Tick::LinkLost { link });
+        }
+        if self.are_commands_late { Err(Tick::CommandsLate) } else { Ok(()) }
     }
 
     /// A link that its receiving module has just called lost.
@@ -174,6 +191,20 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// and is looked at here.
     pub fn overwrite(&mut self, slot: u8, words: impl IntoIterator<Item = u32>) {
         self.engine.data_base_mut().overwrite(slot, words);
+    }
+
+    /// The words of these signals as the last tick left them, one behind the other. A signal that is not in the Data Base
+    /// has as many words as its type has, not-a-number each.
+    pub fn signals<'a>(&'a self, signals: &'a [TypeRef]) -> impl Iterator<Item = Word> + 'a {
+        let (data_base, device) = (self.engine.data_base(), self.engine.device());
+        signals.iter().flat_map(move |signal| {
+            let slot = data_base.slot(*signal);
+            let words = slot.map_or(&[][..], |slot| data_base.words(slot));
+            let data_type = device.data_type(signal.id).filter(|_| slot.is_none());
+            let lacking = data_type.map_or(0, |found| found.shape.words(device.dof()));
+            let lacking = core::iter::repeat_n(f32::NAN.to_bits(), lacking);
+            words.iter().copied().chain(lacking).map(Word)
+        })
     }
 
     /// Takes the packet that the last tick left for link `link`, if any.

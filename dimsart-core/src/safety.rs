@@ -41,6 +41,9 @@ pub enum Tick {
         /// The link.
         link: u8,
     },
+    /// The scheme ran, but what it is commanded by from outside is [too old](crate::Dimsart::hold_back): the device gets
+    /// its safe value, until a reset if it was moved before.
+    CommandsLate,
     /// A module that the device depends on has [failed](crate::Engine::module_fault) and is cut out: the device gets its
     /// safe value until a reset.
     ModuleFailed(ModuleRef),
@@ -56,6 +59,7 @@ impl Tick {
             Self::MeasurementRefused(_) => Reason::MeasurementRefused,
             Self::CommandRefused(_) => Reason::CommandRefused,
             Self::Disarmed => Reason::Disarmed,
+            Self::CommandsLate => Reason::CommandsLate,
             Self::LinkLost { .. } => Reason::LinkLost,
             Self::ModuleFailed(_) => Reason::ModuleFailed,
         }
@@ -68,7 +72,7 @@ impl Tick {
 /// |---|---|
 /// | nothing is wrong | the scheme's command, held to the input's range and rate |
 /// | scheme stopped, motion not allowed | its safe value, held to the same |
-/// | frame refused, link lost, module failed | the same, until a reset and until motion is allowed again |
+/// | frame refused, commands late, link lost, module failed | the same, until a reset and until motion is allowed again |
 ///
 /// Range, rate and safe value are [declared](DeviceDescriptor::with_limits) with the device; an input without them gets
 /// any finite command, and zero as its safe value. The rate holds on the way to the safe value and back, too: motion
@@ -244,8 +248,9 @@ impl Safety {
         let told = (tick, tick.reason());
         let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
         self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
-        // A frame that is refused while nothing moves is over with the next one.
-        let fails = if is_refused { is_running && self.enable() } else { told.1.is_fault() };
+        // A frame that is refused or late while nothing moves is over with the next one.
+        let is_of_frame = is_refused || tick == Tick::CommandsLate;
+        let fails = if is_of_frame { is_running && self.enable() } else { told.1.is_fault() };
         if fails && !self.state.is_fault() {
             self.failed = told;
             self.meet(DriveEvent::Fault);

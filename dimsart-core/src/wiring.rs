@@ -93,8 +93,8 @@ pub(crate) struct Call {
     pub(crate) configuration: u16,
     /// First word of its module's state.
     pub(crate) state: u16,
-    /// What it may take, in processor cycles.
-    pub(crate) budget_cycles: u32,
+    /// What it may take, by the engine's counter.
+    pub(crate) budget_counts: u32,
     /// Of its module in the plug-in order.
     pub(crate) order: u8,
     pub(crate) stage: Stage,
@@ -280,7 +280,7 @@ impl Wiring {
                 begin,
                 configuration: u16::MAX,
                 state: u16::MAX,
-                budget_cycles: u32::MAX,
+                budget_counts: u32::MAX,
                 order,
                 stage,
                 spans: 0,

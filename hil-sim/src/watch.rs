@@ -98,6 +98,9 @@ impl Watch {
                 Tick::MeasurementRefused(error) => {
                     return Some(Alarm::Left(at(format!("measurement refused ({error})"))));
                 }
+                Tick::CommandsLate => {
+                    return Some(Alarm::Left(at("got nothing new to follow for too long".to_owned())));
+                }
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));
                 }

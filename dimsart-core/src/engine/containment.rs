@@ -80,12 +80,16 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         });
         // What it wrote is as it should be: only its time is left.
         let cause = wrong.next().map_or_else(
-            || FaultCause::TookTooLong {
-                budget_cycles: self.plans.running().wiring.budget_of(plugged.module),
-            },
+            || FaultCause::TookTooLong { budget_cycles: self.budget_cycles(plugged) },
             |(signal, word, bits)| FaultCause::Wrote { signal, word, bits },
         );
         ModuleFault { module: plugged.module, cause }
+    }
+
+    /// What a call of a module may take, in processor cycles.
+    fn budget_cycles(&self, plugged: &Plugged) -> u32 {
+        let counts_per_cycle = self.counter.map_or(1, |counter| counter.counts_per_cycle());
+        self.plans.running().wiring.budget_of(plugged.module) / counts_per_cycle
     }
 
     /// Modules that are cut out: those that failed, and all that depend on them.

@@ -63,7 +63,7 @@ impl Calls<'_> {
             if is_usual && *self.failed == 0 || self.prepare(call, data) {
                 let start = self.counter.map_or(0, |counter| counter.now());
                 make(place, call);
-                if self.counter.is_some_and(|counter| counter.since(start) > call.budget_cycles) {
+                if self.counter.is_some_and(|counter| counter.since(start) > call.budget_counts) {
                     *self.failed |= module_bit(call.order);
                 }
             }

@@ -204,9 +204,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let costs = next.modules().iter().map(|plugged| self.cycles_in(next, plugged));
         let costs = costs.collect::<Vec<_, MAX_MODULES>>();
         let spare_cycles = self.spare_cycles;
+        let counts_per_cycle = self.counter.map_or(1, |counter| counter.counts_per_cycle());
         let (running, next) = self.plans.split_mut();
         next.wiring.spread(&running.wiring, &costs);
-        next.wiring.set_budgets(&costs, spare_cycles);
+        next.wiring.set_budgets(&costs, spare_cycles, counts_per_cycle);
     }
 
     /// Whether a module takes over from another one in the next tick.

@@ -43,6 +43,8 @@ pub enum Blocked {
     },
     /// The scheme runs, and a module that the device depends on has failed, until a reset.
     Module(ModuleRef),
+    /// The scheme runs, and what it is commanded by from outside is [too old](crate::Dimsart::hold_back).
+    Late,
 }
 
 impl Blocked {
@@ -55,6 +57,7 @@ impl Blocked {
             Self::Command(_) => Reason::CommandRefused,
             Self::Disarmed => Reason::Disarmed,
             Self::LinkLost { .. } => Reason::LinkLost,
+            Self::Late => Reason::CommandsLate,
             Self::Module(_) => Reason::ModuleFailed,
         }
     }
@@ -158,6 +161,7 @@ impl DeviceInfo {
             Tick::CommandRefused(error) => Some(Blocked::Command(error)),
             Tick::Disarmed => Some(Blocked::Disarmed),
             Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
+            Tick::CommandsLate => Some(Blocked::Late),
             Tick::ModuleFailed(module) => Some(Blocked::Module(module)),
         };
         if self.trouble().is_some() {

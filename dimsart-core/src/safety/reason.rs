@@ -39,6 +39,7 @@ reasons! {
     32 MeasurementRefused "measurement refused" "The measured frame was refused, and nothing was computed.";
     36 CommandRefused     "command refused"     "The frame for the device has another length.";
     40 ModuleFailed       "module failed"       "A module wrote what its signal cannot be; the device depends on it.";
+    44 CommandsLate       "commands late"       "What the scheme is commanded by from outside is too old.";
     48 LinkLost           "link lost"           "Nothing has come over a link for too long.";
     96 RangeLimited       "range limited"       "The scheme's command is outside the range of the input.";
    100 RateLimited        "rate limited"        "The input changes as fast as it may.";

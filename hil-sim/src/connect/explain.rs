@@ -38,10 +38,13 @@ impl<S: Read + Write> Device<S> {
                 "nothing came over link {link} for the TIMEOUT_TICKS of its COMM_RXMOD; see to the other side and the \
                  line, then `reset`"
             ),
+            Blocked::Late => "nothing new has come for it to follow for too long; see to the engine that commands it, then \
+                              `reset` and `arm`"
+                .to_owned(),
             Blocked::Module(module) => {
                 let name = self.know(|known| known.name_of_module(module).to_string())?;
                 format!(
-                    "{name} failed and is cut out with all that depends on it; `faults` says what it wrote, `reset` ends \
+                    "{name} failed and is cut out with all that depends on it; `faults` says why, `reset` ends \
                      the fault"
                 )
             }

@@ -46,6 +46,7 @@ fn refusals() {
         "04",
         "05 03 02",
         "06 03 02",
+        "07",
         "07 00",
         "07 01 ac 02 09",
         "08 00",
@@ -120,6 +121,7 @@ fn reasons() {
         Blocked::Disarmed,
         Blocked::LinkLost { link: 1 },
         Blocked::Module(MODULE),
+        Blocked::Late,
     ];
     let expected = [
         "00 00 ac 02 01 00",
