@@ -8,8 +8,8 @@ pub struct Counter {
     register: &'static AtomicU32,
     /// What makes a register that counts down count up.
     flip: u32,
-    /// Highest bits of the register that do not count.
-    unused_bits: u32,
+    /// Bits that count.
+    mask: u32,
     counts_per_cycle: u32,
 }
 
@@ -17,14 +17,18 @@ impl Counter {
     /// A register whose 32 bits count up.
     #[must_use]
     pub const fn up(register: &'static AtomicU32) -> Self {
-        Self { register, flip: 0, unused_bits: 0, counts_per_cycle: 1 }
+        Self { register, flip: 0, mask: u32::MAX, counts_per_cycle: 1 }
     }
 
     /// A register whose lowest bits count down, 1 to 32 of them.
     #[must_use]
     pub const fn down(register: &'static AtomicU32, bits: u32) -> Self {
-        let bits = if bits > 32 { 32 } else { bits };
-        Self { register, flip: u32::MAX, unused_bits: (32 - bits) & 31, counts_per_cycle: 1 }
+        Self {
+            register,
+            flip: u32::MAX,
+            mask: if bits < 32 { (1 << bits) - 1 } else { u32::MAX },
+            counts_per_cycle: 1,
+        }
     }
 
     /// One that counts faster than the processor, as in an emulator: so many counts in a cycle, at least 1.
@@ -50,13 +54,13 @@ impl Counter {
     #[inline]
     #[must_use]
     pub fn since(&self, start: u32) -> u32 {
-        self.now().wrapping_sub(start) << self.unused_bits >> self.unused_bits
+        self.now().wrapping_sub(start) & self.mask
     }
 
     /// Bits that count.
     #[must_use]
     pub const fn bits(&self) -> u32 {
-        32 - self.unused_bits
+        self.mask.count_ones()
     }
 }
 

@@ -43,7 +43,39 @@ impl<const N: usize> Default for Snapshot<N> {
     }
 }
 
-/// One engine's end: what it shows the other one, `SHOWS` words at most, and what it gets from it, `GETS` words at most.
+/// One engine's end of what crosses.
+///
+/// ```
+/// use dimsart_core::{Coupling, DeviceDescriptor, AxisKind, Dimsart, Snapshot, Word, modules::Standard, types};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// // The joint gets DES_POSITION beside what its encoder measures; the planner gets POSITION and commands DES_POSITION.
+/// let axes = [AxisKind::Rotary];
+/// let joint = DeviceDescriptor::new("joint", &axes, 0.001, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE])?;
+/// let planner = DeviceDescriptor::new("planner", &axes, 0.01, &[types::POSITION], &[types::DES_POSITION])?;
+/// let [mut joint, mut planner] = [joint, planner].map(|device| Dimsart::<Standard>::new(device).expect("it fits"));
+/// let (mut there, mut back) = (Snapshot::<1>::new(), Snapshot::<1>::new());
+/// let (mut of_joint, mut of_planner) = Coupling::pair(&mut there, &mut back);
+///
+/// // In the fast interrupt:
+/// let (mut measured, mut force) = ([Word::from(0.1), Word(0)], [Word(0)]);
+/// of_joint.get(&mut measured[1..]);
+/// joint.hold_back(of_joint.are_late());
+/// joint.tick(&measured, &mut force);
+/// of_joint.show(joint.signals(&[types::POSITION.first()]));
+///
+/// // In the slow one, below it:
+/// let (mut measured, mut commanded) = ([Word(0)], [Word(0)]);
+/// of_planner.get(&mut measured);
+/// planner.hold_back(of_planner.are_late());
+/// planner.tick(&measured, &mut commanded);
+/// of_planner.show(commanded);
+/// # assert_eq!(measured[0], Word::from(0.1));
+/// # Ok(())
+/// # }
+/// ```
+///
+/// It shows the other one `SHOWS` words at most, and gets `GETS` words at most.
 #[derive(Debug)]
 pub struct Coupling<'a, const SHOWS: usize, const GETS: usize> {
     shows: SnapshotWriter<'a, SHOWS>,

@@ -136,7 +136,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let wiring = &mut self.plans.running_mut().wiring;
         let resting = wiring.resting();
         let failed = &mut self.failed;
-        let counter = self.counter;
+        let counter = self.counter.as_ref();
         observer.look_on(Calls { wiring, begins: self.begins, resting, counter, failed }, &data);
         if self.begins {
             self.begins = false;

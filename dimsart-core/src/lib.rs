@@ -33,6 +33,7 @@
 //! | `DB_ext_write`, `DB_ext_read` | [`Frame::write`], [`Frame::read`] |
 //! | Types matching check | [`Engine::check`], its [`CheckReport`] and [`Finding`]s |
 //! | `COMM_RX`, `COMM_TX` | [`modules::CommRx`], [`modules::CommTx`]; a link carries their [`Packet`]s |
+//! | multi-thread architectures | two [`Dimsart`]s and a [`Coupling`]; modules that do not run in every tick |
 //! | Table 1 | a [`scheme`]: rows of `dest module command value` |
 //!
 //! # Rules

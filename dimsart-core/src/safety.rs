@@ -248,9 +248,12 @@ impl Safety {
         let told = (tick, tick.reason());
         let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
         self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
-        // A frame that is refused or late while nothing moves is over with the next one.
-        let is_of_frame = is_refused || tick == Tick::CommandsLate;
-        let fails = if is_of_frame { is_running && self.enable() } else { told.1.is_fault() };
+        // What is refused or late while nothing moves is over with the next one; the first command may be waited for.
+        let fails = match tick {
+            _ if is_refused => is_running && self.enable(),
+            Tick::CommandsLate => self.state == DriveState::OperationEnabled,
+            _ => told.1.is_fault(),
+        };
         if fails && !self.state.is_fault() {
             self.failed = told;
             self.meet(DriveEvent::Fault);

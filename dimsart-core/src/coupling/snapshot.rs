@@ -4,7 +4,7 @@
 //! end by exchanging their own buffer for that one, which is a single atomic operation. So each takes the same few steps
 //! whatever the other one does, in whichever of the two it is interrupted, and words of two writes never mix.
 //!
-//! `dimsart-core/loom` runs this very file through every order that the memory model allows.
+//! `tests/snapshot_orders.rs` runs this very file through every order that the memory model allows.
 
 use super::atomic::{AtomicU8, AtomicU32, Ordering};
 

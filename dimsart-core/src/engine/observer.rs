@@ -43,7 +43,7 @@ pub struct Calls<'a> {
     pub(super) resting: u32,
     /// Modules that have failed, a bit for each place in the plug-in order.
     pub(super) failed: &'a mut u32,
-    pub(super) counter: Option<Counter>,
+    pub(super) counter: Option<&'a Counter>,
 }
 
 impl Calls<'_> {

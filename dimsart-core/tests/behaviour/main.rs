@@ -11,6 +11,7 @@ mod comm;
 mod commands;
 mod common;
 mod containment;
+mod coupling;
 mod data_base;
 mod faults;
 mod formats;

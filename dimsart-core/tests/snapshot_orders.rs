@@ -1,0 +1,59 @@
+//! What crosses between two engines, in every order of its steps that the memory model allows.
+
+use loom::sync::Arc;
+use loom::thread;
+
+mod atomic {
+    pub(super) use loom::sync::atomic::{AtomicU8, AtomicU32, Ordering};
+}
+
+#[path = "../src/coupling/snapshot.rs"]
+#[expect(unreachable_pub, reason = "a file of the crate, as it is there")]
+mod snapshot;
+
+use atomic::{AtomicU8, AtomicU32};
+use snapshot::Snapshot;
+
+const WORDS: usize = 2;
+
+/// A writer that writes its count into every word, and a reader that looks as often as it can.
+fn explore(writes: u32, reads: usize) {
+    loom::model(move || {
+        let buffers = std::array::from_fn(|_| std::array::from_fn(|_| AtomicU32::new(0)));
+        // Loom's threads are not scoped: what both ends borrow lives for the whole of this order.
+        let snapshot: &'static mut Snapshot<WORDS> =
+            Box::leak(Box::new(Snapshot::of(buffers, AtomicU8::new(0))));
+        let (mut writer, mut reader) = snapshot.split();
+        let done = Arc::new(AtomicU32::new(0));
+        let has_written = Arc::clone(&done);
+        let other = thread::spawn(move || {
+            for count in 1..=writes {
+                writer.write([count; WORDS]);
+            }
+            has_written.store(1, atomic::Ordering::Release);
+        });
+        let mut last = 0;
+        for _ in 0..reads {
+            let is_over = done.load(atomic::Ordering::Acquire) == 1;
+            let is_new = reader.update();
+            let words: Vec<u32> = reader.words().collect();
+            assert!(words.iter().all(|word| *word == words[0]), "of two writes: {words:?}");
+            assert!(if is_new { words[0] > last } else { words[0] == last }, "{words:?} behind {last}");
+            assert!(!is_over || words[0] == writes, "not the newest: {words:?}");
+            last = words[0];
+        }
+        other.join().unwrap();
+        reader.update();
+        assert_eq!(reader.words().next(), Some(writes), "the last one is there in the end");
+    });
+}
+
+#[test]
+fn words_of_two_writes_never_mix_and_the_newest_is_read() {
+    explore(3, 3);
+}
+
+#[test]
+fn a_writer_that_overtakes_the_reader_never_writes_to_what_it_reads() {
+    explore(4, 2);
+}
