@@ -161,12 +161,14 @@ struct Model {
     position_m: Option<[f32; AXES]>,
     /// What has failed, until a reset.
     failed: Option<Tick>,
+    /// Whether the scheme commanded the device in the last tick.
+    was_enabled: bool,
 }
 
 impl Model {
     fn new() -> Self {
         let given = LIMITS.map(|limits| 0.0_f32.max(limits.min));
-        Self { given, count: 0, position_m: None, failed: None }
+        Self { given, count: 0, position_m: None, failed: None, was_enabled: false }
     }
 
     /// What an axis gets while no scheme commands it, limits apart.
@@ -186,7 +188,11 @@ impl Model {
         let commands = is_allowed && arm.dimsart.engine().is_running();
         let refused = matches!(tick, Tick::MeasurementRefused(_));
         assert_eq!(self.failed.unwrap_or(tick), tick, "until a reset");
-        if self.failed.is_none() && tick.reason().is_fault() && (commands || !refused) {
+        let fails = match tick {
+            Tick::CommandsLate => commands && self.was_enabled,
+            _ => tick.reason().is_fault() && (commands || !refused),
+        };
+        if self.failed.is_none() && fails {
             self.failed = Some(tick);
         }
         let state = arm.dimsart.safety().state();
@@ -227,7 +233,8 @@ impl Model {
                 "{state:?}"
             );
         }
-        *self = Self { given: arm.given, count: arm.count, position_m: now_m, ..*self };
+        let was_enabled = tick == Tick::Ran;
+        *self = Self { given: arm.given, count: arm.count, position_m: now_m, was_enabled, ..*self };
     }
 }
 
@@ -236,10 +243,11 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
     let mut met = [0; Reason::ALL.len()];
     for seed in 0..60 {
         let (mut random, mut arm, mut model) = (Random(seed), Arm::limited(), Model::new());
-        let (mut is_allowed, mut is_silent) = (true, false);
+        let (mut is_allowed, mut is_silent, mut is_late) = (true, false, false);
         for _ in 0..600 {
             is_allowed ^= random.one_in(40);
             is_silent ^= random.one_in(80);
+            is_late ^= random.one_in(if is_late { 10 } else { 80 });
             if random.one_in(40) {
                 let is_stop = random.one_in(3);
                 load(
@@ -258,6 +266,7 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
             }
             let half_n = [(); AXES].map(|()| random.force_n());
             arm.dimsart.allow_motion(is_allowed);
+            arm.dimsart.hold_back(is_late);
             let tick = if is_silent { arm.tick_in_silence(half_n) } else { arm.tick(half_n) };
             let position_m = arm.position_m;
             let force_n = [0, 1, 2].map(|axis| 2.0 * ((half_n[axis] + position_m[axis]) - position_m[axis]));
@@ -381,6 +390,12 @@ fn every_reason_can_be_met_and_is_counted() {
     meet(&arm, tick, Reason::ModuleFailed);
     arm.reset();
     arm.tick([0.0, 0.5, 0.0]);
+    arm.dimsart.hold_back(true);
+    let tick = arm.tick([0.0, 0.5, 0.0]);
+    meet(&arm, tick, Reason::CommandsLate);
+    arm.dimsart.hold_back(false);
+    arm.reset();
+    arm.tick([0.0, 0.5, 0.0]);
     let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
         .take(100)
         .find(|tick| *tick == Tick::LinkLost { link: 0 });
@@ -394,13 +409,14 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 9] = [
+const NUMBERS: [(u8, &str); 10] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),
     (32, "measurement refused"),
     (36, "command refused"),
     (40, "module failed"),
+    (44, "commands late"),
     (48, "link lost"),
     (96, "range limited"),
     (100, "rate limited"),

@@ -1,4 +1,8 @@
 //! What crosses between two engines, in every order of its steps that the memory model allows.
+//!
+//! Loom does not move a load behind a later store: that the acquire of the writer's exchange and the release of the
+//! reader's are needed is reasoned, where they stand.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 use loom::sync::Arc;
 use loom::thread;
@@ -37,10 +41,11 @@ fn explore(writes: u32, reads: usize) {
             let is_over = done.load(atomic::Ordering::Acquire) == 1;
             let is_new = reader.update();
             let words: Vec<u32> = reader.words().collect();
-            assert!(words.iter().all(|word| *word == words[0]), "of two writes: {words:?}");
-            assert!(if is_new { words[0] > last } else { words[0] == last }, "{words:?} behind {last}");
-            assert!(!is_over || words[0] == writes, "not the newest: {words:?}");
-            last = words[0];
+            let [first, second] = words[..] else { panic!("{words:?}") };
+            assert_eq!(first, second, "of two writes");
+            assert!(if is_new { first > last } else { first == last }, "{first} behind {last}");
+            assert!(!is_over || first == writes, "not the newest: {first}");
+            last = first;
         }
         other.join().unwrap();
         reader.update();
