@@ -1,6 +1,7 @@
 //! The chip's own flash, as a place to keep schemes in.
 
 use core::ops::Range;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use embassy_stm32::flash::{Async, Error, Flash, InterruptHandler};
 use embassy_stm32::interrupt::{self, typelevel::Binding};
@@ -56,6 +57,9 @@ fn offset(symbol: *const u8) -> u32 {
     u32::try_from(symbol.addr().wrapping_sub(embassy_stm32::flash::FLASH_BASE)).unwrap_or(u32::MAX)
 }
 
+/// Whether what is kept is being read: it may have been cut off in the midst of a word.
+static IS_READ: AtomicBool = AtomicBool::new(false);
+
 impl ErrorType for SchemeFlash {
     type Error = Error;
 }
@@ -63,8 +67,11 @@ impl ErrorType for SchemeFlash {
 impl ReadNorFlash for SchemeFlash {
     const READ_SIZE: usize = <Flash<'static, Async> as ReadNorFlash>::READ_SIZE;
 
-    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> impl Future<Output = Result<(), Error>> {
-        ReadNorFlash::read(&mut self.0, offset, bytes)
+    async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
+        IS_READ.store(true, Relaxed);
+        let read = ReadNorFlash::read(&mut self.0, offset, bytes).await;
+        IS_READ.store(false, Relaxed);
+        read
     }
 
     fn capacity(&self) -> usize {
@@ -101,12 +108,16 @@ mod ecc {
     use embassy_stm32::pac::FLASH;
 
     /// A word whose writing a power cut ended reads with an error that the chip's ECC cannot repair, and
-    /// raises this. The reader's own checksum finds out; here the error is only acknowledged.
+    /// raises this. The reader's own checksum finds out; here the error is only acknowledged. In all other flash is the
+    /// program: what comes out of it is not to be trusted any more.
     #[exception]
     unsafe fn NonMaskableInt() {
         let errors = FLASH.eccr().read();
         if !(errors.eccd() || errors.eccd2()) {
             defmt::panic!("the processor's clock or supply failed");
+        }
+        if !super::IS_READ.load(super::Relaxed) {
+            defmt::panic!("the program's flash has an error that cannot be repaired: flash the board anew");
         }
         // Written back, the flags that are set are cleared.
         FLASH.eccr().write_value(errors);
