@@ -57,10 +57,6 @@ const CRYSTAL: Hertz = Hertz(24_000_000);
 /// Of port C.
 const ENABLE_PIN: usize = 3;
 
-/// The image lies in the flash's first bank and the schemes in its second: one is read while the other is
-/// written.
-const STALLS_TICK: bool = false;
-
 bind_interrupts!(struct Interrupts {
     LPUART1 => usart::InterruptHandler<LPUART1>;
     DMA1_CHANNEL1 => dma::InterruptHandler<DMA1_CH1>;
@@ -123,7 +119,10 @@ impl Board for NucleoG474re {
         let (receive, send) = ((chip.PA3, chip.DMA1_CH1), (chip.PA2, chip.DMA1_CH2));
         let (receive, send) = uart::open(chip.LPUART1, receive, send, Interrupts, RING.take());
         let command_port = UartPort { receive, send };
-        let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
+        // The image lies in the flash's first bank and the schemes in its second: one is read while the other is written,
+        // unless the option bytes make one bank of the two.
+        let stalls_tick = !pac::FLASH.optr().read().dbank();
+        let storage = flash::storage(chip.FLASH, Interrupts, stalls_tick);
         #[cfg(not(feature = "uart-link"))]
         let links = link::start(chip.FDCAN1, chip.PA11, chip.PA12);
         #[cfg(feature = "uart-link")]

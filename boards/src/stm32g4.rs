@@ -45,8 +45,10 @@ use crate::clock_switch;
 /// Looks at a crystal that does not swing yet, a few cycles of 16 MHz each: more than 0.2 s in all, and no crystal
 /// takes longer than 20 ms.
 const CRYSTAL_PATIENCE: u32 = 1_000_000;
-/// Time the watchdog waits from one feed to the next, `us`.
-const WATCHDOG_US: u32 = 50_000;
+/// Time the watchdog waits from one feed to the next, `us`; and where erasing a page of flash, which takes up to 25 ms,
+/// holds up the tick.
+const WATCHDOG_US: u32 = 10_000;
+const PATIENT_WATCHDOG_US: u32 = 50_000;
 
 /// Executors run in two interrupts whose peripherals no board uses.
 static TICK: InterruptExecutor = InterruptExecutor::new();
@@ -140,7 +142,8 @@ where
     B: Board<CommandPort = UartPort, Flash = SchemeFlash, Idle = Sleep>,
 {
     let (tick, background) = start_executors();
-    IndependentWatchdog::new(watchdog, WATCHDOG_US).unleash();
+    let patience_us = if storage.stalls_tick { PATIENT_WATCHDOG_US } else { WATCHDOG_US };
+    IndependentWatchdog::new(watchdog, patience_us).unleash();
     let storage = Some(storage);
     Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
 }

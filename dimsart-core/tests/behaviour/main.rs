@@ -18,6 +18,7 @@ mod formats;
 mod frame;
 mod gate;
 mod guard;
+mod latencies;
 mod lease;
 mod left_out;
 mod link;

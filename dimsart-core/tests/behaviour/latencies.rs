@@ -1,0 +1,232 @@
+//! How long it takes until a fault takes the scheme's command away from the device, and what the device gets meanwhile:
+//! the table of docs/faults.md, row by row.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+
+use std::cell::Cell;
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+use dimsart_core::{
+    AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, Module,
+    ModuleList, Output, Packet, Parameters, SafeValue, Tick, Word, modules, modules::Standard, scheme, types,
+    words,
+};
+
+const H_S: f32 = 1e-3;
+const LIMITS: InputLimits =
+    InputLimits { min: -50.0, max: 50.0, rate_per_s: 5_000.0, safe_value: SafeValue::Zero };
+/// What a call of the module that fails costs.
+const COST: u32 = 1_000;
+static COSTS: [Cost; 4] = [Cost::new(100, 0), Cost::new(9_000, 0), Cost::new(1_000, 0), Cost::new(9_000, 0)];
+/// Ticks before a fault, so many and those that follow: at any phase of the motion.
+const BEFORE: u32 = 200;
+const PHASES: u32 = 60;
+/// Ticks after it.
+const AFTER: u32 = 1_000;
+
+thread_local! {
+    static COUNTER: &'static AtomicU32 = Box::leak(Box::new(AtomicU32::new(0)));
+    /// What the module that fails does.
+    static DEED: Cell<(f32, u32)> = const { Cell::new((0.0, 0)) };
+}
+
+words! {
+    struct Ports { law: Input, force: Output }
+}
+
+/// Passes a force on, adds something to it, and takes its time.
+#[derive(Debug)]
+struct Failing;
+
+impl Module for Failing {
+    const NAME: &'static str = "FAILING_MOD";
+    const SUMMARY: &'static str = "Fails as it is told.";
+    type Settings = ();
+    type Gains = ();
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters((): &mut (), (): &mut (), _: &mut Parameters<'_>) {}
+
+    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            law: declare.input("LAW", types::DES_FORCE),
+            force: declare.output("FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { law, force } = context.ports();
+        let (adds, cycles) = DEED.get();
+        COUNTER.with(|counter| counter.fetch_add(cycles, Relaxed));
+        context.map_lanes([law], [force], |_, _, [law]| [law + adds]);
+    }
+}
+
+dimsart_core::module_list! {
+    enum Kinds { Pd(modules::Pd), Failing(Failing), CommRx(modules::CommRx) }
+}
+
+fn load<M: ModuleList>(dimsart: &mut Dimsart<M>, rows: &str) {
+    let text: String = rows.lines().map(|row| format!("joint {row}\n")).collect();
+    assert_eq!(scheme::load(&text, "joint", &["joint"], dimsart, |error| eprintln!("{error:?}")), 0);
+}
+
+/// What is wrong from some tick on.
+#[derive(Default)]
+struct Wrong {
+    /// What its sensor shows of the position, since so many ticks, if not what it is.
+    sensor: Option<fn(now_m: f32, then_m: f32, ticks: u32) -> f32>,
+    /// Its actuator gives what it gave then.
+    is_actuator_stuck: bool,
+    module: (f32, u32),
+    /// What comes over its link: nothing, or damaged bytes.
+    link: Option<bool>,
+    /// Nothing comes from the engine that commands it.
+    is_commander_silent: bool,
+}
+
+/// A mass on a slide that follows a sine.
+struct Joint {
+    dimsart: Dimsart<Kinds>,
+    sender: Dimsart,
+    position_m: f32,
+    velocity_m_per_s: f32,
+    force_n: f32,
+    tick: u32,
+    silent_ticks: u32,
+}
+
+impl Joint {
+    fn new() -> Self {
+        DEED.set((0.0, 0));
+        let outputs = &[types::POSITION, types::DES_POSITION];
+        let device = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, outputs, &[types::DES_FORCE]);
+        let device = device.unwrap().with_limits(&[&[LIMITS]]).unwrap();
+        let mut dimsart = Dimsart::<Kinds>::new(device).unwrap();
+        dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS)));
+        dimsart.engine_mut().time_calls(Counter::up(COUNTER.with(|counter| *counter)), 0);
+        load(
+            &mut dimsart,
+            "PDCTRL_MOD K_PARAM 400\nPDCTRL_MOD D_PARAM 40\nPDCTRL_MOD PORT_DES_FORCE DES_FORCE.2\n\
+             FAILING_MOD PORT_LAW DES_FORCE.2\nCOMM_RXMOD CRX_ADD_DATA VELOCITY.2\nMOD_ENG MOD_ON COMM_RXMOD\n\
+             MOD_ENG MOD_ON PDCTRL_MOD\nMOD_ENG MOD_ON FAILING_MOD\nMOD_ENG MATCHING_CHECK",
+        );
+        let sender = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, &[types::VELOCITY], &[]);
+        let mut sender = Dimsart::<Standard>::new(sender.unwrap()).unwrap();
+        load(
+            &mut sender,
+            "COMM_TXMOD CTX_ADD_DATA VELOCITY\nMOD_ENG MOD_ON COMM_TXMOD\nMOD_ENG MATCHING_CHECK",
+        );
+        Self {
+            dimsart,
+            sender,
+            position_m: 0.0,
+            velocity_m_per_s: 0.0,
+            force_n: 0.0,
+            tick: 0,
+            silent_ticks: 0,
+        }
+    }
+
+    fn packet(&mut self) -> Packet {
+        self.sender.tick(&[Word(0)], &mut []);
+        self.sender.outgoing(0).unwrap()
+    }
+
+    fn step(&mut self, wrong: Option<(&Wrong, f32, u32)>) -> Tick {
+        let healthy = Wrong::default();
+        let (fault, then_m, ticks) = wrong.unwrap_or((&healthy, 0.0, 0));
+        DEED.set(fault.module);
+        let packet = self.packet();
+        match fault.link {
+            None => self.dimsart.deliver(0, &Ok(packet)).unwrap(),
+            Some(is_damaged) => {
+                if is_damaged {
+                    self.dimsart.receive(0, &[0xA5; 24]).unwrap_err();
+                }
+            }
+        }
+        // The watchdog that a coupling is for the engine that commands it.
+        self.silent_ticks = if fault.is_commander_silent { self.silent_ticks + 1 } else { 0 };
+        self.dimsart.hold_back(self.silent_ticks >= dimsart_core::TIMEOUT_TICKS);
+        let sensed_m = fault.sensor.map_or(self.position_m, |sensor| sensor(self.position_m, then_m, ticks));
+        let wanted_m = 0.05 * (f64::from(self.tick) * 0.01).sin();
+        #[expect(clippy::cast_possible_truncation, reason = "small by construction")]
+        let measured = [Word::from(sensed_m), Word::from(wanted_m as f32)];
+        let mut commanded = [Word(0)];
+        let came = self.dimsart.tick(&measured, &mut commanded);
+        let last_n = self.force_n;
+        self.force_n = f32::from_bits(commanded[0].0);
+        assert!((LIMITS.min..=LIMITS.max).contains(&self.force_n), "{}", self.force_n);
+        let step_n = (self.force_n - last_n).abs();
+        assert!(step_n <= LIMITS.rate_per_s * H_S * 1.000_001 + 1e-5, "{last_n} {}", self.force_n);
+        let driven_n = if fault.is_actuator_stuck { last_n } else { self.force_n };
+        self.velocity_m_per_s += H_S * driven_n;
+        self.position_m += H_S * self.velocity_m_per_s;
+        self.tick += 1;
+        came
+    }
+}
+
+/// Ticks from the first one with a fault until the scheme commands nothing any more, the least and the most at any phase,
+/// and the number of the reason; none where nobody notices. Range and rate are kept in every tick.
+fn latency(wrong: &Wrong) -> Option<(u32, u32, u8)> {
+    let found = (0..PHASES).map(|phase| {
+        let mut joint = Joint::new();
+        for _ in 0..BEFORE + phase {
+            assert_eq!(joint.step(None), Tick::Ran);
+        }
+        let then_m = joint.position_m;
+        let noticed = (0..AFTER).find(|ticks| joint.step(Some((wrong, then_m, *ticks))) != Tick::Ran);
+        noticed.map(|ticks| (ticks, joint.dimsart.safety().reason().number()))
+    });
+    let found: Vec<_> = found.collect();
+    let noticed: Vec<_> = found.iter().flatten().collect();
+    assert!(noticed.is_empty() || noticed.len() == found.len(), "at some phases alone: {found:?}");
+    let least = noticed.iter().map(|(ticks, _)| *ticks).min()?;
+    let most = noticed.iter().map(|(ticks, _)| *ticks).max()?;
+    assert!(noticed.iter().all(|(_, reason)| *reason == noticed[0].1), "{noticed:?}");
+    Some((least, most, noticed[0].1))
+}
+
+#[test]
+fn the_page_of_faults_has_every_latency_as_it_is() {
+    let sensor = |sensor| Wrong { sensor: Some(sensor), ..Wrong::default() };
+    let module = |adds, percent| Wrong { module: (adds, COST * percent / 100), ..Wrong::default() };
+    let rows = [
+        ("a sensor gives NaN", sensor(|_, _, _| f32::NAN)),
+        ("a sensor gives infinity", sensor(|_, _, _| f32::INFINITY)),
+        ("a sensor jumps by 1 m", sensor(|now_m, _, _| now_m + 1.0)),
+        ("a sensor is stuck", sensor(|_, then_m, _| then_m)),
+        (
+            "a sensor drifts by 1 m/s",
+            sensor(|now_m, _, ticks| now_m + f32::from(u16::try_from(ticks).unwrap()) * H_S),
+        ),
+        ("an actuator is stuck", Wrong { is_actuator_stuck: true, ..Wrong::default() }),
+        ("a module writes NaN", module(f32::NAN, 0)),
+        ("a module writes infinity", module(f32::INFINITY, 0)),
+        ("a module writes 1e38", module(1e38, 0)),
+        ("a call takes 10 % longer than it costs", module(0.0, 110)),
+        ("a call takes 25 % longer", module(0.0, 125)),
+        ("a call takes 26 % longer", module(0.0, 126)),
+        ("a call takes 100 % longer", module(0.0, 200)),
+        ("a call takes 500 % longer", module(0.0, 600)),
+        ("nothing comes over a link", Wrong { link: Some(false), ..Wrong::default() }),
+        ("damaged packets come over a link", Wrong { link: Some(true), ..Wrong::default() }),
+        ("the engine that commands it stands still", Wrong { is_commander_silent: true, ..Wrong::default() }),
+    ];
+    let page = include_str!("../../../docs/faults.md");
+    let mut missing = Vec::new();
+    for (name, wrong) in rows {
+        let row = match latency(&wrong) {
+            None => format!("| {name} | never | |"),
+            Some((least, most, reason)) if least == most => format!("| {name} | {most} | {reason} |"),
+            Some((least, most, reason)) => format!("| {name} | {least} to {most} | {reason} |"),
+        };
+        if !page.contains(&row) {
+            missing.push(row);
+        }
+    }
+    assert!(missing.is_empty(), "docs/faults.md lacks:\n{}", missing.join("\n"));
+}
