@@ -1,6 +1,7 @@
 //! The core's behaviour, across its files. One program, as it links once: `cargo test -p dimsart-core matching::` runs
 //! the tests of one file.
 
+mod activation_sets;
 mod admission;
 mod auth;
 mod capacity;
