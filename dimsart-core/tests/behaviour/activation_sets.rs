@@ -6,7 +6,6 @@
     clippy::panic,
     reason = "in helpers of tests as in tests"
 )]
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use std::collections::BTreeSet;
 
