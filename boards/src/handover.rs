@@ -83,9 +83,9 @@ impl<T> Giver<T> {
         self.both.waiting.wake();
     }
 
-    /// As [`give`](Self::give), but leaves a place free for what matters more.
-    pub fn give_sparingly(&mut self, item: T) {
-        if self.producer.len() + 1 < self.producer.capacity() {
+    /// As [`give`](Self::give), but leaves so many places free for what matters more.
+    pub fn give_sparingly(&mut self, item: T, places: usize) {
+        if self.producer.len() + places < self.producer.capacity() {
             self.give(item);
         } else {
             self.both.count();
@@ -166,6 +166,19 @@ mod tests {
     use embassy_futures::yield_now;
 
     use super::*;
+
+    #[test]
+    fn what_is_given_sparingly_leaves_room_for_what_matters_more() {
+        let (mut giver, mut taker) = Box::leak(Box::new(Handover::<u8, 4>::new())).split();
+        for _ in 0..10 {
+            giver.give_sparingly(0, 2);
+        }
+        giver.give(1);
+        giver.give_sparingly(0, 2);
+        giver.give(2);
+        assert_eq!([(); 4].map(|()| taker.take()), [Some(0), Some(1), Some(2), None]);
+        assert_eq!(giver.dropped(), 10);
+    }
 
     #[test]
     fn who_waits_until_it_is_taken_has_nothing_dropped() {

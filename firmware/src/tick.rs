@@ -84,7 +84,7 @@ pub(crate) async fn run(
         let out = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();
         let dropped = out + ends.packets_in.dropped();
         if let Some(sample) = info.sample(dimsart.engine().data_base()) {
-            ends.reports.give_sparingly(Unsolicited::Sample(sample));
+            ends.reports.give_sparingly(Unsolicited::Sample(sample), 1);
         }
         if timing.ticks % HEARTBEAT_EVERY == 0 {
             ends.reports.give(Unsolicited::Heartbeat(info.heartbeat(dropped)));
