@@ -6,7 +6,7 @@
 #![expect(clippy::expect_used, reason = "a program that measures: what fails ends it")]
 
 use dimsart_core::Packet;
-use dimsart_core::auth::{Key, Opener, Profile, Sealer};
+use dimsart_core::auth::{Key, Line, Opener, Profile, Sealer};
 use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
 use dimsart_core::carrier::{can, can_fd, stream};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
@@ -59,17 +59,18 @@ fn main() {
     println!("{} {}", 4 * WORDS, wire.len());
 }
 
-/// A sealer and an opener that know each other's nonce.
+/// A sealer and an opener that have found together.
 fn introduced() -> (Sealer, Opener) {
-    let mut sealer = Sealer::new(Key::new(&KEY), Profile::Full, CHANNEL);
-    let mut opener = Opener::new(Key::new(&KEY), Profile::Full, CHANNEL, 1);
+    let (key, line) = (Key::new(&KEY), Line::Link(0));
+    let mut sealer = Sealer::new(&key, line, Profile::Full, CHANNEL, 1);
+    let mut opener = Opener::new(&key, line, Profile::Full, CHANNEL, 2);
     let mut out = [0; MAX_CONTENT_BYTES];
-    for now_ms in [100, 200, 300] {
-        if let Some(hello) = sealer.handshake() {
-            let _ = opener.open(now_ms, hello, &mut out);
+    for _ in 0..2 {
+        while let Some(handshake) = sealer.handshake() {
+            let _ = opener.open(handshake, &mut out);
         }
-        if let Some(challenge) = opener.challenge(now_ms) {
-            sealer.take_challenge(challenge);
+        while let Some(handshake) = opener.handshake() {
+            sealer.take(handshake);
         }
     }
     (sealer, opener)
@@ -123,7 +124,7 @@ fn counted_decode(ends: &mut Ends, wire: &[u8]) -> Option<Packet> {
 fn opened(auth: &mut Option<(Sealer, Opener)>, content: &[u8]) -> Option<Packet> {
     let mut plain = [0; MAX_CONTENT_BYTES];
     let content = match auth {
-        Some((_, opener)) => opener.open(300, content, &mut plain).ok()??,
+        Some((_, opener)) => opener.open(content, &mut plain).ok()??,
         None => content,
     };
     Packet::from_bytes(content, CHANNEL).ok()

@@ -65,7 +65,7 @@ pub(crate) async fn serve(
         CommandLine { port, reports, receiver: Receiver::new(), frame: [0; MAX_FRAME_BYTES], heartbeats: 0 };
     let mut line_input = LineInput::new();
     loop {
-        let length = match keys.challenge(&mut line.frame) {
+        let length = match keys.handshake(&mut line.frame) {
             Some(length) => length,
             None => match line_input.next(&mut line.port, async || line.reports.ready().await).await {
                 Next::Report => line.encode_report(),

@@ -69,7 +69,7 @@ impl KeyService {
     /// not to be carried out.
     pub(crate) fn take(&mut self, content: &[u8]) -> Result<(u16, Request), DecodeError> {
         self.refusal = Refusal::NotUnderstood;
-        match self.gate.take(now_ms(), content) {
+        match self.gate.take(content) {
             Taken::Request(id, request) => Ok((id, request)),
             Taken::Refused(id, refusal) => {
                 self.refusal = Refusal::Key(refusal);
@@ -85,13 +85,13 @@ impl KeyService {
         self.refusal
     }
 
-    /// Length of the challenge that is to go out now, if there is one.
-    pub(crate) fn challenge(&mut self, frame: &mut [u8; MAX_FRAME_BYTES]) -> Option<usize> {
-        // The clock is not looked at for every byte that comes.
-        if !self.gate.is_asked() {
+    /// Length of the handshake that is to go out now, if there is one.
+    pub(crate) fn handshake(&mut self, frame: &mut [u8; MAX_FRAME_BYTES]) -> Option<usize> {
+        // There is none for most of the bytes that come.
+        if !self.gate.owes_handshake() {
             return None;
         }
-        self.gate.challenge(now_ms(), frame).ok().flatten().map(<[u8]>::len)
+        self.gate.handshake(frame).ok().flatten().map(<[u8]>::len)
     }
 
     /// Carries out a request that the gate has let through.
@@ -140,7 +140,7 @@ fn gate(kept: Kept) -> Gate {
     match kept {
         Kept::None => Gate::open(),
         Kept::Damaged => Gate::damaged(),
-        Kept::Key(KeptKey { key, seed }) => Gate::locked(Key::new(&key), seed.wrapping_add(SEED)),
+        Kept::Key(KeptKey { key, seed }) => Gate::locked(&Key::new(&key), seed.wrapping_add(SEED)),
     }
 }
 

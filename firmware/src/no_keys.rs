@@ -32,7 +32,7 @@ impl KeyService {
     }
 
     /// None.
-    pub(crate) fn challenge(&mut self, _: &mut [u8; MAX_FRAME_BYTES]) -> Option<usize> {
+    pub(crate) fn handshake(&mut self, _: &mut [u8; MAX_FRAME_BYTES]) -> Option<usize> {
         None
     }
 }

@@ -1,23 +1,35 @@
 //! The bytes of a handshake.
 
-use super::tag::{FULL_TAG_BYTES, Key, is_same};
+use super::tag::TAG_BYTES;
 use crate::envelope::{CRC_BYTES, Class, HEADER_BYTES, parse, seal, verify};
 
 /// Longest handshake.
-pub(super) const MAX_BYTES: usize = HEADER_BYTES + KIND_BYTES + 8 + FULL_TAG_BYTES + CRC_BYTES;
+pub(super) const MAX_BYTES: usize = HEADER_BYTES + KIND_BYTES + 8 + TAG_BYTES + CRC_BYTES;
 
-const HELLO: u8 = 0;
-const CHALLENGE: u8 = 1;
-const PROOF: u8 = 2;
+// Up to 2 were those of version 8 of the protocol and before.
+const HELLO: u8 = 3;
+const CHALLENGE: u8 = 4;
+const PROOF: u8 = 5;
+const TAKEN: u8 = 6;
+const QUESTION: u8 = 7;
 /// A kind and zeros: a payload of whole words, which classic CAN carries as well.
 const KIND_BYTES: usize = 4;
 
 /// What one end tells the other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Handshake {
-    Hello,
-    Challenge { nonce: u64 },
-    Proof { freshness: u64, tag: [u8; FULL_TAG_BYTES] },
+    /// Of a sealer: its nonce.
+    Hello { sealer: u64 },
+    /// Of an opener, for a hello: its nonce.
+    Challenge { opener: u64, tag: [u8; TAG_BYTES] },
+    /// Of a sealer, for a challenge: its nonce again, so that an opener need not remember who said hello.
+    Proof { sealer: u64, tag: [u8; TAG_BYTES] },
+    /// Of an opener, for a proof.
+    Taken { tag: [u8; TAG_BYTES] },
+    /// Of an opener that cannot open what comes: a sealer says hello for it.
+    Question,
+    /// Of another version.
+    Unknown,
 }
 
 impl Handshake {
@@ -29,20 +41,26 @@ impl Handshake {
     /// The handshake in a content whose CRC was right and taken off.
     pub(super) fn of_covered(covered: &[u8]) -> Option<Self> {
         let found = parse(covered).ok().filter(|found| found.class == Class::Handshake)?;
-        Self::read(found.payload)
+        Some(Self::read(found.payload))
     }
 
     /// Reads the payload of an envelope.
-    pub(super) fn read(payload: &[u8]) -> Option<Self> {
-        match payload {
-            [HELLO, 0, 0, 0] => Some(Self::Hello),
-            [CHALLENGE, 0, 0, 0, nonce @ ..] => {
-                Some(Self::Challenge { nonce: u64::from_le_bytes(nonce.try_into().ok()?) })
-            }
-            [PROOF, 0, 0, 0, rest @ ..] => {
-                let (freshness, tag) = rest.split_first_chunk::<8>()?;
-                Some(Self::Proof { freshness: u64::from_le_bytes(*freshness), tag: tag.try_into().ok()? })
-            }
+    pub(super) fn read(payload: &[u8]) -> Self {
+        Self::of_this_version(payload).unwrap_or(Self::Unknown)
+    }
+
+    fn of_this_version(payload: &[u8]) -> Option<Self> {
+        let (&[kind, 0, 0, 0], rest) = payload.split_first_chunk::<KIND_BYTES>()? else { return None };
+        let nonce_and_tag = || {
+            let (nonce, tag) = rest.split_first_chunk()?;
+            Some((u64::from_le_bytes(*nonce), tag.try_into().ok()?))
+        };
+        match kind {
+            HELLO => Some(Self::Hello { sealer: u64::from_le_bytes(rest.try_into().ok()?) }),
+            CHALLENGE => nonce_and_tag().map(|(opener, tag)| Self::Challenge { opener, tag }),
+            PROOF => nonce_and_tag().map(|(sealer, tag)| Self::Proof { sealer, tag }),
+            TAKEN => Some(Self::Taken { tag: rest.try_into().ok()? }),
+            QUESTION => rest.is_empty().then_some(Self::Question),
             _ => None,
         }
     }
@@ -52,33 +70,24 @@ impl Handshake {
         let payload = out.get_mut(HEADER_BYTES..)?;
         let (place, rest) = payload.split_first_chunk_mut::<KIND_BYTES>()?;
         let (kind, length) = match self {
-            Self::Hello => (HELLO, 0),
-            Self::Challenge { nonce } => {
-                *rest.first_chunk_mut()? = nonce.to_le_bytes();
-                (CHALLENGE, 8)
+            Self::Hello { sealer } => {
+                *rest.first_chunk_mut()? = sealer.to_le_bytes();
+                (HELLO, 8)
             }
-            Self::Proof { freshness, tag } => {
+            Self::Challenge { opener: nonce, tag } | Self::Proof { sealer: nonce, tag } => {
                 let (place, rest) = rest.split_first_chunk_mut()?;
-                *place = freshness.to_le_bytes();
+                *place = nonce.to_le_bytes();
                 *rest.first_chunk_mut()? = tag;
-                (PROOF, 8 + FULL_TAG_BYTES)
+                (if matches!(self, Self::Proof { .. }) { PROOF } else { CHALLENGE }, 8 + TAG_BYTES)
             }
+            Self::Taken { tag } => {
+                *rest.first_chunk_mut()? = tag;
+                (TAKEN, TAG_BYTES)
+            }
+            Self::Question => (QUESTION, 0),
+            Self::Unknown => return None,
         };
         *place = u32::from(kind).to_le_bytes();
         seal(Class::Handshake, channel, 0, KIND_BYTES + length, out)
-    }
-
-    /// Says where a sealer is.
-    pub(super) fn proof(key: &Key, channel: u16, nonce: u64, freshness: u64) -> Self {
-        let parts: [&[u8]; 4] =
-            [&channel.to_le_bytes(), &nonce.to_le_bytes(), &freshness.to_le_bytes(), &[PROOF]];
-        Self::Proof { freshness, tag: key.tag(&parts) }
-    }
-
-    /// Whether a proof was made for this nonce by who has the key.
-    pub(super) fn proves(self, key: &Key, channel: u16, nonce: u64) -> Option<u64> {
-        let Self::Proof { freshness, tag } = self else { return None };
-        let Self::Proof { tag: right, .. } = Self::proof(key, channel, nonce, freshness) else { return None };
-        is_same(&tag, &right).then_some(freshness)
     }
 }

@@ -1,15 +1,9 @@
 //! Takes off tags that are right, once.
 
 use super::handshake::{Handshake, MAX_BYTES};
-use super::lockout::Lockout;
-use super::tag::{Key, Profile, is_same};
+use super::keys::{Line, LineKeys, Nonces, Statement};
+use super::tag::{ContentKey, Key, Profile, is_same};
 use crate::envelope::{Class, EnvelopeError, TAGGED, close, parse, verify};
-
-/// Time between two challenges, `ms`.
-pub const CHALLENGE_MS: u32 = 100;
-
-/// So many contents in a row that are not fresh are no repetitions: more was lost than freshness can tell.
-const DOUBTFUL: u8 = 3;
 
 /// Why a content was refused. Nothing has changed for what else comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -23,8 +17,6 @@ pub enum AuthError {
     NotFresh,
     /// A wrong tag: forged, of another key, or of an end that has to find together with this one first.
     Tag,
-    /// Too many wrong tags: nothing is looked at for a while.
-    LockedOut,
 }
 
 impl core::fmt::Display for AuthError {
@@ -34,7 +26,6 @@ impl core::fmt::Display for AuthError {
             Self::NoTag => "not authenticated: the other side has no key",
             Self::NotFresh => "a repetition of what was sent before",
             Self::Tag => "the tag is wrong: forged, or the two sides have different keys",
-            Self::LockedOut => "too many wrong tags: locked out for a second",
         })
     }
 }
@@ -44,26 +35,27 @@ impl core::error::Error for AuthError {}
 /// The receiving end of a channel.
 #[derive(Debug)]
 pub struct Opener {
-    key: Key,
+    keys: LineKeys,
     profile: Profile,
     channel: u16,
     /// What nonces are made of.
     seed: u64,
     challenges: u32,
+    /// Of the next association.
+    nonce: u64,
     session: Option<Session>,
-    /// Nonce of a challenge that has not been answered yet.
-    pending: Option<u64>,
-    challenged_ms: Option<u32>,
-    /// Contents that were not fresh since the last one that was taken.
-    stale: u8,
-    lockout: Lockout,
+    /// Nonce of the sealer that has said hello and was not answered yet.
+    greeted_by: Option<u64>,
+    /// Whether a sealer has proven itself and was not told yet that it is taken.
+    owes_taken: bool,
     handshake: [u8; MAX_BYTES],
 }
 
 /// What has been proven.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug)]
 struct Session {
-    nonce: u64,
+    key: ContentKey,
+    nonces: Nonces,
     newest: u64,
 }
 
@@ -73,42 +65,49 @@ impl Opener {
     /// `seed` must be another one at every start of this end, for as long as the key is in use: a random number, or a
     /// counter that is kept. What was sent to an earlier life with the same seed could be used again.
     #[must_use]
-    pub fn new(key: Key, profile: Profile, channel: u16, seed: u64) -> Self {
-        let mut opener = Self {
-            key,
-            profile,
-            channel,
-            seed,
-            challenges: 0,
-            session: None,
-            pending: None,
-            challenged_ms: None,
-            stale: 0,
-            lockout: Lockout::default(),
-            handshake: [0; MAX_BYTES],
-        };
-        opener.doubt();
-        opener
+    pub fn new(key: &Key, line: Line, profile: Profile, channel: u16, seed: u64) -> Self {
+        let keys = LineKeys::new(key, line);
+        let nonce = keys.opener_nonce(seed, 0);
+        let (session, greeted_by, owes_taken) = (None, None, false);
+        let (challenges, handshake) = (0, [0; MAX_BYTES]);
+        Self { keys, profile, channel, seed, challenges, nonce, session, greeted_by, owes_taken, handshake }
     }
 
-    /// The challenge to be sent now, if there is one. `now_ms` is any clock that wraps at 2^32.
-    pub fn challenge(&mut self, now_ms: u32) -> Option<&[u8]> {
-        self.challenge_on(self.channel, now_ms)
+    /// The handshake to be sent back now, if there is one: an answer to what came last. To be asked for after every
+    /// [`open`](Self::open).
+    pub fn handshake(&mut self) -> Option<&[u8]> {
+        if self.owes_challenge() { self.challenge_on(self.channel) } else { self.taken_on(self.channel) }
     }
 
-    /// As [`challenge`](Self::challenge), for a sealer that listens to another channel.
-    pub(super) fn challenge_on(&mut self, channel: u16, now_ms: u32) -> Option<&[u8]> {
-        let nonce = self.pending?;
-        if self.challenged_ms.is_some_and(|last| now_ms.wrapping_sub(last) < CHALLENGE_MS) {
-            return None;
-        }
-        self.challenged_ms = Some(now_ms);
-        Handshake::Challenge { nonce }.write(channel, &mut self.handshake)
+    /// The answer to a hello, for a sealer that listens to `channel`.
+    pub(super) fn challenge_on(&mut self, channel: u16) -> Option<&[u8]> {
+        let nonces = Nonces { sealer: self.greeted_by.take()?, opener: self.nonce };
+        let tag = self.keys.tag(Statement::Challenge, self.channel, nonces);
+        Handshake::Challenge { opener: self.nonce, tag }.write(channel, &mut self.handshake)
     }
 
-    /// Whether a challenge is this opener's own.
-    pub(super) fn is_own(&self, nonce: u64) -> bool {
-        self.pending == Some(nonce) || self.session.is_some_and(|session| session.nonce == nonce)
+    /// The answer to a proof.
+    pub(super) fn taken_on(&mut self, channel: u16) -> Option<&[u8]> {
+        let session = self.session.as_ref().filter(|_| core::mem::take(&mut self.owes_taken))?;
+        let tag = self.keys.tag(Statement::Taken, self.channel, session.nonces);
+        Handshake::Taken { tag }.write(channel, &mut self.handshake)
+    }
+
+    /// Asks the sealer at the other end, which listens to `channel`, to say hello.
+    pub(super) fn question_on(&mut self, channel: u16) -> Option<&[u8]> {
+        Handshake::Question.write(channel, &mut self.handshake)
+    }
+
+    pub(super) fn owes_challenge(&self) -> bool {
+        self.greeted_by.is_some()
+    }
+
+    pub(super) fn owes_taken(&self) -> bool {
+        self.owes_taken
+    }
+
+    pub(crate) fn owes_handshake(&self) -> bool {
+        self.owes_challenge() || self.owes_taken
     }
 
     pub(super) fn channel(&self) -> u16 {
@@ -118,15 +117,8 @@ impl Opener {
     /// Listens to a channel. What was proven for another one is worth nothing there.
     pub(super) fn listen(&mut self, channel: u16) {
         if channel != self.channel {
-            (self.channel, self.session) = (channel, None);
-            self.doubt();
+            (self.channel, self.session, self.greeted_by, self.owes_taken) = (channel, None, None, false);
         }
-    }
-
-    /// How often wrong tags have led to a [lock-out](super::LOCKOUT_MS).
-    #[must_use]
-    pub fn lockouts(&self) -> u32 {
-        self.lockout.count()
     }
 
     /// Takes a content; writes the one that was given to the sealer at the other end to `out` and gives it. None for
@@ -134,48 +126,23 @@ impl Opener {
     ///
     /// # Errors
     /// [`AuthError`]; what is in `out` then is of no use.
-    pub fn open<'o>(
-        &mut self,
-        now_ms: u32,
-        content: &[u8],
-        out: &'o mut [u8],
-    ) -> Result<Option<&'o [u8]>, AuthError> {
+    pub fn open<'o>(&mut self, content: &[u8], out: &'o mut [u8]) -> Result<Option<&'o [u8]>, AuthError> {
         let covered = verify(content, self.channel).map_err(AuthError::Envelope)?;
-        let Some(sealed) = self.open_covered(now_ms, covered)? else { return Ok(None) };
+        let Some(sealed) = self.open_covered(covered)? else { return Ok(None) };
         plain(self.channel, sealed, out).map(Some)
     }
 
     /// As [`open`](Self::open), for a content without the CRC that was right for the channel. What it gives has
     /// neither CRC nor freshness nor tag, and its class is that of a tagged content.
-    pub(crate) fn open_covered<'c>(
-        &mut self,
-        now_ms: u32,
-        covered: &'c [u8],
-    ) -> Result<Option<&'c [u8]>, AuthError> {
-        if covered.first().is_some_and(|class| class & TAGGED == 0) {
-            return self.shake_hands(covered).map(|()| None);
+    pub(crate) fn open_covered<'c>(&mut self, covered: &'c [u8]) -> Result<Option<&'c [u8]>, AuthError> {
+        match handshake(covered)? {
+            None => self.check(covered).map(Some),
+            Some(handshake) => self.hear(handshake).map(|_| None),
         }
-        if self.profile == Profile::Short && self.lockout.is_locked(now_ms) {
-            return Err(AuthError::LockedOut);
-        }
-        let sealed = self.check(covered).inspect_err(|error| match error {
-            // Every line repeats something now and then.
-            AuthError::NotFresh if self.stale < DOUBTFUL => self.stale += 1,
-            _ => {
-                self.doubt();
-                // Without a session no tag was compared, so none was tried.
-                let is_compared = *error == AuthError::Tag && self.session.is_some();
-                if is_compared && self.profile == Profile::Short {
-                    self.lockout.count_wrong(now_ms);
-                }
-            }
-        })?;
-        self.stale = 0;
-        Ok(Some(sealed))
     }
 
     /// The content without freshness and tag, if these are right.
-    fn check<'c>(&mut self, covered: &'c [u8]) -> Result<&'c [u8], AuthError> {
+    pub(super) fn check<'c>(&mut self, covered: &'c [u8]) -> Result<&'c [u8], AuthError> {
         let bytes = EnvelopeError::Length { bytes: covered.len() };
         let session = self.session.as_mut().ok_or(AuthError::Tag)?;
         let length = covered.len().checked_sub(self.profile.overhead());
@@ -184,9 +151,7 @@ impl Opener {
         let (low, tag) =
             trailer.split_at_checked(self.profile.freshness_bytes()).ok_or(AuthError::Envelope(bytes))?;
         let freshness = self.profile.freshness(low, session.newest).ok_or(AuthError::NotFresh)?;
-        let parts: [&[u8]; 4] =
-            [&self.channel.to_le_bytes(), &session.nonce.to_le_bytes(), &freshness.to_le_bytes(), sealed];
-        let right = self.key.tag(&parts);
+        let right = session.key.tag(self.channel, freshness, sealed);
         if !is_same(tag, right.get(..tag.len()).unwrap_or_default()) {
             return Err(AuthError::Tag);
         }
@@ -194,36 +159,46 @@ impl Opener {
         Ok(sealed)
     }
 
-    fn shake_hands(&mut self, covered: &[u8]) -> Result<(), AuthError> {
-        let found = parse(covered).map_err(AuthError::Envelope)?;
-        if found.class != Class::Handshake {
-            return Err(AuthError::NoTag);
-        }
-        match Handshake::read(found.payload) {
-            Some(Handshake::Hello) => self.doubt(),
-            Some(proof @ Handshake::Proof { .. }) => {
-                let Some(nonce) = self.pending else { return Ok(()) };
-                let newest = proof.proves(&self.key, self.channel, nonce).ok_or(AuthError::Tag)?;
-                self.session = Some(Session { nonce, newest });
-                self.pending = None;
+    /// Hears what a sealer says; gives whether an association is begun by it.
+    pub(super) fn hear(&mut self, handshake: Handshake) -> Result<bool, AuthError> {
+        let known = self.session.as_ref().map(|session| session.nonces.sealer);
+        match handshake {
+            // One that was long on its way is no new one.
+            Handshake::Hello { sealer } if known != Some(sealer) => self.greeted_by = Some(sealer),
+            // That it is taken, was lost.
+            Handshake::Proof { sealer, .. } if known == Some(sealer) => self.owes_taken = true,
+            Handshake::Proof { sealer, tag } => {
+                let nonces = Nonces { sealer, opener: self.nonce };
+                if !is_same(&tag, &self.keys.tag(Statement::Proof, self.channel, nonces)) {
+                    return Err(AuthError::Tag);
+                }
+                let key = self.keys.contents(self.channel, nonces);
+                self.session = Some(Session { key, nonces, newest: 0 });
+                self.owes_taken = true;
+                self.challenges = self.challenges.wrapping_add(1);
+                self.nonce = self.keys.opener_nonce(self.seed, self.challenges);
+                return Ok(true);
             }
-            Some(Handshake::Challenge { .. }) | None => {}
+            _ => {}
         }
-        Ok(())
-    }
-
-    /// The other end may have started anew, or lost more than freshness can tell.
-    fn doubt(&mut self) {
-        if self.pending.is_none() {
-            self.challenges = self.challenges.wrapping_add(1);
-            let parts: [&[u8]; 2] = [&self.seed.to_le_bytes(), &self.challenges.to_le_bytes()];
-            self.pending = Some(u64::from_le_bytes(self.key.tag(&parts)));
-        }
+        Ok(false)
     }
 }
 
+/// The handshake in a content, if there is one; none for a content with a tag.
+pub(super) fn handshake(covered: &[u8]) -> Result<Option<Handshake>, AuthError> {
+    if covered.first().is_none_or(|class| class & TAGGED != 0) {
+        return Ok(None);
+    }
+    let found = parse(covered).map_err(AuthError::Envelope)?;
+    if found.class != Class::Handshake {
+        return Err(AuthError::NoTag);
+    }
+    Ok(Some(Handshake::read(found.payload)))
+}
+
 /// The content as it was before it was tagged.
-fn plain<'o>(channel: u16, sealed: &[u8], out: &'o mut [u8]) -> Result<&'o [u8], AuthError> {
+pub(super) fn plain<'o>(channel: u16, sealed: &[u8], out: &'o mut [u8]) -> Result<&'o [u8], AuthError> {
     let length = sealed.len();
     let no_room = AuthError::Envelope(EnvelopeError::Length { bytes: length });
     out.get_mut(..length).ok_or(no_room)?.copy_from_slice(sealed);

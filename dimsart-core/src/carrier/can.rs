@@ -8,8 +8,9 @@
 //! ```
 //! A word is never split, so that every CAN tool can show it. There are as many frames as words, and at least 3.
 //!
-//! Freshness and tag of an authenticated packet are one word more. The class is not sent: both ends know whether
-//! packets are authenticated, and what has counter 0, which no packet has, is a handshake.
+//! Freshness and tag of an authenticated packet are one word more, and a head each in frames 3 and 4: there are at least
+//! 5 frames then. The class is not sent: both ends know whether packets are authenticated, and what has counter 0, which
+//! no packet has, is a handshake.
 //!
 //! Little endian. The envelope is taken off and sealed anew on the other side.
 //!
@@ -33,9 +34,13 @@ const PACKET: u8 = Class::Packet as u8;
 const HANDSHAKE: u8 = Class::Handshake as u8;
 /// Frames that carry a part of the header: counter, echo, content.
 const HEAD_FRAMES: u8 = 3;
+/// Those of an authenticated packet, with the end of its tag.
+const TAGGED_HEAD_FRAMES: u8 = 5;
+/// Of a tag, in heads.
+const TAG_END_BYTES: usize = 4;
 /// Of a packet's payload, before the words: echo and content.
 const ECHO_AND_CONTENT_BYTES: usize = 4;
-const BUFFER_BYTES: usize = HEADER_BYTES + ECHO_AND_CONTENT_BYTES + 4 * MAX_WORDS + CRC_BYTES;
+const BUFFER_BYTES: usize = HEADER_BYTES + ECHO_AND_CONTENT_BYTES + 4 * MAX_WORDS + TAG_END_BYTES + CRC_BYTES;
 
 /// The data id of a channel's frames, chosen by the packet's counter: `(channel + i * (2 * (channel / 256) + 1)) mod
 /// 256` with `i` the counter's low 4 bits.
@@ -63,15 +68,27 @@ pub fn frames(content: &[u8], channel: u16) -> Option<Frames<'_>> {
     }
     let (&[echo_low, echo_high, content_low, content_high], words) =
         payload.split_first_chunk::<ECHO_AND_CONTENT_BYTES>()?;
+    let heads = head_frames(class, number);
+    let (words, &[a, b, c, d]) = if heads == TAGGED_HEAD_FRAMES {
+        words.split_last_chunk::<TAG_END_BYTES>()?
+    } else {
+        (words, &[0; 4])
+    };
     let (words, rest) = words.as_chunks::<4>();
     let count = u8::try_from(words.len()).ok().filter(|count| usize::from(*count) <= MAX_WORDS)?;
     if !rest.is_empty() {
         return None;
     }
-    let last = count.max(HEAD_FRAMES) - 1;
+    let last = count.max(heads) - 1;
     let counter = number & !0xF | u16::from(last);
-    let heads = [counter.to_le_bytes(), [echo_low, echo_high], [content_low, content_high]];
-    Some(Frames { channel, counter: number, index: 0, last, heads, words })
+    let head_bytes =
+        [counter.to_le_bytes(), [echo_low, echo_high], [content_low, content_high], [a, b], [c, d]];
+    Some(Frames { channel, counter: number, index: 0, last, heads, head_bytes, words })
+}
+
+/// Frames with a head, of what has a class and a number.
+fn head_frames(class: u8, number: u16) -> u8 {
+    if class & TAGGED != 0 && number != 0 { TAGGED_HEAD_FRAMES } else { HEAD_FRAMES }
 }
 
 /// The data of a packet's frames, in the order that they are to be sent in. See [`frames`].
@@ -81,7 +98,8 @@ pub struct Frames<'c> {
     counter: u16,
     index: u8,
     last: u8,
-    heads: [[u8; 2]; HEAD_FRAMES as usize],
+    heads: u8,
+    head_bytes: [[u8; 2]; TAGGED_HEAD_FRAMES as usize],
     words: &'c [[u8; 4]],
 }
 
@@ -95,7 +113,9 @@ impl Iterator for Frames<'_> {
         let [low, _] = (self.counter & 0xF).to_le_bytes();
         let mut frame = Vec::from_array([0, self.index << 4 | low]);
         let place = usize::from(self.index);
-        frame.extend_from_slice(self.heads.get(place).map_or(&[], <[u8; 2]>::as_slice)).ok()?;
+        if self.index < self.heads {
+            frame.extend_from_slice(self.head_bytes.get(place)?).ok()?;
+        }
         frame.extend_from_slice(self.words.get(place).map_or(&[], <[u8; 4]>::as_slice)).ok()?;
         let crc = crc(self.channel, self.counter, self.index, frame.get(1..)?);
         *frame.first_mut()? = crc;
@@ -130,6 +150,7 @@ pub struct Assembler {
     words: usize,
     /// With room for the envelope around them.
     buffer: [u8; BUFFER_BYTES],
+    tag_end: [u8; TAG_END_BYTES],
     dropped: u32,
 }
 
@@ -153,8 +174,8 @@ impl Assembler {
     }
 
     const fn of_class(class: u8) -> Self {
-        let buffer = [0; BUFFER_BYTES];
-        Self { class, channel: 0, counter: 0, next: 0, last: 0, words: 0, buffer, dropped: 0 }
+        let (buffer, tag_end) = ([0; BUFFER_BYTES], [0; TAG_END_BYTES]);
+        Self { class, channel: 0, counter: 0, next: 0, last: 0, words: 0, buffer, tag_end, dropped: 0 }
     }
 
     /// Takes a frame's data that came in on a channel; gives the content of the packet or handshake that it ended, if any.
@@ -167,7 +188,12 @@ impl Assembler {
             return None;
         }
         self.next = 0;
-        let length = ECHO_AND_CONTENT_BYTES + 4 * self.words;
+        let mut length = ECHO_AND_CONTENT_BYTES + 4 * self.words;
+        if head_frames(self.class, self.counter) == TAGGED_HEAD_FRAMES {
+            let place = HEADER_BYTES + length;
+            self.buffer.get_mut(place..place + TAG_END_BYTES)?.copy_from_slice(&self.tag_end);
+            length += TAG_END_BYTES;
+        }
         let class = if self.counter == 0 { HANDSHAKE } else { self.class };
         let [low, high] = self.counter.to_le_bytes();
         *self.buffer.first_chunk_mut()? = [class, low, high];
@@ -184,7 +210,9 @@ impl Assembler {
     fn add(&mut self, data: &[u8], channel: u16) -> Option<()> {
         let (&[found, tag], rest) = data.split_first_chunk::<2>()?;
         let (index, low) = (tag >> 4, u16::from(tag & 0xF));
-        let (head, word) = if index < HEAD_FRAMES { rest.split_at_checked(2)? } else { rest.split_at(0) };
+        // Of frame 0 the counter is not known yet, but it has a head in any case.
+        let heads = head_frames(self.class, self.counter);
+        let (head, word) = if index < heads { rest.split_at_checked(2)? } else { rest.split_at(0) };
         let (mut counter, mut last, mut words) = (self.counter, self.last, self.words);
         if let (0, &[counter_low, counter_high]) = (index, head) {
             counter = u16::from_le_bytes([counter_low, counter_high]) & !0xF | low;
@@ -193,11 +221,12 @@ impl Assembler {
             return None;
         }
         let is_in_place = match word.len() {
-            0 => index < HEAD_FRAMES,
+            0 => index < heads,
             4 => usize::from(index) == words,
             _ => false,
         };
-        if !is_in_place || last + 1 < HEAD_FRAMES || found != crc(channel, counter, index, data.get(1..)?) {
+        let is_too_short = last + 1 < head_frames(self.class, counter);
+        if !is_in_place || is_too_short || found != crc(channel, counter, index, data.get(1..)?) {
             return None;
         }
         (self.channel, self.counter, self.last) = (channel, counter, last);
@@ -209,7 +238,9 @@ impl Assembler {
 
     fn write(&mut self, index: u8, head: &[u8], word: &[u8]) -> Option<()> {
         let index = usize::from(index);
-        if let Some(place) = index.checked_sub(1).map(|place| HEADER_BYTES + 2 * place) {
+        if let Some(place) = index.checked_sub(usize::from(HEAD_FRAMES)).filter(|_| !head.is_empty()) {
+            self.tag_end.get_mut(2 * place..2 * place + head.len())?.copy_from_slice(head);
+        } else if let Some(place) = index.checked_sub(1).map(|place| HEADER_BYTES + 2 * place) {
             self.buffer.get_mut(place..place + head.len())?.copy_from_slice(head);
         }
         let place = HEADER_BYTES + ECHO_AND_CONTENT_BYTES + 4 * index;

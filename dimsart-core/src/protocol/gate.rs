@@ -1,19 +1,20 @@
 //! Which requests a board takes, by the key that it holds.
 //!
 //! ```text
-//! host ──hello, or what the board does not take──▶ board
-//! host ◀──────────────challenge────────────────── board
-//! host ──proof, sealed request, sealed request───▶ board
+//! host ──────hello──────▶ board
+//! host ◀───challenge───── board
+//! host ──proof, request─▶ board
+//! host ◀─taken, response─ board
 //! ```
-//! A challenge is an answer: a board does not challenge by itself, and who asks for nothing that
-//! [needs the key](Request::needs_key) never hears of it. What is sealed cannot be read off its tag, changed, or used a
+//! A board says nothing of this by itself, and who asks for nothing that [needs the key](Request::needs_key) never hears
+//! of it. What is sealed cannot be read off its tag, changed, or used a
 //! second time. Whoever can hold up the line can hold a sealed request back and let it go on later, until the board
 //! takes another one: time is not part of it.
 
 use super::frame::{CHANNEL, DecodeError, NoRoom};
 use super::key::{KeyRefusal, KeyState};
 use super::request::{Request, decode_request};
-use crate::auth::{AuthError, Key, Opener, Profile};
+use crate::auth::{AuthError, Key, Line, Opener, Profile};
 use crate::carrier::stream;
 use crate::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, TAGGED};
 
@@ -26,7 +27,7 @@ pub enum Taken {
     Refused(u16, KeyRefusal),
     /// A request that this version does not know, with its id.
     NotUnderstood(u16),
-    /// Nothing to be answered but by a [challenge](Gate::challenge), if there is one.
+    /// Nothing to be answered but by a [handshake](Gate::handshake), if there is one.
     Nothing,
 }
 
@@ -34,7 +35,6 @@ pub enum Taken {
 #[derive(Debug)]
 pub struct Gate {
     state: State,
-    is_asked: bool,
 }
 
 #[derive(Debug)]
@@ -49,19 +49,19 @@ impl Gate {
     /// Of a board that holds no key.
     #[must_use]
     pub const fn open() -> Self {
-        Self { state: State::Open, is_asked: false }
+        Self { state: State::Open }
     }
 
     /// Of a board that cannot read what it kept.
     #[must_use]
     pub const fn damaged() -> Self {
-        Self { state: State::Damaged, is_asked: false }
+        Self { state: State::Damaged }
     }
 
     /// Of a board that holds a key. `seed` as for [`Opener::new`]; other openers with this key need others.
     #[must_use]
-    pub fn locked(key: Key, seed: u64) -> Self {
-        Self { state: State::Locked(Opener::new(key, Profile::Full, CHANNEL, seed)), is_asked: false }
+    pub fn locked(key: &Key, seed: u64) -> Self {
+        Self { state: State::Locked(Opener::new(key, Line::Commands, Profile::Full, CHANNEL, seed)) }
     }
 
     /// How the board stands to keys.
@@ -74,25 +74,21 @@ impl Gate {
         }
     }
 
-    /// Takes the content of a frame. `now_ms` is any clock that wraps at 2^32.
-    pub fn take(&mut self, now_ms: u32, content: &[u8]) -> Taken {
+    /// Takes the content of a frame.
+    pub fn take(&mut self, content: &[u8]) -> Taken {
         let Some((&[class, low, high], _)) = content.split_first_chunk::<HEADER_BYTES>() else {
             return Taken::Nothing;
         };
         if class != SEALED_REQUEST && class != Class::Handshake as u8 {
             return self.admit(content);
         }
-        self.is_asked = true;
         let opened = match &mut self.state {
-            State::Locked(opener) => opener.open_covered(now_ms, content),
+            State::Locked(opener) => opener.open_covered(content),
             // Who seals believes that there is a key.
             State::Open | State::Damaged => Err(AuthError::Tag),
         };
         match opened {
-            Ok(Some(sealed)) => {
-                self.is_asked = false;
-                request(sealed)
-            }
+            Ok(Some(sealed)) => request(sealed),
             Err(_) if class == SEALED_REQUEST => {
                 Taken::Refused(u16::from_le_bytes([low, high]), self.refusal())
             }
@@ -100,22 +96,21 @@ impl Gate {
         }
     }
 
-    /// Whether somebody waits for a [challenge](Self::challenge).
+    /// Whether somebody waits for a [handshake](Self::handshake).
     #[must_use]
-    pub fn is_asked(&self) -> bool {
-        self.is_asked && matches!(self.state, State::Locked(_))
+    pub fn owes_handshake(&self) -> bool {
+        matches!(&self.state, State::Locked(opener) if opener.owes_handshake())
     }
 
-    /// The frame of the challenge that was asked for, in `out`; none when none was, or while the last one is not
-    /// [`CHALLENGE_MS`](crate::auth::CHALLENGE_MS) old. To be asked for after every frame and every 100 ms or so.
+    /// The frame of the handshake that answers what came last, in `out`; none when there is none. To be asked for after
+    /// every frame.
     ///
     /// # Errors
     /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
-    pub fn challenge<'o>(&mut self, now_ms: u32, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, NoRoom> {
-        let Self { state: State::Locked(opener), is_asked: is_asked @ true } = self else { return Ok(None) };
-        let Some(challenge) = opener.challenge(now_ms) else { return Ok(None) };
-        *is_asked = false;
-        stream::encode(challenge, out).map(Some).ok_or(NoRoom)
+    pub fn handshake<'o>(&mut self, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, NoRoom> {
+        let State::Locked(opener) = &mut self.state else { return Ok(None) };
+        let Some(handshake) = opener.handshake() else { return Ok(None) };
+        stream::encode(handshake, out).map(Some).ok_or(NoRoom)
     }
 
     /// What is not sealed.

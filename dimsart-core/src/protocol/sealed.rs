@@ -2,7 +2,7 @@
 
 use super::frame::{CHANNEL, NoRoom};
 use super::request::Request;
-use crate::auth::{Key, Profile, Sealer};
+use crate::auth::{Key, Line, Profile, Sealer};
 use crate::carrier::stream;
 use crate::encode::encode_into;
 use crate::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
@@ -15,21 +15,21 @@ use crate::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
 pub struct RequestSealer(Sealer);
 
 impl RequestSealer {
-    /// One that no board knows yet.
+    /// One that no board knows yet. `seed` as for [`Sealer::new`]: a random number.
     #[must_use]
-    pub fn new(key: Key) -> Self {
-        Self(Sealer::new(key, Profile::Full, CHANNEL))
+    pub fn new(key: &Key, seed: u64) -> Self {
+        Self(Sealer::new(key, Line::Commands, Profile::Full, CHANNEL, seed))
     }
 
-    /// Takes the content of a frame; gives whether it was the board's challenge.
+    /// Takes the content of a frame; gives whether it was the board's answer to a [handshake](Self::handshake).
     pub fn take(&mut self, content: &[u8]) -> bool {
         self.0.take_covered(content)
     }
 
-    /// Whether the board has said which nonce it takes.
+    /// Whether the board has answered, so that requests can be sealed.
     #[must_use]
     pub fn is_answered(&self) -> bool {
-        self.0.has_nonce()
+        self.0.is_answered()
     }
 
     /// Finds together anew: the board did not take what was sealed, it may have been restarted.
@@ -38,11 +38,14 @@ impl RequestSealer {
     }
 
     /// The frame that is to be sent before the next request, if there is one: a hello for as long as the board has
-    /// not challenged, or the answer to its challenge.
+    /// not answered, or a proof for as long as it has not said that it took one.
     ///
     /// # Errors
     /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
     pub fn handshake<'o>(&mut self, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, NoRoom> {
+        if !self.is_answered() {
+            self.0.forget();
+        }
         let Some(content) = self.0.handshake() else { return Ok(None) };
         stream::encode(content, out).map(Some).ok_or(NoRoom)
     }

@@ -1,6 +1,7 @@
 //! Carriers: what they carry comes out as it went in, or not at all.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "a failed unwrap is a failed test")]
 
+use dimsart_core::auth::{Key, Line, Opener, Profile, Sealer};
 use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver};
 use dimsart_core::carrier::{can, stream};
 use dimsart_core::envelope::{self, Class, HEADER_BYTES, MAX_CONTENT_BYTES};
@@ -240,4 +241,28 @@ fn the_data_ids_of_a_channel_differ_and_two_channels_share_at_most_one() {
             assert!(shared <= 1, "{list:?} {other:?}");
         }
     }
+}
+
+#[test]
+fn classic_can_carries_a_tag_in_one_word_and_the_room_beside_others() {
+    let (key, line) = (Key::new(&[7; 16]), Line::Link(0));
+    let mut sealer = Sealer::new(&key, line, Profile::Short, CHANNEL, 1);
+    let mut opener = Opener::new(&key, line, Profile::Short, CHANNEL, 2);
+    opener.open(sealer.handshake().unwrap(), &mut [0; 256]).unwrap();
+    assert!(sealer.take(opener.handshake().unwrap()));
+    for words in 0..can::MAX_WORDS {
+        let plain = packet(CHANNEL, 0x7FF3, &vec![0xA5; 4 + 4 * words]);
+        let mut sealed = [0; 256];
+        let sealed = sealer.seal(&plain, &mut sealed).unwrap();
+        let frames: Vec<_> = can::frames(sealed, CHANNEL).unwrap().collect();
+        assert_eq!(frames.len(), (words + 1).max(5));
+        let mut assembler = can::Assembler::authenticated();
+        let (last, others) = frames.split_last().unwrap();
+        assert!(others.iter().all(|frame| assembler.take(frame, CHANNEL).is_none()));
+        assert_eq!(assembler.take(last, CHANNEL), Some(sealed), "{words} words");
+        assert_eq!(assembler.dropped(), 0);
+    }
+    let plain = packet(CHANNEL, 1, &[0; 4 + 4 * can::MAX_WORDS]);
+    let mut sealed = [0; 256];
+    assert!(can::frames(sealer.seal(&plain, &mut sealed).unwrap(), CHANNEL).is_none(), "one too many");
 }

@@ -1,8 +1,12 @@
 //! What a board that holds a key takes of its command line, and what it does not.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
 use dimsart_core::Command;
-use dimsart_core::auth::{CHALLENGE_MS, Key};
+use dimsart_core::auth::{Key, Line, Opener, Profile, Sealer};
+use dimsart_core::carrier::stream;
+use dimsart_core::envelope::{Class, seal};
 use dimsart_core::protocol::{
     Gate, KeyAction, KeyBytes, KeyRefusal, KeyState, LeaseAction, MAX_FRAME_BYTES, Receiver, Request,
     RequestSealer, SchemeAction, Taken, encode_request,
@@ -50,25 +54,24 @@ fn harmless() -> Vec<Request> {
 struct Board {
     gate: Gate,
     receiver: Receiver,
-    now_ms: u32,
 }
 
 impl Board {
     fn new(gate: Gate) -> Self {
-        Self { gate, receiver: Receiver::new(), now_ms: 0 }
+        Self { gate, receiver: Receiver::new() }
     }
 
     fn locked(seed: u64) -> Self {
-        Self::new(Gate::locked(key(), seed))
+        Self::new(Gate::locked(&key(), seed))
     }
 
-    /// What comes of a frame, and the challenge that goes back.
+    /// What comes of a frame, and the handshake that goes back.
     fn take(&mut self, frame: &[u8]) -> (Taken, Option<Vec<u8>>) {
-        self.now_ms += 1;
-        let (mut taken, now_ms, gate) = (Taken::Nothing, self.now_ms, &mut self.gate);
-        self.receiver.take_all(frame, |content| taken = gate.take(now_ms, content));
-        let challenge = gate.challenge(now_ms, &mut [0; MAX_FRAME_BYTES]).unwrap().map(<[u8]>::to_vec);
-        (taken, challenge)
+        let (mut taken, gate) = (Taken::Nothing, &mut self.gate);
+        self.receiver.take_all(frame, |content| taken = gate.take(content));
+        let handshake = gate.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().map(<[u8]>::to_vec);
+        assert!(!gate.owes_handshake());
+        (taken, handshake)
     }
 
     fn take_plain(&mut self, request: &Request) -> Taken {
@@ -84,21 +87,21 @@ struct Host {
 
 impl Host {
     fn new(key: Key) -> Self {
-        Self { sealer: RequestSealer::new(key), sent: Vec::new() }
+        static SEEDS: AtomicU64 = AtomicU64::new(1000);
+        Self { sealer: RequestSealer::new(&key, SEEDS.fetch_add(1, Relaxed)), sent: Vec::new() }
     }
 
     fn say(&mut self, frame: Vec<u8>, board: &mut Board) -> Taken {
-        let (taken, challenge) = board.take(&frame);
+        let (taken, answer) = board.take(&frame);
         self.sent.push(frame);
-        Receiver::new().take_all(&challenge.unwrap_or_default(), |content| {
-            assert!(self.sealer.take(content));
+        Receiver::new().take_all(&answer.unwrap_or_default(), |content| {
+            self.sealer.take(content);
         });
         taken
     }
 
     fn ask(&mut self, request: &Request, board: &mut Board) -> Taken {
         for _ in 0..3 {
-            board.now_ms += CHALLENGE_MS;
             // A hello, and then the answer to the challenge that came back.
             let is_known = self.sealer.is_answered();
             for _ in usize::from(is_known)..2 {
@@ -187,11 +190,10 @@ fn a_start_of_the_board_is_found_out_and_what_was_sealed_before_it_is_worth_noth
 }
 
 #[test]
-fn a_board_challenges_nobody_who_has_not_asked() {
+fn a_board_answers_no_handshake_to_who_has_said_none() {
     let mut board = Board::locked(1);
     let mut frame = [0; MAX_FRAME_BYTES];
     for request in guarded().into_iter().chain(harmless()) {
-        board.now_ms += CHALLENGE_MS;
         let frame = encode_request(&request, ID, &mut frame).unwrap();
         assert_eq!(board.take(frame).1, None, "{request:?}");
     }
@@ -207,6 +209,68 @@ fn hosts_that_all_have_the_key_can_take_turns() {
             assert_eq!(host.ask(&take, &mut board), Taken::Request(ID, take));
         }
     }
+}
+
+/// Whatever a forger says on the command line, who has the key gets through at the first try: before it is known, and
+/// after.
+#[test]
+fn a_flood_of_false_handshakes_keeps_no_host_from_its_board() {
+    let (mut board, mut host) = (Board::locked(1), Host::new(key()));
+    let take = Request::Lease(LeaseAction::Take);
+    let mut stranger = Host::new(Key::new(b"another key of16"));
+    for _ in 0..20 {
+        for _ in 0..50 {
+            stranger.sealer.forget();
+            assert!(matches!(stranger.ask(&take, &mut board), Taken::Refused(..)));
+            // What one has said that has the key, again.
+            for said in host.sent.clone() {
+                assert!(!matches!(board.take(&said).0, Taken::Request(..)));
+            }
+        }
+        let before = host.sent.len();
+        assert_eq!(host.ask(&take, &mut board), Taken::Request(ID, take));
+        assert!(host.sent.len() - before <= 3, "a hello, a proof and the request");
+        host.sent.truncate(3);
+    }
+}
+
+/// A link's packets and its handshakes are no requests, and the other way round, even on one channel.
+#[test]
+fn what_was_sealed_for_a_link_is_worth_nothing_on_the_command_line() {
+    let gate = Gate::locked(&key(), 1);
+    let (mut board, line) = (Board::new(gate), Line::Link(0));
+    let mut sealer = Sealer::new(&key(), line, Profile::Full, 0, 2);
+    let mut opener = Opener::new(&key(), line, Profile::Full, 0, 1);
+    let mut frame = [0; MAX_FRAME_BYTES];
+    let hello = sealer.handshake().unwrap().to_vec();
+    // The board's challenge is not of a link.
+    let (_, challenge) = board.take(stream::encode(&hello, &mut frame).unwrap());
+    Receiver::new().take_all(&challenge.unwrap(), |content| {
+        let whole = seal_content(content);
+        assert!(!sealer.take(&whole));
+    });
+    assert_eq!(opener.open(&hello, &mut [0; 256]), Ok(None));
+    assert!(sealer.take(opener.handshake().unwrap()));
+    let proof = sealer.handshake().unwrap().to_vec();
+    assert_eq!(board.take(stream::encode(&proof, &mut frame).unwrap()), (Taken::Nothing, None));
+    let request = encode_request(&Request::Lease(LeaseAction::Take), ID, &mut frame).unwrap().to_vec();
+    let mut plain = Vec::new();
+    Receiver::new().take_all(&request, |content| plain = seal_content(content));
+    let mut sealed = [0; 256];
+    let sealed = sealer.seal(&plain, &mut sealed).unwrap();
+    let taken = board.take(stream::encode(sealed, &mut frame).unwrap()).0;
+    assert_eq!(taken, Taken::Refused(ID, KeyRefusal::NotAccepted));
+    assert!(opener.open(&proof, &mut [0; 256]).is_ok());
+    assert!(matches!(opener.open(sealed, &mut [0; 256]), Ok(Some(_))), "on its link it is right");
+}
+
+/// With the checksum that a receiver has taken off.
+fn seal_content(content: &[u8]) -> Vec<u8> {
+    let mut buffer = [0; 256];
+    let (header, payload) = content.split_first_chunk::<3>().unwrap();
+    buffer.get_mut(3..content.len()).unwrap().copy_from_slice(payload);
+    let class = if header[0] == Class::Handshake as u8 { Class::Handshake } else { Class::Request };
+    seal(class, 0, u16::from_le_bytes([header[1], header[2]]), payload.len(), &mut buffer).unwrap().to_vec()
 }
 
 proptest! {
@@ -226,7 +290,6 @@ proptest! {
                     let index = place.index(frame.len());
                     *frame.get_mut(index).unwrap() ^= change;
                 }
-                board.now_ms += u32::from(change);
                 prop_assert!(!matches!(board.take(&frame).0, Taken::Request(..)));
             }
         }

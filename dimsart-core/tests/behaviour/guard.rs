@@ -1,13 +1,17 @@
 //! Both sides of a link, each with a guard.
 #![expect(clippy::expect_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
+mod attacks;
+mod starts;
+mod strangers;
+
 use std::collections::VecDeque;
 
 use dimsart_core::Packet;
-use dimsart_core::auth::{AuthError, CHALLENGE_MS, Guard, Key, Profile};
+use dimsart_core::auth::{AuthError, Guard, Key, Line, Profile, STANDS_MS};
 use dimsart_core::carrier::can::{Assembler, frames};
 use dimsart_core::carrier::can_fd;
-use dimsart_core::envelope::MAX_CONTENT_BYTES;
+use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES};
 use proptest::prelude::*;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -15,9 +19,14 @@ use rand_pcg::Pcg64Mcg;
 const KEY: &[u8; 16] = b"sixteen byte key";
 /// Of what the left side sends, and of what the right one does.
 const CHANNELS: [u16; 2] = [17, 0x123];
+const PROFILES: [Profile; 2] = [Profile::Full, Profile::Short];
+/// Ticks of silence after which a link is lost, unless a scheme says otherwise; of 1 ms.
+const TIMEOUT_MS: u32 = 20;
 
-/// Carries a content to the other side.
-type Carrier<'c> = dyn FnMut(&[u8], u16) -> Vec<Vec<u8>> + 'c;
+/// As packets count.
+fn after(counter: u16) -> u16 {
+    counter.checked_add(1).unwrap_or(101)
+}
 
 struct Side {
     guard: Guard,
@@ -27,117 +36,190 @@ struct Side {
     counter: u16,
     refused: Vec<AuthError>,
     taken: Vec<Packet>,
+    taken_ms: Vec<u32>,
+    handshakes: u32,
+    /// Challenges and proofs among them, which an association is begun with.
+    begun: u32,
 }
 
 impl Side {
     fn new(key: &[u8; 16], profile: Profile, [sends_on, listens_to]: [u16; 2], seed: u64) -> Self {
-        let mut guard = Guard::new(&Key::new(key), profile, seed);
+        Self::of_line(key, Line::Link(0), profile, [sends_on, listens_to], seed)
+    }
+
+    fn of_line(
+        key: &[u8; 16],
+        line: Line,
+        profile: Profile,
+        [sends_on, listens_to]: [u16; 2],
+        seed: u64,
+    ) -> Self {
+        let mut guard = Guard::new(&Key::new(key), line, profile, seed);
         guard.send_on(sends_on);
         guard.listen(listens_to);
-        let echo = u16::try_from(seed).expect("small");
-        Self { guard, sends_on, echo, counter: 0, refused: Vec::new(), taken: Vec::new() }
+        Self {
+            guard,
+            sends_on,
+            echo: u16::try_from(seed).expect("small"),
+            counter: 0,
+            refused: Vec::new(),
+            taken: Vec::new(),
+            taken_ms: Vec::new(),
+            handshakes: 0,
+            begun: 0,
+        }
+    }
+
+    fn handshakes(&mut self, now_ms: u32) -> Vec<Vec<u8>> {
+        let mut said = Vec::new();
+        while let Some(handshake) = self.guard.handshake(now_ms) {
+            said.push(handshake.to_vec());
+        }
+        self.handshakes += u32::try_from(said.len()).expect("few");
+        let begins = said.iter().filter(|said| matches!(said[3], 4 | 5));
+        self.begun += u32::try_from(begins.count()).expect("few");
+        said
     }
 
     fn send(&mut self, now_ms: u32) -> Vec<Vec<u8>> {
-        self.counter += 1;
+        self.counter = after(self.counter);
         let words = (0..9).map(|word| u32::from(self.counter) + word).collect();
         let packet =
             Packet { channel: self.sends_on, counter: self.counter, echo: self.echo, content: 2, words };
-        let mut sent = Vec::new();
-        while let Some(handshake) = self.guard.handshake(now_ms) {
-            sent.push(handshake.to_vec());
-        }
+        let mut sent = self.handshakes(now_ms);
         sent.extend(self.guard.seal(&packet.to_bytes(), &mut [0; MAX_CONTENT_BYTES]).map(<[u8]>::to_vec));
         sent
     }
 
-    fn take(&mut self, now_ms: u32, content: &[u8], channel: u16) {
+    /// Gives what it says to it.
+    fn take(&mut self, now_ms: u32, content: &[u8], channel: u16) -> Vec<Vec<u8>> {
         match self.guard.take(now_ms, content, &mut [0; MAX_CONTENT_BYTES]) {
             Ok(Some(plain)) => {
                 self.taken.push(Packet::from_bytes(plain, channel).expect("what was sealed is whole"));
+                self.taken_ms.push(now_ms);
             }
             Ok(None) => {}
             Err(error) => self.refused.push(error),
         }
+        self.handshakes(now_ms)
+    }
+
+    /// The longest silence that this side heard.
+    fn silence_ms(&self, from_ms: u32, to_ms: u32) -> u32 {
+        let times = || [from_ms].into_iter().chain(self.taken_ms.iter().copied());
+        times().zip(times().skip(1).chain([to_ms])).map(|(one, next)| next - one).max().expect("some")
+    }
+
+    fn forget(&mut self) {
+        self.taken.clear();
+        self.taken_ms.clear();
+        self.refused.clear();
+        (self.handshakes, self.begun) = (0, 0);
     }
 }
 
-fn sides(profile: Profile, channels: [u16; 2]) -> [Side; 2] {
-    let [left, right] = channels;
-    [Side::new(KEY, profile, [left, right], 1), Side::new(KEY, profile, [right, left], 2)]
+/// Two sides, and what is on the way from one to the other.
+struct Link {
+    sides: [Side; 2],
+    on_the_way: VecDeque<(u32, usize, Vec<u8>)>,
+    now_ms: u32,
+    delay_ms: u32,
 }
 
-/// So many ms in which each side sends once a ms, from `now_ms`.
-fn run(sides: &mut [Side; 2], now_ms: &mut u32, duration_ms: u32, carrier: &mut Carrier<'_>) {
-    for _ in 0..duration_ms {
-        *now_ms += 1;
-        for (from, to) in [(0, 1), (1, 0)] {
-            let channel = sides[from].sends_on;
-            for content in sides[from].send(*now_ms) {
-                for arrived in carrier(&content, channel) {
-                    sides[to].take(*now_ms, &arrived, channel);
-                }
-            }
-        }
-    }
-}
+/// What becomes of a content on the way to a side.
+type Carrier<'c> = dyn FnMut(&[u8], usize) -> Vec<Vec<u8>> + 'c;
 
-fn clean(content: &[u8], _: u16) -> Vec<Vec<u8>> {
+fn clean(content: &[u8], _: usize) -> Vec<Vec<u8>> {
     vec![content.to_vec()]
 }
 
-#[test]
-fn both_sides_find_together_in_three_ms_and_lose_nothing_from_then_on() {
-    for profile in [Profile::Full, Profile::Short] {
-        for channels in [CHANNELS, [0, 0]] {
-            let mut sides = sides(profile, channels);
-            run(&mut sides, &mut 0, 1000, &mut clean);
-            for side in &sides {
-                assert!(side.taken.len() >= 997, "{} taken", side.taken.len());
-                assert!(side.taken.is_sorted_by(|a, b| a.counter + 1 == b.counter));
-                assert!(side.refused.len() <= 2, "{:?}", side.refused);
+impl Link {
+    fn new(profile: Profile, [left, right]: [u16; 2], delay_ms: u32) -> Self {
+        let sides = [Side::new(KEY, profile, [left, right], 1), Side::new(KEY, profile, [right, left], 2)];
+        Self { sides, on_the_way: VecDeque::new(), now_ms: 0, delay_ms }
+    }
+
+    /// One that has run for a while.
+    fn running(profile: Profile, channels: [u16; 2], delay_ms: u32) -> Self {
+        let mut link = Self::new(profile, channels, delay_ms);
+        link.run(10 * delay_ms + 50, &mut clean);
+        link.sides.iter_mut().for_each(Side::forget);
+        link
+    }
+
+    /// So many ms in which each side sends once a ms.
+    fn run(&mut self, duration_ms: u32, carrier: &mut Carrier<'_>) {
+        for _ in 0..duration_ms {
+            self.now_ms += 1;
+            for from in [0, 1] {
+                let sent = self.sides[from].send(self.now_ms);
+                self.put(1 - from, sent);
+                self.deliver(carrier);
             }
         }
+    }
+
+    fn put(&mut self, to: usize, contents: Vec<Vec<u8>>) {
+        let due_ms = self.now_ms + self.delay_ms;
+        self.on_the_way.extend(contents.into_iter().map(|content| (due_ms, to, content)));
+    }
+
+    fn deliver(&mut self, carrier: &mut Carrier<'_>) {
+        while let Some((_, to, content)) = self.on_the_way.pop_front_if(|(due_ms, ..)| *due_ms <= self.now_ms)
+        {
+            for arrived in carrier(&content, to) {
+                self.give(to, &arrived);
+            }
+        }
+    }
+
+    /// Gives a side something, whoever it is of.
+    fn give(&mut self, to: usize, content: &[u8]) {
+        let channel = self.sides[1 - to].sends_on;
+        let said = self.sides[to].take(self.now_ms, content, channel);
+        self.put(1 - to, said);
+    }
+
+    fn restart(&mut self, side: usize, profile: Profile, seed: u64) {
+        let channels = [self.sides[side].sends_on, self.sides[1 - side].sends_on];
+        self.sides[side] = Side::new(KEY, profile, channels, seed);
     }
 }
 
 /// Handshakes and packets with a tag in frames of 8 bytes, and in one frame of 64.
 #[test]
 fn can_carries_handshakes_and_tags() {
-    let mut classic = sides(Profile::Short, CHANNELS);
+    let mut classic = Link::new(Profile::Short, CHANNELS, 0);
     let mut assemblers = [(); 2].map(|()| Assembler::authenticated());
     let mut most = 0;
-    run(&mut classic, &mut 0, 500, &mut |content, channel| {
-        let assembler = &mut assemblers[usize::from(channel == CHANNELS[0])];
+    classic.run(500, &mut |content, to| {
+        let channel = CHANNELS[1 - to];
         let data: Vec<_> = frames(content, channel).expect("of a class that it carries").collect();
         most = most.max(data.len());
-        data.iter().filter_map(|data| assembler.take(data, channel).map(<[u8]>::to_vec)).collect()
+        data.iter().filter_map(|data| assemblers[to].take(data, channel).map(<[u8]>::to_vec)).collect()
     });
     assert_eq!(
         (most, assemblers.map(|assembler| assembler.dropped())),
         (10, [0, 0]),
         "one frame more than 9"
     );
-    let mut fd = sides(Profile::Full, CHANNELS);
-    run(&mut fd, &mut 0, 500, &mut |content, _| {
+    let mut fd = Link::new(Profile::Full, CHANNELS, 0);
+    fd.run(500, &mut |content, _| {
         let data = can_fd::pack(content).expect("fits one frame");
         can_fd::unpack(&data).map(<[u8]>::to_vec).into_iter().collect()
     });
-    for side in classic.iter().chain(&fd) {
+    for side in classic.sides.iter().chain(&fd.sides) {
         assert!(side.taken.len() >= 497, "{} taken, {:?}", side.taken.len(), side.refused);
     }
 }
 
 #[test]
 fn loss_and_repetition_cost_what_they_hit_and_no_more() {
-    for profile in [Profile::Full, Profile::Short] {
-        let mut sides = sides(profile, CHANNELS);
+    for profile in PROFILES {
+        let mut link = Link::running(profile, CHANNELS, 0);
         let mut random = Pcg64Mcg::seed_from_u64(5);
         let mut arrived = 0;
-        let mut now_ms = 0;
-        run(&mut sides, &mut now_ms, 1000, &mut clean);
-        let before: usize = sides.iter().map(|side| side.taken.len()).sum();
-        run(&mut sides, &mut now_ms, 20_000, &mut |content, _| {
+        link.run(20_000, &mut |content, _| {
             let copies = match random.next_u32() % 10 {
                 0 => 0,
                 1 => 2,
@@ -146,88 +228,38 @@ fn loss_and_repetition_cost_what_they_hit_and_no_more() {
             arrived += usize::from(copies > 0);
             vec![content.to_vec(); copies]
         });
-        let after: usize = sides.iter().map(|side| side.taken.len()).sum();
-        assert_eq!(after - before, arrived, "no handshake was needed");
+        let taken: usize = link.sides.iter().map(|side| side.taken.len()).sum();
+        assert_eq!(taken, arrived, "no handshake was needed");
     }
 }
 
-/// Everything that a side says comes back to it, and nothing else.
+/// However long nothing came: what is older than the newest one that was taken stays so.
 #[test]
-fn a_mirror_is_no_other_side() {
-    for profile in [Profile::Full, Profile::Short] {
-        let [mut side, _] = sides(profile, [0, 0]);
-        let mut sent = 0;
-        for now_ms in 0..10 * CHALLENGE_MS {
-            for content in side.send(now_ms) {
-                sent += 1;
-                side.take(now_ms, &content, 0);
+fn silence_makes_nothing_fresh_again() {
+    for profile in PROFILES {
+        let mut recorded = Vec::new();
+        let mut link = Link::running(profile, CHANNELS, 0);
+        link.run(300, &mut |content, to| {
+            recorded.push((to, content.to_vec()));
+            clean(content, to)
+        });
+        let mut at_ms = link.now_ms;
+        for silence_s in [1, 31, 32, 33, 64, 100, 3600, 86_400, 2_147_483, 2_147_484, 4_294_960] {
+            at_ms = at_ms.wrapping_add(silence_s * 1000);
+            for (to, old) in &recorded {
+                let channel = CHANNELS[1 - to];
+                let before = link.sides[*to].taken.len();
+                let _ = link.sides[*to].take(at_ms, old, channel);
+                assert_eq!(link.sides[*to].taken.len(), before, "after {silence_s} s");
             }
-        }
-        assert!(sent >= 10 && side.taken.is_empty(), "{} of {sent} taken", side.taken.len());
-        assert!(!side.guard.is_answered());
-    }
-}
-
-#[test]
-fn another_key_on_the_other_side_is_refused() {
-    let [left, right] = CHANNELS;
-    let stranger = Side::new(b"another key of16", Profile::Full, [right, left], 2);
-    let mut sides = [Side::new(KEY, Profile::Full, CHANNELS, 1), stranger];
-    run(&mut sides, &mut 0, 500, &mut clean);
-    for side in &sides {
-        assert!(side.taken.is_empty());
-        assert!(side.refused.len() > 400 && side.refused.iter().all(|error| *error == AuthError::Tag));
-    }
-}
-
-#[test]
-fn a_side_that_starts_anew_or_changes_its_channel_is_taken_again() {
-    let mut sides = sides(Profile::Full, CHANNELS);
-    let mut now_ms = 0;
-    run(&mut sides, &mut now_ms, 100, &mut clean);
-    let [left, right] = CHANNELS;
-    sides[1] = Side::new(KEY, Profile::Full, [right, left], 3);
-    let before = sides[0].taken.len();
-    run(&mut sides, &mut now_ms, 2 * CHALLENGE_MS, &mut clean);
-    assert!(sides[0].taken.len() >= before + 100 && sides[1].taken.len() >= 100);
-
-    sides[0].guard.send_on(99);
-    sides[0].sends_on = 99;
-    sides[1].guard.listen(99);
-    sides[1].taken.clear();
-    run(&mut sides, &mut now_ms, 2 * CHALLENGE_MS, &mut clean);
-    assert!(sides[1].taken.len() >= 100, "{} taken, {:?}", sides[1].taken.len(), sides[1].refused);
-}
-
-/// What comes of the other side before both have found together is no try of a tag, however long that takes.
-#[test]
-fn a_side_that_starts_anew_far_away_is_not_locked_out() {
-    for profile in [Profile::Full, Profile::Short] {
-        for delay_ms in [6, 50, 300] {
-            let mut sides = sides(profile, CHANNELS);
-            let mut on_the_way = VecDeque::new();
-            let mut now_ms = 0;
-            for start in 0..3 {
-                for _ in 0..5 * delay_ms + CHALLENGE_MS {
-                    now_ms += 1;
-                    for (from, to) in [(0, 1), (1, 0)] {
-                        let sent = sides[from].send(now_ms);
-                        on_the_way.extend(sent.into_iter().map(|content| (now_ms + delay_ms, to, content)));
-                    }
-                    while let Some((_, to, content)) =
-                        on_the_way.pop_front_if(|(due_ms, ..)| *due_ms <= now_ms)
-                    {
-                        sides[to].take(now_ms, &content, CHANNELS[1 - to]);
-                    }
+            for from in [0, 1] {
+                let said = link.sides[from].send(at_ms);
+                assert_eq!(said.iter().filter(|said| said[0] != Class::Handshake as u8).count(), 1);
+                for said in said {
+                    let _ = link.sides[1 - from].take(at_ms, &said, CHANNELS[from]);
                 }
-                for side in &sides {
-                    let what = format!("{profile:?}, {delay_ms} ms, start {start}");
-                    assert_eq!(side.guard.lockouts(), 0, "{what}");
-                    assert!(side.taken.len() >= 50, "{what}: {} taken", side.taken.len());
-                }
-                let [left, right] = CHANNELS;
-                sides[1] = Side::new(KEY, profile, [right, left], 3 + start);
-                sides[0].taken.clear();
+                let taken = link.sides[1 - from].taken.last().expect("some");
+                assert_eq!(taken.counter, link.sides[from].counter, "its own is taken after {silence_s} s");
             }
         }
     }
@@ -241,26 +273,26 @@ proptest! {
         on_one_channel in any::<bool>(),
         steps in prop::collection::vec((0_u8..6, any::<prop::sample::Index>(), any::<bool>()), 1..200),
     ) {
-        let profile = if is_short { Profile::Short } else { Profile::Full };
-        let mut sides = sides(profile, if on_one_channel { [0, 0] } else { CHANNELS });
-        let mut said: Vec<(Vec<u8>, u16)> = Vec::new();
-        let mut now_ms = 0;
+        let profile = PROFILES[usize::from(is_short)];
+        let mut link = Link::new(profile, if on_one_channel { [0, 0] } else { CHANNELS }, 0);
+        let mut said: Vec<Vec<u8>> = Vec::new();
         for (action, place, is_right) in steps {
-            now_ms += 20;
+            link.now_ms += 3;
             let side = usize::from(is_right);
             if action < 3 {
-                let channel = sides[side].sends_on;
-                let contents = sides[side].send(now_ms);
-                for content in &contents {
-                    sides[1 - side].take(now_ms, content, channel);
-                }
-                said.extend(contents.into_iter().map(|content| (content, channel)));
+                let contents = link.sides[side].send(link.now_ms);
+                link.put(1 - side, contents);
+                link.deliver(&mut |content, _| {
+                    said.push(content.to_vec());
+                    vec![content.to_vec()]
+                });
             } else if !said.is_empty() {
-                let (content, channel) = place.get(&said);
-                sides[side].take(now_ms, content, *channel);
+                let content = place.get(said.as_slice()).clone();
+                link.give(side, &content);
+                link.deliver(&mut clean);
             }
         }
-        for [sender, receiver] in [[0, 1], [1, 0]].map(|order| order.map(|side| &sides[side])) {
+        for [sender, receiver] in [[0, 1], [1, 0]].map(|order| order.map(|side| &link.sides[side])) {
             prop_assert!(receiver.taken.is_sorted_by(|a, b| a.counter < b.counter));
             let senders = |packet: &Packet| packet.counter <= sender.counter && packet.echo == sender.echo;
             prop_assert!(receiver.taken.iter().all(senders));

@@ -43,27 +43,49 @@ fn examples() -> Vec<(&'static str, Vec<u8>)> {
     };
     examples.push(("telemetry, stream", encode_sample(&sample, &mut out).unwrap().to_vec()));
 
-    let key = || auth::Key::new(b"sixteen byte key");
-    let mut opener = auth::Opener::new(key(), auth::Profile::Full, 0x123, 1);
-    let mut sealer = auth::Sealer::new(key(), auth::Profile::Full, 0x123);
-    let challenge = opener.challenge(0).unwrap().to_vec();
-    assert!(sealer.take_challenge(&challenge));
-    examples.push(("challenge", challenge));
-    examples.push(("proof", sealer.handshake().unwrap().to_vec()));
+    let (key, line, full) = (auth::Key::new(b"sixteen byte key"), auth::Line::Link(0), auth::Profile::Full);
+    let mut opener = auth::Opener::new(&key, line, full, 0x123, 1);
+    let mut sealer = auth::Sealer::new(&key, line, full, 0x123, 2);
+    let mut open = |content: &[u8]| {
+        assert_eq!(opener.open(content, &mut [0; 256]), Ok(None));
+        opener.handshake().unwrap().to_vec()
+    };
+    let hello = sealer.handshake().unwrap().to_vec();
+    let challenge = open(&hello);
+    assert!(sealer.take(&challenge));
+    let proof = sealer.handshake().unwrap().to_vec();
+    let taken = open(&proof);
+    assert!(sealer.take(&taken));
+    examples.extend([("hello", hello), ("challenge", challenge), ("proof", proof), ("taken", taken)]);
     examples.push(("packet, authenticated", sealer.seal(&content, &mut out).unwrap().to_vec()));
-    examples.push(("request, sealed", sealed_request(&request, key())));
+    examples.extend(authenticated_can_frames(&key, &content));
+    examples.push(("request, sealed", sealed_request(&request, &key)));
     examples
 }
 
-/// For a board that has just challenged.
-fn sealed_request(request: &Request, key: auth::Key) -> Vec<u8> {
-    let (mut gate, mut sealer) = (Gate::locked(key.clone(), 1), RequestSealer::new(key));
+/// Those that a tag is in.
+fn authenticated_can_frames(key: &auth::Key, content: &[u8]) -> [(&'static str, Vec<u8>); 3] {
+    let (line, short) = (auth::Line::Link(0), auth::Profile::Short);
+    let mut opener = auth::Opener::new(key, line, short, 0x123, 1);
+    let mut sealer = auth::Sealer::new(key, line, short, 0x123, 2);
+    opener.open(sealer.handshake().unwrap(), &mut [0; 256]).unwrap();
+    assert!(sealer.take(opener.handshake().unwrap()));
+    let mut sealed = [0; 256];
+    let sealed = sealer.seal(content, &mut sealed).unwrap();
+    let frames: Vec<_> = can::frames(sealed, 0x123).unwrap().map(|frame| frame.to_vec()).collect();
+    let [_, _, second, third, fourth] = <[Vec<u8>; 5]>::try_from(frames).unwrap();
+    [("tag, CAN frame 2", second), ("tag, CAN frame 3", third), ("tag, CAN frame 4", fourth)]
+}
+
+/// For a board that has just answered.
+fn sealed_request(request: &Request, key: &auth::Key) -> Vec<u8> {
+    let (mut gate, mut sealer) = (Gate::locked(key, 1), RequestSealer::new(key, 2));
     let mut frame = [0; MAX_FRAME_BYTES];
     let hello = sealer.handshake(&mut frame).unwrap().unwrap();
     Receiver::new().take_all(hello, |content| {
-        gate.take(0, content);
+        gate.take(content);
     });
-    let challenge = gate.challenge(0, &mut frame).unwrap().unwrap();
+    let challenge = gate.handshake(&mut frame).unwrap().unwrap();
     Receiver::new().take_all(challenge, |content| assert!(sealer.take(content)));
     sealer.encode(request, request_id(7, 1), &mut frame).unwrap().unwrap().to_vec()
 }

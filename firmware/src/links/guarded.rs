@@ -4,7 +4,7 @@
 //! as long as a tag takes.
 
 use boards::{LinkIn as _, LinkOut as _, MAX_CARRIED_BYTES};
-use dimsart_core::auth::{Guard, Key, Profile};
+use dimsart_core::auth::{Guard, Key, Line, Profile};
 use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{Packet, PacketError};
@@ -50,10 +50,12 @@ impl Door {
             Kept::None => Self::Open,
             Kept::Damaged => Self::Shut,
             Kept::Key(KeptKey { key, seed }) => {
-                let mut seeds = seed..;
+                let mut links = 0..;
                 Self::Guarded([(); MAX_LINKS].map(|()| {
-                    let seed = seeds.next().unwrap_or_default();
-                    Guarded { guard: Guard::new(&Key::new(&key), Profile::Full, seed), channel: 0 }
+                    let link = links.next().unwrap_or_default();
+                    let seed = seed.wrapping_add(link.into());
+                    let guard = Guard::new(&Key::new(&key), Line::Link(link), Profile::Full, seed);
+                    Guarded { guard, channel: 0 }
                 }))
             }
         }

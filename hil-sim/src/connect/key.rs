@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::auth::Key;
-use dimsart_core::protocol::{KeyAction, KeyBytes, KeyState, Refusal, Request, Response};
+use dimsart_core::protocol::{KeyAction, KeyBytes, KeyState, Refusal, Request, RequestSealer, Response};
 use serde::Serialize;
 
 use super::{ConnectError, Device};
@@ -38,10 +38,11 @@ impl<S: Read + Write> Device<S> {
     /// stands: to one that is open everything is said as before.
     ///
     /// # Errors
-    /// [`ConnectError::NoKeys`] when its image has no authentication.
+    /// [`ConnectError::NoKeys`] when its image has no authentication; [`ConnectError::NoRandomness`].
     pub fn use_key(&mut self, key: &[u8; 16]) -> Result<KeyReport, ConnectError> {
         let state = self.key_action(KeyAction::Look)?;
-        self.line_mut().seal_with((state == KeyReport::Locked).then(|| Key::new(key)));
+        let sealer = (state == KeyReport::Locked).then(|| sealer(key)).transpose()?;
+        self.line_mut().seal_with(sealer);
         Ok(state)
     }
 
@@ -51,9 +52,9 @@ impl<S: Read + Write> Device<S> {
     /// [`ConnectError::NoKeys`] when its image has no authentication; [`ConnectError::Refused`] when the device is not
     /// at rest, or is locked and this is not sealed with the key that it holds.
     pub fn set_key(&mut self, key: &[u8; 16]) -> Result<KeyReport, ConnectError> {
-        let salt = getrandom::u64().map_err(|error| ConnectError::NoRandomness(error.to_string()))?;
+        let salt = random()?;
         let state = self.key_action(KeyAction::Set { key: KeyBytes(*key), salt })?;
-        self.line_mut().seal_with(Some(Key::new(key)));
+        self.line_mut().seal_with(Some(sealer(key)?));
         Ok(state)
     }
 
@@ -86,6 +87,14 @@ impl<S: Read + Write> Device<S> {
             }),
         }
     }
+}
+
+fn sealer(key: &[u8; 16]) -> Result<RequestSealer, ConnectError> {
+    Ok(RequestSealer::new(&Key::new(key), random()?))
+}
+
+fn random() -> Result<u64, ConnectError> {
+    getrandom::u64().map_err(|error| ConnectError::NoRandomness(error.to_string()))
 }
 
 fn state_of(response: Response<'_>) -> Option<KeyState> {

@@ -7,7 +7,6 @@ use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use dimsart_core::auth::Key;
 use dimsart_core::protocol::{
     Counters, KeyRefusal, LeaseAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, RequestSealer, Response,
     client_of, decode_response, encode_request, request_id,
@@ -67,8 +66,8 @@ impl<S: Read + Write> RequestLine<S> {
     }
 
     /// Seals with a key, from now on, what needs it; none: nothing.
-    pub(super) fn seal_with(&mut self, key: Option<Key>) {
-        self.sealer = key.map(RequestSealer::new);
+    pub(super) fn seal_with(&mut self, sealer: Option<RequestSealer>) {
+        self.sealer = sealer;
     }
 
     /// Becomes another client.

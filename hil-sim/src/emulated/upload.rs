@@ -98,7 +98,7 @@ impl CommandLine<'_> {
             Response::Key(KeyState::Locked) => {}
             answer => return Err(unexpected(&answer)),
         }
-        let mut sealer = RequestSealer::new(Key::new(&bytes.0));
+        let mut sealer = RequestSealer::new(&Key::new(&bytes.0), salt);
         let mut receiver = Receiver::new();
         for _ in 0..ANSWER_TICKS {
             // A hello at first, and at last the answer to the challenge.

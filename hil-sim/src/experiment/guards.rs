@@ -1,6 +1,6 @@
 //! The guards of a link whose scenario names a key.
 
-use dimsart_core::auth::{Guard, Key, Profile};
+use dimsart_core::auth::{Guard, Key, Line, Profile};
 use dimsart_core::protocol::KeyBytes;
 
 use super::{ExperimentError, Side};
@@ -16,9 +16,12 @@ fn key(scenario: &Scenario) -> Result<Option<Key>, KeyFileError> {
     Ok(bytes.as_ref().map(Key::new))
 }
 
+/// Number of the link of an experiment, at both sides.
+const LINK: u8 = 0;
+
 fn guard(key: &Key, is_classic_can: bool, seed: u64, out: u16, listening: u16) -> Guard {
     let profile = if is_classic_can { Profile::Short } else { Profile::Full };
-    let mut guard = Guard::new(key, profile, seed);
+    let mut guard = Guard::new(key, Line::Link(LINK), profile, seed);
     guard.send_on(out);
     guard.listen(listening);
     guard
@@ -34,7 +37,7 @@ pub(super) fn guard_both(scenario: &Scenario, rig: &mut Rig, ends: Ends) -> Resu
         // Two runs of a seed are alike, and nothing is replayed from one to the other.
         let seed = scenario.seed.wrapping_mul(2).wrapping_add(index);
         let guard = guard(&key, is_classic_can, seed, out, listening);
-        station.guard(0, guard, scenario.sample_period_s);
+        station.guard(LINK.into(), guard, scenario.sample_period_s);
     }
     rig.introduce(0, 1);
     Ok(())
@@ -58,7 +61,7 @@ pub(super) fn guard_one(
     let Some(key) = key(scenario)? else { return Ok(()) };
     let is_classic_can = matches!(side.address(scenario), Address::Can { is_fd: false, .. });
     let guard = guard(&key, is_classic_can, getrandom::u64()?, channels.out, channels.listening);
-    station.guard(0, guard, scenario.sample_period_s);
+    station.guard(LINK.into(), guard, scenario.sample_period_s);
     Ok(())
 }
 

@@ -102,9 +102,7 @@ fn tick(robot: &Mutex<Robot>, shared: &Shared) {
         info.end_tick(tick, dimsart);
         let sample = info.sample(dimsart.engine().data_base());
         let heartbeat = (number == 0).then(|| info.heartbeat(7));
-        let challenge = robot.challenge();
         drop(robot);
-        shared.say(&challenge);
         *shared.last.lock().unwrap() = Some((tick, commanded));
         let mut frame = [0; MAX_FRAME_BYTES];
         if let Some(sample) = sample {

@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::process::{Command, Output};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use dimsart_core::auth::Key;
 use dimsart_core::protocol::{
@@ -64,7 +64,6 @@ pub(crate) struct Robot {
     /// Commands that it took.
     pub(crate) commands: u32,
     gate: Gate,
-    start: Instant,
 }
 
 impl Robot {
@@ -74,22 +73,17 @@ impl Robot {
         let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
         let (dimsart, info) = (Dimsart::new(device).unwrap(), DeviceInfo::new("test 0.1"));
         let info = info.with_events(Box::leak(Box::default()));
-        Self { dimsart, info, commands: 0, gate: Gate::open(), start: Instant::now() }
+        Self { dimsart, info, commands: 0, gate: Gate::open() }
     }
 
     /// Holds a key from now on.
     pub(crate) fn lock(&mut self, key: &[u8; 16]) {
-        self.gate = Gate::locked(Key::new(key), 1);
+        self.gate = Gate::locked(&Key::new(key), 1);
     }
 
-    fn now_ms(&self) -> u32 {
-        self.start.elapsed().as_millis().try_into().unwrap()
-    }
-
-    /// The challenge that is due, or nothing.
-    pub(crate) fn challenge(&mut self) -> Vec<u8> {
-        let now_ms = self.now_ms();
-        self.gate.challenge(now_ms, &mut [0; MAX_FRAME_BYTES]).unwrap().unwrap_or_default().to_vec()
+    /// The handshake that is due, or nothing.
+    pub(crate) fn handshake(&mut self) -> Vec<u8> {
+        self.gate.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().unwrap_or_default().to_vec()
     }
 
     pub(crate) fn tick(&mut self, position: f32) {
@@ -105,15 +99,15 @@ impl Robot {
     pub(crate) fn answer(&mut self, content: &[u8]) -> Vec<u8> {
         let is_command = matches!(decode_request(content), Ok((_, Request::Command(_))));
         self.commands += u32::from(is_command);
-        let (id, response) = match self.gate.take(self.now_ms(), content) {
+        let (id, response) = match self.gate.take(content) {
             Taken::Request(id, Request::Key(KeyAction::Look)) => (id, Response::Key(self.gate.state())),
             Taken::Request(id, request) => (id, serve(id, &request, &mut self.dimsart, &mut self.info)),
             Taken::Refused(id, refusal) => (id, Response::Refused(Refusal::Key(refusal))),
             Taken::NotUnderstood(id) => (id, Response::Refused(Refusal::NotUnderstood)),
-            Taken::Nothing => return self.challenge(),
+            Taken::Nothing => return self.handshake(),
         };
         let mut bytes = encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec();
-        bytes.extend(self.challenge());
+        bytes.extend(self.handshake());
         bytes
     }
 }

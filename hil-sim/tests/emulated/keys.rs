@@ -7,7 +7,7 @@ use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 
-use dimsart_core::auth::{Guard, Key, Profile};
+use dimsart_core::auth::{Guard, Key, Line, Profile};
 use dimsart_core::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
 use dimsart_core::{LinkState, Tick, types};
 use hil_sim::connect::{Device, Stream};
@@ -255,7 +255,7 @@ fn a_link_whose_other_side_changes_its_key_is_lost_and_the_device_gets_no_force(
     let rig = experiment.rig_mut();
     assert_eq!(states(rig, 200).last(), Some(&(LinkState::Ok as u32)));
     assert_eq!(rig.stations()[1].last_tick, Tick::Ran);
-    let stranger = Guard::new(&Key::new(&[0xBB; 16]), Profile::Full, 9);
+    let stranger = Guard::new(&Key::new(&[0xBB; 16]), Line::Link(0), Profile::Full, 9);
     rig.stations_mut()[0].guard(0, stranger, 1e-3);
     let found = states(rig, 100);
     assert!(found.contains(&(LinkState::Error as u32)), "{found:?}");

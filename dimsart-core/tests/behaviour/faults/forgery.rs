@@ -1,6 +1,6 @@
 //! Contents forged and repeated by who has no key.
 
-use dimsart_core::auth::{AuthError, Key, LOCKOUT_MS, LOCKOUT_TAGS, Opener, Profile, Sealer};
+use dimsart_core::auth::{AuthError, Key, Line, Opener, Profile, Sealer};
 use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -14,19 +14,19 @@ const PAYLOAD: usize = 20;
 struct Channel {
     sealer: Sealer,
     opener: Opener,
-    now_ms: u32,
 }
 
 impl Channel {
     fn new(profile: Profile) -> Self {
-        let key = || Key::new(b"sixteen byte key");
-        let mut sealer = Sealer::new(key(), profile, CHANNEL);
-        let mut opener = Opener::new(key(), profile, CHANNEL, 1);
-        let challenge = opener.challenge(0).unwrap().to_vec();
-        assert!(sealer.take_challenge(&challenge));
-        let proof = sealer.handshake().unwrap().to_vec();
-        assert_eq!(opener.open(0, &proof, &mut [0; MAX_CONTENT_BYTES]), Ok(None));
-        Self { sealer, opener, now_ms: 0 }
+        let (key, line) = (Key::new(b"sixteen byte key"), Line::Link(0));
+        let mut sealer = Sealer::new(&key, line, profile, CHANNEL, 1);
+        let mut opener = Opener::new(&key, line, profile, CHANNEL, 2);
+        for _ in 0..2 {
+            let said = sealer.handshake().unwrap();
+            assert_eq!(opener.open(said, &mut [0; MAX_CONTENT_BYTES]), Ok(None));
+            assert!(sealer.take(opener.handshake().unwrap()));
+        }
+        Self { sealer, opener }
     }
 
     fn seal(&mut self) -> Vec<u8> {
@@ -36,7 +36,7 @@ impl Channel {
     }
 
     fn open(&mut self, content: &[u8]) -> Result<(), AuthError> {
-        self.opener.open(self.now_ms, content, &mut [0; MAX_CONTENT_BYTES]).map(|_| ())
+        self.opener.open(content, &mut [0; MAX_CONTENT_BYTES]).map(|_| ())
     }
 }
 
@@ -54,86 +54,53 @@ fn forge(sealed: &mut [u8], tag_bytes: usize, random: &mut Pcg64Mcg) {
 
 /// The next content, whose tag alone is not known: the best that there is to forge. 10^7 of them in the long run.
 #[test]
-fn no_forged_tag_of_64_bits_is_taken() {
-    let mut random = Pcg64Mcg::seed_from_u64(400);
-    let mut channel = Channel::new(Profile::Full);
-    let mut next = channel.seal();
-    for attempt in 0..length(100_000, 10_000_000) {
-        forge(&mut next, 8, &mut random);
-        assert_eq!(channel.open(&next), Err(AuthError::Tag), "attempt {attempt}, seed 400");
-    }
-    let own = channel.seal();
-    assert_eq!(channel.open(&own), Ok(()));
-}
-
-/// 8000 frames a second, as fast as a CAN bus carries them: ten a second are looked at, and those are refused. 10^7 of
-/// them in the long run.
-#[test]
-fn a_flood_of_forged_tags_of_24_bits_has_ten_tries_a_second() {
-    let mut random = Pcg64Mcg::seed_from_u64(401);
-    let mut channel = Channel::new(Profile::Short);
-    let mut next = channel.seal();
-    let (mut tried, mut attempts) = (0_u64, 0_u64);
-    let total = length(100_000, 10_000_000);
-    while attempts < total {
-        channel.now_ms += 1;
-        for _ in 0..8 {
-            forge(&mut next, 3, &mut random);
-            let refused = channel.open(&next).unwrap_err();
-            tried += u64::from(refused == AuthError::Tag);
-            assert!(matches!(refused, AuthError::Tag | AuthError::LockedOut), "seed 401: {refused}");
-            attempts += 1;
+fn no_forged_tag_is_taken() {
+    for (profile, tag_bytes) in [(Profile::Full, 8), (Profile::Short, 7)] {
+        let mut random = Pcg64Mcg::seed_from_u64(400);
+        let mut channel = Channel::new(profile);
+        let mut next = channel.seal();
+        for attempt in 0..length(100_000, 10_000_000) {
+            forge(&mut next, tag_bytes, &mut random);
+            assert_eq!(channel.open(&next), Err(AuthError::Tag), "attempt {attempt}, seed 400");
         }
+        let own = channel.seal();
+        assert_eq!(channel.open(&own), Ok(()));
     }
-    let seconds = u64::from(channel.now_ms / LOCKOUT_MS) + 1;
-    println!("{tried} of {attempts} looked at in {seconds} s");
-    assert!(tried <= seconds * u64::from(LOCKOUT_TAGS), "{tried} in {seconds} s");
-    assert!(
-        tried >= (seconds - 1) * u64::from(LOCKOUT_TAGS) - u64::from(LOCKOUT_TAGS),
-        "{tried} in {seconds} s"
-    );
 }
 
-/// The control, which shows that these are tries: with all the time there is, they come through as often as 24 bits
-/// let them, 6e-8. In the long run alone, and then some of 10^8.
+/// The control, which shows that these are tries: where all but two bytes of the tag are known, the rest is guessed as
+/// often as 16 bits let it, so every bit of the tag is worth a half.
 #[test]
-fn with_all_the_time_there_is_tags_of_24_bits_are_guessed() {
+fn two_bytes_of_a_tag_are_guessed_as_often_as_their_bits_let_it() {
     let mut random = Pcg64Mcg::seed_from_u64(402);
     let mut channel = Channel::new(Profile::Short);
     let mut next = channel.seal();
     let mut taken = 0;
-    let attempts = length(10_000, 100_000_000);
+    let attempts = length(400_000, 10_000_000);
     for _ in 0..attempts {
-        channel.now_ms = channel.now_ms.wrapping_add(LOCKOUT_MS);
-        forge(&mut next, 3, &mut random);
+        forge(&mut next, 2, &mut random);
         if channel.open(&next).is_ok() {
             taken += 1;
             next = channel.seal();
         }
     }
-    super::assert_share(taken, attempts, 1.0 / f64::from(1 << 24));
+    super::assert_share(taken, attempts, 1.0 / f64::from(1 << 16));
 }
 
-/// Any stretch of what was taken and recorded, given again at any time, between contents of its own: 10^6 repetitions in the
-/// long run. A tag of 24 bits takes what is more than 128 old for forged, which locks it for a while.
+/// Any stretch of what was taken and recorded, given again at any time, between contents of its own: 10^6 repetitions in
+/// the long run.
 #[test]
 fn nothing_that_was_taken_is_taken_again() {
     for (profile, seed) in [(Profile::Full, 403), (Profile::Short, 404)] {
         let mut random = Pcg64Mcg::seed_from_u64(seed);
         let mut channel = Channel::new(profile);
         let mut recorded: Vec<Vec<u8>> = Vec::new();
-        let (mut repeated, mut passed) = (0, 0);
+        let mut repeated = 0;
         while repeated < length(20_000, 1_000_000) {
             for _ in 0..1 + below(&mut random, 20) {
-                channel.now_ms = channel.now_ms.wrapping_add(1);
                 let own = channel.seal();
-                let is_taken = channel.open(&own).is_ok();
-                assert!(is_taken || profile == Profile::Short, "its own content is taken, seed {seed}");
-                passed += u64::from(is_taken);
-                if !is_taken {
-                    // Locked out; what was not taken yet may be, once.
-                    channel.now_ms = channel.now_ms.wrapping_add(LOCKOUT_MS);
-                } else if recorded.len() < 5000 {
+                assert_eq!(channel.open(&own), Ok(()), "its own content is taken, seed {seed}");
+                if recorded.len() < 5000 {
                     recorded.push(own);
                 } else {
                     let place = below(&mut random, recorded.len());
@@ -147,6 +114,5 @@ fn nothing_that_was_taken_is_taken_again() {
                 repeated += 1;
             }
         }
-        assert!(passed > 100, "{passed}");
     }
 }

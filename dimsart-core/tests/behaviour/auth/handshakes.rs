@@ -1,0 +1,96 @@
+//! How both ends find together, and who cannot keep them from it.
+
+use super::*;
+
+#[test]
+fn what_finds_together_is_good_for_once() {
+    for profile in PROFILES {
+        let mut channel = Channel { sealer: sealer(profile, 1), opener: opener(profile, 2), sent: 0 };
+        let hello = channel.sealer.handshake().expect("new").to_vec();
+        assert_eq!(channel.open(&hello), Ok(None));
+        let challenge = channel.opener.handshake().expect("greeted").to_vec();
+        assert!(channel.sealer.take(&challenge));
+        let proof = channel.sealer.handshake().expect("challenged").to_vec();
+        assert_eq!(channel.open(&proof), Ok(None));
+        let taken = channel.opener.handshake().expect("proven").to_vec();
+        let recorded: Vec<_> = (0..20).map(|_| channel.seal()).collect();
+        for (plain, sealed) in &recorded {
+            assert_eq!(channel.open(sealed).as_ref(), Ok(&Some(plain.clone())));
+            for said in [&hello, &proof] {
+                assert_eq!(channel.open(said), Ok(None), "no new one is begun");
+            }
+            for said in [&challenge, &taken] {
+                channel.sealer.take(said);
+            }
+            while channel.opener.handshake().is_some() {}
+            assert!(channel.open(sealed).is_err(), "nor is what was taken taken again");
+        }
+        // Nor in another life of either end.
+        channel.sealer = sealer(profile, 3);
+        assert!(!channel.sealer.take(&challenge));
+        channel.find_together();
+        assert!(channel.passes());
+        assert_eq!(channel.open(&proof), Err(AuthError::Tag));
+        assert!(!channel.sealer.take(&taken) || channel.passes());
+        assert!(channel.passes());
+    }
+}
+
+#[test]
+fn a_false_hello_challenge_or_proof_or_a_repetition_interrupts_nobody() {
+    let mut random = Pcg64Mcg::seed_from_u64(3);
+    for profile in PROFILES {
+        let mut channel = Channel::new(profile);
+        let mut stranger = Channel::of(
+            Sealer::new(&Key::new(&[0; 16]), LINE, profile, CHANNEL, 1),
+            Opener::new(&Key::new(&[0; 16]), LINE, profile, CHANNEL, 2),
+        );
+        for step in 0..500 {
+            let mut hello = sealer(profile, random.next_u64());
+            assert_eq!(channel.open(hello.handshake().expect("new")), Ok(None));
+            assert!(channel.opener.handshake().is_some());
+            // All that a stranger could say in answer.
+            stranger.opener = Opener::new(&Key::new(&[0; 16]), LINE, profile, CHANNEL, random.next_u64());
+            stranger.sealer = Sealer::new(&Key::new(&[0; 16]), LINE, profile, CHANNEL, random.next_u64());
+            let hello = stranger.sealer.handshake().expect("new").to_vec();
+            assert_eq!(stranger.open(&hello), Ok(None));
+            let challenge = stranger.opener.handshake().expect("greeted").to_vec();
+            assert!(!channel.sealer.take(&challenge));
+            assert!(stranger.sealer.take(&challenge));
+            let proof = stranger.sealer.handshake().expect("challenged").to_vec();
+            assert_eq!(channel.open(&proof), Err(AuthError::Tag));
+
+            let (plain, sealed) = channel.seal();
+            assert_eq!(channel.open(&sealed), Ok(Some(plain)), "step {step}");
+            assert_eq!(channel.open(&sealed), Err(AuthError::NotFresh));
+        }
+    }
+}
+
+/// Whoever floods an opener with hellos is answered, and so is the sealer in their midst: no answer is rationed, and
+/// none is remembered.
+#[test]
+fn a_flood_of_hellos_keeps_nobody_from_finding_together() {
+    for profile in PROFILES {
+        let mut channel = Channel { sealer: sealer(profile, 1), opener: opener(profile, 2), sent: 0 };
+        let mut others = (0..200).map(|seed| sealer(profile, 1000 + seed));
+        let mut flood = |opener: &mut Opener| {
+            for mut other in others.by_ref().take(50) {
+                let hello = other.handshake().expect("new").to_vec();
+                assert_eq!(opener.open(&hello, &mut [0; 256]), Ok(None));
+                assert!(opener.handshake().is_some());
+            }
+        };
+        flood(&mut channel.opener);
+        let hello = channel.sealer.handshake().expect("new").to_vec();
+        assert_eq!(channel.open(&hello), Ok(None));
+        let challenge = channel.opener.handshake().expect("greeted").to_vec();
+        flood(&mut channel.opener);
+        assert!(channel.sealer.take(&challenge));
+        let proof = channel.sealer.handshake().expect("challenged").to_vec();
+        flood(&mut channel.opener);
+        assert_eq!(channel.open(&proof), Ok(None));
+        flood(&mut channel.opener);
+        assert!(channel.passes());
+    }
+}
