@@ -94,3 +94,29 @@ fn a_flood_of_hellos_keeps_nobody_from_finding_together() {
         assert!(channel.passes());
     }
 }
+
+/// A challenge answers one hello, and a sealer says none twice once it was answered.
+#[test]
+fn a_challenge_that_was_good_once_takes_no_sealer_out_of_its_next_association() {
+    for profile in PROFILES {
+        let mut channel = Channel { sealer: sealer(profile, 1), opener: opener(profile, 2), sent: 0 };
+        let mut challenges: Vec<Vec<u8>> = Vec::new();
+        for start in 0..10 {
+            // An opener that starts anew asks, and is told who is there.
+            channel.opener = opener(profile, 10 + start);
+            let mut question = [0; MAX_CONTENT_BYTES];
+            question[3] = 7;
+            let question = seal(Class::Handshake, CHANNEL, 0, 4, &mut question).expect("fits");
+            channel.sealer.take(question);
+            let hello = channel.sealer.handshake().expect("asked").to_vec();
+            assert_eq!(channel.open(&hello), Ok(None));
+            challenges.push(channel.opener.handshake().expect("greeted").to_vec());
+            assert!(channel.sealer.take(challenges.last().expect("pushed")));
+            channel.find_together();
+            for challenge in &challenges {
+                channel.sealer.take(challenge);
+                assert!(channel.passes(), "start {start}");
+            }
+        }
+    }
+}
