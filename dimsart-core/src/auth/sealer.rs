@@ -69,16 +69,16 @@ impl Sealer {
     /// Takes a content that came back from the opener's end; gives whether it was an answer to what this sealer has
     /// said, from who has the key.
     pub fn take(&mut self, content: &[u8]) -> bool {
-        self.take_handshake(Handshake::open(content, self.channel))
+        let said = Handshake::open(content, self.channel);
+        said.is_some_and(|said| self.hear(said) == Ok(true))
     }
 
     /// As [`take`](Self::take), for a content without the CRC that was right for the channel.
-    pub(crate) fn take_covered(&mut self, covered: &[u8]) -> bool {
-        self.take_handshake(Handshake::of_covered(covered))
-    }
-
-    fn take_handshake(&mut self, handshake: Option<Handshake>) -> bool {
-        handshake.is_some_and(|handshake| self.hear(handshake) == Ok(true))
+    ///
+    /// # Errors
+    /// [`AuthError::Tag`] for an answer from who has another key.
+    pub(crate) fn take_covered(&mut self, covered: &[u8]) -> Result<bool, AuthError> {
+        Handshake::of_covered(covered).map_or(Ok(false), |said| self.hear(said))
     }
 
     /// Hears what an opener says; gives whether it was an answer.

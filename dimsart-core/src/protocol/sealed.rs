@@ -12,29 +12,42 @@ use crate::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal};
 /// Before the first request both find together: a [`handshake`](Self::handshake) goes out, and the board's challenge
 /// comes back.
 #[derive(Debug)]
-pub struct RequestSealer(Sealer);
+pub struct RequestSealer {
+    sealer: Sealer,
+    is_contradicted: bool,
+}
 
 impl RequestSealer {
     /// One that no board knows yet. `seed` as for [`Sealer::new`]: a random number.
     #[must_use]
     pub fn new(key: &Key, seed: u64) -> Self {
-        Self(Sealer::new(key, Line::Commands, Profile::Full, CHANNEL, seed))
+        let sealer = Sealer::new(key, Line::Commands, Profile::Full, CHANNEL, seed);
+        Self { sealer, is_contradicted: false }
     }
 
     /// Takes the content of a frame; gives whether it was the board's answer to a [handshake](Self::handshake).
     pub fn take(&mut self, content: &[u8]) -> bool {
-        self.0.take_covered(content)
+        let taken = self.sealer.take_covered(content);
+        self.is_contradicted |= taken.is_err();
+        taken == Ok(true)
+    }
+
+    /// Whether an answer to the last [handshake](Self::handshake) came from who has another key. It may be somebody
+    /// else's than the board's.
+    #[must_use]
+    pub fn is_contradicted(&self) -> bool {
+        self.is_contradicted
     }
 
     /// Whether the board has answered, so that requests can be sealed.
     #[must_use]
     pub fn is_answered(&self) -> bool {
-        self.0.is_answered()
+        self.sealer.is_answered()
     }
 
     /// Finds together anew: the board did not take what was sealed, it may have been restarted.
     pub fn forget(&mut self) {
-        self.0.forget();
+        self.sealer.forget();
     }
 
     /// The frame that is to be sent before the next request, if there is one: a hello for as long as the board has
@@ -44,9 +57,10 @@ impl RequestSealer {
     /// [`NoRoom`] when `out` is too small; [`MAX_FRAME_BYTES`](super::MAX_FRAME_BYTES) are enough.
     pub fn handshake<'o>(&mut self, out: &'o mut [u8]) -> Result<Option<&'o [u8]>, NoRoom> {
         if !self.is_answered() {
-            self.0.forget();
+            self.sealer.forget();
         }
-        let Some(content) = self.0.handshake() else { return Ok(None) };
+        self.is_contradicted = false;
+        let Some(content) = self.sealer.handshake() else { return Ok(None) };
         stream::encode(content, out).map(Some).ok_or(NoRoom)
     }
 
@@ -69,7 +83,7 @@ impl RequestSealer {
         let length = encode_into(request, room).ok_or(NoRoom)?.len();
         let content = seal(Class::Request, CHANNEL, id, length, &mut content).ok_or(NoRoom)?;
         let mut sealed = [0; MAX_CONTENT_BYTES];
-        let sealed = self.0.seal(content, &mut sealed).ok_or(NoRoom)?;
+        let sealed = self.sealer.seal(content, &mut sealed).ok_or(NoRoom)?;
         stream::encode(sealed, out).map(Some).ok_or(NoRoom)
     }
 }

@@ -234,6 +234,21 @@ fn a_flood_of_false_handshakes_keeps_no_host_from_its_board() {
     }
 }
 
+/// A host can tell a board that has another key from one that does not answer, and whoever says so keeps it from no board
+/// that has its own.
+#[test]
+fn a_challenge_of_another_key_is_told_and_does_not_count() {
+    let (mut board, mut other) = (Board::locked(1), Board::new(Gate::locked(&Key::new(&[1; 16]), 1)));
+    let mut host = Host::new(key());
+    let hello = host.sealer.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().unwrap().to_vec();
+    host.say(hello.clone(), &mut other);
+    assert!(host.sealer.is_contradicted() && !host.sealer.is_answered());
+    host.say(hello, &mut board);
+    assert!(host.sealer.is_answered());
+    assert!(host.sealer.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().is_some());
+    assert!(!host.sealer.is_contradicted());
+}
+
 /// A link's packets and its handshakes are no requests, and the other way round, even on one channel.
 #[test]
 fn what_was_sealed_for_a_link_is_worth_nothing_on_the_command_line() {

@@ -125,20 +125,29 @@ impl<S: Read + Write> RequestLine<S> {
         self.write(frame)
     }
 
-    /// Has the device know this end, if it does not yet.
-    fn find_together(&mut self) -> Result<(), LineError> {
+    /// Has the device know this end, if it does not yet; gives whether it does, and not that it has another key.
+    fn find_together(&mut self) -> Result<bool, LineError> {
         let Patience { timeout, tries } = self.patience;
         let mut hellos = 0;
-        while self.sealer.as_ref().is_some_and(|sealer| !sealer.is_answered()) {
+        while let Some(sealer) = self.sealer.as_ref().filter(|sealer| !sealer.is_answered()) {
             if hellos == tries {
+                if sealer.is_contradicted() {
+                    return Ok(false);
+                }
                 let Counters { frames, .. } = self.receiver.counters();
                 return Err(LineError::NoAnswer { tries, timeout, bytes: self.bytes, frames });
             }
             hellos += 1;
             self.shake_hands()?;
-            self.read_until(Instant::now() + timeout, Awaited::Challenge)?;
+            let deadline = Instant::now() + timeout;
+            self.read_until(deadline, Awaited::Challenge)?;
+            if self.sealer.as_ref().is_some_and(RequestSealer::is_contradicted) {
+                // Whoever said so, the device may still say otherwise.
+                let moment = Instant::now() + timeout / 10;
+                self.read_until(moment.min(deadline), Awaited::TrueChallenge)?;
+            }
         }
-        Ok(())
+        Ok(true)
     }
 
     /// The content of the last answer.
@@ -190,8 +199,8 @@ impl<S: Read + Write> RequestLine<S> {
         let (mut tried, mut is_known_anew) = (0, false);
         while tried < tries {
             tried += 1;
-            if is_sealed {
-                self.find_together()?;
+            if is_sealed && !self.find_together()? {
+                return Ok(Response::Refused(Refusal::Key(KeyRefusal::NotAccepted)));
             }
             self.send(request, self.id)?;
             if !self.read_until(Instant::now() + self.patience.timeout, Awaited::Answer(self.id))? {
@@ -254,11 +263,15 @@ impl<S: Read + Write> RequestLine<S> {
                 match answers(content) {
                     None if sealer.as_mut().is_some_and(|sealer| sealer.take(content)) => {
                         if !is_known {
-                            is_there |= awaited == Awaited::Challenge;
+                            is_there |= matches!(awaited, Awaited::Challenge | Awaited::TrueChallenge);
                             renewal.iter_mut().for_each(Renewal::hurry);
                         }
                     }
-                    None => unsolicited.take(content),
+                    None => {
+                        let is_contradicted = sealer.as_ref().is_some_and(RequestSealer::is_contradicted);
+                        is_there |= awaited == Awaited::Challenge && is_contradicted;
+                        unsolicited.take(content);
+                    }
                     Some(id) if awaited == Awaited::Answer(id) => {
                         is_there = true;
                         content.clone_into(answer);
@@ -291,8 +304,10 @@ impl<S: Read + Write> RequestLine<S> {
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Awaited {
     Answer(u16),
-    /// By which a device that does not know this end lets itself be found.
+    /// By which a device that does not know this end lets itself be found, or somebody who has another key.
     Challenge,
+    /// The one that is right.
+    TrueChallenge,
     /// Time to pass.
     Nothing,
 }
