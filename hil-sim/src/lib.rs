@@ -61,6 +61,7 @@ pub mod dbc;
 pub mod emulated;
 pub mod energy;
 pub mod experiment;
+pub mod fault_table;
 mod first_packet;
 pub mod growth;
 pub mod key_file;

@@ -32,7 +32,8 @@ usage: cargo xtask COMMAND
   cycle-table BOARD
               run the image that measures every row of the cycle table on a board (docs/cycles.md)
   budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
-  figures     what the firmware takes, of memory and of time (docs/firmware.md)
+  figures     what the firmware takes, of memory and of time (docs/firmware.md), and what faults does
+  faults      how soon faults are noticed in the shipped scheme (docs/fault-latency.md); takes seconds
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
@@ -55,6 +56,7 @@ fn main() -> ExitCode {
         ["cycle-table", board] => cycle_table::cycle_table(board),
         ["budgets"] => budgets::write(),
         ["figures"] => figures::run(),
+        ["faults"] => figures::faults(),
         ["bench"] => bench::run(),
         ["fuzz"] => fuzz::fuzz(fuzz::INPUTS),
         ["fuzz", inputs] => match inputs.parse() {

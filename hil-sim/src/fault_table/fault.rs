@@ -1,0 +1,133 @@
+//! What can go wrong, and the rows of the table.
+
+/// What the sensor of an axis shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Shows {
+    /// This, whatever the position is.
+    This(f32),
+    /// So much more than the position, m.
+    More(f32),
+    /// What it showed in the tick before.
+    Stuck,
+    /// More than the position by so much in each tick, m.
+    Drift(f32),
+}
+
+/// What comes over a line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Line {
+    /// Nothing for so many ticks.
+    Silent(u32),
+    /// Every packet, or every other one, with wrong bits.
+    Damaged { every: u32 },
+    /// The last packet, over and over.
+    Repeats,
+}
+
+/// Something that goes wrong at one side.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Fault {
+    /// Nothing: to compare with.
+    None,
+    /// The sensor of an axis.
+    Sensor(Shows),
+    /// The frame of the sensors has a word less.
+    ShortFrame,
+    /// It has a word more.
+    LongFrame,
+    /// The actuator of an axis gives what it gave in the tick before.
+    ActuatorStuck,
+    /// A module writes something: its instance, and what.
+    Writes(u8, &'static str),
+    /// Calls of a module take so many per cent longer than it costs.
+    TakesLonger(&'static str, u32),
+    /// The line to it.
+    Line(Line),
+    /// Its client renews the lease no more.
+    LeaseNotRenewed,
+}
+
+impl Fault {
+    /// What is to be named when it is noticed, where it is known.
+    pub(super) fn named(self, axis: usize) -> Option<String> {
+        Some(match self {
+            Self::Sensor(Shows::This(shown)) if !shown.is_finite() => format!("POSITION of axis {axis}"),
+            Self::Sensor(_) => "PDCTRL_MOD".to_owned(),
+            Self::Writes(1, _) => "FAILING_MOD".to_owned(),
+            Self::Writes(number, _) => format!("FAILING_MOD.{number}"),
+            Self::TakesLonger(module, _) => module.to_owned(),
+            Self::Line(_) => "link 0".to_owned(),
+            Self::None | Self::ShortFrame | Self::LongFrame | Self::ActuatorStuck | Self::LeaseNotRenewed => {
+                return None;
+            }
+        })
+    }
+}
+
+/// A row of the table: faults that are tried in turn.
+#[derive(Debug, Clone)]
+pub(super) struct Case {
+    pub(super) name: String,
+    pub(super) faults: Vec<Fault>,
+    /// What interrupts may take in the midst of a call.
+    pub(super) spare_cycles: u32,
+}
+
+/// What boards leave for interrupts in the midst of a call (`firmware/src/entry_points.rs`).
+pub(super) const SPARE_CYCLES: u32 = 2_000;
+/// Modules that the device depends on, and those that it does not.
+const BEFORE_DEVICE: [&str; 3] = ["COMM_RXMOD", "WTRANSF_MOD", "PDCTRL_MOD"];
+const BEHIND_DEVICE: [&str; 2] = ["TIMEDELAY_MOD", "COMM_TXMOD"];
+
+/// Every row.
+pub(super) fn cases() -> Vec<Case> {
+    let one = |name: &str, fault| Case { name: name.to_owned(), faults: vec![fault], spare_cycles: 0 };
+    let sensor = |name, shows| one(name, Fault::Sensor(shows));
+    let mut cases = vec![
+        one("none, to compare with", Fault::None),
+        sensor("a sensor gives NaN", Shows::This(f32::NAN)),
+        sensor("a sensor gives infinity", Shows::This(f32::INFINITY)),
+        sensor("a sensor gives 1e38 m", Shows::This(1e38)),
+        sensor("a sensor gives 1000 km", Shows::This(1e6)),
+        sensor("a sensor jumps by 1 mm", Shows::More(1e-3)),
+        sensor("a sensor jumps by 10 mm", Shows::More(1e-2)),
+        sensor("a sensor jumps by 1 m", Shows::More(1.0)),
+        sensor("a sensor is stuck", Shows::Stuck),
+        sensor("a sensor drifts by 10 mm/s", Shows::Drift(1e-5)),
+        sensor("a sensor drifts by 1 m/s", Shows::Drift(1e-3)),
+        one("the frame of the sensors is a word short", Fault::ShortFrame),
+        one("the frame of the sensors is a word long", Fault::LongFrame),
+        one("an actuator is stuck", Fault::ActuatorStuck),
+    ];
+    for (written, writes) in [("NaN", "NAN"), ("infinity", "INFINITY"), ("1e38", "LARGE")] {
+        for (places, name) in [(&[1, 2][..], "that the device depends on"), (&[3], "that only sends")] {
+            let faults = places.iter().map(|place| Fault::Writes(*place, writes)).collect();
+            cases.push(Case { name: format!("a module {name} writes {written}"), faults, spare_cycles: 0 });
+        }
+    }
+    for percent in [10, 30, 50, 100, 500] {
+        for (modules, name) in
+            [(&BEFORE_DEVICE[..], "that the device depends on"), (&BEHIND_DEVICE, "that only sends")]
+        {
+            let faults = modules.iter().map(|module| Fault::TakesLonger(module, percent)).collect();
+            let name = format!("a module {name} takes {percent} % longer than it costs");
+            cases.push(Case { name, faults, spare_cycles: 0 });
+        }
+    }
+    for module in BEFORE_DEVICE.into_iter().chain(BEHIND_DEVICE) {
+        let name = format!("{module} takes 500 % longer, {SPARE_CYCLES} cycles left for interrupts");
+        let faults = vec![Fault::TakesLonger(module, 500)];
+        cases.push(Case { name, faults, spare_cycles: SPARE_CYCLES });
+    }
+    let line = |name, line| one(name, Fault::Line(line));
+    cases.extend([
+        line("nothing comes over the link for 19 ticks", Line::Silent(19)),
+        line("nothing comes over the link for 20 ticks", Line::Silent(20)),
+        line("nothing comes over the link any more", Line::Silent(u32::MAX)),
+        line("every other packet is damaged", Line::Damaged { every: 2 }),
+        line("every packet is damaged", Line::Damaged { every: 1 }),
+        line("the same packet comes over and over", Line::Repeats),
+        one("the lease is not renewed", Fault::LeaseNotRenewed),
+    ]);
+    cases
+}
