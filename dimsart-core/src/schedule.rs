@@ -12,8 +12,8 @@ type Entry = (u8, Stage);
 /// Puts the modules' calls in order: early stages in plug-in order, each late stage as soon as
 /// everything it reads has been written.
 ///
-/// A late stage that waits for something nobody writes comes at the end; the matching check reports
-/// what it waits for.
+/// A late stage does not wait for what nobody writes, which the matching check reports. Late stages that wait for one
+/// another come at the end, in plug-in order; the check reports the delay.
 pub(crate) fn schedule(wiring: &Wiring) -> Vec<Entry, MAX_CALLS> {
     let mut plan = Plan { wiring, unwritten: [0; MAX_SLOTS], calls: Vec::new() };
     for (order, _) in (0..).zip(wiring.modules()) {
