@@ -221,7 +221,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[inline(never)]
     fn check_wiring(&self, wiring: &Wiring, report: &mut CheckReport) {
         let signals = self.data_base.signals().map(|(slot, entry)| (slot, entry.signal));
-        Scheme { device: &self.device, wiring }.check(signals, report);
+        let signal_in = |slot| self.data_base.entry(slot).map(|entry| entry.signal);
+        Scheme { device: &self.device, wiring }.check(signals, signal_in, report);
     }
 
     /// Whether the scheme passed its check and runs.

@@ -187,13 +187,13 @@ pub(crate) struct Scheme<'a> {
 
 impl Scheme<'_> {
     /// Checks the scheme into an empty report: it is large, and would be copied. `signals` are those in the Data Base,
-    /// with their slots.
+    /// with their slots; `signal_in` is the one in a slot.
     pub(crate) fn check(
         &self,
         signals: impl Iterator<Item = (u8, TypeRef)> + Clone,
+        signal_in: impl Fn(u8) -> Option<TypeRef>,
         report: &mut CheckReport,
     ) {
-        let signal_in = |slot| signals.clone().find(|(found, _)| *found == slot).map(|(_, signal)| signal);
         self.check_bindings(&signal_in, report);
         self.check_ties(&signal_in, report);
         self.check_links(report);

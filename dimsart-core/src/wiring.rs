@@ -48,6 +48,8 @@ const FULL: CommandError = CommandError::WiringFull;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Plugged {
     pub(crate) module: ModuleRef,
+    /// Place among the instances of its scheme.
+    pub(crate) instance: u8,
     pub(crate) link_end: Option<LinkEnd>,
     pub(crate) rate: Rate,
     /// Whether its state begins with its next call.
@@ -106,6 +108,7 @@ pub(crate) struct Call {
 #[derive(Debug)]
 pub(crate) struct New<'a> {
     pub(crate) module: ModuleRef,
+    pub(crate) instance: u8,
     pub(crate) every_ticks: u8,
     pub(crate) kind: &'a Kind,
     pub(crate) settings: &'a [Cell<u32>],
@@ -161,6 +164,13 @@ impl Wiring {
         for plugged in &mut self.modules {
             plugged.ports.close_gap(ports);
             plugged.handles.close_gap(handles);
+        }
+    }
+
+    /// Follows the instances, of which the one at this place is gone.
+    pub(crate) fn forget_instance(&mut self, gone: usize) {
+        for plugged in self.modules.iter_mut().filter(|plugged| usize::from(plugged.instance) > gone) {
+            plugged.instance -= 1;
         }
     }
 
@@ -227,6 +237,7 @@ impl Wiring {
         });
         let plugged = Plugged {
             module: new.module,
+            instance: new.instance,
             link_end,
             rate: Rate { every_ticks: new.every_ticks, left_ticks: 0 },
             begins: true,
@@ -261,14 +272,8 @@ impl Wiring {
         Ok(plugged)
     }
 
-    /// Takes over the order of the calls. `of_device` are the slots of the device's inputs, a bit each.
-    pub(crate) fn set_calls(
-        &mut self,
-        calls: impl Iterator<Item = (u8, Stage)>,
-        kinds: &[Kind],
-        of_device: u64,
-    ) {
-        self.find_needs(of_device);
+    /// Takes over the order of the calls.
+    pub(crate) fn set_calls(&mut self, calls: impl Iterator<Item = (u8, Stage)>, kinds: &[Kind]) {
         self.calls.clear();
         for (order, stage) in calls {
             let Some(plugged) = self.modules.get(usize::from(order)) else { continue };
@@ -292,11 +297,11 @@ impl Wiring {
     pub(crate) fn connect<const WORDS: usize>(
         &mut self,
         storage: &mut Storage<WORDS>,
-        memory: impl Fn(ModuleRef) -> [Block; 2],
+        memory: impl Fn(u8) -> [Block; 2],
     ) {
         let mut places = Vec::<[Block; 2], MAX_MODULES>::new();
         for plugged in &self.modules {
-            let blocks = memory(plugged.module);
+            let blocks = memory(plugged.instance);
             let _ = places.push(blocks);
             let [configuration, _] = blocks;
             let (ports, start) = (plugged.ports.of(&self.ports), configuration.offset);

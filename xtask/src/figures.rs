@@ -52,10 +52,12 @@ const COMMANDS: &str = "
 ## Commands
 
 What a command adds to the tick that carries it out, on the same board, in instructions: the commands of a transaction
-that puts PIDCTRL_MOD in the place of PDCTRL_MOD, in the shipped scheme alone and beside P controllers. A tick carries
-out one command at most. A tick's bound and the limit that modules are held to leave commands the other half of a
-board's time. Most of a commit's cost hangs on the number of modules: which of them go on, and where their words are.
-The change itself is of one word.
+that puts PIDCTRL_MOD in the place of PDCTRL_MOD, in the shipped scheme with two SUM modules more, alone and beside P
+controllers. A tick carries out one command at most. A tick's bound and the limit that modules are held to leave commands
+the other half of a board's time. `dimsart connect` has a scheme checked in one tick and committed in a later one. Most of
+a commit's cost hangs on the number of modules: which of them go on, and where their words are. The change itself is of
+one word. In the last row a SUM module writes what is no position, and all P controllers are cut out with it: what is not
+called any more takes no time.
 ";
 
 const CYCLES: &str = "

@@ -77,6 +77,11 @@ impl Plan {
         self.instances.iter_mut().find(|instance| instance.reference == module)
     }
 
+    /// What a module is made of that is plugged in here.
+    pub(super) fn instance_of(&self, plugged: &Plugged) -> Option<&Instance> {
+        self.instances.get(usize::from(plugged.instance))
+    }
+
     pub(super) fn is_plugged_in(&self, module: ModuleRef) -> bool {
         self.wiring.find(module).is_some()
     }
@@ -92,23 +97,22 @@ impl Plan {
 
     /// Whether a module that is plugged in here goes on where it is in another one: with the state and the memories
     /// that it has there, and ports alike.
-    pub(super) fn continues(&self, plugged: &Plugged, before: &Self) -> bool {
-        let module = plugged.module;
-        let Some(there) = before.wiring.find(module) else { return false };
-        let state = |plan: &Self| plan.instance(module).map(|instance| instance.state);
+    pub(super) fn continues(&self, plugged: &Plugged, before: &Self, there: &Plugged) -> bool {
+        let state = |plan: &Self, plugged| plan.instance_of(plugged).map(|instance| instance.state);
         let memories = |plan: &Self, plugged: &Plugged| {
             let ports = plan.wiring.ports(plugged).iter().filter(|port| port.is_memory());
             ports.fold(0, |slots, port| slots | bit(port.slot))
         };
-        plugged.is_alike && state(self) == state(before) && memories(self, plugged) == memories(before, there)
+        plugged.is_alike
+            && state(self, plugged) == state(before, there)
+            && memories(self, plugged) == memories(before, there)
     }
 
     /// Points the handles of the modules that are plugged in, and their calls, to where all words are now.
     pub(super) fn connect<const WORDS: usize>(&mut self, storage: &mut Storage<WORDS>) {
         let Self { instances, wiring, .. } = self;
-        wiring.connect(storage, |module| {
-            let found = instances.iter().find(|instance| instance.reference == module);
-            found.unwrap_or(&Instance::NONE).blocks()
+        wiring.connect(storage, |instance| {
+            instances.get(usize::from(instance)).unwrap_or(&Instance::NONE).blocks()
         });
     }
 }

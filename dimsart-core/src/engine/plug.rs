@@ -231,15 +231,18 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         let settings = &self.settings(self.plans.next(), module, kind);
         let (running, next) = self.plans.split_mut();
-        let state = next.instance(module).map(|instance| instance.state);
+        let place = next.instances.iter().position(|instance| instance.reference == module);
+        let instance = place.and_then(|place| next.instances.get(place));
+        let state = instance.map(|instance| instance.state);
         let goes_on = running.instance(module).map(|instance| instance.state) == state;
         let before = running.wiring.find(module).filter(|_| goes_on);
         let before = before.map(|plugged| (plugged, running.wiring.ports(plugged)));
         let end = next.wiring.modules().len();
         // A module that is gone by now has no place before it.
         let order = next.place_before.and_then(|before| next.wiring.order_of(before)).unwrap_or(end);
-        let every_ticks = next.instance(module).map_or(1, |instance| instance.every_ticks);
-        let new = New { module, every_ticks, kind, settings, order, before };
+        let every_ticks = instance.map_or(1, |instance| instance.every_ticks);
+        let instance = place.and_then(|place| u8::try_from(place).ok()).unwrap_or(u8::MAX);
+        let new = New { module, instance, every_ticks, kind, settings, order, before };
         let bound = Bound { module, bindings: &next.bindings };
         next.wiring.plug_in(&new, &self.device, &mut self.data_base, bound)?;
         next.place_before = None;
@@ -263,6 +266,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if next.is_plugged_in(module) {
             self.unplug(module)?;
         }
+        self.edited_mut().wiring.forget_instance(index);
         self.give_back_blocks(&gone);
         Ok(())
     }

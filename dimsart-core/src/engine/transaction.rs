@@ -150,10 +150,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The order of the calls of the next scheme.
     pub(super) fn schedule_next(&mut self) {
-        let of_device = self.slots_of(self.device.inputs);
         let wiring = &mut self.plans.next_mut().wiring;
         let calls = schedule(wiring);
-        wiring.set_calls(calls.into_iter(), M::KINDS, of_device);
+        wiring.set_calls(calls.into_iter(), M::KINDS);
     }
 
     /// The next scheme takes the place of the one that runs. Modules that are in both go on, the others begin.
@@ -167,7 +166,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let written = sound.fold(0, |slots, (_, plugged)| slots | running.wiring.writes(plugged));
         for order in 0..next.wiring.modules().len() {
             let Some(plugged) = next.wiring.modules().get(order) else { break };
-            let before = running.wiring.find(plugged.module).filter(|_| next.continues(plugged, running));
+            let at = running.wiring.order_of(plugged.module);
+            let before = at.and_then(|at| running.wiring.modules().get(at));
+            let before = before.filter(|there| next.continues(plugged, running, there));
             let end = plugged.link_end.filter(|_| before.is_none());
             let begins = before.is_none_or(|before| before.begins);
             for (link, port) in (0..).zip(self.data_base.links()) {
@@ -178,7 +179,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             let takes_over = before.map_or(self.is_running, |before| before.takes_over);
             let takes_over = takes_over && next.wiring.writes(plugged) & written != 0;
             let own = u8::try_from(order).map_or(0, module_bit);
-            let place = running.wiring.order_of(plugged.module).filter(|_| before.is_some());
+            let place = at.filter(|_| before.is_some());
             let place = place.and_then(|place| u8::try_from(place).ok()).map_or(0, module_bit);
             still_failed |= if failed & place == 0 { 0 } else { own };
             stay |= failed & place;
@@ -191,6 +192,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             self.begins |= begins;
         }
         next.connect(self.data_base.storage_mut());
+        let of_device = self.slots_of(self.device.inputs);
+        self.plans.next_mut().wiring.find_needs(of_device);
         self.weigh_next();
         self.clear_writes(fallen & !stay);
         self.plans.switch();
@@ -225,7 +228,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// The next scheme has no modules.
     fn clear_next(&mut self) {
         while let Some(instance) = self.plans.next_mut().instances.pop() {
-            self.give_back_blocks(&instance);
+            let place = self.plans.next().instances.len();
+            let there = self.plans.running().instances.get(place);
+            // Most modules are in both, at the same place.
+            if there.is_none_or(|there| there.blocks() != instance.blocks()) {
+                self.give_back_blocks(&instance);
+            }
         }
         let next = self.plans.next_mut();
         next.wiring.clear();

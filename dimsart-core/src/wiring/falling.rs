@@ -4,7 +4,7 @@ use core::cell::Cell;
 
 use super::{Plugged, Wiring};
 use crate::data_base::bit;
-use crate::limits::MAX_MODULES;
+use crate::limits::{MAX_MODULES, MAX_SLOTS};
 use crate::storage::{Block, Storage};
 
 /// Words of format `f32` that cannot be larger than this.
@@ -70,27 +70,35 @@ impl Wiring {
     }
 
     /// Finds out which modules need which: all that write what one of them reads, in this tick or in the one before.
-    pub(super) fn find_needs(&mut self, of_device: u64) {
-        let mut writes = [0; MAX_MODULES];
-        for (plugged, writes) in self.modules.iter().zip(&mut writes) {
-            *writes = self.writes(plugged);
-        }
-        for (order, at) in (0..).zip(0..self.modules.len()) {
-            let reads = self.modules.get(at).map_or(0, |plugged| self.reads(plugged));
-            let writers = (0..).zip(&writes).filter(|(_, writes)| **writes & reads != 0);
-            let needs = writers.fold(module_bit(order), |found, (writer, _)| found | module_bit(writer));
-            if let Some(plugged) = self.modules.get_mut(at) {
-                plugged.needs = needs;
+    /// `of_device` are the slots of the device's inputs, a bit each.
+    pub(crate) fn find_needs(&mut self, of_device: u64) {
+        let Self { modules, ports, .. } = self;
+        let mut writers = [0; MAX_SLOTS];
+        for (order, plugged) in (0..).zip(&*modules) {
+            for port in plugged.ports.of(ports).iter().filter(|port| port.is_written()) {
+                if let Some(writers) = writers.get_mut(usize::from(port.slot)) {
+                    *writers |= module_bit(order);
+                }
             }
         }
-        // Warshall: what those need that it needs.
-        for (order, at) in (0..).zip(0..self.modules.len()) {
-            let further = self.modules.get(at).map_or(0, |plugged| plugged.needs);
-            let those = self.modules.iter_mut().filter(|plugged| plugged.needs & module_bit(order) != 0);
-            those.for_each(|plugged| plugged.needs |= further);
+        for (order, plugged) in (0..).zip(&mut *modules) {
+            let read = plugged.ports.of(ports).iter().filter(|port| !port.is_written() && !port.is_memory());
+            let writers = read.filter_map(|port| writers.get(usize::from(port.slot)));
+            plugged.needs = writers.fold(module_bit(order), |needs, writers| needs | writers);
         }
-        let drivers = self.modules.iter().zip(&writes).filter(|(_, writes)| **writes & of_device != 0);
-        self.drives_device = drivers.fold(0, |needed, (plugged, _)| needed | plugged.needs);
+        // Warshall: what those need that it needs.
+        for (order, at) in (0..).zip(0..modules.len()) {
+            let further = modules.get(at).map_or(0, |plugged| plugged.needs);
+            if further != module_bit(order) {
+                let those = modules.iter_mut().filter(|plugged| plugged.needs & module_bit(order) != 0);
+                those.for_each(|plugged| plugged.needs |= further);
+            }
+        }
+        let drive = |plugged: &&Plugged| {
+            let mut written = plugged.ports.of(ports).iter().filter(|port| port.is_written());
+            written.any(|port| bit(port.slot) & of_device != 0)
+        };
+        self.drives_device = modules.iter().filter(drive).fold(0, |needed, plugged| needed | plugged.needs);
     }
 
     /// Finds out what is looked at behind which call, and where it lies.
@@ -112,11 +120,5 @@ impl Wiring {
             }
             call.spans = u8::try_from(spans.len() - start).unwrap_or(0);
         }
-    }
-
-    /// Slots that a module reads from, a bit each.
-    fn reads(&self, plugged: &Plugged) -> u64 {
-        let read = self.ports(plugged).iter().filter(|port| !port.is_written() && !port.is_memory());
-        read.fold(0, |slots, port| slots | bit(port.slot))
     }
 }

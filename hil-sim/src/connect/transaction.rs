@@ -27,6 +27,10 @@ impl<S: Read + Write> Device<S> {
     /// stays open. [`ConnectError::Line`] when the device does not answer.
     pub fn commit(&mut self) -> Result<CommandOutcome, ConnectError> {
         self.is_open()?;
+        if self.status()?.is_running {
+            // In a tick of its own: none has to check the scheme and to exchange it, too.
+            self.give(Command::Check)?;
+        }
         let effect = self.give_unless(Command::Commit, CommandError::NoTransaction)?;
         self.outcome("the next scheme is in force".to_owned(), &effect)
     }
