@@ -19,6 +19,9 @@ pub(crate) const PROFILE: &str = "firmware";
 /// The scheme's sides.
 pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 
+/// Programs of the firmware beside the image: each is a feature, too.
+const PROGRAMS: [&str; 2] = ["cycle-table", "two-engines"];
+
 /// Bytes of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Size {
@@ -108,6 +111,14 @@ pub(crate) fn build(
     Ok(Image { name, board, size, budget })
 }
 
+/// Builds a program of its own for a board, by its name and feature.
+pub(crate) fn build_program(toolchain: Toolchain, board: &BoardInfo, name: &str) -> Result<PathBuf, String> {
+    let features = format!("{},{name}", board.name);
+    let arguments = ["--package", "firmware", "--bin", name, "--profile", PROFILE, "--features", &features];
+    run(&mut toolchain.cargo("build", &arguments))?;
+    Ok(output(PROFILE).join(name))
+}
+
 /// Size of a board's image with these groups of modules alone.
 pub(crate) fn size_with(toolchain: Toolchain, board: &BoardInfo, groups: &[&str]) -> Result<Size, String> {
     let features = [&[board.name], groups].concat().join(",");
@@ -133,7 +144,7 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
         for features in std::iter::once(board.name.to_owned())
             .chain(board.tooling.variants.iter().map(|variant| format!("{},{variant}", board.name)))
-            .chain(std::iter::once(format!("{},cycle-table", board.name)))
+            .chain(PROGRAMS.iter().map(|program| format!("{},{program}", board.name)))
         {
             // Their profile, for which all is built that runs on the host.
             let arguments =

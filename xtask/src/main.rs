@@ -5,6 +5,7 @@ mod boards;
 mod budget_file;
 mod budgets;
 mod cycle_table;
+mod emulator;
 mod example;
 mod figures;
 mod flash;
@@ -19,6 +20,7 @@ mod steps;
 mod table;
 mod test;
 mod toolchain;
+mod two_engines;
 
 use std::process::ExitCode;
 
@@ -31,6 +33,7 @@ usage: cargo xtask COMMAND
               build a board's image, flash it through its debug probe and show its log
   cycle-table BOARD
               run the image that measures every row of the cycle table on a board (docs/cycles.md)
+  two-engines run a planner below a joint's interrupt on the emulated board, and check what crosses between them
   budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
   figures     what the firmware takes, of memory and of time (docs/firmware.md), and what faults does
   faults      how soon faults are noticed in the shipped scheme (docs/fault-latency.md); takes seconds
@@ -54,6 +57,7 @@ fn main() -> ExitCode {
         ["flash", board] => flash::flash(board, "master"),
         ["flash", board, side] => flash::flash(board, side),
         ["cycle-table", board] => cycle_table::cycle_table(board),
+        ["two-engines"] => two_engines::run(),
         ["budgets"] => budgets::write(),
         ["figures"] => figures::run(),
         ["faults"] => figures::faults(),

@@ -4,7 +4,7 @@ use crate::boards::Image;
 use crate::shell::{Outcome, cargo, command, run, top};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, setup, stack};
+use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, setup, stack, two_engines};
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
 pub(crate) fn quick() -> Outcome {
@@ -90,6 +90,7 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("stamps of the images", || boards::stamp_plain(images))?;
     steps.step("budgets of a tick", || budgets::hold(toolchain))?;
     steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
+    steps.step("two engines, emulated", two_engines::run)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {
         let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];

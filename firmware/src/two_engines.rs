@@ -1,0 +1,284 @@
+//! Two engines on one processor: a joint's in an interrupt, and a planner's below it, which it may interrupt anywhere.
+//!
+//! It shows how to join two [`Dimsart`]s by a [`Coupling`], and checks what that promises: words that cross are whole, never
+//! older than what was there before, the interrupt never waits, and a planner that stands still takes the force away.
+//! `cargo xtask two-engines` runs it on the emulated board, with interrupts at random distances.
+#![no_std]
+#![no_main]
+
+use core::cell::RefCell;
+use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
+
+// For its interrupt table and its way to log.
+use boards as _;
+use cortex_m::Peripherals;
+use cortex_m::interrupt::Mutex;
+use cortex_m::peripheral::syst::SystClkSource;
+use cortex_m::peripheral::{SCB, SYST};
+use cortex_m_rt::{entry, exception};
+use dimsart_core::modules::Standard;
+use dimsart_core::{
+    AxisKind, Command, Coupling, DataType, DeviceDescriptor, Dimsart, Engine, ModuleRef, Snapshot,
+    TIMEOUT_TICKS, Tick, Value, Word, types,
+};
+use semihosting::process::exit;
+use static_cell::ConstStaticCell;
+
+const DOF: usize = 3;
+const AXES: [AxisKind; DOF] = [AxisKind::Rotary; DOF];
+/// Of the joint, while the planner works.
+const TICKS: u32 = 30_000;
+/// Of the planner.
+const GAIN: f32 = 0.5;
+/// Of the joint, when the planner has stopped: until its commands are late, and some more.
+const TICKS_ALONE: u32 = TIMEOUT_TICKS + 10;
+/// The most counts of the processor's timer between two ticks. The planner takes longer for one of its own.
+const MOST_BETWEEN: u32 = 1 << 15;
+const LONGEST: u32 = 0x00FF_FFFF;
+
+type Controller = Dimsart<Standard, 512>;
+type Between = Coupling<'static, DOF, DOF>;
+
+/// What the interrupt has.
+struct Joint {
+    dimsart: &'static mut Controller,
+    between: Between,
+    /// Position of all axes in ticks, and what the planner commands.
+    measured: [Word; 2 * DOF],
+    /// The joint's position at which the planner found what it commands, in ticks.
+    planned: u32,
+    /// Counts of the timer that showing takes.
+    showing: Option<u32>,
+    random: u32,
+}
+
+static JOINT: Mutex<RefCell<Option<Joint>>> = Mutex::new(RefCell::new(None));
+/// Of the joint.
+static TICK: AtomicU32 = AtomicU32::new(0);
+/// The tick from which on the planner's commands were late.
+static LATE_AT: AtomicU32 = AtomicU32::new(0);
+/// The planner is about to get or show words.
+static PLANNER_CROSSES: AtomicBool = AtomicBool::new(false);
+/// Ticks of the joint that came in the midst of that.
+static INTERRUPTED: AtomicU32 = AtomicU32::new(0);
+
+#[entry]
+fn main() -> ! {
+    static JOINTS: ConstStaticCell<Controller> = ConstStaticCell::new(Dimsart::unconnected());
+    static PLANNERS: ConstStaticCell<Controller> = ConstStaticCell::new(Dimsart::unconnected());
+    static THERE: ConstStaticCell<Snapshot<DOF>> = ConstStaticCell::new(Snapshot::new());
+    static BACK: ConstStaticCell<Snapshot<DOF>> = ConstStaticCell::new(Snapshot::new());
+    let (joint, planner) = (JOINTS.take(), PLANNERS.take());
+    connect(joint, "joint", &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    connect(planner, "planner", &[types::POSITION], &[types::DES_POSITION]);
+    follow(joint);
+    plan(planner);
+    let (of_joint, of_planner) = Coupling::pair(THERE.take(), BACK.take());
+    let joint = Joint {
+        dimsart: joint,
+        between: of_joint,
+        measured: [Word(0); 2 * DOF],
+        planned: 0,
+        showing: None,
+        random: 1,
+    };
+    cortex_m::interrupt::free(|free| JOINT.borrow(free).replace(Some(joint)));
+
+    let Some(mut peripherals) = Peripherals::take() else { exit(1) };
+    peripherals.SYST.set_clock_source(SystClkSource::Core);
+    peripherals.SYST.set_reload(MOST_BETWEEN);
+    peripherals.SYST.clear_current();
+    peripherals.SYST.enable_counter();
+    peripherals.SYST.enable_interrupt();
+    let planner_ticks = run_planner(planner, of_planner);
+    let stopped_at = TICK.load(Relaxed);
+    while TICK.load(Relaxed) < TICKS + TICKS_ALONE {
+        cortex_m::asm::nop();
+    }
+    let (interrupted, late_after) =
+        (INTERRUPTED.load(Relaxed), LATE_AT.load(Relaxed).wrapping_sub(stopped_at));
+    defmt::println!("{=u32} ticks of a joint, {=u32} of a planner below it", TICKS, planner_ticks);
+    defmt::println!(
+        "{=u32} came while the planner got or showed words: all were whole and in order",
+        interrupted
+    );
+    defmt::println!("the planner stopped; its commands were late {=u32} ticks after that", late_after);
+    must("many ticks come while words cross", interrupted > TICKS / 100);
+    // One less where a tick came between its last words and its stop.
+    must("commands are late in time", [TIMEOUT_TICKS, TIMEOUT_TICKS + 1].contains(&late_after));
+    exit(0)
+}
+
+/// Follows a position that somebody else commands.
+fn follow(joint: &mut Controller) {
+    let Some(pd) = Engine::<Standard>::module("PDCTRL_MOD") else { exit(1) };
+    done(joint.command(Command::set(pd, 0, Value::Real(1.0))));
+    run(joint, pd);
+}
+
+/// Commands half of the position that it gets.
+fn plan(planner: &mut Controller) {
+    let Some(sum) = Engine::<Standard>::module("SUM_MOD") else { exit(1) };
+    for (port, signal) in (0..).zip([types::POSITION, types::POSITION, types::DES_POSITION]) {
+        done(planner.command(Command::bind(sum, port, signal.first())));
+    }
+    for (parameter, gain) in (0..).zip([GAIN, 0.0]) {
+        done(planner.command(Command::set(sum, parameter, Value::Real(gain))));
+    }
+    run(planner, sum);
+}
+
+fn connect(
+    dimsart: &mut Controller,
+    name: &'static str,
+    gets: &'static [&'static DataType],
+    commands: &'static [&'static DataType],
+) {
+    let period_s = 1e-3;
+    match DeviceDescriptor::new(name, &AXES, period_s, gets, commands) {
+        Ok(device) => done(dimsart.connect(device)),
+        Err(error) => done(Err(error)),
+    }
+}
+
+/// Takes turns with the joint, which interrupts it anywhere; gives its own ticks.
+fn run_planner(dimsart: &mut Controller, mut between: Between) -> u32 {
+    let mut measured = [Word(0); DOF];
+    let mut commanded = [Word(0); DOF];
+    let (mut ticks, mut seen) = (0, 0);
+    while TICK.load(Relaxed) < TICKS {
+        let shown = TICK.load(Relaxed);
+        PLANNER_CROSSES.store(true, Relaxed);
+        between.get(&mut measured);
+        PLANNER_CROSSES.store(false, Relaxed);
+        let tick = ticks_of(&measured, 1.0);
+        must("the planner gets the newest position", tick >= shown && tick >= seen);
+        seen = tick;
+        dimsart.hold_back(between.are_late());
+        dimsart.tick(&measured, &mut commanded);
+        PLANNER_CROSSES.store(true, Relaxed);
+        between.show(commanded);
+        PLANNER_CROSSES.store(false, Relaxed);
+        ticks += 1;
+    }
+    ticks
+}
+
+#[exception]
+fn SysTick() {
+    static mut OWN: Option<Joint> = None;
+    set_timer(LONGEST);
+    if OWN.is_none() {
+        *OWN = cortex_m::interrupt::free(|free| JOINT.borrow(free).take());
+    }
+    if let Some(joint) = OWN {
+        joint.tick();
+        // Marsaglia's xorshift.
+        joint.random ^= joint.random << 13;
+        joint.random ^= joint.random >> 17;
+        joint.random ^= joint.random << 5;
+        set_timer(joint.random % MOST_BETWEEN + 1);
+    }
+}
+
+impl Joint {
+    fn tick(&mut self) {
+        let Self { dimsart, between, measured, planned, showing, .. } = self;
+        INTERRUPTED.fetch_add(u32::from(PLANNER_CROSSES.load(Relaxed)), Relaxed);
+        let tick = TICK.load(Relaxed) + 1;
+        let (position, desired) = measured.split_at_mut(DOF);
+        for (axis, word) in position.iter_mut().enumerate() {
+            *word = Word::from(at(tick, axis));
+        }
+        between.get(desired);
+        dimsart.hold_back(between.are_late());
+        let now_planned = ticks_of(desired, 1.0 / GAIN);
+        must(
+            "what the planner commands is never older than before",
+            now_planned >= *planned && now_planned < tick,
+        );
+        let mut force = [Word(0); DOF];
+        let outcome = dimsart.tick(measured, &mut force);
+        match outcome {
+            Tick::Ran => *planned = now_planned,
+            // Nothing has come yet.
+            Tick::CommandsLate if *planned == 0 => {}
+            _ => {
+                must("commands are late, and nothing else is wrong", outcome == Tick::CommandsLate);
+                let _ = LATE_AT.compare_exchange(0, tick, Relaxed, Relaxed);
+            }
+        }
+        for (axis, word) in force.into_iter().enumerate() {
+            let follows =
+                if outcome == Tick::Ran { GAIN * at(now_planned, axis) - at(tick, axis) } else { 0.0 };
+            must("the force is that of the law, or none", word == Word::from(follows));
+        }
+
+        let before = SYST::get_current();
+        between.show(dimsart.signals(&[types::POSITION.first()]));
+        let taken = before.wrapping_sub(SYST::get_current()) & LONGEST;
+        // A count is less than an instruction of the emulated board.
+        must("showing takes as long as ever", taken.abs_diff(*showing.get_or_insert(taken)) <= 1);
+        TICK.store(tick, Relaxed);
+    }
+}
+
+/// The joint's position: it says in which tick it was measured, and fits `f32` exactly.
+fn at(tick: u32, axis: usize) -> f32 {
+    tick as f32 * (axis + 1) as f32 / 1024.0
+}
+
+/// The tick in which the joint was where these words, times the factor, say; all of them must say the same.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "another tick than what was shown says so"
+)]
+fn ticks_of(words: &[Word], factor: f32) -> u32 {
+    let positions = words.iter().map(|word| f32::from_bits(word.0) * factor);
+    let tick = (positions.clone().next().unwrap_or_default() * 1024.0) as u32;
+    let are_of_one =
+        positions.zip(0..).all(|(position, axis)| Word::from(position) == Word::from(at(tick, axis)));
+    must("words that cross are of one tick", are_of_one);
+    tick
+}
+
+/// Begins the time to the next interrupt anew.
+#[expect(unsafe_code, reason = "the processor's timer belongs to this interrupt from its first one on")]
+fn set_timer(counts: u32) {
+    // SAFETY: `main` touches it no more once the interrupt is enabled.
+    let mut timer = unsafe { Peripherals::steal() }.SYST;
+    timer.set_reload(counts);
+    timer.clear_current();
+    SCB::clear_pendst();
+}
+
+fn run(dimsart: &mut Controller, module: ModuleRef) {
+    done(dimsart.command(Command::PlugIn(module)));
+    done(dimsart.command(Command::Check));
+}
+
+fn done<E>(result: Result<(), E>) {
+    must("what it is made of fits together", result.is_ok());
+}
+
+fn must(hold: &str, holds: bool) {
+    if !holds {
+        defmt::println!("does not hold: {=str}", hold);
+        exit(1)
+    }
+}
+
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    exit(1)
+}
+
+#[expect(unsafe_code, reason = "the runtime wants it so")]
+mod hard_fault {
+    #[cortex_m_rt::exception]
+    unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
+        super::exit(1)
+    }
+}
