@@ -22,7 +22,9 @@
 //! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
 //! effect meanwhile. Its angle is 0 where the board was started.
 
-use dimsart_core::{AxisKind, Counter, DataType, InputLimits, Scalar as _, StartCause, Tick, Word};
+use dimsart_core::{
+    AxisKind, Counter, DataType, InputLimits, OutputLimits, Scalar as _, StartCause, Tick, Word,
+};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
@@ -73,6 +75,7 @@ impl Board for BG431bEsc1 {
     const WORDS: usize = 640;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
+    const OUTPUT_LIMITS: &'static [OutputLimits] = &[MOTOR.position_limits()];
 
     type Joints = ThreePhaseMotor;
     type CommandPort = UartPort;

@@ -6,7 +6,8 @@ use core::ops::Range;
 use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
 use dimsart_core::{
-    AxisKind, Counter, DataType, InputLimits, MAX_PACKET_BYTES, Scalar as _, StartCause, Tick, Word, types,
+    AxisKind, Counter, DataType, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _, StartCause, Tick,
+    Word, types,
 };
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
@@ -37,6 +38,9 @@ pub trait Board: Sized {
     /// What each of them allows, as [`with_limits`](dimsart_core::DeviceDescriptor::with_limits) takes it; empty where
     /// the device is a simulated one.
     const LIMITS: &'static [&'static [InputLimits]] = &[];
+    /// What the first of [`OUTPUTS`](Self::OUTPUTS) can show, as
+    /// [`with_output_limits`](dimsart_core::DeviceDescriptor::with_output_limits) takes it.
+    const OUTPUT_LIMITS: &'static [OutputLimits] = &[];
     /// Packets of all links that can come in between two ticks; what comes beyond them is lost.
     const PACKETS_PER_TICK: usize = MAX_LINKS + 1;
 

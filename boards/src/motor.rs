@@ -10,7 +10,7 @@
 use core::f32::consts::TAU;
 
 use dimsart_core::math::sin;
-use dimsart_core::{InputLimits, SafeValue};
+use dimsart_core::{InputLimits, OutputLimits, SafeValue};
 
 /// A motor, its supply and its encoder.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,14 @@ impl Motor {
     pub const fn limits(&self) -> InputLimits {
         let max = self.torque_constant_nm_per_a * self.max_current_a;
         InputLimits { min: -max, max, rate_per_s: max / RISE_S, safe_value: SafeValue::Zero }
+    }
+
+    /// What its encoder can show: any angle, and no more than one and a half times the speed that the supply can turn it
+    /// with.
+    #[must_use]
+    pub const fn position_limits(&self) -> OutputLimits {
+        let speed_rad_per_s = self.supply_v / self.torque_constant_nm_per_a;
+        OutputLimits { rate_per_s: 1.5 * speed_rad_per_s, ..OutputLimits::NONE }
     }
 
     /// The voltage that makes `torque_nm` at standstill as a share of the supply, -1 to 1.
@@ -134,6 +142,17 @@ mod tests {
             const LIMITS: &[&[InputLimits]] = &[&[MOTOR.limits()]];
             assert!(device.unwrap().with_limits(LIMITS).is_ok());
         }
+    }
+
+    #[test]
+    fn a_motor_is_never_faster_than_its_encoder_may_show() {
+        // Without load it turns until it induces what the supply has.
+        let fastest_rad_per_s = MOTOR.supply_v / MOTOR.torque_constant_nm_per_a;
+        let limits = MOTOR.position_limits();
+        assert!(limits.rate_per_s > 1.4 * fastest_rad_per_s && limits.rate_per_s < 2.0 * fastest_rad_per_s);
+        // Half a turn of the counter of 16 bits is more than that.
+        let lost_rad = TAU * 32_768.0 / f32::from(MOTOR.counts_per_turn);
+        assert!(lost_rad > limits.rate_per_s * 1e-3);
     }
 
     #[test]

@@ -26,7 +26,9 @@ mod can_link;
 #[cfg(feature = "uart-link")]
 mod uart_link;
 
-use dimsart_core::{AxisKind, Counter, DataType, InputLimits, Scalar as _, StartCause, Tick, Word};
+use dimsart_core::{
+    AxisKind, Counter, DataType, InputLimits, OutputLimits, Scalar as _, StartCause, Tick, Word,
+};
 use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, LPUART1, TIM2, TIM3, TIM4};
 use embassy_stm32::time::Hertz;
@@ -72,6 +74,7 @@ impl Board for NucleoG474re {
     const WORDS: usize = 3072;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
+    const OUTPUT_LIMITS: &'static [OutputLimits] = &[MOTOR.position_limits()];
 
     type Joints = BrushedMotors;
     type CommandPort = UartPort;

@@ -4,7 +4,9 @@ use crate::data_type::DataType;
 use crate::frame::MAX_DEVICE_TYPES;
 use crate::input_limits::{InputLimits, LimitsFault};
 use crate::limits::{MAX_DOF, MAX_LIMITED_WORDS};
+use crate::output_limits::OutputLimits;
 use crate::unit::AxisKind;
+use crate::word::Format;
 
 /// Degrees of freedom, sample period, and the types a device gives and takes.
 ///
@@ -20,6 +22,7 @@ pub struct DeviceDescriptor {
     /// Types the device is commanded by: read from the Data Base by the frame after every step.
     pub inputs: &'static [&'static DataType],
     limits: &'static [&'static [InputLimits]],
+    output_limits: &'static [OutputLimits],
 }
 
 /// From here on types have a device's own numbers.
@@ -93,6 +96,11 @@ pub enum DescriptorError {
         /// Words with limits.
         wanted: usize,
     },
+    /// The limits of an output are no range, or allow no change in a tick; or its type is not of format `f32`.
+    OutputLimits {
+        /// The output's place, from 0.
+        output: usize,
+    },
     /// The limits of a word cannot be kept.
     Limits {
         /// The word's place in the frame to the device, from 0.
@@ -131,6 +139,10 @@ impl core::fmt::Display for DescriptorError {
             Self::TooManyLimits { wanted } => {
                 write!(f, "limits for {wanted} words: at most {MAX_LIMITED_WORDS} are possible")
             }
+            Self::OutputLimits { output } => write!(
+                f,
+                "limits of output {output}: the range must be finite, the rate above 0, the format f32"
+            ),
             Self::Limits { word, fault } => write!(f, "limits of word {word} of the inputs: {fault}"),
         }
     }
@@ -147,6 +159,7 @@ impl DeviceDescriptor {
         outputs: &[],
         inputs: &[],
         limits: &[],
+        output_limits: &[],
     };
 
     /// Describes a device with one entry of `axes` per degree of freedom.
@@ -168,7 +181,7 @@ impl DeviceDescriptor {
             return Err(DescriptorError::SamplePeriod { wanted_s: sample_period_s });
         }
         check_types(outputs, inputs)?;
-        Ok(Self { name, axes, sample_period_s, outputs, inputs, limits: &[] })
+        Ok(Self { name, axes, sample_period_s, outputs, inputs, limits: &[], output_limits: &[] })
     }
 
     /// With limits of its inputs, in their order: of each word of an input, one for all of its words, or none. Inputs
@@ -201,6 +214,28 @@ impl DeviceDescriptor {
             return Err(DescriptorError::TooManyLimits { wanted });
         }
         checked.map(|()| limited)
+    }
+
+    /// With limits of its first outputs, in their order: a measurement beyond them is refused. The other outputs may show
+    /// any finite number.
+    ///
+    /// # Errors
+    /// [`DescriptorError`] when there are limits for more outputs than it has, for more than [`MAX_LIMITED_WORDS`] words, or
+    /// such as no sensor can keep.
+    pub fn with_output_limits(self, limits: &'static [OutputLimits]) -> Result<Self, DescriptorError> {
+        let (expected, found) = (self.outputs.len(), limits.len());
+        if found > expected {
+            return Err(DescriptorError::LimitsCount { expected, found });
+        }
+        let is_wrong = |(data_type, limits): (&&DataType, &OutputLimits)| {
+            data_type.format != Format::F32 || !limits.are_usable(self.sample_period_s)
+        };
+        if let Some(output) = self.outputs.iter().zip(limits).position(is_wrong) {
+            return Err(DescriptorError::OutputLimits { output });
+        }
+        let limited = Self { output_limits: limits, ..self };
+        let wanted = limited.limited_output_words().count();
+        if wanted > MAX_LIMITED_WORDS { Err(DescriptorError::TooManyLimits { wanted }) } else { Ok(limited) }
     }
 
     /// Name for reports.
@@ -273,6 +308,14 @@ impl DeviceDescriptor {
             first += words;
         }
         None
+    }
+
+    /// Places of the words of its outputs that have limits.
+    pub(crate) fn limited_output_words(&self) -> impl Iterator<Item = (usize, &'static OutputLimits)> + '_ {
+        let limited = self.outputs.iter().zip(self.output_limits);
+        let limits = limited
+            .flat_map(|(data_type, limits)| core::iter::repeat_n(limits, data_type.shape.words(self.dof())));
+        limits.enumerate()
     }
 
     fn own_types(&self) -> impl Iterator<Item = &'static DataType> {

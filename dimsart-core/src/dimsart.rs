@@ -98,7 +98,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         observer: &mut impl Observer,
     ) -> Tick {
         let computed = self.compute(measured, observer);
-        self.safety.decide(computed, &self.engine, &self.frame, measured, commanded)
+        let tick = self.safety.decide(computed, &self.engine, &self.frame, measured, commanded);
+        if matches!(tick, Tick::MeasurementRefused(_)) && !self.safety.state().is_fault() {
+            // Nothing moves: it may be moved by hand meanwhile, or be switched on late.
+            self.frame.begin_anew();
+        }
+        tick
     }
 
     /// Measurement and modules. An error says why they command nothing.
@@ -140,6 +145,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
                 return Err(CommandError::FaultReaction);
             }
             self.safety.reset();
+            self.frame.begin_anew();
         }
         self.engine.command(command)?;
         if self.engine.is_taking_over() {

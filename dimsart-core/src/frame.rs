@@ -5,6 +5,7 @@ use heapless::Vec;
 use crate::data_base::DataBase;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
+use crate::output_limits::Plausibility;
 use crate::storage::{Block, StorageError};
 use crate::word::{Format, Word};
 
@@ -29,6 +30,16 @@ pub enum FrameError {
         /// Which of its words, starting at 0.
         word: u16,
     },
+    /// A sensor shows what it cannot: it is beyond its [limits](crate::OutputLimits), or has changed faster than they
+    /// allow since the tick before.
+    Implausible {
+        /// The signal.
+        signal: TypeRef,
+        /// Which of its words, starting at 0.
+        word: u16,
+        /// What it shows, an `f32` in bits.
+        bits: u32,
+    },
 }
 
 impl core::fmt::Display for FrameError {
@@ -39,6 +50,14 @@ impl core::fmt::Display for FrameError {
             }
             Self::NotFinite { signal, word } => {
                 write!(f, "word {word} of type {} is not a finite number", signal.id)
+            }
+            Self::Implausible { signal, word, bits } => {
+                let value = f32::from_bits(*bits);
+                write!(
+                    f,
+                    "word {word} of type {} shows {value}, which it cannot so soon, or never",
+                    signal.id
+                )
             }
         }
     }
@@ -53,6 +72,7 @@ impl core::error::Error for FrameError {}
 pub struct Frame {
     outputs: Side,
     inputs: Side,
+    plausibility: Plausibility,
 }
 
 #[derive(Debug)]
@@ -65,7 +85,7 @@ struct Side {
 impl Frame {
     /// The frame of a device without types.
     pub(crate) const fn unconnected() -> Self {
-        Self { outputs: Side::EMPTY, inputs: Side::EMPTY }
+        Self { outputs: Side::EMPTY, inputs: Side::EMPTY, plausibility: Plausibility::unconnected() }
     }
 
     /// Inserts the device's types into the Data Base.
@@ -89,7 +109,8 @@ impl Frame {
             }
             Ok(side)
         };
-        Ok(Self { outputs: side(device.outputs)?, inputs: side(device.inputs)? })
+        let plausibility = Plausibility::new(device);
+        Ok(Self { outputs: side(device.outputs)?, inputs: side(device.inputs)?, plausibility })
     }
 
     /// Words of a frame from the device.
@@ -107,15 +128,28 @@ impl Frame {
     /// Writes what the device measured into the Data Base.
     ///
     /// # Errors
-    /// [`FrameError`] when the length is wrong or a number is not finite; the Data Base is unchanged.
+    /// [`FrameError`] when the length is wrong, a number is not finite, or a sensor shows what it cannot; the Data Base is
+    /// unchanged.
     #[doc(alias = "DB_ext_write")]
     pub fn write<const WORDS: usize>(
-        &self,
+        &mut self,
         data_base: &mut DataBase<WORDS>,
         measured: &[Word],
     ) -> Result<(), FrameError> {
         let words = data_base.storage_mut().words_mut(self.outputs.span);
-        self.outputs.write(words.unwrap_or_default(), measured)
+        self.outputs.check(measured.iter().copied())?;
+        if let Some(place) = self.plausibility.look_at(measured) {
+            return self.outputs.refuse(place, measured);
+        }
+        for (word, measured) in words.unwrap_or_default().iter_mut().zip(measured) {
+            *word = measured.0;
+        }
+        Ok(())
+    }
+
+    /// What the device measures next is where it is, however far from where it was.
+    pub(crate) fn begin_anew(&mut self) {
+        self.plausibility.begin_anew();
     }
 
     /// Puts what the device got into the Data Base, instead of what it was commanded.
@@ -155,10 +189,16 @@ impl Side {
         usize::from(self.span.words)
     }
 
-    fn write(&self, words: &mut [u32], measured: &[Word]) -> Result<(), FrameError> {
-        self.check(measured.iter().copied())?;
-        for (word, measured) in words.iter_mut().zip(measured) {
-            *word = measured.0;
+    /// Refuses the word at a place of the frame.
+    #[cold]
+    fn refuse(&self, place: u16, measured: &[Word]) -> Result<(), FrameError> {
+        let bits = measured.get(usize::from(place)).map_or(0, |word| word.0);
+        let mut word = place;
+        for (block, data_type) in &self.types {
+            if word < block.words {
+                return Err(FrameError::Implausible { signal: data_type.first(), word, bits });
+            }
+            word -= block.words;
         }
         Ok(())
     }

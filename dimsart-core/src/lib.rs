@@ -92,6 +92,7 @@ pub mod math;
 mod module;
 pub mod modules;
 pub mod names;
+mod output_limits;
 mod packet;
 pub mod parameter;
 mod port;
@@ -136,6 +137,7 @@ pub use mailbox::{LinkPort, LinkState, Mailbox, START_COUNTERS, counters_ahead, 
 pub use matching::{CheckReport, Finding, Party};
 pub use module::Module;
 pub use names::Name;
+pub use output_limits::OutputLimits;
 pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError};
 pub use parameter::{Accepts, Choice, Entries, Parameter, ParameterError, Parameters, TypeList, Value};
 pub use port::{Difference, Direction, PortSpec, Stage};

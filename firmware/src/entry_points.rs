@@ -12,7 +12,8 @@ use boards::{Board as _, Selected};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::saved_scheme::LoadError;
 use dimsart_core::{
-    AxisKind, DeviceDescriptor, InputLimits, MAX_DEVICE_TYPES, Packet, PacketError, Tick, Word, saved_scheme,
+    AxisKind, DeviceDescriptor, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Packet, PacketError, Tick, Word,
+    saved_scheme,
 };
 
 use crate::BoardDimsart;
@@ -76,6 +77,8 @@ impl Frames {
 #[unsafe(export_name = "dimsart_ignores_limits")]
 static IGNORES_LIMITS: AtomicBool = AtomicBool::new(false);
 
+static NO_OUTPUT_LIMITS: [OutputLimits; Selected::OUTPUT_LIMITS.len()] =
+    [OutputLimits::NONE; Selected::OUTPUT_LIMITS.len()];
 static NO_LIMITS: [&[InputLimits]; Selected::INPUTS.len()] = [&[InputLimits::NONE]; Selected::INPUTS.len()];
 
 /// Starts a controller anew for the board's device with these axes.
@@ -84,11 +87,15 @@ static NO_LIMITS: [&[InputLimits]; Selected::INPUTS.len()] = [&[InputLimits::NON
 pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
     let period_s = 1.0 / boards::TICK_HZ as f32;
     let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::OUTPUTS, Selected::INPUTS);
-    let limits = if IGNORES_LIMITS.load(Ordering::Relaxed) { &NO_LIMITS } else { Selected::LIMITS };
+    let (limits, output_limits) = match IGNORES_LIMITS.load(Ordering::Relaxed) {
+        true => (NO_LIMITS.as_slice(), NO_OUTPUT_LIMITS.as_slice()),
+        false => (Selected::LIMITS, Selected::OUTPUT_LIMITS),
+    };
     let device = match Selected::LIMITS {
         [] => device,
         _ => device.and_then(|device| device.with_limits(limits)),
     };
+    let device = device.and_then(|device| device.with_output_limits(output_limits));
     let Ok(device) = device else { defmt::panic!("a device of {} axes", axes.len()) };
     if let Err(error) = dimsart.connect(device) {
         defmt::panic!("the board's Data Base is too small for its device: {}", error);

@@ -98,9 +98,10 @@ contact and release, on master and slave in turn. A tick is 1 ms, and 0 is the v
   table.
 - **Ended by**: what this side needs to move again when the fault is over: none that was noticed ends by itself.
 
-What is never noticed is bounded by range and rate alone: no module of the library compares a sensor with what it should
-show. Boards leave 2000 cycles more for interrupts in every call, so a module that costs little may take several times
-that unnoticed: the rows with 2000 cycles. An endless loop is no row: it ends no tick, and is the watchdog's
+Sensors declare what they can show: 2 m each way, and no more than 5 mm further in a tick. What is never noticed is
+bounded by range and rate alone: no module of the library compares a sensor with what it should show. Boards leave 2000
+cycles more for interrupts in every call, so a module that costs little may take several times that unnoticed: the rows
+with 2000 cycles. An endless loop is no row: it ends no tick, and is the watchdog's
 ([faults.md](faults.md#how-soon-a-fault-is-noticed)).
 
 ";

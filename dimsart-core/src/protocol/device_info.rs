@@ -195,7 +195,10 @@ impl DeviceInfo {
             Tick::ModuleFailed(_) => {}
             Tick::LinkLost { link } => self.log(Event { detail: link.into(), ..event }),
             Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
-                self.log(Event { signal: Some(signal), word, ..event });
+                self.log(Event { signal: Some(signal), word, detail: f32::NAN.to_bits(), ..event });
+            }
+            Tick::MeasurementRefused(FrameError::Implausible { signal, word, bits }) => {
+                self.log(Event { signal: Some(signal), word, detail: bits, ..event });
             }
             _ => self.log(event),
         }

@@ -7,11 +7,13 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use dimsart_core::{
     AxisKind, Context, Cost, Costs, Counter, Declare, DeviceDescriptor, Dimsart, Input, InputLimits, Module,
-    ModuleList, Output, Packet, Parameters, SafeValue, Tick, Word, modules, modules::Standard, scheme, types,
-    words,
+    ModuleList, Output, OutputLimits, Packet, Parameters, SafeValue, Tick, Word, modules, modules::Standard,
+    scheme, types, words,
 };
 
 const H_S: f32 = 1e-3;
+/// 10 mm in a tick.
+const SENSOR_LIMITS: OutputLimits = OutputLimits { min: -100.0, max: 100.0, rate_per_s: 10.0 };
 const LIMITS: InputLimits =
     InputLimits { min: -50.0, max: 50.0, rate_per_s: 5_000.0, safe_value: SafeValue::Zero };
 /// What a call of the module that fails costs.
@@ -103,6 +105,7 @@ impl Joint {
         let outputs = &[types::POSITION, types::DES_POSITION];
         let device = DeviceDescriptor::new("joint", &[AxisKind::Linear], H_S, outputs, &[types::DES_FORCE]);
         let device = device.unwrap().with_limits(&[&[LIMITS]]).unwrap();
+        let device = device.with_output_limits(&[SENSOR_LIMITS]).unwrap();
         let mut dimsart = Dimsart::<Kinds>::new(device).unwrap();
         dimsart.engine_mut().set_costs(Some(Costs::new(&COSTS)));
         dimsart.engine_mut().time_calls(Counter::up(COUNTER.with(|counter| *counter)), 0);
@@ -197,6 +200,7 @@ fn the_page_of_faults_has_every_latency_as_it_is() {
     let rows = [
         ("a sensor gives NaN", sensor(|_, _, _| f32::NAN)),
         ("a sensor gives infinity", sensor(|_, _, _| f32::INFINITY)),
+        ("a sensor jumps by 5 mm", sensor(|now_m, _, _| now_m + 5e-3)),
         ("a sensor jumps by 1 m", sensor(|now_m, _, _| now_m + 1.0)),
         ("a sensor is stuck", sensor(|_, then_m, _| then_m)),
         (

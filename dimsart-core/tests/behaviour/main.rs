@@ -34,6 +34,7 @@ mod protocol;
 mod rates;
 mod saved_scheme;
 mod schemes;
+mod sensors;
 mod signals;
 mod transactions;
 mod waves;

@@ -81,7 +81,11 @@ impl<S: Read + Write> Device<S> {
                 self.module_fault_text(ModuleFault { module, cause })?
             }
             (None, Some(signal)) => self.know(|known| {
-                format!("word {word} of {} is not a finite number", known.name_of_signal(signal))
+                let (name, value) = (known.name_of_signal(signal), f32::from_bits(detail));
+                match value.is_finite() {
+                    true => format!("word {word} of {name} shows {value}, which its sensor cannot"),
+                    false => format!("word {word} of {name} is not a finite number"),
+                }
             })?,
             _ if is_reason(Reason::LinkLost) => format!("link {detail}"),
             _ if is(EventKind::Started) => start_cause(detail).to_owned(),

@@ -74,6 +74,12 @@ fn frame_text(known: &Description, error: FrameError) -> String {
             "word {word} of {} is not a finite number; see what writes it with `watch`",
             known.name_of_signal(signal)
         ),
+        FrameError::Implausible { signal, word, bits } => format!(
+            "word {word} of {} shows {}, beyond what its sensor can, or than it can since the tick before; see to that \
+             sensor and its cable",
+            known.name_of_signal(signal),
+            f32::from_bits(bits)
+        ),
         FrameError::Length { .. } => format!("{error}; the image's board and descriptor differ"),
     }
 }

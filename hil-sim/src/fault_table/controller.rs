@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use dimsart_core::protocol::{DeviceInfo, LeaseAction, Refusal, Request, Response, request_id, serve};
 use dimsart_core::{
     Command, Costs, Counter, DeviceDescriptor, Dimsart, Engine, EventKind, FrameError, InputLimits, Observer,
-    Packet, SafeValue, Tick, Vocabulary as _, Word, scheme,
+    OutputLimits, Packet, SafeValue, Tick, Vocabulary as _, Word, scheme,
 };
 
 use super::FaultTableError;
@@ -18,6 +18,8 @@ use crate::schemes::{SIDES, SchemeText};
 /// What the actuators allow: the range of the shipped scenario, and as on a board all of it in 10 ms.
 pub(super) const LIMITS: InputLimits =
     InputLimits { min: -30.0, max: 30.0, rate_per_s: 3_000.0, safe_value: SafeValue::Zero };
+/// What its sensors can show: 2 m each way, and 5 mm further in a tick.
+const SENSOR_LIMITS: OutputLimits = OutputLimits { min: -2.0, max: 2.0, rate_per_s: 5.0 };
 /// The client that holds the lease, and how often it renews it, ticks: as `dimsart connect`.
 const CLIENT: u8 = 1;
 const RENEWAL_TICKS: u32 = 50;
@@ -60,7 +62,8 @@ impl Controller {
     /// The side's controller of the shipped scheme, armed.
     pub(super) fn new(scenario: &Scenario, side: Side, spare_cycles: u32) -> Result<Self, FaultTableError> {
         let device = crate::experiment::device(side.name(), scenario.dof, scenario.sample_period_s)?;
-        let device: DeviceDescriptor = device.with_limits(&[&[LIMITS]])?;
+        let device: DeviceDescriptor =
+            device.with_limits(&[&[LIMITS]])?.with_output_limits(&[SENSOR_LIMITS])?;
         let mut dimsart = Box::new(Dimsart::unconnected());
         dimsart.connect(device).map_err(ExperimentError::Storage)?;
         let counter = COUNTER.with(|counter| *counter);
@@ -186,7 +189,9 @@ impl Controller {
         match self.last_tick {
             Tick::ModuleFailed(module) => name(module),
             Tick::LinkLost { link } => format!("link {link}"),
-            Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
+            Tick::MeasurementRefused(
+                FrameError::NotFinite { signal, word } | FrameError::Implausible { signal, word, .. },
+            ) => {
                 format!("{} of axis {word}", self.dimsart.engine().name_of_signal(signal))
             }
             Tick::MeasurementRefused(FrameError::Length { found, .. }) => format!("{found} words"),

@@ -51,8 +51,7 @@ impl Fault {
     /// What is to be named when it is noticed, where it is known.
     pub(super) fn named(self, axis: usize) -> Option<String> {
         Some(match self {
-            Self::Sensor(Shows::This(shown)) if !shown.is_finite() => format!("POSITION of axis {axis}"),
-            Self::Sensor(_) => "PDCTRL_MOD".to_owned(),
+            Self::Sensor(_) => format!("POSITION of axis {axis}"),
             Self::Writes(1, _) => "FAILING_MOD".to_owned(),
             Self::Writes(number, _) => format!("FAILING_MOD.{number}"),
             Self::TakesLonger(module, _) => module.to_owned(),
@@ -91,7 +90,7 @@ pub(super) fn cases() -> Vec<Case> {
         sensor("a sensor gives 1000 km", Shows::This(1e6)),
         sensor("a sensor jumps by 1 mm", Shows::More(1e-3)),
         sensor("a sensor jumps by 10 mm", Shows::More(1e-2)),
-        sensor("a sensor jumps by 1 m", Shows::More(1.0)),
+        sensor("a sensor jumps by 1000 mm", Shows::More(1.0)),
         sensor("a sensor is stuck", Shows::Stuck),
         sensor("a sensor drifts by 10 mm/s", Shows::Drift(1e-5)),
         sensor("a sensor drifts by 1 m/s", Shows::Drift(1e-3)),
