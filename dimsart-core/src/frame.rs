@@ -148,6 +148,8 @@ impl Frame {
     }
 
     /// What the device measures next is where it is, however far from where it was.
+    #[cold]
+    #[inline(never)]
     pub(crate) fn begin_anew(&mut self) {
         self.plausibility.begin_anew();
     }
