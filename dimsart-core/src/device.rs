@@ -1,5 +1,7 @@
 //! What a device is, as far as a control scheme needs to know.
 
+use core::iter;
+
 use crate::data_type::DataType;
 use crate::frame::MAX_DEVICE_TYPES;
 use crate::input_limits::{InputLimits, LimitsFault};
@@ -234,7 +236,7 @@ impl DeviceDescriptor {
             return Err(DescriptorError::OutputLimits { output });
         }
         let limited = Self { output_limits: limits, ..self };
-        let wanted = limited.limited_output_words().count();
+        let wanted = limited.limits_of_output_words().count();
         if wanted > MAX_LIMITED_WORDS { Err(DescriptorError::TooManyLimits { wanted }) } else { Ok(limited) }
     }
 
@@ -310,12 +312,10 @@ impl DeviceDescriptor {
         None
     }
 
-    /// Places of the words of its outputs that have limits.
-    pub(crate) fn limited_output_words(&self) -> impl Iterator<Item = (usize, &'static OutputLimits)> + '_ {
+    /// Limits of the words of its outputs that have some: they are the first ones.
+    pub(crate) fn limits_of_output_words(&self) -> impl Iterator<Item = &'static OutputLimits> + '_ {
         let limited = self.outputs.iter().zip(self.output_limits);
-        let limits = limited
-            .flat_map(|(data_type, limits)| core::iter::repeat_n(limits, data_type.shape.words(self.dof())));
-        limits.enumerate()
+        limited.flat_map(|(data_type, limits)| iter::repeat_n(limits, data_type.shape.words(self.dof())))
     }
 
     fn own_types(&self) -> impl Iterator<Item = &'static DataType> {

@@ -109,7 +109,8 @@ impl Frame {
             }
             Ok(side)
         };
-        let plausibility = Plausibility::new(device);
+        let mut plausibility = Plausibility::unconnected();
+        plausibility.connect(device);
         Ok(Self { outputs: side(device.outputs)?, inputs: side(device.inputs)?, plausibility })
     }
 
@@ -138,8 +139,9 @@ impl Frame {
     ) -> Result<(), FrameError> {
         let words = data_base.storage_mut().words_mut(self.outputs.span);
         self.outputs.check(measured.iter().copied())?;
-        if let Some(place) = self.plausibility.look_at(measured) {
-            return self.outputs.refuse(place, measured);
+        if !self.plausibility.look_at(measured) {
+            let place = self.plausibility.implausible(measured).unwrap_or(0);
+            return Err(self.outputs.refusal(place, measured));
         }
         for (word, measured) in words.unwrap_or_default().iter_mut().zip(measured) {
             *word = measured.0;
@@ -191,18 +193,18 @@ impl Side {
         usize::from(self.span.words)
     }
 
-    /// Refuses the word at a place of the frame.
+    /// Of the word at a place of the frame.
     #[cold]
-    fn refuse(&self, place: u16, measured: &[Word]) -> Result<(), FrameError> {
+    fn refusal(&self, place: u16, measured: &[Word]) -> FrameError {
         let bits = measured.get(usize::from(place)).map_or(0, |word| word.0);
         let mut word = place;
         for (block, data_type) in &self.types {
             if word < block.words {
-                return Err(FrameError::Implausible { signal: data_type.first(), word, bits });
+                return FrameError::Implausible { signal: data_type.first(), word, bits };
             }
             word -= block.words;
         }
-        Ok(())
+        FrameError::Length { expected: self.words(), found: measured.len() }
     }
 
     fn read(&self, words: &[u32], commanded: &mut [Word]) -> Result<(), FrameError> {
