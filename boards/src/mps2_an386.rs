@@ -6,19 +6,24 @@
 //! and a run is the same bit by bit and instruction by instruction. With the feature `timer-tick` a
 //! timer's interrupt is the clock, commands come in over UART 0, and without a host the device stands still;
 //! then it measures its own ticks too. Schemes are kept in a file named `flash` in the same folder.
+//!
+//! A firmware that stops tells its host so. With `timer-tick` the board then starts over; a host that is the clock has
+//! nothing more to do with it, and the emulator ends.
 
 mod bytes;
 mod clock;
 mod flash;
 mod host;
+mod start_cause;
 mod uart;
+mod watchdog;
 
 use core::ptr::{read_volatile, with_exposed_provenance, with_exposed_provenance_mut, write_volatile};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::syst::SystClkSource;
-use cortex_m::peripheral::{MPU, Peripherals, SYST};
+use cortex_m::peripheral::{MPU, Peripherals, SCB, SYST};
 use defmt_semihosting as _;
 use dimsart_core::exchange::MAX_PACKETS;
 use dimsart_core::{Counter, DataType, StartCause, Tick, Word};
@@ -142,6 +147,7 @@ impl Board for Mps2An386 {
             uart::start();
             clock::start_timer();
         }
+        watchdog::start();
         parts
     }
 
@@ -182,17 +188,22 @@ impl Board for Mps2An386 {
     }
 
     fn feed_watchdog() {
-        // The host waits for every answer: it is the watchdog.
+        watchdog::feed();
     }
 
-    /// The emulator begins as with power.
     fn start_cause() -> StartCause {
-        StartCause::Power
+        start_cause::take()
     }
 
-    /// Ends the emulator: there is no more to be started over. The host is told what the actuators are left with.
+    /// The host is told what the actuators are left with.
     fn reset() -> ! {
         host::say_stopped();
+        if !watchdog::has_expired() {
+            start_cause::say_program();
+        }
+        if cfg!(feature = "timer-tick") {
+            SCB::sys_reset()
+        }
         semihosting::process::exit(EXIT_RESET)
     }
 }
@@ -219,7 +230,7 @@ const CYCLE_BITS: u32 = 24;
 /// cycle or more.
 const COUNTS_PER_CYCLE: u32 = 26;
 const CYCLE_MASK: u32 = (1 << CYCLE_BITS) - 1;
-/// The emulator's exit code when the firmware asked for a reset: after a panic or a fault.
+/// The emulator's exit code in place of a reset: after a panic or a fault, or by the watchdog.
 const EXIT_RESET: i32 = 101;
 
 /// The device that the host plays.

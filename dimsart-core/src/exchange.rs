@@ -46,8 +46,8 @@ pub enum Tag {
     /// Host to board, empty: shows the Data Base in the answer. Board to host: its revision, u32, then
     /// the words of every signal, u32 each, in the order of [`Request::Entry`](crate::protocol::Request).
     Signals = 7,
-    /// Board to host, alone in its frame and the last one: the firmware stopped by a panic or a fault, and these
-    /// are the words that its actuators are left with, u32 each.
+    /// Board to host, in its last frame: the firmware stopped by a panic, a fault or its watchdog, and these are the words
+    /// that its actuators are left with, u32 each. The second of the [`Stamps`](Self::Stamps) behind them is when.
     Stopped = 8,
     /// A whole packet of link 0.
     Link0 = 16,

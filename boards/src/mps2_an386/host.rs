@@ -93,7 +93,8 @@ pub(super) fn show(revision: u32, words: impl Iterator<Item = u32>) {
     });
 }
 
-/// Tells the host that the firmware stopped, and what the actuators are left with. Nothing may run after it.
+/// Tells the host that the firmware stopped, what the actuators are left with, and when by the cycle counter. Nothing may
+/// run after it.
 pub(super) fn say_stopped() {
     let number = FROM_BOARD.load(Relaxed);
     if number == NOT_OPEN {
@@ -105,11 +106,21 @@ pub(super) fn say_stopped() {
     let mut words = [Word(0); WORDS];
     COMMANDED.copy_to(&mut words);
     let words: Vec<u8, { 4 * WORDS }> = words.iter().flat_map(|word| word.0.to_le_bytes()).collect();
+    STAMPS.set(1, Some(Mps2An386::counter().now()));
     let mut frame = Frame::new();
     frame.clear();
     // The emulator's exit code says the same to a host that has left.
     let _ = frame.push(Tag::Stopped, &words);
+    let _ = frame.push(Tag::Stamps, &stamps());
     let _ = from_board.write_all(frame.as_bytes());
+}
+
+/// The cycle counter at the beginning and the end of the last tick, and how many bits of it count.
+fn stamps() -> Vec<u8, 9> {
+    let mut stamps = [Word(0); 2];
+    STAMPS.copy_to(&mut stamps);
+    let bits = u8::try_from(Mps2An386::counter().bits()).unwrap_or(u8::MAX);
+    stamps.iter().flat_map(|stamp| stamp.0.to_le_bytes()).chain([bits]).collect()
 }
 
 /// The host, or the lack of one, and the device that it plays.
@@ -277,14 +288,10 @@ impl Host {
         let words = words.get_mut(..self.words_out).unwrap_or_default();
         COMMANDED.copy_to(words);
         let words = words.iter().flat_map(|word| word.0.to_le_bytes());
-        let mut stamps = [Word(0); 2];
-        STAMPS.copy_to(&mut stamps);
-        let bits = u8::try_from(Mps2An386::counter().bits()).unwrap_or(u8::MAX);
-        let stamps = stamps.iter().flat_map(|stamp| stamp.0.to_le_bytes()).chain([bits]);
         self.frame.clear();
         self.frame.push_outcome(critical_section::with(|section| OUTCOME.borrow(section).take()))?;
         self.frame.push(Tag::Words, &words.collect::<Vec<u8, { 4 * WORDS }>>())?;
-        self.frame.push(Tag::Stamps, &stamps.collect::<Vec<u8, 9>>())?;
+        self.frame.push(Tag::Stamps, &stamps())?;
         if IS_WATCHED.load(Relaxed) {
             critical_section::with(|section| self.frame.push(Tag::Signals, &SIGNALS.borrow_ref(section)))?;
         }

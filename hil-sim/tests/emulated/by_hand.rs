@@ -3,6 +3,8 @@
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use dimsart_core::exchange::{ExchangeError, Frame, Tag};
 
@@ -17,17 +19,26 @@ impl ByHand {
     pub(crate) fn greet(folder: &Path) -> Self {
         let to_board = File::options().write(true).open(folder.join("to-board")).unwrap();
         let mut line = Self { to_board, from_board: File::open(folder.join("from-board")).unwrap() };
-        line.exchange(&[(Tag::Device, &[0; 3])]);
+        let mut hello = line.send(&[(Tag::Device, &[0; 3])]);
+        let deadline = Instant::now() + Duration::from_secs(20);
+        // A board that starts over has closed its end for a moment.
+        while !line.receive(&mut hello) {
+            assert!(Instant::now() < deadline, "nobody answers");
+            thread::sleep(Duration::from_millis(1));
+        }
         line
     }
 
     /// Sends a frame of these sections and gives the one that answers.
     pub(crate) fn exchange(&mut self, sections: &[(Tag, &[u8])]) -> Frame {
         let mut frame = self.send(sections);
-        let received =
-            frame.receive(|bytes| self.from_board.read(bytes).map_err(|_| ExchangeError::Truncated));
-        assert_eq!(received, Ok(true));
+        assert!(self.receive(&mut frame), "the line is closed");
         frame
+    }
+
+    /// Whether a frame came before the end of all.
+    fn receive(&mut self, frame: &mut Frame) -> bool {
+        frame.receive(|bytes| self.from_board.read(bytes).map_err(|_| ExchangeError::Truncated)).unwrap()
     }
 
     /// Sends a frame, which it gives back, and awaits no answer.

@@ -6,6 +6,7 @@ use std::process::{Child, Command};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use defmt_decoder::DecodeError;
 use hil_sim::connect::{Device, Patience, Stream, open};
 use tempfile::TempDir;
 
@@ -13,6 +14,8 @@ use crate::common::{measuring_image, timer_image};
 
 const UART: &str = "uart0";
 const LOG: &str = "log";
+/// What is said past the log.
+const LAST_WORDS: &str = "last-words";
 /// 16 ns per instruction: a tick of 1 ms has room for 62 500.
 const SHIFT: u8 = 4;
 /// 128 ns, 3.2 counts of the board's counter: a tick has room for 7812.
@@ -103,15 +106,21 @@ impl Firmware {
         (status.code(), self.log())
     }
 
-    fn log(&self) -> Vec<String> {
+    /// Lines that are whole: a reset can cut one off.
+    pub(crate) fn log(&self) -> Vec<String> {
         let elf = fs::read(&self.image).unwrap();
         let table = defmt_decoder::Table::parse(&elf).unwrap().unwrap();
         let mut decoder = table.new_stream_decoder();
         decoder.received(&fs::read(self.folder().join(LOG)).unwrap());
         let mut lines = Vec::new();
-        while let Ok(frame) = decoder.decode() {
-            lines.push(frame.display_message().to_string());
+        loop {
+            match decoder.decode() {
+                Ok(frame) => lines.push(frame.display_message().to_string()),
+                Err(DecodeError::Malformed) => {}
+                Err(DecodeError::UnexpectedEof) => break,
+            }
         }
+        lines.extend(fs::read_to_string(self.folder().join(LAST_WORDS)).unwrap().lines().map(str::to_owned));
         lines
     }
 
@@ -138,6 +147,7 @@ fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
         .arg(std::path::absolute(image).unwrap())
         .current_dir(folder)
         .stdout(File::create(folder.join(LOG)).unwrap())
+        .stderr(File::create(folder.join(LAST_WORDS)).unwrap())
         .spawn()
         .unwrap()
 }

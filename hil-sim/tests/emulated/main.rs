@@ -13,11 +13,13 @@
 mod admission;
 mod by_hand;
 mod common;
+mod debugger;
 mod firmware;
 mod flood;
 mod kept_schemes;
 mod keys;
 mod measured;
+mod patched;
 mod run;
 mod same_bits;
 mod same_state;
@@ -25,3 +27,4 @@ mod stopped;
 mod timer_tick;
 mod transactions;
 mod trouble;
+mod watchdog;
