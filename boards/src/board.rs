@@ -81,7 +81,7 @@ pub trait Board: Sized {
     /// signal. Called after every tick; a board that nobody looks at does nothing.
     fn show(_revision: u32, _words: impl Iterator<Item = u32>) {}
 
-    /// Keeps the watchdog from resetting the board. Does nothing on a board without one.
+    /// Keeps the watchdog from resetting the board.
     fn feed_watchdog();
 
     /// Why the board has started. Called once, early.
@@ -89,7 +89,7 @@ pub trait Board: Sized {
         StartCause::Unknown
     }
 
-    /// Starts the board over, after a panic or a fault was reported. On an emulated board: ends it.
+    /// Starts the board over, after a panic or a fault was reported. An emulated board whose clock is its host: ends it.
     fn reset() -> !;
 }
 

@@ -8,7 +8,8 @@
 //! then it measures its own ticks too. Schemes are kept in a file named `flash` in the same folder.
 //!
 //! A firmware that stops tells its host so. With `timer-tick` the board then starts over; a host that is the clock has
-//! nothing more to do with it, and the emulator ends.
+//! nothing more to do with it, and the emulator ends. Run against a clock and not with `-icount`, a machine that is busy
+//! for 10 ms looks to the watchdog like a tick that does not end.
 
 mod bytes;
 mod clock;

@@ -60,7 +60,7 @@ pub enum EmulatedError {
         /// The last of what the firmware logged.
         log: Vec<String>,
     },
-    /// Its firmware stopped by a panic or a fault.
+    /// Its firmware stopped by a panic, a fault or its watchdog.
     #[error("the firmware on the emulated board stopped, its actuators {}{}", at(.commanded), last_words(.log))]
     Stopped {
         /// What its actuators are left with: 0 in their safe state.
@@ -138,7 +138,7 @@ fn reason(status: &Option<ExitStatus>) -> String {
     match status.and_then(|status| status.code()) {
         Some(2) => "it found no host (exit status 2)".to_owned(),
         Some(3) => "it refused what this command sent (exit status 3)".to_owned(),
-        Some(101) => "its firmware stopped by a panic or a fault (exit status 101)".to_owned(),
+        Some(101) => "its firmware stopped by a panic, a fault or its watchdog (exit status 101)".to_owned(),
         _ => status.map_or_else(|| "it closed its line".to_owned(), |status| status.to_string()),
     }
 }

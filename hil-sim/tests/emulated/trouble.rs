@@ -122,7 +122,7 @@ fn an_emulator_that_ends_is_reported_with_its_last_words() {
     let message = run_with("echo no such machine >&2; exit 1");
     assert_says(&message, &["ended: exit status: 1", "its last words:\n  no such machine"]);
     let panicked = "exec < to-board; exec > from-board; exit 101";
-    assert_says(&run_with(panicked), &["a panic or a fault (exit status 101), without a word"]);
+    assert_says(&run_with(panicked), &["a panic, a fault or its watchdog (exit status 101), without a word"]);
 }
 
 #[test]

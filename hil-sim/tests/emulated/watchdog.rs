@@ -26,7 +26,7 @@ use crate::stopped::{
 const LAW: &[&str] = &["wave_transformer6follow"];
 const FORM: u8 = 2;
 const PRINTED: Value = Value::Choice(2);
-const COUNTS_PER_MS: f64 = 25_000.0;
+const COUNTS_PER_MS: u32 = 25_000;
 
 const SUPPLY: &str = "its supply came";
 const WATCHDOG: &str = "by its watchdog: ticks did not keep their time, or the communication stood still";
@@ -63,11 +63,11 @@ fn loop_in_motion(line: &mut ByHand) -> Frame {
     stopped
 }
 
-/// From the beginning of the tick that never ends until the outputs were at rest, ms of the emulator's time.
-fn latency_ms(stopped: &Frame) -> f64 {
+/// From the beginning of the tick that never ends until the outputs were at rest, in counts of the emulator's time.
+fn latency(stopped: &Frame) -> u32 {
     let stamps = section(stopped, Tag::Stamps).unwrap();
     let [before, after] = [0, 4].map(|at| u32::from_le_bytes(stamps[at..at + 4].try_into().unwrap()));
-    f64::from(after.wrapping_sub(before) & u32::MAX >> (32 - stamps[8])) / COUNTS_PER_MS
+    after.wrapping_sub(before) & u32::MAX >> (32 - stamps[8])
 }
 
 #[test]
@@ -80,11 +80,12 @@ fn a_law_that_never_returns_leaves_the_outputs_at_rest_and_says_so() {
         let (code, log) = firmware.last_words();
         assert_eq!(code, Some(101));
         assert!(log.last().unwrap().starts_with(NOT_FED), "{log:?}");
-        latency_ms(&stopped)
+        latency(&stopped)
     });
-    println!("at rest after {latencies:?} ms");
-    // The tick before it was fed up to then; and it is the same instruction by instruction.
-    assert!((499.5..500.0).contains(&latencies[0]) && latencies[0] == latencies[1], "{latencies:?}");
+    println!("at rest after {latencies:?} counts");
+    // Half a second behind the end of the tick before it; and the same instruction by instruction.
+    let expected = 499 * COUNTS_PER_MS..500 * COUNTS_PER_MS;
+    assert!(expected.contains(&latencies[0]) && latencies[0] == latencies[1], "{latencies:?}");
 }
 
 #[test]
@@ -93,10 +94,14 @@ fn a_board_that_the_watchdog_reset_tells_it_and_is_still_until_somebody_moves_it
     let folder = tempfile::tempdir().unwrap();
     let firmware = with_endless_law(&image, &folder);
     let mut line = ByHand::greet(firmware.folder());
-    let latency_ms = latency_ms(&loop_in_motion(&mut line));
-    println!("at rest after {latency_ms} ms");
-    // Ten ticks behind the end of the one before.
-    assert!((9.0..10.0).contains(&latency_ms), "{latency_ms}");
+    let latency = latency(&loop_in_motion(&mut line));
+    println!("at rest after {latency} counts");
+    // Ten ticks behind the end of the one before it.
+    assert!((9 * COUNTS_PER_MS..10 * COUNTS_PER_MS).contains(&latency), "{latency}");
+    assert!(
+        include_str!("../../../docs/faults.md")
+            .contains("| a module never returns (mps2-an386) | 10 | 128 |")
+    );
 
     let mut line = ByHand::greet(firmware.folder());
     let told = thread::scope(|scope| {
