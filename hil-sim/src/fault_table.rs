@@ -3,26 +3,17 @@
 //! Both sides of the shipped experiment run as boards run them: calls are timed, and a client holds each side's lease. A
 //! fault begins in some tick, drawn anew for each time it is tried, at either side in turn. Then it ends, and what is
 //! needed for both sides to move again is done.
-//!
-//! Three modules that can fail pass the shipped scheme's signals on, in three places of it. They change no bit while they
-//! do not fail ([`forces_without_a_fault`]).
 
-mod controller;
-mod failing;
-mod fault;
-mod pair;
+mod cases;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-use dimsart_core::protocol::Refusal;
-use dimsart_core::{DescriptorError, Tick};
+use dimsart_core::Tick;
 
 use crate::bus::Random;
-use crate::experiment::ExperimentError;
-use crate::schemes::SchemeFileError;
-use fault::{Case, Fault, cases};
-use pair::Pair;
+use crate::faulty_pair::{Fault, LIMITS, Pair, PairError};
+use cases::{Case, cases};
 
 /// How often each fault is tried.
 pub const TRIES: u32 = 24;
@@ -40,21 +31,9 @@ const HEALTHY_TICKS: u32 = 50;
 /// Why there is no table.
 #[derive(Debug, thiserror::Error)]
 pub enum FaultTableError {
-    /// The experiment cannot be made.
+    /// There is no pair, or it was refused something.
     #[error("{0}")]
-    Experiment(#[from] ExperimentError),
-    /// The device cannot be described.
-    #[error("{0}")]
-    Device(#[from] DescriptorError),
-    /// The scheme cannot be read.
-    #[error("{0}")]
-    SchemeFile(#[from] SchemeFileError),
-    /// A row of the scheme was refused.
-    #[error("a row is refused: {0}")]
-    Scheme(String),
-    /// The client was refused something.
-    #[error("refused: {0:?}")]
-    Refused(Refusal),
+    Pair(#[from] PairError),
     /// A force was not finite, not in its range, or faster than its rate.
     #[error("{now_n} N after {last_n} N: not in its range, or faster than its rate")]
     LimitBroken {
@@ -156,47 +135,95 @@ pub fn markdown(rows: &[Row]) -> String {
 /// # Errors
 /// As [`rows`].
 pub fn forces_without_a_fault(ticks: u32) -> Result<Vec<[Vec<f32>; 2]>, FaultTableError> {
-    let (mut pair, mut random) = (Pair::new(0)?, Random::new(0));
+    let mut both = Both::new(0, Random::new(0))?;
     let step = |_| {
-        pair.step(&mut random)?;
-        Ok(pair.force_n().map(<[f32]>::to_vec))
+        both.step()?;
+        Ok(both.pair.force_n().map(<[f32]>::to_vec))
     };
     (0..ticks).map(step).collect()
 }
 
+/// The pair, and what was measured of its forces since the last fault began or ended.
+struct Both {
+    pair: Pair,
+    end_tick: u32,
+    largest_n: f32,
+    largest_step_n: f32,
+}
+
+impl Both {
+    fn new(spare_cycles: u32, random: Random) -> Result<Self, FaultTableError> {
+        let (mut pair, end_tick) = Pair::shipped(spare_cycles, 0)?;
+        pair.random = random;
+        Ok(Self { pair, end_tick, largest_n: 0.0, largest_step_n: 0.0 })
+    }
+
+    fn up_to(&mut self, most: u32) -> u64 {
+        self.pair.random.up_to(most)
+    }
+
+    /// A tick. No force leaves the range or is faster than the rate.
+    fn step(&mut self) -> Result<(), FaultTableError> {
+        let before = self.pair.force_n().map(<[f32]>::to_vec);
+        self.pair.step();
+        // That of all axes is the same, in ticks of a millisecond.
+        let most_n = LIMITS.rate_per_s * 1e-3;
+        for (now_n, last_n) in self.pair.force_n().into_iter().flatten().zip(before.iter().flatten()) {
+            let step_n = (now_n - last_n).abs();
+            // What f32 rounds: the sum of the last value and the step.
+            let rounding_n = f32::EPSILON * (now_n.abs() + last_n.abs());
+            if !(LIMITS.min..=LIMITS.max).contains(now_n) || step_n > most_n + rounding_n {
+                return Err(FaultTableError::LimitBroken { last_n: *last_n, now_n: *now_n });
+            }
+            self.largest_n = self.largest_n.max(now_n.abs());
+            self.largest_step_n = self.largest_step_n.max(step_n);
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, side: usize, fault: Fault, axis: usize) {
+        (self.largest_n, self.largest_step_n) = (0.0, 0.0);
+        self.pair.begin(side, fault, axis);
+    }
+
+    fn end(&mut self, side: usize) {
+        (self.largest_n, self.largest_step_n) = (0.0, 0.0);
+        self.pair.end(side, |_| true);
+    }
+}
+
 fn row(case: &Case, seed: u64) -> Result<Row, FaultTableError> {
-    let mut random = Random::new(seed);
-    let mut pair = Pair::new(case.spare_cycles)?;
+    let mut both = Both::new(case.spare_cycles, Random::new(seed))?;
     let mut row = Row { fault: case.name.clone(), ..Row::default() };
-    let spacing = (pair.end_tick - START_TICKS) / TRIES;
+    let spacing = (both.end_tick - START_TICKS) / TRIES;
     for number in 0..TRIES {
         #[expect(clippy::cast_possible_truncation, reason = "no more than the spacing")]
-        let begin = START_TICKS + number * spacing + random.up_to(spacing - 1) as u32;
-        while pair.ticks() < begin {
-            run(&mut pair, 1, case, &mut random)?;
+        let begin = START_TICKS + number * spacing + both.up_to(spacing - 1) as u32;
+        while both.pair.ticks() < begin {
+            run(&mut both, 1, case)?;
         }
         let side = if number % 2 == 0 { 0 } else { 1 };
         let turn = usize::try_from(number / 2).unwrap_or_default() % case.faults.len().max(1);
         let fault = case.faults.get(turn).copied().unwrap_or(Fault::None);
-        let axis = usize::try_from(random.up_to(2)).unwrap_or_default();
-        if try_once(&mut pair, side, fault, axis, &mut row, &mut random)? {
-            run(&mut pair, HEALTHY_TICKS, case, &mut random)?;
+        let axis = usize::try_from(both.up_to(2)).unwrap_or_default();
+        if try_once(&mut both, side, fault, axis, &mut row)? {
+            run(&mut both, HEALTHY_TICKS, case)?;
         } else {
             // What moved on meanwhile can be anywhere.
-            pair = Pair::new(case.spare_cycles)?;
+            both = Both::new(case.spare_cycles, both.pair.random)?;
         }
     }
     Ok(row)
 }
 
 /// So many ticks in which both sides must run.
-fn run(pair: &mut Pair, ticks: u32, case: &Case, random: &mut Random) -> Result<(), FaultTableError> {
+fn run(both: &mut Both, ticks: u32, case: &Case) -> Result<(), FaultTableError> {
     for _ in 0..ticks {
-        let tick = pair.ticks();
-        pair.step(random)?;
-        for controller in pair.of(0) {
-            if controller.last_tick != Tick::Ran || controller.is_cut() {
-                let (case, came) = (case.name.clone(), controller.last_tick);
+        let tick = both.pair.ticks();
+        both.step()?;
+        for controller in both.pair.of(0) {
+            if controller.last_tick() != Tick::Ran || controller.is_cut() {
+                let (case, came) = (case.name.clone(), controller.last_tick());
                 return Err(FaultTableError::Unhealthy { case, tick, came });
             }
         }
@@ -206,22 +233,21 @@ fn run(pair: &mut Pair, ticks: u32, case: &Case, random: &mut Random) -> Result<
 
 /// A fault begins, is watched, and ends; then both sides are made to move again. Says whether it was noticed.
 fn try_once(
-    pair: &mut Pair,
+    both: &mut Both,
     side: usize,
     fault: Fault,
     axis: usize,
     row: &mut Row,
-    random: &mut Random,
 ) -> Result<bool, FaultTableError> {
-    pair.begin(side, fault, axis)?;
+    both.begin(side, fault, axis);
     let (mut noticed, mut held_back, mut other_held_back) = (None, None, None);
     for tick in 0..WATCH_TICKS {
-        pair.step(random)?;
-        let [own, other] = pair.of(side);
-        if own.last_tick != Tick::Ran {
+        both.step()?;
+        let [own, other] = both.pair.of(side);
+        if own.last_tick() != Tick::Ran {
             held_back.get_or_insert(tick);
         }
-        if other.last_tick != Tick::Ran {
+        if other.last_tick() != Tick::Ran {
             other_held_back.get_or_insert(tick);
         }
         if noticed.is_none() && (held_back.is_some() || own.is_cut()) {
@@ -239,13 +265,13 @@ fn try_once(
     row.noticed.0.push(noticed);
     row.held_back.0.push(held_back);
     row.other_held_back.0.push(other_held_back);
-    row.largest_n = row.largest_n.max(pair.largest_n);
-    row.largest_step_n = row.largest_step_n.max(pair.largest_step_n);
-    pair.begin(side, Fault::None, axis)?;
+    row.largest_n = row.largest_n.max(both.largest_n);
+    row.largest_step_n = row.largest_step_n.max(both.largest_step_n);
+    both.end(side);
     for _ in 0..REST_TICKS {
-        pair.step(random)?;
+        both.step()?;
     }
-    let [own, other] = pair.of(side);
+    let [own, other] = both.pair.of(side);
     let ended_by = own.make_move()?;
     other.make_move()?;
     if noticed.is_some() {

@@ -62,6 +62,7 @@ pub mod emulated;
 pub mod energy;
 pub mod experiment;
 pub mod fault_table;
+pub mod faulty_pair;
 mod first_packet;
 pub mod growth;
 pub mod key_file;

@@ -1,33 +1,43 @@
 //! A module that fails when it is told to, and the modules of the shipped scheme beside it.
 
-use dimsart_core::{
-    Context, Cost, Declare, Input, Module, Output, Parameters, Unit, choice, limits, modules, types, words,
-};
+use std::cell::Cell;
 
-choice! {
-    /// What it writes.
-    pub(super) enum Writes {
-        /// What it reads.
-        Sound = "SOUND",
-        /// No number.
-        Nan = "NAN",
-        /// A number without bound.
-        Infinity = "INFINITY",
-        /// A finite number that no signal of a scheme can be.
-        Large = "LARGE",
+use dimsart_core::{Context, Cost, Declare, Input, Module, Output, Parameters, Unit, modules, types, words};
+
+use super::fault::{Fault, Writes, Wrong};
+
+/// Places of modules that can fail, from 1.
+const PLACES: usize = 3;
+
+thread_local! {
+    /// What is wrong at each place: a thread ticks one controller after the other. It is no parameter, because it must
+    /// not wait for anybody's transaction.
+    static WRONG: Cell<[Option<(Writes, usize)>; PLACES]> = const { Cell::new([None; PLACES]) };
+}
+
+/// Has the modules of the next tick write what these faults say.
+pub(super) fn let_write(wrong: &[Wrong]) {
+    let mut places = [None; PLACES];
+    for Wrong { fault, axis, .. } in wrong {
+        if let Fault::Writes(place, writes) = fault
+            && let Some(place) = places.get_mut(usize::from(*place).wrapping_sub(1))
+        {
+            *place = Some((*writes, *axis));
+        }
     }
+    WRONG.set(places);
 }
 
 words! {
     /// Of all axes.
-    pub(super) struct Settings { writes: Writes, axis: u32 }
+    pub struct Settings { place: u32 }
     /// Signals.
-    pub(super) struct Ports { input: Input, output: Output }
+    pub struct Ports { input: Input, output: Output }
 }
 
-/// Passes a signal on, bit by bit, until it is told to spoil an axis of it.
+/// Passes a signal on, bit by bit, or spoils an axis of it while something is wrong at its place.
 #[derive(Debug)]
-pub(super) struct Failing;
+pub struct Failing;
 
 impl Module for Failing {
     const NAME: &'static str = "FAILING_MOD";
@@ -39,9 +49,7 @@ impl Module for Failing {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
-        visit.choice(&mut settings.writes, "WRITES", "What it writes.");
-        let axes = 0..=u32::try_from(limits::MAX_DOF).map_or(0, |dof| dof - 1);
-        visit.count(&mut settings.axis, "AXIS", Unit::One, axes, 0, "The axis that it spoils.");
+        visit.count(&mut settings.place, "PLACE", Unit::One, 0..=3, 0, "Where it is, from 1; 0 never fails.");
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -50,22 +58,25 @@ impl Module for Failing {
 
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();
-        let Settings { writes, axis } = context.settings();
-        let wrong = match writes {
-            Writes::Sound => None,
-            Writes::Nan => Some(f32::NAN),
-            Writes::Infinity => Some(f32::INFINITY),
-            Writes::Large => Some(1e38),
-        };
-        context.data().map_axes([input], [output], |place, [sound]| {
-            [wrong.filter(|_| u32::try_from(place) == Ok(axis)).unwrap_or(sound)]
+        let place = usize::try_from(context.settings().place).unwrap_or_default();
+        let wrong = place.checked_sub(1).and_then(|place| WRONG.get().get(place).copied().flatten());
+        let wrong = wrong.map(|(writes, axis)| {
+            let written = match writes {
+                Writes::Nan => f32::NAN,
+                Writes::Infinity => f32::INFINITY,
+                Writes::Large => 1e38,
+            };
+            (written, axis)
+        });
+        context.data().map_axes([input], [output], |axis, [sound]| {
+            [wrong.filter(|(_, wrong_axis)| axis == *wrong_axis).map_or(sound, |(written, _)| written)]
         });
     }
 }
 
 dimsart_core::module_list! {
     /// The modules of the shipped scheme, and the one that fails.
-    pub(super) enum Kinds {
+    pub enum Kinds {
         CommRx(modules::CommRx),
         WaveTransformer(modules::WaveTransformer),
         Pd(modules::Pd),
@@ -96,6 +107,7 @@ pub(super) fn with_failing_modules(scheme: &str) -> String {
         let (before, behind): (&[&str], &[&str]) = match words.as_slice() {
             [_, "MOD_ENG", "MOD_ON", "WTRANSF_MOD"] => (
                 &[
+                    "FAILING_MOD PLACE 1",
                     "FAILING_MOD PORT_IN CH2_WAVES",
                     "FAILING_MOD PORT_OUT CH2_WAVES.2",
                     "MOD_ENG MOD_ON FAILING_MOD",
@@ -106,6 +118,7 @@ pub(super) fn with_failing_modules(scheme: &str) -> String {
             [_, "MOD_ENG", "MOD_ON", "PDCTRL_MOD"] => (
                 &["PDCTRL_MOD PORT_DES_FORCE DES_FORCE.2"],
                 &[
+                    "FAILING_MOD.2 PLACE 2",
                     "FAILING_MOD.2 PORT_IN DES_FORCE.2",
                     "FAILING_MOD.2 PORT_OUT DES_FORCE",
                     "MOD_ENG MOD_ON FAILING_MOD.2",
@@ -113,6 +126,7 @@ pub(super) fn with_failing_modules(scheme: &str) -> String {
             ),
             [_, "MOD_ENG", "MOD_ON", "TIMEDELAY_MOD"] => (
                 &[
+                    "FAILING_MOD.3 PLACE 3",
                     "FAILING_MOD.3 PORT_IN CH1_WAVES",
                     "FAILING_MOD.3 PORT_OUT CH1_WAVES.2",
                     "MOD_ENG MOD_ON FAILING_MOD.3",

@@ -1,67 +1,6 @@
-//! What can go wrong, and the rows of the table.
+//! The rows of the table.
 
-/// What the sensor of an axis shows.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Shows {
-    /// This, whatever the position is.
-    This(f32),
-    /// So much more than the position, m.
-    More(f32),
-    /// What it showed in the tick before.
-    Stuck,
-    /// More than the position by so much in each tick, m.
-    Drift(f32),
-}
-
-/// What comes over a line.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Line {
-    /// Nothing for so many ticks.
-    Silent(u32),
-    /// Every packet, or every other one, with wrong bits.
-    Damaged { every: u32 },
-    /// The last packet, over and over.
-    Repeats,
-}
-
-/// Something that goes wrong at one side.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Fault {
-    /// Nothing: to compare with.
-    None,
-    /// The sensor of an axis.
-    Sensor(Shows),
-    /// The frame of the sensors has a word less.
-    ShortFrame,
-    /// It has a word more.
-    LongFrame,
-    /// The actuator of an axis gives what it gave in the tick before.
-    ActuatorStuck,
-    /// A module writes something: its instance, and what.
-    Writes(u8, &'static str),
-    /// Calls of a module take so many per cent longer than it costs.
-    TakesLonger(&'static str, u32),
-    /// The line to it.
-    Line(Line),
-    /// Its client renews the lease no more.
-    LeaseNotRenewed,
-}
-
-impl Fault {
-    /// What is to be named when it is noticed, where it is known.
-    pub(super) fn named(self, axis: usize) -> Option<String> {
-        Some(match self {
-            Self::Sensor(_) => format!("POSITION of axis {axis}"),
-            Self::Writes(1, _) => "FAILING_MOD".to_owned(),
-            Self::Writes(number, _) => format!("FAILING_MOD.{number}"),
-            Self::TakesLonger(module, _) => module.to_owned(),
-            Self::Line(_) => "link 0".to_owned(),
-            Self::None | Self::ShortFrame | Self::LongFrame | Self::ActuatorStuck | Self::LeaseNotRenewed => {
-                return None;
-            }
-        })
-    }
-}
+use crate::faulty_pair::{Fault, Line, Shows, Writes};
 
 /// A row of the table: faults that are tried in turn.
 #[derive(Debug, Clone)]
@@ -98,7 +37,7 @@ pub(super) fn cases() -> Vec<Case> {
         one("the frame of the sensors is a word long", Fault::LongFrame),
         one("an actuator is stuck", Fault::ActuatorStuck),
     ];
-    for (written, writes) in [("NaN", "NAN"), ("infinity", "INFINITY"), ("1e38", "LARGE")] {
+    for (written, writes) in [("NaN", Writes::Nan), ("infinity", Writes::Infinity), ("1e38", Writes::Large)] {
         for (places, name) in [(&[1, 2][..], "that the device depends on"), (&[3], "that only sends")] {
             let faults = places.iter().map(|place| Fault::Writes(*place, writes)).collect();
             cases.push(Case { name: format!("a module {name} writes {written}"), faults, spare_cycles: 0 });
