@@ -117,10 +117,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             return Err(Tick::Idle);
         }
         self.engine.step_observed(observer);
+        // Asked in every tick: what a receiver says of this one is not to be told of a later one.
+        let lost_link = self.lost_link();
         if let Some(module) = self.engine.lost_device() {
             return Err(Tick::ModuleFailed(module));
         }
-        if let Some(link) = self.lost_link() {
+        if let Some(link) = lost_link {
             return Err(Tick::LinkLost { link });
         }
         if self.are_commands_late { Err(Tick::CommandsLate) } else { Ok(()) }

@@ -128,6 +128,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let wiring = &mut self.plans.running_mut().wiring;
         let back = before & !wiring.fall_with(failed);
         wiring.begin_places(back);
+        let returning = (0..).zip(wiring.modules()).filter(|(order, _)| back & module_bit(*order) != 0);
+        for end in returning.filter_map(|(_, plugged)| plugged.link_end) {
+            // What came while it was cut out may be long past.
+            let heard = (0..).zip(self.data_base.links()).filter(|(link, _)| end.listens_to(*link));
+            heard.for_each(|(_, port)| port.forget_received());
+        }
         self.begins |= back != 0;
         self.failed = failed;
     }

@@ -88,8 +88,8 @@ pub struct DeviceInfo {
     /// What a client may be silent for; 0 where nothing is sent unsolicited.
     patience_ticks: u32,
     pub(super) events: Option<&'static EventLog>,
-    /// Of the last tick, as [events](EventLog) were added for it.
-    reason: Reason,
+    /// Of the last tick, as [events](EventLog) were added for it; no reason where it was a fault that was reset since.
+    reason: Option<Reason>,
     failed: u32,
 }
 
@@ -110,7 +110,7 @@ impl DeviceInfo {
             telemetry: Subscription::NONE,
             patience_ticks: 0,
             events: None,
-            reason: Reason::Stopped,
+            reason: Some(Reason::Stopped),
             failed: 0,
         }
     }
@@ -148,7 +148,7 @@ impl DeviceInfo {
     /// Ends a tick of this controller: counts it, and takes note of what it came to.
     pub fn end_tick<M: ModuleList, const WORDS: usize>(&mut self, tick: Tick, dimsart: &Dimsart<M, WORDS>) {
         self.ticks = self.ticks.saturating_add(1);
-        let (reason, failed) = (tick.reason(), dimsart.engine().failed());
+        let (reason, failed) = (Some(tick.reason()), dimsart.engine().failed());
         if (reason, failed) != (self.reason, self.failed) {
             let faults = dimsart.engine().faults_of(failed & !self.failed);
             self.log_tick(tick, faults);
@@ -178,8 +178,9 @@ impl DeviceInfo {
     #[inline(never)]
     fn log_tick(&self, tick: Tick, faults: impl Iterator<Item = ModuleFault>) {
         let reason = tick.reason();
+        let is_new = self.reason != Some(reason);
         for ModuleFault { module, cause } in faults {
-            let is_why = tick == Tick::ModuleFailed(module) && reason != self.reason;
+            let is_why = tick == Tick::ModuleFailed(module) && is_new;
             let what = if is_why { reason.number() } else { EventKind::ModuleCutOut as u8 };
             let event = Event { module: Some(module), ..Event::of(what) };
             self.log(match cause {
@@ -191,7 +192,7 @@ impl DeviceInfo {
         }
         let event = Event::of(reason.number());
         match tick {
-            _ if reason == self.reason => {}
+            _ if !is_new => {}
             Tick::ModuleFailed(_) => {}
             Tick::LinkLost { link } => self.log(Event { detail: link.into(), ..event }),
             Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
@@ -243,8 +244,10 @@ impl DeviceInfo {
         self.trouble().or_else(|| (!self.lease.is_armed()).then_some(Blocked::Disarmed))
     }
 
-    /// Takes note of a reset: what has failed may work again.
+    /// Takes note of a reset: what has failed may work again, and is told anew where it does not.
     pub(super) fn forget_fault(&mut self) {
+        self.reason = self.reason.filter(|reason| !reason.is_fault());
+        self.failed = 0;
         self.blocked = self.blocked.filter(|reason| !reason.reason().is_fault());
     }
 

@@ -167,6 +167,31 @@ fn a_lost_link_gives_the_safe_input_until_a_reset() {
     assert!((0..100).all(|_| step(true) == (Tick::Ran, 2.5, 0)));
 }
 
+/// What is told of a module that failed is not what the receiver said in the same tick: the next reset ends that, too.
+#[test]
+fn a_link_that_was_lost_behind_another_fault_is_not_lost_after_the_reset() {
+    let mut sender: Bench = Bench::of(1, &[types::DES_POSITION], &[]);
+    sender.run("COMM_TXMOD CTX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_TXMOD");
+    let mut receiver: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    receiver.run(
+        "COMM_RXMOD CRX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_RXMOD\n\
+         PDCTRL_MOD K_PARAM 1000\nMOD_ENG MOD_ON PDCTRL_MOD",
+    );
+    let mut step = |receiver: &mut Bench, position_m, receives| {
+        sender.tick(&[0.0]);
+        let packet = sender.dimsart.outgoing(0).unwrap();
+        if receives {
+            receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+        }
+        receiver.try_tick(&common::words(&[position_m])).0
+    };
+    assert!((0..10).all(|_| step(&mut receiver, 0.0, true) == Tick::Ran));
+    assert!((0..30).all(|_| matches!(step(&mut receiver, 1e30, false), Tick::ModuleFailed(_))));
+    assert_eq!(receiver.bits("LINK_STATE"), [LinkState::Timeout as u32]);
+    receiver.rows("MOD_ENG RESET");
+    assert!((0..30).all(|_| step(&mut receiver, 0.0, true) == Tick::Ran));
+}
+
 #[test]
 fn no_timeout_before_the_first_packet_and_none_that_is_switched_off() {
     let mut way = Way::timed("");

@@ -229,3 +229,26 @@ fn what_came_before_the_receiver_started_is_not_used() {
         assert_eq!(way.receive([&packet]), 0.5, "{start}: its first one is heard at once");
     }
 }
+
+/// What came while the receiver was cut out is long past, and its sender may have started anew since.
+#[test]
+fn a_receiver_that_was_cut_out_begins_with_what_comes_then() {
+    let mut way = Way::timed("");
+    for _ in 0..500 {
+        let packet = way.send(0.5);
+        way.receive([&packet]);
+    }
+    // No wave is as large: who gives it out has failed.
+    let packet = way.send(1e30);
+    way.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+    way.receiver.try_tick(&[]);
+    assert!(way.receiver.dimsart.engine().module_fault().is_some());
+    let packet = way.send(0.5);
+    way.receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+    way.sender = sender();
+    way.receiver.rows("MOD_ENG RESET");
+    for tick in 0..100 {
+        let packet = way.send(0.25);
+        assert_eq!((way.receive([&packet]), way.count("LINK_AGE")), (0.25, 0), "{tick}");
+    }
+}

@@ -14,6 +14,7 @@ mod common;
 mod containment;
 mod coupling;
 mod data_base;
+mod events;
 mod faults;
 mod formats;
 mod frame;

@@ -1,0 +1,40 @@
+//! What a controller's events say of faults and resets.
+
+use dimsart_core::protocol::{DeviceInfo, Request, request_id, serve};
+use dimsart_core::{Command, EventKind, EventLog, Reason, types};
+
+use crate::common::{self, Bench};
+
+/// Numbers of what happened, the oldest first.
+fn events(log: &EventLog) -> Vec<u8> {
+    (0..u8::MAX).filter_map(|back| log.get(back)).map(|event| event.what).rev().collect()
+}
+
+/// Without it the log would end with the reset, while the device stands still.
+#[test]
+fn a_fault_that_is_there_again_behind_a_reset_is_told_again() {
+    let log: &EventLog = Box::leak(Box::new(EventLog::new()));
+    let mut info = DeviceInfo::new("bench").with_events(log);
+    let mut bench: Bench = Bench::of(1, &[types::POSITION, types::DES_POSITION], &[types::DES_FORCE]);
+    bench.run("PDCTRL_MOD K_PARAM 1000\nMOD_ENG MOD_ON PDCTRL_MOD");
+    let tick = |bench: &mut Bench, info: &mut DeviceInfo, position_m: f32| {
+        let (tick, _) = bench.try_tick(&common::words(&[position_m, 0.0]));
+        info.end_tick(tick, &bench.dimsart);
+    };
+    let reset = |bench: &mut Bench, info: &mut DeviceInfo| {
+        let _ = serve(request_id(1, 1), &Request::Command(Command::Reset), &mut bench.dimsart, info);
+    };
+    for position_m in [f32::NAN, f32::NAN] {
+        tick(&mut bench, &mut info, position_m);
+    }
+    reset(&mut bench, &mut info);
+    tick(&mut bench, &mut info, f32::NAN);
+    tick(&mut bench, &mut info, 1e30);
+    reset(&mut bench, &mut info);
+    tick(&mut bench, &mut info, 1e30);
+    reset(&mut bench, &mut info);
+    tick(&mut bench, &mut info, 0.0);
+    let [refused, failed] = [Reason::MeasurementRefused, Reason::ModuleFailed].map(Reason::number);
+    let (reset, cut_out) = (EventKind::Reset as u8, EventKind::ModuleCutOut as u8);
+    assert_eq!(events(log), [refused, reset, refused, cut_out, reset, failed, reset, 0]);
+}
