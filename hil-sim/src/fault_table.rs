@@ -183,12 +183,12 @@ impl Both {
 
     fn begin(&mut self, side: usize, fault: Fault, axis: usize) {
         (self.largest_n, self.largest_step_n) = (0.0, 0.0);
-        self.pair.begin(side, fault, axis);
+        self.pair.begin(side, fault, axis, u32::MAX);
     }
 
     fn end(&mut self, side: usize) {
         (self.largest_n, self.largest_step_n) = (0.0, 0.0);
-        self.pair.end(side, |_| true);
+        self.pair.end(side);
     }
 }
 

@@ -4,11 +4,12 @@
 //! fail.
 
 mod controller;
+mod end;
 mod failing;
 mod fault;
 
 use dimsart_core::protocol::Refusal;
-use dimsart_core::{DescriptorError, Packet, Word};
+use dimsart_core::{DescriptorError, Word};
 
 pub use controller::{CLIENT, Controller, LIMITS};
 pub use failing::{Failing, Kinds};
@@ -16,13 +17,11 @@ pub use fault::{Fault, Line, Shows, Writes, Wrong};
 
 use crate::bus::Random;
 use crate::experiment::{Experiment, ExperimentError, Side, device};
-use crate::link::{InProcess, InProcessParameters, Link};
+use crate::link::Link;
 use crate::plant::{AxisWise, Plant};
 use crate::scenario::Scenario;
 use crate::schemes::{SchemeFileError, SchemeText};
-
-/// Most bits of a packet that are damaged: so few are found for sure.
-const WRONG_BITS: u32 = 4;
+use end::End;
 
 /// Why there is no pair, or it does not move.
 #[derive(Debug, thiserror::Error)]
@@ -63,111 +62,6 @@ pub struct Parts<'a> {
     pub seed: u64,
 }
 
-/// A controller, its plant and the line to it.
-#[derive(Debug)]
-struct End {
-    controller: Controller,
-    plant: Box<dyn Plant>,
-    line: InProcess,
-    wrong: Vec<Wrong>,
-    position_m: Vec<f32>,
-    force_n: Vec<f32>,
-    /// What its sensors showed and its actuators got in the last tick in which none was stuck, and what came over the
-    /// line last.
-    shown_m: Vec<f32>,
-    given_n: Vec<f32>,
-    packet: Vec<u8>,
-    measured: Vec<Word>,
-    /// Counter of what came over the line in the last tick and was no damaged packet and none that came before.
-    heard: Option<u16>,
-    has_sent: bool,
-}
-
-impl End {
-    fn receive(&mut self, tick: u64, random: &mut Random) {
-        let Self { controller, line, packet, wrong, heard, .. } = self;
-        *heard = None;
-        let line_fault = wrong.iter().find_map(|wrong| match wrong.fault {
-            Fault::Line(Line::Silent(silent_ticks)) if wrong.ticks >= silent_ticks => None,
-            Fault::Line(Line::Damaged { every }) if !wrong.ticks.is_multiple_of(every) => None,
-            Fault::Line(line) => Some(line),
-            _ => None,
-        });
-        line.receive(tick, &mut |bytes| match line_fault {
-            Some(Line::Silent(_)) => {}
-            Some(Line::Damaged { .. }) => controller.receive(&damaged(bytes, random)),
-            Some(Line::Repeats) => controller.receive(packet),
-            Some(Line::Doubles) | None => {
-                let channel = controller.dimsart().listening_channel(0);
-                *heard = Packet::from_bytes(bytes, channel).ok().map(|packet| packet.counter);
-                bytes.clone_into(packet);
-                controller.receive(bytes);
-                if line_fault.is_some() {
-                    controller.receive(bytes);
-                }
-            }
-        });
-    }
-
-    /// What the controller is given of the sensors.
-    fn measure(&mut self) -> Vec<Word> {
-        self.plant.sense(&mut self.position_m);
-        let mut shown_m = self.position_m.clone();
-        let (mut is_stuck, mut words) = (false, shown_m.len());
-        for Wrong { fault, axis, ticks } in &self.wrong {
-            match fault {
-                Fault::Sensor(shows) => {
-                    if let Some((shown_m, then_m)) = shown_m.get_mut(*axis).zip(self.shown_m.get(*axis)) {
-                        #[expect(clippy::cast_precision_loss, reason = "a few thousand at most")]
-                        let ticks = (ticks + 1) as f32;
-                        *shown_m = match shows {
-                            Shows::This(shown_m) => *shown_m,
-                            Shows::More(by_m) => *shown_m + by_m,
-                            Shows::Stuck => *then_m,
-                            Shows::Drift(by_m) => *shown_m + by_m * ticks,
-                        };
-                        is_stuck |= *shows == Shows::Stuck;
-                    }
-                }
-                Fault::ShortFrame => words = words.saturating_sub(1),
-                Fault::LongFrame => words += 1,
-                _ => {}
-            }
-        }
-        let mut measured: Vec<Word> = shown_m.iter().map(|shown_m| Word::from(*shown_m)).collect();
-        measured.resize(words, Word(0));
-        if !is_stuck {
-            self.shown_m = shown_m;
-        }
-        measured
-    }
-
-    fn tick(&mut self) {
-        self.measured = self.measure();
-        self.force_n = self.controller.tick(&self.measured, &self.wrong);
-        if self.stuck_axes().next().is_none() {
-            self.given_n.clone_from(&self.force_n);
-        }
-    }
-
-    /// Axes whose actuator is stuck.
-    fn stuck_axes(&self) -> impl Iterator<Item = usize> + '_ {
-        let stuck = self.wrong.iter().filter(|wrong| wrong.fault == Fault::ActuatorStuck);
-        stuck.map(|wrong| wrong.axis)
-    }
-
-    fn advance(&mut self, start_s: f64, period_s: f64) {
-        let mut force_n = self.force_n.clone();
-        for axis in self.stuck_axes() {
-            if let Some((force_n, given_n)) = force_n.get_mut(axis).zip(self.given_n.get(axis)) {
-                *force_n = *given_n;
-            }
-        }
-        self.wrong.iter_mut().for_each(|wrong| wrong.ticks += 1);
-        self.plant.advance(start_s, period_s, &force_n);
-    }
-}
-
 /// Master and slave, stepped as a [`Rig`](crate::rig::Rig) steps its stations. Sides are 0 for the master and 1 for the
 /// slave.
 #[derive(Debug)]
@@ -187,23 +81,9 @@ impl Pair {
     pub fn new(parts: Parts<'_>) -> Result<Self, PairError> {
         let Parts { dof, sample_period_s, scheme, plants, delay_ticks, spare_cycles, seed } = parts;
         let end = |side: Side, plant, delay_ticks| {
-            let parameters = InProcessParameters { delay_ticks, ..InProcessParameters::default() };
             let device = device(side.name(), dof, sample_period_s)?;
-            let zeros = vec![0.0; dof];
-            Ok::<_, PairError>(End {
-                controller: Controller::new(device, scheme, side, spare_cycles)?,
-                plant,
-                line: InProcess::new(parameters, 0),
-                wrong: Vec::new(),
-                position_m: zeros.clone(),
-                force_n: zeros.clone(),
-                shown_m: zeros.clone(),
-                given_n: zeros,
-                packet: Vec::new(),
-                measured: Vec::new(),
-                heard: None,
-                has_sent: false,
-            })
+            let controller = Controller::new(device, scheme, side, spare_cycles)?;
+            Ok::<_, PairError>(End::new(controller, plant, delay_ticks, dof))
         };
         let ([master, slave], [to_master, to_slave]) = (plants, delay_ticks);
         let ends = [end(Side::Master, master, to_master)?, end(Side::Slave, slave, to_slave)?];
@@ -280,19 +160,18 @@ impl Pair {
         self.ends.each_ref().map(|end| end.has_sent)
     }
 
-    /// Begins a fault at a side, beside those that last.
-    pub fn begin(&mut self, side: usize, fault: Fault, axis: usize) {
-        self.change(side, |wrong| wrong.push(Wrong { fault, axis, ticks: 0 }));
-    }
-
-    /// Ends those of the faults at a side that are over.
-    pub fn end(&mut self, side: usize, is_over: impl Fn(&Wrong) -> bool) {
-        self.change(side, |wrong| wrong.retain(|wrong| !is_over(wrong)));
-    }
-
-    fn change(&mut self, side: usize, change: impl FnOnce(&mut Vec<Wrong>)) {
+    /// Begins a fault at a side for so many ticks, beside those that last.
+    pub fn begin(&mut self, side: usize, fault: Fault, axis: usize, end_ticks: u32) {
         if let Some(end) = self.ends.get_mut(side) {
-            change(&mut end.wrong);
+            end.wrong.push(Wrong { fault, axis, ticks: 0, end_ticks });
+            end.controller.suffer(&end.wrong);
+        }
+    }
+
+    /// Ends all faults at a side.
+    pub fn end(&mut self, side: usize) {
+        if let Some(end) = self.ends.get_mut(side) {
+            end.wrong.clear();
             end.controller.suffer(&end.wrong);
         }
     }
@@ -315,17 +194,4 @@ impl Pair {
         self.ends.iter_mut().for_each(|end| end.advance(start_s, self.period_s));
         self.tick += 1;
     }
-}
-
-/// The bytes with 1 to [`WRONG_BITS`] wrong bits.
-fn damaged(bytes: &[u8], random: &mut Random) -> Vec<u8> {
-    let mut damaged = bytes.to_vec();
-    let most = u32::try_from(8 * bytes.len()).unwrap_or(u32::MAX).saturating_sub(1);
-    for _ in 0..=random.up_to(WRONG_BITS - 1) {
-        let bit = usize::try_from(random.up_to(most)).unwrap_or_default();
-        if let Some(byte) = damaged.get_mut(bit / 8) {
-            *byte ^= 1 << (bit % 8);
-        }
-    }
-    damaged
 }

@@ -90,4 +90,6 @@ pub struct Wrong {
     pub axis: usize,
     /// Ticks that it has lasted.
     pub ticks: u32,
+    /// Ticks after which it ends by itself.
+    pub end_ticks: u32,
 }
