@@ -48,6 +48,18 @@ const RUNS: &[Run] = &[
         package: "hil-sim",
         test: ["cycles", "kinds::every_kind_of_module"],
     },
+    Run {
+        what: "10^6 scenarios of faults and operators in both sides, every tick against every policy",
+        minutes: 60,
+        package: "hil-sim",
+        test: ["policies", "every_policy"],
+    },
+    Run {
+        what: "a day of the shipped experiment, over a line with loss and jitter, by two clocks",
+        minutes: 4,
+        package: "dimsart",
+        test: ["soak", "a_day"],
+    },
     Run::core_faults(
         2,
         "2 x 10^8 damaged frames, every 4 wrong bits, 2 x 10^7 bursts; the same with a CRC of 16 bits",

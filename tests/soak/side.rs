@@ -1,0 +1,156 @@
+//! A side of the experiment that is ticked by a clock of its own.
+
+use dimsart_core::{Packet, Reason, Tick, TypeRef, Word, types};
+use hil_sim::experiment::Experiment;
+use hil_sim::plant::{
+    Axis, AxisWise, DeviceParameters, Environment, HandParameters, HandPhase, Plant, WallParameters,
+};
+use hil_sim::rig::SimulatedDimsart;
+use hil_sim::scenario::Scenario;
+
+pub(crate) const DOF: usize = 3;
+/// What is lost is made up for, and what comes bunched is evened out: else positions drift apart, as documented.
+const SETTINGS: [&str; 2] = ["link.stale=limited", "link.playout_ticks=4"];
+/// So many grains are 1 W: the squares of waves add up without rounding.
+const GRAINS_PER_W: f64 = (1_u128 << 70) as f64;
+/// Where the axes swing to, and how fast: the first one meets the wall in every swing.
+const CENTERS_M: [f64; DOF] = [0.03, 0.0, 0.0];
+const FREQUENCIES_HZ: [f64; DOF] = [0.5, 0.7, 1.1];
+const AMPLITUDE_M: f64 = 0.03;
+
+pub(crate) struct Side {
+    dimsart: Box<SimulatedDimsart>,
+    plant: AxisWise,
+    period_ns: u64,
+    pub(crate) next_ns: u64,
+    pub(crate) ticks: u64,
+    /// Ticks in which a packet was taken.
+    pub(crate) taken: u64,
+    /// How often the counters of its packets, and of their energy, went round.
+    pub(crate) rounds: u64,
+    pub(crate) energy_rounds: u64,
+    last_counters: [u32; 2],
+    pub(crate) position_m: [f32; DOF],
+    pub(crate) force_n: [f32; DOF],
+    /// Brought to the line, less what was taken from it.
+    grains: [i128; DOF],
+    slots: [u8; 3],
+}
+
+impl Side {
+    pub(crate) fn master(period_ns: u64) -> Self {
+        let hand = |axis: usize| -> Box<dyn Environment> {
+            let swing = HandPhase::Sine {
+                start_s: 0.0,
+                end_s: f64::INFINITY,
+                center_m: CENTERS_M[axis],
+                amplitude_m: AMPLITUDE_M,
+                frequency_hz: FREQUENCIES_HZ[axis],
+            };
+            let hand = HandParameters {
+                mass_kg: 0.05,
+                damping_ns_per_m: 10.0,
+                stiffness_n_per_m: 300.0,
+                phases: vec![swing],
+            };
+            Box::new(hand.build().unwrap())
+        };
+        Self::new(0, period_ns, [0, 1, 2].map(|number| axis(0.05, 0.5, hand(number))))
+    }
+
+    pub(crate) fn slave(period_ns: u64) -> Self {
+        let wall = WallParameters { damping_ns_per_m: 10.0, ..WallParameters::default() };
+        Self::new(1, period_ns, [(); DOF].map(|()| axis(0.2, 10.0, Box::new(wall.build().unwrap()))))
+    }
+
+    fn new(station: usize, period_ns: u64, axes: [Axis; DOF]) -> Self {
+        let scenario = Scenario::load(None, &SETTINGS.map(str::to_owned)).unwrap();
+        let mut experiment = Experiment::new(&scenario).unwrap();
+        let station = &mut experiment.rig_mut().stations_mut()[station];
+        let dimsart = std::mem::replace(&mut station.dimsart, Box::new(SimulatedDimsart::unconnected()));
+        let slot = |signal: TypeRef| dimsart.engine().data_base().slot(signal).unwrap();
+        let slots = [types::CH1_WAVES.first(), types::CH2_WAVES.first(), types::LINK_AGE.first()].map(slot);
+        Self {
+            dimsart,
+            plant: AxisWise::new(axes.into()),
+            period_ns,
+            next_ns: 0,
+            ticks: 0,
+            taken: 0,
+            rounds: 0,
+            energy_rounds: 0,
+            last_counters: [0; 2],
+            position_m: [0.0; DOF],
+            force_n: [0.0; DOF],
+            grains: [0; DOF],
+            slots,
+        }
+    }
+
+    pub(crate) fn name(&self) -> String {
+        self.dimsart.engine().device().name().to_owned()
+    }
+
+    pub(crate) fn receive(&mut self, packet: &Packet) {
+        self.dimsart.receive(0, &packet.to_bytes()).unwrap();
+    }
+
+    /// A tick, in which the scheme commands the device, and what moves until the next one; gives the packet.
+    pub(crate) fn tick(&mut self) -> Packet {
+        self.plant.sense(&mut self.position_m);
+        let mut commanded = [Word(0); DOF];
+        let tick = self.dimsart.tick(&self.position_m.map(Word::from), &mut commanded);
+        assert_eq!(tick, Tick::Ran, "after {} ns", self.next_ns);
+        self.force_n = commanded.map(|word| f32::from_bits(word.0));
+        self.account();
+        let packet = self.dimsart.outgoing(0).unwrap();
+        let counters = [packet.counter.into(), packet.words[DOF + 1]];
+        self.rounds += u64::from(counters[0] < self.last_counters[0]);
+        self.energy_rounds += u64::from(counters[1] < self.last_counters[1]);
+        self.last_counters = counters;
+        self.plant.advance(self.next_ns as f64 * 1e-9, self.period_ns as f64 * 1e-9, &self.force_n);
+        self.next_ns += self.period_ns;
+        self.ticks += 1;
+        packet
+    }
+
+    fn account(&mut self) {
+        let data_base = self.dimsart.engine().data_base();
+        let [sent, received, age] = self.slots.map(|slot| data_base.words(slot));
+        self.taken += u64::from(age[0] == 0);
+        let grains = |word: u32| {
+            let wave = f64::from(f32::from_bits(word));
+            (wave * wave * GRAINS_PER_W) as i128
+        };
+        for (axis, sum) in self.grains.iter_mut().enumerate() {
+            *sum += grains(sent[axis]) - grains(received[axis]);
+        }
+    }
+
+    /// By the controllers' own ticks, as they count it.
+    pub(crate) fn energy_j(&self, axis: usize) -> f64 {
+        0.5e-3 * (self.grains[axis] as f64 / GRAINS_PER_W)
+    }
+
+    pub(crate) fn count(&self, name: &str) -> u32 {
+        self.count_of(self.dimsart.engine().device().signal(name).unwrap())
+    }
+
+    fn count_of(&self, signal: TypeRef) -> u32 {
+        self.dimsart.signals(&[signal]).next().unwrap().0
+    }
+
+    pub(crate) fn refused_ticks(&self) -> u32 {
+        self.dimsart.refused_ticks()
+    }
+
+    /// Every reason that ticks have had, and how many.
+    pub(crate) fn reasons(&self) -> Vec<(Reason, u32)> {
+        self.dimsart.safety().counts().iter().filter(|(_, ticks)| *ticks > 0).collect()
+    }
+}
+
+fn axis(mass_kg: f64, damping_ns_per_m: f64, environment: Box<dyn Environment>) -> Axis {
+    let device = DeviceParameters { mass_kg, damping_ns_per_m, ..DeviceParameters::default() };
+    Axis::new(&device, None, vec![environment]).unwrap()
+}
