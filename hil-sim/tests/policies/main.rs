@@ -79,7 +79,7 @@ fn every_policy_holds_in_every_tick_whatever_happens() {
     for (place, policy) in POLICIES.iter().enumerate() {
         let ticks: u64 = about.iter().map(|about| about[place]).sum();
         println!("{ticks:>12} ticks: {}", policy.says);
-        // What is about nothing holds always.
-        assert!(ticks > 0, "no scenario was about it: {}", policy.says);
+        // What is about nothing holds always; one seed need not be about all.
+        assert!(ticks > 0 || one.is_some(), "no scenario was about it: {}", policy.says);
     }
 }

@@ -3,6 +3,7 @@
 use dimsart_core::protocol::LeaseAction;
 use hil_sim::faulty_pair::{Fault, Line, Shows, Writes};
 use proptest::collection::vec;
+use proptest::option::weighted;
 use proptest::prelude::*;
 use proptest::sample::select;
 
@@ -152,6 +153,15 @@ fn what() -> impl Strategy<Value = What> {
     ]
 }
 
+/// A large force, a fault, and who is in a hurry: a reset before the device has reached its safe value is rare otherwise.
+fn hurry(tick: u32, side: usize) -> [Event; 4] {
+    let wrong = |fault, ticks| What::Wrong { fault, axis: 0, ticks };
+    let reset = || What::Rows(vec!["MOD_ENG RESET"]);
+    let jump = wrong(Fault::Sensor(Shows::More(1.0)), 8);
+    let all = [(0, jump), (8, wrong(Fault::ShortFrame, 1)), (9, reset()), (12, reset())];
+    all.map(|(after_ticks, what)| Event { tick: tick + after_ticks, side, what })
+}
+
 /// Any scenario, the simplest one without events.
 pub(crate) fn scenarios() -> impl Strategy<Value = Scenario> {
     // Close to each other: that a reset meets a fault's first ticks, and several faults come at once.
@@ -163,8 +173,10 @@ pub(crate) fn scenarios() -> impl Strategy<Value = Scenario> {
         },
     );
     let place = (select(&["ZERO", "LIMITED"][..]), 2..30_u32, 0..30_u32, select(&[0, 2000][..]));
-    (1..4_usize, [0..4_u32, 0..4_u32], settings, place, vec(event, 0..9)).prop_map(
-        |(dof, link_ticks, settings, (stale, wall_mm, amplitude_mm, spare_cycles), mut events)| {
+    let hurried = weighted(0.1, (20..300_u32, 0..2_usize));
+    (1..4_usize, [0..4_u32, 0..4_u32], settings, place, (vec(event, 0..9), hurried)).prop_map(
+        |(dof, link_ticks, settings, (stale, wall_mm, amplitude_mm, spare_cycles), (mut events, hurried))| {
+            events.extend(hurried.into_iter().flat_map(|(tick, side)| hurry(tick, side)));
             events.sort_by_key(|event| event.tick);
             Scenario { dof, link_ticks, settings, stale, wall_mm, amplitude_mm, spare_cycles, events }
         },
