@@ -11,7 +11,7 @@ mod fault;
 use dimsart_core::protocol::Refusal;
 use dimsart_core::{DescriptorError, Word};
 
-pub use controller::{CLIENT, Controller, LIMITS};
+pub use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
 pub use failing::{Failing, Kinds};
 pub use fault::{Fault, Line, Shows, Writes, Wrong};
 

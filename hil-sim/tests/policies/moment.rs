@@ -2,9 +2,10 @@
 
 use dimsart_core::protocol::{LeaseAction, Request};
 use dimsart_core::{Command, ModuleRef};
-use hil_sim::faulty_pair::{CLIENT, Fault, Shows, Wrong};
+use hil_sim::faulty_pair::{CLIENT, Wrong};
 
 use crate::seen::Seen;
+use crate::sensors::Sensors;
 
 /// Kinds of the modules of the pair, in the order of their list.
 pub(crate) const RECEIVER: ModuleRef = ModuleRef { kind: 0, number: 1 };
@@ -37,11 +38,6 @@ impl Asked {
     }
 }
 
-/// Whether a sensor shows a position that forces without bound come of.
-pub(crate) fn is_far(wrong: &Wrong) -> bool {
-    matches!(wrong.fault, Fault::Sensor(Shows::This(shown_m)) if shown_m.abs() > 1e5)
-}
-
 /// What the world knows of a side beside what it shows, by its own account.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Known {
@@ -53,10 +49,9 @@ pub(crate) struct Known {
     pub(crate) heard: Option<u16>,
     /// Whether some command has changed the scheme.
     pub(crate) is_changed: bool,
-    /// Whether a sensor has shown what no device can be at: what starts from there is far from everything else.
-    pub(crate) has_been_far: bool,
     /// Whether a receiver that has just begun was given a packet from before: it cannot know.
     pub(crate) is_replayed: bool,
+    pub(crate) sensors: Sensors,
     /// Energy that this side's waves brought to the line and took from it, axis by axis, J.
     pub(crate) energy_j: Vec<[f64; 2]>,
 }
@@ -70,6 +65,8 @@ pub(crate) struct Moment<'a> {
     pub(crate) wrong: &'a [Wrong],
     /// Whether somebody held the lease in this tick.
     pub(crate) is_armed: bool,
+    /// Whether what the device gave is no measurement.
+    pub(crate) is_frame_bad: bool,
     pub(crate) known: &'a Known,
     pub(crate) other: &'a Known,
     pub(crate) spare_cycles: u32,
@@ -115,6 +112,9 @@ impl Known {
             Request::Command(Command::Reset | Command::Check | Command::Close) => self.heard = None,
             Request::Command(Command::ResetModule(RECEIVER)) => self.heard = None,
             _ => {}
+        }
+        if asked.request == Request::Command(Command::Reset) {
+            self.sensors.begin_anew();
         }
         self.is_changed |= match asked.request {
             Request::Command(command) => !matches!(

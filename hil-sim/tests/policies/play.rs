@@ -5,7 +5,7 @@ use dimsart_core::scheme::Row;
 use dimsart_core::{Command, EventLog};
 use hil_sim::faulty_pair::{CLIENT, Controller, Fault, Line, Pair, Parts, Wrong};
 
-use crate::moment::{Asked, Known, Moment, is_far};
+use crate::moment::{Asked, Known, Moment};
 use crate::parts::{plants, scheme};
 use crate::policy::POLICIES;
 use crate::scenario::{Event, LAST_FAULT_TICK, Scenario, What};
@@ -31,9 +31,6 @@ const STRANGER: u8 = 2;
 pub(crate) struct Played {
     /// How many ticks each policy was about.
     pub(crate) about: Vec<u64>,
-    /// Whether range and rate still hold its commands when nothing is wrong any more: a sensor that jumps by a metre and
-    /// back can leave a loop that swings between its limits, and no law of the library ends that.
-    pub(crate) is_swinging: bool,
     /// Of every force of every tick.
     pub(crate) digest: u64,
 }
@@ -101,7 +98,7 @@ impl<'a> Play<'a> {
             known.note(&take);
             known
         });
-        let played = Played { about: vec![0; POLICIES.len()], is_swinging: false, digest: 0 };
+        let played = Played { about: vec![0; POLICIES.len()], digest: 0 };
         Self { scenario, logs, pair, known, before, asked: [vec![], vec![]], played }
     }
 
@@ -194,24 +191,22 @@ impl<'a> Play<'a> {
         Ok(())
     }
 
-    /// Goes on until no force is left, as without a fault; or until it is clear that range and rate hold them.
+    /// Goes on until no force is left, as without a fault.
     fn settle(&mut self) -> Result<(), String> {
-        let mut left_n = 0.0;
+        let mut left_n = 0.0_f32;
         for _ in 0..SPELLS {
-            (left_n, self.played.is_swinging) = (0.0_f32, false);
+            left_n = 0.0;
             for _ in 0..SPELL_TICKS {
                 self.tick()?;
                 for seen in &self.before {
                     left_n = seen.given_n.iter().fold(left_n, |most_n, now_n| most_n.max(now_n.abs()));
-                    self.played.is_swinging |= seen.reason.is_limit();
                 }
             }
             if left_n < REST_N {
                 return Ok(());
             }
         }
-        let is_swinging = self.played.is_swinging;
-        if is_swinging { Ok(()) } else { Err(format!("{left_n} N are left when nothing moves any more")) }
+        Err(format!("{left_n} N are left when nothing moves any more"))
     }
 
     /// A tick of both sides, and every policy on it.
@@ -219,15 +214,19 @@ impl<'a> Play<'a> {
         let tick = self.pair.ticks();
         let wrong = self.pair.wrong().map(<[_]>::to_vec);
         self.pair.step();
-        let mut armed = [false; 2];
+        let (mut armed, mut bad_frames) = ([false; 2], [false; 2]);
         let now = [0, 1].map(|side| {
             let before = &self.before[side];
             let now = Seen::of(&mut self.pair, side, self.logs.0[side], before.last_event);
             let known = &mut self.known[side];
             armed[side] = known.count_lease(self.pair.of(side)[0].has_renewed());
+            bad_frames[side] = known.sensors.refuse(self.pair.measured()[side], now.given_n.len());
+            if bad_frames[side] && !now.state.is_fault() {
+                // Nothing moves it: it may be moved by hand meanwhile.
+                known.sensors.begin_anew();
+            }
             known.hear(self.pair.heard()[side], &now);
             known.count_energy(&now);
-            known.has_been_far |= wrong[side].iter().any(is_far);
             let repeats = |wrong: &Wrong| wrong.fault == Fault::Line(Line::Repeats);
             known.is_replayed |= known.heard.is_none() && wrong[side].iter().any(repeats);
             if now.state.is_fault() {
@@ -245,6 +244,7 @@ impl<'a> Play<'a> {
                 now: &now[side],
                 wrong: &wrong[side],
                 is_armed: armed[side],
+                is_frame_bad: bad_frames[side],
                 known: &self.known[side],
                 other: &self.known[1 - side],
                 spare_cycles: self.scenario.spare_cycles,

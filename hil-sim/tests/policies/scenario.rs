@@ -110,7 +110,7 @@ fn shows() -> impl Strategy<Value = Shows> {
         select(&[f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e38, 1e6, 0.0][..]).prop_map(Shows::This),
         select(&[1e-3_f32, -1e-2, 1.0][..]).prop_map(Shows::More),
         Just(Shows::Stuck),
-        select(&[1e-5_f32, -1e-3][..]).prop_map(Shows::Drift),
+        select(&[1e-5_f32, -1e-3, 4e-3][..]).prop_map(Shows::Drift),
     ]
 }
 
@@ -157,8 +157,9 @@ fn what() -> impl Strategy<Value = What> {
 fn hurry(tick: u32, side: usize) -> [Event; 4] {
     let wrong = |fault, ticks| What::Wrong { fault, axis: 0, ticks };
     let reset = || What::Rows(vec!["MOD_ENG RESET"]);
-    let jump = wrong(Fault::Sensor(Shows::More(1.0)), 8);
-    let all = [(0, jump), (8, wrong(Fault::ShortFrame, 1)), (9, reset()), (12, reset())];
+    // As fast as a sensor can show: what jumps is refused, and makes no force.
+    let run = wrong(Fault::Sensor(Shows::Drift(4e-3)), 8);
+    let all = [(0, run), (8, wrong(Fault::ShortFrame, 1)), (9, reset()), (12, reset())];
     all.map(|(after_ticks, what)| Event { tick: tick + after_ticks, side, what })
 }
 

@@ -15,7 +15,6 @@ pub(crate) struct Seen {
     /// What the scheme commands, and what the device gets, N.
     pub(crate) commanded_n: Vec<f32>,
     pub(crate) given_n: Vec<f32>,
-    pub(crate) is_frame_bad: bool,
     pub(crate) counts: ReasonCounts,
     pub(crate) refused_ticks: u32,
     pub(crate) called: Vec<ModuleRef>,
@@ -36,9 +35,6 @@ impl Seen {
     /// A side as it is now; `before_event` is the last one that was known.
     pub(crate) fn of(pair: &mut Pair, side: usize, log: &EventLog, before_event: u32) -> Self {
         let given_n = pair.force_n()[side].to_vec();
-        let measured = pair.measured()[side];
-        let is_bad = |word: &dimsart_core::Word| !f32::from_word(*word).is_finite();
-        let is_frame_bad = measured.len() != given_n.len() || measured.iter().any(is_bad);
         let has_sent = pair.has_sent()[side];
         let [controller, _] = pair.of(side);
         let (dimsart, heartbeat) = (controller.dimsart(), controller.info().heartbeat(0));
@@ -52,7 +48,6 @@ impl Seen {
             state: dimsart.safety().state(),
             commanded_n: values(types::DES_FORCE.first()),
             given_n,
-            is_frame_bad,
             counts: *dimsart.safety().counts(),
             refused_ticks: dimsart.refused_ticks(),
             called: controller.called().collect(),

@@ -64,7 +64,7 @@ fn only_sends(moment: &Moment<'_>) -> bool {
 pub(super) fn held_back_for_a_reason(moment: &Moment<'_>) -> Option<bool> {
     let Moment { before, now, .. } = moment;
     let is_latched = before.state.is_fault() && !moment.has_taken(Command::Reset);
-    let is_refused = now.is_frame_bad || !now.is_running || !only_sends(moment);
+    let is_refused = moment.is_frame_bad || !now.is_running || !only_sends(moment);
     let is_silent = moment.known.silent_ticks >= crate::moment::TIMEOUT_TICKS;
     let has_reason = !moment.is_armed || is_latched || is_refused || is_silent;
     (!has_reason).then(|| now.came == Tick::Ran)

@@ -43,7 +43,7 @@ pub(super) fn nothing_else_is_logged(moment: &Moment<'_>) -> Option<bool> {
 
 pub(super) fn counters_rise(moment: &Moment<'_>) -> Option<bool> {
     let Moment { before, now, .. } = moment;
-    let refused = u32::from(now.is_frame_bad);
+    let refused = u32::from(moment.is_frame_bad);
     let new_events = u32::try_from(now.events.len()).unwrap();
     Some(
         now.ticks == before.ticks + 1

@@ -7,7 +7,7 @@ use crate::moment::{DELAY, Moment, NAMES, SENDER, failing};
 
 pub(super) fn bad_frame(moment: &Moment<'_>) -> Option<bool> {
     let now = moment.now;
-    now.is_frame_bad.then(|| now.is_held_back() && now.called.is_empty() && !now.has_sent)
+    moment.is_frame_bad.then(|| now.is_held_back() && now.called.is_empty() && !now.has_sent)
 }
 
 pub(super) fn bad_write(moment: &Moment<'_>) -> Option<bool> {
@@ -53,9 +53,8 @@ pub(super) fn blamed_rightly(moment: &Moment<'_>) -> Option<bool> {
         (FaultCause::Wrote { .. }, Fault::Writes(place, _)) => fault.module == failing(place),
         _ => false,
     };
-    // Gains at the end of their range make waves without bound, and so does a sensor that shows what cannot be.
-    let may_grow = moment.is_changed() || moment.known.has_been_far;
-    let has_grown = matches!(fault.cause, FaultCause::Wrote { .. }) && may_grow;
+    // Gains at the end of their range make waves without bound.
+    let has_grown = matches!(fault.cause, FaultCause::Wrote { .. }) && moment.is_changed();
     Some(has_grown || moment.wrong.iter().any(is_cause))
 }
 
