@@ -28,20 +28,21 @@ use scenario::scenarios;
 /// Scenarios of a seed.
 const OF_A_SEED: u32 = 250;
 
-/// Plays the scenarios of a seed; gives how many ticks each policy was about.
+/// Plays the scenarios of a seed; gives how many ticks each policy was about, and how many scenarios swing to their end.
 fn play_seed(seed: u64, logs: Logs) -> Vec<u64> {
     let mut bytes = [0; 32];
     bytes[..8].copy_from_slice(&seed.to_le_bytes());
     let config = Config { cases: OF_A_SEED, failure_persistence: None, ..Config::default() };
     let random = TestRng::from_seed(RngAlgorithm::ChaCha, &bytes);
-    let about = std::cell::RefCell::new(vec![0; POLICIES.len()]);
+    let about = std::cell::RefCell::new(vec![0; POLICIES.len() + 1]);
     let played = TestRunner::new_with_rng(config, random).run(&scenarios(), |scenario| {
         let fail = |why| Err(TestCaseError::fail(why));
         let first = match play(&scenario, logs) {
             Ok(first) => first,
             Err(why) => return fail(why),
         };
-        about.borrow_mut().iter_mut().zip(&first.about).for_each(|(sum, count)| *sum += count);
+        let counts = first.about.iter().copied().chain([first.is_swinging.into()]);
+        about.borrow_mut().iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
         // The same again, now and then: twice the time for one word.
         if first.digest % 16 == 0 && play(&scenario, logs).is_ok_and(|again| again.digest != first.digest) {
             return fail("the same scenario gives other forces".to_owned());
@@ -71,6 +72,11 @@ fn every_policy_holds_in_every_tick_whatever_happens() {
         });
         workers.map(|worker| worker.join().unwrap()).concat()
     });
+    let swinging: u64 = about.iter().map(|about| about[POLICIES.len()]).sum();
+    println!(
+        "{swinging} of {} scenarios swing between their limits at the end",
+        seeds.len() * OF_A_SEED as usize
+    );
     for (place, policy) in POLICIES.iter().enumerate() {
         let ticks: u64 = about.iter().map(|about| about[place]).sum();
         println!("{ticks:>12} ticks: {}", policy.says);

@@ -99,8 +99,8 @@ pub(crate) const TIMEOUT_TICKS: u32 = 20;
 const LEASE_TICKS: u32 = 200;
 
 impl Known {
-    /// Takes note of what was asked for before a tick.
-    pub(crate) fn note(&mut self, asked: &Asked) {
+    /// Takes note of what was asked for before a tick, and whether the scheme ran then.
+    pub(crate) fn note(&mut self, asked: &Asked, is_running: bool) {
         if !asked.is_taken {
             return;
         }
@@ -109,7 +109,9 @@ impl Known {
                 self.lease = Some((asked.client, LEASE_TICKS));
             }
             Request::Lease(LeaseAction::GiveBack) => self.lease = None,
-            Request::Command(Command::Reset | Command::Check | Command::Close) => self.heard = None,
+            Request::Command(Command::Reset | Command::Close) => self.heard = None,
+            // It starts what stands still, and changes nothing of what runs.
+            Request::Command(Command::Check) if !is_running => self.heard = None,
             Request::Command(Command::ResetModule(RECEIVER)) => self.heard = None,
             _ => {}
         }
