@@ -4,9 +4,10 @@
 use std::cell::Cell;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+use dimsart_core::protocol::DeviceInfo;
 use dimsart_core::{
-    Command, Context, Cost, Costs, Counter, Declare, FaultCause, Input, Module, ModuleRef, Output,
-    Parameters, Tick, Unit, types, words,
+    Command, Context, Cost, Costs, Counter, Declare, Event, EventKind, EventLog, FaultCause, Input, Module,
+    ModuleRef, Output, Parameters, Tick, Unit, types, words,
 };
 
 use crate::common::Bench;
@@ -68,10 +69,16 @@ fn slow(number: u8) -> ModuleRef {
 
 /// The first module drives the device, the second reads what the first writes, the third is by itself.
 fn bench() -> Bench<Slows> {
+    bench_with_counter(1)
+}
+
+/// One whose counter counts so many for each cycle.
+fn bench_with_counter(counts_per_cycle: u32) -> Bench<Slows> {
     let mut bench: Bench<Slows> = Bench::of(DOF, &[types::SIGNAL], &[types::DES_FORCE]);
     let engine = bench.dimsart.engine_mut();
     engine.set_costs(Some(Costs::new(&COSTS)));
-    engine.time_calls(Counter::up(COUNTER.with(|counter| *counter)), SPARE_CYCLES);
+    let counter = Counter::up(COUNTER.with(|counter| *counter)).with_counts_per_cycle(counts_per_cycle);
+    engine.time_calls(counter, SPARE_CYCLES);
     let signal = |number| dimsart_core::TypeRef { id: types::SIGNAL_OUT.id, number };
     let bindings = [
         (types::SIGNAL.first(), types::DES_FORCE.first()),
@@ -101,6 +108,34 @@ fn a_call_may_take_its_cost_a_quarter_more_and_what_interrupts_take() {
         }
         assert_eq!(bench.dimsart.engine().module_fault(), None);
     }
+}
+
+#[test]
+fn a_budget_is_in_cycles_whatever_the_counter_counts() {
+    let mut bench = bench_with_counter(3);
+    set_cycles(&mut bench, 1, 3 * BUDGET);
+    assert_eq!(bench.tick(&[1.0, -2.0]), [1.0, -2.0]);
+    set_cycles(&mut bench, 1, 3 * BUDGET + 1);
+    assert_eq!(bench.try_tick(&[1.0_f32.into(); 2]).0, Tick::ModuleFailed(slow(1)));
+    let cause = bench.dimsart.engine().module_fault().map(|fault| fault.cause);
+    assert_eq!(cause, Some(FaultCause::TookTooLong { budget_cycles: BUDGET }));
+}
+
+#[test]
+fn one_that_is_cut_out_is_in_the_log_once_though_the_device_goes_on() {
+    static LOG: EventLog = EventLog::new();
+    let mut bench = bench();
+    let mut info = DeviceInfo::new("").with_events(&LOG);
+    set_cycles(&mut bench, 3, BUDGET + 1);
+    for _ in 0..3 {
+        let (tick, _) = bench.try_tick(&[1.0_f32.into(); 2]);
+        info.end_tick(tick, &bench.dimsart);
+    }
+    let cut_out: Vec<_> =
+        (0..).map_while(|back| LOG.get(back)).filter(|event| event.module.is_some()).collect();
+    assert_eq!(cut_out.len(), 1, "{cut_out:?}");
+    let Event { tick, what, module, detail, .. } = cut_out[0];
+    assert_eq!((tick, what, module, detail), (1, EventKind::ModuleCutOut as u8, Some(slow(3)), BUDGET));
 }
 
 #[test]

@@ -5,7 +5,9 @@
 mod any_scheme;
 mod random;
 
-use dimsart_core::{Command, CommandError, DriveState, Reason, Tick, Word, limits::MAX_MODULES, types};
+use dimsart_core::{
+    Command, CommandError, DriveState, Reason, Scalar as _, Tick, Word, limits::MAX_MODULES, types,
+};
 
 use crate::common::{Bench, Snapshot};
 
@@ -102,6 +104,20 @@ fn what_a_pd_takes_over_at_once_is_its_predecessor_s_last_force() {
     joint.bench.rows(TO_PD);
     joint.run(1);
     assert!((joint.force_n - before).abs() < 1e-3, "{before} {}", joint.force_n);
+}
+
+/// Nobody wrote what the new one writes: there is nothing to take over, and it begins as after a start.
+#[test]
+fn what_writes_something_of_its_own_takes_nothing_over() {
+    let rows = "PDCTRL_MOD.2 K_PARAM 10000\nPDCTRL_MOD.2 D_PARAM 20\nPDCTRL_MOD.2 PORT_DES_FORCE SIGNAL_OUT";
+    let mut joint = Joint::new(PD);
+    joint.bench.rows(rows);
+    joint.run(100);
+    joint.bench.rows("MOD_ENG BEGIN\nMOD_ENG MOD_ON PDCTRL_MOD.2\nMOD_ENG COMMIT");
+    joint.run(1);
+    let written = [types::SIGNAL_OUT.first()];
+    let written_n: Vec<_> = joint.bench.dimsart.signals(&written).map(f32::from_word).collect();
+    assert!(written_n[0].abs() > 5.0, "{written_n:?}");
 }
 
 fn is_refused(bench: &mut Bench, row: &str, expected: CommandError) {

@@ -31,9 +31,9 @@ const STRANGER: u8 = 2;
 pub(crate) struct Played {
     /// How many ticks each policy was about.
     pub(crate) about: Vec<u64>,
-    /// Whether range and rate still hold its commands when nothing is wrong any more: where one device was held a metre
-    /// from the other while it was disarmed, a loop with a long delay can swing between its limits, and no law of the
-    /// library ends that.
+    /// Whether range and rate still hold its commands when nothing is wrong any more, or a device ran on until its sensor
+    /// could not follow. Where one was a metre from the other while it was disarmed, or had gains that nobody gives, it
+    /// can swing between its limits from then on, and no law of the library ends that.
     pub(crate) is_swinging: bool,
     /// Of every force of every tick.
     pub(crate) digest: u64,
@@ -56,6 +56,8 @@ struct Play<'a> {
     known: [Known; 2],
     before: [Seen; 2],
     asked: [Vec<Asked>; 2],
+    /// Whether a device has run on until its sensor could not follow, with nothing wrong any more.
+    has_run_away: bool,
     played: Played,
 }
 
@@ -103,7 +105,7 @@ impl<'a> Play<'a> {
             known
         });
         let played = Played { about: vec![0; POLICIES.len()], is_swinging: false, digest: 0 };
-        Self { scenario, logs, pair, known, before, asked: [vec![], vec![]], played }
+        Self { scenario, logs, pair, known, before, asked: [vec![], vec![]], has_run_away: false, played }
     }
 
     fn happen(&mut self, event: &Event) -> Result<(), String> {
@@ -200,7 +202,7 @@ impl<'a> Play<'a> {
     fn settle(&mut self) -> Result<(), String> {
         let mut left_n = 0.0_f32;
         for _ in 0..SPELLS {
-            (left_n, self.played.is_swinging) = (0.0, false);
+            (left_n, self.played.is_swinging) = (0.0, self.has_run_away);
             for _ in 0..SPELL_TICKS {
                 self.tick()?;
                 for seen in &self.before {
@@ -269,7 +271,8 @@ impl<'a> Play<'a> {
                 }
             }
         }
-        if tick >= RECOVERY_TICK && now.iter().any(Seen::is_held_back) {
+        self.has_run_away |= tick >= RECOVERY_TICK && bad_frames.contains(&true);
+        if tick >= RECOVERY_TICK && !self.has_run_away && now.iter().any(Seen::is_held_back) {
             let came = now.map(|seen| seen.came);
             return Err(format!("tick {tick}: nothing is wrong any more, and the sides came to {came:?}"));
         }
