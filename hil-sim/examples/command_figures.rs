@@ -6,8 +6,8 @@ use std::error::Error;
 
 use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request, request_id};
 use dimsart_core::{Command, Engine, ModuleRef, TypeRef, Value, modules::Standard, types};
+use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::{Image, share_one_processor};
-use hil_sim::experiment::{Experiment, Side};
 use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;
 

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 
 use cycles::timing::{Column, Timing};
 use dimsart_core::scheme;
+use hil_sim::bilateral::{Experiment, Side, device};
 use hil_sim::cycles::{Figures, Firmware, Setup, Steady, UNIT, measure};
-use hil_sim::experiment::{Experiment, Side, device};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::scenario::Scenario;
 

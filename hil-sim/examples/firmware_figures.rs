@@ -7,8 +7,8 @@ use std::error::Error;
 use std::time::Instant;
 
 use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request};
+use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::{Board, Image, share_one_processor};
-use hil_sim::experiment::{Experiment, Side};
 use hil_sim::rig::Rig;
 use hil_sim::scenario::Scenario;
 

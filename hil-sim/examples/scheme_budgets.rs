@@ -11,8 +11,8 @@ use std::path::Path;
 use std::thread;
 
 use cycles::timing::{Column, Timing};
+use hil_sim::bilateral::Side;
 use hil_sim::cycles::{Figures, Firmware, Setup, measure};
-use hil_sim::experiment::Side;
 use hil_sim::scenario::Scenario;
 
 /// Bounds need no run: a few ticks show that the image computes what the host does.

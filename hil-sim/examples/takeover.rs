@@ -7,7 +7,7 @@ use std::error::Error;
 use std::path::Path;
 
 use dimsart_core::{Command, Engine, Value, modules::Standard};
-use hil_sim::experiment::{Experiment, ExperimentError, Side};
+use hil_sim::bilateral::{Experiment, ExperimentError, Side};
 use hil_sim::recording::{Column, Recording};
 use hil_sim::report::{Curve, Figure, Panel, write_figure};
 use hil_sim::rig::{Rig, Station};

@@ -15,8 +15,8 @@ pub use controller::{CLIENT, Controller, LIMITS, SENSOR_LIMITS};
 pub use failing::{Failing, Kinds};
 pub use fault::{Fault, Line, Shows, Writes, Wrong};
 
+use crate::bilateral::{Experiment, ExperimentError, Side, device};
 use crate::bus::Random;
-use crate::experiment::{Experiment, ExperimentError, Side, device};
 use crate::link::Link;
 use crate::plant::{AxisWise, Plant};
 use crate::scenario::Scenario;

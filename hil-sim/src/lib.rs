@@ -27,19 +27,19 @@
 //! | To add | Write | Register it |
 //! |---|---|---|
 //! | an environment, such as a wall | a file in [`plant`] | a line in `plant.rs`, its keys in `scenarios/bilateral.toml` |
-//! | a plant of another kind | a file in [`plant`] that implements [`Plant`](plant::Plant) | a line in `experiment/station.rs` |
+//! | a plant of another kind | a file in [`plant`] that implements [`Plant`](plant::Plant) | a line in `bilateral/station.rs` |
 //! | a link | a file in [`link`] that implements [`Link`](link::Link) | where the experiment connects stations |
 //! | a medium | a file in [`bus`], its link in [`link`] | a line in `link/carrier.rs`, its section in `scenario/carrier.rs` |
 //! | a setting | a field in [`scenario`] | a line with its meaning in `scenarios/bilateral.toml`, its range in `range.rs` |
 //! | a scheme | a file in `schemes/` | a line in [`schemes::BUILT_IN`], if it is to come with the command |
-//! | a figure of a run | what measures it, stepped in [`experiment`] | a field of [`Outcome`](outcome::Outcome), a row of the summary |
-//! | a picture | a [`Figure`](report::Figure) in [`pictures`] | nowhere else: the report draws what it is given |
+//! | a figure of a run | what measures it, stepped in [`bilateral`] | a field of [`Outcome`](outcome::Outcome), a row of the summary |
+//! | a picture | a [`Figure`](report::Figure) in [`bilateral::pictures`] | nowhere else: the report draws what it is given |
 //! | a sub-command | a file in `cli/` | a line in [`cli`] |
 //!
 //! A control law is no part of this crate: it is a module of `dimsart_core`, and `dimsart new-module` writes one.
 //!
 //! ```
-//! use hil_sim::experiment::Experiment;
+//! use hil_sim::bilateral::Experiment;
 //! use hil_sim::scenario::Scenario;
 //! use std::sync::atomic::AtomicBool;
 //!
@@ -50,17 +50,15 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod bilateral;
 pub mod budget;
 pub mod bus;
 pub mod bus_plan;
-pub mod chain;
 pub mod cli;
 pub mod connect;
 pub mod cycles;
 pub mod dbc;
 pub mod emulated;
-pub mod energy;
-pub mod experiment;
 pub mod fault_table;
 pub mod faulty_pair;
 mod first_packet;
@@ -70,15 +68,11 @@ pub mod link;
 pub mod meeting;
 pub mod outcome;
 pub mod pace;
-pub mod perceived_stiffness;
-pub mod phases;
-pub mod pictures;
 pub mod plant;
 pub mod recorder;
 pub mod recording;
 pub mod report;
 pub mod rig;
-pub mod round_trips;
 pub mod scenario;
 pub mod schemes;
 pub mod stamp;

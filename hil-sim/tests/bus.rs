@@ -4,7 +4,7 @@
 use std::process::{Command, Output};
 use std::sync::atomic::AtomicBool;
 
-use hil_sim::experiment::{Experiment, Run};
+use hil_sim::bilateral::{Experiment, Run};
 use hil_sim::scenario::Scenario;
 
 fn run(settings: &[&str]) -> Run {

@@ -11,8 +11,8 @@ use dimsart_core::carrier::{can, can_fd};
 use dimsart_core::{
     AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Packet, Shape, Summary, Unit, Word, types,
 };
+use hil_sim::bilateral::device;
 use hil_sim::dbc::{self, Frames};
-use hil_sim::experiment::device;
 use hil_sim::schemes::{self, SchemeText};
 use tempfile::TempDir;
 

@@ -4,7 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use dimsart_core::types;
-use hil_sim::experiment::{Experiment, Run};
+use hil_sim::bilateral::{Experiment, Run};
 use hil_sim::plant::{WallParameters, WallSide};
 
 use crate::loops::{MASTER, SLAVE, axis, delays, push, rig, scenario, signal};

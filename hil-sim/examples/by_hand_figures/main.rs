@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 
 use cycles::timing::{Column, Timing};
 use dimsart_core::{Packet, is_newer};
+use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::cycles::{Firmware, Setup, UNIT, measure};
 use hil_sim::emulated::FOLDER_VARIABLE;
-use hil_sim::experiment::{Experiment, Side};
 use hil_sim::rig::{Station, TickTrace};
 use hil_sim::scenario::Scenario;
 

@@ -9,9 +9,9 @@ use comfy_table::{Table, presets};
 use serde::Serialize;
 
 use super::Ending;
+use crate::bilateral::Experiment;
 use crate::bus::can::{CanParameters, Format};
 use crate::bus_plan::{BusFigures, BusPlan, MAX_JOINTS};
-use crate::experiment::Experiment;
 use crate::report::{self, BusTimeline};
 use crate::scenario::{CarrierKind, Scenario};
 

@@ -10,9 +10,9 @@ use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::{Costs, Dimsart, limits};
 
 use super::Ending;
+use crate::bilateral::{Side, device};
 use crate::budget::Budget;
 use crate::cycles::Firmware;
-use crate::experiment::{Side, device};
 use crate::first_packet::first_packet;
 use crate::schemes::{self, SchemeText};
 use crate::stamp::StampedImage;

@@ -14,8 +14,8 @@ use dimsart_core::protocol::DEFAULT_BAUD;
 use serde::Serialize;
 
 use super::Ending;
+use crate::bilateral::Side;
 use crate::connect::{self, ConnectError, KeyReport, Patience, Recorded, Stream};
-use crate::experiment::Side;
 use crate::key_file::{self, KeyFileError};
 use crate::schemes::SchemeText;
 

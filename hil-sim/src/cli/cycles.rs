@@ -15,8 +15,8 @@ use dimsart_core::protocol::DEFAULT_BAUD;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Ending;
+use crate::bilateral::Side;
 use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
-use crate::experiment::Side;
 use crate::report;
 use crate::scenario::Scenario;
 

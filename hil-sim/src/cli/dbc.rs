@@ -7,8 +7,8 @@ use clap::Args;
 use dimsart_core::Dimsart;
 
 use super::Ending;
+use crate::bilateral::{Side, device};
 use crate::dbc::{self, Frames};
-use crate::experiment::{Side, device};
 use crate::schemes::{self, SchemeText};
 
 /// Write the DBC file of what a scheme sends over CAN.

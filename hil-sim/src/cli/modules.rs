@@ -14,8 +14,8 @@ use dimsart_core::{
 };
 
 use super::Ending;
+use crate::bilateral::device;
 use crate::connect::range_text;
-use crate::experiment::device;
 use crate::schemes::suggestion;
 
 /// List the modules with their ports, parameters, units and ranges.

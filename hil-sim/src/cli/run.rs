@@ -13,11 +13,11 @@ use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::{Ending, summary};
+use crate::bilateral::pictures::{self, figures};
+use crate::bilateral::{self, Experiment, Side};
 use crate::bus::time::seconds_ns;
 use crate::emulated::{self, Image};
-use crate::experiment::{self, Experiment, Side};
 use crate::key_file;
-use crate::pictures::{self, figures};
 use crate::report::{self, BusTimeline, Report, ReportError, SignalsFile, Written};
 use crate::scenario::{self, CarrierKind, LinkSection, Scenario};
 
@@ -216,7 +216,7 @@ impl Run {
         &self,
         scenario: &Scenario,
         stop: &AtomicBool,
-    ) -> Result<Experiment, experiment::ExperimentError> {
+    ) -> Result<Experiment, bilateral::ExperimentError> {
         let Some(side) = self.side else { return Experiment::new(scenario) };
         if !is_ideal(&scenario.link) {
             eprintln!(
@@ -256,7 +256,7 @@ impl Run {
         &self,
         folder: &Path,
         scenario: &Scenario,
-        run: &experiment::Run,
+        run: &bilateral::Run,
         stop: &AtomicBool,
     ) -> Result<Written, ReportError> {
         let sides = self.side.map_or("both sides", Side::name);

@@ -14,9 +14,9 @@ use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Cost, ModuleList};
 
 use super::Ending;
+use crate::bilateral::{Side, device};
 use crate::budget::{Budget, share};
 use crate::cycles::{Firmware, ImageCosts, Memory};
-use crate::experiment::{Side, device};
 use crate::rig::SimulatedDimsart;
 use crate::schemes::{self, SchemeText};
 use crate::stamp::StampedImage;

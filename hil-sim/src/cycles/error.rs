@@ -9,7 +9,7 @@ use ::cycles::machine::MachineError;
 use ::cycles::state::AccessError;
 use dimsart_core::CommandError;
 
-use crate::experiment::ExperimentError;
+use crate::bilateral::ExperimentError;
 
 /// Why there are no figures.
 #[derive(Debug, thiserror::Error)]

@@ -6,8 +6,8 @@ use dimsart_core::saved_scheme::{self, fingerprint_of};
 use dimsart_core::{DeviceDescriptor, Packet, Word};
 
 use super::CyclesError;
+use crate::bilateral::ExperimentError;
 use crate::bus::random::Random;
-use crate::experiment::ExperimentError;
 use crate::rig::{SimulatedDimsart, TickTrace};
 
 /// Ticks after which the scheme starts anew: what is wild once can stay so.

@@ -15,7 +15,7 @@ use super::statistics::{Inputs, Statistics};
 use super::steady::channels;
 use super::worst::{Most, Worst};
 use super::{Controller, CyclesError, Figures, Firmware, UNIT};
-use crate::experiment::{Experiment, Side};
+use crate::bilateral::{Experiment, Side};
 use crate::rig::{Station, TickTrace};
 use crate::scenario::Scenario;
 

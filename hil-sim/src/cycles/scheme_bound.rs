@@ -14,7 +14,7 @@ use super::controller::Lengths;
 use super::steady::channels;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
-use crate::experiment::{Side, device};
+use crate::bilateral::{Side, device};
 use crate::rig::SimulatedDimsart;
 use crate::schemes::Explained;
 

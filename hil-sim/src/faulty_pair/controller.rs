@@ -11,7 +11,7 @@ use dimsart_core::{
 use super::PairError;
 use super::failing::{COSTS, Kinds, let_write, with_failing_modules};
 use super::fault::{Fault, Wrong};
-use crate::experiment::{ExperimentError, Side};
+use crate::bilateral::{ExperimentError, Side};
 use crate::rig::DATA_BASE_WORDS;
 use crate::schemes::SIDES;
 

@@ -7,9 +7,9 @@ use boards::BOARDS;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::modules::Standard;
 use dimsart_core::{Costs, Dimsart, ModuleList, saved_scheme};
+use hil_sim::bilateral::device;
 use hil_sim::budget::Budget;
 use hil_sim::cycles::{Controller, CyclesError, Firmware, Memory};
-use hil_sim::experiment::device;
 use hil_sim::schemes::{self, SchemeText};
 use hil_sim::stamp::StampedImage;
 

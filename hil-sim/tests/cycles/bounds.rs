@@ -2,8 +2,8 @@
 
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::Command;
+use hil_sim::bilateral::Side;
 use hil_sim::cycles::{Figures, Firmware, Row, Setup, measure};
-use hil_sim::experiment::Side;
 use hil_sim::scenario::Scenario;
 
 use crate::common::{firmware, length};

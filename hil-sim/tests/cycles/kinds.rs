@@ -3,7 +3,7 @@
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::modules::Standard;
 use dimsart_core::{Accepts, Command, Engine, ModuleList, ModuleRef, Parameter, Value, saved_scheme};
-use hil_sim::experiment::{Experiment, Side};
+use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::scenario::Scenario;
 use rand_core::{Rng, SeedableRng};

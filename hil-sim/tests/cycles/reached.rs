@@ -9,8 +9,8 @@ use cycles::reach;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::ModuleList;
 use dimsart_core::modules::Standard;
+use hil_sim::bilateral::Experiment;
 use hil_sim::cycles::Steady;
-use hil_sim::experiment::Experiment;
 use hil_sim::scenario::Scenario;
 
 use crate::common::firmware_for_every_module;

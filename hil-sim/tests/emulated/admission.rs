@@ -4,7 +4,7 @@ use std::process::Command;
 
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::saved_scheme;
-use hil_sim::experiment::device;
+use hil_sim::bilateral::device;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{self, SchemeText};
 use hil_sim::stamp::StampedImage;

@@ -10,7 +10,7 @@ use dimsart_core::protocol::{
     encode_request, request_id,
 };
 use dimsart_core::{Command, Engine, ModuleRef, Tick, types};
-use hil_sim::experiment::{Experiment, Side};
+use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;
 
 use crate::common::image;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use dimsart_core::modules::Standard;
 use dimsart_core::{ModuleList, Tick, types};
-use hil_sim::experiment::{Experiment, Side};
+use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::rig::{Rig, Station};
 use hil_sim::scenario::Scenario;
 

@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 use cycles::machine::Machine;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart_core::saved_scheme;
+use hil_sim::bilateral::Experiment;
 use hil_sim::cycles::{Controller, Firmware};
-use hil_sim::experiment::Experiment;
 use hil_sim::rig::Station;
 use hil_sim::scenario::Scenario;
 

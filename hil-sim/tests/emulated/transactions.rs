@@ -4,7 +4,7 @@ use dimsart_core::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
 };
 use dimsart_core::{Command, CommandError, Engine, ModuleRef, Tick, Value, modules::Standard};
-use hil_sim::experiment::{Experiment, Side};
+use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::scenario::Scenario;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;

@@ -3,7 +3,7 @@
 use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
 
 use super::{ExperimentError, Side};
-use crate::phases::Phases;
+use crate::bilateral::phases::Phases;
 use crate::plant::{Axis, AxisWise, Environment, HandParameters, ParameterError, Plant};
 use crate::rig::{SimulatedDimsart, Station};
 use crate::scenario::{Scenario, Stale, WaveForm};

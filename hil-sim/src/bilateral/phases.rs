@@ -19,7 +19,7 @@
 
 use std::ops::Range;
 
-use crate::chain::{Chain, Controller};
+use crate::bilateral::chain::{Chain, Controller};
 use crate::plant::HandPhase;
 use crate::scenario::Scenario;
 

@@ -1,6 +1,6 @@
 //! How long packets take there and back, as the first station of a rig measures it on its link.
 //!
-//! Delay modules lie behind the link; what they add is [`Chain::delay_ticks`](crate::chain::Chain::delay_ticks).
+//! Delay modules lie behind the link; what they add is [`Chain::delay_ticks`](crate::bilateral::chain::Chain::delay_ticks).
 
 use std::collections::BTreeMap;
 

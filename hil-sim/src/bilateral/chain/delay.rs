@@ -122,7 +122,7 @@ fn signals(engine: &SimulatedEngine, module: ModuleRef, direction: Direction) ->
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::experiment::device;
+    use crate::bilateral::device;
     use crate::schemes::{SchemeText, load};
 
     /// Delay of the shipped scheme on the master with rows, named by their words, replaced.

@@ -1,6 +1,6 @@
 //! What the hand feels of what the slave meets, measured in the settled contact.
 //!
-//! What it should be: [`Chain::stiffness_n_per_m`](crate::chain::Chain::stiffness_n_per_m).
+//! What it should be: [`Chain::stiffness_n_per_m`](crate::bilateral::chain::Chain::stiffness_n_per_m).
 
 use dimsart_core::types;
 

@@ -1,7 +1,7 @@
 //! The pictures of a bilateral run: positions, forces, energy in the channel.
 
-use crate::experiment::Side;
-use crate::phases::Phases;
+use crate::bilateral::Side;
+use crate::bilateral::phases::Phases;
 use crate::plant::EnvironmentKind;
 use crate::recorder::CHANNEL_ENERGY;
 use crate::recording::Recording;

@@ -70,7 +70,7 @@ mod tests {
     use std::sync::atomic::AtomicBool;
 
     use super::*;
-    use crate::experiment::Experiment;
+    use crate::bilateral::Experiment;
 
     fn load(carrier: &str, key: Option<&std::path::Path>) -> (f64, u64) {
         let mut sets = vec![format!("link.carrier={carrier}"), "duration_s=0.5".to_owned()];

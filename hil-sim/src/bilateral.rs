@@ -1,9 +1,15 @@
 //! The paper's bilateral experiment: a scenario becomes a rig, and runs.
 
+pub mod chain;
+pub mod energy;
 mod error;
 mod guards;
 mod one_side;
+pub mod perceived_stiffness;
+pub mod phases;
+pub mod pictures;
 mod reception;
+pub mod round_trips;
 mod side;
 mod station;
 
@@ -22,21 +28,21 @@ use guards::{board_key, guard_both};
 use one_side::Alone;
 use station::{controller, station};
 
+use crate::bilateral::chain::{Chain, Controller};
+use crate::bilateral::energy::ChannelEnergy;
+use crate::bilateral::perceived_stiffness::PerceivedStiffness;
+use crate::bilateral::phases::Phases;
+use crate::bilateral::round_trips::RoundTrips;
 use crate::bus::MediumReport;
-use crate::chain::{Chain, Controller};
 use crate::emulated::{Board, Image};
-use crate::energy::ChannelEnergy;
 use crate::first_packet::first_packet;
 use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
-use crate::perceived_stiffness::PerceivedStiffness;
-use crate::phases::Phases;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 use crate::report::TickMap;
 use crate::rig::{End, Probe, Rig};
-use crate::round_trips::RoundTrips;
 use crate::scenario::Scenario;
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Watch};
