@@ -8,7 +8,6 @@ mod one_side;
 pub mod perceived_stiffness;
 pub mod phases;
 pub mod pictures;
-mod reception;
 pub mod round_trips;
 mod side;
 mod station;
@@ -39,6 +38,7 @@ use crate::first_packet::first_packet;
 use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
+use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 use crate::report::TickMap;
@@ -204,7 +204,7 @@ impl Experiment {
             recorder.reserve(end_s / self.scenario.sample_period_s);
         }
         let mut energy = ChannelEnergy::new(&self.rig);
-        let mut watch = Watch::new(&self.rig, &self.scenario.limits);
+        let mut watch = Watch::new(&self.rig, [self.scenario.limits.ranges(); 2]);
         let mut perceived = PerceivedStiffness::new(&self.chain.obstacles);
         let mut round_trips = RoundTrips::default();
         let unlike = self.chain.unlike_impedances_ns_per_m().map(|[master, slave]| {

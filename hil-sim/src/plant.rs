@@ -16,6 +16,7 @@ mod device;
 mod environment;
 mod hand;
 mod hand_phase;
+mod joint;
 mod motor;
 mod obstacle;
 mod parameter;
@@ -34,6 +35,7 @@ pub use device::DeviceParameters;
 pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
 pub use hand_phase::HandPhase;
+pub use joint::{Joint, JointParameters, JointState};
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
@@ -47,23 +49,40 @@ pub const SUB_STEPS_MIN: u32 = 20;
 ///
 /// Deterministic: the same calls give the same bits. Never reads a clock.
 pub trait Plant: core::fmt::Debug + Send {
-    /// Number of axes, each with one sensor and one actuator.
+    /// Number of axes.
     fn dof(&self) -> usize;
 
-    /// What the encoders report now, `m`, one per axis. Fills `min(position_m.len(), dof)` entries, leaves the rest.
-    fn sense(&self, position_m: &mut [f32]);
+    /// What its sensors show now, as its device's frame is laid out: all axes' positions first, `m` or `rad`. Fills as many
+    /// entries as it has sensors, leaves the rest.
+    fn sense(&mut self, measured: &mut [f32]);
 
-    /// Holds `command_n` (`N`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
+    /// Holds `command` (`N` or `N m`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
     /// `period_s` and moves the world on, in [`SUB_STEPS_MIN`] sub-steps or more; where a bound shows that no
     /// event can fall into the period, they may be taken as one exact step.
     ///
     /// A command that is NaN or infinite is applied as it is: a plant hides no fault of its controller. It shows
-    /// in the truth's `actuator_force_n`, and in the motion unless friction holds the axis.
-    fn advance(&mut self, start_s: f64, period_s: f64, command_n: &[f32]);
+    /// in the truth, and in the motion unless friction holds the axis.
+    fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32]);
 
-    /// The simulator's own truth about `axis` now, none if there is no such axis.
+    /// The simulator's own truth about a linear `axis` that hands and walls push; none for any other.
     fn truth(&self, axis: usize) -> Option<AxisTruth>;
+
+    /// What the simulator knows of an axis, in the order of [`look`](Self::look): names and units.
+    fn quantities(&self, _axis: usize) -> &'static [(&'static str, &'static str)] {
+        &AxisTruth::QUANTITIES
+    }
+
+    /// Puts what [is known](Self::quantities) of an axis now into `values`.
+    fn look(&self, axis: usize, values: &mut [f64]) {
+        let truth = self.truth(axis).map(|truth| truth.quantities()).unwrap_or([f64::NAN; 5]);
+        for (entry, value) in values.iter_mut().zip(truth) {
+            *entry = value;
+        }
+    }
 }
+
+/// Most quantities that are known of an axis.
+pub const MAX_QUANTITIES: usize = 8;
 
 /// The simulator's own truth about one axis; no encoder stands in between. Forces act *on the device*.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -82,6 +101,21 @@ pub struct AxisTruth {
     pub is_in_contact: bool,
     /// The motor's electrical side, none for an ideal force source.
     pub motor: Option<MotorTruth>,
+}
+
+impl AxisTruth {
+    const QUANTITIES: [(&'static str, &'static str); 5] = [
+        ("position", "m"),
+        ("velocity", "m/s"),
+        ("actuator_force", "N"),
+        ("hand_force", "N"),
+        ("wall_force", "N"),
+    ];
+
+    fn quantities(&self) -> [f64; 5] {
+        let Self { position_m, velocity_m_per_s, actuator_force_n, hand_force_n, wall_force_n, .. } = *self;
+        [position_m, velocity_m_per_s, actuator_force_n, hand_force_n, wall_force_n]
+    }
 }
 
 registry::environments! {

@@ -10,6 +10,7 @@ use std::sync::mpsc::SyncSender;
 
 use dimsart_core::{DataType, Format, Scalar, TypeRef, Word, types};
 
+use crate::plant::MAX_QUANTITIES;
 use crate::recording::{Column, Piece, Recording, indices};
 use crate::rig::{Rig, Station};
 use crate::scenario::RecordSection;
@@ -36,18 +37,9 @@ enum Source {
     Energy(Option<usize>),
     /// A signal of a station's Data Base.
     Signal { station: usize, signal: TypeRef, slot: Option<u8>, words: usize, format: Format },
-    /// Those of [`TRUTH`] that are kept.
-    Truth { station: usize, axis: usize, kept: [bool; TRUTH.len()] },
+    /// Those of the [quantities](crate::plant::Plant::quantities) that are kept.
+    Truth { station: usize, axis: usize, kept: [bool; MAX_QUANTITIES] },
 }
-
-/// Truth signals of a station, with their units.
-const TRUTH: [(&str, &str); 5] = [
-    ("position", "m"),
-    ("velocity", "m/s"),
-    ("actuator_force", "N"),
-    ("hand_force", "N"),
-    ("wall_force", "N"),
-];
 
 /// Name of the columns with the energy in the channel: of all axes together, and by axis.
 pub const CHANNEL_ENERGY: &str = "channel_energy";
@@ -174,16 +166,10 @@ impl Source {
                 fill(row, columns, words.unwrap_or_default().iter().map(|word| number(Word(*word), format)))
             }
             Self::Truth { station, axis, kept } => {
-                let truth = rig.stations().get(station).and_then(|station| station.plant.truth(axis));
-                let values = truth.map_or([f64::NAN; TRUTH.len()], |truth| {
-                    [
-                        truth.position_m,
-                        truth.velocity_m_per_s,
-                        truth.actuator_force_n,
-                        truth.hand_force_n,
-                        truth.wall_force_n,
-                    ]
-                });
+                let mut values = [f64::NAN; MAX_QUANTITIES];
+                if let Some(station) = rig.stations().get(station) {
+                    station.plant.look(axis, &mut values);
+                }
                 values
                     .into_iter()
                     .zip(kept)
@@ -228,11 +214,16 @@ fn sources(rig: &Rig, selection: &Selection) -> Vec<(Source, Vec<Column>)> {
 
 /// The selected part of a station's truth on one axis.
 fn truth(number: usize, station: &Station, axis: usize, selection: &Selection) -> (Source, Vec<Column>) {
-    let columns =
-        TRUTH.map(|(name, unit)| column("world", &format!("{}.{name}", station.name), vec![axis], unit));
-    let kept = columns.each_ref().map(|column| selection.holds(&column.name()));
-    let columns = columns.into_iter().zip(kept).filter(|(_, is_kept)| *is_kept);
-    (Source::Truth { station: number, axis, kept }, columns.map(|(column, _)| column).collect())
+    let quantities = station.plant.quantities(axis).iter();
+    let mut columns: Vec<Column> = quantities
+        .map(|(name, unit)| column("world", &format!("{}.{name}", station.name), vec![axis], unit))
+        .collect();
+    let mut kept = [false; MAX_QUANTITIES];
+    for (is_kept, column) in kept.iter_mut().zip(&columns) {
+        *is_kept = selection.holds(&column.name());
+    }
+    columns.retain(|column| selection.holds(&column.name()));
+    (Source::Truth { station: number, axis, kept }, columns)
 }
 
 /// The energy in the channel, if there are waves in it.

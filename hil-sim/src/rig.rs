@@ -49,14 +49,14 @@ pub struct Station {
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
     trace: Option<TickTrace>,
-    position_m: Vec<f32>,
+    sensed: Vec<f32>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
-    command_n: Vec<f32>,
+    command: Vec<f32>,
 }
 
 impl Station {
-    /// Joins a controller to a plant: positions go in, forces come out, one word per axis each.
+    /// Joins a controller to a plant: what its sensors show goes in, forces come out.
     #[must_use]
     pub fn new(name: &str, dimsart: Box<SimulatedDimsart>, plant: Box<dyn Plant>) -> Self {
         let (words_in, words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
@@ -70,17 +70,17 @@ impl Station {
             guarded: None,
             is_tagged: false,
             trace: None,
-            position_m: vec![0.0; words_in],
+            sensed: vec![0.0; words_in],
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
-            command_n: vec![0.0; words_out],
+            command: vec![0.0; words_out],
         }
     }
 
-    /// What the encoders reported in the last tick, `m`, one per axis.
+    /// What the encoders reported in the last tick, `m` or `rad`, one per axis.
     #[must_use]
-    pub fn position_m(&self) -> &[f32] {
-        &self.position_m
+    pub fn position(&self) -> &[f32] {
+        self.sensed.get(..self.plant.dof()).unwrap_or_default()
     }
 
     /// Lets a board that was [started](Board::start) with this station's controller be the controller, and the guard
@@ -166,9 +166,9 @@ impl Station {
     }
 
     fn tick(&mut self) {
-        self.plant.sense(&mut self.position_m);
-        for (word, position_m) in self.measured.iter_mut().zip(&self.position_m) {
-            *word = Word::from(*position_m);
+        self.plant.sense(&mut self.sensed);
+        for (word, sensed) in self.measured.iter_mut().zip(&self.sensed) {
+            *word = Word::from(*sensed);
         }
         self.last_tick = match &mut self.board {
             None => match &mut self.trace {
@@ -187,8 +187,8 @@ impl Station {
         if let Some(trace) = &mut self.trace {
             trace.keep(&self.measured, &self.commanded);
         }
-        for (command_n, word) in self.command_n.iter_mut().zip(&self.commanded) {
-            *command_n = f32::from_bits(word.0);
+        for (command, word) in self.command.iter_mut().zip(&self.commanded) {
+            *command = f32::from_bits(word.0);
         }
     }
 }
@@ -341,7 +341,7 @@ impl Rig {
     pub fn advance(&mut self) {
         let start_s = self.time_s();
         for station in &mut self.stations {
-            station.plant.advance(start_s, self.period_s, &station.command_n);
+            station.plant.advance(start_s, self.period_s, &station.command);
         }
         self.tick += 1;
     }

@@ -18,6 +18,7 @@ use crate::link::Address;
 use crate::plant::{
     DeviceParameters, EnvironmentKind, Environments, MotorParameters, Obstacle, ParameterError,
 };
+use crate::watch::Ranges;
 use change::Change;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -154,6 +155,14 @@ pub struct LimitsSection {
     pub position_m: f64,
     pub force_n: f64,
     pub wave: f64,
+}
+
+impl LimitsSection {
+    /// The same for whoever watches a run.
+    #[must_use]
+    pub fn ranges(&self) -> Ranges {
+        Ranges { position: self.position_m, force: self.force_n, wave: self.wave }
+    }
 }
 
 /// `[record]`: what a run keeps.

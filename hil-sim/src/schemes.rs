@@ -5,8 +5,10 @@ mod load;
 mod setting;
 
 pub(crate) use explain::Explained;
-pub use load::{Loaded, load};
+pub use load::{Loaded, load, load_for};
 pub use setting::Setting;
+
+use std::path::Path;
 
 /// The sides a scheme can name.
 pub const SIDES: &[&str] = &["master", "slave"];
@@ -14,6 +16,7 @@ pub const SIDES: &[&str] = &["master", "slave"];
 /// Schemes that come with the command, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("bilateral", include_str!("../../schemes/bilateral.scheme")),
+    ("joint", include_str!("../../schemes/joint.scheme")),
     ("position_position", include_str!("../../schemes/position_position.scheme")),
     ("small_motors", include_str!("../../schemes/small_motors.scheme")),
     ("table1", include_str!("../../schemes/table1.scheme")),
@@ -59,7 +62,18 @@ impl SchemeText {
     /// # Errors
     /// [`SchemeFileError`] when there is no such file or built-in scheme.
     pub fn read(name: &str) -> Result<Self, SchemeFileError> {
-        let name = name.to_owned();
+        Self::read_from(name, Path::new(""))
+    }
+
+    /// The same; paths begin in `folder`.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_from(name: &str, folder: &Path) -> Result<Self, SchemeFileError> {
+        let name = match name.starts_with(BUILT_IN_PREFIX) {
+            true => name.to_owned(),
+            false => folder.join(name).display().to_string(),
+        };
         match name.strip_prefix(BUILT_IN_PREFIX) {
             Some(wanted) => match BUILT_IN.iter().find(|(known, _)| *known == wanted) {
                 Some((_, text)) => Ok(Self { name, text: (*text).to_owned() }),

@@ -1,10 +1,9 @@
 //! Watches whether every position, force and wave stays in its declared range, and none grows without bound.
 
-use dimsart_core::{DataType, Tick, Vocabulary as _, types};
+use dimsart_core::{DataType, Tick, Unit, Vocabulary as _, types};
 
 use crate::growth::Growth;
-use crate::rig::{Probe, Rig};
-use crate::scenario::LimitsSection;
+use crate::rig::{Probe, Rig, Station};
 
 /// Share of a signal's declared range below which its growth is noise: above that, `f32` still has digits for it.
 const FLOOR: f64 = 1e-7;
@@ -12,13 +11,29 @@ const FLOOR: f64 = 1e-7;
 /// Watches a rig tick by tick.
 #[derive(Debug)]
 pub struct Watch {
-    position_m: f64,
-    /// Per station.
-    signals: Vec<[Signal; 3]>,
+    stations: Vec<Watched>,
     /// One that grows is enough to know.
     has_seen_growth: bool,
-    /// Stations that have lost a link.
-    has_lost_link: Vec<bool>,
+}
+
+/// Declared ranges of a station's signals, symmetric around 0, in the units of its axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ranges {
+    /// Of positions, `m` or `rad`.
+    pub position: f64,
+    /// Of forces, `N` or `N m`.
+    pub force: f64,
+    /// Of waves, `sqrt(W)`.
+    pub wave: f64,
+}
+
+/// What is watched of a station.
+#[derive(Debug)]
+struct Watched {
+    position: f64,
+    position_unit: &'static str,
+    signals: [Signal; 3],
+    has_lost_link: bool,
 }
 
 /// What went wrong, in words.
@@ -43,31 +58,37 @@ struct Signal {
 }
 
 impl Watch {
-    /// A watch over all stations of a rig.
+    /// A watch over all stations of a rig, whose ranges come in their order.
     #[must_use]
-    pub fn new(rig: &Rig, limits: &LimitsSection) -> Self {
-        let signals = |_| {
-            [
-                Signal::new("force", "N", limits.force_n, types::DES_FORCE),
-                Signal::new("outgoing wave", "sqrt(W)", limits.wave, types::CH1_WAVES),
-                Signal::new("incoming wave", "sqrt(W)", limits.wave, types::CH2_WAVES),
-            ]
+    pub fn new(rig: &Rig, ranges: impl IntoIterator<Item = Ranges>) -> Self {
+        let watched = |(station, ranges): (&Station, Ranges)| {
+            let kind = station.dimsart.engine().device().axes().first().copied().unwrap_or_default();
+            let signal =
+                |what, unit: Unit, range, data_type| Signal::new(what, unit.symbol(kind), range, data_type);
+            Watched {
+                position: ranges.position,
+                position_unit: Unit::Position.symbol(kind),
+                signals: [
+                    signal("force", Unit::Force, ranges.force, types::DES_FORCE),
+                    signal("outgoing wave", Unit::Wave, ranges.wave, types::CH1_WAVES),
+                    signal("incoming wave", Unit::Wave, ranges.wave, types::CH2_WAVES),
+                ],
+                has_lost_link: false,
+            }
         };
-        let signals: Vec<_> = rig.stations().iter().map(signals).collect();
-        let has_lost_link = vec![false; signals.len()];
-        Self { position_m: limits.position_m, signals, has_seen_growth: false, has_lost_link }
+        Self { stations: rig.stations().iter().zip(ranges).map(watched).collect(), has_seen_growth: false }
     }
 
     /// What is wrong in the present tick; none while all is well. Growth is told once, when it is first seen, and
     /// each station's lost link.
     pub fn look(&mut self, rig: &Rig) -> Option<Alarm> {
         let (mut grows, mut lost) = (None, Vec::new());
-        let watched = self.signals.iter_mut().zip(&mut self.has_lost_link);
-        for ((signals, has_lost_link), station) in watched.zip(rig.stations()) {
+        for (watched, station) in self.stations.iter_mut().zip(rig.stations()) {
+            let Watched { position: range, position_unit, signals, has_lost_link } = watched;
             let at = |what: String| format!("{} {what} at {:.3} s", station.name, rig.time_s());
-            let positions = station.position_m().iter().map(|position_m| f64::from(*position_m));
-            if let Some((axis, value)) = first_outside(positions, self.position_m) {
-                return Some(Alarm::Left(at(left("position", axis, value, self.position_m, "m"))));
+            let positions = station.position().iter().map(|position| f64::from(*position));
+            if let Some((axis, value)) = first_outside(positions, *range) {
+                return Some(Alarm::Left(at(left("position", axis, value, *range, position_unit))));
             }
             // What is computed without moving anything has no range to keep.
             let is_safe = matches!(station.last_tick, Tick::LinkLost { .. });

@@ -64,7 +64,7 @@ fn a_node_that_stays_off_the_bus_leaves_both_sides_at_rest() {
                 let mut farthest_m = 0.0_f32;
                 for tick in 0..20_000 {
                     rig.tick();
-                    let now_m = rig.stations()[SLAVE].position_m()[0];
+                    let now_m = rig.stations()[SLAVE].position()[0];
                     farthest_m = farthest_m.max(now_m.abs());
                     if tick >= 15_000 {
                         let is_lost = |station: &Station| station.last_tick == Tick::LinkLost { link: 0 };

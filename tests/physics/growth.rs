@@ -19,7 +19,7 @@ fn outcome(settings: &str) -> Outcome {
 
 /// The first alarm within `ticks`.
 fn alarm(rig: &mut Rig, limits: &LimitsSection, ticks: u64) -> Option<Alarm> {
-    let mut watch = Watch::new(rig, limits);
+    let mut watch = Watch::new(rig, [limits.ranges(); 2]);
     (0..ticks).find_map(|_| {
         rig.tick();
         let alarm = watch.look(rig);

@@ -1,5 +1,7 @@
 //! `dimsart run`: runs a scenario and writes its report.
 
+mod rig;
+
 use std::error::Error;
 use std::fs::File;
 use std::io::Write;
@@ -25,7 +27,8 @@ use crate::scenario::{self, CarrierKind, LinkSection, Scenario};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES, after_long_help = help())]
 pub(super) struct Run {
-    /// Scenario file (TOML) with what differs from the shipped scenario; none for the shipped one.
+    /// Rig file (TOML), or scenario file with what differs from the shipped bilateral scenario; a name such as `joint` for
+    /// one that comes with the command; none for the bilateral scenario.
     scenario: Option<PathBuf>,
     /// Changes one setting, such as `link.loss=0.1`; can be given often.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -104,7 +107,8 @@ const USUAL_SETTINGS: &[&str] = &[
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart run                                                the shipped scenario
+  dimsart run                                                two sides of a delayed link
+  dimsart run joint                                          one joint: a position loop and a step
   dimsart run --set link.forward_delay_ticks=200             0.2 s later at the slave
   dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
   dimsart run --keys > my.toml                               a scenario file to start from
@@ -151,6 +155,9 @@ impl Run {
             writeln!(out, "{}", scenario::SHIPPED.trim_end())?;
             return Ok(ExitCode::SUCCESS);
         }
+        if let Some(file) = rig::read(self.scenario.as_deref(), &self.sets)? {
+            return rig::run(&self, &file, out);
+        }
         let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
         if let Some(warning) = scenario.link.key_file.as_deref().and_then(key_file::exposure) {
             eprintln!("dimsart: warning: {warning}");
@@ -165,17 +172,7 @@ impl Run {
         if self.no_report {
             experiment = experiment.without_recording();
         }
-        let bytes = experiment.recording_bytes();
-        if bytes > MOST_BYTES {
-            return Err(format!(
-                "the signals of {} s would take {:.0} GB of memory, and {:.0} are the most: keep a row in more ticks \
-                 (record.every_ticks) or fewer signals (record.signals), shorten the run, or use --no-report",
-                experiment.duration_s(),
-                (1e-9 * bytes).ceil(),
-                1e-9 * MOST_BYTES,
-            )
-            .into());
-        }
+        fits_memory(experiment.recording_bytes(), experiment.duration_s())?;
         if stop.load(Ordering::Relaxed) {
             return Err("stopped before the run began; nothing was run".into());
         }
@@ -277,6 +274,19 @@ impl Run {
         bar.finish_and_clear();
         written
     }
+}
+
+/// Refuses a run whose signals take more memory than there may be.
+fn fits_memory(bytes: f64, duration_s: f64) -> Result<(), String> {
+    if bytes <= MOST_BYTES {
+        return Ok(());
+    }
+    Err(format!(
+        "the signals of {duration_s} s would take {:.0} GB of memory, and {:.0} are the most: keep a row in more ticks \
+         (record.every_ticks) or fewer signals (record.signals), shorten the run, or use --no-report",
+        (1e-9 * bytes).ceil(),
+        1e-9 * MOST_BYTES,
+    ))
 }
 
 /// Whether a link does nothing to packets but to delay them.

@@ -15,17 +15,7 @@ const CREEPING_SHARE: f64 = 0.95;
 
 /// Prints both tables and the faults.
 pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
-    let mut table = text_table();
-    for fact in facts(outcome) {
-        table.add_row([fact.name, fact.value, fact.unit, fact.note]);
-    }
-    writeln!(out, "{}", right_aligned(table, 1..2))?;
-    let axes = axes(outcome);
-    if !axes.rows.is_empty() {
-        let mut table = text_table();
-        table.set_header(axes.header).add_rows(axes.rows);
-        writeln!(out, "{}", right_aligned(table, 0..4))?;
-    }
+    print_tables(out, facts(outcome), axes(outcome))?;
     if is_creeping(outcome) {
         writeln!(
             out,
@@ -35,6 +25,22 @@ pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
     }
     for fault in &outcome.faults {
         writeln!(out, "fault: {fault}")?;
+    }
+    Ok(())
+}
+
+/// What a run came to as a whole, and then what it came to on each axis.
+pub(super) fn print_tables(out: &mut impl Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
+    let mut table = text_table();
+    for fact in facts {
+        table.add_row([fact.name, fact.value, fact.unit, fact.note]);
+    }
+    writeln!(out, "{}", right_aligned(table, 1..2))?;
+    if !axes.rows.is_empty() {
+        let columns = axes.header.len();
+        let mut table = text_table();
+        table.set_header(axes.header).add_rows(axes.rows);
+        writeln!(out, "{}", right_aligned(table, 0..columns))?;
     }
     Ok(())
 }
@@ -63,7 +69,7 @@ fn right_aligned(mut table: TextTable, columns: std::ops::Range<usize>) -> TextT
     table
 }
 
-fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
+pub(super) fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
     Fact { name: name.to_owned(), value, unit: unit.to_owned(), note: note.to_owned() }
 }
 
@@ -96,7 +102,7 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
 }
 
 /// What did not arrive, at both ends; none where nothing is received.
-fn lost(received: &[Received]) -> Option<Fact> {
+pub(super) fn lost(received: &[Received]) -> Option<Fact> {
     let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
     let each = received.iter().map(|Received { station, lost, refused }| {
         format!("{lost} of those to the {station}, which refused {refused}")

@@ -22,14 +22,14 @@ impl Plant for AxisWise {
         self.axes.len()
     }
 
-    fn sense(&self, position_m: &mut [f32]) {
-        for (entry, axis) in position_m.iter_mut().zip(&self.axes) {
+    fn sense(&mut self, measured: &mut [f32]) {
+        for (entry, axis) in measured.iter_mut().zip(&self.axes) {
             *entry = axis.sense();
         }
     }
 
-    fn advance(&mut self, start_s: f64, period_s: f64, command_n: &[f32]) {
-        let commands = command_n.iter().copied().chain(core::iter::repeat(0.0));
+    fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32]) {
+        let commands = command.iter().copied().chain(core::iter::repeat(0.0));
         for (axis, command_n) in self.axes.iter_mut().zip(commands) {
             axis.advance(start_s, period_s, f64::from(command_n));
         }

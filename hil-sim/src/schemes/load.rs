@@ -43,8 +43,19 @@ pub fn load<const WORDS: usize>(
     settings: &[Setting],
     dimsart: &mut Dimsart<Standard, WORDS>,
 ) -> Loaded {
+    load_for(scheme, side, SIDES, settings, dimsart)
+}
+
+/// The same for one of other `sides`.
+pub fn load_for<const WORDS: usize>(
+    scheme: &SchemeText,
+    side: &str,
+    sides: &[&str],
+    settings: &[Setting],
+    dimsart: &mut Dimsart<Standard, WORDS>,
+) -> Loaded {
     let mut errors = Vec::new();
-    for row in scheme::rows_for(&scheme.text, side, SIDES) {
+    for row in scheme::rows_for(&scheme.text, side, sides) {
         match row.map_err(Refusal::from).and_then(|row| apply(&row, settings, dimsart)) {
             // The faults say more than this refusal does.
             Ok(())

@@ -6,13 +6,13 @@ use crate::outcome::Received;
 use crate::rig::{Probe, Station};
 
 /// What it missed and refused; none for one that does not listen.
-pub(super) fn received(station: &Station) -> Option<Received> {
+pub(crate) fn received(station: &Station) -> Option<Received> {
     let [lost, refused] = [types::LINK_LOST, types::LINK_REFUSED].map(|signal| word(station, signal));
     Some(Received { station: station.name.clone(), lost: lost?, refused: refused? })
 }
 
 /// In words, that it accepted nothing in all `ticks` of a run; none for one that did, or that does not listen.
-pub(super) fn silence(station: &Station, ticks: u64) -> Option<String> {
+pub(crate) fn silence(station: &Station, ticks: u64) -> Option<String> {
     let Received { station: name, refused, .. } = received(station)?;
     (u64::from(word(station, types::LINK_AGE)?) == ticks).then(|| match refused {
         0 => format!("nothing came to the {name} in the whole run; see to the link, and to what the other side sends"),

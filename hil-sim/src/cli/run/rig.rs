@@ -1,0 +1,147 @@
+//! `dimsart run` of a rig file.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
+use crate::cli::summary;
+use crate::report::{self, Fact, Report, SignalsFile, Table};
+use crate::response::{AxisOutcome, Experiment, Outcome, figures, file_stems};
+use crate::rig_file::{RigFile, RigFileError};
+use indicatif::ProgressBar;
+
+/// The rig file at a path, or the shipped one of that name; none for anything else.
+pub(super) fn read(path: Option<&Path>, sets: &[String]) -> Result<Option<RigFile>, RigFileError> {
+    let Some(path) = path else { return Ok(None) };
+    let shipped = path.to_str().and_then(RigFile::shipped).filter(|_| !path.exists());
+    if let Some(text) = shipped {
+        let name = path.display().to_string();
+        return RigFile::read(text, &name, PathBuf::new(), sets).map(Some);
+    }
+    // What cannot be read, the scenario says as well.
+    match std::fs::read_to_string(path) {
+        Ok(text) if RigFile::is_one(&text) => RigFile::load(path, sets).map(Some),
+        _ => Ok(None),
+    }
+}
+
+pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending {
+    if command.side.is_some() || command.target.is_some() {
+        return Err(
+            "--side and --target are for scenarios of two sides; a rig file runs all its controllers here"
+                .into(),
+        );
+    }
+    let folder = command.folder();
+    if !command.no_report {
+        report::try_folder(&folder)?;
+    }
+    let stop = stop_on_interrupt()?;
+    let mut experiment = Experiment::new(file)?;
+    if command.no_report {
+        experiment = experiment.without_recording();
+    }
+    super::fits_memory(experiment.recording_bytes(), file.duration_s)?;
+    let mut signals = None;
+    if !command.no_report {
+        let stems = file_stems(file);
+        let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
+        let (written, listener) = SignalsFile::create(&folder, &stems)?;
+        experiment.tell(listener);
+        signals = Some(written);
+    }
+    let bar = progress_bar(file.duration_s);
+    let run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
+    bar.finish_and_clear();
+    stop.store(false, Ordering::Relaxed);
+    print(out, &run.outcome)?;
+    if let Some(signals) = signals {
+        signals.finish()?;
+        let names: Vec<&str> = file.devices.iter().map(|device| device.name.as_str()).collect();
+        let report = Report {
+            title: format!("Response of {}", names.join(", ")),
+            summary: facts(&run.outcome),
+            axes: axes(&run.outcome),
+            faults: run.outcome.faults.clone(),
+            figures: figures(&run.recording, file),
+            tick_maps: run.tick_maps,
+            bus: None,
+            settings_toml: file.to_toml(),
+            recording: &run.recording,
+        };
+        let bar = ProgressBar::new(0);
+        bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
+        let written = report::write(&folder, &report, &stop, &bar);
+        bar.finish_and_clear();
+        writeln!(out, "report: {}", written?.page.display())?;
+    }
+    if command.json {
+        writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn print(out: &mut impl Write, outcome: &Outcome) -> std::io::Result<()> {
+    summary::print_tables(out, facts(outcome), axes(outcome))?;
+    for fault in &outcome.faults {
+        writeln!(out, "fault: {fault}")?;
+    }
+    Ok(())
+}
+
+/// What a run came to as a whole.
+fn facts(outcome: &Outcome) -> Vec<Fact> {
+    let (stable, note) = match outcome.stable {
+        true => ("yes", "everything in its range, nothing grows or goes on swinging"),
+        false => ("NO", "see the fault"),
+    };
+    let cycles = outcome.limit_cycles.len().to_string();
+    let most = outcome.limit_cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
+    let most = most.map_or("nothing swings when nothing moves it".to_owned(), |cycle| {
+        format!(
+            "the widest: axis {} of {}, ±{:.2e} at {:.1} Hz",
+            cycle.axis, cycle.device, cycle.amplitude, cycle.hz
+        )
+    });
+    let mut facts = vec![
+        summary::fact("stable", stable.to_owned(), "", note),
+        summary::fact(
+            "simulated",
+            format!("{:.3}", outcome.simulated_s),
+            "s",
+            &format!("{} ticks", outcome.ticks),
+        ),
+        summary::fact(
+            "took",
+            format!("{:.3}", outcome.wall_s),
+            "s",
+            &format!("{:.0} times real time", outcome.realtime_factor),
+        ),
+        summary::fact("limit cycles", cycles, "", &most),
+    ];
+    facts.extend(summary::lost(&outcome.received));
+    facts
+}
+
+/// How each axis followed its references.
+fn axes(outcome: &Outcome) -> Table {
+    let header =
+        ["device", "axis", "follows", "rise (s)", "overshoot", "settled 2 % (s)", "rms error", "peak error"];
+    let seconds = |time_s: Option<f64>| time_s.map_or("-".to_owned(), |time_s| format!("{time_s:.4}"));
+    let row = |axis: &AxisOutcome| {
+        let AxisOutcome { unit, .. } = axis;
+        vec![
+            axis.device.clone(),
+            axis.axis.to_string(),
+            axis.reference.to_owned(),
+            seconds(axis.rise_time_s),
+            axis.overshoot.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share)),
+            seconds(axis.settling_time_s),
+            format!("{:.3e} {unit}", axis.rms_error),
+            format!("{:.3e} {unit}", axis.peak_error),
+        ]
+    };
+    Table { header: header.map(str::to_owned).to_vec(), rows: outcome.axes.iter().map(row).collect() }
+}

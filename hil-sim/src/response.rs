@@ -1,0 +1,339 @@
+//! The experiment of a [rig file](crate::rig_file): its devices are moved as it says, and how they follow is measured.
+//!
+//! ```text
+//! RigFile ──▶ Experiment ──▶ Rig { Station: controller ◀─▶ Instrumented { Joint per axis, references, loads } }
+//!                              │ every tick: Recorder, Follow, Swing, Watch look on
+//!                              ▼
+//!                            Run { Outcome, Recording } ──▶ pictures ──▶ Report
+//! ```
+
+mod error;
+mod follow;
+mod instrumented;
+mod motion;
+mod outcome;
+mod pictures;
+mod step_response;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::time::Instant;
+
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Unit, types};
+
+pub use error::ResponseError;
+pub use motion::SamplesError;
+pub use outcome::{AxisOutcome, Outcome};
+pub use pictures::{figures, file_stems};
+
+use follow::{AxisSwing, Follow, followed};
+use instrumented::{Axis, Instrumented, Output};
+use motion::Motion;
+
+use crate::limit_cycle::{LimitCycle, Swing};
+use crate::link::InProcess;
+use crate::plant::MAX_QUANTITIES;
+use crate::reception;
+use crate::recorder::Recorder;
+use crate::recording::{Piece, Recording};
+use crate::report::TickMap;
+use crate::rig::{End, Rig, SimulatedDimsart, Station};
+use crate::rig_file::{ControllerSection, DeviceSection, LOAD, LinkSection, RigFile};
+use crate::schemes::{self, SIDES, SchemeText};
+use crate::tick_map::tick_map;
+use crate::watch::{Alarm, Ranges, Watch};
+
+/// Swinging by more than this share of the largest motion is no stable run.
+const CHATTER: f64 = 0.01;
+/// Ticks between two looks at the progress.
+const PROGRESS_TICKS: u64 = 512;
+
+/// A rig made of a file, ready to run.
+#[derive(Debug)]
+pub struct Experiment {
+    rig: Rig,
+    duration_s: f64,
+    ranges: Vec<Ranges>,
+    follows: Vec<Follow>,
+    swings: Vec<AxisSwing>,
+    /// None when nothing is to be kept.
+    recorder: Option<Recorder>,
+}
+
+/// What a run leaves behind.
+#[derive(Debug)]
+pub struct Run {
+    /// The figures.
+    pub outcome: Outcome,
+    /// The signals.
+    pub recording: Recording,
+    /// What happens in a tick, by controller.
+    pub tick_maps: Vec<TickMap>,
+}
+
+impl Experiment {
+    /// All controllers in one process and one virtual time.
+    ///
+    /// # Errors
+    /// [`ResponseError`] when a device, plant or scheme cannot be made of the file.
+    pub fn new(file: &RigFile) -> Result<Self, ResponseError> {
+        let mut rig = Rig::new(file.sample_period_s);
+        let (mut follows, mut swings) = (Vec::new(), Vec::new());
+        for section in &file.devices {
+            let station = station(file, section)?;
+            let place = rig.add(station);
+            for axis in 0..section.axes.len() {
+                follows.extend(follows_of(file, section, (place, axis))?);
+                swings.push(swing_of(file, section, (place, axis))?);
+            }
+        }
+        for (place, link) in file.links.iter().enumerate() {
+            let LinkSection { from, to, from_link, to_link, carrier } = link;
+            let end = |name: &str, link: u8| {
+                let station = file.devices.iter().position(|device| device.name == name).unwrap_or_default();
+                End { station, link: link.into() }
+            };
+            let seed = file.seed.wrapping_add(place as u64);
+            rig.connect(end(from, *from_link), end(to, *to_link), Box::new(InProcess::new(*carrier, seed)));
+        }
+        let recorder = Some(Recorder::new(&rig, &file.record)?);
+        let ranges = file.devices.iter().map(DeviceSection::ranges).collect();
+        Ok(Self { rig, duration_s: file.duration_s, ranges, follows, swings, recorder })
+    }
+
+    /// Keeps no signals, and takes no memory for them: the run's recording will be empty.
+    #[must_use]
+    pub fn without_recording(self) -> Self {
+        Self { recorder: None, ..self }
+    }
+
+    /// The rig, to look at or to change before it runs.
+    pub fn rig_mut(&mut self) -> &mut Rig {
+        &mut self.rig
+    }
+
+    /// Tells `listener` every row of the run as it is recorded; see [`Recorder::tell`].
+    pub fn tell(&mut self, listener: SyncSender<Piece>) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.tell(listener);
+        }
+    }
+
+    /// Memory that the signals of the whole run will take, bytes.
+    #[must_use]
+    pub fn recording_bytes(&self) -> f64 {
+        let ticks = self.duration_s / self.rig.period_s();
+        self.recorder.as_ref().map_or(0.0, |recorder| recorder.bytes(ticks))
+    }
+
+    /// Runs to the end, until something leaves its range, or until `stop` is set. `progress` hears the
+    /// virtual time, `s`, now and then.
+    pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
+        let start = Instant::now();
+        let mut watch = Watch::new(&self.rig, self.ranges.iter().copied());
+        let (mut faults, mut is_stable) = (Vec::new(), true);
+        let half_tick_s = 0.5 * self.rig.period_s();
+        while self.rig.time_s() < self.duration_s - half_tick_s {
+            if stop.load(Ordering::Relaxed) {
+                faults.push(format!("stopped by the user at {:.3} s", self.rig.time_s()));
+                break;
+            }
+            if self.rig.ticks().is_multiple_of(PROGRESS_TICKS) {
+                progress(self.rig.time_s());
+            }
+            self.rig.tick();
+            self.look();
+            match watch.look(&self.rig) {
+                None => {}
+                Some(Alarm::LinkLost(lost)) => faults.extend(lost),
+                Some(Alarm::Grows(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                }
+                Some(Alarm::Left(fault)) => {
+                    faults.push(fault);
+                    is_stable = false;
+                    break;
+                }
+            }
+            self.rig.advance();
+        }
+        progress(self.rig.time_s());
+        let limit_cycles = self.limit_cycles(&mut faults, &mut is_stable);
+        self.finish(start.elapsed().as_secs_f64(), is_stable, limit_cycles, faults)
+    }
+
+    /// Has all that measures look at the present tick.
+    fn look(&mut self) {
+        let Self { rig, follows, swings, recorder, .. } = self;
+        if let Some(recorder) = recorder {
+            recorder.record(rig, &[]);
+        }
+        let time_s = rig.time_s();
+        let known = |station: usize, axis: usize| {
+            let mut values = [f64::NAN; MAX_QUANTITIES];
+            if let Some(station) = rig.stations().get(station) {
+                station.plant.look(axis, &mut values);
+            }
+            values
+        };
+        for follow in follows {
+            let values = known(follow.station, follow.axis);
+            follow.add(time_s, values.get(follow.quantity).copied().unwrap_or(f64::NAN));
+        }
+        for AxisSwing { station, axis, swing, .. } in swings {
+            let [position, ..] = known(*station, *axis);
+            swing.add(time_s, position);
+        }
+    }
+
+    fn device_name(&self, station: usize) -> &str {
+        self.rig.stations().get(station).map_or("", |station| &station.name)
+    }
+
+    fn limit_cycles(&self, faults: &mut Vec<String>, is_stable: &mut bool) -> Vec<LimitCycle> {
+        // Of a run that was broken off, nothing can be said.
+        let is_over = self.rig.time_s() >= self.duration_s - self.rig.period_s();
+        let mut found = Vec::new();
+        for AxisSwing { station, axis, unit, swing } in self.swings.iter().filter(|_| is_over) {
+            let Some((hz, amplitude, share)) = swing.found() else { continue };
+            let device = self.device_name(*station).to_owned();
+            if share > CHATTER {
+                faults.push(format!(
+                    "axis {axis} of {device} goes on swinging by ±{amplitude:.3e} {unit} at {hz:.1} Hz when nothing \
+                     moves it"
+                ));
+                *is_stable = false;
+            }
+            found.push(LimitCycle { device, axis: *axis, hz, amplitude });
+        }
+        found
+    }
+
+    fn finish(self, wall_s: f64, stable: bool, limit_cycles: Vec<LimitCycle>, faults: Vec<String>) -> Run {
+        let axes = self.follows.iter().map(|follow| follow.outcome(self.device_name(follow.station)));
+        let simulated_s = self.rig.time_s();
+        let outcome = Outcome {
+            stable,
+            ticks: self.rig.ticks(),
+            simulated_s,
+            wall_s,
+            realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
+            axes: axes.collect(),
+            limit_cycles,
+            media: self.rig.media().iter().map(|medium| medium.traffic.clone()).collect(),
+            received: self.rig.stations().iter().filter_map(reception::received).collect(),
+            faults,
+        };
+        let stations = self.rig.stations().iter();
+        let tick_maps = stations.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
+        Run { outcome, recording: self.recorder.map(Recorder::finish).unwrap_or_default(), tick_maps }
+    }
+}
+
+/// A device with its controller.
+fn station(file: &RigFile, section: &DeviceSection) -> Result<Station, ResponseError> {
+    let (axes, outputs) = (axes_of(file, section)?, outputs_of(file, section)?);
+    let plant = Box::new(Instrumented::new(axes, outputs, section.delay_ticks));
+    let mut dimsart =
+        Box::new(SimulatedDimsart::new(descriptor(file, section)?).map_err(ResponseError::Storage)?);
+    let sides: Vec<&str> =
+        file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
+    for controller in file.controllers.iter().filter(|controller| controller.device == section.name) {
+        let scheme = SchemeText::read_from(&controller.scheme, &file.folder)?;
+        let loaded = schemes::load_for(&scheme, controller.side(), &sides, &[], &mut dimsart);
+        if !loaded.is_sound() {
+            return Err(ResponseError::Scheme { name: scheme.name, device: section.name.clone(), loaded });
+        }
+    }
+    Ok(Station::new(&section.name, dimsart, plant))
+}
+
+fn descriptor(file: &RigFile, section: &DeviceSection) -> Result<DeviceDescriptor, ResponseError> {
+    let kinds: Vec<AxisKind> = section.axes.iter().map(|axis| axis.unit.kind()).collect();
+    // A descriptor lives as long as the program: on a board it is in flash.
+    let leak = |names: &[String]| -> &'static [&'static DataType] {
+        Vec::leak(names.iter().filter_map(|name| types::by_name(name)).collect())
+    };
+    #[expect(clippy::cast_possible_truncation, reason = "controllers count in f32")]
+    let sample_period_s = file.sample_period_s as f32;
+    let name = String::leak(section.name.clone());
+    let described =
+        DeviceDescriptor::new(name, &kinds, sample_period_s, leak(&section.measures), leak(&section.takes));
+    described.map_err(|error| ResponseError::Device { device: section.name.clone(), error })
+}
+
+fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {
+    let axis = |(axis, of_axis): (usize, &crate::rig_file::AxisSection)| {
+        let joint = of_axis.plant.build();
+        let joint =
+            joint.map_err(|error| ResponseError::Plant { device: section.name.clone(), axis, error })?;
+        Ok(Axis { unit: of_axis.unit, joint, load: motions(file, &section.name, axis, LOAD)? })
+    };
+    section.axes.iter().enumerate().map(axis).collect()
+}
+
+fn outputs_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Output>, ResponseError> {
+    let output = |name: &String| {
+        let data_type = types::by_name(name).unwrap_or(types::SIGNAL);
+        if RigFile::is_sensed(data_type) {
+            return Ok(Output::Sensed(data_type));
+        }
+        let per_axis = (0..section.axes.len()).map(|axis| motions(file, &section.name, axis, name));
+        Ok(Output::Reference(per_axis.collect::<Result<_, _>>()?))
+    };
+    section.measures.iter().map(output).collect()
+}
+
+/// All moves on one signal of an axis.
+fn motions(file: &RigFile, device: &str, axis: usize, on: &str) -> Result<Vec<Motion>, ResponseError> {
+    let on_it = file.experiment.moves.iter().filter(|moved| moved.moves(device, on) && moved.axis == axis);
+    let made: Result<Vec<_>, _> = on_it.map(|section| Motion::new(section, &file.folder)).collect();
+    Ok(made?.into_iter().flatten().collect())
+}
+
+/// When anything begins to move an axis, `s`.
+fn starts_s(file: &RigFile, device: &str, axis: usize) -> Result<Vec<f64>, ResponseError> {
+    Ok(all_motions(file, device, axis)?.iter().map(Motion::start_s).collect())
+}
+
+fn all_motions(file: &RigFile, device: &str, axis: usize) -> Result<Vec<Motion>, ResponseError> {
+    let on_it = file.experiment.moves.iter().filter(|moved| moved.device == device && moved.axis == axis);
+    let made: Result<Vec<_>, _> = on_it.map(|section| Motion::new(section, &file.folder)).collect();
+    Ok(made?.into_iter().flatten().collect())
+}
+
+fn follows_of(
+    file: &RigFile,
+    section: &DeviceSection,
+    place: (usize, usize),
+) -> Result<Vec<Follow>, ResponseError> {
+    let (_, axis) = place;
+    let starts_s = starts_s(file, &section.name, axis)?;
+    let kind = section.axes.get(axis).map(|axis| axis.unit.kind()).unwrap_or_default();
+    let mut follows = Vec::new();
+    for reference in section.measures.iter().filter_map(|name| types::by_name(name)) {
+        let motions = motions(file, &section.name, axis, reference.name)?;
+        if let Some(quantity) = followed(reference).filter(|_| !motions.is_empty()) {
+            let unit = reference.unit.symbol(kind);
+            follows.push(Follow::new(place, reference, unit, quantity, motions, &starts_s));
+        }
+    }
+    Ok(follows)
+}
+
+fn swing_of(
+    file: &RigFile,
+    section: &DeviceSection,
+    (station, axis): (usize, usize),
+) -> Result<AxisSwing, ResponseError> {
+    // Coupled axes move each other.
+    let mut ends_s = Vec::new();
+    for axis in 0..section.axes.len() {
+        ends_s.extend(all_motions(file, &section.name, axis)?.iter().map(Motion::end_s));
+    }
+    let quiet_s = ends_s.into_iter().fold(0.0, f64::max).min(file.duration_s);
+    let kind = section.axes.get(axis).map(|axis| axis.unit.kind()).unwrap_or_default();
+    let swing = Swing::new(quiet_s, file.duration_s);
+    Ok(AxisSwing { station, axis, unit: Unit::Position.symbol(kind), swing })
+}

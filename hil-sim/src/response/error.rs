@@ -1,0 +1,56 @@
+//! Why a rig cannot be set up: what is wrong, where, and what to do next.
+
+use dimsart_core::{DescriptorError, StorageError};
+
+use super::motion::SamplesError;
+use crate::plant::ParameterError;
+use crate::recorder::UnknownSignal;
+use crate::schemes::{Loaded, SchemeFileError};
+
+/// Why a rig could not be set up.
+#[derive(Debug, thiserror::Error)]
+pub enum ResponseError {
+    /// The device cannot exist.
+    #[error("device '{device}': {error}")]
+    Device {
+        /// The device.
+        device: String,
+        /// What is wrong.
+        error: DescriptorError,
+    },
+    /// The device's types do not fit.
+    #[error("the device's types do not fit into the Data Base: {0:?}")]
+    Storage(StorageError),
+    /// A plant's parameter.
+    #[error("device '{device}', axis {axis}: {error}")]
+    Plant {
+        /// The device.
+        device: String,
+        /// The axis.
+        axis: usize,
+        /// What is wrong.
+        error: ParameterError,
+    },
+    /// The scheme cannot be read.
+    #[error(transparent)]
+    SchemeFile(#[from] SchemeFileError),
+    /// The scheme does not run on this device.
+    #[error(
+        "the scheme {name} does not run on the device '{device}':\n{}",
+        loaded.problems().map(|problem| format!("  {problem}")).collect::<Vec<_>>().join("\n")
+    )]
+    Scheme {
+        /// The scheme.
+        name: String,
+        /// The device.
+        device: String,
+        /// What is wrong.
+        loaded: Loaded,
+    },
+    /// A file that something moves by.
+    #[error(transparent)]
+    Samples(#[from] SamplesError),
+    /// What `record.signals` names.
+    #[error(transparent)]
+    Record(#[from] UnknownSignal),
+}

@@ -1,0 +1,95 @@
+//! Watches how an axis follows its reference.
+
+use dimsart_core::{DataType, types};
+
+use super::instrumented::sum_at;
+use super::motion::Motion;
+use super::outcome::AxisOutcome;
+use super::step_response::{StepFigures, StepResponse};
+use crate::limit_cycle::Swing;
+
+/// Which quantity of an axis follows which reference.
+const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
+
+/// The place, among what is known of an axis, of what follows a reference; none for one that nothing is measured of.
+pub(super) fn followed(reference: &DataType) -> Option<usize> {
+    FOLLOWS.iter().find(|(known, _)| known.id == reference.id).map(|(_, quantity)| *quantity)
+}
+
+/// One axis and one reference.
+#[derive(Debug)]
+pub(super) struct Follow {
+    pub(super) station: usize,
+    pub(super) axis: usize,
+    pub(super) reference: &'static DataType,
+    pub(super) unit: &'static str,
+    /// Of what follows it.
+    pub(super) quantity: usize,
+    motions: Vec<Motion>,
+    step: Option<StepResponse>,
+    squares: f64,
+    peak: f64,
+    ticks: u64,
+}
+
+impl Follow {
+    /// `others` are when anything else begins to move the axis, `s`.
+    pub(super) fn new(
+        place: (usize, usize),
+        reference: &'static DataType,
+        unit: &'static str,
+        quantity: usize,
+        motions: Vec<Motion>,
+        others_s: &[f64],
+    ) -> Self {
+        let step = motions.iter().find(|motion| matches!(motion, Motion::Step(_)));
+        let step = step.map(|motion| {
+            let at_s = motion.start_s();
+            let until_s = others_s.iter().copied().filter(|other_s| *other_s > at_s);
+            let until_s = until_s.fold(f64::INFINITY, f64::min);
+            let after = sum_at(&motions, at_s);
+            StepResponse::new(at_s, until_s, after - motion.at(at_s), after)
+        });
+        let (station, axis) = place;
+        Self { station, axis, reference, unit, quantity, motions, step, squares: 0.0, peak: 0.0, ticks: 0 }
+    }
+
+    /// Adds a tick.
+    pub(super) fn add(&mut self, time_s: f64, value: f64) {
+        let error = sum_at(&self.motions, time_s) - value;
+        self.squares += error * error;
+        self.peak = self.peak.max(error.abs());
+        self.ticks += 1;
+        if let Some(step) = &mut self.step {
+            step.add(time_s, value);
+        }
+    }
+
+    /// What came of it.
+    pub(super) fn outcome(&self, device: &str) -> AxisOutcome {
+        let figures = self.step.as_ref().map(StepResponse::figures);
+        let of_step = |figure: fn(&StepFigures) -> Option<f64>| figures.as_ref().and_then(figure);
+        #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+        let ticks = self.ticks.max(1) as f64;
+        AxisOutcome {
+            device: device.to_owned(),
+            axis: self.axis,
+            reference: self.reference.name,
+            unit: self.unit,
+            rise_time_s: of_step(|figures| figures.rise_time_s),
+            overshoot: of_step(|figures| Some(figures.overshoot)),
+            settling_time_s: of_step(|figures| figures.settling_time_s),
+            rms_error: (self.squares / ticks).sqrt(),
+            peak_error: self.peak,
+        }
+    }
+}
+
+/// Watches whether an axis goes on swinging when nothing moves it any more.
+#[derive(Debug)]
+pub(super) struct AxisSwing {
+    pub(super) station: usize,
+    pub(super) axis: usize,
+    pub(super) unit: &'static str,
+    pub(super) swing: Swing,
+}

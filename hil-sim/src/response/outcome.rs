@@ -1,0 +1,57 @@
+//! The figures of a rig's run, for people and for programs.
+
+use serde::Serialize;
+
+use crate::bus::Traffic;
+use crate::limit_cycle::LimitCycle;
+use crate::outcome::Received;
+
+/// What a run came to; printed whole by `--json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Outcome {
+    /// Whether everything stayed in its declared range, nothing grew without bound, and nothing went on swinging by more
+    /// than a hundredth of what it was moved.
+    pub stable: bool,
+    /// Ticks that were run.
+    pub ticks: u64,
+    /// Virtual time that was run, `s`.
+    pub simulated_s: f64,
+    /// Time it took, recording included, report not, `s`.
+    pub wall_s: f64,
+    /// Virtual time over the time it took.
+    pub realtime_factor: f64,
+    /// What each controlled axis came to.
+    pub axes: Vec<AxisOutcome>,
+    /// What went on swinging when nothing moved it any more.
+    pub limit_cycles: Vec<LimitCycle>,
+    /// What the simulated media came to.
+    pub media: Vec<Traffic>,
+    /// What the receivers missed, by device.
+    pub received: Vec<Received>,
+    /// What went wrong, in words.
+    pub faults: Vec<String>,
+}
+
+/// How an axis followed one of its references. Figures of a step are of the first one, until something else moves the
+/// axis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisOutcome {
+    /// The device.
+    pub device: String,
+    /// The axis, from 0.
+    pub axis: usize,
+    /// What it was to follow.
+    pub reference: &'static str,
+    /// Unit of the errors.
+    pub unit: &'static str,
+    /// From a tenth to nine tenths of the step, `s`; none without a step, or when it has not come that far.
+    pub rise_time_s: Option<f64>,
+    /// By which part of the step it went too far at most; none without a step.
+    pub overshoot: Option<f64>,
+    /// From the step until it stays within 2 % of it, `s`; none when it does not.
+    pub settling_time_s: Option<f64>,
+    /// Root of the mean square of what it was off by.
+    pub rms_error: f64,
+    /// The most it was off by.
+    pub peak_error: f64,
+}

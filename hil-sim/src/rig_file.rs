@@ -1,0 +1,210 @@
+//! Rig files: any devices, controllers and links, and what an experiment does to them.
+//!
+//! ```toml
+//! duration_s = 1.0
+//!
+//! [[device]]                          # what is controlled
+//! name = "joint"
+//! measures = ["POSITION", "DES_POSITION"]
+//!
+//! [[device.axis]]
+//! unit = "rad"
+//! plant.load.inertia = 0.01           # kg m²
+//!
+//! [[controller]]                      # what controls it
+//! device = "joint"
+//! scheme = "builtin:joint"
+//!
+//! [[experiment.move]]                 # what happens to it
+//! device = "joint"
+//! on = "DES_POSITION"
+//! step = { at_s = 0.1, size = 0.5 }
+//! ```
+//! Units are the end of a key's name. Where a key is of an axis that turns or slides, it has none: rad or m, N m or N.
+//! Paths are relative to the file's folder.
+
+mod check;
+mod device;
+mod error;
+mod moves;
+mod set;
+
+use std::path::{Path, PathBuf};
+
+use dimsart_core::DataType;
+use serde::{Deserialize, Serialize};
+use toml::Table;
+
+pub use device::{AxisSection, AxisUnit, DeviceSection};
+pub use error::RigFileError;
+pub use moves::{
+    Chirp, ExperimentSection, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,
+};
+
+use crate::link::InProcessParameters;
+use crate::scenario::RecordSection;
+
+/// Rigs that come with the command, by name.
+pub const SHIPPED: &[(&str, &str)] = &[("joint", include_str!("../../scenarios/joint.toml"))];
+
+/// Everything that decides a run.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct RigFile {
+    /// Of every random draw: the same seed gives the same run, bit for bit.
+    #[serde(default = "first_seed")]
+    pub seed: u64,
+    /// Length of the run, `s`.
+    pub duration_s: f64,
+    /// Of every controller, `s`.
+    #[serde(default = "millisecond")]
+    pub sample_period_s: f64,
+    /// What is controlled.
+    #[serde(rename = "device")]
+    pub devices: Vec<DeviceSection>,
+    /// What controls it, one for each device.
+    #[serde(rename = "controller")]
+    pub controllers: Vec<ControllerSection>,
+    /// What goes from controller to controller.
+    #[serde(rename = "link", default)]
+    pub links: Vec<LinkSection>,
+    /// What happens.
+    pub experiment: ExperimentSection,
+    /// What is kept.
+    #[serde(default = "every_tick")]
+    pub record: RecordSection,
+    /// That paths begin in.
+    #[serde(skip)]
+    pub folder: PathBuf,
+}
+
+/// `[[controller]]`.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct ControllerSection {
+    /// The device that it controls.
+    pub device: String,
+    /// Scheme file, or a built-in one.
+    pub scheme: String,
+    /// Whose rows of the scheme it takes beside those for `all`; left out, the device's name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub side: Option<String>,
+}
+
+impl ControllerSection {
+    /// Whose rows of the scheme it takes.
+    #[must_use]
+    pub fn side(&self) -> &str {
+        self.side.as_deref().unwrap_or(&self.device)
+    }
+}
+
+/// `[[link]]`: one way from a controller to another.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LinkSection {
+    /// Device of the controller that sends.
+    pub from: String,
+    /// Device of the controller that receives.
+    pub to: String,
+    /// Number of the link at the sender, as `CTX_LINK` says.
+    #[serde(default)]
+    pub from_link: u8,
+    /// Number of the link at the receiver, as `CRX_LINK` says.
+    #[serde(default)]
+    pub to_link: u8,
+    /// What it does to packets.
+    #[serde(default)]
+    pub carrier: InProcessParameters,
+}
+
+fn first_seed() -> u64 {
+    1
+}
+
+fn millisecond() -> f64 {
+    1e-3
+}
+
+fn every_tick() -> RecordSection {
+    RecordSection { every_ticks: 1, signals: Vec::new() }
+}
+
+impl RigFile {
+    /// Whether a text is a rig file rather than a scenario of the [bilateral experiment](crate::bilateral).
+    #[must_use]
+    pub fn is_one(text: &str) -> bool {
+        text.parse::<Table>().is_ok_and(|table| table.contains_key("device"))
+    }
+
+    /// The shipped rig of that name.
+    #[must_use]
+    pub fn shipped(name: &str) -> Option<&'static str> {
+        SHIPPED.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    }
+
+    /// The file at `path` with each of `sets` (`device.joint.axis.0.plant.load.inertia=0.02`) over it.
+    ///
+    /// # Errors
+    /// A file that cannot be read or is not TOML, a key that does not exist, a value that its key does not take; or
+    /// everything that does not go together.
+    pub fn load(path: &Path, sets: &[String]) -> Result<Self, RigFileError> {
+        let text = std::fs::read_to_string(path)
+            .map_err(|source| RigFileError::Unreadable { path: path.to_owned(), source })?;
+        let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+        Self::read(&text, &path.display().to_string(), folder, sets)
+    }
+
+    /// A text with each of `sets` over it; `name` is what messages call it.
+    ///
+    /// # Errors
+    /// As [`load`](Self::load).
+    pub fn read(text: &str, name: &str, folder: PathBuf, sets: &[String]) -> Result<Self, RigFileError> {
+        let wrong = |error: toml::de::Error| RigFileError::NotOne {
+            name: name.to_owned(),
+            message: error.to_string().trim_end().to_owned(),
+        };
+        let mut file: Self = toml::from_str(text).map_err(wrong)?;
+        if !sets.is_empty() {
+            let mut table: Table = toml::from_str(text).map_err(wrong)?;
+            for argument in sets {
+                set::apply(&mut table, argument)?;
+                file = table.clone().try_into().map_err(|error: toml::de::Error| RigFileError::Set {
+                    argument: argument.clone(),
+                    reason: error.message().to_owned(),
+                })?;
+            }
+        }
+        file.folder = folder;
+        let problems = file.problems();
+        if problems.is_empty() {
+            Ok(file)
+        } else {
+            Err(RigFileError::Wrong { name: name.to_owned(), problems })
+        }
+    }
+
+    /// The settings in effect, as a file that gives the same run again.
+    #[must_use]
+    pub fn to_toml(&self) -> String {
+        toml::to_string(self).unwrap_or_else(|error| format!("# not expressible in TOML: {error}\n"))
+    }
+
+    /// The device of that name.
+    #[must_use]
+    pub fn device(&self, name: &str) -> Option<&DeviceSection> {
+        self.devices.iter().find(|device| device.name == name)
+    }
+
+    /// Whether a device has sensors for a type; else it is a reference.
+    #[must_use]
+    pub fn is_sensed(data_type: &DataType) -> bool {
+        check::SENSED.contains(&data_type)
+    }
+
+    /// Where a path in the file leads.
+    #[must_use]
+    pub fn resolve(&self, path: &Path) -> PathBuf {
+        self.folder.join(path)
+    }
+}

@@ -1,0 +1,162 @@
+//! What does not go together in a rig file, all of it, a line each.
+
+use dimsart_core::{DataType, Format, Shape, limits, types};
+
+use super::{AxisSection, DeviceSection, LOAD, LinkSection, MoveSection, RigFile};
+use crate::link::InProcessParameters;
+use crate::plant::ParameterError;
+use crate::schemes::suggestion;
+
+/// Longest delay of a device, ticks.
+const MOST_DELAY_TICKS: f64 = 3.0;
+/// What a device has sensors for.
+pub(super) const SENSED: [&DataType; 3] = [types::POSITION, types::VELOCITY, types::FORCE];
+
+impl RigFile {
+    pub(super) fn problems(&self) -> Vec<String> {
+        let mut problems = Vec::new();
+        if !(self.duration_s.is_finite() && self.duration_s > 0.0) {
+            problems.push(format!("duration_s is {}: give it a number > 0", self.duration_s));
+        }
+        if !(1e-5..=0.1).contains(&self.sample_period_s) {
+            problems.push(format!("sample_period_s is {}: give it 0.00001 to 0.1", self.sample_period_s));
+        }
+        if self.record.every_ticks == 0 {
+            problems.push("record.every_ticks is 0: give it 1 or more".to_owned());
+        }
+        if self.devices.is_empty() {
+            problems.push("there is no device: add a [[device]]".to_owned());
+        }
+        for (place, device) in self.devices.iter().enumerate() {
+            self.check_device(place, device, &mut problems);
+        }
+        for controller in &self.controllers {
+            self.has_device("controller", &controller.device, &mut problems);
+        }
+        for link in &self.links {
+            self.check_link(link, &mut problems);
+        }
+        for (place, moved) in self.experiment.moves.iter().enumerate() {
+            let at = format!("experiment.move {place}");
+            if self.has_device(&at, &moved.device, &mut problems) {
+                self.check_move(&at, moved, &mut problems);
+            }
+        }
+        problems
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.devices.iter().map(|device| device.name.clone()).collect()
+    }
+
+    fn has_device(&self, at: &str, name: &str, problems: &mut Vec<String>) -> bool {
+        let is_there = self.device(name).is_some();
+        if !is_there {
+            let near = suggestion(name, &self.names());
+            problems.push(format!("{at}: there is no device '{name}'; {near}"));
+        }
+        is_there
+    }
+
+    fn check_device(&self, place: usize, device: &DeviceSection, problems: &mut Vec<String>) {
+        let DeviceSection { name, measures, takes, delay_ticks, position_limit, force_limit, axes } = device;
+        if name.is_empty() || name.contains(['.', ' ', '[']) || name == "world" {
+            problems.push(format!("device {place}: '{name}' is no name: give it one word, and not 'world'"));
+        }
+        if self.devices.iter().take(place).any(|other| other.name == *name) {
+            problems.push(format!("there are two devices '{name}': give each a name of its own"));
+        }
+        let controllers = self.controllers.iter().filter(|controller| controller.device == *name).count();
+        if controllers != 1 {
+            problems
+                .push(format!("device '{name}' has {controllers} controllers: give it one [[controller]]"));
+        }
+        if !(1..=limits::MAX_DOF).contains(&axes.len()) {
+            let most = limits::MAX_DOF;
+            problems.push(format!("device '{name}' has {} axes: give it 1 to {most}", axes.len()));
+        }
+        if !(0.0..=MOST_DELAY_TICKS).contains(delay_ticks) {
+            problems.push(format!(
+                "device '{name}': delay_ticks is {delay_ticks}: give it 0 to {MOST_DELAY_TICKS}"
+            ));
+        }
+        for (key, limit) in [("position_limit", position_limit), ("force_limit", force_limit)] {
+            if !(limit.is_finite() && *limit > 0.0) {
+                problems.push(format!("device '{name}': {key} is {limit}: give it a number > 0"));
+            }
+        }
+        for signal in measures {
+            let Some(data_type) = vector(name, "measures", signal, problems) else { continue };
+            let is_moved = self.experiment.moves.iter().any(|moved| moved.moves(name, signal));
+            if !SENSED.contains(&data_type) && !is_moved {
+                let sensed: Vec<&str> = SENSED.iter().map(|data_type| data_type.name).collect();
+                problems.push(format!(
+                    "device '{name}' measures {signal}, which no sensor shows and nothing moves: add an \
+                     [[experiment.move]] on it; sensors show {}",
+                    sensed.join(", ")
+                ));
+            }
+        }
+        if takes.as_slice() != [types::DES_FORCE.name] {
+            problems.push(format!("device '{name}' takes {takes:?}: its actuators take [\"DES_FORCE\"]"));
+        }
+        for (axis, AxisSection { plant, .. }) in axes.iter().enumerate() {
+            if let Err(error) = plant.check() {
+                let ParameterError { path, value, allowed } = error.within("plant");
+                problems
+                    .push(format!("device '{name}', axis {axis}: {path} is {value}, allowed is {allowed}"));
+            }
+        }
+    }
+
+    fn check_link(&self, link: &LinkSection, problems: &mut Vec<String>) {
+        for name in [&link.from, &link.to] {
+            self.has_device("link", name, problems);
+        }
+        for number in [link.from_link, link.to_link] {
+            if usize::from(number) >= limits::MAX_LINKS {
+                problems.push(format!("link {number}: a controller has {} links, from 0", limits::MAX_LINKS));
+            }
+        }
+        let InProcessParameters { loss, duplication, reordering, .. } = link.carrier;
+        for (key, share) in [("loss", loss), ("duplication", duplication), ("reordering", reordering)] {
+            if !(0.0..=1.0).contains(&share) {
+                problems.push(format!("link from '{}': {key} is {share}: give it 0 to 1", link.from));
+            }
+        }
+    }
+
+    fn check_move(&self, at: &str, moved: &MoveSection, problems: &mut Vec<String>) {
+        let Some(device) = self.device(&moved.device) else { return };
+        if moved.axis >= device.axes.len() {
+            let (axis, count) = (moved.axis, device.axes.len());
+            problems.push(format!("{at}: axis {axis} of '{}', which has {count}, from 0", device.name));
+        }
+        let sensed = SENSED.map(|data_type| data_type.name);
+        let references: Vec<String> =
+            device.measures.iter().filter(|signal| !sensed.contains(&signal.as_str())).cloned().collect();
+        if moved.on != LOAD && !references.contains(&moved.on) {
+            let known: Vec<String> = references.into_iter().chain([LOAD.to_owned()]).collect();
+            let near = suggestion(&moved.on, &known);
+            problems.push(format!(
+                "{at}: '{}' measures no reference '{}'; {near}, or add it to its `measures`",
+                device.name, moved.on
+            ));
+        }
+        problems.extend(moved.problems().into_iter().map(|problem| format!("{at}: {problem}")));
+    }
+}
+
+/// A type with an `f32` on each axis, of that name.
+fn vector(device: &str, key: &str, name: &str, problems: &mut Vec<String>) -> Option<&'static DataType> {
+    let is_vector =
+        |data_type: &&&DataType| data_type.format == Format::F32 && data_type.shape == Shape::Vector;
+    let found = types::by_name(name).filter(|data_type| is_vector(&data_type));
+    if found.is_none() {
+        let known: Vec<String> =
+            types::ALL.iter().filter(is_vector).map(|data_type| data_type.name.to_owned()).collect();
+        let near = suggestion(name, &known);
+        problems.push(format!("device '{device}': {key} has no type '{name}'; {near}"));
+    }
+    found
+}
