@@ -8,6 +8,7 @@ mod one_side;
 pub mod perceived_stiffness;
 pub mod phases;
 pub mod pictures;
+pub mod port_energy;
 pub mod round_trips;
 mod side;
 mod station;
@@ -31,10 +32,12 @@ use crate::bilateral::chain::{Chain, Controller};
 use crate::bilateral::energy::ChannelEnergy;
 use crate::bilateral::perceived_stiffness::PerceivedStiffness;
 use crate::bilateral::phases::Phases;
+use crate::bilateral::port_energy::PortEnergy;
 use crate::bilateral::round_trips::RoundTrips;
 use crate::bus::MediumReport;
 use crate::emulated::{Board, Image};
 use crate::first_packet::first_packet;
+use crate::limit_cycle::Swings;
 use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
 use crate::pace::{Pace, SystemClock};
@@ -204,6 +207,8 @@ impl Experiment {
             recorder.reserve(end_s / self.scenario.sample_period_s);
         }
         let mut energy = ChannelEnergy::new(&self.rig);
+        let mut port_energy = PortEnergy::default();
+        let mut swings = self.swings(end_s);
         let mut watch = Watch::new(&self.rig, [self.scenario.limits.ranges(); 2]);
         let mut perceived = PerceivedStiffness::new(&self.chain.obstacles);
         let mut round_trips = RoundTrips::default();
@@ -242,6 +247,8 @@ impl Experiment {
             if let Some(recorder) = &mut recorder {
                 recorder.record(&self.rig, energy_j);
             }
+            port_energy.add(&self.rig);
+            swings.add(&self.rig);
             round_trips.add(&self.rig);
             if settled.contains(&self.rig.time_s()) {
                 let is_pushed = |axis| self.scenario.contact_force_n(axis).abs() > 0.0;
@@ -269,6 +276,9 @@ impl Experiment {
             self.rig.advance();
         }
         let wall_s = start.elapsed().as_secs_f64();
+        let is_over = self.rig.time_s() >= end_s - self.scenario.sample_period_s;
+        let limit_cycles = if is_over { swings.found(&self.rig, &mut faults) } else { Vec::new() };
+        is_stable &= !limit_cycles.iter().any(|cycle| cycle.is_chatter);
         // A side that runs alone has met the other one before, and knows more of what came.
         let stations = || self.rig.stations().iter().filter(|_| self.alone.is_none());
         faults.extend(stations().filter_map(|station| reception::silence(station, self.rig.ticks())));
@@ -283,7 +293,15 @@ impl Experiment {
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &perceived, faults);
         let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
         let received = stations().filter_map(reception::received).collect();
-        let outcome = Outcome { real_time, media: media_traffic, received, ..outcome };
+        let energy_ports_min_j = (side.is_none() && outcome.ticks > 0).then(|| port_energy.smallest_j());
+        let outcome = Outcome {
+            real_time,
+            media: media_traffic,
+            received,
+            energy_ports_min_j,
+            limit_cycles,
+            ..outcome
+        };
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),
@@ -292,6 +310,12 @@ impl Experiment {
             media,
             broken,
         }
+    }
+
+    /// Watches every axis from the hand's push on until it lets go: nothing is to swing when that has settled.
+    fn swings(&self, end_s: f64) -> Swings {
+        let Phases { contact_start_s, release_s, .. } = self.phases;
+        Swings::new(&self.rig, |_, _| contact_start_s, release_s.min(end_s))
     }
 
     /// What the clock and the other process did to the run.

@@ -3,8 +3,14 @@
 //! Looked at is the second half of the time since the last thing happened, in two quarters. **It swings when it turns
 //! back six times or more, and its last quarter is at least nine tenths as wide as the one before.** What dies out is
 //! narrower by then, what creeps does not turn back, what rests is narrower than the floor.
+//!
+//! It is chatter when it is wider than a hundredth of all the motion there was, or leaves what it touches and comes back.
 
+use dimsart_core::Unit;
 use serde::Serialize;
+
+use crate::plant::MAX_QUANTITIES;
+use crate::rig::Rig;
 
 /// Turns below which a frequency is a guess.
 const LEAST_TURNS: u32 = 6;
@@ -12,6 +18,8 @@ const LEAST_TURNS: u32 = 6;
 const LASTING: f64 = 0.9;
 /// Width, as a share of the largest motion, below which it is the controller's rounding.
 const FLOOR: f64 = 1e-6;
+/// The same, from which on it is no stable run.
+const CHATTER: f64 = 0.01;
 
 /// One that was found.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -24,6 +32,62 @@ pub struct LimitCycle {
     pub hz: f64,
     /// Half of how far it swings, in the unit of the axis.
     pub amplitude: f64,
+    /// Whether a run with it is not stable.
+    #[serde(skip)]
+    pub is_chatter: bool,
+}
+
+/// Watches every axis of a rig.
+#[derive(Debug)]
+pub struct Swings {
+    axes: Vec<(usize, usize, Swing)>,
+}
+
+impl Swings {
+    /// From when nothing moves an axis any more, by station and axis, to `end_s`, `s`.
+    #[must_use]
+    pub fn new(rig: &Rig, quiet_s: impl Fn(usize, usize) -> f64, end_s: f64) -> Self {
+        let axes = rig
+            .stations()
+            .iter()
+            .enumerate()
+            .flat_map(|(station, there)| (0..there.plant.dof()).map(move |axis| (station, axis)));
+        let swing = |(station, axis)| (station, axis, Swing::new(quiet_s(station, axis), end_s));
+        Self { axes: axes.map(swing).collect() }
+    }
+
+    /// Adds the present tick.
+    pub fn add(&mut self, rig: &Rig) {
+        for (station, axis, swing) in &mut self.axes {
+            let Some(station) = rig.stations().get(*station) else { continue };
+            let mut values = [f64::NAN; MAX_QUANTITIES];
+            station.plant.look(*axis, &mut values);
+            let [position, ..] = values;
+            let is_touching = station.plant.truth(*axis).is_some_and(|truth| truth.is_in_contact);
+            swing.add(rig.time_s(), position, is_touching);
+        }
+    }
+
+    /// What goes on swinging at the end; says of chatter what it is.
+    #[must_use]
+    pub fn found(&self, rig: &Rig, faults: &mut Vec<String>) -> Vec<LimitCycle> {
+        let mut found = Vec::new();
+        for (station, axis, swing) in &self.axes {
+            let Some((hz, amplitude, is_chatter)) = swing.found() else { continue };
+            let Some(station) = rig.stations().get(*station) else { continue };
+            if is_chatter {
+                let kind = station.dimsart.engine().device().axes().get(*axis).copied().unwrap_or_default();
+                let (name, unit) = (&station.name, Unit::Position.symbol(kind));
+                let touch = if swing.touches > 0 { ", on and off what it touches," } else { "" };
+                faults.push(format!(
+                    "axis {axis} of the {name} goes on swinging{touch} by ±{amplitude:.3e} {unit} at {hz:.1} Hz when \
+                     nothing moves it"
+                ));
+            }
+            found.push(LimitCycle { device: station.name.clone(), axis: *axis, hz, amplitude, is_chatter });
+        }
+        found
+    }
 }
 
 /// Watches the position of one axis.
@@ -36,6 +100,9 @@ pub struct Swing {
     turns: u32,
     last_position: f64,
     was_forward: Option<bool>,
+    was_touching: Option<bool>,
+    /// How often it touched something, or let it go.
+    touches: u32,
 }
 
 /// How far something went.
@@ -57,14 +124,21 @@ impl Swing {
             turns: 0,
             last_position: f64::NAN,
             was_forward: None,
+            was_touching: None,
+            touches: 0,
         }
     }
 
-    /// Adds the position at a time.
-    pub fn add(&mut self, time_s: f64, position: f64) {
+    /// Adds the position at a time, and whether something is touched.
+    pub fn add(&mut self, time_s: f64, position: f64, is_touching: bool) {
+        let [first_s, second_s, end_s] = self.quarters_s;
+        if time_s > end_s {
+            return;
+        }
         self.whole.add(position);
-        let [first_s, second_s, _] = self.quarters_s;
         if time_s >= first_s {
+            let was_touching = self.was_touching.replace(is_touching);
+            self.touches += u32::from(was_touching.is_some_and(|was_touching| was_touching != is_touching));
             let [first, second] = &mut self.quarters;
             if time_s >= second_s { second } else { first }.add(position);
             let change = position - self.last_position;
@@ -78,17 +152,17 @@ impl Swing {
         self.last_position = position;
     }
 
-    /// Frequency, `Hz`, and amplitude of what goes on swinging, and that as a share of the largest motion; none when
-    /// nothing does.
+    /// Frequency, `Hz`, and amplitude of what goes on swinging, and whether it is chatter; none when nothing does.
     #[must_use]
-    pub fn found(&self) -> Option<(f64, f64, f64)> {
+    pub fn found(&self) -> Option<(f64, f64, bool)> {
         let [first_s, _, end_s] = self.quarters_s;
         let [before, last] = self.quarters.map(|width| width.length());
         let largest = self.whole.length();
         let is_swinging =
             self.turns >= LEAST_TURNS && last >= LASTING * before && last > FLOOR * largest && before > 0.0;
         let hz = f64::from(self.turns) / (2.0 * (end_s - first_s));
-        is_swinging.then(|| (hz, 0.5 * last, 0.5 * last / largest))
+        let is_chatter = 0.5 * last > CHATTER * largest || self.touches >= LEAST_TURNS;
+        is_swinging.then_some((hz, 0.5 * last, is_chatter))
     }
 }
 
@@ -108,11 +182,11 @@ impl Width {
 mod tests {
     use super::*;
 
-    fn found(position: impl Fn(f64) -> f64) -> Option<(f64, f64, f64)> {
+    fn found(position: impl Fn(f64) -> f64) -> Option<(f64, f64, bool)> {
         let mut swing = Swing::new(0.5, 2.5);
         for tick in 0..2500 {
             let time_s = f64::from(tick) * 1e-3;
-            swing.add(time_s, position(time_s));
+            swing.add(time_s, position(time_s), true);
         }
         swing.found()
     }
@@ -135,7 +209,7 @@ mod tests {
     fn what_dies_out_creeps_or_rests_is_none() {
         assert_eq!(found(step), None, "comes to rest");
         assert_eq!(found(|t| step(t) + 1e-3 * t), None, "creeps");
-        let ringing = |t: f64| step(t) + 0.1 * libm::exp(-1.0 * t) * libm::sin(60.0 * t);
+        let ringing = |t: f64| step(t) + 0.1 * libm::exp(-t) * libm::sin(60.0 * t);
         assert_eq!(found(ringing), None, "rings, and dies out");
         let rounding = |t: f64| step(t) + 1e-8 * libm::sin(300.0 * t);
         assert_eq!(found(rounding), None, "a controller's rounding");

@@ -3,11 +3,13 @@
 use serde::Serialize;
 
 use crate::bus::Traffic;
+use crate::limit_cycle::LimitCycle;
 
 /// What a run came to; printed whole by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Whether every position, force and wave stayed in its declared range and none grew without bound.
+    /// Whether every position, force and wave stayed in its declared range, none grew without bound, and no axis went on
+    /// swinging in contact by a hundredth of its motion or on and off the wall.
     pub stable: bool,
     /// Ticks that were run.
     pub ticks: u64,
@@ -20,6 +22,11 @@ pub struct Outcome {
     /// Smallest energy in the channel of any axis over the run, `J`: below 0, the channel was not passive. None
     /// when no tick was run, when there are no waves, and when one side only was run: it takes those of both.
     pub energy_min_j: Option<f64>,
+    /// Smallest energy that the robots gave controllers and line on any axis over the run, `J`: below 0, these gave out
+    /// more than they got, they are active. None for one side alone.
+    pub energy_ports_min_j: Option<f64>,
+    /// What went on swinging in contact though nothing moved it.
+    pub limit_cycles: Vec<LimitCycle>,
     /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
     /// None when nothing came back, or when one side was run and the other one's scheme is not known.
     pub round_trip_ticks: Option<u32>,
@@ -97,6 +104,8 @@ impl Outcome {
             wall_s,
             realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
             energy_min_j,
+            energy_ports_min_j: None,
+            limit_cycles: Vec::new(),
             round_trip_ticks,
             k_perceived_n_per_m: axes.iter().map(|axis| axis.k_perceived_n_per_m).collect(),
             k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),

@@ -10,27 +10,32 @@
 mod error;
 mod follow;
 mod instrumented;
+mod loop_gain;
 mod motion;
 mod outcome;
 mod pictures;
+mod probe;
 mod step_response;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Unit, types};
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
 
 pub use error::ResponseError;
+pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome};
 pub use pictures::{figures, file_stems};
 
-use follow::{AxisSwing, Follow, followed};
+use follow::{Follow, followed};
 use instrumented::{Axis, Instrumented, Output};
+use loop_gain::UNDECIDED;
 use motion::Motion;
+use probe::{Disturbance, loop_figures};
 
-use crate::limit_cycle::{LimitCycle, Swing};
+use crate::limit_cycle::{LimitCycle, Swings};
 use crate::link::InProcess;
 use crate::plant::MAX_QUANTITIES;
 use crate::reception;
@@ -43,8 +48,6 @@ use crate::schemes::{self, SIDES, SchemeText};
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Ranges, Watch};
 
-/// Swinging by more than this share of the largest motion is no stable run.
-const CHATTER: f64 = 0.01;
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 
@@ -55,7 +58,8 @@ pub struct Experiment {
     duration_s: f64,
     ranges: Vec<Ranges>,
     follows: Vec<Follow>,
-    swings: Vec<AxisSwing>,
+    loops: Vec<(usize, usize, Option<LoopFigures>)>,
+    swings: Swings,
     /// None when nothing is to be kept.
     recorder: Option<Recorder>,
 }
@@ -77,28 +81,21 @@ impl Experiment {
     /// # Errors
     /// [`ResponseError`] when a device, plant or scheme cannot be made of the file.
     pub fn new(file: &RigFile) -> Result<Self, ResponseError> {
-        let mut rig = Rig::new(file.sample_period_s);
-        let (mut follows, mut swings) = (Vec::new(), Vec::new());
-        for section in &file.devices {
-            let station = station(file, section)?;
-            let place = rig.add(station);
+        let rig = rig_of(file, None)?;
+        let (mut follows, mut loops) = (Vec::new(), Vec::new());
+        for (station, section) in file.devices.iter().enumerate() {
             for axis in 0..section.axes.len() {
-                follows.extend(follows_of(file, section, (place, axis))?);
-                swings.push(swing_of(file, section, (place, axis))?);
+                follows.extend(follows_of(file, section, (station, axis))?);
+                loops.push((station, axis, loop_figures(file, station, axis)?));
             }
         }
-        for (place, link) in file.links.iter().enumerate() {
-            let LinkSection { from, to, from_link, to_link, carrier } = link;
-            let end = |name: &str, link: u8| {
-                let station = file.devices.iter().position(|device| device.name == name).unwrap_or_default();
-                End { station, link: link.into() }
-            };
-            let seed = file.seed.wrapping_add(place as u64);
-            rig.connect(end(from, *from_link), end(to, *to_link), Box::new(InProcess::new(*carrier, seed)));
-        }
+        let quiet_s = file.devices.iter().map(|section| quiet_s(file, section));
+        let quiet_s: Vec<f64> = quiet_s.collect::<Result<_, _>>()?;
+        let of_station = |station: usize, _axis| quiet_s.get(station).copied().unwrap_or_default();
+        let swings = Swings::new(&rig, of_station, file.duration_s);
         let recorder = Some(Recorder::new(&rig, &file.record)?);
         let ranges = file.devices.iter().map(DeviceSection::ranges).collect();
-        Ok(Self { rig, duration_s: file.duration_s, ranges, follows, swings, recorder })
+        Ok(Self { rig, duration_s: file.duration_s, ranges, follows, loops, swings, recorder })
     }
 
     /// Keeps no signals, and takes no memory for them: the run's recording will be empty.
@@ -131,7 +128,8 @@ impl Experiment {
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
         let start = Instant::now();
         let mut watch = Watch::new(&self.rig, self.ranges.iter().copied());
-        let (mut faults, mut is_stable) = (Vec::new(), true);
+        let mut faults = self.unstable_loops();
+        let mut is_stable = faults.is_empty();
         let half_tick_s = 0.5 * self.rig.period_s();
         while self.rig.time_s() < self.duration_s - half_tick_s {
             if stop.load(Ordering::Relaxed) {
@@ -159,7 +157,10 @@ impl Experiment {
             self.rig.advance();
         }
         progress(self.rig.time_s());
-        let limit_cycles = self.limit_cycles(&mut faults, &mut is_stable);
+        // Of a run that was broken off, nothing can be said.
+        let is_over = self.rig.time_s() >= self.duration_s - half_tick_s;
+        let limit_cycles = if is_over { self.swings.found(&self.rig, &mut faults) } else { Vec::new() };
+        is_stable &= !limit_cycles.iter().any(|cycle| cycle.is_chatter);
         self.finish(start.elapsed().as_secs_f64(), is_stable, limit_cycles, faults)
     }
 
@@ -170,48 +171,44 @@ impl Experiment {
             recorder.record(rig, &[]);
         }
         let time_s = rig.time_s();
-        let known = |station: usize, axis: usize| {
-            let mut values = [f64::NAN; MAX_QUANTITIES];
-            if let Some(station) = rig.stations().get(station) {
-                station.plant.look(axis, &mut values);
-            }
-            values
-        };
         for follow in follows {
-            let values = known(follow.station, follow.axis);
+            let mut values = [f64::NAN; MAX_QUANTITIES];
+            if let Some(station) = rig.stations().get(follow.station) {
+                station.plant.look(follow.axis, &mut values);
+            }
             follow.add(time_s, values.get(follow.quantity).copied().unwrap_or(f64::NAN));
         }
-        for AxisSwing { station, axis, swing, .. } in swings {
-            let [position, ..] = known(*station, *axis);
-            swing.add(time_s, position);
-        }
+        swings.add(rig);
     }
 
     fn device_name(&self, station: usize) -> &str {
         self.rig.stations().get(station).map_or("", |station| &station.name)
     }
 
-    fn limit_cycles(&self, faults: &mut Vec<String>, is_stable: &mut bool) -> Vec<LimitCycle> {
-        // Of a run that was broken off, nothing can be said.
-        let is_over = self.rig.time_s() >= self.duration_s - self.rig.period_s();
-        let mut found = Vec::new();
-        for AxisSwing { station, axis, unit, swing } in self.swings.iter().filter(|_| is_over) {
-            let Some((hz, amplitude, share)) = swing.found() else { continue };
-            let device = self.device_name(*station).to_owned();
-            if share > CHATTER {
-                faults.push(format!(
-                    "axis {axis} of {device} goes on swinging by ±{amplitude:.3e} {unit} at {hz:.1} Hz when nothing \
-                     moves it"
-                ));
-                *is_stable = false;
-            }
-            found.push(LimitCycle { device, axis: *axis, hz, amplitude });
-        }
-        found
+    /// Loops whose disturbances do not die out, in words.
+    fn unstable_loops(&self) -> Vec<String> {
+        let growing = self.loops.iter().filter_map(|(station, axis, figures)| {
+            let growth = figures.as_ref()?.growth_per_tick.filter(|growth| *growth >= 1.0 - UNDECIDED)?;
+            let what = match growth > 1.0 + UNDECIDED {
+                true => "is unstable: a disturbance grows",
+                false => "is at its limit: a disturbance stays, or changes too slowly to tell",
+            };
+            Some(format!(
+                "the loop of axis {axis} of {} {what}, {growth:.5} per tick",
+                self.device_name(*station)
+            ))
+        });
+        growing.collect()
     }
 
     fn finish(self, wall_s: f64, stable: bool, limit_cycles: Vec<LimitCycle>, faults: Vec<String>) -> Run {
-        let axes = self.follows.iter().map(|follow| follow.outcome(self.device_name(follow.station)));
+        let loop_of = |place: (usize, usize)| {
+            let found = self.loops.iter().find(|(station, axis, _)| (*station, *axis) == place);
+            found.and_then(|(_, _, figures)| *figures)
+        };
+        let axes = self.follows.iter().map(|follow| {
+            follow.outcome(self.device_name(follow.station), loop_of((follow.station, follow.axis)))
+        });
         let simulated_s = self.rig.time_s();
         let outcome = Outcome {
             stable,
@@ -231,10 +228,33 @@ impl Experiment {
     }
 }
 
+/// All devices with their controllers, and the links between them.
+fn rig_of(file: &RigFile, disturbance: Option<Disturbance>) -> Result<Rig, ResponseError> {
+    let mut rig = Rig::new(file.sample_period_s);
+    for (place, section) in file.devices.iter().enumerate() {
+        let of_station = disturbance.filter(|disturbance| disturbance.station == place);
+        rig.add(station(file, section, of_station.map(|Disturbance { axis, force, .. }| (axis, force)))?);
+    }
+    for (place, link) in file.links.iter().enumerate() {
+        let LinkSection { from, to, from_link, to_link, carrier } = link;
+        let end = |name: &str, link: u8| {
+            let station = file.devices.iter().position(|device| device.name == name).unwrap_or_default();
+            End { station, link: link.into() }
+        };
+        let seed = file.seed.wrapping_add(place as u64);
+        rig.connect(end(from, *from_link), end(to, *to_link), Box::new(InProcess::new(*carrier, seed)));
+    }
+    Ok(rig)
+}
+
 /// A device with its controller.
-fn station(file: &RigFile, section: &DeviceSection) -> Result<Station, ResponseError> {
+fn station(
+    file: &RigFile,
+    section: &DeviceSection,
+    disturbance: Option<(usize, f64)>,
+) -> Result<Station, ResponseError> {
     let (axes, outputs) = (axes_of(file, section)?, outputs_of(file, section)?);
-    let plant = Box::new(Instrumented::new(axes, outputs, section.delay_ticks));
+    let plant = Box::new(Instrumented::new(axes, outputs, section.delay_ticks, disturbance));
     let mut dimsart =
         Box::new(SimulatedDimsart::new(descriptor(file, section)?).map_err(ResponseError::Storage)?);
     let sides: Vec<&str> =
@@ -322,18 +342,12 @@ fn follows_of(
     Ok(follows)
 }
 
-fn swing_of(
-    file: &RigFile,
-    section: &DeviceSection,
-    (station, axis): (usize, usize),
-) -> Result<AxisSwing, ResponseError> {
-    // Coupled axes move each other.
-    let mut ends_s = Vec::new();
+/// When nothing moves a device any more, `s`: coupled axes move each other.
+fn quiet_s(file: &RigFile, section: &DeviceSection) -> Result<f64, ResponseError> {
+    let mut quiet_s: f64 = 0.0;
     for axis in 0..section.axes.len() {
-        ends_s.extend(all_motions(file, &section.name, axis)?.iter().map(Motion::end_s));
+        let ends_s = all_motions(file, &section.name, axis)?.iter().map(Motion::end_s).fold(0.0, f64::max);
+        quiet_s = quiet_s.max(ends_s);
     }
-    let quiet_s = ends_s.into_iter().fold(0.0, f64::max).min(file.duration_s);
-    let kind = section.axes.get(axis).map(|axis| axis.unit.kind()).unwrap_or_default();
-    let swing = Swing::new(quiet_s, file.duration_s);
-    Ok(AxisSwing { station, axis, unit: Unit::Position.symbol(kind), swing })
+    Ok(quiet_s.min(file.duration_s))
 }

@@ -5,6 +5,7 @@ use std::io::{self, Write};
 use comfy_table::{CellAlignment, ContentArrangement, Table as TextTable, presets};
 
 use crate::bus::Traffic;
+use crate::limit_cycle::LimitCycle;
 use crate::outcome::{AxisOutcome, Outcome, RealTime, Received};
 use crate::report::{Fact, Table};
 
@@ -96,9 +97,33 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
         None => facts.push(channel_energy(outcome.energy_min_j)),
         Some(real_time) => facts.extend(one_side(outcome, real_time)),
     }
+    facts.extend(outcome.energy_ports_min_j.map(port_energy));
+    facts.extend(limit_cycles(&outcome.limit_cycles));
     facts.extend(lost(&outcome.received));
     facts.extend(outcome.media.iter().map(medium));
     facts
+}
+
+/// What controllers and line did with the robots' energy.
+fn port_energy(energy_j: f64) -> Fact {
+    let (value, note) = match energy_j < 0.0 {
+        true => (
+            format!("{energy_j:.3e}"),
+            "of any axis; below 0: controllers and line gave out more than they got",
+        ),
+        false => ("0".to_owned(), "of any axis; never below 0: controllers and line are passive in this run"),
+    };
+    fact("smallest energy at the robots", value, "J", note)
+}
+
+/// What goes on swinging; none where nothing does.
+pub(super) fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
+    let widest = cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
+    let LimitCycle { device, axis, hz, amplitude, .. } = widest;
+    let note = format!(
+        "swing when nothing moves them; the widest: axis {axis} of {device}, ±{amplitude:.1e} at {hz:.1} Hz"
+    );
+    Some(fact("limit cycles", cycles.len().to_string(), "axes", &note))
 }
 
 /// What did not arrive, at both ends; none where nothing is received.
@@ -134,8 +159,10 @@ fn round_trip(outcome: &Outcome) -> Fact {
 fn channel_energy(energy_min_j: Option<f64>) -> Fact {
     let (value, note) = match energy_min_j {
         None => (NONE.to_owned(), "not both sides have waves"),
-        Some(energy_j) if energy_j < 0.0 => (format!("{energy_j:.3e}"), "of any axis; below 0: not passive"),
-        Some(_) => ("0".to_owned(), "of any axis; never below 0: passive"),
+        Some(energy_j) if energy_j < 0.0 => {
+            (format!("{energy_j:.3e}"), "of any axis; below 0: the line is not passive")
+        }
+        Some(_) => ("0".to_owned(), "of any axis; never below 0: the line is passive"),
     };
     fact("smallest channel energy", value, "J", note)
 }

@@ -3,10 +3,10 @@
 use dimsart_core::{DataType, types};
 
 use super::instrumented::sum_at;
+use super::loop_gain::LoopFigures;
 use super::motion::Motion;
 use super::outcome::AxisOutcome;
 use super::step_response::{StepFigures, StepResponse};
-use crate::limit_cycle::Swing;
 
 /// Which quantity of an axis follows which reference.
 const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
@@ -66,7 +66,7 @@ impl Follow {
     }
 
     /// What came of it.
-    pub(super) fn outcome(&self, device: &str) -> AxisOutcome {
+    pub(super) fn outcome(&self, device: &str, loop_figures: Option<LoopFigures>) -> AxisOutcome {
         let figures = self.step.as_ref().map(StepResponse::figures);
         let of_step = |figure: fn(&StepFigures) -> Option<f64>| figures.as_ref().and_then(figure);
         #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
@@ -81,15 +81,7 @@ impl Follow {
             settling_time_s: of_step(|figures| figures.settling_time_s),
             rms_error: (self.squares / ticks).sqrt(),
             peak_error: self.peak,
+            loop_figures,
         }
     }
-}
-
-/// Watches whether an axis goes on swinging when nothing moves it any more.
-#[derive(Debug)]
-pub(super) struct AxisSwing {
-    pub(super) station: usize,
-    pub(super) axis: usize,
-    pub(super) unit: &'static str,
-    pub(super) swing: Swing,
 }

@@ -21,6 +21,8 @@ pub(super) struct Instrumented {
     /// Commands that are not over, the newest last.
     waiting: VecDeque<Vec<f64>>,
     time_s: f64,
+    /// On the first command for an axis.
+    disturbance: Option<(usize, f64)>,
 }
 
 /// A joint and what pushes it.
@@ -42,10 +44,15 @@ pub(super) enum Output {
 
 impl Instrumented {
     /// Joints at rest, before the first command.
-    pub(super) fn new(axes: Vec<Axis>, outputs: Vec<Output>, delay_ticks: f64) -> Self {
+    pub(super) fn new(
+        axes: Vec<Axis>,
+        outputs: Vec<Output>,
+        delay_ticks: f64,
+        disturbance: Option<(usize, f64)>,
+    ) -> Self {
         let mut waiting = VecDeque::with_capacity(MOST_WAITING);
         waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
-        Self { axes, outputs, delay_ticks, waiting, time_s: 0.0 }
+        Self { axes, outputs, delay_ticks, waiting, time_s: 0.0, disturbance }
     }
 
     /// The command for an axis that came so many ticks ago, 0 for the present one.
@@ -86,6 +93,11 @@ impl Plant for Instrumented {
         if let Some(newest) = self.waiting.back_mut() {
             for (axis, newest) in newest.iter_mut().enumerate() {
                 *newest = command.get(axis).copied().unwrap_or_default().into();
+            }
+            if let Some((axis, force)) = self.disturbance.take()
+                && let Some(newest) = newest.get_mut(axis)
+            {
+                *newest += force;
             }
         }
         let whole_ticks = libm::floor(self.delay_ticks);

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::LoopFigures;
 use crate::bus::Traffic;
 use crate::limit_cycle::LimitCycle;
 use crate::outcome::Received;
@@ -9,7 +10,7 @@ use crate::outcome::Received;
 /// What a run came to; printed whole by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Whether everything stayed in its declared range, nothing grew without bound, and nothing went on swinging by more
+    /// Whether every loop is stable, everything stayed in its declared range, nothing grew without bound, and nothing went on swinging by more
     /// than a hundredth of what it was moved.
     pub stable: bool,
     /// Ticks that were run.
@@ -54,4 +55,7 @@ pub struct AxisOutcome {
     pub rms_error: f64,
     /// The most it was off by.
     pub peak_error: f64,
+    /// The loop around it, as it stands at the start; none when it is not linear there.
+    #[serde(flatten)]
+    pub loop_figures: Option<LoopFigures>,
 }

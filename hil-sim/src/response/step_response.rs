@@ -7,6 +7,8 @@
 const BAND: f64 = 0.02;
 /// Shares of the step between which the rise time is.
 const RISE: [f64; 2] = [0.1, 0.9];
+/// Share of the time that it must have stayed in the band.
+const STAYED: f64 = 0.1;
 
 /// The figures of one step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -15,7 +17,8 @@ pub(super) struct StepFigures {
     pub(super) rise_time_s: Option<f64>,
     /// By which part of the step it went too far at most.
     pub(super) overshoot: f64,
-    /// From the step until it stays within two hundredths of it, `s`; none when it does not.
+    /// From the step until it stays within two hundredths of it, `s`; none when it does not, or has not done so for a tenth
+    /// of the time: what swings is inside now and then.
     pub(super) settling_time_s: Option<f64>,
 }
 
@@ -63,10 +66,15 @@ impl StepResponse {
     /// What came of it.
     pub(super) fn figures(&self) -> StepFigures {
         let [tenth_s, most_s] = self.risen_s;
+        let end_s = self.last.map_or(self.at_s, |(time_s, _)| time_s);
+        let has_stayed = |inside_s: f64| end_s - inside_s >= STAYED * (end_s - self.at_s);
         StepFigures {
             rise_time_s: tenth_s.zip(most_s).map(|(from_s, to_s)| to_s - from_s),
             overshoot: self.most,
-            settling_time_s: self.inside_s.map(|inside_s| inside_s - self.at_s),
+            settling_time_s: self
+                .inside_s
+                .filter(|inside_s| has_stayed(*inside_s))
+                .map(|inside_s| inside_s - self.at_s),
         }
     }
 }
@@ -118,7 +126,7 @@ mod tests {
         assert!((found.overshoot - overshoot).abs() < 1e-4, "{}", found.overshoot);
         // The last time it comes into the band, found by bisection on the formula.
         let last_out =
-            (0..500_000).map(|n| f64::from(n) * 1e-5).filter(|t| (response(*t) - 1.0).abs() > 0.02).last();
+            (0..500_000).rev().map(|n| f64::from(n) * 1e-5).find(|t| (response(*t) - 1.0).abs() > 0.02);
         assert!((found.settling_time_s.unwrap() - last_out.unwrap()).abs() < 1e-4, "{found:?} {last_out:?}");
     }
 

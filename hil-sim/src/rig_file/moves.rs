@@ -51,6 +51,22 @@ pub struct MoveSection {
 }
 
 impl MoveSection {
+    /// A move without a form.
+    pub(crate) fn nothing(device: &str, on: &str) -> Self {
+        Self {
+            device: device.to_owned(),
+            axis: 0,
+            on: on.to_owned(),
+            step: None,
+            ramp: None,
+            minimum_jerk: None,
+            sine: None,
+            chirp: None,
+            prbs: None,
+            samples: None,
+        }
+    }
+
     /// Whether it is on this signal of this device, on any axis.
     #[must_use]
     pub fn moves(&self, device: &str, signal: &str) -> bool {

@@ -97,14 +97,6 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
         true => ("yes", "everything in its range, nothing grows or goes on swinging"),
         false => ("NO", "see the fault"),
     };
-    let cycles = outcome.limit_cycles.len().to_string();
-    let most = outcome.limit_cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude));
-    let most = most.map_or("nothing swings when nothing moves it".to_owned(), |cycle| {
-        format!(
-            "the widest: axis {} of {}, ±{:.2e} at {:.1} Hz",
-            cycle.axis, cycle.device, cycle.amplitude, cycle.hz
-        )
-    });
     let mut facts = vec![
         summary::fact("stable", stable.to_owned(), "", note),
         summary::fact(
@@ -119,22 +111,31 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
             "s",
             &format!("{:.0} times real time", outcome.realtime_factor),
         ),
-        summary::fact("limit cycles", cycles, "", &most),
     ];
+    facts.extend(summary::limit_cycles(&outcome.limit_cycles));
     facts.extend(summary::lost(&outcome.received));
     facts
 }
 
 /// How each axis followed its references.
 fn axes(outcome: &Outcome) -> Table {
-    let header =
-        ["device", "axis", "follows", "rise (s)", "overshoot", "settled 2 % (s)", "rms error", "peak error"];
+    let header = [
+        "axis",
+        "follows",
+        "rise (s)",
+        "overshoot",
+        "settled (s)",
+        "rms error",
+        "peak error",
+        "phase margin",
+        "gain margin",
+        "bandwidth",
+    ];
     let seconds = |time_s: Option<f64>| time_s.map_or("-".to_owned(), |time_s| format!("{time_s:.4}"));
     let row = |axis: &AxisOutcome| {
         let AxisOutcome { unit, .. } = axis;
         vec![
-            axis.device.clone(),
-            axis.axis.to_string(),
+            format!("{} {}", axis.device, axis.axis),
             axis.reference.to_owned(),
             seconds(axis.rise_time_s),
             axis.overshoot.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share)),

@@ -1,0 +1,269 @@
+//! Rigs from files: what a loop does beside a model of it written apart, and what is said of a file that is wrong.
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+
+use hil_sim::response::{Experiment, Outcome, Run};
+use hil_sim::rig_file::{RigFile, SHIPPED};
+
+fn read(text: &str) -> RigFile {
+    RigFile::read(text, "test", PathBuf::new(), &[]).unwrap()
+}
+
+fn run(text: &str) -> Run {
+    let experiment = Experiment::new(&read(text)).unwrap();
+    experiment.run(&AtomicBool::new(false), |_| ())
+}
+
+fn column(run: &Run, source: &str, signal: &str) -> Vec<f64> {
+    let place = run.recording.find(source, signal, Some(0)).unwrap();
+    run.recording.column(place).collect()
+}
+
+/// A scheme of one PD, in a file of its own.
+struct SchemeFile(tempfile::TempDir);
+
+impl SchemeFile {
+    fn new(rows: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("pd.scheme"), rows).unwrap();
+        Self(folder)
+    }
+
+    fn run(&self, text: &str) -> Run {
+        let file = RigFile::read(text, "test", self.0.path().to_owned(), &[]).unwrap();
+        Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ())
+    }
+}
+
+const PD: &str = "all PDCTRL_MOD K_PARAM 40\nall PDCTRL_MOD D_PARAM 1.5\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK";
+
+fn pd_rig(delay_ticks: f64) -> String {
+    format!(
+        r#"
+        duration_s = 0.6
+        [[device]]
+        name = "drive"
+        measures = ["POSITION", "DES_POSITION"]
+        delay_ticks = {delay_ticks}
+        [[device.axis]]
+        plant.load = {{ inertia = 0.02, damping = 0.05 }}
+        [[controller]]
+        device = "drive"
+        scheme = "pd.scheme"
+        [[experiment.move]]
+        device = "drive"
+        on = "DES_POSITION"
+        step = {{ at_s = 0.05, size = 0.5 }}
+        "#
+    )
+}
+
+/// A PD on an inertia with damping, sampled and delayed, by the exact solution of each stretch of constant torque.
+fn exact(delay_ticks: f64) -> Vec<f64> {
+    let (h, inertia, damping, stiffness, gain) = (1e-3, 0.02, 0.05, 40.0, 1.5);
+    let coast = |(x, v): (f64, f64), torque: f64, time_s: f64| {
+        let (end, tau) = (torque / damping, inertia / damping);
+        let decay = libm::exp(-time_s / tau);
+        (x + end * time_s + (v - end) * tau * (1.0 - decay), end + (v - end) * decay)
+    };
+    let whole = libm::floor(delay_ticks);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
+    let (ticks, part_s) = (whole as usize, (delay_ticks - whole) * h);
+    let mut torques = vec![0.0; 8];
+    let (mut state, mut last_error, mut positions) = ((0.0, 0.0), 0.0, Vec::new());
+    for tick in 0..600 {
+        positions.push(state.0);
+        let error = if tick >= 50 { 0.5 } else { 0.0 } - state.0;
+        torques.push(stiffness * error + gain * (error - last_error) / h);
+        last_error = error;
+        let ago = |ticks: usize| torques[torques.len() - 1 - ticks];
+        let middle = coast(state, ago(ticks + 1), part_s);
+        state = coast(middle, ago(ticks), h - part_s);
+    }
+    positions
+}
+
+#[test]
+fn a_sampled_loop_goes_as_its_exact_solution_with_any_delay() {
+    let scheme = SchemeFile::new(PD);
+    for delay_ticks in [0.0, 0.5, 1.0, 1.75, 3.0] {
+        let run = scheme.run(&pd_rig(delay_ticks));
+        let (simulated, exact) = (column(&run, "world", "drive.position"), exact(delay_ticks));
+        assert_eq!(simulated.len(), exact.len());
+        let off = simulated.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        // The controller counts in f32, and its derivative multiplies its rounding by a thousand.
+        assert!(off < 2e-6, "{delay_ticks} ticks: {off} rad off");
+    }
+}
+
+/// What is read off the run, beside the same read off its recording.
+#[test]
+fn the_figures_of_a_step_are_those_of_the_recorded_curve() {
+    let run = SchemeFile::new(PD).run(&pd_rig(1.0));
+    let positions = column(&run, "world", "drive.position");
+    let axis = &run.outcome.axes[0];
+    let first = |share: f64| positions.iter().position(|x| *x >= share * 0.5).unwrap() as f64;
+    assert!((axis.rise_time_s.unwrap() - 1e-3 * (first(0.9) - first(0.1))).abs() < 1e-3);
+    let most = positions.iter().copied().fold(0.0, f64::max);
+    assert!((axis.overshoot.unwrap() - (most - 0.5) / 0.5).abs() < 1e-9);
+    let last_out = positions.iter().rposition(|x| (x - 0.5).abs() > 0.01).unwrap() as f64;
+    assert!((axis.settling_time_s.unwrap() - (1e-3 * last_out - 0.05)).abs() < 1e-3 + 1e-9);
+    let squares: f64 =
+        positions.iter().enumerate().map(|(tick, x)| (if tick >= 50 { 0.5 } else { 0.0 } - x).powi(2)).sum();
+    assert!((axis.rms_error - (squares / 600.0).sqrt()).abs() < 1e-9);
+    assert!((axis.peak_error - 0.5).abs() < 1e-9);
+    assert!(run.outcome.stable && run.outcome.limit_cycles.is_empty());
+}
+
+/// A PD on an inertia with damping, sampled, with a whole number of ticks of delay: `L(z) = z⁻ᵈ K(z) P(z)`.
+#[test]
+fn margins_are_those_of_the_loop_s_formula() {
+    let (h, inertia, damping, stiffness, gain) = (1e-3, 0.02, 0.05, 40.0, 1.5);
+    type Complex = (f64, f64);
+    let times = |a: Complex, b: Complex| (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0);
+    let over = |a: Complex, b: Complex| {
+        let size = b.0 * b.0 + b.1 * b.1;
+        ((a.0 * b.0 + a.1 * b.1) / size, (a.1 * b.0 - a.0 * b.1) / size)
+    };
+    let loop_gain = |hz: f64, delay_ticks: f64| {
+        let angle = -std::f64::consts::TAU * hz * h;
+        let back = |ticks: f64| (libm::cos(angle * ticks), libm::sin(angle * ticks));
+        let (re, im) = back(1.0);
+        let (tau, decay) = (inertia / damping, libm::exp(-h * damping / inertia));
+        // Zero-order hold of 1 / (s (J s + d)), in z⁻¹.
+        let (b1, b2) = (h - tau * (1.0 - decay), tau * (1.0 - decay) - decay * h);
+        let above = times((b1 + b2 * re, b2 * im), (re / damping, im / damping));
+        let below = times((1.0 - re, -im), (1.0 - decay * re, -decay * im));
+        let law = (stiffness + gain * (1.0 - re) / h, -gain * im / h);
+        times(times(over(above, below), law), back(delay_ticks))
+    };
+    for delay_ticks in [0.0, 1.0, 3.0] {
+        let figures = SchemeFile::new(PD).run(&pd_rig(delay_ticks)).outcome.axes[0].loop_figures.unwrap();
+        let (re, im) = loop_gain(figures.crossover_hz.unwrap(), delay_ticks);
+        assert!((libm::hypot(re, im) - 1.0).abs() < 2e-3, "{delay_ticks}: {}", libm::hypot(re, im));
+        let margin_deg = 180.0 + libm::atan2(im, re).to_degrees();
+        assert!((figures.phase_margin_deg.unwrap() - margin_deg).abs() < 0.1, "{figures:?} {margin_deg}");
+        // Where the phase passes -180°, on the formula.
+        let turn = (1..500).map(f64::from).find(|hz| {
+            let [a, b] = [*hz, hz + 1.0].map(|hz| loop_gain(hz, delay_ticks));
+            a.1 < 0.0 && b.1 >= 0.0 && a.0 < 0.0
+        });
+        let at_turn =
+            turn.map(|hz| 1.0 / libm::hypot(loop_gain(hz, delay_ticks).0, loop_gain(hz, delay_ticks).1));
+        if let Some(expected) = at_turn {
+            let found = figures.gain_margin.unwrap();
+            assert!((found / expected - 1.0).abs() < 0.02, "{delay_ticks}: {found} {expected}");
+        }
+    }
+}
+
+/// Beyond its gain margin a loop diverges; the delay is what takes the margin away.
+#[test]
+fn a_loop_beyond_its_margin_is_not_stable() {
+    let stiff = PD.replace("D_PARAM 1.5", "D_PARAM 15");
+    assert!(SchemeFile::new(&stiff).run(&pd_rig(0.0)).outcome.stable);
+    let outcome = SchemeFile::new(&stiff).run(&pd_rig(3.0)).outcome;
+    assert!(!outcome.stable && !outcome.faults.is_empty(), "{outcome:?}");
+}
+
+/// A torque limit keeps an unstable loop in its range: it swings for ever.
+#[test]
+fn what_swings_between_its_limits_is_a_limit_cycle() {
+    let rows = "all PIDCTRL_MOD K_PARAM 400\nall PIDCTRL_MOD D_PARAM 0.5\nall PIDCTRL_MOD LIMIT 2\n\
+                all MOD_ENG MOD_ON PIDCTRL_MOD\nall MOD_ENG MATCHING_CHECK";
+    let text = pd_rig(3.0).replace("duration_s = 0.6", "duration_s = 4.0");
+    let outcome = SchemeFile::new(rows).run(&text).outcome;
+    assert!(!outcome.stable, "{outcome:?}");
+    let cycle = &outcome.limit_cycles[0];
+    assert!(
+        cycle.device == "drive" && cycle.axis == 0 && cycle.hz > 1.0 && cycle.amplitude > 1e-3,
+        "{cycle:?}"
+    );
+}
+
+#[test]
+fn every_shipped_rig_runs_stably_and_the_same_again() {
+    for (name, text) in SHIPPED {
+        let twice = [(); 2].map(|()| run(text));
+        let [first, second] =
+            twice.each_ref().map(|run| Outcome { wall_s: 0.0, realtime_factor: 0.0, ..run.outcome.clone() });
+        assert!(first.stable, "{name}: {first:?}");
+        assert_eq!(first, second, "{name}");
+        assert!(!first.axes.is_empty(), "{name}");
+    }
+}
+
+#[test]
+fn the_settings_in_a_report_give_the_same_run_again() {
+    for (name, text) in SHIPPED {
+        let file = read(text);
+        assert_eq!(read(&file.to_toml()), file, "{name}");
+    }
+}
+
+#[test]
+fn one_setting_goes_over_a_file_by_names_and_numbers() {
+    let text = RigFile::shipped("joint").unwrap();
+    let with = |set: &str| RigFile::read(text, "joint", PathBuf::new(), &[set.to_owned()]);
+    let file = with("device.joint.axis.0.plant.load.inertia=1").unwrap();
+    assert!((file.devices[0].axes[0].plant.load.inertia - 1.0).abs() < 1e-12);
+    assert_eq!(with("controller.joint.scheme=my.scheme").unwrap().controllers[0].scheme, "my.scheme");
+    for (set, expected) in [
+        ("duration_s", "write it KEY=VALUE"),
+        ("device.arm.delay_ticks=1", "say which one, by number or name: joint"),
+        ("device.joint.delay_tick=1", "unknown field `delay_tick`"),
+        ("duration_s.x=1", "`duration_s` is a value"),
+        ("duration_s=long", "--set duration_s=long"),
+    ] {
+        let error = with(set).unwrap_err().to_string();
+        assert!(error.contains(expected), "{set}: {error}");
+    }
+}
+
+#[test]
+fn everything_that_does_not_go_together_is_named_at_once() {
+    let text = r#"
+        duration_s = -1.0
+        [[device]]
+        name = "drive"
+        measures = ["POSITON", "DES_POSITION"]
+        delay_ticks = 4.0
+        [[device.axis]]
+        plant.load.inertia = 0.0
+        [[controller]]
+        device = "driv"
+        scheme = "builtin:joint"
+        [[experiment.move]]
+        device = "drive"
+        axis = 1
+        on = "DES_VELOCITY"
+        step = { at_s = 0.1, size = 1.0 }
+        ramp = { at_s = 0.1, until_s = 0.0, size = 1.0 }
+    "#;
+    let error = RigFile::read(text, "my.toml", PathBuf::new(), &[]).unwrap_err().to_string();
+    for expected in [
+        "my.toml cannot be run",
+        "duration_s is -1",
+        "no type 'POSITON'; did you mean 'POSITION'?",
+        "DES_POSITION, which no sensor shows and nothing moves",
+        "delay_ticks is 4: give it 0 to 3",
+        "axis 0: plant.",
+        "no device 'driv'; did you mean 'drive'?",
+        "'drive' has 0 controllers",
+        "axis 1 of 'drive', which has 1",
+        "measures no reference 'DES_VELOCITY'; did you mean 'DES_POSITION'?",
+        "it has step and ramp: give it one",
+        "until_s is 0: give it one after 0.1",
+    ] {
+        assert!(error.contains(expected), "{expected} is not in\n{error}");
+    }
+}
+
+#[test]
+fn a_key_that_does_not_exist_is_named_with_its_line() {
+    let text = "duration_s = 1.0\n[[device]]\nname = \"a\"\nmeasure = []\n";
+    let error = RigFile::read(text, "my.toml", PathBuf::new(), &[]).unwrap_err().to_string();
+    assert!(error.contains("line 4") && error.contains("measure"), "{error}");
+}
