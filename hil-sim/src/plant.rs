@@ -24,6 +24,7 @@ mod parameter;
 mod physics;
 mod registry;
 mod scene;
+mod sensor;
 mod spring;
 mod transition;
 mod transitions;
@@ -35,10 +36,15 @@ pub use device::DeviceParameters;
 pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
 pub use hand_phase::HandPhase;
-pub use joint::{Joint, JointParameters, JointState};
+pub use joint::{
+    BrushedMotorParameters, FrictionParameters, GearParameters, Joint, JointParameters, JointState,
+    LoadParameters, LuGreParameters, StopsParameters, ThreePhaseParameters, TransmissionParameters,
+    WindingParameters,
+};
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
+pub use sensor::{Sensor, SensorParameters};
 pub use spring::{Spring, SpringParameters};
 pub use wall::{RIGID_STIFFNESS_N_PER_M, Wall, WallParameters, WallSide};
 

@@ -43,11 +43,13 @@ use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 use crate::report::TickMap;
 use crate::rig::{End, Rig, SimulatedDimsart, Station};
-use crate::rig_file::{ControllerSection, DeviceSection, LOAD, LinkSection, RigFile};
+use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, LOAD, LinkSection, RigFile};
 use crate::schemes::{self, SIDES, SchemeText};
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Ranges, Watch};
 
+/// Odd, with bits all over: neighbouring numbers become seeds that have nothing in common.
+const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 
@@ -284,7 +286,7 @@ fn descriptor(file: &RigFile, section: &DeviceSection) -> Result<DeviceDescripto
 }
 
 fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {
-    let axis = |(axis, of_axis): (usize, &crate::rig_file::AxisSection)| {
+    let axis = |(axis, of_axis): (usize, &AxisSection)| {
         let joint = of_axis.plant.build();
         let joint =
             joint.map_err(|error| ResponseError::Plant { device: section.name.clone(), axis, error })?;
@@ -297,7 +299,13 @@ fn outputs_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Output>, Re
     let output = |name: &String| {
         let data_type = types::by_name(name).unwrap_or(types::SIGNAL);
         if RigFile::is_sensed(data_type) {
-            return Ok(Output::Sensed(data_type));
+            let sensor = |(axis, of_axis): (usize, &AxisSection)| {
+                // Of every sensor another seed.
+                let place = u64::from(data_type.id) << 32 | axis as u64;
+                let sensor = of_axis.sensor.get(name).cloned().unwrap_or_default();
+                sensor.build(file.seed.wrapping_add(place).wrapping_mul(SPREAD))
+            };
+            return Ok(Output::Sensed(data_type, section.axes.iter().enumerate().map(sensor).collect()));
         }
         let per_axis = (0..section.axes.len()).map(|axis| motions(file, &section.name, axis, name));
         Ok(Output::Reference(per_axis.collect::<Result<_, _>>()?))

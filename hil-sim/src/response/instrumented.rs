@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use dimsart_core::{DataType, types};
 
 use super::motion::Motion;
-use crate::plant::{AxisTruth, Joint, JointState, Plant};
+use crate::plant::{AxisTruth, Joint, JointState, Plant, Sensor};
 use crate::rig_file::AxisUnit;
 
 /// Most ticks that a command can wait.
@@ -36,8 +36,8 @@ pub(super) struct Axis {
 /// What fills a part of the frame.
 #[derive(Debug)]
 pub(super) enum Output {
-    /// What is measured of every axis.
-    Sensed(&'static DataType),
+    /// What is measured of every axis, by a sensor each.
+    Sensed(&'static DataType, Vec<Sensor>),
     /// What every axis is to do.
     Reference(Vec<Vec<Motion>>),
 }
@@ -74,11 +74,14 @@ impl Plant for Instrumented {
 
     fn sense(&mut self, measured: &mut [f32]) {
         let Self { axes, outputs, time_s, .. } = self;
-        for (output, words) in outputs.iter().zip(measured.chunks_mut(axes.len().max(1))) {
+        for (output, words) in outputs.iter_mut().zip(measured.chunks_mut(axes.len().max(1))) {
             for (axis, word) in words.iter_mut().enumerate() {
                 let state = axes.get(axis).map(|axis| axis.joint.state()).unwrap_or_default();
                 let value = match output {
-                    Output::Sensed(data_type) => sensed(data_type, &state),
+                    Output::Sensed(data_type, sensors) => {
+                        let truth = sensed(data_type, &state);
+                        sensors.get_mut(axis).map_or(truth, |sensor| sensor.show(*time_s, truth))
+                    }
                     Output::Reference(motions) => motions.get(axis).map_or(0.0, |all| sum_at(all, *time_s)),
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]

@@ -2,6 +2,7 @@
 
 use super::loop_gain::{Answers, LoopFigures};
 use super::{ResponseError, rig_of};
+use crate::plant::{FrictionParameters, SensorParameters};
 use crate::rig::{Probe, Rig};
 use crate::rig_file::{MoveSection, RigFile, Step};
 
@@ -25,7 +26,8 @@ pub(super) struct Disturbance {
     pub(super) force: f64,
 }
 
-/// The loop around an axis, from where it stands at the start; none when it is not linear there.
+/// The loop around an axis, from where it stands at the start, without what is known not to be linear; none when something
+/// else is not.
 ///
 /// # Errors
 /// As the [experiment](super::Experiment::new)'s.
@@ -45,9 +47,22 @@ pub(super) fn loop_figures(
     Ok(Answers { disturbance: force, to_whole, to_half }.figures(file.sample_period_s))
 }
 
-/// The rig with nothing that moves it: references are where the joints stand.
+/// The rig with nothing that moves it, references where the joints stand, and nothing that is known not to be linear: dry
+/// friction, a gear's losses, backlash, stops, a sensor's steps and noise.
 fn at_rest(file: &RigFile) -> RigFile {
     let mut at_rest = file.clone();
+    for axis in at_rest.devices.iter_mut().flat_map(|device| &mut device.axes) {
+        for sensor in axis.sensor.values_mut() {
+            *sensor = SensorParameters { gain: sensor.gain, ..SensorParameters::default() };
+        }
+        let viscous = axis.plant.friction.viscous;
+        axis.plant.friction = FrictionParameters { viscous, ..FrictionParameters::default() };
+        axis.plant.stops = None;
+        axis.plant.gear.efficiency = 1.0;
+        if let Some(transmission) = &mut axis.plant.transmission {
+            transmission.backlash = 0.0;
+        }
+    }
     let moves = file.devices.iter().flat_map(|device| {
         device.axes.iter().enumerate().map(|(axis, section)| MoveSection {
             axis,

@@ -100,12 +100,8 @@ impl RigFile {
         if takes.as_slice() != [types::DES_FORCE.name] {
             problems.push(format!("device '{name}' takes {takes:?}: its actuators take [\"DES_FORCE\"]"));
         }
-        for (axis, AxisSection { plant, .. }) in axes.iter().enumerate() {
-            if let Err(error) = plant.check() {
-                let ParameterError { path, value, allowed } = error.within("plant");
-                problems
-                    .push(format!("device '{name}', axis {axis}: {path} is {value}, allowed is {allowed}"));
-            }
+        for (axis, section) in axes.iter().enumerate() {
+            check_axis(&format!("device '{name}', axis {axis}"), measures, section, problems);
         }
     }
 
@@ -144,6 +140,24 @@ impl RigFile {
             ));
         }
         problems.extend(moved.problems().into_iter().map(|problem| format!("{at}: {problem}")));
+    }
+}
+
+fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &mut Vec<String>) {
+    let AxisSection { plant, sensor, .. } = section;
+    let of_plant = plant.check().map_err(|error| error.within("plant"));
+    let of_sensors = sensor
+        .iter()
+        .map(|(signal, sensor)| sensor.check().map_err(|error| error.within(&format!("sensor.{signal}"))));
+    for error in std::iter::once(of_plant).chain(of_sensors).filter_map(Result::err) {
+        let ParameterError { path, value, allowed } = error;
+        problems.push(format!("{at}: {path} is {value}, allowed is {allowed}"));
+    }
+    let sensed = SENSED.map(|data_type| data_type.name.to_owned());
+    let sensed: Vec<String> = sensed.into_iter().filter(|sensed| measures.contains(sensed)).collect();
+    for signal in sensor.keys().filter(|signal| !sensed.contains(signal)) {
+        let near = suggestion(signal, &sensed);
+        problems.push(format!("{at}: it measures no '{signal}' by a sensor; {near}"));
     }
 }
 

@@ -1,9 +1,11 @@
 //! `[[device]]`: axes with their plants, and the frame that a controller exchanges with them.
 
+use std::collections::BTreeMap;
+
 use dimsart_core::AxisKind;
 use serde::{Deserialize, Serialize};
 
-use crate::plant::JointParameters;
+use crate::plant::{JointParameters, SensorParameters};
 use crate::watch::Ranges;
 
 /// `[[device]]`.
@@ -43,6 +45,9 @@ pub struct AxisSection {
     pub unit: AxisUnit,
     /// What moves.
     pub plant: JointParameters,
+    /// What is wrong with its sensors, by the type that they show; one that is left out shows the truth.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub sensor: BTreeMap<String, SensorParameters>,
 }
 
 /// What an axis is measured in.

@@ -8,7 +8,7 @@ use std::sync::atomic::Ordering;
 use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
 use crate::cli::summary;
 use crate::report::{self, Fact, Report, SignalsFile, Table};
-use crate::response::{AxisOutcome, Experiment, Outcome, figures, file_stems};
+use crate::response::{AxisOutcome, Experiment, LoopFigures, Outcome, figures, file_stems};
 use crate::rig_file::{RigFile, RigFileError};
 use indicatif::ProgressBar;
 
@@ -134,14 +134,22 @@ fn axes(outcome: &Outcome) -> Table {
     let seconds = |time_s: Option<f64>| time_s.map_or("-".to_owned(), |time_s| format!("{time_s:.4}"));
     let row = |axis: &AxisOutcome| {
         let AxisOutcome { unit, .. } = axis;
+        let LoopFigures { phase_margin_deg, gain_margin, bandwidth_hz, .. } =
+            axis.loop_figures.unwrap_or_default();
+        let number = |value: Option<f64>, unit: &str| {
+            value.map_or("-".to_owned(), |value| format!("{value:.1}{unit}"))
+        };
         vec![
             format!("{} {}", axis.device, axis.axis),
             axis.reference.to_owned(),
             seconds(axis.rise_time_s),
             axis.overshoot.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share)),
             seconds(axis.settling_time_s),
-            format!("{:.3e} {unit}", axis.rms_error),
-            format!("{:.3e} {unit}", axis.peak_error),
+            format!("{:.2e} {unit}", axis.rms_error),
+            format!("{:.2e} {unit}", axis.peak_error),
+            number(phase_margin_deg, "°"),
+            number(gain_margin, ""),
+            number(bandwidth_hz, " Hz"),
         ]
     };
     Table { header: header.map(str::to_owned).to_vec(), rows: outcome.axes.iter().map(row).collect() }
