@@ -18,6 +18,9 @@
 //!                 Run { Recording, Outcome, TickMap } ──▶ pictures ──▶ Report: HTML, PNG, SVG, CSV
 //! ```
 //!
+//! A rig file becomes an experiment of any devices, controllers and links ([`rig_file`], [`response`]); it shares rig, recorder
+//! and report with the bilateral one above.
+//!
 //! Data flows one way: what looks on never changes the rig, and nothing but the rig knows the order of a step. The
 //! same scenario and seed give the same bits on every machine (`tests/bits.rs`); only a run of one side keeps step
 //! with the clock ([`pace`]).
@@ -28,6 +31,9 @@
 //! |---|---|---|
 //! | an environment, such as a wall | a file in [`plant`] | a line in `plant.rs`, its keys in `scenarios/bilateral.toml` |
 //! | a plant of another kind | a file in [`plant`] that implements [`Plant`](plant::Plant) | a line in `bilateral/station.rs` |
+//! | a part of a joint | a file in `plant/joint/` | a field of [`JointParameters`](plant::JointParameters) |
+//! | a form of a move | a field of [`MoveSection`](rig_file::MoveSection) | a case in `response/motion.rs` |
+//! | a shipped rig | a file in `scenarios/` | a line in [`rig_file::SHIPPED`] |
 //! | a link | a file in [`link`] that implements [`Link`](link::Link) | where the experiment connects stations |
 //! | a medium | a file in [`bus`], its link in [`link`] | a line in `link/carrier.rs`, its section in `scenario/carrier.rs` |
 //! | a setting | a field in [`scenario`] | a line with its meaning in `scenarios/bilateral.toml`, its range in `range.rs` |

@@ -2,6 +2,7 @@
 //!
 //! Everything but hands and devices is what ships: schemes, modules, engine, packets, links.
 
+mod chatter;
 mod energy;
 mod growth;
 #[path = "../common/loops.rs"]

@@ -187,7 +187,15 @@ fn lugre_bends_before_it_slides_and_slides_along_its_curve() {
     // 1 N more than Coulomb's, over 0.4 N s/m.
     let end = run(&mut joint(text), 20_000, 2.0, 0.0);
     assert!(is_near(end.velocity, 2.5, 0.01), "{end:?}");
-    assert!(run(&mut joint(text), 3000, 1.3, 0.0).velocity < 1e-3, "below break-away it creeps at most");
+    // Slowly: at a speed, what it holds is less.
+    let mut loaded = joint(text);
+    let mut slides_at_n = None;
+    for tick in 0..4000_u32 {
+        let force_n = f64::from(tick) * 5e-4;
+        let velocity = run(&mut loaded, 1, force_n, 0.0).velocity;
+        slides_at_n = slides_at_n.or((velocity > 0.01).then_some(force_n));
+    }
+    assert!(slides_at_n.is_some_and(|force_n| is_near(force_n, 1.5, 0.05)), "{slides_at_n:?}");
 }
 
 #[test]
