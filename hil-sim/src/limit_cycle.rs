@@ -1,8 +1,9 @@
 //! Finds what goes on swinging when nothing moves it: chatter, limit cycles.
 //!
 //! Looked at is the second half of the time since the last thing happened, in two quarters. **It swings when it turns
-//! back six times or more, and its last quarter is at least nine tenths as wide as the one before.** What dies out is
-//! narrower by then, what creeps does not turn back, what rests is narrower than the floor.
+//! back six times or more, evenly, and its last quarter is at least nine tenths as wide as the one before.** What dies out is
+//! narrower by then, what creeps does not turn back, what noise or lost packets push around turns back at any time, what
+//! rests is narrower than the floor.
 //!
 //! It is chatter when it is wider than a hundredth of all the motion there was, or leaves what it touches and comes back.
 
@@ -14,6 +15,9 @@ use crate::rig::Rig;
 
 /// Turns below which a frequency is a guess.
 const LEAST_TURNS: u32 = 6;
+/// Standard deviation of the times between two turns over their mean, up to which they are even: of a swing of two ticks
+/// and a half it is 0.2.
+const EVEN: f64 = 0.4;
 /// Width of the last quarter over that of the one before, from which on nothing dies out.
 const LASTING: f64 = 0.9;
 /// Width, as a share of the largest motion, below which it is the controller's rounding.
@@ -97,7 +101,11 @@ pub struct Swing {
     quarters_s: [f64; 3],
     quarters: [Width; 2],
     whole: Width,
+    /// Times from turn to turn: how many, their sum and the sum of their squares.
     turns: u32,
+    between_s: f64,
+    between_squares: f64,
+    last_turn_s: Option<f64>,
     last_position: f64,
     was_forward: Option<bool>,
     was_touching: Option<bool>,
@@ -122,6 +130,9 @@ impl Swing {
             quarters: [Width::NONE; 2],
             whole: Width::NONE,
             turns: 0,
+            between_s: 0.0,
+            between_squares: 0.0,
+            last_turn_s: None,
             last_position: f64::NAN,
             was_forward: None,
             was_touching: None,
@@ -144,25 +155,40 @@ impl Swing {
             let change = position - self.last_position;
             if change.abs() > 0.0 {
                 let is_forward = change > 0.0;
-                self.turns +=
-                    u32::from(self.was_forward.is_some_and(|was_forward| was_forward != is_forward));
+                if self.was_forward.is_some_and(|was_forward| was_forward != is_forward) {
+                    self.turn(time_s);
+                }
                 self.was_forward = Some(is_forward);
             }
         }
         self.last_position = position;
     }
 
+    fn turn(&mut self, time_s: f64) {
+        if let Some(before_s) = self.last_turn_s.replace(time_s) {
+            self.turns += 1;
+            self.between_s += time_s - before_s;
+            self.between_squares += (time_s - before_s) * (time_s - before_s);
+        }
+    }
+
+    /// Mean of the times between two turns, `s`, if they are even.
+    fn half_period_s(&self) -> Option<f64> {
+        let turns = f64::from(self.turns);
+        let mean_s = self.between_s / turns;
+        let variance = self.between_squares / turns - mean_s * mean_s;
+        (self.turns >= LEAST_TURNS && variance <= EVEN * EVEN * mean_s * mean_s).then_some(mean_s)
+    }
+
     /// Frequency, `Hz`, and amplitude of what goes on swinging, and whether it is chatter; none when nothing does.
     #[must_use]
     pub fn found(&self) -> Option<(f64, f64, bool)> {
-        let [first_s, _, end_s] = self.quarters_s;
         let [before, last] = self.quarters.map(|width| width.length());
         let largest = self.whole.length();
-        let is_swinging =
-            self.turns >= LEAST_TURNS && last >= LASTING * before && last > FLOOR * largest && before > 0.0;
-        let hz = f64::from(self.turns) / (2.0 * (end_s - first_s));
+        let half_period_s = self.half_period_s()?;
+        let lasts = last >= LASTING * before && last > FLOOR * largest && before > 0.0;
         let is_chatter = 0.5 * last > CHATTER * largest || self.touches >= LEAST_TURNS;
-        is_swinging.then_some((hz, 0.5 * last, is_chatter))
+        lasts.then_some((0.5 / half_period_s, 0.5 * last, is_chatter))
     }
 }
 
@@ -211,6 +237,15 @@ mod tests {
         assert_eq!(found(|t| step(t) + 1e-3 * t), None, "creeps");
         let ringing = |t: f64| step(t) + 0.1 * libm::exp(-t) * libm::sin(60.0 * t);
         assert_eq!(found(ringing), None, "rings, and dies out");
+        let mut random = crate::bus::Random::new(3);
+        let mut noise: Vec<f64> = (0..2500).map(|_| random.normal()).collect();
+        // Slow enough to look like a swing: what lost packets make of a hand.
+        for tick in 1..noise.len() {
+            noise[tick] = 0.98 * noise[tick - 1] + 0.02 * noise[tick];
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a tick")]
+        let wander = |t: f64| step(t) + noise[(t * 1e3).round() as usize];
+        assert_eq!(found(wander), None, "is pushed around");
         let rounding = |t: f64| step(t) + 1e-8 * libm::sin(300.0 * t);
         assert_eq!(found(rounding), None, "a controller's rounding");
     }
