@@ -292,16 +292,10 @@ impl Experiment {
         let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &perceived, faults);
         let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
-        let received = stations().filter_map(reception::received).collect();
+        let outcome = outcome.with_received(stations().filter_map(reception::received).collect());
         let energy_ports_min_j = (side.is_none() && outcome.ticks > 0).then(|| port_energy.smallest_j());
-        let outcome = Outcome {
-            real_time,
-            media: media_traffic,
-            received,
-            energy_ports_min_j,
-            limit_cycles,
-            ..outcome
-        };
+        let outcome =
+            Outcome { real_time, media: media_traffic, energy_ports_min_j, limit_cycles, ..outcome };
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),

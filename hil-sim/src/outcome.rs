@@ -40,6 +40,12 @@ pub struct Outcome {
     pub media: Vec<Traffic>,
     /// What the receivers missed, by station; empty for one side alone.
     pub received: Vec<Received>,
+    /// Of all receivers: packets that never came.
+    pub lost_packets: u64,
+    /// Of all receivers: packets that came together with a newer one.
+    pub superseded_packets: u64,
+    /// Of all receivers: packets refused.
+    pub refused_packets: u64,
     /// What went wrong, in words.
     pub faults: Vec<String>,
     /// None unless one side was run in real time.
@@ -68,8 +74,19 @@ pub struct Received {
     pub station: String,
     /// Packets that never came, as far as later ones tell.
     pub lost: u32,
-    /// Packets refused: damaged, old, repeated, overtaken within a tick, or not of the agreed content.
+    /// Packets that came together with a newer one: a tick uses one.
+    pub superseded: u32,
+    /// Packets refused: damaged, old, repeated, or not of the agreed content.
     pub refused: u32,
+}
+
+impl Received {
+    /// Lost, superseded and refused packets of all.
+    #[must_use]
+    pub fn sums(received: &[Self]) -> [u64; 3] {
+        let sum = |count: fn(&Self) -> u32| received.iter().map(|each| u64::from(count(each))).sum();
+        [sum(|each| each.lost), sum(|each| each.superseded), sum(|each| each.refused)]
+    }
 }
 
 /// What a run came to on one axis.
@@ -84,6 +101,13 @@ pub struct AxisOutcome {
 }
 
 impl Outcome {
+    /// The same with what the receivers missed.
+    #[must_use]
+    pub(crate) fn with_received(self, received: Vec<Received>) -> Self {
+        let [lost_packets, superseded_packets, refused_packets] = Received::sums(&received);
+        Self { received, lost_packets, superseded_packets, refused_packets, ..self }
+    }
+
     /// The figures; what follows from others is worked out.
     #[expect(clippy::too_many_arguments, reason = "the fields, one by one")]
     #[must_use]
@@ -112,6 +136,9 @@ impl Outcome {
             axes,
             media: Vec::new(),
             received: Vec::new(),
+            lost_packets: 0,
+            superseded_packets: 0,
+            refused_packets: 0,
             faults,
             real_time: None,
         }

@@ -8,7 +8,10 @@ use crate::rig::{Probe, Station};
 /// What it missed and refused; none for one that does not listen.
 pub(crate) fn received(station: &Station) -> Option<Received> {
     let [lost, refused] = [types::LINK_LOST, types::LINK_REFUSED].map(|signal| word(station, signal));
-    Some(Received { station: station.name.clone(), lost: lost?, refused: refused? })
+    let superseded = station.superseded();
+    // The receiver counts each among those it refused, and sees a gap in the numbers.
+    let [lost, refused] = [lost?, refused?].map(|count| count.saturating_sub(superseded));
+    Some(Received { station: station.name.clone(), lost, superseded, refused })
 }
 
 /// In words, that it accepted nothing in all `ticks` of a run; none for one that did, or that does not listen.

@@ -37,6 +37,7 @@ use probe::{Disturbance, loop_figures};
 
 use crate::limit_cycle::{LimitCycle, Swings};
 use crate::link::InProcess;
+use crate::outcome::Received;
 use crate::plant::MAX_QUANTITIES;
 use crate::reception;
 use crate::recorder::Recorder;
@@ -212,6 +213,8 @@ impl Experiment {
             follow.outcome(self.device_name(follow.station), loop_of((follow.station, follow.axis)))
         });
         let simulated_s = self.rig.time_s();
+        let received: Vec<_> = self.rig.stations().iter().filter_map(reception::received).collect();
+        let [lost_packets, superseded_packets, refused_packets] = Received::sums(&received);
         let outcome = Outcome {
             stable,
             ticks: self.rig.ticks(),
@@ -221,7 +224,10 @@ impl Experiment {
             axes: axes.collect(),
             limit_cycles,
             media: self.rig.media().iter().map(|medium| medium.traffic.clone()).collect(),
-            received: self.rig.stations().iter().filter_map(reception::received).collect(),
+            received,
+            lost_packets,
+            superseded_packets,
+            refused_packets,
             faults,
         };
         let stations = self.rig.stations().iter();

@@ -7,6 +7,7 @@
 //! The controller is the very code that runs on a board; what a tick is, is said by
 //! [`Dimsart::tick`](dimsart_core::Dimsart::tick) alone. It can also run [there](Station::move_to).
 
+mod arrivals;
 mod guarded;
 mod probe;
 mod trace;
@@ -23,6 +24,7 @@ use crate::bus::MediumReport;
 use crate::emulated::{Board, EmulatedError};
 use crate::link::{Link, TransitTicks};
 use crate::plant::Plant;
+use arrivals::Arrivals;
 use guarded::Guarded;
 
 /// Words of a simulated controller's Data Base: room for delays of seconds.
@@ -49,6 +51,7 @@ pub struct Station {
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
     trace: Option<TickTrace>,
+    arrivals: Arrivals,
     sensed: Vec<f32>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
@@ -70,6 +73,7 @@ impl Station {
             guarded: None,
             is_tagged: false,
             trace: None,
+            arrivals: Arrivals::default(),
             sensed: vec![0.0; words_in],
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
@@ -123,7 +127,14 @@ impl Station {
             .or(self.is_tagged.then_some(AuthenticationFailure::NoKeyHere))
     }
 
+    /// Packets so far whose place a newer one took before any tick had used them.
+    #[must_use]
+    pub fn superseded(&self) -> u32 {
+        self.arrivals.superseded()
+    }
+
     fn receive(&mut self, link: usize, bytes: &[u8]) {
+        self.arrivals.add(link, bytes);
         let Self { guarded, board, dimsart, is_tagged, trace, .. } = self;
         let mut deliver = |content: &[u8]| match board {
             Some(board) => board.receive(link, content),
@@ -322,6 +333,7 @@ impl Rig {
     pub fn tick(&mut self) {
         for (index, station) in self.stations.iter_mut().enumerate() {
             station.trace.iter_mut().for_each(TickTrace::clear);
+            station.arrivals.begin_tick();
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
             {
                 let end = connection.to.link;

@@ -160,10 +160,22 @@ fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
     };
     let outcome = load(&[]);
     assert!(outcome.stable && outcome.faults.is_empty(), "{:?}", outcome.faults);
-    // 0.1 % of 500 a second, each way; a packet that the next one replaced within a tick is counted as both.
+    // 0.1 % of 500 a second, each way; a packet that the next one replaced within a tick is neither lost nor refused.
     for received in &outcome.received {
-        assert!((1..20).contains(&(received.lost - received.refused)), "{received:?}");
+        assert!((1..20).contains(&received.lost) && received.refused == 0, "{received:?}");
+        assert!(received.superseded > 1000, "{received:?}");
     }
+    assert_eq!(
+        outcome.superseded_packets,
+        outcome.received.iter().map(|each| u64::from(each.superseded)).sum::<u64>()
+    );
+    let without_loss = load(&["link.loss=0"]);
+    assert_eq!(
+        (without_loss.lost_packets, without_loss.refused_packets),
+        (0, 0),
+        "{:?}",
+        without_loss.received
+    );
     let [up, down] = &outcome.media[..] else { panic!("two ways") };
     assert!(up.load < 0.75 && up.dropped == 0 && down.load < 0.06 && up.longest_s < 0.015, "{up:?} {down:?}");
     // The wave takes 2 ticks more where packets are rarer than ticks, and those of the play-out.

@@ -129,8 +129,12 @@ pub(super) fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
 /// What did not arrive, at both ends; none where nothing is received.
 pub(super) fn lost(received: &[Received]) -> Option<Fact> {
     let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
-    let each = received.iter().map(|Received { station, lost, refused }| {
-        format!("{lost} of those to the {station}, which refused {refused}")
+    let each = received.iter().map(|Received { station, lost, superseded, refused }| {
+        let together = match superseded {
+            0 => String::new(),
+            superseded => format!(" and got {superseded} together with newer ones"),
+        };
+        format!("{lost} of those to the {station}, which refused {refused}{together}")
     });
     let note = each.collect::<Vec<_>>().join("; ");
     (!received.is_empty()).then(|| fact("lost packets", sum.to_string(), "", &note))

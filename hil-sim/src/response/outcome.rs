@@ -29,6 +29,12 @@ pub struct Outcome {
     pub media: Vec<Traffic>,
     /// What the receivers missed, by device.
     pub received: Vec<Received>,
+    /// Of all receivers: packets that never came.
+    pub lost_packets: u64,
+    /// Of all receivers: packets that came together with a newer one.
+    pub superseded_packets: u64,
+    /// Of all receivers: packets refused.
+    pub refused_packets: u64,
     /// What went wrong, in words.
     pub faults: Vec<String>,
 }
