@@ -11,6 +11,7 @@ mod new_module;
 mod run;
 mod stamp;
 mod summary;
+mod sweep;
 
 use std::error::Error;
 use std::io::{self, ErrorKind, Write};
@@ -49,6 +50,7 @@ enum Command {
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
     Stamp(stamp::Stamp),
+    Sweep(sweep::Sweep),
 }
 
 /// What a sub-command ends with: its exit status, or what went wrong.
@@ -70,6 +72,7 @@ pub fn main() -> ExitCode {
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
         Command::Stamp(stamp) => stamp.execute(&mut out),
+        Command::Sweep(sweep) => sweep.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
         // The reader has seen enough, as `head` has: that is no failure of ours.

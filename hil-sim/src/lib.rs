@@ -86,5 +86,6 @@ pub mod rig_file;
 pub mod scenario;
 pub mod schemes;
 pub mod stamp;
+pub mod sweep;
 pub mod tick_map;
 pub mod watch;

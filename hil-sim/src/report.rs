@@ -10,6 +10,7 @@ mod bus_timeline;
 mod csv;
 mod cycle_bars;
 mod decimate;
+mod field_map;
 mod figure;
 mod html;
 mod plot;
@@ -27,6 +28,7 @@ use serde::Serialize;
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use csv::SignalsFile;
 pub use cycle_bars::{CycleBar, CycleBars};
+pub use field_map::{Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
 pub use tick_map::{TickMap, TypeRow};
 
@@ -41,6 +43,7 @@ const SIGNALS_FILE: &str = "signals.csv";
 const TIMELINE_STEM: &str = "timeline";
 const BUS_STEM: &str = "bus";
 const CYCLES_STEM: &str = "cycles";
+const MAP_STEM: &str = "map";
 
 /// Everything a run has to say about itself.
 #[derive(Debug)]
@@ -256,6 +259,15 @@ pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], Repor
 pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<[PathBuf; 2], ReportError> {
     make_folder(folder)?;
     write_picture(folder, CYCLES_STEM, cycles, &ProgressBar::hidden())
+}
+
+/// Writes the map of a sweep alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_map(folder: &Path, map: &FieldMap) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    write_picture(folder, MAP_STEM, map, &ProgressBar::hidden())
 }
 
 fn write_picture(

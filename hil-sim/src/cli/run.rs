@@ -297,7 +297,7 @@ fn is_ideal(link: &LinkSection) -> bool {
 
 /// A flag that Ctrl-C (or a request to terminate) sets: what goes on ends. A second one before that has happened
 /// ends the process at once, and an emulator before it.
-fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
+pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
     let stop = Arc::new(AtomicBool::new(false));
     let flag = Arc::clone(&stop);
     ctrlc::set_handler(move || {
@@ -320,7 +320,7 @@ fn progress_bar(duration_s: f64) -> ProgressBar {
 }
 
 /// The template is fixed; a wrong one would only lose the decoration.
-fn style(template: &str) -> ProgressStyle {
+pub(super) fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }
 

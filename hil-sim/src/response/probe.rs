@@ -9,7 +9,7 @@ use crate::rig_file::{MoveSection, RigFile, Step};
 use dimsart_core::types;
 
 /// Change of the velocity that a disturbance would make of the load alone, `rad/s` or `m/s`.
-const PUSH: f64 = 0.05;
+const PUSH: f64 = 0.005;
 /// Ticks that a loop is listened to: no less, for the slowest frequencies, and no more.
 const LEAST_TICKS: usize = 4_000;
 const MOST_TICKS: usize = 20_000;

@@ -1,0 +1,144 @@
+//! A map: what came of every combination of two settings, a coloured field each.
+
+use plotters::element::Rectangle;
+use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
+use plotters::style::Color;
+use plotters::style::text_anchor::HPos;
+
+use super::plot::{
+    Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
+};
+
+/// What came of one combination.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Field {
+    /// It was not run, or has no such figure.
+    Nothing,
+    /// It holds.
+    Yes,
+    /// It does not.
+    No,
+    /// A figure.
+    Number(f64),
+}
+
+/// A map of two settings.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FieldMap {
+    /// What it shows.
+    pub title: String,
+    /// Name and values from bottom to top.
+    pub down: (String, Vec<String>),
+    /// Name and values from left to right.
+    pub right: (String, Vec<String>),
+    /// By `down`, then by `right`.
+    pub fields: Vec<Vec<Field>>,
+}
+
+/// Lengths in pixels as shown.
+const WIDTH: u32 = 1100;
+const HEIGHT: u32 = 800;
+const LEFT: f64 = 130.0;
+const TOP: f64 = 110.0;
+const RIGHT: f64 = 40.0;
+const BOTTOM: f64 = 90.0;
+/// Values written beside an axis, at most.
+const MOST_LABELS: usize = 12;
+/// From least to most.
+const LEAST_COLOR: RGBColor = RGBColor(0xf3, 0xf6, 0xf9);
+const MOST_COLOR: RGBColor = RGBColor(0x00, 0x4a, 0x75);
+
+impl FieldMap {
+    /// Least and largest number.
+    fn range(&self) -> Option<(f64, f64)> {
+        let numbers = self.fields.iter().flatten().filter_map(|field| match field {
+            Field::Number(number) if number.is_finite() => Some((*number, *number)),
+            _ => None,
+        });
+        numbers.reduce(|(least, most), (a, b)| (least.min(a), most.max(b)))
+    }
+
+    fn color(&self, field: Field) -> RGBColor {
+        match field {
+            Field::Nothing => LIGHT_GREY,
+            Field::Yes => color(0),
+            Field::No => color(1),
+            Field::Number(number) => {
+                let (least, most) = self.range().unwrap_or_default();
+                let share = ((number - least) / (most - least).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                let mix = |from: u8, to: u8| {
+                    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]
+                    let mixed = (f64::from(from) + share * (f64::from(to) - f64::from(from))) as u8;
+                    mixed
+                };
+                RGBColor(
+                    mix(LEAST_COLOR.0, MOST_COLOR.0),
+                    mix(LEAST_COLOR.1, MOST_COLOR.1),
+                    mix(LEAST_COLOR.2, MOST_COLOR.2),
+                )
+            }
+        }
+    }
+
+    /// What the colours mean.
+    fn legend(&self) -> Vec<(RGBColor, String)> {
+        let has = |wanted: Field| self.fields.iter().flatten().any(|field| *field == wanted);
+        let mut legend = Vec::new();
+        legend.extend(has(Field::Yes).then(|| (color(0), "yes".to_owned())));
+        legend.extend(has(Field::No).then(|| (color(1), "no".to_owned())));
+        if let Some((least, most)) = self.range() {
+            legend.push((LEAST_COLOR, format!("{least:.4}")));
+            legend.push((MOST_COLOR, format!("{most:.4}")));
+        }
+        legend.extend(has(Field::Nothing).then(|| (LIGHT_GREY, "not there".to_owned())));
+        legend
+    }
+}
+
+#[expect(clippy::cast_precision_loss, reason = "few fields")]
+fn share(place: usize, count: usize) -> f64 {
+    place as f64 / count.max(1) as f64
+}
+
+impl Picture for FieldMap {
+    fn size(&self) -> (u32, u32) {
+        (WIDTH, HEIGHT)
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+        let (wide, high) = (f64::from(WIDTH) - LEFT - RIGHT, f64::from(HEIGHT) - TOP - BOTTOM);
+        let title = fitting(&self.title, f64::from(WIDTH) - LEFT - RIGHT, 22.0, FontStyle::Bold, BLACK);
+        label(area, &self.title, (LEFT, 34.0), HPos::Left, &title)?;
+        let words = font(14.0, FontStyle::Normal, BLACK);
+        let mut x = LEFT;
+        for (color, text) in self.legend() {
+            let corners = [(px(x), px(66.0)), (px(x + 22.0), px(82.0))];
+            area.draw(&Rectangle::new(corners, color.filled()))?;
+            label(area, &text, (x + 30.0, 74.0), HPos::Left, &words)?;
+            x += 150.0;
+        }
+        let (rows, columns) = (self.down.1.len(), self.right.1.len());
+        for (row, fields) in self.fields.iter().enumerate() {
+            for (column, field) in fields.iter().enumerate() {
+                let bottom = TOP + high * (1.0 - share(row, rows));
+                let left = LEFT + wide * share(column, columns);
+                let corners = [
+                    (px(left), px(bottom - high * share(1, rows))),
+                    (px(left + wide * share(1, columns)), px(bottom)),
+                ];
+                area.draw(&Rectangle::new(corners, self.color(*field).filled()))?;
+            }
+        }
+        let text = font(13.0, FontStyle::Normal, GREY);
+        for (row, value) in self.down.1.iter().enumerate().step_by(rows.div_ceil(MOST_LABELS).max(1)) {
+            let y = TOP + high * (1.0 - share(row, rows) - 0.5 * share(1, rows));
+            label(area, value, (LEFT - 10.0, y), HPos::Right, &text)?;
+        }
+        for (column, value) in self.right.1.iter().enumerate().step_by(columns.div_ceil(MOST_LABELS).max(1)) {
+            let x = LEFT + wide * (share(column, columns) + 0.5 * share(1, columns));
+            label(area, value, (x, TOP + high + 18.0), HPos::Center, &text)?;
+        }
+        label(area, &self.right.0, (LEFT + 0.5 * wide, TOP + high + 52.0), HPos::Center, &words)?;
+        upright_label(area, &self.down.0, (28.0, TOP + 0.5 * high), &words)
+    }
+}

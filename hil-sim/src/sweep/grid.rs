@@ -1,0 +1,201 @@
+//! Which settings are tried: every combination of the values of a few keys.
+
+use std::str::FromStr;
+
+/// A key and its values, as they are given to `--set`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Values {
+    /// The key.
+    pub key: String,
+    /// Its values, in their order.
+    pub values: Vec<String>,
+}
+
+/// Keys and values that cannot be tried.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("{text}: {reason}")]
+pub struct GridError {
+    /// What was given.
+    pub text: String,
+    /// What is wrong, and how to write it.
+    pub reason: &'static str,
+}
+
+/// Most points of a grid.
+const MOST_POINTS: usize = 10_000_000;
+
+impl FromStr for Values {
+    type Err = GridError;
+
+    /// `key=1,2,5`, `key=0:100:10` from, to, step, or `key=log:1:1000:7` from, to and how many, evenly on a logarithmic scale.
+    fn from_str(text: &str) -> Result<Self, GridError> {
+        let refuse = |reason| GridError { text: text.to_owned(), reason };
+        let usage = "write it KEY=A,B,C or KEY=FROM:TO:STEP or KEY=log:FROM:TO:COUNT";
+        let (key, values) = text.split_once('=').ok_or_else(|| refuse(usage))?;
+        let numbers = |parts: &str| parts.split(':').map(f64::from_str).collect::<Result<Vec<_>, _>>();
+        let values = if let Some(parts) = values.strip_prefix("log:") {
+            let Ok([from, to, count]) = <[f64; 3]>::try_from(numbers(parts).map_err(|_| refuse(usage))?)
+            else {
+                return Err(refuse(usage));
+            };
+            if !(from > 0.0 && to > 0.0 && (2.0..=1e5).contains(&count)) {
+                return Err(refuse(
+                    "a logarithmic scale goes from and to numbers above 0, in 2 to 100000 steps",
+                ));
+            }
+            let at = |n: f64| from * libm::pow(to / from, n / (count - 1.0));
+            steps(count).map(|n| number(at(n))).collect()
+        } else if values.contains(':') {
+            let Ok([from, to, step]) = <[f64; 3]>::try_from(numbers(values).map_err(|_| refuse(usage))?)
+            else {
+                return Err(refuse(usage));
+            };
+            let count = ((to - from) / step + 1e-9).floor() + 1.0;
+            if !(1.0..=1e5).contains(&count) {
+                return Err(refuse(
+                    "the step does not lead from the first number to the last one in 100000 steps",
+                ));
+            }
+            steps(count).map(|n| number(from + n * step)).collect()
+        } else {
+            values.split(',').map(|value| value.trim().to_owned()).collect::<Vec<_>>()
+        };
+        let is_good = !key.is_empty() && values.iter().all(|value| !value.is_empty());
+        if is_good { Ok(Self { key: key.to_owned(), values }) } else { Err(refuse(usage)) }
+    }
+}
+
+fn steps(count: f64) -> impl Iterator<Item = f64> {
+    (0..).map(f64::from).take_while(move |n: &f64| *n < count)
+}
+
+/// As short as it can be read again, but for what adding up has left: nine digits, and a whole number as one.
+fn number(value: f64) -> String {
+    let rounded = format!("{value:.9e}").parse::<f64>().unwrap_or(value);
+    format!("{rounded}")
+}
+
+/// Every combination of values; the last key changes fastest.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Grid {
+    axes: Vec<Values>,
+}
+
+impl Grid {
+    /// The grid of these keys.
+    ///
+    /// # Errors
+    /// [`GridError`] for none, for a key that comes twice, or for more than ten million points.
+    pub fn new(axes: Vec<Values>) -> Result<Self, GridError> {
+        let refuse = |text: &str, reason| Err(GridError { text: text.to_owned(), reason });
+        if axes.is_empty() {
+            return refuse("--vary", "give at least one key with its values");
+        }
+        for (place, axis) in axes.iter().enumerate() {
+            if axes.iter().take(place).any(|other| other.key == axis.key) {
+                return refuse(&axis.key, "it is given twice; give all of its values at once");
+            }
+        }
+        let count = axes.iter().try_fold(1_usize, |count, axis| count.checked_mul(axis.values.len()));
+        match count.filter(|count| *count <= MOST_POINTS) {
+            Some(_) => Ok(Self { axes }),
+            None => refuse("--vary", "these are more than ten million points"),
+        }
+    }
+
+    /// The keys with their values.
+    #[must_use]
+    pub fn axes(&self) -> &[Values] {
+        &self.axes
+    }
+
+    /// How many points there are.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.axes.iter().map(|axis| axis.values.len()).product()
+    }
+
+    /// The values of a point, in the order of the keys.
+    #[must_use]
+    pub fn values(&self, point: usize) -> Vec<String> {
+        let mut rest = point;
+        let mut values: Vec<String> = Vec::new();
+        for axis in self.axes.iter().rev() {
+            values.extend(axis.values.get(rest % axis.values.len()).cloned());
+            rest /= axis.values.len();
+        }
+        values.reverse();
+        values
+    }
+
+    /// The settings of a point, as `--set` takes them.
+    #[must_use]
+    pub fn settings(&self, point: usize) -> Vec<String> {
+        let pairs = self.axes.iter().zip(self.values(point));
+        pairs.map(|(axis, value)| format!("{}={value}", axis.key)).collect()
+    }
+}
+
+/// A part of a grid: every n-th point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shard {
+    /// Which one, from 1.
+    pub number: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+impl Shard {
+    /// All of it.
+    pub const WHOLE: Self = Self { number: 1, of: 1 };
+
+    /// Its points. Neighbours go to different shards: what takes long is often together.
+    pub fn points(self, grid: &Grid) -> impl Iterator<Item = usize> + use<> {
+        (self.number - 1..grid.points()).step_by(self.of)
+    }
+}
+
+impl FromStr for Shard {
+    type Err = GridError;
+
+    fn from_str(text: &str) -> Result<Self, GridError> {
+        let parts =
+            text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        let reason = "write it NUMBER/COUNT, from 1/16 to 16/16";
+        match parts {
+            Some((number, of)) if (1..=of).contains(&number) => Ok(Self { number, of }),
+            _ => Err(GridError { text: text.to_owned(), reason }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn values(text: &str) -> Vec<String> {
+        text.parse::<Values>().unwrap().values
+    }
+
+    #[test]
+    fn values_are_a_list_a_range_or_a_logarithmic_one() {
+        assert_eq!(values("wave.form=split, implicit"), ["split", "implicit"]);
+        assert_eq!(values("k=0:1:0.25"), ["0", "0.25", "0.5", "0.75", "1"]);
+        assert_eq!(values("k=0.1:0.3:0.1"), ["0.1", "0.2", "0.3"]);
+        assert_eq!(values("k=log:1:1000:4"), ["1", "10", "100", "1000"]);
+        for wrong in ["k", "=1", "k=", "k=1,,2", "k=1:2", "k=0:1:-1", "k=log:0:1:3", "k=a:b:c"] {
+            assert!(wrong.parse::<Values>().is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn shards_have_every_point_once() {
+        let grid = Grid::new(vec!["a=1,2,3".parse().unwrap(), "b=1:7:1".parse().unwrap()]).unwrap();
+        assert_eq!(grid.points(), 21);
+        assert_eq!(grid.settings(8), ["a=2", "b=2"]);
+        let mut all: Vec<usize> = (1..=4).flat_map(|number| Shard { number, of: 4 }.points(&grid)).collect();
+        all.sort_unstable();
+        assert_eq!(all, (0..21).collect::<Vec<_>>());
+        assert!("0/4".parse::<Shard>().is_err() && "5/4".parse::<Shard>().is_err());
+    }
+}

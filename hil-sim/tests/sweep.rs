@@ -1,0 +1,89 @@
+//! `dimsart sweep` as a user meets it.
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+const GRID: [&str; 4] = [
+    "--vary",
+    "device.joint.delay_ticks=0:3:1",
+    "--vary",
+    "device.joint.axis.0.plant.load.inertia=0.05,0.1,0.2",
+];
+
+fn sweep(folder: &Path, more: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    command.args(["sweep", "joint", "--set", "duration_s=0.4", "--out"]).arg(folder);
+    command.args(GRID).args(more).output().unwrap()
+}
+
+fn read(folder: &Path, name: &str) -> String {
+    fs::read_to_string(folder.join(name)).unwrap()
+}
+
+#[test]
+fn shards_merge_into_what_one_machine_gives() {
+    let (whole, parts) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    assert!(sweep(whole.path(), &[]).status.success());
+    for shard in ["1/3", "2/3", "3/3"] {
+        assert!(sweep(parts.path(), &["--shard", shard]).status.success());
+    }
+    let merged = sweep(parts.path(), &["--merge"]);
+    assert!(String::from_utf8_lossy(&merged.stdout).contains("12 of 12 points, of 3 shards"));
+    assert_eq!(read(whole.path(), "sweep.csv"), read(parts.path(), "sweep.csv"));
+    for picture in ["map.svg", "map.png"] {
+        assert!(whole.path().join(picture).exists(), "{picture}");
+    }
+}
+
+/// A sweep that was killed in the middle of a row goes on, and ends as one that was not.
+#[test]
+fn a_sweep_goes_on_where_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    assert!(sweep(folder.path(), &[]).status.success());
+    let whole = read(folder.path(), "sweep.csv");
+    fs::write(folder.path().join("sweep.csv"), &whole[..whole.len() / 2]).unwrap();
+    assert!(sweep(folder.path(), &[]).status.success());
+    assert_eq!(read(folder.path(), "sweep.csv"), whole);
+    // Nothing is left to do; another figure is only drawn.
+    let again = sweep(folder.path(), &["--map", "axes.0.phase_margin_deg"]);
+    assert!(String::from_utf8_lossy(&again.stdout).contains("12 of 12 points"));
+    assert!(read(folder.path(), "map.svg").contains("axes.0.phase_margin_deg"));
+}
+
+/// More inertia at the same gains, or more delay, leaves less margin.
+#[test]
+fn a_row_has_the_figures_of_its_point() {
+    let folder = tempfile::tempdir().unwrap();
+    sweep(folder.path(), &[]);
+    let text = read(folder.path(), "sweep.csv");
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let column = reader.headers().unwrap().iter().position(|name| name == "axes.0.phase_margin_deg").unwrap();
+    let rows: Vec<_> = reader.records().map(Result::unwrap).collect();
+    let margins: Vec<f64> = rows.iter().map(|row| row.get(column).unwrap().parse().unwrap()).collect();
+    assert_eq!((rows.len(), rows[0].get(0), rows[11].get(0)), (12, Some("0"), Some("3")));
+    for delay in 0..3 {
+        for inertia in 0..3 {
+            let [less, more] = [delay, delay + 1].map(|delay| margins[3 * delay + inertia]);
+            assert!(more < less, "{margins:?}");
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_swept_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    for (more, expected) in [
+        (vec!["--vary", "nothing=1,2"], "nothing"),
+        (vec!["--vary", "k=1:2"], "write it KEY=A,B,C"),
+        (vec!["--shard", "4/3"], "write it NUMBER/COUNT"),
+        (vec!["--map", "axes.0.phase_margin"], "did you mean 'axes.0.phase_margin_deg'?"),
+        (vec!["--merge"], "there is no sweep-N-of-M.csv"),
+    ] {
+        let output = sweep(folder.path(), &more);
+        let error = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && error.contains(expected), "{more:?}: {error}");
+        let _ = fs::remove_file(folder.path().join("sweep.csv"));
+    }
+}
