@@ -16,6 +16,7 @@ mod device;
 mod environment;
 mod hand;
 mod hand_phase;
+mod joint;
 mod motor;
 mod obstacle;
 mod parameter;
@@ -34,6 +35,11 @@ pub use device::DeviceParameters;
 pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
 pub use hand_phase::HandPhase;
+pub use joint::{
+    BrushedParameters, FlexibleParameters, FrictionParameters, GearParameters, Joint, JointEnergy,
+    JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters, ThermalParameters,
+    ThreePhaseParameters,
+};
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;

@@ -1,0 +1,225 @@
+//! One actuated joint: motor, gear, elastic element, load.
+//!
+//! ```text
+//!   command ──▶ current loop ──▶ rotor ──▶ gear ──▶ spring, backlash ──▶ load ◀── friction, stops, gravity, load(t)
+//! ```
+//! The output turns (`rad`, `N m`, `kg m²`) or slides (`m`, `N`, `kg`); what is named without a unit has the one or the
+//! other. Each section that a file leaves out is ideal: with `load.inertia` alone, a joint is that inertia on a source
+//! of torque.
+//!
+//! Integrated by the classical Runge-Kutta method of fourth order, in sub-steps that resolve the fastest of the
+//! parameters. Where friction reverses, a stop or the teeth of the gear touch or part, the sub-step is halved until
+//! that is located within 1/1024 of it.
+
+mod brushed;
+mod flexible;
+mod friction;
+mod gear;
+mod load;
+mod mechanics;
+mod mode;
+mod motor;
+mod pace;
+mod state;
+mod step;
+mod stops;
+#[cfg(test)]
+mod tests;
+mod thermal;
+mod three_phase;
+
+pub use brushed::BrushedParameters;
+pub use flexible::FlexibleParameters;
+pub use friction::FrictionParameters;
+pub use gear::GearParameters;
+pub use load::LoadParameters;
+pub use motor::JointMotorParameters;
+pub use stops::StopsParameters;
+pub use thermal::ThermalParameters;
+pub use three_phase::ThreePhaseParameters;
+
+use super::SUB_STEPS_MIN;
+use super::parameter::{ParameterError, require};
+use mechanics::{Inputs, Mechanics};
+use serde::{Deserialize, Serialize};
+use state::State;
+use step::Period;
+
+/// How often a sub-step may be halved.
+const HALVINGS_MAX: u8 = 10;
+
+/// One joint.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct JointParameters {
+    /// What it moves.
+    pub load: LoadParameters,
+    /// What turns the rotor; without it, an ideal source.
+    #[serde(default)]
+    pub motor: JointMotorParameters,
+    /// Between rotor and output; without it, 1:1.
+    #[serde(default)]
+    pub gear: GearParameters,
+    /// Elastic element between gear and load; without it, rigid.
+    #[serde(default)]
+    pub flexible: Option<FlexibleParameters>,
+    /// At the output; without it, none.
+    #[serde(default)]
+    pub friction: FrictionParameters,
+    /// Ends of the travel; without them, none.
+    #[serde(default)]
+    pub stops: Option<StopsParameters>,
+}
+
+impl JointParameters {
+    /// An ideal source on a load of this inertia (`kg m²` or `kg`).
+    #[must_use]
+    pub fn of_inertia(inertia: f64) -> Self {
+        Self {
+            load: LoadParameters::of_inertia(inertia),
+            motor: JointMotorParameters::default(),
+            gear: GearParameters::default(),
+            flexible: None,
+            friction: FrictionParameters::default(),
+            stops: None,
+        }
+    }
+
+    /// Says whether a joint like this can exist, and be simulated.
+    ///
+    /// # Errors
+    /// The first parameter out of its range, or the one that would need too many sub-steps.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        self.build().map(drop)
+    }
+
+    /// The joint at rest at its start position.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn build(&self) -> Result<Joint, ParameterError> {
+        self.load.check().map_err(|error| error.within("load"))?;
+        self.motor.check().map_err(|error| error.within("motor"))?;
+        self.gear.check().map_err(|error| error.within("gear"))?;
+        self.friction.check().map_err(|error| error.within("friction"))?;
+        let rotor_kg_m2 = self.motor.rotor_inertia_kg_m2() + self.gear.inertia_kg_m2;
+        let backlash = self.gear.backlash;
+        if let Some(flexible) = &self.flexible {
+            flexible.check().map_err(|error| error.within("flexible"))?;
+            let allowed = "> 0 with `flexible`, unless the motor's rotor has inertia";
+            require("gear.inertia_kg_m2", self.gear.inertia_kg_m2, rotor_kg_m2 > 0.0, allowed)?;
+        } else {
+            require("gear.backlash", backlash, backlash <= 0.0, "0 without `flexible`")?;
+        }
+        if let Some(stops) = &self.stops {
+            stops.check().map_err(|error| error.within("stops"))?;
+        }
+        let mechanics = Mechanics {
+            load: self.load.clone(),
+            stops: self.stops.clone(),
+            friction: self.friction.clone(),
+            gear: self.gear.clone(),
+            flexible: self.flexible.as_ref().map(|flexible| flexible.with_backlash(backlash)),
+            motor: self.motor.clone(),
+            rotor_kg_m2,
+        };
+        let sub_steps_per_s = pace::sub_steps_per_s(&mechanics)?;
+        let state = mechanics.start();
+        Ok(Joint { mechanics, sub_steps_per_s, state, inputs: Inputs::default() })
+    }
+}
+
+/// One joint as it moves.
+#[derive(Debug)]
+pub struct Joint {
+    mechanics: Mechanics,
+    sub_steps_per_s: f64,
+    state: State,
+    /// At the end of the last period.
+    inputs: Inputs,
+}
+
+/// The truth about a joint. No sensor stands in between.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointState {
+    /// Of the output, `rad` or `m`.
+    pub position: f64,
+    /// Of the output, `rad/s` or `m/s`.
+    pub velocity: f64,
+    /// Of the rotor, `rad`.
+    pub motor_position: f64,
+    /// Of the rotor, `rad/s`.
+    pub motor_velocity: f64,
+    /// From the drive on the output, `N m` or `N`: what a torque sensor behind the gear shows.
+    pub force: f64,
+    /// Winding current, `A`; of three phases the one that makes the torque, `i_q`, peak of a phase.
+    pub current_a: f64,
+    /// At the motor, `V`; of three phases the amplitude of one.
+    pub voltage_v: f64,
+    /// Winding temperature, `°C`.
+    pub winding_c: f64,
+}
+
+/// Where a joint's energy is, `J`. What was supplied less what was dissipated is the change of what is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointEnergy {
+    /// Since the start, by the amplifier and by the outside force.
+    pub supplied_j: f64,
+    /// Since the start, by friction, damping, gear, winding and dead time.
+    pub dissipated_j: f64,
+    /// Now, in motion, springs, gravity and magnetic field.
+    pub stored_j: f64,
+}
+
+impl Joint {
+    /// Holds `command` (`N m` or `N`, at the output of an ideal gear) from `start_s` for `period_s` and moves on under
+    /// the outside force `load(time_s)` (`N m` or `N`, positive towards larger positions).
+    ///
+    /// A command that is NaN or infinite is applied as it is.
+    pub fn advance(&mut self, start_s: f64, period_s: f64, command: f64, load: &dyn Fn(f64) -> f64) {
+        let sub_steps = (self.sub_steps_per_s * period_s).ceil().max(f64::from(SUB_STEPS_MIN));
+        let step_s = period_s / sub_steps;
+        self.inputs = Inputs {
+            wanted_nm: command / self.mechanics.gear.ratio,
+            load: load(start_s),
+            settling_max_per_s: step_s.recip(),
+        };
+        let mut period = Period { mechanics: &self.mechanics, load, inputs: self.inputs };
+        let mut mode = self.mechanics.mode(&self.inputs, &self.state);
+        let mut done = 0.0;
+        while done < sub_steps {
+            let from_s = start_s + done * step_s;
+            period.pass(&mut self.state, &mut mode, from_s, step_s, HALVINGS_MAX);
+            done += 1.0;
+        }
+        self.inputs = period.inputs;
+    }
+
+    /// The truth now.
+    #[must_use]
+    pub fn state(&self) -> JointState {
+        let Self { mechanics, state, inputs, .. } = self;
+        let rates = mechanics.rates(inputs, state, &mechanics.mode(inputs, state));
+        let (motor_position, motor_velocity) = mechanics.rotor(state);
+        JointState {
+            position: state.position,
+            velocity: state.velocity,
+            motor_position,
+            motor_velocity,
+            force: rates.force,
+            current_a: state.quadrature_a,
+            voltage_v: rates.voltage_v,
+            winding_c: state.winding_c,
+        }
+    }
+
+    /// Where the energy is now.
+    #[must_use]
+    pub fn energy(&self) -> JointEnergy {
+        JointEnergy {
+            supplied_j: self.state.supplied_j,
+            dissipated_j: self.state.dissipated_j,
+            stored_j: self.mechanics.stored_j(&self.state),
+        }
+    }
+}

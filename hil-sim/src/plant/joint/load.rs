@@ -1,0 +1,63 @@
+//! What the joint moves: an inertia with damping, under gravity.
+
+use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
+use serde::{Deserialize, Serialize};
+
+/// The load on the output. Units are those of an output that turns; of one that slides in brackets.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadParameters {
+    /// Inertia, `kg m²` [`kg`], > 0. The one parameter without a default.
+    pub inertia: f64,
+    /// Viscous damping to ground, `N m s/rad` [`N s/m`], >= 0.
+    #[serde(default)]
+    pub damping: f64,
+    /// Output position at the start, `rad` [`m`], at rest and with any spring relaxed.
+    #[serde(default)]
+    pub start_position: f64,
+    /// `m g l` of a load that hangs off a turning output, `N m`: its torque is `-m g l sin(position - gravity_angle)`.
+    /// Negative stands it on its head.
+    #[serde(default)]
+    pub gravity_torque_nm: f64,
+    /// Position in which the load hangs straight down, `rad`.
+    #[serde(default)]
+    pub gravity_angle_rad: f64,
+    /// Weight along a sliding output, `N`, positive towards smaller positions.
+    #[serde(default)]
+    pub gravity_force_n: f64,
+}
+
+impl LoadParameters {
+    /// A load of this inertia (`kg m²` or `kg`) alone.
+    #[must_use]
+    pub fn of_inertia(inertia: f64) -> Self {
+        Self {
+            inertia,
+            damping: 0.0,
+            start_position: 0.0,
+            gravity_torque_nm: 0.0,
+            gravity_angle_rad: 0.0,
+            gravity_force_n: 0.0,
+        }
+    }
+
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        positive("inertia", self.inertia)?;
+        not_negative("damping", self.damping)?;
+        finite("start_position", self.start_position)?;
+        finite("gravity_torque_nm", self.gravity_torque_nm)?;
+        finite("gravity_angle_rad", self.gravity_angle_rad)?;
+        finite("gravity_force_n", self.gravity_force_n)
+    }
+
+    /// `N m` or `N`.
+    pub(super) fn gravity(&self, position: f64) -> f64 {
+        -self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad) - self.gravity_force_n
+    }
+
+    /// Potential energy, `J`.
+    pub(super) fn potential_j(&self, position: f64) -> f64 {
+        self.gravity_force_n * position
+            - self.gravity_torque_nm * libm::cos(position - self.gravity_angle_rad)
+    }
+}
