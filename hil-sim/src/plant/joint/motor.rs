@@ -9,16 +9,21 @@ use crate::plant::parameter::ParameterError;
 use serde::{Deserialize, Serialize};
 
 /// The kind of motor, chosen by `kind`.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum JointMotorParameters {
     /// The commanded torque, at once and without limit.
-    #[default]
-    Ideal,
+    Ideal {},
     /// A DC motor with brushes.
     Brushed(BrushedParameters),
     /// A permanent-magnet motor with three phases and field-oriented control.
     ThreePhase(ThreePhaseParameters),
+}
+
+impl Default for JointMotorParameters {
+    fn default() -> Self {
+        Self::Ideal {}
+    }
 }
 
 /// The electrical side at one instant.
@@ -37,7 +42,7 @@ pub(super) struct Electric {
 impl JointMotorParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
         match self {
-            Self::Ideal => Ok(()),
+            Self::Ideal {} => Ok(()),
             Self::Brushed(motor) => motor.check(),
             Self::ThreePhase(motor) => motor.check(),
         }
@@ -46,7 +51,7 @@ impl JointMotorParameters {
     /// `kg m²`.
     pub(super) fn rotor_inertia_kg_m2(&self) -> f64 {
         match self {
-            Self::Ideal => 0.0,
+            Self::Ideal {} => 0.0,
             Self::Brushed(motor) => motor.rotor_inertia_kg_m2,
             Self::ThreePhase(motor) => motor.rotor_inertia_kg_m2,
         }
@@ -55,7 +60,7 @@ impl JointMotorParameters {
     /// At the rotor, `N m s/rad`.
     pub(super) fn viscous_nms_per_rad(&self) -> f64 {
         match self {
-            Self::Ideal => 0.0,
+            Self::Ideal {} => 0.0,
             Self::Brushed(motor) => motor.viscous_nms_per_rad,
             Self::ThreePhase(motor) => motor.viscous_nms_per_rad,
         }
@@ -64,7 +69,7 @@ impl JointMotorParameters {
     /// At the rotor, `N m`.
     pub(super) fn coulomb_nm(&self) -> f64 {
         match self {
-            Self::Ideal => 0.0,
+            Self::Ideal {} => 0.0,
             Self::Brushed(motor) => motor.coulomb_nm,
             Self::ThreePhase(motor) => motor.coulomb_nm,
         }
@@ -72,7 +77,7 @@ impl JointMotorParameters {
 
     pub(super) fn thermal(&self) -> Option<&ThermalParameters> {
         match self {
-            Self::Ideal => None,
+            Self::Ideal {} => None,
             Self::Brushed(motor) => motor.thermal.as_ref(),
             Self::ThreePhase(motor) => motor.thermal.as_ref(),
         }
@@ -85,7 +90,7 @@ impl JointMotorParameters {
     /// What the field exerts on the rotor, `N m`, when `wanted_nm` is.
     pub(super) fn torque_nm(&self, wanted_nm: f64, state: &State) -> f64 {
         match self {
-            Self::Ideal => wanted_nm,
+            Self::Ideal {} => wanted_nm,
             Self::Brushed(motor) => motor.torque_constant_nm_per_a * state.quadrature_a,
             Self::ThreePhase(motor) => motor.torque_nm(state),
         }
@@ -94,7 +99,7 @@ impl JointMotorParameters {
     /// The electrical side when `wanted_nm` is and the rotor turns at `rotor_rad_per_s`.
     pub(super) fn electric(&self, wanted_nm: f64, rotor_rad_per_s: f64, state: &State) -> Electric {
         match self {
-            Self::Ideal => Electric { supplied_w: wanted_nm * rotor_rad_per_s, ..Electric::default() },
+            Self::Ideal {} => Electric { supplied_w: wanted_nm * rotor_rad_per_s, ..Electric::default() },
             Self::Brushed(motor) => motor.electric(wanted_nm, rotor_rad_per_s, state),
             Self::ThreePhase(motor) => motor.electric(wanted_nm, rotor_rad_per_s, state),
         }
@@ -103,7 +108,7 @@ impl JointMotorParameters {
     /// Energy of the magnetic field, `J`.
     pub(super) fn field_j(&self, state: &State) -> f64 {
         match self {
-            Self::Ideal => 0.0,
+            Self::Ideal {} => 0.0,
             Self::Brushed(motor) => 0.5 * motor.inductance_h * state.quadrature_a * state.quadrature_a,
             Self::ThreePhase(motor) => motor.field_j(state),
         }
@@ -112,7 +117,7 @@ impl JointMotorParameters {
     /// How fast it can change. `rotor_kg_m2` is all that has to turn with the rotor.
     pub(super) fn paces(&self, rotor_kg_m2: f64) -> Vec<Pace> {
         match self {
-            Self::Ideal => Vec::new(),
+            Self::Ideal {} => Vec::new(),
             Self::Brushed(motor) => motor.paces(rotor_kg_m2).to_vec(),
             Self::ThreePhase(motor) => motor.paces(rotor_kg_m2).to_vec(),
         }

@@ -3,6 +3,14 @@
 use super::*;
 
 mod basics;
+mod energy;
+mod flexible;
+mod friction;
+mod gear;
+mod motor;
+mod parameters;
+mod stops;
+mod three_phase;
 
 const PERIOD_S: f64 = 1e-3;
 
@@ -27,7 +35,7 @@ impl Worst {
     fn see(&mut self, actual: f64, expected: f64) {
         let difference = (actual - expected).abs();
         // NaN is the worst of all.
-        if !(difference <= self.0) {
+        if difference.is_nan() || difference > self.0 {
             self.0 = difference;
         }
     }
