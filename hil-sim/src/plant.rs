@@ -24,6 +24,7 @@ mod parameter;
 mod physics;
 mod registry;
 mod scene;
+mod sensor;
 mod spring;
 mod transition;
 mod transitions;
@@ -43,6 +44,7 @@ pub use joint::{
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
+pub use sensor::{Sensor, SensorParameters};
 pub use spring::{Spring, SpringParameters};
 pub use wall::{RIGID_STIFFNESS_N_PER_M, Wall, WallParameters, WallSide};
 

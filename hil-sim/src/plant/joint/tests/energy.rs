@@ -84,7 +84,7 @@ fn joints() -> impl Strategy<Value = JointParameters> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(48))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(48) })]
 
     /// Supplied = dissipated + gain of what is stored; and what is dissipated only grows.
     #[test]
