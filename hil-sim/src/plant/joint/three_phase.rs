@@ -171,16 +171,23 @@ impl ThreePhaseParameters {
         0.75 * (self.direct_inductance_h * d_a * d_a + self.quadrature_inductance_h * q_a * q_a)
     }
 
-    pub(super) fn paces(&self, rotor_kg_m2: f64) -> [Pace; 5] {
+    pub(super) fn paces(&self, rotor_kg_m2: f64) -> [Pace; 6] {
         let bandwidth = self.current_bandwidth_rad_per_s;
         let least_h = self.direct_inductance_h.min(self.quadrature_inductance_h);
         let dead_ohm = self.dead_time_v() / self.dead_time_current_a;
         let back_emf_vs = f64::from(self.pole_pairs) * self.flux_linkage_vs;
+        // Beyond no-load speed the voltage can no longer take the coupling of the axes away.
+        let no_load_rad_per_s = if self.supply_v.is_finite() {
+            self.supply_v / (3.0_f64.sqrt() * self.flux_linkage_vs)
+        } else {
+            0.0
+        };
         let electromechanical = back_emf_vs * (1.5 / (least_h * rotor_kg_m2)).sqrt();
         [
             Pace::of("motor.current_bandwidth_rad_per_s", bandwidth, bandwidth),
             Pace::of("motor.direct_inductance_h", self.direct_inductance_h, self.resistance_ohm / least_h),
             Pace::of("motor.dead_time_current_a", self.dead_time_current_a, dead_ohm / least_h),
+            Pace::of("motor.supply_v", self.supply_v, no_load_rad_per_s),
             Pace::of("motor.flux_linkage_vs", self.flux_linkage_vs, electromechanical),
             Pace::of(
                 "motor.viscous_nms_per_rad",

@@ -45,3 +45,28 @@ fn gravity_swings_a_turning_load_and_pulls_a_sliding_one() {
     hold(&mut joint, 1000, 0.0, |_, _| {});
     close(joint.state().position, -0.5 * 9.81, 1e-11);
 }
+
+/// It shows in the motion of what friction does not hold, and nothing panics or runs on.
+#[test]
+fn a_command_that_is_no_number_is_applied_as_it_is() {
+    for motor in [
+        JointMotorParameters::default(),
+        JointMotorParameters::Brushed(BrushedParameters::default()),
+        JointMotorParameters::ThreePhase(ThreePhaseParameters::default()),
+    ] {
+        for (friction, flexible) in [(0.0, false), (0.1, false), (0.1, true)] {
+            let mut parameters = JointParameters { motor: motor.clone(), ..JointParameters::of_inertia(0.1) };
+            parameters.gear.inertia_kg_m2 = 1e-4;
+            parameters.gear.efficiency = if friction > 0.0 { 0.8 } else { 1.0 };
+            parameters.friction.coulomb = friction;
+            parameters.flexible = flexible.then(FlexibleParameters::default);
+            parameters.stops = Some(StopsParameters { min: -1.0, max: 1.0, ..StopsParameters::default() });
+            let mut joint = parameters.build().unwrap();
+            hold(&mut joint, 3, 1.0, |_, _| {});
+            hold(&mut joint, 3, f64::NAN, |_, _| {});
+            assert!(joint.state().velocity.is_nan(), "{:?}", joint.state());
+            let mut joint = parameters.build().unwrap();
+            hold(&mut joint, 3, f64::INFINITY, |_, _| {});
+        }
+    }
+}
