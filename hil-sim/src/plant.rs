@@ -37,9 +37,9 @@ pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
 pub use hand_phase::HandPhase;
 pub use joint::{
-    BrushedMotorParameters, FrictionParameters, GearParameters, Joint, JointParameters, JointState,
-    LoadParameters, LuGreParameters, StopsParameters, ThreePhaseParameters, TransmissionParameters,
-    WindingParameters,
+    BrushedParameters, FlexibleParameters, FrictionParameters, GearParameters, Joint, JointEnergy,
+    JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters, ThermalParameters,
+    ThreePhaseParameters,
 };
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;

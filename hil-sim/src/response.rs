@@ -308,10 +308,14 @@ fn outputs_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Output>, Re
             let sensor = |(axis, of_axis): (usize, &AxisSection)| {
                 // Of every sensor another seed.
                 let place = u64::from(data_type.id) << 32 | axis as u64;
-                let sensor = of_axis.sensor.get(name).cloned().unwrap_or_default();
-                sensor.build(file.seed.wrapping_add(place).wrapping_mul(SPREAD))
+                let mut parameters = of_axis.sensor.get(name).cloned().unwrap_or_default();
+                parameters.seed =
+                    file.seed.wrapping_add(parameters.seed).wrapping_add(place).wrapping_mul(SPREAD);
+                let device = section.name.clone();
+                parameters.build().map_err(|error| ResponseError::Plant { device, axis, error })
             };
-            return Ok(Output::Sensed(data_type, section.axes.iter().enumerate().map(sensor).collect()));
+            let sensors: Result<Vec<_>, _> = section.axes.iter().enumerate().map(sensor).collect();
+            return Ok(Output::Sensed(data_type, sensors?));
         }
         let per_axis = (0..section.axes.len()).map(|axis| motions(file, &section.name, axis, name));
         Ok(Output::Reference(per_axis.collect::<Result<_, _>>()?))

@@ -93,8 +93,10 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("two engines, emulated", two_engines::run)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {
-        let script = ["-B", "tests/oracle/two_sided_loop.py", "--out"];
-        run(command(setup::python()?, script).arg(&oracle))
+        for script in ["tests/oracle/two_sided_loop.py", "tests/oracle/joint.py"] {
+            run(command(setup::python()?, ["-B", script, "--out"]).arg(&oracle))?;
+        }
+        Ok(())
     })?;
     steps.step("tests", || {
         let mut tests = cargo(&["test", "--workspace", "--quiet"]);

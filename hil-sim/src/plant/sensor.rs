@@ -1,39 +1,47 @@
-//! A sensor: what it shows of a quantity, and what goes wrong with it.
+//! What a controller sees of the truth: encoder, tachometer, current or torque sensor, and their faults.
 //!
-//! `shown = floor((gain · truth + offset + noise) / step) · step`: an encoder counts whole steps, so it is up to one step
-//! behind; its quantisation is white noise of `step²/12` once it moves by many.
+//! `shown = counted(gain · truth + offset + noise + jump)`, whole counts as an encoder counts them.
 
+use super::parameter::{ParameterError, finite, not_negative, require};
+use crate::bus::Random;
 use serde::{Deserialize, Serialize};
 
-use super::parameter::{ParameterError, finite, not_negative};
-use crate::bus::Random;
-
-/// An encoder, a tachometer, a torque or current sensor. All numbers are in the unit of what it shows.
+/// One sensor. `unit` is that of what it measures: `rad`, `m/s`, `A`, `N m`...
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct SensorParameters {
-    /// What one unit of the truth shows as.
+    /// Shown per true unit; 1 is ideal.
     pub gain: f64,
-    /// Shown at zero; of an encoder, where its index is.
+    /// Shown at a truth of 0, unit; for an encoder the offset of its index.
     pub offset: f64,
-    /// Standard deviation of the noise in every sample, >= 0.
-    pub noise: f64,
-    /// One count, >= 0; 0 shows every value.
-    pub step: f64,
-    /// From when on it shows what it showed then, `s`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub stuck_at_s: Option<f64>,
-    /// From when on it shows so much more, `s`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub jump_at_s: Option<f64>,
-    /// By how much it jumps then.
+    /// Counts per unit, >= 0; 0 for a sensor that does not count. It shows whole counts passed, so up to one count
+    /// less than there is.
+    pub counts_per_unit: f64,
+    /// Standard deviation of normal noise, unit, >= 0, drawn anew each time it is read, ahead of the counting.
+    pub noise_deviation: f64,
+    /// The same seed gives the same noise.
+    pub seed: u64,
+    /// From this time on it is off by `jump`, `s`; `inf` for never.
+    pub jump_at_s: f64,
+    /// Unit.
     pub jump: f64,
+    /// From this time on it shows what it showed before, `s`; `inf` for never.
+    pub stuck_from_s: f64,
 }
 
 impl Default for SensorParameters {
-    /// The truth.
+    /// An ideal sensor.
     fn default() -> Self {
-        Self { gain: 1.0, offset: 0.0, noise: 0.0, step: 0.0, stuck_at_s: None, jump_at_s: None, jump: 0.0 }
+        Self {
+            gain: 1.0,
+            offset: 0.0,
+            counts_per_unit: 0.0,
+            noise_deviation: 0.0,
+            seed: 1,
+            jump_at_s: f64::INFINITY,
+            jump: 0.0,
+            stuck_from_s: f64::INFINITY,
+        }
     }
 }
 
@@ -43,86 +51,154 @@ impl SensorParameters {
     /// # Errors
     /// The first parameter outside its range.
     pub fn check(&self) -> Result<(), ParameterError> {
+        let time = |path, time_s: f64| require(path, time_s, !time_s.is_nan(), "a time, or inf for never");
         finite("gain", self.gain)?;
         finite("offset", self.offset)?;
-        not_negative("noise", self.noise)?;
-        not_negative("step", self.step)?;
-        finite("jump", self.jump)
+        not_negative("counts_per_unit", self.counts_per_unit)?;
+        not_negative("noise_deviation", self.noise_deviation)?;
+        time("jump_at_s", self.jump_at_s)?;
+        finite("jump", self.jump)?;
+        time("stuck_from_s", self.stuck_from_s)
     }
 
-    /// One whose noise comes from `seed`.
-    #[must_use]
-    pub fn build(&self, seed: u64) -> Sensor {
-        Sensor { parameters: self.clone(), random: Random::new(seed), shown: f64::NAN }
+    /// The sensor these parameters describe.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn build(&self) -> Result<Sensor, ParameterError> {
+        self.check()?;
+        Ok(Sensor { parameters: self.clone(), noise: Random::new(self.seed), shown: None })
     }
 }
 
-/// One sensor. The same seed gives the same noise.
-#[derive(Debug)]
+/// One sensor as it is read.
+#[derive(Debug, Clone)]
 pub struct Sensor {
     parameters: SensorParameters,
-    random: Random,
-    shown: f64,
+    noise: Random,
+    /// What it showed last.
+    shown: Option<f64>,
 }
 
 impl Sensor {
-    /// What it shows at a time, `s`, of the truth.
-    pub fn show(&mut self, time_s: f64, truth: f64) -> f64 {
-        let SensorParameters { gain, offset, noise, step, stuck_at_s, jump_at_s, jump } = self.parameters;
-        let is_after = |at_s: Option<f64>| at_s.is_some_and(|at_s| time_s >= at_s - TICK_ROUNDING_S);
-        if is_after(stuck_at_s) && !self.shown.is_nan() {
-            return self.shown;
+    /// What it shows of `truth` at `time_s`, both in the sensor's unit. Stuck before its first reading, it shows that
+    /// one for good.
+    #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
+    pub fn show(&mut self, time_s: f64, truth: f64) -> f32 {
+        let is_stuck = time_s >= self.parameters.stuck_from_s;
+        let shown = match self.shown {
+            Some(shown) if is_stuck => shown,
+            _ => self.read(time_s, truth),
+        };
+        self.shown = Some(shown);
+        shown as f32
+    }
+
+    fn read(&mut self, time_s: f64, truth: f64) -> f64 {
+        let Self { parameters, noise, .. } = self;
+        let mut seen = parameters.gain * truth + parameters.offset;
+        if parameters.noise_deviation > 0.0 {
+            seen += parameters.noise_deviation * noise.normal();
         }
-        let noise = if noise > 0.0 { noise * self.random.normal() } else { 0.0 };
-        let jump = if is_after(jump_at_s) { jump } else { 0.0 };
-        let value = gain * truth + offset + noise + jump;
-        self.shown = if step > 0.0 { (value / step).floor() * step } else { value };
-        self.shown
+        if time_s >= parameters.jump_at_s {
+            seen += parameters.jump;
+        }
+        if parameters.counts_per_unit > 0.0 {
+            seen = (seen * parameters.counts_per_unit).floor() / parameters.counts_per_unit;
+        }
+        seen
     }
 }
-
-/// What a tick's time may be less than a multiple of the period by rounding, `s`.
-const TICK_ROUNDING_S: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn sensor(text: &str) -> Sensor {
-        let parameters: SensorParameters = toml::from_str(text).unwrap();
-        parameters.check().unwrap();
-        parameters.build(7)
+    fn sensor(parameters: SensorParameters) -> Sensor {
+        parameters.build().unwrap()
     }
 
     #[test]
-    fn an_encoder_is_behind_by_less_than_a_count_and_by_half_of_one_on_average() {
-        let mut encoder = sensor("step = 0.01");
-        let behind = |n: i32| f64::from(n) * 1e-4 - encoder.show(0.0, f64::from(n) * 1e-4);
-        let behind: Vec<f64> = (-5000..5000).map(behind).collect();
-        assert!(behind.iter().all(|off| (-1e-12..0.01).contains(off)));
-        let mean = behind.iter().sum::<f64>() / 1e4;
-        assert!((mean - 0.005).abs() < 1e-4, "{mean}");
-        let variance = behind.iter().map(|off| (off - mean) * (off - mean)).sum::<f64>() / 1e4;
-        assert!((variance / (1e-4 / 12.0) - 1.0).abs() < 0.01, "{variance}");
+    fn an_ideal_sensor_shows_the_truth_and_another_its_gain_and_offset() {
+        assert!((sensor(SensorParameters::default()).show(0.0, 0.25) - 0.25).abs() <= 0.0);
+        let scaled = SensorParameters { gain: 1.5, offset: -0.5, ..SensorParameters::default() };
+        assert!((sensor(scaled).show(0.0, 2.0) - 2.5).abs() <= 0.0);
     }
 
-    /// Within four standard deviations of both estimates.
+    /// Whole counts, behind the truth by less than one; what is left is `f32`.
     #[test]
-    fn noise_has_its_mean_and_its_deviation() {
-        let mut tachometer = sensor("noise = 0.2\ngain = 2.0\noffset = 0.5");
-        let shown: Vec<f64> = (0..40_000).map(|_| tachometer.show(0.0, 1.0)).collect();
-        let mean = shown.iter().sum::<f64>() / 4e4;
-        let variance = shown.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / 4e4;
-        assert!((mean - 2.5).abs() < 4.0 * 0.2 / 200.0, "{mean}");
-        assert!((variance / 0.04 - 1.0).abs() < 4.0 * libm::sqrt(2.0 / 4e4), "{variance}");
-        let near = shown.iter().filter(|value| (*value - 2.5).abs() < 0.2).count();
-        assert!((27_000..27_700).contains(&near), "a normal one has 68.3 % within its deviation: {near}");
+    fn an_encoder_shows_whole_counts_less_than_one_behind() {
+        let counts = 4096.0 / core::f64::consts::TAU;
+        let mut encoder = sensor(SensorParameters { counts_per_unit: counts, ..SensorParameters::default() });
+        let mut worst = 0.0_f64;
+        for k in -5000..5000_i32 {
+            let truth = f64::from(k) * 1.237e-4;
+            let shown = f64::from(encoder.show(0.0, truth));
+            assert!((shown * counts - (shown * counts).round()).abs() < 1e-4, "{shown} is no whole count");
+            worst = worst.max(truth - shown);
+            assert!((-1e-7..1.0 / counts + 1e-7).contains(&(truth - shown)), "{truth} shown as {shown}");
+        }
+        assert!(worst > 0.99 / counts, "{worst}");
+    }
+
+    /// Of `n` draws the mean is off by `s/sqrt(n)` and the deviation by `s/sqrt(2 n)`, each as a standard deviation.
+    #[test]
+    fn noise_has_its_deviation_and_no_mean_and_its_seed() {
+        let draws = 100_000_u32;
+        let parameters = SensorParameters { noise_deviation: 0.02, seed: 7, ..SensorParameters::default() };
+        let run = |parameters: &SensorParameters| {
+            let mut noisy = sensor(parameters.clone());
+            (0..draws).map(|_| f64::from(noisy.show(0.0, 0.0))).collect::<Vec<_>>()
+        };
+        let seen = run(&parameters);
+        let count = f64::from(draws);
+        let mean = seen.iter().sum::<f64>() / count;
+        let deviation = (seen.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt();
+        println!("noise: mean {mean:.1e}, deviation {deviation:.5} for 0.02");
+        assert!(mean.abs() < 4.0 * 0.02 / count.sqrt(), "mean {mean}");
+        assert!((deviation - 0.02).abs() < 4.0 * 0.02 / (2.0 * count).sqrt(), "deviation {deviation}");
+        let within = seen.iter().filter(|value| value.abs() < 0.02).count();
+        assert!(
+            (67_600..68_900).contains(&within),
+            "{within} of 100000 within one deviation, normal has 68269"
+        );
+        assert_eq!(seen, run(&parameters));
+        assert_ne!(seen, run(&SensorParameters { seed: 8, ..parameters }));
     }
 
     #[test]
-    fn it_jumps_and_sticks_when_told_to() {
-        let mut encoder = sensor("jump_at_s = 1.0\njump = 5.0\nstuck_at_s = 2.0");
-        let shown = [0.0, 0.999, 1.0, 1.5, 2.0, 9.0].map(|time_s| encoder.show(time_s, time_s));
-        assert_eq!(shown.map(f64::to_bits), [0.0, 0.999, 6.0, 6.5, 6.5, 6.5].map(f64::to_bits));
+    fn a_sensor_jumps_and_sticks_when_it_is_told() {
+        let mut faulty = sensor(SensorParameters {
+            jump_at_s: 0.1,
+            jump: 0.5,
+            stuck_from_s: 0.2,
+            ..SensorParameters::default()
+        });
+        for tick in 0..300_u32 {
+            let t = f64::from(tick) * 1e-3;
+            let expected = match tick {
+                0..100 => t,
+                100..200 => t + 0.5,
+                _ => 0.699,
+            };
+            let shown = f64::from(faulty.show(t, t));
+            assert!((shown - expected).abs() < 1e-7, "{shown} at {t} s instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn impossible_sensors_are_refused() {
+        for (file, path) in [
+            ("gain = nan", "gain"),
+            ("counts_per_unit = -1.0", "counts_per_unit"),
+            ("noise_deviation = -1.0", "noise_deviation"),
+            ("jump_at_s = nan", "jump_at_s"),
+            ("jump = inf", "jump"),
+            ("stuck_from_s = nan", "stuck_from_s"),
+        ] {
+            let parameters: SensorParameters = toml::from_str(file).unwrap();
+            assert_eq!(parameters.check().unwrap_err().path, path);
+        }
+        assert!(toml::from_str::<SensorParameters>("counts = 3").is_err());
     }
 }

@@ -80,7 +80,7 @@ impl Plant for Instrumented {
                 let value = match output {
                     Output::Sensed(data_type, sensors) => {
                         let truth = sensed(data_type, &state);
-                        sensors.get_mut(axis).map_or(truth, |sensor| sensor.show(*time_s, truth))
+                        sensors.get_mut(axis).map_or(truth, |sensor| sensor.show(*time_s, truth).into())
                     }
                     Output::Reference(motions) => motions.get(axis).map_or(0.0, |all| sum_at(all, *time_s)),
                 };

@@ -2,7 +2,7 @@
 
 use super::loop_gain::{Answers, LoopFigures};
 use super::{ResponseError, rig_of};
-use crate::plant::{FrictionParameters, SensorParameters};
+use crate::plant::SensorParameters;
 use crate::rig::{Probe, Rig};
 use crate::rig_file::{MoveSection, RigFile, Step};
 
@@ -55,13 +55,7 @@ fn at_rest(file: &RigFile) -> RigFile {
         for sensor in axis.sensor.values_mut() {
             *sensor = SensorParameters { gain: sensor.gain, ..SensorParameters::default() };
         }
-        let viscous = axis.plant.friction.viscous;
-        axis.plant.friction = FrictionParameters { viscous, ..FrictionParameters::default() };
-        axis.plant.stops = None;
-        axis.plant.gear.efficiency = 1.0;
-        if let Some(transmission) = &mut axis.plant.transmission {
-            transmission.backlash = 0.0;
-        }
+        axis.plant = axis.plant.linear();
     }
     let moves = file.devices.iter().flat_map(|device| {
         device.axes.iter().enumerate().map(|(axis, section)| MoveSection {

@@ -1,86 +1,99 @@
-//! Friction of a joint: viscous, dry with Stribeck's dip, or `LuGre`.
+//! Friction at the output: Coulomb with Stribeck's dip and viscous, dry or with presliding (`LuGre`).
 //!
-//! Dry: `F = sgn(v) (Fc + (Fs - Fc) exp(-(v/vs)²))`, and up to `Fs` at rest. `LuGre` (Canudas de Wit, Olsson, Åström and
-//! Lischinsky, IEEE TAC 40(3), 1995): bristles bend by `z' = v - σ0 |v| z / g(v)`, with the dry curve as `g`, and
-//! `F = σ0 z + σ1 z'`; the viscous part is a key of its own.
-
-use serde::{Deserialize, Serialize};
+//! `g(v) = Fc + (Fs - Fc) exp(-(v/vs)²)`. Dry: `F = sgn(v) g(v) + σ2 v`, and up to `Fs` at rest.
+//! `LuGre`: `z' = v - σ0 |v| z / g(v)`, `F = σ0 z + σ1 z' + σ2 v` (Canudas de Wit, Olsson, Åström, Lischinsky, "A new
+//! model for control of systems with friction", IEEE Trans. Automatic Control 40(3), 1995).
 
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
+use serde::{Deserialize, Serialize};
 
-/// At the load. Units are of an output that turns, then of one that slides.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
+/// Friction at the output. Units of an output that turns; of one that slides in brackets.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FrictionParameters {
-    /// `N m s/rad` or `N s/m`, >= 0.
-    pub viscous: f64,
-    /// `Fc`: while it slides, `N m` or `N`, >= 0.
+    /// `Fc`, `N m` [`N`], >= 0.
     pub coulomb: f64,
-    /// `Fs`: at rest, `N m` or `N`; left out, or less than `coulomb`, it is `coulomb`.
+    /// `Fs`, `N m` [`N`], at least `coulomb`; 0 for the same as `coulomb`.
     pub breakaway: f64,
-    /// `vs`: how fast the dip is over, `rad/s` or `m/s`; needed where `breakaway` is more.
+    /// `vs`, `rad/s` [`m/s`], > 0: where most of `breakaway` is gone.
     pub stribeck_velocity: f64,
-    /// Bristles instead of dry friction.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lugre: Option<LuGreParameters>,
+    /// `σ2`, `N m s/rad` [`N s/m`], >= 0.
+    pub viscous: f64,
+    /// `σ0`, `N m/rad` [`N/m`], >= 0; above 0 the friction is `LuGre`'s, at 0 it is dry.
+    pub presliding_stiffness: f64,
+    /// `σ1`, `N m s/rad` [`N s/m`], >= 0; only with `presliding_stiffness`.
+    pub presliding_damping: f64,
 }
 
-/// Bristles between two surfaces.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct LuGreParameters {
-    /// `σ0`, `N m/rad` or `N/m`, > 0.
-    pub stiffness: f64,
-    /// `σ1`, `N m s/rad` or `N s/m`, >= 0.
-    #[serde(default)]
-    pub damping: f64,
+impl Default for FrictionParameters {
+    /// None; a Stribeck velocity of 0.01.
+    fn default() -> Self {
+        Self {
+            coulomb: 0.0,
+            breakaway: 0.0,
+            stribeck_velocity: 0.01,
+            viscous: 0.0,
+            presliding_stiffness: 0.0,
+            presliding_damping: 0.0,
+        }
+    }
 }
 
 impl FrictionParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        not_negative("viscous", self.viscous)?;
         not_negative("coulomb", self.coulomb)?;
         not_negative("breakaway", self.breakaway)?;
-        not_negative("stribeck_velocity", self.stribeck_velocity)?;
-        let has_speed = self.breakaway <= self.coulomb || self.stribeck_velocity > 0.0;
-        require(
-            "stribeck_velocity",
-            self.stribeck_velocity,
-            has_speed,
-            "> 0, where breakaway is above coulomb",
-        )?;
-        if let Some(lugre) = &self.lugre {
-            positive("lugre.stiffness", lugre.stiffness)?;
-            not_negative("lugre.damping", lugre.damping)?;
-            positive("coulomb", self.coulomb)?;
+        let is_ordered = self.breakaway <= 0.0 || self.breakaway >= self.coulomb;
+        require("breakaway", self.breakaway, is_ordered, "at least `coulomb`, or 0")?;
+        positive("stribeck_velocity", self.stribeck_velocity)?;
+        not_negative("viscous", self.viscous)?;
+        not_negative("presliding_stiffness", self.presliding_stiffness)?;
+        not_negative("presliding_damping", self.presliding_damping)?;
+        if self.has_presliding() {
+            return require("coulomb", self.coulomb, self.coulomb > 0.0, "> 0 with `presliding_stiffness`");
         }
-        Ok(())
+        let allowed = "0 without `presliding_stiffness`";
+        require("presliding_damping", self.presliding_damping, self.presliding_damping <= 0.0, allowed)
     }
 
-    /// Dry friction at a speed, >= 0; the most that it holds, at 0.
-    pub(super) fn dry(&self, speed: f64) -> f64 {
-        let dip = self.breakaway - self.coulomb;
-        if dip <= 0.0 {
+    pub(super) fn has_presliding(&self) -> bool {
+        self.presliding_stiffness > 0.0
+    }
+
+    /// Whether it can hold the output at rest.
+    pub(super) fn is_dry(&self) -> bool {
+        !self.has_presliding() && self.level(0.0) > 0.0
+    }
+
+    /// `g(v)`, `N m` or `N`.
+    pub(super) fn level(&self, velocity: f64) -> f64 {
+        if self.breakaway <= self.coulomb {
             return self.coulomb;
         }
-        let share = speed / self.stribeck_velocity;
-        self.coulomb + dip * libm::exp(-share * share)
+        let share = velocity / self.stribeck_velocity;
+        self.coulomb + (self.breakaway - self.coulomb) * libm::exp(-share * share)
     }
-}
 
-impl LuGreParameters {
-    /// Against the motion, over a time in which the velocity hardly changes; bends the bristles, stably for any time.
-    pub(super) fn force(
+    /// Against the motion, and how fast the bristles deflect. `direction` is the sliding direction, -1, 0 or 1.
+    ///
+    /// The bristles settle at up to `fastest_per_s`: the faster the output, the faster they would, without end, but
+    /// an explicit step follows only so fast. Where they settle to is the same.
+    pub(super) fn resist(
         &self,
-        bristle: &mut f64,
+        direction: f64,
         velocity: f64,
-        time_s: f64,
-        dry: &FrictionParameters,
-    ) -> f64 {
-        let rate = self.stiffness * velocity.abs() / dry.dry(velocity.abs());
-        let bent = (*bristle + time_s * velocity) / (1.0 + time_s * rate);
-        let bends = (bent - *bristle) / time_s;
-        *bristle = bent;
-        self.stiffness * bent + self.damping * bends
+        deflection: f64,
+        fastest_per_s: f64,
+    ) -> (f64, f64) {
+        let viscous = self.viscous * velocity;
+        if !self.has_presliding() {
+            return (direction * self.level(velocity) + viscous, 0.0);
+        }
+        let level = self.level(velocity);
+        let settling_per_s = self.presliding_stiffness * velocity.abs() / level;
+        let slow_down = (fastest_per_s / settling_per_s).min(1.0);
+        let rate = slow_down * (velocity - settling_per_s * deflection);
+        let resistance = self.presliding_stiffness * deflection + self.presliding_damping * rate + viscous;
+        (resistance, rate)
     }
 }

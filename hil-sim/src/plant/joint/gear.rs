@@ -1,36 +1,55 @@
-//! A gear: ratio, inertia, efficiency.
-//!
-//! What it loses is a share of the power that goes through, whichever way: the output gets `η` of the torque while the motor
-//! drives, and the motor gets `η` of it while the load does.
-
-use serde::{Deserialize, Serialize};
+//! The gear: ratio, its own inertia, losses and lost motion.
 
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
+use serde::{Deserialize, Serialize};
 
-/// Between motor and output.
+/// A gear between rotor and output.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct GearParameters {
-    /// Turns of the rotor, in rad, for one rad or one metre of the output, > 0.
+    /// `N`: rotor angle per output motion, `rad/rad` for an output that turns, `rad/m` for one that slides, > 0.
     pub ratio: f64,
-    /// At the rotor's side, `kg m²`, >= 0.
+    /// Inertia that turns with the rotor, `kg m²`, >= 0.
     pub inertia_kg_m2: f64,
-    /// Share of the power that comes out, above 0, at most 1.
+    /// Share of the power that arrives when the motor drives the load, above 0, up to 1.
     pub efficiency: f64,
+    /// Share of the power that arrives when the load drives the motor, above 0, up to 1.
+    pub backdrive_efficiency: f64,
+    /// Lost motion on reversal (the whole gap), at the output, `rad` or `m`, >= 0. Above 0 only with `flexible`,
+    /// whose stiffness the teeth have.
+    pub backlash: f64,
 }
 
 impl Default for GearParameters {
-    /// None: the rotor is the output.
+    /// No gear: 1:1 without losses.
     fn default() -> Self {
-        Self { ratio: 1.0, inertia_kg_m2: 0.0, efficiency: 1.0 }
+        Self { ratio: 1.0, inertia_kg_m2: 0.0, efficiency: 1.0, backdrive_efficiency: 1.0, backlash: 0.0 }
     }
 }
 
 impl GearParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
+        let share = |path, value| require(path, value, value > 0.0 && value <= 1.0, "above 0, up to 1");
         positive("ratio", self.ratio)?;
         not_negative("inertia_kg_m2", self.inertia_kg_m2)?;
-        let is_share = self.efficiency > 0.0 && self.efficiency <= 1.0;
-        require("efficiency", self.efficiency, is_share, "above 0 and at most 1")
+        share("efficiency", self.efficiency)?;
+        share("backdrive_efficiency", self.backdrive_efficiency)?;
+        not_negative("backlash", self.backlash)
+    }
+
+    pub(super) fn is_lossy(&self) -> bool {
+        self.efficiency < 1.0 || self.backdrive_efficiency < 1.0
+    }
+
+    /// Output torque (times `1/ratio`) per rotor torque, for a transmitted torque of the sign of `torque` while
+    /// the gear turns in `direction` (-1, 0 or 1). A gear at rest shows no loss here: its losses hold it.
+    pub(super) fn transmission(&self, torque: f64, direction: f64) -> f64 {
+        if torque * direction > 0.0 {
+            self.efficiency
+        } else if torque * direction < 0.0 {
+            self.backdrive_efficiency.recip()
+        } else {
+            1.0
+        }
     }
 }

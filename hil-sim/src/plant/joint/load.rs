@@ -1,82 +1,63 @@
-//! What a joint moves: inertia, damping, gravity; and the ends of its way.
+//! What the joint moves: an inertia with damping, under gravity.
 
+use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-use crate::plant::parameter::{ParameterError, finite, not_negative, positive, require};
-
-/// What moves. Units are of an output that turns, then of one that slides.
+/// The load on the output. Units are those of an output that turns; of one that slides in brackets.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(default, deny_unknown_fields)]
+#[serde(deny_unknown_fields)]
 pub struct LoadParameters {
-    /// `kg m²` or `kg`, > 0.
+    /// Inertia, `kg m²` [`kg`], > 0. The one parameter without a default.
     pub inertia: f64,
-    /// Viscous damping to ground, `N m s/rad` or `N s/m`, >= 0.
+    /// Viscous damping to ground, `N m s/rad` [`N s/m`], >= 0.
+    #[serde(default)]
     pub damping: f64,
-    /// Largest torque of gravity, `m g l`, `N m`: `-gravity sin(position - gravity_angle_rad)`. Of an output that slides,
-    /// nothing.
-    pub gravity: f64,
-    /// Where it hangs down, `rad`.
-    pub gravity_angle_rad: f64,
-    /// Where it stands at the start, at rest, `rad` or `m`.
+    /// Output position at the start, `rad` [`m`], at rest and with any spring relaxed.
+    #[serde(default)]
     pub start_position: f64,
-}
-
-impl Default for LoadParameters {
-    /// A small link, 0.01 kg m², with nothing that pulls or brakes it.
-    fn default() -> Self {
-        Self { inertia: 0.01, damping: 0.0, gravity: 0.0, gravity_angle_rad: 0.0, start_position: 0.0 }
-    }
+    /// `m g l` of a load that hangs off a turning output, `N m`: its torque is `-m g l sin(position - gravity_angle)`.
+    /// Negative stands it on its head.
+    #[serde(default)]
+    pub gravity_torque_nm: f64,
+    /// Position in which the load hangs straight down, `rad`.
+    #[serde(default)]
+    pub gravity_angle_rad: f64,
+    /// Weight along a sliding output, `N`, positive towards smaller positions.
+    #[serde(default)]
+    pub gravity_force_n: f64,
 }
 
 impl LoadParameters {
+    /// A load of this inertia (`kg m²` or `kg`) alone.
+    #[must_use]
+    pub fn of_inertia(inertia: f64) -> Self {
+        Self {
+            inertia,
+            damping: 0.0,
+            start_position: 0.0,
+            gravity_torque_nm: 0.0,
+            gravity_angle_rad: 0.0,
+            gravity_force_n: 0.0,
+        }
+    }
+
     pub(super) fn check(&self) -> Result<(), ParameterError> {
         positive("inertia", self.inertia)?;
         not_negative("damping", self.damping)?;
-        finite("gravity", self.gravity)?;
+        finite("start_position", self.start_position)?;
+        finite("gravity_torque_nm", self.gravity_torque_nm)?;
         finite("gravity_angle_rad", self.gravity_angle_rad)?;
-        finite("start_position", self.start_position)
+        finite("gravity_force_n", self.gravity_force_n)
     }
 
-    pub(super) fn gravity_at(&self, position: f64) -> f64 {
-        // Most joints in a file have none, and a sine takes longer than the rest.
-        let is_there = self.gravity.abs() > 0.0;
-        if is_there { -self.gravity * libm::sin(position - self.gravity_angle_rad) } else { 0.0 }
-    }
-}
-
-/// Hard stops: springs with damping that push back and never pull.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct StopsParameters {
-    /// Smallest free position, `rad` or `m`.
-    pub min: f64,
-    /// Largest free position, `rad` or `m`.
-    pub max: f64,
-    /// `N m/rad` or `N/m`, > 0.
-    pub stiffness: f64,
-    /// `N m s/rad` or `N s/m`, >= 0.
-    #[serde(default)]
-    pub damping: f64,
-}
-
-impl StopsParameters {
-    pub(super) fn check(&self) -> Result<(), ParameterError> {
-        finite("min", self.min)?;
-        finite("max", self.max)?;
-        require("max", self.max, self.max > self.min, &format!("> min = {}", self.min))?;
-        positive("stiffness", self.stiffness)?;
-        not_negative("damping", self.damping)
+    /// `N m` or `N`.
+    pub(super) fn gravity(&self, position: f64) -> f64 {
+        -self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad) - self.gravity_force_n
     }
 
-    pub(super) fn force(&self, position: f64, velocity: f64) -> f64 {
-        let beyond = position - position.clamp(self.min, self.max);
-        let push = -self.stiffness * beyond - self.damping * velocity;
-        if beyond > 0.0 {
-            push.min(0.0)
-        } else if beyond < 0.0 {
-            push.max(0.0)
-        } else {
-            0.0
-        }
+    /// Potential energy, `J`.
+    pub(super) fn potential_j(&self, position: f64) -> f64 {
+        self.gravity_force_n * position
+            - self.gravity_torque_nm * libm::cos(position - self.gravity_angle_rad)
     }
 }

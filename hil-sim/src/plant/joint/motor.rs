@@ -1,136 +1,125 @@
-//! A brushed motor with its current loop, and the temperature of its winding.
-//!
-//! `L i' = u - R i - k ω`, `τ = k i`. The loop gives `u = R₂₅ i + k ω + L ω_c (i* - i)`, at most the supply's voltage
-//! either way: pole cancellation, a first-order lag of `ω_c` until the voltage is at its limit. The wanted current `i*` is
-//! cut at the limit. The winding, `R = R₂₅ (1 + α (T - 25 °C))`, gets warm by `C T' = R i² - (T - T_ambient) / R_th`.
+//! What turns the rotor: an ideal source of torque, or a motor with its amplifier.
 
+use super::brushed::BrushedParameters;
+use super::pace::Pace;
+use super::state::State;
+use super::thermal::{DATA_SHEET_C, ThermalParameters};
+use super::three_phase::ThreePhaseParameters;
+use crate::plant::parameter::ParameterError;
 use serde::{Deserialize, Serialize};
 
-use super::{Drive, State};
-use crate::plant::parameter::{ParameterError, finite, not_negative, positive, positive_or_infinite};
-
-/// Of copper, `1/K`.
-const COPPER_PER_K: f64 = 0.00393;
-/// At which a winding's resistance is given, `°C`.
-const RATED_C: f64 = 25.0;
-
-/// A brushed motor.
+/// The kind of motor, chosen by `kind`.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct BrushedMotorParameters {
-    /// `k`: torque constant, and the voltage constant in V s/rad, `N m/A`, > 0.
-    pub torque_constant_nm_per_a: f64,
-    /// `kg m²`, >= 0.
-    #[serde(default)]
-    pub rotor_inertia_kg_m2: f64,
-    /// Largest current either way, `A`.
-    #[serde(default = "none")]
-    pub current_limit_a: f64,
-    /// Of the supply, either way, `V`.
-    #[serde(default = "none")]
-    pub voltage_limit_v: f64,
-    /// `ω_c` of the current loop, `rad/s`, > 0.
-    #[serde(default = "kilohertz")]
-    pub current_bandwidth_rad_per_s: f64,
-    /// What the current goes through.
-    pub winding: WindingParameters,
+#[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
+pub enum JointMotorParameters {
+    /// The commanded torque, at once and without limit.
+    Ideal {},
+    /// A DC motor with brushes.
+    Brushed(BrushedParameters),
+    /// A permanent-magnet motor with three phases and field-oriented control.
+    ThreePhase(ThreePhaseParameters),
 }
 
-/// A winding, of a phase where there are three.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct WindingParameters {
-    /// At 25 °C, `Ω`, > 0.
-    pub resistance_ohm: f64,
-    /// `H`, > 0.
-    pub inductance_h: f64,
-    /// From winding to ambient, `K/W`; left out, it stays cold.
-    #[serde(default)]
-    pub thermal_resistance_k_per_w: f64,
-    /// Heat capacity, `J/K`; left out, it stays cold.
-    #[serde(default = "none")]
-    pub heat_capacity_j_per_k: f64,
-    /// Ambient, and the winding at the start, `°C`.
-    #[serde(default = "rated")]
-    pub ambient_c: f64,
+impl Default for JointMotorParameters {
+    fn default() -> Self {
+        Self::Ideal {}
+    }
 }
 
-fn none() -> f64 {
-    f64::INFINITY
+/// The electrical side at one instant.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Electric {
+    /// Rates of the motor's own states.
+    pub(super) rates: State,
+    /// Amplitude for three phases, `V`.
+    pub(super) voltage_v: f64,
+    /// From the amplifier into the motor.
+    pub(super) supplied_w: f64,
+    /// In winding and amplifier.
+    pub(super) lost_w: f64,
 }
 
-fn kilohertz() -> f64 {
-    6283.0
-}
-
-fn rated() -> f64 {
-    RATED_C
-}
-
-impl WindingParameters {
+impl JointMotorParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        positive("resistance_ohm", self.resistance_ohm)?;
-        positive("inductance_h", self.inductance_h)?;
-        not_negative("thermal_resistance_k_per_w", self.thermal_resistance_k_per_w)?;
-        positive_or_infinite("heat_capacity_j_per_k", self.heat_capacity_j_per_k)?;
-        finite("ambient_c", self.ambient_c)
-    }
-
-    pub(super) fn resistance_ohm(&self, winding_c: f64) -> f64 {
-        self.resistance_ohm * (1.0 + COPPER_PER_K * (winding_c - RATED_C))
-    }
-
-    /// How fast it gets warm by so many watts.
-    pub(super) fn winding_c_per_s(&self, winding_c: f64, heat_w: f64) -> f64 {
-        let lost_w = match self.thermal_resistance_k_per_w > 0.0 {
-            true => (winding_c - self.ambient_c) / self.thermal_resistance_k_per_w,
-            false => 0.0,
-        };
-        (heat_w - lost_w) / self.heat_capacity_j_per_k
-    }
-}
-
-impl BrushedMotorParameters {
-    pub(super) fn check(&self) -> Result<(), ParameterError> {
-        positive("torque_constant_nm_per_a", self.torque_constant_nm_per_a)?;
-        not_negative("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2)?;
-        positive_or_infinite("current_limit_a", self.current_limit_a)?;
-        positive_or_infinite("voltage_limit_v", self.voltage_limit_v)?;
-        positive("current_bandwidth_rad_per_s", self.current_bandwidth_rad_per_s)?;
-        self.winding.check().map_err(|error| error.within("winding"))
-    }
-
-    /// Of its electrical side, `1/s`.
-    pub(super) fn rate(&self) -> f64 {
-        self.current_bandwidth_rad_per_s + self.winding.resistance_ohm / self.winding.inductance_h
-    }
-
-    /// What it does about a wanted torque at the rotor, which turns so fast.
-    pub(super) fn drive(&self, state: &State, torque_nm: f64, rad_per_s: f64) -> Drive {
-        let Self { torque_constant_nm_per_a, current_bandwidth_rad_per_s, winding, .. } = self;
-        let current_a = state.current_a;
-        let wanted_a = limited(torque_nm / torque_constant_nm_per_a, self.current_limit_a);
-        let back_v = torque_constant_nm_per_a * rad_per_s;
-        let rise_v = winding.inductance_h * current_bandwidth_rad_per_s * (wanted_a - current_a);
-        let voltage_v = limited(winding.resistance_ohm * current_a + back_v + rise_v, self.voltage_limit_v);
-        let resistance_ohm = winding.resistance_ohm(state.winding_c);
-        Drive {
-            force: torque_constant_nm_per_a * current_a,
-            current_a_per_s: (voltage_v - resistance_ohm * current_a - back_v) / winding.inductance_h,
-            direct_current_a_per_s: 0.0,
-            winding_c_per_s: winding.winding_c_per_s(state.winding_c, resistance_ohm * current_a * current_a),
-            voltage_v,
+        match self {
+            Self::Ideal {} => Ok(()),
+            Self::Brushed(motor) => motor.check(),
+            Self::ThreePhase(motor) => motor.check(),
         }
     }
-}
 
-/// Cut either way. What is no number stays none.
-pub(super) fn limited(value: f64, limit: f64) -> f64 {
-    if value > limit {
-        limit
-    } else if value < -limit {
-        -limit
-    } else {
-        value
+    /// `kg m²`.
+    pub(super) fn rotor_inertia_kg_m2(&self) -> f64 {
+        match self {
+            Self::Ideal {} => 0.0,
+            Self::Brushed(motor) => motor.rotor_inertia_kg_m2,
+            Self::ThreePhase(motor) => motor.rotor_inertia_kg_m2,
+        }
+    }
+
+    /// At the rotor, `N m s/rad`.
+    pub(super) fn viscous_nms_per_rad(&self) -> f64 {
+        match self {
+            Self::Ideal {} => 0.0,
+            Self::Brushed(motor) => motor.viscous_nms_per_rad,
+            Self::ThreePhase(motor) => motor.viscous_nms_per_rad,
+        }
+    }
+
+    /// At the rotor, `N m`.
+    pub(super) fn coulomb_nm(&self) -> f64 {
+        match self {
+            Self::Ideal {} => 0.0,
+            Self::Brushed(motor) => motor.coulomb_nm,
+            Self::ThreePhase(motor) => motor.coulomb_nm,
+        }
+    }
+
+    pub(super) fn thermal(&self) -> Option<&ThermalParameters> {
+        match self {
+            Self::Ideal {} => None,
+            Self::Brushed(motor) => motor.thermal.as_ref(),
+            Self::ThreePhase(motor) => motor.thermal.as_ref(),
+        }
+    }
+
+    pub(super) fn start_c(&self) -> f64 {
+        self.thermal().map_or(DATA_SHEET_C, |thermal| thermal.ambient_c)
+    }
+
+    /// What the field exerts on the rotor, `N m`, when `wanted_nm` is.
+    pub(super) fn torque_nm(&self, wanted_nm: f64, state: &State) -> f64 {
+        match self {
+            Self::Ideal {} => wanted_nm,
+            Self::Brushed(motor) => motor.torque_constant_nm_per_a * state.quadrature_a,
+            Self::ThreePhase(motor) => motor.torque_nm(state),
+        }
+    }
+
+    /// The electrical side when `wanted_nm` is and the rotor turns at `rotor_rad_per_s`.
+    pub(super) fn electric(&self, wanted_nm: f64, rotor_rad_per_s: f64, state: &State) -> Electric {
+        match self {
+            Self::Ideal {} => Electric { supplied_w: wanted_nm * rotor_rad_per_s, ..Electric::default() },
+            Self::Brushed(motor) => motor.electric(wanted_nm, rotor_rad_per_s, state),
+            Self::ThreePhase(motor) => motor.electric(wanted_nm, rotor_rad_per_s, state),
+        }
+    }
+
+    /// Energy of the magnetic field, `J`.
+    pub(super) fn field_j(&self, state: &State) -> f64 {
+        match self {
+            Self::Ideal {} => 0.0,
+            Self::Brushed(motor) => 0.5 * motor.inductance_h * state.quadrature_a * state.quadrature_a,
+            Self::ThreePhase(motor) => motor.field_j(state),
+        }
+    }
+
+    /// How fast it can change. `rotor_kg_m2` is all that has to turn with the rotor.
+    pub(super) fn paces(&self, rotor_kg_m2: f64) -> Vec<Pace> {
+        match self {
+            Self::Ideal {} => Vec::new(),
+            Self::Brushed(motor) => motor.paces(rotor_kg_m2).to_vec(),
+            Self::ThreePhase(motor) => motor.paces(rotor_kg_m2).to_vec(),
+        }
     }
 }

@@ -1,109 +1,199 @@
-//! A three-phase motor with permanent magnets, in the rotor's axes, and its inverter.
+//! A permanent-magnet motor with three phases in the rotor's frame (dq), averaged over the inverter's switching.
 //!
-//! `L d/dt i_d = u_d - R i_d + p ω L i_q`, `L d/dt i_q = u_q - R i_q - p ω (L i_d + ψ)`, `τ = 3/2 p ψ i_q` (amplitude-
-//! invariant). Current loops on both with decoupling give what makes each a first-order lag of `ω_c`, `i_d* = 0`; the voltage
-//! that they ask for is shortened to the circle of `U/√3`. In the dead time of a switch the current decides: a voltage of
-//! `U t_dead f` against it is lost, of which the fundamental, `4/π` of that, is modelled.
+//! Amplitude-invariant, so that `|i|` is the peak of a phase current (Krause, Wasynczuk, Sudhoff, "Analysis of Electric
+//! Machinery and Drive Systems", chapter on permanent-magnet AC machines; there with `3/2` as here):
+//!
+//! ```text
+//!   u_d = R i_d + L_d i_d' - w_e L_q i_q              w_e = p w
+//!   u_q = R i_q + L_q i_q' + w_e (L_d i_d + ψ)        τ = 3/2 p (ψ i_q + (L_d - L_q) i_d i_q)
+//! ```
+//! Two PI controllers by pole cancellation with both couplings fed forward: `i/i_ref = wc/(s + wc)` on either axis
+//! while the voltage lasts. `i_d` is held at 0. The voltage stays within the circle `U/sqrt(3)`, `u_d` first.
+//!
+//! Dead time takes `4/π U share` (the fundamental of a square wave of height `U share`) off the voltage, against
+//! the current. The integrators learn it with their time constant `L/R`.
 
+use super::motor::Electric;
+use super::pace::Pace;
+use super::state::State;
+use super::thermal::ThermalParameters;
+use crate::plant::parameter::{ParameterError, not_negative, positive, positive_or_infinite, require};
 use serde::{Deserialize, Serialize};
 
-use super::motor::{WindingParameters, limited};
-use super::{Drive, State};
-use crate::plant::parameter::{ParameterError, not_negative, positive, positive_or_infinite};
-
-/// A three-phase motor.
+/// A permanent-magnet motor with three phases, its inverter and its field-oriented current control.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct ThreePhaseParameters {
-    /// `p`, > 0.
-    pub pole_pairs: f64,
-    /// `ψ` of the magnets, `V s`, > 0.
-    pub flux_vs: f64,
-    /// `kg m²`, >= 0.
-    #[serde(default)]
+    /// `R` of a phase at 25 °C, > 0: half of what is measured between two leads.
+    pub resistance_ohm: f64,
+    /// `L_d`, `H`, > 0.
+    pub direct_inductance_h: f64,
+    /// `L_q`, `H`, > 0.
+    pub quadrature_inductance_h: f64,
+    /// `ψ`, peak flux of the magnets through a phase, `V s` per electrical radian, > 0.
+    pub flux_linkage_vs: f64,
+    /// `p`, >= 1.
+    pub pole_pairs: u32,
+    /// `kg m²`, >= 0; above 0 with a `flexible` joint, unless the gear has inertia.
     pub rotor_inertia_kg_m2: f64,
-    /// Largest current, `A`, peak.
-    #[serde(default = "none")]
+    /// Viscous friction of the rotor, `N m s/rad`, >= 0.
+    pub viscous_nms_per_rad: f64,
+    /// Dry friction of the rotor, `N m`, >= 0.
+    pub coulomb_nm: f64,
+    /// Largest commanded current, peak of a phase, `A`, > 0; `inf` for none.
     pub current_limit_a: f64,
-    /// Of the inverter's supply, `V`.
-    #[serde(default = "none")]
-    pub bus_voltage_v: f64,
-    /// `ω_c` of the current loops, `rad/s`, > 0.
-    #[serde(default = "kilohertz")]
+    /// `U`, the inverter's supply, `V`, > 0; `inf` for no limit.
+    pub supply_v: f64,
+    /// Dead time per period of the pulse-width modulation, 0 to 0.2; above 0 only with a finite `supply_v`.
+    pub dead_time_share: f64,
+    /// Current below which dead time takes proportionally less, `A`, > 0: the phases' ripple hides it.
+    pub dead_time_current_a: f64,
+    /// `wc`, bandwidth of the current loops, `rad/s`, > 0.
     pub current_bandwidth_rad_per_s: f64,
-    /// Share of a switching period in which both switches of a phase are off, 0 to 0.1.
-    #[serde(default)]
-    pub dead_time: f64,
-    /// Of a phase.
-    pub winding: WindingParameters,
+    /// How the winding warms up; without it stays at 25 °C.
+    pub thermal: Option<ThermalParameters>,
 }
 
-fn none() -> f64 {
-    f64::INFINITY
+impl Default for ThreePhaseParameters {
+    /// The order of a frameless joint motor of 70 mm at 48 V with a 1 kHz current loop. Placeholders.
+    fn default() -> Self {
+        Self {
+            resistance_ohm: 0.3,
+            direct_inductance_h: 3e-4,
+            quadrature_inductance_h: 3e-4,
+            flux_linkage_vs: 0.008,
+            pole_pairs: 10,
+            rotor_inertia_kg_m2: 3e-5,
+            viscous_nms_per_rad: 0.0,
+            coulomb_nm: 0.0,
+            current_limit_a: f64::INFINITY,
+            supply_v: 48.0,
+            dead_time_share: 0.0,
+            dead_time_current_a: 0.2,
+            current_bandwidth_rad_per_s: core::f64::consts::TAU * 1000.0,
+            thermal: None,
+        }
+    }
 }
-
-fn kilohertz() -> f64 {
-    6283.0
-}
-
-/// Current around which a phase's voltage error changes its sign, `A`: no diode switches at once.
-const COMMUTATION_A: f64 = 0.05;
 
 impl ThreePhaseParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
-        positive("pole_pairs", self.pole_pairs)?;
-        positive("flux_vs", self.flux_vs)?;
+        positive("resistance_ohm", self.resistance_ohm)?;
+        positive("direct_inductance_h", self.direct_inductance_h)?;
+        positive("quadrature_inductance_h", self.quadrature_inductance_h)?;
+        positive("flux_linkage_vs", self.flux_linkage_vs)?;
+        require("pole_pairs", f64::from(self.pole_pairs), self.pole_pairs >= 1, ">= 1")?;
         not_negative("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2)?;
+        not_negative("viscous_nms_per_rad", self.viscous_nms_per_rad)?;
+        not_negative("coulomb_nm", self.coulomb_nm)?;
         positive_or_infinite("current_limit_a", self.current_limit_a)?;
-        positive_or_infinite("bus_voltage_v", self.bus_voltage_v)?;
+        positive_or_infinite("supply_v", self.supply_v)?;
+        let share = self.dead_time_share;
+        let is_possible = (0.0..=0.2).contains(&share) && (share <= 0.0 || self.supply_v.is_finite());
+        require("dead_time_share", share, is_possible, "0 to 0.2, and 0 without a finite `supply_v`")?;
+        positive("dead_time_current_a", self.dead_time_current_a)?;
         positive("current_bandwidth_rad_per_s", self.current_bandwidth_rad_per_s)?;
-        let is_share = (0.0..=0.1).contains(&self.dead_time);
-        crate::plant::parameter::require("dead_time", self.dead_time, is_share, "0 to 0.1")?;
-        self.winding.check().map_err(|error| error.within("winding"))
-    }
-
-    /// Of its electrical side, `1/s`.
-    pub(super) fn rate(&self) -> f64 {
-        self.current_bandwidth_rad_per_s + self.winding.resistance_ohm / self.winding.inductance_h
+        self.thermal
+            .as_ref()
+            .map_or(Ok(()), ThermalParameters::check)
+            .map_err(|error| error.within("thermal"))
     }
 
     /// `3/2 p ψ`, `N m/A`.
     fn torque_constant_nm_per_a(&self) -> f64 {
-        1.5 * self.pole_pairs * self.flux_vs
+        1.5 * f64::from(self.pole_pairs) * self.flux_linkage_vs
     }
 
-    /// What it does about a wanted torque at the rotor, which turns so fast.
-    pub(super) fn drive(&self, state: &State, torque_nm: f64, rad_per_s: f64) -> Drive {
-        let WindingParameters { resistance_ohm, inductance_h, .. } = self.winding;
-        let State { current_a: cross_a, direct_current_a: direct_a, winding_c, .. } = *state;
-        let electrical = self.pole_pairs * rad_per_s;
-        let wanted_a = limited(torque_nm / self.torque_constant_nm_per_a(), self.current_limit_a);
-        let rise = inductance_h * self.current_bandwidth_rad_per_s;
-        let direct_v = resistance_ohm * direct_a - electrical * inductance_h * cross_a - rise * direct_a;
-        let cross_v = resistance_ohm * cross_a
-            + electrical * (inductance_h * direct_a + self.flux_vs)
-            + rise * (wanted_a - cross_a);
-        let (asked_v, most_v) = (libm::hypot(direct_v, cross_v), self.bus_voltage_v / 3.0_f64.sqrt());
-        let share = if asked_v > most_v { most_v / asked_v } else { 1.0 };
-        let (direct_v, cross_v) = (share * direct_v, share * cross_v);
-        let current_a = libm::hypot(direct_a, cross_a);
-        let lost_v = if self.dead_time > 0.0 {
-            4.0 / std::f64::consts::PI * self.dead_time * self.bus_voltage_v / (current_a + COMMUTATION_A)
+    pub(super) fn torque_nm(&self, state: &State) -> f64 {
+        let saliency_h = self.direct_inductance_h - self.quadrature_inductance_h;
+        let linkage_vs = self.flux_linkage_vs + saliency_h * state.direct_a;
+        1.5 * f64::from(self.pole_pairs) * linkage_vs * state.quadrature_a
+    }
+
+    pub(super) fn electric(&self, wanted_nm: f64, rotor_rad_per_s: f64, state: &State) -> Electric {
+        let (d_a, q_a) = (state.direct_a, state.quadrature_a);
+        let (d_h, q_h) = (self.direct_inductance_h, self.quadrature_inductance_h);
+        let warmth = self.thermal.as_ref().map_or(1.0, |thermal| thermal.warmth(state.winding_c));
+        let resistance_ohm = self.resistance_ohm * warmth;
+        let electrical_rad_per_s = f64::from(self.pole_pairs) * rotor_rad_per_s;
+        let lost_d_v = resistance_ohm * d_a - electrical_rad_per_s * q_h * q_a;
+        let lost_q_v = resistance_ohm * q_a + electrical_rad_per_s * (d_h * d_a + self.flux_linkage_vs);
+
+        let limit_a = self.current_limit_a;
+        let wanted_a = (wanted_nm / self.torque_constant_nm_per_a()).clamp(-limit_a, limit_a);
+        let bandwidth = self.current_bandwidth_rad_per_s;
+        let (d_v, q_v) = self.within_circle(
+            lost_d_v + state.learned_d_v - d_h * bandwidth * d_a,
+            lost_q_v + state.learned_q_v + q_h * bandwidth * (wanted_a - q_a),
+        );
+
+        let dead_ohm = self.dead_time_v() / (d_a * d_a + q_a * q_a).sqrt().max(self.dead_time_current_a);
+        let (dead_d_v, dead_q_v) = (dead_ohm * d_a, dead_ohm * q_a);
+        let copper_w = 1.5 * resistance_ohm * (d_a * d_a + q_a * q_a);
+        let rates = State {
+            direct_a: (d_v - dead_d_v - lost_d_v) / d_h,
+            quadrature_a: (q_v - dead_q_v - lost_q_v) / q_h,
+            learned_d_v: (dead_d_v - state.learned_d_v) * self.resistance_ohm / d_h,
+            learned_q_v: (dead_q_v - state.learned_q_v) * self.resistance_ohm / q_h,
+            winding_c: self.thermal.as_ref().map_or(0.0, |thermal| thermal.rate(state.winding_c, copper_w)),
+            ..State::default()
+        };
+        Electric {
+            rates,
+            voltage_v: (d_v * d_v + q_v * q_v).sqrt(),
+            supplied_w: 1.5 * (d_v * d_a + q_v * q_a),
+            lost_w: copper_w + 1.5 * (dead_d_v * d_a + dead_q_v * q_a),
+        }
+    }
+
+    /// What dead time takes off the voltage at most, `V`.
+    fn dead_time_v(&self) -> f64 {
+        if self.dead_time_share > 0.0 {
+            4.0 / core::f64::consts::PI * self.supply_v * self.dead_time_share
+        } else {
+            0.0
+        }
+    }
+
+    /// `u_d` as far as the inverter goes, and `u_q` as far as that leaves room.
+    fn within_circle(&self, d_v: f64, q_v: f64) -> (f64, f64) {
+        let radius_v = self.supply_v / 3.0_f64.sqrt();
+        if radius_v.is_infinite() {
+            return (d_v, q_v);
+        }
+        let d_v = d_v.clamp(-radius_v, radius_v);
+        let room_v = (radius_v * radius_v - d_v * d_v).max(0.0).sqrt();
+        (d_v, q_v.clamp(-room_v, room_v))
+    }
+
+    pub(super) fn field_j(&self, state: &State) -> f64 {
+        let (d_a, q_a) = (state.direct_a, state.quadrature_a);
+        0.75 * (self.direct_inductance_h * d_a * d_a + self.quadrature_inductance_h * q_a * q_a)
+    }
+
+    pub(super) fn paces(&self, rotor_kg_m2: f64) -> [Pace; 6] {
+        let bandwidth = self.current_bandwidth_rad_per_s;
+        let least_h = self.direct_inductance_h.min(self.quadrature_inductance_h);
+        let dead_ohm = self.dead_time_v() / self.dead_time_current_a;
+        let back_emf_vs = f64::from(self.pole_pairs) * self.flux_linkage_vs;
+        // Beyond no-load speed the voltage can no longer take the coupling of the axes away.
+        let no_load_rad_per_s = if self.supply_v.is_finite() {
+            self.supply_v / (3.0_f64.sqrt() * self.flux_linkage_vs)
         } else {
             0.0
         };
-        let warm_ohm = self.winding.resistance_ohm(winding_c) + lost_v;
-        let heat_w = 1.5 * self.winding.resistance_ohm(winding_c) * current_a * current_a;
-        Drive {
-            force: self.torque_constant_nm_per_a() * cross_a,
-            current_a_per_s: (cross_v
-                - warm_ohm * cross_a
-                - electrical * (inductance_h * direct_a + self.flux_vs))
-                / inductance_h,
-            direct_current_a_per_s: (direct_v - warm_ohm * direct_a + electrical * inductance_h * cross_a)
-                / inductance_h,
-            winding_c_per_s: self.winding.winding_c_per_s(winding_c, heat_w),
-            voltage_v: libm::hypot(direct_v, cross_v),
-        }
+        let electromechanical = back_emf_vs * (1.5 / (least_h * rotor_kg_m2)).sqrt();
+        [
+            Pace::of("motor.current_bandwidth_rad_per_s", bandwidth, bandwidth),
+            Pace::of("motor.direct_inductance_h", self.direct_inductance_h, self.resistance_ohm / least_h),
+            Pace::of("motor.dead_time_current_a", self.dead_time_current_a, dead_ohm / least_h),
+            Pace::of("motor.supply_v", self.supply_v, no_load_rad_per_s),
+            Pace::of("motor.flux_linkage_vs", self.flux_linkage_vs, electromechanical),
+            Pace::of(
+                "motor.viscous_nms_per_rad",
+                self.viscous_nms_per_rad,
+                self.viscous_nms_per_rad / rotor_kg_m2,
+            ),
+        ]
     }
 }

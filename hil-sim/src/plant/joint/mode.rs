@@ -1,0 +1,38 @@
+//! Which smooth equations hold: the sliding directions, and what touches.
+
+use super::flexible::Mesh;
+use super::stops::Contact;
+use crate::plant::scene::Slide;
+
+/// Within one mode the equations of motion are smooth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Mode {
+    /// Of the output, and of a rotor that moves along.
+    pub(super) output: Slide,
+    /// Of a rotor behind a flexible element.
+    pub(super) rotor: Slide,
+    pub(super) stop: Contact,
+    pub(super) mesh: Mesh,
+}
+
+/// Which way dry friction lets something slide that moves at `velocity`, or would accelerate from rest in either
+/// direction as `acceleration` says.
+pub(super) fn slide(velocity: f64, acceleration: impl Fn(Slide) -> f64) -> Slide {
+    let is_at_rest = velocity.abs() <= 0.0;
+    if velocity > 0.0 || (is_at_rest && acceleration(Slide::Forward) > 0.0) {
+        Slide::Forward
+    } else if velocity < 0.0 || (is_at_rest && acceleration(Slide::Backward) < 0.0) {
+        Slide::Backward
+    } else {
+        Slide::Stuck
+    }
+}
+
+/// -1, 0 or 1.
+pub(super) fn direction(slide: Slide) -> f64 {
+    match slide {
+        Slide::Frictionless | Slide::Stuck => 0.0,
+        Slide::Forward => 1.0,
+        Slide::Backward => -1.0,
+    }
+}

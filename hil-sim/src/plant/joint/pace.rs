@@ -1,0 +1,80 @@
+//! How fast the parts of a joint can change, and the sub-steps that resolve it.
+
+use super::mechanics::Mechanics;
+use crate::plant::parameter::{ParameterError, require};
+
+/// Sub-steps per unit of time constant: a fourth-order Runge-Kutta step of a tenth errs by 1e-6 of it.
+const SUB_STEPS_PER_TIME_CONSTANT: f64 = 10.0;
+/// What a simulation can afford.
+const SUB_STEPS_PER_MS_MAX: f64 = 5000.0;
+
+/// How fast one parameter lets the joint change.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pace {
+    path: &'static str,
+    /// Of the parameter.
+    value: f64,
+    /// Natural frequency or reciprocal time constant.
+    per_s: f64,
+}
+
+impl Pace {
+    pub(super) fn of(path: &'static str, value: f64, per_s: f64) -> Self {
+        Self { path, value, per_s }
+    }
+}
+
+/// How many sub-steps a second takes to resolve all of it.
+///
+/// # Errors
+/// The fastest parameter, if they are too many.
+pub(super) fn sub_steps_per_s(mechanics: &Mechanics) -> Result<f64, ParameterError> {
+    let paces = paces(mechanics);
+    let per_s = paces.iter().map(|pace| pace.per_s * pace.per_s).sum::<f64>().sqrt();
+    let sub_steps_per_ms = 1e-3 * per_s * SUB_STEPS_PER_TIME_CONSTANT;
+    if let Some(fastest) = paces.iter().max_by(|one, other| one.per_s.total_cmp(&other.per_s)) {
+        let allowed = format!(
+            "what {SUB_STEPS_PER_MS_MAX} sub-steps per millisecond resolve; this takes {sub_steps_per_ms:.0}"
+        );
+        require(fastest.path, fastest.value, sub_steps_per_ms <= SUB_STEPS_PER_MS_MAX, &allowed)?;
+    }
+    Ok(1e3 * sub_steps_per_ms)
+}
+
+fn paces(mechanics: &Mechanics) -> Vec<Pace> {
+    let Mechanics { load, stops, friction, gear, flexible, motor, rotor_kg_m2 } = mechanics;
+    let ratio2 = gear.ratio * gear.ratio;
+    // What has to move along with the output, and with the rotor, at least.
+    let (moved, turned_kg_m2) = if flexible.is_some() {
+        (load.inertia, *rotor_kg_m2)
+    } else {
+        let moved = load.inertia + ratio2 * rotor_kg_m2 * gear.efficiency;
+        (moved, moved / ratio2)
+    };
+    let natural = |path, stiffness: f64| Pace::of(path, stiffness, (stiffness.abs() / moved).sqrt());
+    let decay = |path, damping: f64| Pace::of(path, damping, damping / moved);
+    // The steepest fall of exp(-(v/vs)²) is sqrt(2/e)/vs.
+    let dip = (friction.level(0.0) - friction.coulomb) / friction.stribeck_velocity;
+    let steepest = (2.0 / core::f64::consts::E).sqrt() * dip;
+    let mut paces = motor.paces(turned_kg_m2);
+    paces.extend([
+        decay("load.damping", load.damping),
+        natural("load.gravity_torque_nm", load.gravity_torque_nm),
+        Pace::of("friction.stribeck_velocity", friction.stribeck_velocity, steepest / moved),
+        decay("friction.viscous", friction.viscous),
+        natural("friction.presliding_stiffness", friction.presliding_stiffness),
+        decay("friction.presliding_damping", friction.presliding_damping),
+    ]);
+    if let Some(stops) = stops {
+        paces.extend([natural("stops.stiffness", stops.stiffness), decay("stops.damping", stops.damping)]);
+    }
+    if let Some(flexible) = flexible {
+        let mobility = load.inertia.recip() + (ratio2 * rotor_kg_m2).recip();
+        let (stiffness, damping) = (flexible.stiffness, flexible.damping);
+        paces.extend([
+            Pace::of("flexible.stiffness", stiffness, (stiffness * mobility).sqrt()),
+            Pace::of("flexible.damping", damping, damping * mobility),
+        ]);
+    }
+    paces
+}

@@ -1,0 +1,45 @@
+//! Everything of a joint that has a rate of change.
+
+/// The state; as a rate of change, each per second.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct State {
+    /// Of the output, `rad` or `m`.
+    pub(super) position: f64,
+    /// Of the output, `rad/s` or `m/s`.
+    pub(super) velocity: f64,
+    /// Of the rotor behind a flexible element; unused when it moves with the output.
+    pub(super) rotor_rad: f64,
+    pub(super) rotor_rad_per_s: f64,
+    /// `LuGre`'s `z`, `rad` or `m`.
+    pub(super) deflection: f64,
+    pub(super) direct_a: f64,
+    /// The current that makes the torque; a brushed motor's only one.
+    pub(super) quadrature_a: f64,
+    /// What the current controllers' integrators know of dead time.
+    pub(super) learned_d_v: f64,
+    pub(super) learned_q_v: f64,
+    pub(super) winding_c: f64,
+    pub(super) supplied_j: f64,
+    pub(super) dissipated_j: f64,
+}
+
+impl State {
+    /// The state after `time_s` at `rate`.
+    pub(super) fn after(&self, time_s: f64, rate: &Self) -> Self {
+        let on = |value: f64, rate: f64| value + time_s * rate;
+        Self {
+            position: on(self.position, rate.position),
+            velocity: on(self.velocity, rate.velocity),
+            rotor_rad: on(self.rotor_rad, rate.rotor_rad),
+            rotor_rad_per_s: on(self.rotor_rad_per_s, rate.rotor_rad_per_s),
+            deflection: on(self.deflection, rate.deflection),
+            direct_a: on(self.direct_a, rate.direct_a),
+            quadrature_a: on(self.quadrature_a, rate.quadrature_a),
+            learned_d_v: on(self.learned_d_v, rate.learned_d_v),
+            learned_q_v: on(self.learned_q_v, rate.learned_q_v),
+            winding_c: on(self.winding_c, rate.winding_c),
+            supplied_j: on(self.supplied_j, rate.supplied_j),
+            dissipated_j: on(self.dissipated_j, rate.dissipated_j),
+        }
+    }
+}

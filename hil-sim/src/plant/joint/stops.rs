@@ -1,0 +1,69 @@
+//! The ends of the travel: a spring-damper at each, which pushes and never pulls.
+
+use crate::plant::parameter::{ParameterError, not_negative, positive, require};
+use serde::{Deserialize, Serialize};
+
+/// Both ends of the travel. Units of an output that turns; of one that slides in brackets.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StopsParameters {
+    /// Lower end, `rad` [`m`]; `-inf` for none.
+    pub min: f64,
+    /// Upper end, `rad` [`m`], above `min`; `inf` for none.
+    pub max: f64,
+    /// `N m/rad` [`N/m`], > 0.
+    pub stiffness: f64,
+    /// `N m s/rad` [`N s/m`], >= 0.
+    pub damping: f64,
+}
+
+impl Default for StopsParameters {
+    /// No ends; where one is named, 1e4 N m/rad [N/m] without damping.
+    fn default() -> Self {
+        Self { min: f64::NEG_INFINITY, max: f64::INFINITY, stiffness: 1e4, damping: 0.0 }
+    }
+}
+
+/// Which stop pushes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Contact {
+    Free,
+    /// Deep in a stop that cannot follow the output out.
+    Released,
+    Lower,
+    Upper,
+}
+
+impl StopsParameters {
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        require("min", self.min, self.min < f64::INFINITY, "a number, or -inf")?;
+        require("max", self.max, self.max > self.min, "above `min`, or inf")?;
+        positive("stiffness", self.stiffness)?;
+        not_negative("damping", self.damping)
+    }
+
+    pub(super) fn contact(&self, position: f64, velocity: f64) -> Contact {
+        let (contact, depth, inward) = if position > self.max {
+            (Contact::Upper, position - self.max, velocity)
+        } else if position < self.min {
+            (Contact::Lower, self.min - position, -velocity)
+        } else {
+            return Contact::Free;
+        };
+        if self.stiffness * depth + self.damping * inward > 0.0 { contact } else { Contact::Released }
+    }
+
+    /// What the stop in `contact` exerts, `N m` or `N`.
+    pub(super) fn force(&self, contact: Contact, position: f64, velocity: f64) -> f64 {
+        match contact {
+            Contact::Free | Contact::Released => 0.0,
+            Contact::Lower => self.stiffness * (self.min - position) - self.damping * velocity,
+            Contact::Upper => self.stiffness * (self.max - position) - self.damping * velocity,
+        }
+    }
+
+    /// How far the output is beyond an end, signed, `rad` or `m`.
+    pub(super) fn beyond(&self, position: f64) -> f64 {
+        (position - self.max).max(0.0) - (self.min - position).max(0.0)
+    }
+}

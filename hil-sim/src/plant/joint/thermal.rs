@@ -1,0 +1,52 @@
+//! The winding's temperature, one body: `C T' = P - (T - T_ambient)/R_th`, and copper's resistance with it.
+
+use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
+use serde::{Deserialize, Serialize};
+
+/// The temperature at which data sheets give a winding's resistance, `°C`.
+pub(super) const DATA_SHEET_C: f64 = 25.0;
+
+/// How the winding warms up.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct ThermalParameters {
+    /// `R_th` from winding to ambient, `K/W`, > 0.
+    pub resistance_k_per_w: f64,
+    /// `C`, `J/K`, > 0.
+    pub capacity_j_per_k: f64,
+    /// `°C`; the winding starts at it.
+    pub ambient_c: f64,
+    /// How much of its resistance at 25 °C the winding gains per kelvin, `1/K`, >= 0. Copper: 0.0039.
+    pub coefficient_per_k: f64,
+}
+
+impl Default for ThermalParameters {
+    /// A small motor in air at 25 °C, copper: 14 K/W, time constant 210 s. A placeholder.
+    fn default() -> Self {
+        Self {
+            resistance_k_per_w: 14.0,
+            capacity_j_per_k: 15.0,
+            ambient_c: DATA_SHEET_C,
+            coefficient_per_k: 0.0039,
+        }
+    }
+}
+
+impl ThermalParameters {
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        positive("resistance_k_per_w", self.resistance_k_per_w)?;
+        positive("capacity_j_per_k", self.capacity_j_per_k)?;
+        finite("ambient_c", self.ambient_c)?;
+        not_negative("coefficient_per_k", self.coefficient_per_k)
+    }
+
+    /// `K/s` under `loss_w`.
+    pub(super) fn rate(&self, winding_c: f64, loss_w: f64) -> f64 {
+        (loss_w - (winding_c - self.ambient_c) / self.resistance_k_per_w) / self.capacity_j_per_k
+    }
+
+    /// Resistance at `winding_c` per resistance at 25 °C; never below a tenth, which copper has near 40 K.
+    pub(super) fn warmth(&self, winding_c: f64) -> f64 {
+        (1.0 + self.coefficient_per_k * (winding_c - DATA_SHEET_C)).max(0.1)
+    }
+}
