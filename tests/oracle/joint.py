@@ -2,7 +2,7 @@
 """The outside oracle of the actuated joint.
 
 Integrates the joint's equations with scipy's DOP853 at a relative tolerance of 1e-10, tick by tick under
-a held command, and writes what a simulator has to reproduce:
+a held command and from event to event of dry friction, and writes what a simulator has to reproduce:
 
     FOLDER/joint.json         the parameters of every case as a joint's file (TOML) names them, and the load
     FOLDER/joint_<case>.csv   command and true state after every tick, 17 significant digits
@@ -11,11 +11,11 @@ To run, as `two_sided_loop.py`:
 
     .venv/bin/python tests/oracle/joint.py --out target/oracle
 
-Exit status: 0 written, 1 a self-check failed, 2 wrong arguments. Everything but dry friction is here; where
-teeth or a stop touch, the step control of the integrator finds the kink. No term is taken from the simulator:
+Exit status: 0 written, 1 a self-check failed, 2 wrong arguments. Where teeth
+or a stop touch, the step control of the integrator finds the kink. No term is taken from the simulator:
 
     output   M q'' = tau + load + gravity + stop - b q' - F_LuGre
-    rotor    J th'' = tau_motor - viscous th' - tau/N               rigid: th = N q
+    rotor    J th'' = tau_motor - friction - tau/(N e)              rigid: th = N q
     brushed  L i' = u - R i - k w                                  u = R i + k w + L wc (i_ref - i), limited
     dq       L i' = u - R i -/+ w_e L i - w_e psi - dead time      u the same, with what the PI has learnt of it
 """
@@ -35,7 +35,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from check import SelfCheckError, require_close
+from check import SelfCheckError, require, require_close
 
 TICK_S = 1e-3
 COLUMNS = (
@@ -111,6 +111,15 @@ CASES: dict[str, tuple[dict[str, Any], int, tuple[float, float, float], tuple[fl
         },
         500, (5.0, 2.0, 6.0), (0.0, 0.0),
     ),
+    "brushed_dry_lossy": (
+        {
+            "load": {"inertia": 0.12, "damping": 1.0, "gravity_torque_nm": 1.5, "gravity_angle_rad": 0.3},
+            "motor": {**BRUSHED, "coulomb_nm": 0.004},
+            "gear": {"ratio": 50.0, "efficiency": 0.8, "backdrive_efficiency": 0.65},
+            "friction": {"coulomb": 1.0, "breakaway": 1.4, "stribeck_velocity": 0.1, "viscous": 0.2},
+        },
+        1000, (3.0, 1.0, 8.0), (0.5, 3.0),
+    ),
 }
 
 
@@ -125,6 +134,9 @@ class Joint:
         self.ratio = self.gear["ratio"]
         self.rotor = self.motor["rotor_inertia_kg_m2"] + self.gear.get("inertia_kg_m2", 0.0)
         self.is_brushed = self.motor["kind"] == "brushed"
+        # Of dry friction and of a gear with losses: -1, 0 (sticks), 1; without them, nothing asks.
+        self.sliding = 0.0
+        self.is_dry = bool(self.friction) and "presliding_stiffness" not in self.friction
 
     def start(self) -> np.ndarray:
         state = np.zeros(10)
@@ -154,8 +166,11 @@ class Joint:
         if self.friction:
             f = self.friction
             level = f["coulomb"] + (f["breakaway"] - f["coulomb"]) * exp(-((velocity / f["stribeck_velocity"]) ** 2))
+            force -= f["viscous"] * velocity
+            if self.is_dry:
+                return force - self.sliding * level, 0.0
             bristles = velocity - f["presliding_stiffness"] * abs(velocity) * y[Z] / level
-            force -= f["presliding_stiffness"] * y[Z] + f["presliding_damping"] * bristles + f["viscous"] * velocity
+            force -= f["presliding_stiffness"] * y[Z] + f["presliding_damping"] * bristles
         if self.stops:
             s = self.stops
             if position > s["max"]:
@@ -203,53 +218,107 @@ class Joint:
             heat = 1.5 * warm * (y[ID] ** 2 + y[IQ] ** 2)
         rates[T] = (heat - (y[T] - thermal["ambient_c"]) / thermal["resistance_k_per_w"]) / thermal["capacity_j_per_k"]
 
+    def rigid(self, y: np.ndarray, load: float) -> tuple[float, float]:
+        """Acceleration of the output and the drive's force on it, the gear's losses taken by trial."""
+        speed, inertia = self.ratio * y[V], self.load["inertia"]
+        turning = self.torque(y) - self.motor["viscous_nms_per_rad"] * speed
+        turning -= self.sliding * self.motor.get("coulomb_nm", 0.0)
+        outer, _ = self.outer(y, load)
+        if self.is_dry and self.sliding == 0.0:
+            return 0.0, self.ratio * turning
+        driving, driven = self.gear.get("efficiency", 1.0), 1 / self.gear.get("backdrive_efficiency", 1.0)
+        for efficiency, is_driving in ((driving, True), (driven, False)):
+            acceleration = (self.ratio * efficiency * turning + outer) / (
+                inertia + self.ratio**2 * efficiency * self.rotor
+            )
+            force = inertia * acceleration - outer
+            if (force * self.sliding >= 0) == is_driving:
+                break
+        return acceleration, force
+
+    def released(self, y: np.ndarray, load: float) -> tuple[float, float]:
+        """How it would accelerate from rest, sliding forward and sliding backward; then sticks again."""
+        accelerations = []
+        for self.sliding in (1.0, -1.0):
+            accelerations.append(self.rigid(y, load)[0])
+        self.sliding = 0.0
+        return accelerations[0], accelerations[1]
+
+    def release(self, y: np.ndarray, load: float) -> None:
+        """Chooses the sliding direction of an output at rest."""
+        forward, backward = self.released(y, load)
+        self.sliding = 1.0 if forward > 0 else -1.0 if backward < 0 else 0.0
+
     def rates(self, y: np.ndarray, load: float, wanted: float) -> np.ndarray:
         rates = np.zeros(10)
         speed = y[W] if self.flexible else self.ratio * y[V]
         outer, rates[Z] = self.outer(y, load)
-        turning = self.torque(y) - self.motor["viscous_nms_per_rad"] * speed
         rates[Q] = y[V]
         if self.flexible:
+            turning = self.torque(y) - self.motor["viscous_nms_per_rad"] * speed
             spring = self.spring(y)
             rates[V] = (spring + outer) / self.load["inertia"]
             rates[TH] = y[W]
             rates[W] = (turning - spring / self.ratio) / self.rotor
         else:
-            rates[V] = (self.ratio * turning + outer) / (self.load["inertia"] + self.ratio**2 * self.rotor)
+            rates[V], _ = self.rigid(y, load)
             rates[TH], rates[W] = self.ratio * y[V], self.ratio * rates[V]
         self.electric(y, speed, wanted, rates)
         return rates
 
-    def force(self, y: np.ndarray, load: float, wanted: float) -> float:
+    def force(self, y: np.ndarray, load: float) -> float:
         """Of the drive on the output."""
-        if self.flexible:
-            return self.spring(y)
-        return self.load["inertia"] * self.rates(y, load, wanted)[V] - self.outer(y, load)[0]
+        return self.spring(y) if self.flexible else self.rigid(y, load)[1]
 
 
 def chirp(amplitude: float, first_hz: float, last_hz: float, time_s: float, end_s: float) -> float:
     return amplitude * sin(2 * pi * (first_hz + (last_hz - first_hz) * time_s / (2 * end_s)) * time_s)
 
 
-def simulate(name: str, rtol: float = 1e-10) -> np.ndarray:
+def simulate(name: str) -> np.ndarray:
     parameters, ticks, (amplitude, first_hz, last_hz), (push, push_hz) = CASES[name]
     joint = Joint(parameters)
 
     def load(time_s: float) -> float:
         return push * cos(2 * pi * push_hz * time_s)
 
+    def stops(time_s: float, y: np.ndarray) -> float:
+        """Crosses 0 downward when the output comes to rest."""
+        return y[V] * joint.sliding
+
+    def starts(time_s: float, y: np.ndarray) -> float:
+        """Crosses 0 downward when friction no longer holds the output."""
+        forward, backward = joint.released(y, load(time_s))
+        return min(-forward, backward)
+
+    for event in (stops, starts):
+        event.terminal, event.direction = True, -1
+
     y, rows = joint.start(), []
     for tick in range(ticks):
-        begin, end = tick * TICK_S, (tick + 1) * TICK_S
-        command = chirp(amplitude, first_hz, last_hz, begin, ticks * TICK_S)
+        time_s, end_s = tick * TICK_S, (tick + 1) * TICK_S
+        command = chirp(amplitude, first_hz, last_hz, time_s, ticks * TICK_S)
         wanted = command / joint.ratio
-        solution = solve_ivp(
-            lambda t, y: joint.rates(y, load(t), wanted), (begin, end), y, method="DOP853", rtol=rtol, atol=1e-13
-        )
-        if not solution.success:
-            raise SelfCheckError(f"{name}, tick {tick}: {solution.message}")
-        y = solution.y[:, -1]
-        rows.append([command, y[Q], y[V], y[TH], y[W], joint.force(y, load(end), wanted), y[IQ], y[T]])
+        while time_s < end_s:
+            event = None
+            if joint.is_dry:
+                if not joint.sliding:
+                    joint.release(y, load(time_s))
+                event = stops if joint.sliding else starts
+            solution = solve_ivp(
+                lambda t, y: joint.rates(y, load(t), wanted),
+                (time_s, end_s), y, method="DOP853", rtol=1e-10, atol=1e-13, events=event,
+            )
+            if not solution.success:
+                raise SelfCheckError(f"{name}, tick {tick}: {solution.message}")
+            time_s, y = solution.t[-1], solution.y[:, -1]
+            if solution.status == 1:
+                if event is stops:
+                    y[V], y[W], joint.sliding = 0.0, 0.0, 0.0
+                else:
+                    forward, backward = joint.released(y, load(time_s))
+                    joint.sliding = 1.0 if -forward < backward else -1.0
+        rows.append([command, y[Q], y[V], y[TH], y[W], joint.force(y, load(end_s)), y[IQ], y[T]])
     return np.array(rows)
 
 
@@ -287,7 +356,10 @@ def main() -> int:
         listed = []
         for name, (parameters, ticks, _, (push, push_hz)) in CASES.items():
             file = f"joint_{name}.csv"
-            np.savetxt(folder / file, simulate(name), "%.17g", ",", header=",".join(COLUMNS), comments="")
+            rows = simulate(name)
+            sticking_ticks = int(np.sum(rows[:, COLUMNS.index("velocity")] == 0))
+            require("dry" not in name or 100 < sticking_ticks < ticks - 100, f"{name} sticks in {sticking_ticks} ticks")
+            np.savetxt(folder / file, rows, "%.17g", ",", header=",".join(COLUMNS), comments="")
             text = "".join(f"{section} = {toml(keys)}\n" for section, keys in parameters.items())
             listed.append({"name": name, "file": file, "joint": text, "load": push, "load_hz": push_hz})
         (folder / "joint.json").write_text(json.dumps({"tick_s": TICK_S, "cases": listed}, indent=2) + "\n")

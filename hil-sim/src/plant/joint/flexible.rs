@@ -5,13 +5,13 @@
 use crate::plant::parameter::{ParameterError, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// A spring-damper between gear and load. Units of an output that turns; of one that slides in brackets.
+/// A spring-damper between gear and load. Units of an output that turns; of one that slides in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FlexibleParameters {
-    /// `K`, `N m/rad` [`N/m`], > 0.
+    /// `K`, `N m/rad` (`N/m`), > 0.
     pub stiffness: f64,
-    /// `D`, `N m s/rad` [`N s/m`], >= 0.
+    /// `D`, `N m s/rad` (`N s/m`), >= 0.
     pub damping: f64,
 }
 

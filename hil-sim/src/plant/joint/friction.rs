@@ -7,21 +7,21 @@
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
 use serde::{Deserialize, Serialize};
 
-/// Friction at the output. Units of an output that turns; of one that slides in brackets.
+/// Friction at the output. Units of an output that turns; of one that slides in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FrictionParameters {
-    /// `Fc`, `N m` [`N`], >= 0.
+    /// `Fc`, `N m` (`N`), >= 0.
     pub coulomb: f64,
-    /// `Fs`, `N m` [`N`], at least `coulomb`; 0 for the same as `coulomb`.
+    /// `Fs`, `N m` (`N`), at least `coulomb`; 0 for the same as `coulomb`.
     pub breakaway: f64,
-    /// `vs`, `rad/s` [`m/s`], > 0: where most of `breakaway` is gone.
+    /// `vs`, `rad/s` (`m/s`), > 0: where most of `breakaway` is gone.
     pub stribeck_velocity: f64,
-    /// `σ2`, `N m s/rad` [`N s/m`], >= 0.
+    /// `σ2`, `N m s/rad` (`N s/m`), >= 0.
     pub viscous: f64,
-    /// `σ0`, `N m/rad` [`N/m`], >= 0; above 0 the friction is `LuGre`'s, at 0 it is dry.
+    /// `σ0`, `N m/rad` (`N/m`), >= 0; above 0 the friction is `LuGre`'s, at 0 it is dry.
     pub presliding_stiffness: f64,
-    /// `σ1`, `N m s/rad` [`N s/m`], >= 0; only with `presliding_stiffness`.
+    /// `σ1`, `N m s/rad` (`N s/m`), >= 0; only with `presliding_stiffness`.
     pub presliding_damping: f64,
 }
 

@@ -3,16 +3,16 @@
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
 
-/// The load on the output. Units are those of an output that turns; of one that slides in brackets.
+/// The load on the output. Units are those of an output that turns; of one that slides in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadParameters {
-    /// Inertia, `kg m²` [`kg`], > 0. The one parameter without a default.
+    /// Inertia, `kg m²` (`kg`), > 0. The one parameter without a default.
     pub inertia: f64,
-    /// Viscous damping to ground, `N m s/rad` [`N s/m`], >= 0.
+    /// Viscous damping to ground, `N m s/rad` (`N s/m`), >= 0.
     #[serde(default)]
     pub damping: f64,
-    /// Output position at the start, `rad` [`m`], at rest and with any spring relaxed.
+    /// Output position at the start, `rad` (`m`), at rest and with any spring relaxed.
     #[serde(default)]
     pub start_position: f64,
     /// `m g l` of a load that hangs off a turning output, `N m`: its torque is `-m g l sin(position - gravity_angle)`.

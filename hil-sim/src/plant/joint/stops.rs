@@ -3,22 +3,22 @@
 use crate::plant::parameter::{ParameterError, not_negative, positive, require};
 use serde::{Deserialize, Serialize};
 
-/// Both ends of the travel. Units of an output that turns; of one that slides in brackets.
+/// Both ends of the travel. Units of an output that turns; of one that slides in parentheses.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct StopsParameters {
-    /// Lower end, `rad` [`m`]; `-inf` for none.
+    /// Lower end, `rad` (`m`); `-inf` for none.
     pub min: f64,
-    /// Upper end, `rad` [`m`], above `min`; `inf` for none.
+    /// Upper end, `rad` (`m`), above `min`; `inf` for none.
     pub max: f64,
-    /// `N m/rad` [`N/m`], > 0.
+    /// `N m/rad` (`N/m`), > 0.
     pub stiffness: f64,
-    /// `N m s/rad` [`N s/m`], >= 0.
+    /// `N m s/rad` (`N s/m`), >= 0.
     pub damping: f64,
 }
 
 impl Default for StopsParameters {
-    /// No ends; where one is named, 1e4 N m/rad [N/m] without damping.
+    /// No ends; where one is named, 1e4 N m/rad (N/m) without damping.
     fn default() -> Self {
         Self { min: f64::NEG_INFINITY, max: f64::INFINITY, stiffness: 1e4, damping: 0.0 }
     }
