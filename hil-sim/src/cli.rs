@@ -19,6 +19,10 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::rig_file::RigFileError;
+use crate::scenario::ScenarioError;
+use crate::sweep::GridError;
+
 /// DIMSART on the desk: run control schemes against simulated robots, check them, look modules up.
 #[derive(Debug, Parser)]
 #[command(name = "dimsart", version, after_help = EXAMPLES)]
@@ -53,6 +57,11 @@ enum Command {
     Sweep(sweep::Sweep),
 }
 
+/// Exit status where the command line is wrong.
+const WRONG_USAGE: u8 = 2;
+/// Exit status of a run that was not stable, where that was asked for.
+const NOT_STABLE: u8 = 3;
+
 /// What a sub-command ends with: its exit status, or what went wrong.
 type Ending = Result<ExitCode, Box<dyn Error>>;
 
@@ -80,6 +89,9 @@ pub fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         eprintln!("dimsart: {error}");
-        ExitCode::FAILURE
+        let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
+            || matches!(error.downcast_ref(), Some(RigFileError::Set { .. }))
+            || error.is::<GridError>();
+        if is_usage { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }
     })
 }

@@ -21,6 +21,13 @@ fn out(arguments: &[&str]) -> String {
     text(&output.stdout)
 }
 
+/// Standard output and standard error of a command that ends with 0.
+fn both(arguments: &[&str]) -> [String; 2] {
+    let output = dimsart(arguments);
+    assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+    [text(&output.stdout), text(&output.stderr)]
+}
+
 /// Standard error of a command that ends with `status`.
 fn refused(arguments: &[&str], status: i32) -> String {
     let output = dimsart(arguments);
@@ -51,8 +58,9 @@ fn without_a_command_the_shipped_scenario_runs_and_is_reported() {
 }
 
 #[test]
-fn the_last_line_is_json_with_every_figure() {
-    let out = out(&["run", "--json", "--no-report"]);
+fn standard_output_is_one_line_of_json_with_every_figure() {
+    let [out, _] = both(&["run", "--json", "--no-report"]);
+    assert_eq!(out.lines().count(), 1, "{out}");
     let figures = json(&out);
     assert_eq!(figures["stable"], true);
     assert_eq!(figures["round_trip_ticks"], 22);
@@ -68,11 +76,15 @@ fn the_last_line_is_json_with_every_figure() {
 
 #[test]
 fn an_unstable_run_says_no_and_ends_well() {
-    let out = out(&["run", "--set", "wave.form=printed", "--no-report", "--json"]);
-    assert_eq!(json(&out)["stable"], false);
+    let arguments = ["run", "--set", "wave.form=printed", "--no-report", "--json"];
+    let [figures, out] = both(&arguments);
+    assert_eq!(json(&figures)["stable"], false);
     let row = out.lines().find(|line| line.contains("stable ")).unwrap();
     assert!(row.contains("NO") && row.contains("see the fault"), "{row}");
     assert!(out.contains("fault: ") && out.contains("left its range ±"), "{out}");
+    let asked = dimsart(&[&arguments[..], &["--fail-if-unstable"]].concat());
+    assert_eq!(asked.status.code(), Some(3));
+    assert_eq!(dimsart(&["run", "joint", "--no-report", "--fail-if-unstable"]).status.code(), Some(0));
 }
 
 #[test]
@@ -91,8 +103,8 @@ fn an_account_that_there_is_none_of_is_null() {
     for setting in scheme.iter().map(String::as_str).chain(delays) {
         arguments.extend(["--set", setting]);
     }
-    let out = out(&arguments);
-    assert!(json(&out)["energy_min_j"].is_null() && out.contains("not both sides have waves"), "{out}");
+    let [figures, out] = both(&arguments);
+    assert!(json(&figures)["energy_min_j"].is_null() && out.contains("not both sides have waves"), "{out}");
 }
 
 #[test]
@@ -276,7 +288,10 @@ fn a_wrong_setting_is_named_with_what_is_right() {
             "slave.stiffness_n_per_m = 1000000000 does not suit PDCTRL_MOD K_PARAM",
         ),
     ] {
-        let message = refused(&["run", "--no-report", "--set", setting], 1);
+        // What only a scheme or a recorder can know is no wrong usage of the command.
+        let later = ["record.signals", "master.scheme", "master.time_delay_ticks", "slave.stiffness_n_per_m"];
+        let status = if later.iter().any(|key| setting.starts_with(key)) { 1 } else { 2 };
+        let message = refused(&["run", "--no-report", "--set", setting], status);
         assert!(message.starts_with("dimsart: ") && message.contains(expected), "{setting}: {message}");
         assert!(!message.contains("has no effect"), "{setting} is wrong, not idle: {message}");
     }

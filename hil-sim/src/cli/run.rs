@@ -14,7 +14,7 @@ use std::time::Duration;
 use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::{Ending, summary};
+use super::{Ending, NOT_STABLE, summary};
 use crate::bilateral::pictures::{self, figures};
 use crate::bilateral::{self, Experiment, Side};
 use crate::bus::time::seconds_ns;
@@ -51,9 +51,12 @@ pub(super) struct Run {
     /// Firmware image for the board, instead of the one that `cargo board mps2-an386` has built.
     #[arg(long, value_name = "PATH", requires = "target")]
     image: Option<PathBuf>,
-    /// Prints the figures as one JSON object, the last line of standard output.
+    /// Prints the figures as one JSON object, all that goes to standard output; tables go to standard error.
     #[arg(long)]
     json: bool,
+    /// Ends with exit status 3 when the run was not stable.
+    #[arg(long)]
+    fail_if_unstable: bool,
     /// Writes no report.
     #[arg(long)]
     no_report: bool,
@@ -119,8 +122,8 @@ Examples:
 
 A run writes signals.csv while it goes on, so that one that is killed leaves it, and removes the
 report of the run before it first. Ctrl-C ends a run early; what was recorded until then is
-reported. A second one ends the report. A run that does not stay stable says so and ends with exit status 0 all the same: 1 is for a run that
-could not be made or reported, 2 for wrong usage.";
+reported. A second one ends the report. A run that does not stay stable says so and ends with exit status 0 all the same, or
+with 3 where --fail-if-unstable asks for it: 1 is for a run that could not be made or reported, 2 for wrong usage.";
 
 fn help() -> String {
     let keys = Scenario::keys();
@@ -193,15 +196,32 @@ impl Run {
             self.write_report(&folder, &scenario, &run, &stop)
         };
         let written = signals.map(report).transpose();
-        summary::print(out, &run.outcome)?;
-        if let Ok(Some(written)) = &written {
-            writeln!(out, "report: {}", written.page.display())?;
-        }
+        self.say(out, |text| {
+            summary::print(text, &run.outcome)?;
+            match &written {
+                Ok(Some(written)) => writeln!(text, "report: {}", written.page.display()),
+                _ => Ok(()),
+            }
+        })?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
         }
         written?;
-        run.broken.map_or(Ok(ExitCode::SUCCESS), |broken| Err(broken.into()))
+        run.broken.map_or(Ok(self.status(run.outcome.stable)), |broken| Err(broken.into()))
+    }
+
+    /// Writes what people read, beside JSON to standard error.
+    fn say(
+        &self,
+        out: &mut impl Write,
+        text: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> std::io::Result<()> {
+        if self.json { text(&mut std::io::stderr().lock()) } else { text(out) }
+    }
+
+    /// What a run ends with.
+    fn status(&self, is_stable: bool) -> ExitCode {
+        if is_stable || !self.fail_if_unstable { ExitCode::SUCCESS } else { ExitCode::from(NOT_STABLE) }
     }
 
     fn folder(&self) -> PathBuf {

@@ -15,7 +15,7 @@ const NONE: &str = "-";
 const CREEPING_SHARE: f64 = 0.95;
 
 /// Prints both tables and the faults.
-pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
+pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
     print_tables(out, facts(outcome), axes(outcome))?;
     if is_creeping(outcome) {
         writeln!(
@@ -31,7 +31,7 @@ pub(super) fn print(out: &mut impl Write, outcome: &Outcome) -> io::Result<()> {
 }
 
 /// What a run came to as a whole, and then what it came to on each axis.
-pub(super) fn print_tables(out: &mut impl Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
+pub(super) fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
     let mut table = text_table();
     for fact in facts {
         table.add_row([fact.name, fact.value, fact.unit, fact.note]);

@@ -28,6 +28,20 @@ impl fmt::Display for Origin {
     }
 }
 
+impl ScenarioError {
+    /// Whether it is an argument of the command line that is wrong, not a file.
+    #[must_use]
+    pub fn is_usage(&self) -> bool {
+        match self {
+            Self::Unreadable { .. } | Self::NotToml { .. } => false,
+            Self::NotASetting { .. } => true,
+            Self::UnknownKey { origin, .. } | Self::WrongValue { origin, .. } => {
+                matches!(origin, Origin::Set(_))
+            }
+        }
+    }
+}
+
 /// A scenario that cannot be run. Nothing was started.
 #[derive(Debug, thiserror::Error)]
 pub enum ScenarioError {

@@ -40,7 +40,7 @@ fn two_processes_run_the_experiment_over_udp() {
         assert_eq!(real_time["side"], side);
         assert!(real_time["worst_lateness_s"].as_f64().unwrap() > 0.0, "{real_time}");
         assert!(figures["energy_min_j"].is_null(), "one side cannot know the channel's energy");
-        let out = text(&output.stdout);
+        let out = text(&output.stderr);
         assert!(out.contains(&format!("not known on the {side}: it takes the waves of both sides")), "{out}");
         // The hand's motion reaches the slave, so packets really flow.
         let signals = std::fs::read_to_string(folder.path().join(side).join("signals.csv")).unwrap();

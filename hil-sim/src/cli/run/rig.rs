@@ -2,7 +2,6 @@
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 
 use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
@@ -56,7 +55,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
     let run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
     bar.finish_and_clear();
     stop.store(false, Ordering::Relaxed);
-    print(out, &run.outcome)?;
+    command.say(out, |text| print(text, &run.outcome))?;
     if let Some(signals) = signals {
         signals.finish()?;
         let names: Vec<&str> = file.devices.iter().map(|device| device.name.as_str()).collect();
@@ -75,15 +74,16 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
         let written = report::write(&folder, &report, &stop, &bar);
         bar.finish_and_clear();
-        writeln!(out, "report: {}", written?.page.display())?;
+        let page = written?.page;
+        command.say(out, |text| writeln!(text, "report: {}", page.display()))?;
     }
     if command.json {
         writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(command.status(run.outcome.stable))
 }
 
-fn print(out: &mut impl Write, outcome: &Outcome) -> std::io::Result<()> {
+fn print(out: &mut dyn Write, outcome: &Outcome) -> std::io::Result<()> {
     summary::print_tables(out, facts(outcome), axes(outcome))?;
     for fault in &outcome.faults {
         writeln!(out, "fault: {fault}")?;
