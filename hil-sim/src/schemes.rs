@@ -54,7 +54,7 @@ pub enum SchemeFileError {
 }
 
 /// Start of the name of a scheme that comes with the command.
-const BUILT_IN_PREFIX: &str = "builtin:";
+pub(crate) const BUILT_IN_PREFIX: &str = "builtin:";
 
 impl SchemeText {
     /// Reads a file, or takes `builtin:NAME`.

@@ -74,6 +74,21 @@ fn standard_output_is_one_line_of_json_with_every_figure() {
     assert!(!out.contains("report: "), "{out}");
 }
 
+/// Whatever folder the command is called from; what is set on the command line begins in that one.
+#[test]
+fn paths_in_a_scenario_begin_in_its_folder() {
+    let folder = tempfile::tempdir().unwrap();
+    let scheme = include_str!("../../schemes/bilateral.scheme");
+    fs::create_dir(folder.path().join("mine")).unwrap();
+    fs::write(folder.path().join("mine/my.scheme"), scheme).unwrap();
+    let path = folder.path().join("mine/my.toml");
+    fs::write(&path, "duration_s = 0.1\n[master]\nscheme = \"my.scheme\"\n").unwrap();
+    let path = path.to_str().unwrap();
+    out(&["run", path, "--no-report"]);
+    let message = refused(&["run", path, "--no-report", "--set", "slave.scheme=my.scheme"], 1);
+    assert!(message.contains("cannot read the scheme file my.scheme"), "{message}");
+}
+
 #[test]
 fn an_unstable_run_says_no_and_ends_well() {
     let arguments = ["run", "--set", "wave.form=printed", "--no-report", "--json"];
@@ -315,7 +330,11 @@ fn the_printed_keys_are_a_scenario_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("mine.toml");
     fs::write(&path, out(&["run", "--keys"])).unwrap();
-    assert_eq!(Scenario::load(Some(&path), &[]).unwrap(), Scenario::default());
+    let mut printed = Scenario::load(Some(&path), &[]).unwrap();
+    // A path in a file begins in its folder.
+    assert_eq!(Path::new(&printed.udp.delays_file), folder.path().join("delays.csv"));
+    printed.udp.delays_file = Scenario::default().udp.delays_file;
+    assert_eq!(printed, Scenario::default());
 }
 
 #[test]

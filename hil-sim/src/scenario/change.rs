@@ -4,6 +4,7 @@ use super::Scenario;
 use super::error::{Origin, ScenarioError};
 use super::range::Range;
 use super::reference::{self, Leaf};
+use crate::schemes::BUILT_IN_PREFIX;
 use serde::Deserialize;
 use std::path::Path;
 use toml::de::DeTable;
@@ -51,6 +52,7 @@ impl Change {
         let change = |leaf: Leaf| {
             let (line, column) = line_and_column(&text, leaf.key_start);
             let value = reference::find(&values, &leaf.path)?.clone();
+            let value = from_folder(&leaf.path, value, path.parent());
             Some(Self {
                 path: leaf.path,
                 value,
@@ -85,6 +87,21 @@ impl Change {
         }
         *settings = changed;
         Ok(())
+    }
+}
+
+/// Keys whose value is the path of a file.
+const PATHS: [&str; 4] = ["master.scheme", "slave.scheme", "udp.delays_file", "link.key_file"];
+
+/// A path in a file begins in the file's folder; as a whole, it leads there from anywhere.
+fn from_folder(key: &[String], value: Value, folder: Option<&Path>) -> Value {
+    let is_path = PATHS.contains(&key.join(".").as_str());
+    match (value, folder) {
+        (Value::String(path), Some(folder)) if is_path && !path.starts_with(BUILT_IN_PREFIX) => {
+            let joined = folder.join(path);
+            Value::String(std::path::absolute(&joined).unwrap_or(joined).display().to_string())
+        }
+        (value, _) => value,
     }
 }
 
