@@ -29,7 +29,7 @@ pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome};
 pub use pictures::{figures, file_stems};
 
-use follow::{Follow, followed};
+use follow::{FOLLOWS, Follow, followed};
 use instrumented::{Axis, Instrumented, Output};
 use loop_gain::UNDECIDED;
 use motion::Motion;
@@ -38,7 +38,6 @@ use probe::{Disturbance, loop_figures};
 use crate::limit_cycle::{LimitCycle, Swings};
 use crate::link::InProcess;
 use crate::outcome::Received;
-use crate::plant::MAX_QUANTITIES;
 use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
@@ -175,11 +174,9 @@ impl Experiment {
         }
         let time_s = rig.time_s();
         for follow in follows {
-            let mut values = [f64::NAN; MAX_QUANTITIES];
             if let Some(station) = rig.stations().get(follow.station) {
-                station.plant.look(follow.axis, &mut values);
+                follow.add(time_s, station);
             }
-            follow.add(time_s, values.get(follow.quantity).copied().unwrap_or(f64::NAN));
         }
         swings.add(rig);
     }
@@ -209,7 +206,7 @@ impl Experiment {
             let found = self.loops.iter().find(|(station, axis, _)| (*station, *axis) == place);
             found.and_then(|(_, _, figures)| *figures)
         };
-        let axes = self.follows.iter().map(|follow| {
+        let axes = self.follows.iter().filter(|follow| follow.has_followed()).map(|follow| {
             follow.outcome(self.device_name(follow.station), loop_of((follow.station, follow.axis)))
         });
         let simulated_s = self.rig.time_s();
@@ -356,6 +353,13 @@ fn follows_of(
             let unit = reference.unit.symbol(kind);
             follows.push(Follow::new(place, reference, unit, quantity, motions, &starts_s));
         }
+    }
+    // What a link or a module brings is a reference, too.
+    for (reference, quantity) in
+        FOLLOWS.iter().filter(|(known, _)| !section.measures.iter().any(|name| name == known.name))
+    {
+        let unit = reference.unit.symbol(kind);
+        follows.push(Follow::new(place, reference, unit, *quantity, Vec::new(), &starts_s));
     }
     Ok(follows)
 }

@@ -45,7 +45,7 @@ use crate::link::InProcessParameters;
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name.
-pub const SHIPPED: &[(&str, &str)] = &[("joint", include_str!("../../scenarios/joint.toml"))];
+pub const SHIPPED: [(&str, &str); 1] = [("joint", include_str!("../../scenarios/joint.toml"))];
 
 /// Everything that decides a run.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]

@@ -183,6 +183,46 @@ fn what_swings_between_its_limits_is_a_limit_cycle() {
     );
 }
 
+/// Two devices of two axes each, one that turns and one that slides; the second one gets where the first one is over a link.
+#[test]
+fn a_device_follows_another_one_over_a_link() {
+    let device = |name: &str, reference: &str| {
+        format!(
+            "[[device]]\nname = '{name}'\nmeasures = ['POSITION'{reference}]\n\
+             axis = [{{ unit = 'm', plant.load = {{ inertia = 2.0, damping = 5.0 }} }}, {{ plant.load.inertia = 0.01 }}]\n\
+             [[controller]]\ndevice = '{name}'\nscheme = 'pd.scheme'\n"
+        )
+    };
+    let gains = "K_PARAM[0] 800\nD_PARAM[0] 60\nK_PARAM[1] 10\nD_PARAM[1] 0.3";
+    let gains: String = gains.lines().map(|row| format!("all PDCTRL_MOD {row}\n")).collect();
+    let scheme = SchemeFile::new(&format!(
+        "{gains}follow COMM_RXMOD CRX_ADD_DATA DES_POSITION\nfollow MOD_ENG MOD_ON COMM_RXMOD\n\
+         all MOD_ENG MOD_ON PDCTRL_MOD\nlead COMM_TXMOD CTX_ADD_DATA POSITION\nlead MOD_ENG MOD_ON COMM_TXMOD\n\
+         all MOD_ENG MATCHING_CHECK"
+    ));
+    let rig = |delay_ticks: u32| {
+        format!(
+            "duration_s = 3.0\n{}{}[[link]]\nfrom = 'lead'\nto = 'follow'\ncarrier = {{ delay_ticks = {delay_ticks} }}\n\
+             [[experiment.move]]\ndevice = 'lead'\non = 'DES_POSITION'\nramp = {{ at_s = 0.5, until_s = 3.0, size = 1.0 }}\n",
+            device("lead", ", 'DES_POSITION'"),
+            device("follow", "")
+        )
+    };
+    for delay_ticks in [1_u32, 40] {
+        let run = scheme.run(&rig(delay_ticks));
+        let names: Vec<_> =
+            run.outcome.axes.iter().map(|axis| (axis.device.as_str(), axis.axis, axis.unit)).collect();
+        assert_eq!(names, [("lead", 0, "m"), ("follow", 0, "m"), ("follow", 1, "rad")]);
+        assert!(run.outcome.stable && run.outcome.lost_packets == 0, "{:?}", run.outcome);
+        // At an even speed, one is behind by the link and by its own lag, (damping + 0)/K of the speed.
+        let [lead, follow] =
+            ["lead", "follow"].map(|name| column(&run, "world", &format!("{name}.position")));
+        let behind_m = lead[2900] - follow[2900];
+        let expected_m = 0.4 * (f64::from(delay_ticks) * 1e-3 + 5.0 / 800.0);
+        assert!((behind_m / expected_m - 1.0).abs() < 0.05, "{delay_ticks}: {behind_m} {expected_m}");
+    }
+}
+
 #[test]
 fn every_shipped_rig_runs_stably_and_the_same_again() {
     for (name, text) in SHIPPED {

@@ -21,6 +21,7 @@ use crate::bus::time::seconds_ns;
 use crate::emulated::{self, Image};
 use crate::key_file;
 use crate::report::{self, BusTimeline, Report, ReportError, SignalsFile, Written};
+use crate::rig_file::RigFile;
 use crate::scenario::{self, CarrierKind, LinkSection, Scenario};
 
 /// Run a scenario: both sides against simulated plants, or one side in real time.
@@ -60,7 +61,8 @@ pub(super) struct Run {
     /// Writes no report.
     #[arg(long)]
     no_report: bool,
-    /// Prints the shipped scenario, which has every setting with its default and meaning, and runs nothing.
+    /// Prints the shipped scenario, which has every setting with its default and meaning, or the shipped rig of the name
+    /// that is given, and runs nothing.
     #[arg(long)]
     keys: bool,
 }
@@ -115,6 +117,7 @@ Examples:
   dimsart run --set link.forward_delay_ticks=200             0.2 s later at the slave
   dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
   dimsart run --keys > my.toml                               a scenario file to start from
+  dimsart run joint --keys > my.toml                         a rig file to start from
   dimsart run my.toml --set seed=7 --no-report --json        figures for a program
   dimsart run --side master                                  two processes, in two terminals:
   dimsart run --side slave                                   real time over UDP
@@ -155,7 +158,8 @@ impl Default for Run {
 impl Run {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         if self.keys {
-            writeln!(out, "{}", scenario::SHIPPED.trim_end())?;
+            let rig = self.scenario.as_deref().and_then(Path::to_str).and_then(RigFile::shipped);
+            writeln!(out, "{}", rig.unwrap_or(scenario::SHIPPED).trim_end())?;
             return Ok(ExitCode::SUCCESS);
         }
         if let Some(file) = rig::read(self.scenario.as_deref(), &self.sets)? {

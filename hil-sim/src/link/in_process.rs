@@ -10,7 +10,7 @@ use crate::bus::Random;
 
 /// What the link does to packets.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct InProcessParameters {
     /// Ticks from sending to arrival. A packet of delay 0 arrives in the tick it was sent in, at a
     /// controller that is stepped later in that tick; at an earlier one, in the next tick.

@@ -7,9 +7,11 @@ use super::loop_gain::LoopFigures;
 use super::motion::Motion;
 use super::outcome::AxisOutcome;
 use super::step_response::{StepFigures, StepResponse};
+use crate::plant::MAX_QUANTITIES;
+use crate::rig::{Probe, Station};
 
 /// Which quantity of an axis follows which reference.
-const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
+pub(super) const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
 
 /// The place, among what is known of an axis, of what follows a reference; none for one that nothing is measured of.
 pub(super) fn followed(reference: &DataType) -> Option<usize> {
@@ -26,6 +28,8 @@ pub(super) struct Follow {
     /// Of what follows it.
     pub(super) quantity: usize,
     motions: Vec<Motion>,
+    /// Where the scheme has a reference that nothing moves from outside: from a link, or a module.
+    of_scheme: Option<Probe>,
     step: Option<StepResponse>,
     squares: f64,
     peak: f64,
@@ -51,12 +55,38 @@ impl Follow {
             StepResponse::new(at_s, until_s, after - motion.at(at_s), after)
         });
         let (station, axis) = place;
-        Self { station, axis, reference, unit, quantity, motions, step, squares: 0.0, peak: 0.0, ticks: 0 }
+        let of_scheme = motions.is_empty().then(|| Probe::new(reference.first()));
+        Self {
+            station,
+            axis,
+            reference,
+            unit,
+            quantity,
+            motions,
+            of_scheme,
+            step,
+            squares: 0.0,
+            peak: 0.0,
+            ticks: 0,
+        }
     }
 
-    /// Adds a tick.
-    pub(super) fn add(&mut self, time_s: f64, value: f64) {
-        let error = sum_at(&self.motions, time_s) - value;
+    /// Whether there ever was a reference.
+    pub(super) fn has_followed(&self) -> bool {
+        self.ticks > 0
+    }
+
+    /// Looks at the present tick of its station.
+    pub(super) fn add(&mut self, time_s: f64, station: &Station) {
+        let mut values = [f64::NAN; MAX_QUANTITIES];
+        station.plant.look(self.axis, &mut values);
+        let value = values.get(self.quantity).copied().unwrap_or(f64::NAN);
+        let wanted = match &mut self.of_scheme {
+            Some(probe) => probe.values(station).nth(self.axis),
+            None => Some(sum_at(&self.motions, time_s)),
+        };
+        let Some(wanted) = wanted else { return };
+        let error = wanted - value;
         self.squares += error * error;
         self.peak = self.peak.max(error.abs());
         self.ticks += 1;

@@ -13,6 +13,14 @@ pub enum RigFileError {
         /// What the system says.
         source: std::io::Error,
     },
+    /// A name that nothing shipped has, and no file.
+    #[error("there is no file {name}, and nothing that comes with the command is called that: {near}")]
+    NotShipped {
+        /// The name.
+        name: String,
+        /// What is there.
+        near: String,
+    },
     /// It is no TOML, or a key does not exist, is missing or does not take its value.
     #[error("{name}: {message}")]
     NotOne {

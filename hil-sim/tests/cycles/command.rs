@@ -10,8 +10,12 @@ fn dimsart(arguments: &[&str]) -> Output {
 }
 
 fn refused(arguments: &[&str]) -> String {
+    refused_with(1, arguments)
+}
+
+fn refused_with(status: i32, arguments: &[&str]) -> String {
     let output = dimsart(arguments);
-    assert_eq!(output.status.code(), Some(1), "{arguments:?}");
+    assert_eq!(output.status.code(), Some(status), "{arguments:?}");
     String::from_utf8(output.stderr).unwrap()
 }
 
@@ -69,6 +73,6 @@ fn another_board_and_a_scheme_that_does_not_match_are_named() {
     assert!(message.contains("no-such-board") && message.contains(&firmware.name), "{message}");
     let message = refused(&["cycles", elf, "--scheme", "builtin:table1", "--side", "slave"]);
     assert!(message.contains("does not run on the slave"), "{message}");
-    let message = refused(&["cycles", elf, "--dof", "9"]);
+    let message = refused_with(2, &["cycles", elf, "--dof", "9"]);
     assert!(message.contains("dof"), "{message}");
 }

@@ -8,7 +8,8 @@ use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
 use crate::cli::summary;
 use crate::report::{self, Fact, Report, SignalsFile, Table};
 use crate::response::{AxisOutcome, Experiment, LoopFigures, Outcome, figures, file_stems};
-use crate::rig_file::{RigFile, RigFileError};
+use crate::rig_file::{RigFile, RigFileError, SHIPPED};
+use crate::schemes::suggestion;
 use indicatif::ProgressBar;
 
 /// The rig file at a path, or the shipped one of that name; none for anything else.
@@ -18,6 +19,10 @@ pub(super) fn read(path: Option<&Path>, sets: &[String]) -> Result<Option<RigFil
     if let Some(text) = shipped {
         let name = path.display().to_string();
         return RigFile::read(text, &name, PathBuf::new(), sets).map(Some);
+    }
+    if !path.exists() && path.extension().is_none() {
+        let (name, known) = (path.display().to_string(), SHIPPED.map(|(name, _)| name.to_owned()));
+        return Err(RigFileError::NotShipped { near: suggestion(&name, &known), name });
     }
     // What cannot be read, the scenario says as well.
     match std::fs::read_to_string(path) {
