@@ -33,7 +33,7 @@ use follow::{FOLLOWS, Follow, followed};
 use instrumented::{Axis, Instrumented, Output};
 use loop_gain::UNDECIDED;
 use motion::Motion;
-use probe::{Disturbance, loop_figures};
+use probe::{AtRest, Disturbance};
 
 use crate::limit_cycle::{LimitCycle, Swings};
 use crate::link::InProcess;
@@ -84,11 +84,11 @@ impl Experiment {
     /// [`ResponseError`] when a device, plant or scheme cannot be made of the file.
     pub fn new(file: &RigFile) -> Result<Self, ResponseError> {
         let rig = rig_of(file, None)?;
-        let (mut follows, mut loops) = (Vec::new(), Vec::new());
+        let (mut follows, mut loops, mut at_rest) = (Vec::new(), Vec::new(), AtRest::new(file)?);
         for (station, section) in file.devices.iter().enumerate() {
             for axis in 0..section.axes.len() {
                 follows.extend(follows_of(file, section, (station, axis))?);
-                loops.push((station, axis, loop_figures(file, station, axis)?));
+                loops.push((station, axis, at_rest.loop_figures(station, axis)?));
             }
         }
         let quiet_s = file.devices.iter().map(|section| quiet_s(file, section));

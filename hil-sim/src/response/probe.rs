@@ -13,6 +13,8 @@ const PUSH: f64 = 0.005;
 /// Ticks that a loop is listened to: no less, for the slowest frequencies, and no more.
 const LEAST_TICKS: usize = 4_000;
 const MOST_TICKS: usize = 20_000;
+/// Ticks that half of the disturbance is answered: what is not linear shows in the first ones.
+const HALF_TICKS: usize = 2_000;
 /// Share of the disturbance that the answer must not pass: it grows, and there may be limits.
 const GROWN: f64 = 2.0;
 /// Share of the largest answer below which nothing more comes.
@@ -26,25 +28,82 @@ pub(super) struct Disturbance {
     pub(super) force: f64,
 }
 
-/// The loop around an axis, from where it stands at the start, without what is known not to be linear; none when something
-/// else is not.
-///
-/// # Errors
-/// As the [experiment](super::Experiment::new)'s.
-pub(super) fn loop_figures(
-    file: &RigFile,
-    station: usize,
-    axis: usize,
-) -> Result<Option<LoopFigures>, ResponseError> {
-    let at_rest = at_rest(file);
-    let inertia = file.devices.get(station).and_then(|device| device.axes.get(axis));
-    let inertia = inertia.map_or(1.0, |axis| axis.plant.load.inertia);
-    let force = PUSH * inertia / file.sample_period_s;
-    let mut listener = Listener::new(&at_rest, station, axis)?;
-    let to_whole = listener.answers(&at_rest, force, MOST_TICKS)?;
-    let mut listener = Listener::new(&at_rest, station, axis)?;
-    let to_half = listener.answers(&at_rest, 0.5 * force, to_whole.len())?;
-    Ok(Answers { disturbance: force, to_whole, to_half }.figures(file.sample_period_s))
+/// The rig at rest, beside which disturbed ones are heard.
+pub(super) struct AtRest {
+    file: RigFile,
+    rig: Rig,
+    /// Of every station, its commands; by tick, as far as somebody has asked.
+    commands: Vec<Vec<Vec<f64>>>,
+    probes: Vec<Probe>,
+}
+
+impl AtRest {
+    /// Of a rig file.
+    ///
+    /// # Errors
+    /// As the [experiment](super::Experiment::new)'s.
+    pub(super) fn new(file: &RigFile) -> Result<Self, ResponseError> {
+        let file = at_rest(file);
+        let rig = rig_of(&file, None)?;
+        let probes = rig.stations().iter().map(|_| command_probe()).collect();
+        Ok(Self { file, rig, commands: Vec::new(), probes })
+    }
+
+    /// The loop around an axis, from where it stands at the start, without what is known not to be linear; none when
+    /// something else is not.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub(super) fn loop_figures(
+        &mut self,
+        station: usize,
+        axis: usize,
+    ) -> Result<Option<LoopFigures>, ResponseError> {
+        let period_s = self.file.sample_period_s;
+        let section = self.file.devices.get(station).and_then(|device| device.axes.get(axis));
+        let inertia = section.map_or(1.0, |axis| axis.plant.load.inertia);
+        let force = PUSH * inertia / period_s;
+        let to_whole = self.answers(Disturbance { station, axis, force }, MOST_TICKS)?;
+        let to_half = self.answers(Disturbance { station, axis, force: 0.5 * force }, HALF_TICKS)?;
+        Ok(Answers { disturbance: force, to_whole, to_half }.figures(period_s))
+    }
+
+    /// What the controller does differently, until nothing more comes or it grows.
+    fn answers(&mut self, disturbance: Disturbance, ticks: usize) -> Result<Vec<f64>, ResponseError> {
+        let Disturbance { station, axis, force } = disturbance;
+        let mut disturbed = rig_of(&self.file, Some(disturbance))?;
+        let mut probe = command_probe();
+        let (mut answers, mut most, mut quiet_ticks) = (Vec::new(), 0.0_f64, 0);
+        while answers.len() < ticks {
+            disturbed.step();
+            let values = disturbed.stations().get(station).map(|station| probe.values(station));
+            let command = values.and_then(|mut values| values.nth(axis)).unwrap_or_default();
+            let answer = command - self.command(answers.len(), station, axis);
+            answers.push(answer);
+            most = most.max(answer.abs());
+            quiet_ticks = if answer.abs() > OVER * most { 0 } else { quiet_ticks + 1 };
+            let is_over = quiet_ticks > LEAST_TICKS / 2 && answers.len() >= LEAST_TICKS;
+            if is_over || most > GROWN * force {
+                break;
+            }
+        }
+        Ok(answers)
+    }
+
+    /// Of the rig that nothing disturbs.
+    fn command(&mut self, tick: usize, station: usize, axis: usize) -> f64 {
+        while self.commands.len() <= tick {
+            self.rig.step();
+            let stations = self.rig.stations().iter().zip(&mut self.probes);
+            self.commands.push(stations.map(|(station, probe)| probe.values(station).collect()).collect());
+        }
+        let commands = self.commands.get(tick).and_then(|stations| stations.get(station)?.get(axis));
+        commands.copied().unwrap_or_default()
+    }
+}
+
+fn command_probe() -> Probe {
+    Probe::new(types::DES_FORCE.first())
 }
 
 /// The rig with nothing that moves it, references where the joints stand, and nothing that is known not to be linear: dry
@@ -66,44 +125,4 @@ fn at_rest(file: &RigFile) -> RigFile {
     });
     at_rest.experiment.moves = moves.collect();
     at_rest
-}
-
-/// The rig at rest, beside which the disturbed one is heard.
-struct Listener {
-    rig: Rig,
-    station: usize,
-    axis: usize,
-    command: Probe,
-}
-
-impl Listener {
-    fn new(at_rest: &RigFile, station: usize, axis: usize) -> Result<Self, ResponseError> {
-        let rig = rig_of(at_rest, None)?;
-        Ok(Self { rig, station, axis, command: Probe::new(types::DES_FORCE.first()) })
-    }
-
-    /// What the controller does differently, until nothing more comes or it grows.
-    fn answers(&mut self, at_rest: &RigFile, force: f64, ticks: usize) -> Result<Vec<f64>, ResponseError> {
-        let Self { station, axis, .. } = *self;
-        let mut disturbed = rig_of(at_rest, Some(Disturbance { station, axis, force }))?;
-        let mut command = Probe::new(types::DES_FORCE.first());
-        let of = |rig: &Rig, probe: &mut Probe| {
-            let values = rig.stations().get(station).map(|station| probe.values(station));
-            values.and_then(|mut values| values.nth(axis)).unwrap_or_default()
-        };
-        let (mut answers, mut most, mut quiet_ticks) = (Vec::new(), 0.0_f64, 0);
-        while answers.len() < ticks {
-            self.rig.step();
-            disturbed.step();
-            let answer = of(&disturbed, &mut command) - of(&self.rig, &mut self.command);
-            answers.push(answer);
-            most = most.max(answer.abs());
-            quiet_ticks = if answer.abs() > OVER * most { 0 } else { quiet_ticks + 1 };
-            let is_over = quiet_ticks > LEAST_TICKS / 2 && answers.len() >= LEAST_TICKS;
-            if ticks == MOST_TICKS && (is_over || most > GROWN * force) {
-                break;
-            }
-        }
-        Ok(answers)
-    }
 }
