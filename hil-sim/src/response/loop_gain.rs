@@ -21,6 +21,8 @@ const FREQUENCIES: u32 = 600;
 const DECADES: f64 = 5.0;
 /// Growth per tick, up or down, that is not told from none.
 pub(super) const UNDECIDED: f64 = 1e-5;
+/// Ticks in a quarter of the answers below which its mean square says little.
+const SHORT_TICKS: usize = 16;
 /// Share of the largest answer below which there is nothing left of it.
 const GONE: f64 = 1e-3;
 
@@ -83,6 +85,9 @@ impl Answers {
     /// Of the last quarter over the one before, by their mean squares.
     fn growth_per_tick(&self) -> Option<f64> {
         let quarter = self.to_whole.len() / 4;
+        if quarter < SHORT_TICKS {
+            return self.fast_growth_per_tick();
+        }
         let mean_square = |ticks: &[f64]| ticks.iter().map(|value| value * value).sum::<f64>();
         let mut quarters = self.to_whole.rchunks_exact(quarter.max(1));
         let (last, before) = quarters.next().zip(quarters.next())?;
@@ -90,6 +95,17 @@ impl Answers {
         let ticks = quarter as f64;
         let growth = libm::pow(mean_square(last) / mean_square(before), 0.5 / ticks);
         (largest(last) > GONE * largest(&self.to_whole)).then_some(growth)
+    }
+
+    /// Of what grew too fast for that: from its first answer to its largest one.
+    fn fast_growth_per_tick(&self) -> Option<f64> {
+        let first = self.to_whole.iter().position(|answer| answer.abs() > 0.0)?;
+        let most = largest(&self.to_whole);
+        let last =
+            self.to_whole.iter().position(|answer| answer.abs() >= most).filter(|last| *last > first)?;
+        #[expect(clippy::cast_precision_loss, reason = "a few ticks")]
+        let ticks = (last - first) as f64;
+        Some(libm::pow(most / self.to_whole.get(first)?.abs(), 1.0 / ticks))
     }
 
     fn point(&self, hz: f64, period_s: f64) -> Point {
@@ -218,6 +234,11 @@ mod tests {
             let growth = figures(gain).growth_per_tick.unwrap();
             assert!((growth - libm::sqrt(gain)).abs() < UNDECIDED, "{growth} for {gain}");
         }
+        // So fast that the listener ends after a few ticks.
+        let [to_whole, to_half] = [1.0, 0.5].map(|disturbance| integrator(9.0, disturbance, 30));
+        let growth =
+            Answers { disturbance: 1.0, to_whole, to_half }.figures(1e-3).unwrap().growth_per_tick.unwrap();
+        assert!((growth / 3.0 - 1.0).abs() < 0.1, "{growth}");
     }
 
     #[test]
