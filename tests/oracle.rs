@@ -19,13 +19,14 @@
 mod loops;
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use dimsart_core::{DataType, types};
+use hil_sim::bilateral::linear_loop::{Held, linear_loops};
 use hil_sim::plant::{Environment, SpringParameters};
 use serde::Deserialize;
 
-use loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, signal};
+use loops::{MASTER, SLAVE, TICK_S, axis, delays, push, rig, scenario, signal};
 
 /// Share of a signal's peak that it may be off by.
 const TOLERANCE: f64 = 1e-4;
@@ -146,20 +147,83 @@ fn run(case: &Case, reference: &Table) -> Vec<(f64, f64)> {
     differences.into_iter().zip(peaks).collect()
 }
 
-#[test]
-fn the_simulator_agrees_with_python_control() {
-    let Some(folder) = std::env::var_os("DIMSART_ORACLE") else {
-        // Past the capture of a passing test's output: that nothing was compared is to be seen.
+/// The folder of the reference runs, if there is one.
+#[expect(
+    clippy::explicit_write,
+    reason = "past the capture of a passing test's output: that nothing was compared is to be seen"
+)]
+fn oracle() -> Option<PathBuf> {
+    let folder = std::env::var_os("DIMSART_ORACLE");
+    if folder.is_none() {
         let line = "not compared with python-control: DIMSART_ORACLE is not set; run `cargo xtask test`";
         writeln!(std::io::stderr(), "{line}").unwrap();
-        return;
-    };
-    let folder = Path::new(&folder);
-    let list = folder.join("cases.json");
-    let text = std::fs::read_to_string(&list).unwrap_or_else(|error| {
-        panic!("{}: {error}; make the reference runs with `cargo xtask test`", list.display())
+    }
+    folder.map(PathBuf::from)
+}
+
+fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| {
+        panic!("{}: {error}; make the reference runs with `cargo xtask test`", path.display())
     });
-    let reference: Reference = serde_json::from_str(&text).unwrap();
+    serde_json::from_str(&text).unwrap()
+}
+
+#[derive(Deserialize)]
+struct Predictions {
+    weakly_damped: Vec<WeaklyDamped>,
+}
+
+#[derive(Deserialize)]
+struct WeaklyDamped {
+    order: String,
+    forward_delay_ticks: u32,
+    backward_delay_ticks: u32,
+    hand_damping_ns_per_m: f64,
+    slave: Side,
+    wall_stiffness_n_per_m: f64,
+    free_growth_per_tick: f64,
+    contact_growth_per_tick: f64,
+}
+
+/// What is heard of a loop that is struck is its largest eigenvalue: within 2e-5 of one that grows, and within a third of
+/// how far the others are from 1, where modes that die out together are not told apart.
+#[test]
+fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
+    let Some(folder) = oracle() else { return };
+    let predictions: Predictions = read(&folder.join("predictions.json"));
+    let mut growing = 0;
+    for row in &predictions.weakly_damped {
+        let scenario = scenario(&format!(
+            "{} dof=1 wave.form={} hand.damping_ns_per_m={} hand.stiffness_n_per_m=0 slave.device.mass_kg={} \
+             slave.device.damping_ns_per_m={} wall.stiffness_n_per_m={} wall.damping_ns_per_m=0",
+            delays(row.forward_delay_ticks, row.backward_delay_ticks),
+            row.order,
+            row.hand_damping_ns_per_m,
+            row.slave.mass_kg,
+            row.slave.device_damping_ns_per_m,
+            row.wall_stiffness_n_per_m,
+        ));
+        let loops = linear_loops(&scenario).unwrap();
+        for (held, expected) in
+            [(Held::Free, row.free_growth_per_tick), (Held::Contact, row.contact_growth_per_tick)]
+        {
+            let found = loops.iter().find(|one| one.held == held).unwrap();
+            let growth = found.growth_per_tick.unwrap();
+            let within = 2e-5 + 0.3 * (1.0 - expected).max(0.0);
+            let ticks = [row.forward_delay_ticks, row.backward_delay_ticks];
+            println!("{} {ticks:?} {held:?}: {growth:.6} for {expected:.6}", row.order);
+            assert!((growth - expected).abs() < within, "{growth} for {expected}");
+            assert_eq!(found.grows(), expected > 1.0);
+            growing += u32::from(found.grows());
+        }
+    }
+    assert!(growing >= 10, "{growing} of the loops grow");
+}
+
+#[test]
+fn the_simulator_agrees_with_python_control() {
+    let Some(folder) = oracle() else { return };
+    let reference: Reference = read(&folder.join("cases.json"));
     assert_eq!(reference.tick_s.to_bits(), TICK_S.to_bits());
     assert!(!reference.cases.is_empty());
     let mut disagreements = Vec::new();

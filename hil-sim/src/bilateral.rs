@@ -4,6 +4,7 @@ pub mod chain;
 pub mod energy;
 mod error;
 mod guards;
+pub mod linear_loop;
 mod one_side;
 pub mod perceived_stiffness;
 pub mod phases;
@@ -30,6 +31,7 @@ use station::{controller, station};
 
 use crate::bilateral::chain::{Chain, Controller};
 use crate::bilateral::energy::ChannelEnergy;
+use crate::bilateral::linear_loop::{LinearLoop, linear_loops};
 use crate::bilateral::perceived_stiffness::PerceivedStiffness;
 use crate::bilateral::phases::Phases;
 use crate::bilateral::port_energy::PortEnergy;
@@ -219,7 +221,9 @@ impl Experiment {
             )
         });
         let mut faults: Vec<String> = unlike.into_iter().collect();
-        let (mut is_stable, mut broken) = (true, None);
+        let loops = self.loops();
+        faults.extend(loops.iter().filter_map(|one| one.fault(self.scenario.sample_period_s)));
+        let (mut is_stable, mut broken) = (!loops.iter().any(LinearLoop::grows), None);
         let settled = self.phases.settled();
         let mut pace =
             self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
@@ -295,7 +299,7 @@ impl Experiment {
         let outcome = outcome.with_received(stations().filter_map(reception::received).collect());
         let energy_ports_min_j = (side.is_none() && outcome.ticks > 0).then(|| port_energy.smallest_j());
         let outcome =
-            Outcome { real_time, media: media_traffic, energy_ports_min_j, limit_cycles, ..outcome };
+            Outcome { real_time, media: media_traffic, energy_ports_min_j, limit_cycles, loops, ..outcome };
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),
@@ -304,6 +308,12 @@ impl Experiment {
             media,
             broken,
         }
+    }
+
+    /// None for one side alone. A scenario that made an experiment makes its loops.
+    fn loops(&self) -> Vec<LinearLoop> {
+        let is_whole = self.alone.is_none();
+        is_whole.then(|| linear_loops(&self.scenario).ok()).flatten().unwrap_or_default()
     }
 
     /// Watches every axis from the hand's push on until it lets go: nothing is to swing when that has settled.

@@ -2,14 +2,15 @@
 
 use serde::Serialize;
 
+use crate::bilateral::linear_loop::LinearLoop;
 use crate::bus::Traffic;
 use crate::limit_cycle::LimitCycle;
 
 /// What a run came to; printed whole by `--json`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
-    /// Whether every position, force and wave stayed in its declared range, none grew without bound, and no axis went on
-    /// swinging in contact by a hundredth of its motion or on and off the wall.
+    /// Whether no linear loop grows, every position, force and wave stayed in its declared range, none grew without bound,
+    /// and no axis went on swinging in contact by a hundredth of its motion or on and off the wall.
     pub stable: bool,
     /// Ticks that were run.
     pub ticks: u64,
@@ -25,6 +26,8 @@ pub struct Outcome {
     /// Smallest energy that the robots gave controllers and line on any axis over the run, `J`: below 0, these gave out
     /// more than they got, they are active. None for one side alone.
     pub energy_ports_min_j: Option<f64>,
+    /// The linear loops, guided, free and in contact, by their largest eigenvalues; empty for one side alone.
+    pub loops: Vec<LinearLoop>,
     /// What went on swinging in contact though nothing moved it.
     pub limit_cycles: Vec<LimitCycle>,
     /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
@@ -129,6 +132,7 @@ impl Outcome {
             realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
             energy_min_j,
             energy_ports_min_j: None,
+            loops: Vec::new(),
             limit_cycles: Vec::new(),
             round_trip_ticks,
             k_perceived_n_per_m: axes.iter().map(|axis| axis.k_perceived_n_per_m).collect(),

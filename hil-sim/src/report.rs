@@ -7,6 +7,7 @@
 
 mod bitmap;
 mod bus_timeline;
+mod contour;
 mod csv;
 mod cycle_bars;
 mod decimate;
@@ -26,6 +27,7 @@ use indicatif::ProgressBar;
 use serde::Serialize;
 
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
+pub use contour::{Piece, contour};
 pub use csv::SignalsFile;
 pub use cycle_bars::{CycleBar, CycleBars};
 pub use field_map::{Field, FieldMap};

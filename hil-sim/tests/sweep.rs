@@ -87,3 +87,30 @@ fn what_cannot_be_swept_is_named() {
         let _ = fs::remove_file(folder.path().join("sweep.csv"));
     }
 }
+
+/// Without `--vary`: where the bilateral loop is stable, and the border by its eigenvalues.
+#[test]
+fn the_shipped_map_says_what_it_runs_and_has_the_loops_growth() {
+    let folder = tempfile::tempdir().unwrap();
+    let shipped = |more: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command.args(["sweep", "--set", "duration_s=0.1", "--out"]).arg(folder.path());
+        command.args(more).output().unwrap()
+    };
+    let output = shipped(&["--shard", "1/50"]);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(text.contains("dimsart sweep --vary wall.stiffness_n_per_m=log:"), "{text}");
+    assert!(shipped(&["--merge"]).status.success());
+    let table = read(folder.path(), "sweep.csv");
+    let growth = table.lines().next().unwrap().split(',').position(|name| name == "loops.2.growth_per_tick");
+    let stable = table.lines().next().unwrap().split(',').position(|name| name == "stable");
+    let rows = table.lines().skip(1).map(|row| row.split(',').collect::<Vec<_>>());
+    let verdicts: Vec<bool> = rows
+        .map(|row| {
+            let growth: f64 = row[growth.unwrap()].parse().unwrap();
+            assert_eq!(row[stable.unwrap()] == "true", growth < 1.000_01, "{row:?}");
+            growth > 1.0
+        })
+        .collect();
+    assert!(verdicts.contains(&true) && verdicts.contains(&false), "{verdicts:?}");
+}

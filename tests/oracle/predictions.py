@@ -99,6 +99,35 @@ def stability_rows() -> list[dict[str, Any]]:
     return rows
 
 
+def weakly_damped_rows() -> list[dict[str, Any]]:
+    """Largest eigenvalue beside the neutral ones, of loops that hardly any damping holds together: many grow in contact."""
+    rows = []
+    for order in CURED:
+        for forward, backward in ((1, 1), (5, 4), (13, 12), (50, 49)):
+            for hand, slave_kg, slave_damping, wall in (
+                (0.5, 0.05, 2.0, 1e5),
+                (0.5, 0.2, 2.0, 1e4),
+                (10.0, 0.2, 10.0, 1e4),
+                (0.5, 0.1, 1.0, 3e4),
+            ):
+                master = Side(mass_kg=0.1, device_damping_ns_per_m=0.5 + hand, stiffness_n_per_m=3000.0)
+                slave = Side(mass_kg=slave_kg, device_damping_ns_per_m=slave_damping, stiffness_n_per_m=5000.0)
+                row = {
+                    "order": order,
+                    "forward_delay_ticks": forward,
+                    "backward_delay_ticks": backward,
+                    "hand_damping_ns_per_m": hand,
+                    "slave": asdict(slave),
+                    "wall_stiffness_n_per_m": wall,
+                }
+                for name, stiffness in (("free", 0.0), ("contact", wall)):
+                    system = build(Loop(order, forward, backward, master, slave, stiffness))
+                    sizes = [abs(value) for value in np.linalg.eigvals(system.A) if abs(value - 1) > 1e-5]
+                    row[f"{name}_growth_per_tick"] = float(max(sizes))
+                rows.append(row)
+    return rows
+
+
 def stiffness_rows(order: str, walls_n_per_m: tuple[float, ...]) -> list[dict[str, Any]]:
     """Perceived stiffness; computed as the response at a frequency so low that the loop only stretches."""
     slow = np.exp(1e-7j)
@@ -196,6 +225,7 @@ def all_predictions() -> dict[str, Any]:
     for name, compute in (
         ("growth", growth_rows),
         ("stability", stability_rows),
+        ("weakly_damped", weakly_damped_rows),
         ("passivity", lambda: {"clamped_port": clamped_rows(), "side_with_device": needed_damping_rows()}),
         ("damping_bounds", damping_bound_rows),
         ("perceived_stiffness", lambda: [row for order in CURED for row in stiffness_rows(order, walls)]),

@@ -4,7 +4,7 @@ use dimsart_core::{AxisKind, DescriptorError, DeviceDescriptor, limits, types};
 
 use super::{ExperimentError, Side};
 use crate::bilateral::phases::Phases;
-use crate::plant::{Axis, AxisWise, Environment, HandParameters, ParameterError, Plant};
+use crate::plant::{Axis, AxisWise, Environment, HandParameters, HandPhase, ParameterError, Plant};
 use crate::rig::{SimulatedDimsart, Station};
 use crate::scenario::{Scenario, Stale, WaveForm};
 use crate::schemes::{self, SchemeText, Setting};
@@ -16,7 +16,24 @@ pub(super) fn station(
     side: Side,
     dimsart: Box<SimulatedDimsart>,
 ) -> Result<Station, ExperimentError> {
-    let plant = plant(scenario, phases, side);
+    joined(side, dimsart, plant(scenario, side, |axis| phases.hand(scenario, axis)))
+}
+
+/// The same with a hand that does one thing on every axis.
+pub(super) fn station_held(
+    scenario: &Scenario,
+    hand: &[HandPhase],
+    side: Side,
+    dimsart: Box<SimulatedDimsart>,
+) -> Result<Station, ExperimentError> {
+    joined(side, dimsart, plant(scenario, side, |_| hand.to_vec()))
+}
+
+fn joined(
+    side: Side,
+    dimsart: Box<SimulatedDimsart>,
+    plant: Result<Box<dyn Plant>, ParameterError>,
+) -> Result<Station, ExperimentError> {
     let plant = plant.map_err(|error| ExperimentError::Plant { side: side.name(), error })?;
     Ok(Station::new(side.name(), dimsart, plant))
 }
@@ -93,7 +110,11 @@ fn setting(
     value.map(|value| Setting { module, command, value: value.to_string(), key })
 }
 
-fn plant(scenario: &Scenario, phases: &Phases, side: Side) -> Result<Box<dyn Plant>, ParameterError> {
+fn plant(
+    scenario: &Scenario,
+    side: Side,
+    hand: impl Fn(usize) -> Vec<HandPhase>,
+) -> Result<Box<dyn Plant>, ParameterError> {
     let section = side.section(scenario);
     let axis = |axis| {
         let environment: Option<Box<dyn Environment>> = match side {
@@ -102,7 +123,7 @@ fn plant(scenario: &Scenario, phases: &Phases, side: Side) -> Result<Box<dyn Pla
                     mass_kg: scenario.hand.mass_kg,
                     damping_ns_per_m: scenario.hand.damping_ns_per_m,
                     stiffness_n_per_m: scenario.hand.stiffness_n_per_m,
-                    phases: phases.hand(scenario, axis),
+                    phases: hand(axis),
                 }
                 .build()?,
             )),

@@ -20,8 +20,9 @@ use crate::sweep::{Grid, Shard, Subject, SweepFile, SweepTable, Values, map, swe
 pub(super) struct Sweep {
     /// Rig file, scenario file, or a name such as `joint`; none for the shipped bilateral scenario.
     file: Option<PathBuf>,
-    /// A key and its values: `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; can be given often.
-    #[arg(long = "vary", value_name = "KEY=VALUES", required = true)]
+    /// A key and its values: `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; `KEY+KEY=...` for keys of the same
+    /// value; can be given often. None: the map of round trip and wall stiffness.
+    #[arg(long = "vary", value_name = "KEY=VALUES")]
     vary: Vec<Values>,
     /// Changes one setting for all points, such as `dof=1`; can be given often.
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -42,8 +43,7 @@ pub(super) struct Sweep {
 
 const EXAMPLES: &str = "\
 Examples:
-  dimsart sweep --vary link.forward_delay_ticks=0:500:25 --vary wall.stiffness_n_per_m=log:100:1e5:13 \\
-      --set dof=1 --set duration_s=20
+  dimsart sweep                          where the bilateral loop is stable: round trips to 1 s, walls to 1e5 N/m
   dimsart sweep joint --vary device.joint.axis.0.plant.load.inertia=log:0.01:1:9 --map axes.0.overshoot
   dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --shard 3/16      on one of 16 machines
   dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --merge           when all are done
@@ -53,8 +53,31 @@ A row is written when its point is done: a sweep that was ended goes on where it
 
 const WHOLE_FILE: &str = "sweep.csv";
 
+/// What is varied without `--vary`: a loop that hardly any damping holds together, over its round trip and the wall.
+const STABILITY_MAP: [&str; 2] = [
+    "wall.stiffness_n_per_m=log:1e4:1e5:21",
+    "link.forward_delay_ticks+link.backward_delay_ticks=1,2,3,5,7,10,15,20,30,50,70,100,150,200,300,400,500",
+];
+const STABILITY_SETTINGS: [&str; 7] = [
+    "dof=1",
+    "master.time_delay_ticks=0",
+    "slave.time_delay_ticks=0",
+    "hand.damping_ns_per_m=0.5",
+    "slave.device.mass_kg=0.05",
+    "slave.device.damping_ns_per_m=2",
+    "wall.damping_ns_per_m=0",
+];
+
 impl Sweep {
-    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+    pub(super) fn execute(mut self, out: &mut impl Write) -> Ending {
+        if self.vary.is_empty() && self.file.is_none() {
+            self.vary = STABILITY_MAP.iter().map(|values| values.parse()).collect::<Result<_, _>>()?;
+            self.sets.splice(0..0, STABILITY_SETTINGS.map(str::to_owned));
+            let settings = self.sets.iter().flat_map(|set| ["--set", set]);
+            let vary = STABILITY_MAP.iter().flat_map(|values| ["--vary", values]);
+            let words: Vec<&str> = vary.chain(settings).collect();
+            writeln!(out, "the shipped map: dimsart sweep {}\n", words.join(" "))?;
+        }
         let grid = Grid::new(self.vary.clone())?;
         report::make_folder(&self.out)?;
         if self.merge {

@@ -1,10 +1,11 @@
 //! A map: what came of every combination of two settings, a coloured field each.
 
-use plotters::element::Rectangle;
+use plotters::element::{PathElement, Rectangle};
 use plotters::prelude::{DrawingBackend, FontStyle, RGBColor};
 use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
+use super::contour::Piece;
 use super::plot::{
     Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
 };
@@ -33,6 +34,8 @@ pub struct FieldMap {
     pub right: (String, Vec<String>),
     /// By `down`, then by `right`.
     pub fields: Vec<Vec<Field>>,
+    /// What the drawn border is, and its pieces between the middles of fields; empty for none.
+    pub border: (String, Vec<Piece>),
 }
 
 /// Lengths in pixels as shown.
@@ -128,6 +131,22 @@ impl Picture for FieldMap {
                 ];
                 area.draw(&Rectangle::new(corners, self.color(*field).filled()))?;
             }
+        }
+        let middle = |(to_right, up): (f64, f64)| {
+            (
+                px(LEFT + wide * (to_right + 0.5) * share(1, columns)),
+                px(TOP + high * (1.0 - (up + 0.5) * share(1, rows))),
+            )
+        };
+        for piece in &self.border.1 {
+            area.draw(&PathElement::new(piece.map(middle), BLACK.stroke_width(3)))?;
+        }
+        if !self.border.1.is_empty() {
+            area.draw(&PathElement::new(
+                [(px(x), px(74.0)), (px(x + 22.0), px(74.0))],
+                BLACK.stroke_width(3),
+            ))?;
+            label(area, &self.border.0, (x + 30.0, 74.0), HPos::Left, &words)?;
         }
         let text = font(13.0, FontStyle::Normal, GREY);
         for (row, value) in self.down.1.iter().enumerate().step_by(rows.div_ceil(MOST_LABELS).max(1)) {

@@ -5,7 +5,7 @@ use std::str::FromStr;
 /// A key and its values, as they are given to `--set`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Values {
-    /// The key.
+    /// The key; several with a `+` between them get the same value.
     pub key: String,
     /// Its values, in their order.
     pub values: Vec<String>,
@@ -132,7 +132,10 @@ impl Grid {
     #[must_use]
     pub fn settings(&self, point: usize) -> Vec<String> {
         let pairs = self.axes.iter().zip(self.values(point));
-        pairs.map(|(axis, value)| format!("{}={value}", axis.key)).collect()
+        let settings = |(axis, value): (&Values, String)| {
+            axis.key.split('+').map(move |key| format!("{key}={value}")).collect::<Vec<_>>()
+        };
+        pairs.flat_map(settings).collect()
     }
 }
 
@@ -191,6 +194,8 @@ mod tests {
     #[test]
     fn shards_have_every_point_once() {
         let grid = Grid::new(vec!["a=1,2,3".parse().unwrap(), "b=1:7:1".parse().unwrap()]).unwrap();
+        let both = Grid::new(vec!["a+b=1,2".parse().unwrap()]).unwrap();
+        assert_eq!(both.settings(1), ["a=2", "b=2"]);
         assert_eq!(grid.points(), 21);
         assert_eq!(grid.settings(8), ["a=2", "b=2"]);
         let mut all: Vec<usize> = (1..=4).flat_map(|number| Shard { number, of: 4 }.points(&grid)).collect();
