@@ -67,7 +67,7 @@ impl Swings {
             let mut values = [f64::NAN; MAX_QUANTITIES];
             station.plant.look(*axis, &mut values);
             let [position, ..] = values;
-            let is_touching = station.plant.truth(*axis).is_some_and(|truth| truth.is_in_contact);
+            let is_touching = station.plant.is_touching(*axis);
             swing.add(rig.time_s(), position, is_touching);
         }
     }

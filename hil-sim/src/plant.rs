@@ -73,6 +73,11 @@ pub trait Plant: core::fmt::Debug + Send {
     /// The simulator's own truth about a linear `axis` that hands and walls push; none for any other.
     fn truth(&self, axis: usize) -> Option<AxisTruth>;
 
+    /// Whether an axis pushes against a wall or a stop.
+    fn is_touching(&self, axis: usize) -> bool {
+        self.truth(axis).is_some_and(|truth| truth.is_in_contact)
+    }
+
     /// What the simulator knows of an axis, in the order of [`look`](Self::look): names and units.
     fn quantities(&self, _axis: usize) -> &'static [(&'static str, &'static str)] {
         &AxisTruth::QUANTITIES

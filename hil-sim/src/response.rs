@@ -43,7 +43,7 @@ use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 use crate::report::TickMap;
 use crate::rig::{End, Rig, SimulatedDimsart, Station};
-use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, LOAD, LinkSection, RigFile};
+use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
 use crate::schemes::{self, SIDES, SchemeText};
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Ranges, Watch};
@@ -60,10 +60,21 @@ pub struct Experiment {
     duration_s: f64,
     ranges: Vec<Ranges>,
     follows: Vec<Follow>,
-    loops: Vec<(usize, usize, Option<LoopFigures>)>,
+    loops: Vec<AxisLoop>,
     swings: Swings,
     /// None when nothing is to be kept.
     recorder: Option<Recorder>,
+}
+
+/// The loop around an axis.
+#[derive(Debug)]
+struct AxisLoop {
+    station: usize,
+    axis: usize,
+    /// None where it is not linear.
+    free: Option<LoopFigures>,
+    /// The same with every axis held by its wall; none without one.
+    in_contact: Option<LoopFigures>,
 }
 
 /// What a run leaves behind.
@@ -84,11 +95,16 @@ impl Experiment {
     /// [`ResponseError`] when a device, plant or scheme cannot be made of the file.
     pub fn new(file: &RigFile) -> Result<Self, ResponseError> {
         let rig = rig_of(file, None)?;
-        let (mut follows, mut loops, mut at_rest) = (Vec::new(), Vec::new(), AtRest::new(file)?);
+        let (mut follows, mut loops, mut at_rest) = (Vec::new(), Vec::new(), AtRest::new(file, false)?);
+        let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.wall.is_some());
+        let mut at_walls = file.devices.iter().any(meets).then(|| AtRest::new(file, true)).transpose()?;
         for (station, section) in file.devices.iter().enumerate() {
             for axis in 0..section.axes.len() {
                 follows.extend(follows_of(file, section, (station, axis))?);
-                loops.push((station, axis, at_rest.loop_figures(station, axis)?));
+                let free = at_rest.loop_figures(station, axis)?;
+                let in_contact = at_walls.as_mut().map(|at_walls| at_walls.loop_figures(station, axis));
+                let in_contact = in_contact.transpose()?.flatten();
+                loops.push(AxisLoop { station, axis, free, in_contact });
             }
         }
         let quiet_s = file.devices.iter().map(|section| quiet_s(file, section));
@@ -187,27 +203,29 @@ impl Experiment {
 
     /// Loops whose disturbances do not die out, in words.
     fn unstable_loops(&self) -> Vec<String> {
-        let growing = self.loops.iter().filter_map(|(station, axis, figures)| {
-            let growth = figures.as_ref()?.growth_per_tick.filter(|growth| *growth >= 1.0 - UNDECIDED)?;
+        let said = |of: &AxisLoop, figures: Option<LoopFigures>, place: &str| {
+            let growth = figures?.growth_per_tick.filter(|growth| *growth >= 1.0 - UNDECIDED)?;
             let what = match growth > 1.0 + UNDECIDED {
                 true => "is unstable: a disturbance grows",
                 false => "is at its limit: a disturbance stays, or changes too slowly to tell",
             };
-            Some(format!(
-                "the loop of axis {axis} of {} {what}, {growth:.5} per tick",
-                self.device_name(*station)
-            ))
-        });
-        growing.collect()
+            let (axis, device) = (of.axis, self.device_name(of.station));
+            Some(format!("the loop of axis {axis} of {device}{place} {what}, {growth:.5} per tick"))
+        };
+        let both = |of: &AxisLoop| [said(of, of.free, ""), said(of, of.in_contact, " in contact")];
+        self.loops.iter().flat_map(both).flatten().collect()
     }
 
     fn finish(self, wall_s: f64, stable: bool, limit_cycles: Vec<LimitCycle>, faults: Vec<String>) -> Run {
-        let loop_of = |place: (usize, usize)| {
-            let found = self.loops.iter().find(|(station, axis, _)| (*station, *axis) == place);
-            found.and_then(|(_, _, figures)| *figures)
+        let loop_of = |follow: &Follow| {
+            self.loops.iter().find(|of| (of.station, of.axis) == (follow.station, follow.axis))
         };
         let axes = self.follows.iter().filter(|follow| follow.has_followed()).map(|follow| {
-            follow.outcome(self.device_name(follow.station), loop_of((follow.station, follow.axis)))
+            let found = loop_of(follow);
+            let in_contact = found.and_then(|of| of.in_contact);
+            let contact_growth_per_tick = in_contact.and_then(|figures| figures.growth_per_tick);
+            let outcome = follow.outcome(self.device_name(follow.station), found.and_then(|of| of.free));
+            AxisOutcome { contact_growth_per_tick, ..outcome }
         });
         let simulated_s = self.rig.time_s();
         let received: Vec<_> = self.rig.stations().iter().filter_map(reception::received).collect();
@@ -290,10 +308,12 @@ fn descriptor(file: &RigFile, section: &DeviceSection) -> Result<DeviceDescripto
 
 fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {
     let axis = |(axis, of_axis): (usize, &AxisSection)| {
-        let joint = of_axis.plant.build();
+        let joint = of_axis.joint().build();
         let joint =
             joint.map_err(|error| ResponseError::Plant { device: section.name.clone(), axis, error })?;
-        Ok(Axis { unit: of_axis.unit, joint, load: motions(file, &section.name, axis, LOAD)? })
+        let load = motions(file, &section.name, axis, LOAD)?;
+        let hand = motions(file, &section.name, axis, HAND)?;
+        Ok(Axis { unit: of_axis.unit, joint, load, hand, hand_stiffness: of_axis.hand_stiffness() })
     };
     section.axes.iter().enumerate().map(axis).collect()
 }

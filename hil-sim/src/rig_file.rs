@@ -23,6 +23,7 @@
 //! Units are the end of a key's name. Where a key is of an axis that turns or slides, it has none: rad or m, N m or N.
 //! Paths are relative to the file's folder.
 
+mod around;
 mod check;
 mod device;
 mod error;
@@ -35,17 +36,22 @@ use dimsart_core::DataType;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
+pub use around::{AxisHand, AxisSpring, AxisWall};
 pub use device::{AxisSection, AxisUnit, DeviceSection};
 pub use error::RigFileError;
 pub use moves::{
-    Chirp, ExperimentSection, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,
+    Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,
 };
 
 use crate::link::InProcessParameters;
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name.
-pub const SHIPPED: [(&str, &str); 1] = [("joint", include_str!("../../scenarios/joint.toml"))];
+pub const SHIPPED: [(&str, &str); 3] = [
+    ("joint", include_str!("../../scenarios/joint.toml")),
+    ("rokviss", include_str!("../../scenarios/rokviss.toml")),
+    ("three", include_str!("../../scenarios/three.toml")),
+];
 
 /// Everything that decides a run.
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]

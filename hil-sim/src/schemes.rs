@@ -18,8 +18,10 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("bilateral", include_str!("../../schemes/bilateral.scheme")),
     ("joint", include_str!("../../schemes/joint.scheme")),
     ("position_position", include_str!("../../schemes/position_position.scheme")),
+    ("rokviss", include_str!("../../schemes/rokviss.scheme")),
     ("small_motors", include_str!("../../schemes/small_motors.scheme")),
     ("table1", include_str!("../../schemes/table1.scheme")),
+    ("three", include_str!("../../schemes/three.scheme")),
 ];
 
 /// The text of a scheme and where it is from.

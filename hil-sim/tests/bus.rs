@@ -151,8 +151,8 @@ fn the_same_seed_gives_the_same_bits_over_a_bad_medium() {
 
 /// 41 bytes at 500 Hz are 164 of the 245 kbit/s of the way up.
 #[test]
-fn the_packets_of_rokviss_fit_its_link_at_500_hz_and_not_at_1_khz() {
-    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/rokviss.toml");
+fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/space_link.toml");
     let load = |sets: &[&str]| {
         let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
         let scenario = Scenario::load(Some(&path), &sets).unwrap();

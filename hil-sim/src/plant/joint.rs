@@ -216,6 +216,13 @@ impl Joint {
         self.inputs = period.inputs;
     }
 
+    /// Whether it pushes against an end of its travel.
+    #[must_use]
+    pub fn is_at_stop(&self) -> bool {
+        let stops = self.mechanics.stops.as_ref();
+        stops.is_some_and(|stops| stops.beyond(self.state.position).abs() > 0.0)
+    }
+
     /// The truth now.
     #[must_use]
     pub fn state(&self) -> JointState {

@@ -112,6 +112,7 @@ impl Follow {
             rms_error: (self.squares / ticks).sqrt(),
             peak_error: self.peak,
             loop_figures,
+            contact_growth_per_tick: None,
         }
     }
 }

@@ -31,6 +31,16 @@ pub(super) struct Axis {
     pub(super) unit: AxisUnit,
     pub(super) joint: Joint,
     pub(super) load: Vec<Motion>,
+    /// Where its hand wants to be, and how stiffly.
+    pub(super) hand: Vec<Motion>,
+    pub(super) hand_stiffness: f64,
+}
+
+impl Axis {
+    /// What pushes it: the load, and its hand's spring.
+    fn pushed_by(&self, time_s: f64, position: f64) -> f64 {
+        sum_at(&self.load, time_s) + self.hand_stiffness * (sum_at(&self.hand, time_s) - position)
+    }
 }
 
 /// What fills a part of the frame.
@@ -109,8 +119,10 @@ impl Plant for Instrumented {
         let change_s = (self.delay_ticks - whole_ticks) * period_s;
         for axis in 0..self.axes.len() {
             let (older, newer) = (self.command(ticks + 1, axis), self.command(ticks, axis));
-            let Some(Axis { joint, load, .. }) = self.axes.get_mut(axis) else { continue };
-            let load = |time_s: f64| sum_at(load, time_s);
+            let Some(Axis { joint, load, hand, hand_stiffness, .. }) = self.axes.get_mut(axis) else {
+                continue;
+            };
+            let load = |time_s: f64| sum_at(load, time_s) + *hand_stiffness * sum_at(hand, time_s);
             if change_s > 0.0 {
                 joint.advance(start_s, change_s, older, &load);
             }
@@ -121,6 +133,10 @@ impl Plant for Instrumented {
 
     fn truth(&self, _axis: usize) -> Option<AxisTruth> {
         None
+    }
+
+    fn is_touching(&self, axis: usize) -> bool {
+        self.axes.get(axis).is_some_and(|axis| axis.joint.is_at_stop())
     }
 
     fn quantities(&self, axis: usize) -> &'static [(&'static str, &'static str)] {
@@ -147,9 +163,11 @@ impl Plant for Instrumented {
     }
 
     fn look(&self, axis: usize, values: &mut [f64]) {
-        let Some(Axis { joint, load, .. }) = self.axes.get(axis) else { return };
-        let JointState { position, velocity, force, current_a, voltage_v, winding_c, .. } = joint.state();
-        let known = [position, velocity, force, sum_at(load, self.time_s), current_a, voltage_v, winding_c];
+        let Some(of_axis) = self.axes.get(axis) else { return };
+        let state = of_axis.joint.state();
+        let JointState { position, velocity, force, current_a, voltage_v, winding_c, .. } = state;
+        let load = of_axis.pushed_by(self.time_s, position);
+        let known = [position, velocity, force, load, current_a, voltage_v, winding_c];
         for (entry, value) in values.iter_mut().zip(known) {
             *entry = value;
         }

@@ -64,4 +64,7 @@ pub struct AxisOutcome {
     /// The loop around it, as it stands at the start; none when it is not linear there.
     #[serde(flatten)]
     pub loop_figures: Option<LoopFigures>,
+    /// Growth per tick of a disturbance while every axis is held by its wall; none without one, and when nothing is left
+    /// of it.
+    pub contact_growth_per_tick: Option<f64>,
 }

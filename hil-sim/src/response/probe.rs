@@ -2,6 +2,7 @@
 
 use super::loop_gain::{Answers, LoopFigures};
 use super::{ResponseError, rig_of};
+use crate::link::InProcessParameters;
 use crate::plant::SensorParameters;
 use crate::rig::{Probe, Rig};
 use crate::rig_file::{MoveSection, RigFile, Step};
@@ -38,12 +39,12 @@ pub(super) struct AtRest {
 }
 
 impl AtRest {
-    /// Of a rig file.
+    /// Of a rig file; in contact, every axis with a wall is held by it from both sides.
     ///
     /// # Errors
     /// As the [experiment](super::Experiment::new)'s.
-    pub(super) fn new(file: &RigFile) -> Result<Self, ResponseError> {
-        let file = at_rest(file);
+    pub(super) fn new(file: &RigFile, in_contact: bool) -> Result<Self, ResponseError> {
+        let file = at_rest(file, in_contact);
         let rig = rig_of(&file, None)?;
         let probes = rig.stations().iter().map(|_| command_probe()).collect();
         Ok(Self { file, rig, commands: Vec::new(), probes })
@@ -107,14 +108,19 @@ fn command_probe() -> Probe {
 }
 
 /// The rig with nothing that moves it, references where the joints stand, and nothing that is known not to be linear: dry
-/// friction, a gear's losses, backlash, stops, a sensor's steps and noise.
-fn at_rest(file: &RigFile) -> RigFile {
+/// friction, a gear's losses, backlash, stops, a sensor's steps and noise; and nothing that is chance on the links.
+fn at_rest(file: &RigFile, in_contact: bool) -> RigFile {
     let mut at_rest = file.clone();
     for axis in at_rest.devices.iter_mut().flat_map(|device| &mut device.axes) {
         for sensor in axis.sensor.values_mut() {
             *sensor = SensorParameters { gain: sensor.gain, ..SensorParameters::default() };
         }
-        axis.plant = axis.plant.linear();
+        axis.plant = axis.linear_joint(in_contact);
+        (axis.wall, axis.spring, axis.hand) = (None, None, None);
+    }
+    for link in &mut at_rest.links {
+        link.carrier =
+            InProcessParameters { delay_ticks: link.carrier.delay_ticks, ..InProcessParameters::default() };
     }
     let moves = file.devices.iter().flat_map(|device| {
         device.axes.iter().enumerate().map(|(axis, section)| MoveSection {

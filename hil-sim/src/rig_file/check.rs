@@ -2,7 +2,7 @@
 
 use dimsart_core::{DataType, Format, Shape, limits, types};
 
-use super::{AxisSection, DeviceSection, LOAD, LinkSection, MoveSection, RigFile};
+use super::{AxisSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection, RigFile};
 use crate::link::InProcessParameters;
 use crate::plant::ParameterError;
 use crate::schemes::suggestion;
@@ -131,8 +131,16 @@ impl RigFile {
         let sensed = SENSED.map(|data_type| data_type.name);
         let references: Vec<String> =
             device.measures.iter().filter(|signal| !sensed.contains(&signal.as_str())).cloned().collect();
-        if moved.on != LOAD && !references.contains(&moved.on) {
-            let known: Vec<String> = references.into_iter().chain([LOAD.to_owned()]).collect();
+        if moved.on == HAND {
+            let section = device.axes.get(moved.axis);
+            if section.is_some_and(|axis| axis.hand_stiffness() <= 0.0) {
+                problems.push(format!(
+                    "{at}: axis {} of '{}' has no hand with a stiffness: give it `hand = {{ inertia, damping, stiffness }}`",
+                    moved.axis, device.name
+                ));
+            }
+        } else if moved.on != LOAD && !references.contains(&moved.on) {
+            let known: Vec<String> = references.into_iter().chain([LOAD, HAND].map(str::to_owned)).collect();
             let near = suggestion(&moved.on, &known);
             problems.push(format!(
                 "{at}: '{}' measures no reference '{}'; {near}, or add it to its `measures`",
@@ -145,7 +153,32 @@ impl RigFile {
 
 fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &mut Vec<String>) {
     let AxisSection { plant, sensor, .. } = section;
-    let of_plant = plant.check().map_err(|error| error.within("plant"));
+    if section.wall.is_some() && plant.stops.is_some() {
+        problems.push(format!("{at}: it has a wall and plant.stops: give it one of them, a wall is a stop"));
+    }
+    let of_hand = section.hand.iter().flat_map(|hand| {
+        [("hand.inertia", hand.inertia), ("hand.damping", hand.damping), ("hand.stiffness", hand.stiffness)]
+    });
+    let of_spring = section
+        .spring
+        .iter()
+        .flat_map(|spring| [("spring.stiffness", spring.stiffness), ("spring.damping", spring.damping)]);
+    let of_wall = section.wall.iter().map(|wall| ("wall.damping", wall.damping));
+    for (key, value) in of_hand.chain(of_spring).chain(of_wall) {
+        if !(value.is_finite() && value >= 0.0) {
+            problems.push(format!("{at}: {key} is {value}, allowed is >= 0"));
+        }
+    }
+    if let Some(wall) =
+        section.wall.as_ref().filter(|wall| !(wall.stiffness > 0.0 && wall.position.is_finite()))
+    {
+        problems.push(format!(
+            "{at}: its wall stands at {} and has a stiffness of {}: give it a finite place and a stiffness > 0",
+            wall.position, wall.stiffness
+        ));
+    }
+    let of_plant =
+        plant.check().and_then(|()| section.joint().check()).map_err(|error| error.within("plant"));
     let of_sensors = sensor
         .iter()
         .map(|(signal, sensor)| sensor.check().map_err(|error| error.within(&format!("sensor.{signal}"))));

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use dimsart_core::AxisKind;
 use serde::{Deserialize, Serialize};
 
+use super::{AxisHand, AxisSpring, AxisWall};
 use crate::plant::{JointParameters, SensorParameters};
 use crate::watch::Ranges;
 
@@ -48,6 +49,15 @@ pub struct AxisSection {
     /// What is wrong with its sensors, by the type that they show; one that is left out shows the truth.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sensor: BTreeMap<String, SensorParameters>,
+    /// What it meets on one side; a stop of the `plant` by another name.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall: Option<AxisWall>,
+    /// What it is attached to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spring: Option<AxisSpring>,
+    /// Who holds it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub hand: Option<AxisHand>,
 }
 
 /// What an axis is measured in.

@@ -6,6 +6,8 @@ use serde::{Deserialize, Serialize};
 
 /// `on` of a move that pushes the axis, not a signal.
 pub const LOAD: &str = "load";
+/// `on` of a move of where the hand wants to be.
+pub const HAND: &str = "hand";
 
 /// `[experiment]`.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
@@ -25,7 +27,7 @@ pub struct MoveSection {
     /// The axis, from 0.
     #[serde(default)]
     pub axis: usize,
-    /// A reference that the device [measures](super::DeviceSection::measures), or [`LOAD`].
+    /// A reference that the device [measures](super::DeviceSection::measures), [`LOAD`] or [`HAND`].
     pub on: String,
     /// Jumps.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -1,4 +1,4 @@
-//! What the joint moves: an inertia with damping, under gravity.
+//! What the joint moves: an inertia with damping, under gravity, on a spring to ground.
 
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
 use serde::{Deserialize, Serialize};
@@ -25,6 +25,12 @@ pub struct LoadParameters {
     /// Weight along a sliding output, `N`, positive towards smaller positions.
     #[serde(default)]
     pub gravity_force_n: f64,
+    /// Of a spring to ground, `N m/rad` (`N/m`), >= 0.
+    #[serde(default)]
+    pub stiffness: f64,
+    /// Where that spring is relaxed, `rad` (`m`).
+    #[serde(default)]
+    pub rest_position: f64,
 }
 
 impl LoadParameters {
@@ -38,6 +44,8 @@ impl LoadParameters {
             gravity_torque_nm: 0.0,
             gravity_angle_rad: 0.0,
             gravity_force_n: 0.0,
+            stiffness: 0.0,
+            rest_position: 0.0,
         }
     }
 
@@ -47,17 +55,22 @@ impl LoadParameters {
         finite("start_position", self.start_position)?;
         finite("gravity_torque_nm", self.gravity_torque_nm)?;
         finite("gravity_angle_rad", self.gravity_angle_rad)?;
-        finite("gravity_force_n", self.gravity_force_n)
+        finite("gravity_force_n", self.gravity_force_n)?;
+        not_negative("stiffness", self.stiffness)?;
+        finite("rest_position", self.rest_position)
     }
 
-    /// `N m` or `N`.
-    pub(super) fn gravity(&self, position: f64) -> f64 {
-        -self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad) - self.gravity_force_n
+    /// By gravity and the spring, `N m` or `N`.
+    pub(super) fn potential_force(&self, position: f64) -> f64 {
+        self.stiffness * (self.rest_position - position)
+            - self.gravity_torque_nm * libm::sin(position - self.gravity_angle_rad)
+            - self.gravity_force_n
     }
 
     /// Potential energy, `J`.
     pub(super) fn potential_j(&self, position: f64) -> f64 {
-        self.gravity_force_n * position
+        let stretch = position - self.rest_position;
+        0.5 * self.stiffness * stretch * stretch + self.gravity_force_n * position
             - self.gravity_torque_nm * libm::cos(position - self.gravity_angle_rad)
     }
 }

@@ -3,7 +3,7 @@
 //! ```text
 //!   rigid:     (M + N² e J) q'' = N e τ_rotor + τ_out                 θ = N q
 //!   flexible:  M q'' = τ + τ_out,   J θ'' = τ_rotor - τ/(N e),        τ = K (θ/N - q) + D (θ'/N - q')
-//!   τ_rotor = τ_motor - friction,   τ_out = load + gravity + stops - damping - friction
+//!   τ_rotor = τ_motor - friction,   τ_out = load + gravity + spring + stops - damping - friction
 //! ```
 //! `e` is the gear's efficiency, or one over it when the load drives (Spong, "Modeling and control of elastic joint
 //! robots", ASME J. Dynamic Systems, Measurement, and Control 109, 1987, for the flexible joint).
@@ -168,8 +168,9 @@ impl Mechanics {
 
     fn drive(&self, inputs: &Inputs, state: &State, mode: &Mode) -> Drive {
         let stop = |stops: &StopsParameters| stops.force(mode.stop, state.position, state.velocity);
-        let outer = inputs.load + self.load.gravity(state.position) + self.stops.as_ref().map_or(0.0, stop)
-            - self.resistance(inputs, state, mode.output).0;
+        let outer =
+            inputs.load + self.load.potential_force(state.position) + self.stops.as_ref().map_or(0.0, stop)
+                - self.resistance(inputs, state, mode.output).0;
         let motor_nm = self.motor.torque_nm(inputs.wanted_nm, state);
         match &self.flexible {
             Some(flexible) => self.flexible_drive(flexible, state, mode, motor_nm, outer),

@@ -60,6 +60,7 @@ fn paces(mechanics: &Mechanics) -> Vec<Pace> {
     paces.extend([
         decay("load.damping", load.damping),
         natural("load.gravity_torque_nm", load.gravity_torque_nm),
+        natural("load.stiffness", load.stiffness),
         Pace::of("friction.stribeck_velocity", friction.stribeck_velocity, steepest / moved),
         decay("friction.viscous", friction.viscous),
         natural("friction.presliding_stiffness", friction.presliding_stiffness),
