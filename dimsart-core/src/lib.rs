@@ -55,6 +55,8 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+// By this name, modules of a project of one's own know the crate, whose part they become.
+extern crate self as dimsart_core;
 #[cfg(test)]
 extern crate std;
 

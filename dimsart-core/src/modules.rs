@@ -20,6 +20,8 @@ pub mod wave_impedance;
 mod wave_integral;
 pub mod wave_transformer;
 
+use crate::{Kind, ModuleList};
+
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
 pub use differentiator::Differentiator;
@@ -37,10 +39,35 @@ pub use virtual_wall::VirtualWall;
 pub use wave_impedance::WaveImpedance;
 pub use wave_transformer::WaveTransformer;
 
+include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
+
+/// Every module there is: those of the [library](Library), and behind them those of a project of one's own, whose list the
+/// build finds by `DIMSART_MODULES`.
+#[derive(Debug)]
+pub enum Standard {}
+
+impl ModuleList for Standard {
+    const KINDS: &'static [Kind] = &ALL;
+}
+
+#[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+const ALL: [Kind; Library::KINDS.len() + OWN.len()] = {
+    let mut all = [Library::KINDS[0]; Library::KINDS.len() + OWN.len()];
+    let mut place = 0;
+    while place < all.len() {
+        all[place] = match place.checked_sub(Library::KINDS.len()) {
+            Some(own) => OWN[own],
+            None => Library::KINDS[place],
+        };
+        place += 1;
+    }
+    all
+};
+
 crate::module_list! {
     /// Every module of the library. A new one is a file above and a line here, with the feature that leaves it out of
     /// an image. P and the generator stay: with them the costs of an image are worked out.
-    pub enum Standard {
+    pub enum Library {
         CommRx(CommRx) if "teleoperation",
         CommTx(CommTx) if "teleoperation",
         WaveTransformer(WaveTransformer) if "teleoperation",

@@ -8,6 +8,7 @@ pub mod linear_loop;
 mod one_side;
 pub mod perceived_stiffness;
 pub mod phases;
+#[cfg(feature = "command")]
 pub mod pictures;
 pub mod port_energy;
 pub mod round_trips;
@@ -46,9 +47,11 @@ use crate::pace::{Pace, SystemClock};
 use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
+#[cfg(feature = "command")]
 use crate::report::TickMap;
 use crate::rig::{End, Probe, Rig};
 use crate::scenario::Scenario;
+#[cfg(feature = "command")]
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Watch};
 
@@ -81,6 +84,7 @@ pub struct Run {
     /// The signals.
     pub recording: Recording,
     /// What happens in a tick, by controller.
+    #[cfg(feature = "command")]
     pub tick_maps: Vec<TickMap>,
     /// When what happened.
     pub phases: Phases,
@@ -292,8 +296,6 @@ impl Experiment {
         let real_time = side.zip(pace).map(|(side, pace)| self.real_time(side, &pace, &mut faults));
         // The channel's energy takes the waves of both ends.
         let energy_min_j = energy.smallest_j().filter(|_| side.is_none());
-        let tick_maps = self.rig.stations().iter();
-        let tick_maps = tick_maps.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &perceived, faults);
         let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
         let outcome = outcome.with_received(stations().filter_map(reception::received).collect());
@@ -303,7 +305,11 @@ impl Experiment {
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),
-            tick_maps,
+            #[cfg(feature = "command")]
+            tick_maps: {
+                let stations = self.rig.stations().iter();
+                stations.map(|station| tick_map(&station.name, station.dimsart.engine())).collect()
+            },
             phases: self.phases,
             media,
             broken,

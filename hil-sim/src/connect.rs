@@ -31,6 +31,7 @@ mod transaction;
 mod unsolicited;
 
 pub use command::CommandOutcome;
+#[cfg(feature = "command")]
 pub(crate) use description::range_text;
 pub use description::{Identity, ValueText};
 pub use device::Device;

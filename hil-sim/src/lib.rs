@@ -57,12 +57,16 @@
 #![forbid(unsafe_code)]
 
 pub mod bilateral;
+#[cfg(feature = "command")]
 pub mod budget;
 pub mod bus;
 pub mod bus_plan;
+#[cfg(feature = "command")]
 pub mod cli;
 pub mod connect;
+#[cfg(feature = "command")]
 pub mod cycles;
+#[cfg(feature = "command")]
 pub mod dbc;
 pub mod emulated;
 pub mod fault_table;
@@ -79,13 +83,17 @@ pub mod plant;
 mod reception;
 pub mod recorder;
 pub mod recording;
+#[cfg(feature = "command")]
 pub mod report;
 pub mod response;
 pub mod rig;
 pub mod rig_file;
 pub mod scenario;
 pub mod schemes;
+#[cfg(feature = "command")]
 pub mod stamp;
+#[cfg(feature = "command")]
 pub mod sweep;
+#[cfg(feature = "command")]
 pub mod tick_map;
 pub mod watch;

@@ -13,6 +13,7 @@ mod instrumented;
 mod loop_gain;
 mod motion;
 mod outcome;
+#[cfg(feature = "command")]
 mod pictures;
 mod probe;
 mod step_response;
@@ -27,6 +28,7 @@ pub use error::ResponseError;
 pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome};
+#[cfg(feature = "command")]
 pub use pictures::{figures, file_stems};
 
 use follow::{FOLLOWS, Follow, followed};
@@ -41,10 +43,12 @@ use crate::outcome::Received;
 use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
+#[cfg(feature = "command")]
 use crate::report::TickMap;
 use crate::rig::{End, Rig, SimulatedDimsart, Station};
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
 use crate::schemes::{self, SIDES, SchemeText};
+#[cfg(feature = "command")]
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Ranges, Watch};
 
@@ -85,6 +89,7 @@ pub struct Run {
     /// The signals.
     pub recording: Recording,
     /// What happens in a tick, by controller.
+    #[cfg(feature = "command")]
     pub tick_maps: Vec<TickMap>,
 }
 
@@ -245,9 +250,15 @@ impl Experiment {
             refused_packets,
             faults,
         };
-        let stations = self.rig.stations().iter();
-        let tick_maps = stations.map(|station| tick_map(&station.name, station.dimsart.engine())).collect();
-        Run { outcome, recording: self.recorder.map(Recorder::finish).unwrap_or_default(), tick_maps }
+        Run {
+            outcome,
+            #[cfg(feature = "command")]
+            tick_maps: {
+                let stations = self.rig.stations().iter();
+                stations.map(|station| tick_map(&station.name, station.dimsart.engine())).collect()
+            },
+            recording: self.recorder.map(Recorder::finish).unwrap_or_default(),
+        }
     }
 }
 

@@ -4,7 +4,8 @@ use crate::link::Address;
 use crate::scenario::{Scenario, SideSection};
 
 /// One of the two ends of the line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
 pub enum Side {
     /// The operator's end.
     Master,
