@@ -63,6 +63,12 @@ pub trait Board: Sized {
     /// all is a panic with the reason: the panic handler brings the device to rest and reports it.
     fn start() -> Parts<Self>;
 
+    /// [`OUTPUTS`](Self::OUTPUTS), once the board is [started](Self::start) and has learned what its device measures.
+    #[must_use]
+    fn outputs() -> &'static [&'static DataType] {
+        Self::OUTPUTS
+    }
+
     /// Puts the actuators into their safe state: no force, power stage off.
     ///
     /// Cannot fail and cannot wait. It stays that way until [`Joints::write`] is called again.

@@ -114,6 +114,10 @@ impl Board for Mps2An386 {
     type Flash = flash::FileFlash;
     type Idle = host::Host;
 
+    fn outputs() -> &'static [&'static DataType] {
+        host::outputs()
+    }
+
     #[expect(clippy::panic, reason = "the panic handler brings the device to rest and says so")]
     fn start() -> Parts<Self> {
         let Some(mut peripherals) = Peripherals::take() else { panic!("the board was started twice") };

@@ -5,7 +5,7 @@
 //! section = tag u8 | length u16 | bytes
 //! ```
 //! Little endian; at most [`MAX_FRAME_BYTES`] in all. The host speaks first. Its first frame says what
-//! device the board is to drive ([`Tag::Device`], one byte per axis: 0 linear, 1 rotary) and is answered
+//! device the board is to drive ([`Tag::Device`], one byte per axis: 0 linear, 1 rotary; [`Tag::Types`]) and is answered
 //! by a [`Tag::Hello`]. From then on every frame of the host is one tick, and every answer is what
 //! came of that tick: nothing is ever in flight, so results do not depend on how fast either side is.
 //!
@@ -16,7 +16,7 @@ use crate::encode::encode_into;
 use crate::safety::Tick;
 
 /// Version of the exchange, the first byte of a [`Tag::Hello`].
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;
 /// Longest frame.
 pub const MAX_FRAME_BYTES: usize = 16_384;
 /// Most packets of all links in one frame of the host: a board takes each of them in that tick.
@@ -49,6 +49,8 @@ pub enum Tag {
     /// Board to host, in its last frame: the firmware stopped by a panic, a fault or its watchdog, and these are the words
     /// that its actuators are left with, u32 each. The second of the [`Stamps`](Self::Stamps) behind them is when.
     Stopped = 8,
+    /// Host to board, first frame: the types that the device measures, their ids, u16 each; without it, `POSITION`.
+    Types = 9,
     /// A whole packet of link 0.
     Link0 = 16,
     /// A whole packet of link 1.
@@ -56,7 +58,7 @@ pub enum Tag {
 }
 
 impl Tag {
-    const ALL: [Self; 10] = [
+    const ALL: [Self; 11] = [
         Self::Device,
         Self::Hello,
         Self::Words,
@@ -65,6 +67,7 @@ impl Tag {
         Self::Stamps,
         Self::Signals,
         Self::Stopped,
+        Self::Types,
         Self::Link0,
         Self::Link1,
     ];

@@ -86,7 +86,7 @@ static NO_LIMITS: [&[InputLimits]; Selected::INPUTS.len()] = [&[InputLimits::NON
 #[inline(never)]
 pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
     let period_s = 1.0 / boards::TICK_HZ as f32;
-    let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::OUTPUTS, Selected::INPUTS);
+    let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::outputs(), Selected::INPUTS);
     let (limits, output_limits) = match IGNORES_LIMITS.load(Ordering::Relaxed) {
         true => (NO_LIMITS.as_slice(), NO_OUTPUT_LIMITS.as_slice()),
         false => (Selected::LIMITS, Selected::OUTPUT_LIMITS),

@@ -18,6 +18,7 @@ mod pictures;
 mod probe;
 mod step_response;
 
+use std::fs::File;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Instant;
@@ -37,6 +38,7 @@ use loop_gain::UNDECIDED;
 use motion::Motion;
 use probe::{AtRest, Disturbance};
 
+use crate::emulated::{Board, Image};
 use crate::limit_cycle::{LimitCycle, Swings};
 use crate::link::InProcess;
 use crate::outcome::Received;
@@ -88,6 +90,8 @@ pub struct Run {
     pub outcome: Outcome,
     /// The signals.
     pub recording: Recording,
+    /// What broke the run off before its end, beyond what can happen in it.
+    pub broken: Option<ResponseError>,
     /// What happens in a tick, by controller.
     #[cfg(feature = "command")]
     pub tick_maps: Vec<TickMap>,
@@ -127,6 +131,23 @@ impl Experiment {
         Self { recorder: None, ..self }
     }
 
+    /// Lets every controller run as firmware on an emulated board of its own; `log` gives the file of a device's log.
+    ///
+    /// # Errors
+    /// [`ResponseError::Emulated`] when image or emulator are not there or not the right ones.
+    pub fn emulate(
+        &mut self,
+        image: &Image,
+        mut log: impl FnMut(&str) -> Option<File>,
+    ) -> Result<(), ResponseError> {
+        for station in self.rig.stations_mut() {
+            let device = station.name.clone();
+            let board = Board::start(image, &mut station.dimsart, None, log(&device));
+            station.move_to(board.map_err(|source| ResponseError::Emulated { device, source })?);
+        }
+        Ok(())
+    }
+
     /// The rig, to look at or to change before it runs.
     pub fn rig_mut(&mut self) -> &mut Rig {
         &mut self.rig
@@ -152,7 +173,7 @@ impl Experiment {
         let start = Instant::now();
         let mut watch = Watch::new(&self.rig, self.ranges.iter().copied());
         let mut faults = self.unstable_loops();
-        let mut is_stable = faults.is_empty();
+        let (mut is_stable, mut broken) = (faults.is_empty(), None);
         let half_tick_s = 0.5 * self.rig.period_s();
         while self.rig.time_s() < self.duration_s - half_tick_s {
             if stop.load(Ordering::Relaxed) {
@@ -163,6 +184,12 @@ impl Experiment {
                 progress(self.rig.time_s());
             }
             self.rig.tick();
+            if let Some((device, source)) = self.rig.trouble() {
+                broken = Some(ResponseError::Emulated { device, source });
+                faults.push(format!("broken off at {:.3} s", self.rig.time_s()));
+                is_stable = false;
+                break;
+            }
             self.look();
             match watch.look(&self.rig) {
                 None => {}
@@ -184,7 +211,7 @@ impl Experiment {
         let is_over = self.rig.time_s() >= self.duration_s - half_tick_s;
         let limit_cycles = if is_over { self.swings.found(&self.rig, &mut faults) } else { Vec::new() };
         is_stable &= !limit_cycles.iter().any(|cycle| cycle.is_chatter);
-        self.finish(start.elapsed().as_secs_f64(), is_stable, limit_cycles, faults)
+        Run { broken, ..self.finish(start.elapsed().as_secs_f64(), is_stable, limit_cycles, faults) }
     }
 
     /// Has all that measures look at the present tick.
@@ -252,6 +279,7 @@ impl Experiment {
         };
         Run {
             outcome,
+            broken: None,
             #[cfg(feature = "command")]
             tick_maps: {
                 let stations = self.rig.stations().iter();
@@ -260,6 +288,14 @@ impl Experiment {
             recording: self.recorder.map(Recorder::finish).unwrap_or_default(),
         }
     }
+}
+
+/// Runs a rig from its beginning to its end: what a test does.
+///
+/// # Errors
+/// As [`Experiment::new`].
+pub fn run(file: &RigFile) -> Result<Run, ResponseError> {
+    Ok(Experiment::new(file)?.run(&AtomicBool::new(false), |_time_s| ()))
 }
 
 /// All devices with their controllers, and the links between them.

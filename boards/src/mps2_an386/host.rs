@@ -129,6 +129,8 @@ pub struct Host {
     frame: &'static mut Frame,
     packets_in: Giver<Numbered>,
     packets_out: Taker<Numbered>,
+    /// What the host measures.
+    played: Outputs,
     words_in: usize,
     words_out: usize,
 }
@@ -178,16 +180,25 @@ pub(super) fn connect() -> (Host, Axes, FromHost, ToHost) {
     let (packets_in, to_take) = PACKETS_IN.take().split();
     let (to_give, packets_out) = PACKETS_OUT.take().split();
     let frame = FRAME.take();
-    let mut host = Host { streams, frame, packets_in, packets_out, words_in: 0, words_out: 0 };
+    let mut host = Host { streams, frame, packets_in, packets_out, played: Vec::from_array([PLAYED]), words_in: 0, words_out: 0 };
     let axes = host.greet().unwrap_or_else(|trouble| give_up(&trouble));
     let words = |types: &[&DataType]| types.iter().map(|of| of.shape.words(axes.len())).sum();
-    host.words_in = words(&[PLAYED]);
+    host.words_in = words(&host.played);
     host.words_out = words(Mps2An386::INPUTS);
     (host, axes, FromHost(to_take), ToHost(to_give))
 }
 
-/// What the host measures.
+/// What the host measures unless it says something else.
 const PLAYED: &DataType = types::POSITION;
+
+type Outputs = Vec<&'static DataType, MAX_DEVICE_TYPES>;
+
+/// What the host measures, once it has said so; [`OUTPUTS`] before.
+static ASKED_FOR: Mutex<Cell<&'static [&'static DataType]>> = Mutex::new(Cell::new(OUTPUTS));
+
+pub(super) fn outputs() -> &'static [&'static DataType] {
+    critical_section::with(|section| ASKED_FOR.borrow(section).get())
+}
 
 /// Host-clocked, every tick is in time: the device is the host's alone.
 pub(super) const OUTPUTS: &[&DataType] = if cfg!(feature = "timer-tick") {
@@ -222,9 +233,16 @@ impl Host {
                     // Too many axes are refused with their number as far as it fits.
                     axes = kinds.iter().take(MAX_DOF).map(kind).collect();
                 }
+                (Tag::Types, ids) => {
+                    let (ids, _) = ids.as_chunks::<2>();
+                    let found: Option<Outputs> =
+                        ids.iter().take(MAX_DEVICE_TYPES).map(|id| types::by_id(u16::from_le_bytes(*id))).collect();
+                    self.played = found.ok_or(Trouble::BadFrame)?;
+                }
                 _ => return Err(Trouble::BadFrame),
             }
         }
+        self.publish_types();
         self.frame.clear();
         let mut hello: Vec<u8, 32> = Vec::from_array([VERSION]);
         // Fits: the name is short.
@@ -232,6 +250,16 @@ impl Host {
         self.frame.push(Tag::Hello, &hello)?;
         self.send()?;
         Ok(axes)
+    }
+
+    /// Makes what the host measures, and behind it what the board itself does, the device's.
+    fn publish_types(&self) {
+        static MEASURED_TYPES: ConstStaticCell<Outputs> = ConstStaticCell::new(Outputs::new());
+        let all = MEASURED_TYPES.take();
+        let own = OUTPUTS.iter().filter(|of| of.id != PLAYED.id);
+        // What finds no room, the host misses in the answer.
+        all.extend(self.played.iter().chain(own).copied().take(MAX_DEVICE_TYPES));
+        critical_section::with(|section| ASKED_FOR.borrow(section).set(all));
     }
 
     fn exchange(&mut self) -> Result<(), Trouble> {

@@ -46,9 +46,9 @@ pub(super) struct Run {
     /// Runs controllers as firmware on an emulated board, in lockstep with the simulated devices.
     #[arg(long, value_name = "BOARD", conflicts_with = "side", value_parser = [emulated::BOARD])]
     target: Option<String>,
-    /// Which controllers run on the board; the others run here.
-    #[arg(long, value_name = "SIDE", default_value = "both", requires = "target")]
-    target_side: TargetSide,
+    /// Which controllers of two sides run on the board, all of them when left out; the others run here.
+    #[arg(long, value_name = "SIDE", requires = "target")]
+    target_side: Option<TargetSide>,
     /// Firmware image for the board, instead of the one that `cargo board mps2-an386` has built.
     #[arg(long, value_name = "PATH", requires = "target")]
     image: Option<PathBuf>,
@@ -265,7 +265,7 @@ impl Run {
             report::make_folder(folder)?;
         }
         emulated::share_one_processor();
-        for side in self.target_side.sides() {
+        for side in self.target_side.unwrap_or(TargetSide::Both).sides() {
             let path = folder.join(format!("firmware-{}.log", side.name()));
             let log = (!self.no_report).then(|| File::create(path)).transpose()?;
             experiment.emulate(*side, &image, log)?;

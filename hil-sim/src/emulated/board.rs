@@ -6,7 +6,7 @@ use dimsart_core::exchange::{self, Frame, MAX_PACKETS, Tag};
 use dimsart_core::protocol::{
     KeyBytes, LeaseAction, MAX_FRAME_BYTES, Request, RequestSealer, encode_request, request_id,
 };
-use dimsart_core::{AxisKind, Tick, Word};
+use dimsart_core::{AxisKind, DeviceDescriptor, Tick, Word};
 
 use super::emulator::Emulator;
 use super::upload::{self, CLIENT, Layout};
@@ -70,7 +70,7 @@ impl Board {
         log: Option<File>,
     ) -> Result<Self, EmulatedError> {
         let device = copy.engine().device().clone();
-        let mut wire = Wire::open(image, device.axes(), log)?;
+        let mut wire = Wire::open(image, &device, log)?;
         let layout = upload::upload(&mut wire, copy, key)?;
         Ok(Self { wire, layout, ticks_to_renewal: 0, lease: LeaseAction::Take, began: None })
     }
@@ -181,13 +181,15 @@ impl Board {
 }
 
 impl Wire {
-    fn open(image: &Image, axes: &[AxisKind], log: Option<File>) -> Result<Self, EmulatedError> {
+    fn open(image: &Image, device: &DeviceDescriptor, log: Option<File>) -> Result<Self, EmulatedError> {
         let emulator = Emulator::start(image, log)?;
         let (mut request, answer) = (Frame::new(), Frame::new());
         request.clear();
         let mut wire = Self { emulator, request, answer, packets: 0, has_room: true, sealer: None };
-        let kinds: Vec<u8> = axes.iter().map(|axis| u8::from(*axis == AxisKind::Rotary)).collect();
+        let kinds: Vec<u8> = device.axes().iter().map(|axis| u8::from(*axis == AxisKind::Rotary)).collect();
         wire.send(Tag::Device, &kinds);
+        let ids: Vec<u8> = device.outputs.iter().flat_map(|of| of.id.to_le_bytes()).collect();
+        wire.send(Tag::Types, &ids);
         wire.swap()?;
         let hello = wire.sections(|tag| tag == Tag::Hello).next();
         match hello.and_then(<[u8]>::first) {

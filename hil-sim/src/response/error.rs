@@ -3,6 +3,7 @@
 use dimsart_core::{DescriptorError, StorageError};
 
 use super::motion::SamplesError;
+use crate::emulated::EmulatedError;
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
 use crate::schemes::{Loaded, SchemeFileError};
@@ -50,6 +51,14 @@ pub enum ResponseError {
     /// A file that something moves by.
     #[error(transparent)]
     Samples(#[from] SamplesError),
+    /// The emulated board of a device.
+    #[error("device '{device}': {source}")]
+    Emulated {
+        /// The device.
+        device: String,
+        /// What went wrong.
+        source: EmulatedError,
+    },
     /// What `record.signals` names.
     #[error(transparent)]
     Record(#[from] UnknownSignal),

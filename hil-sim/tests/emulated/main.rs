@@ -20,6 +20,7 @@ mod kept_schemes;
 mod keys;
 mod measured;
 mod patched;
+mod rigs;
 mod run;
 mod same_bits;
 mod same_state;

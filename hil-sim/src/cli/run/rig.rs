@@ -1,11 +1,13 @@
 //! `dimsart run` of a rig file.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
 use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
 use crate::cli::summary;
+use crate::emulated::{self, Image};
 use crate::report::{self, Fact, Report, SignalsFile, Table};
 use crate::response::{AxisOutcome, Experiment, LoopFigures, Outcome, figures, file_stems};
 use crate::rig_file::{RigFile, RigFileError, SHIPPED};
@@ -32,11 +34,10 @@ pub(super) fn read(path: Option<&Path>, sets: &[String]) -> Result<Option<RigFil
 }
 
 pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending {
-    if command.side.is_some() || command.target.is_some() {
-        return Err(
-            "--side and --target are for scenarios of two sides; a rig file runs all its controllers here"
-                .into(),
-        );
+    if command.side.is_some() || command.target_side.is_some() {
+        return Err("--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
+                    with --target all of them as firmware"
+            .into());
     }
     let folder = command.folder();
     if !command.no_report {
@@ -48,6 +49,15 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
         experiment = experiment.without_recording();
     }
     super::fits_memory(experiment.recording_bytes(), file.duration_s)?;
+    if command.target.is_some() {
+        let image = Image::find(command.image.as_deref())?;
+        if !command.no_report {
+            report::make_folder(&folder)?;
+        }
+        emulated::share_one_processor();
+        let log = |device: &str| File::create(folder.join(format!("firmware-{device}.log"))).ok();
+        experiment.emulate(&image, |device| if command.no_report { None } else { log(device) })?;
+    }
     let mut signals = None;
     if !command.no_report {
         let stems = file_stems(file);
@@ -85,7 +95,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
     if command.json {
         writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
     }
-    Ok(command.status(run.outcome.stable))
+    run.broken.map_or(Ok(command.status(run.outcome.stable)), |broken| Err(broken.into()))
 }
 
 fn print(out: &mut dyn Write, outcome: &Outcome) -> std::io::Result<()> {
