@@ -8,6 +8,7 @@ mod dbc;
 mod doctor;
 mod modules;
 mod new_module;
+mod new_project;
 mod run;
 mod stamp;
 mod summary;
@@ -38,7 +39,7 @@ Examples:
   dimsart bus --joints 6             whether a robot's joints fit on a CAN bus
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
-  dimsart new-module damped-spring   the template of a control law of your own
+  dimsart new-project gripper        a project of your own: laws, tests, images
 
 `dimsart COMMAND --help` has more. Exit status: 0 done, 1 an error, 2 wrong usage.";
 
@@ -49,6 +50,7 @@ enum Command {
     Check(check::Check),
     Modules(modules::Modules),
     NewModule(new_module::NewModule),
+    NewProject(new_project::NewProject),
     Connect(connect::Connect),
     Dbc(dbc::Dbc),
     Cycles(cycles::Cycles),
@@ -76,6 +78,7 @@ pub fn main() -> ExitCode {
         Command::Check(check) => check.execute(&mut out),
         Command::Modules(modules) => modules.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
+        Command::NewProject(new_project) => new_project.execute(&mut out),
         Command::Connect(connect) => connect.execute(&mut out),
         Command::Dbc(dbc) => dbc.execute(&mut out),
         Command::Cycles(cycles) => cycles.execute(&mut out),

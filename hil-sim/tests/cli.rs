@@ -267,7 +267,7 @@ fn wrong_usage_ends_with_2_and_shows_the_way() {
 #[test]
 fn every_command_explains_itself_with_examples() {
     let all = out(&["--help"]);
-    for command in ["run", "check", "modules", "new-module"] {
+    for command in ["run", "check", "modules", "new-module", "new-project"] {
         assert!(all.contains(&format!("\n  {command}")), "{all}");
         let help = out(&[command, "--help"]);
         assert!(help.contains(&format!("Usage: dimsart {command}")), "{help}");
@@ -377,6 +377,40 @@ fn a_new_module_is_written_once_and_never_over_another_file() {
     assert!(message.contains("choose another name; nothing was changed"), "{message}");
     assert_eq!(fs::read_to_string(&file).unwrap(), "my own work");
     let message = refused(&["new-module", "spring", "--folder", "no/such/folder"], 1);
-    assert!(message.contains("name a folder with --folder"), "{message}");
+    assert!(message.contains("name another one with --folder"), "{message}");
     assert!(refused(&["new-module", "9x"], 1).contains("'9x' is no name for a module"));
+}
+
+/// That what is made compiles and passes its tests, `cargo xtask test` shows.
+#[test]
+fn a_project_has_its_law_and_takes_more() {
+    let folder = tempfile::tempdir().unwrap();
+    let dimsart = |inside: &str, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        let output = command.args(arguments).current_dir(folder.path().join(inside)).output().unwrap();
+        let text = [output.stdout, output.stderr].concat();
+        (output.status.code(), String::from_utf8(text).unwrap())
+    };
+    let (status, said) = dimsart("", &["new-project", "gripper", "--law", "grip-force"]);
+    assert!(status == Some(0) && said.contains("cargo dimsart run scenarios/grip_force.toml"), "{said}");
+    let read = |path: &str| fs::read_to_string(folder.path().join("gripper").join(path)).unwrap();
+    assert!(read("src/modules/grip_force.rs").contains("\"GRIP_FORCE_MOD\""));
+    let list = read("src/modules/mod.rs");
+    assert!(list.contains("        GripForce(GripForce),\n"), "{list}");
+    let all =
+        ["Cargo.toml", ".cargo/config.toml", "README.md", "tests/grip_force.rs", "schemes/grip_force.scheme"];
+    for text in all.map(read) {
+        assert!(!["template", "PROJECT", "HIL_SIM"].iter().any(|left| text.contains(left)), "{text}");
+    }
+    let (status, said) = dimsart("gripper", &["new-module", "approach"]);
+    assert!(status == Some(0) && said.contains("cargo test --test approach"), "{said}");
+    let longer = read("src/modules/mod.rs");
+    assert!(longer.contains("pub mod approach;\npub mod grip_force;\n"), "{longer}");
+    let (status, said) = dimsart("gripper", &["new-module", "approach"]);
+    assert!(status == Some(1) && said.contains("nothing was changed"), "{said}");
+    assert_eq!(read("src/modules/mod.rs"), longer);
+    let (status, said) = dimsart("", &["new-project", "gripper"]);
+    assert!(status == Some(1) && said.contains("is there already"), "{said}");
+    let (status, said) = dimsart("", &["new-module", "approach"]);
+    assert!(status == Some(1) && said.contains("dimsart new-project"), "{said}");
 }

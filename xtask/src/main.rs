@@ -13,6 +13,7 @@ mod fuzz;
 mod long;
 mod module_groups;
 mod panic_free;
+mod project;
 mod setup;
 mod shell;
 mod stack;

@@ -1,7 +1,9 @@
-//! `dimsart new-module`: writes the template of a new control law.
+//! `dimsart new-module`: writes a new control law with its test, its scheme and its scenario, and registers it.
 //!
-//! The template is a module that the tests compile and run; a new one is a copy with other names.
+//! What is written are copies of templates that the tests compile and run, with other names.
 
+mod names;
+mod register;
 // What is compiled here is the template itself.
 #[cfg(test)]
 #[expect(unreachable_pub, reason = "public where it is copied to")]
@@ -12,167 +14,147 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::ModuleList;
-use dimsart_core::modules::Standard;
 
 use super::Ending;
 
-const TEMPLATE: &str = include_str!("new_module/template.rs");
+pub(super) use names::Names;
 
-/// Words that Rust or the template itself uses: no name for a file or a type.
-const RESERVED: &[&str] = &[
-    "abstract",
-    "as",
-    "async",
-    "await",
-    "become",
-    "box",
-    "break",
-    "const",
-    "context",
-    "continue",
-    "crate",
-    "declare",
-    "do",
-    "dyn",
-    "else",
-    "enum",
-    "extern",
-    "false",
-    "final",
-    "fn",
-    "for",
-    "gains",
-    "gen",
-    "if",
-    "impl",
-    "in",
-    "input",
-    "let",
-    "loop",
-    "macro",
-    "match",
-    "mod",
-    "module",
-    "move",
-    "mut",
-    "output",
-    "override",
-    "parameters",
-    "per_axis",
-    "ports",
-    "priv",
-    "pub",
-    "ref",
-    "return",
-    "self",
-    "static",
-    "struct",
-    "super",
-    "trait",
-    "true",
-    "try",
-    "type",
-    "typeof",
-    "unit",
-    "unsafe",
-    "unsized",
-    "use",
-    "virtual",
-    "where",
-    "while",
-    "words",
-    "yield",
-];
+const LAW: &str = include_str!("new_module/template.rs");
+const TEST: &str = include_str!("new_module/template_loop.rs");
+const SCHEME: &str = include_str!("new_module/template.scheme");
+const SCENARIO: &str = include_str!("new_module/template.toml");
 
-/// Write a new module from the template and say how to register it.
+/// Write a new control law with a test of its loop, and register it.
 ///
-/// The file is a whole module: a spring with one parameter, two inputs and one output. Change the law in `compute`,
-/// then the parameters and ports that it needs.
+/// In a project (`dimsart new-project`) or in the folder of this repository, it writes the law, a spring with one parameter,
+/// two inputs and one output; a scheme with it; a scenario, a joint with a step; and a test that holds the law and the
+/// step to their closed forms. Change the law in `compute`, then what the test expects.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct NewModule {
     /// Name in words, such as `damped-spring`.
     name: String,
-    /// Folder for the file.
-    #[arg(long, default_value = "dimsart-core/src/modules")]
-    folder: PathBuf,
+    /// Writes the law alone into this folder, and registers nothing.
+    #[arg(long)]
+    folder: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
-Example, in the folder of the repository:
-  dimsart new-module damped-spring     writes dimsart-core/src/modules/damped_spring.rs with DAMPED_SPRING_MOD
-  (add the three lines that it prints to dimsart-core/src/modules.rs)
-  cargo run --release -- modules DAMPED_SPRING_MOD";
+Example, in the folder of a project or of the repository:
+  dimsart new-module damped-spring     writes and registers DAMPED_SPRING_MOD
+  cargo test --test damped_spring      its loop, against closed forms
+  dimsart run scenarios/damped_spring.toml";
 
-/// The names of a module, from the words of its name.
-#[derive(Debug, PartialEq, Eq)]
-struct Names {
-    /// `damped_spring`
-    file: String,
-    /// `DampedSpring`
-    kind: String,
-    /// `Damped spring`
-    words: String,
-    /// `DAMPED_SPRING_MOD`
-    module: String,
+/// Where things are.
+struct Place {
+    /// The file with the list of modules, and where its modules are.
+    list: &'static str,
+    modules: &'static str,
+    tests: &'static str,
+    /// From the folder of the test's crate to that of schemes and scenarios.
+    up: &'static str,
+    /// How the crate of the modules calls the core.
+    core: &'static str,
+    /// How a test and the command are called.
+    test: &'static str,
+    command: &'static str,
 }
 
-impl Names {
-    fn new(name: &str) -> Result<Self, String> {
-        let mut words: Vec<String> = name.split(['-', '_', ' ']).map(str::to_lowercase).collect();
-        // Its name in schemes says the same.
-        words.pop_if(|last| last == "mod" && name.len() > "mod".len());
-        let is_word = |word: &String| {
-            word.starts_with(|first: char| first.is_ascii_lowercase())
-                && word.chars().all(|letter| letter.is_ascii_alphanumeric())
-        };
-        let advice = "use words of ASCII letters and digits, such as damped-spring";
-        if !words.iter().all(is_word) {
-            return Err(format!("'{name}' is no name for a module: {advice}"));
-        }
-        let file = words.join("_");
-        if RESERVED.contains(&file.as_str()) {
-            return Err(format!(
-                "'{name}' is taken by the language or the template: add a word, such as my-{name}"
-            ));
-        }
-        let module = format!("{}_MOD", file.to_uppercase());
-        if Standard::KINDS.iter().any(|kind| kind.name == module) {
-            return Err(format!("there is a module {module} already: choose another name"));
-        }
-        let kind = words.iter().map(|word| capitalised(word)).collect();
-        Ok(Self { file, kind, words: capitalised(&words.join(" ")), module })
-    }
-
-    /// The lines that make it part of the library.
-    fn registration(&self) -> [String; 3] {
-        let Self { file, kind, .. } = self;
-        [format!("pub mod {file};"), format!("pub use {file}::{kind};"), format!("{kind}({kind}),")]
-    }
-
-    /// The template with these names, to stand within the core.
-    fn text(&self) -> String {
-        TEMPLATE
-            .replace("TEMPLATE_MOD", &self.module)
-            .replace("//! Template:", &format!("//! {}:", self.words))
-            .replace("Template", &self.kind)
-            .replace("use dimsart_core::", "use crate::")
-    }
-}
+/// A project of one's own, and this repository.
+const PLACES: [Place; 2] = [
+    Place {
+        list: "src/modules/mod.rs",
+        modules: "src/modules",
+        tests: "tests",
+        up: "/",
+        core: "use dimsart_core::",
+        test: "cargo test --test",
+        command: "cargo dimsart",
+    },
+    Place {
+        list: "dimsart-core/src/modules.rs",
+        modules: "dimsart-core/src/modules",
+        tests: "hil-sim/tests",
+        up: "/../",
+        core: "use crate::",
+        test: "cargo test --package hil-sim --test",
+        command: "cargo run --release --",
+    },
+];
 
 impl NewModule {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let names = Names::new(&self.name)?;
-        let path = self.folder.join(format!("{}.rs", names.file));
-        write_new(&path, &names.text()).map_err(|error| advice(&path, &error))?;
-        writeln!(out, "wrote {}", path.display())?;
-        writeln!(out, "register it with these lines, each among its like, in dimsart-core/src/modules.rs:")?;
-        for line in names.registration() {
-            writeln!(out, "  {line}")?;
+        if let Some(folder) = &self.folder {
+            let path = folder.join(format!("{}.rs", names.file));
+            write_new(&path, &names.fill(LAW)).map_err(|error| advice(&path, &error))?;
+            writeln!(out, "wrote {}; register it with these lines, each among its like:", path.display())?;
+            for line in register::lines(&names) {
+                writeln!(out, "  {}", line.trim())?;
+            }
+            return Ok(ExitCode::SUCCESS);
         }
-        writeln!(out, "then see it with `cargo run --release -- modules {}`", names.module)?;
+        let Some(place) = PLACES.iter().find(|place| Path::new(place.list).is_file()) else {
+            let message = "this is neither a project of yours nor the repository: make one with `dimsart new-project NAME` \
+                           and go there, or name a folder with --folder";
+            return Err(message.into());
+        };
+        let list = Path::new(place.list);
+        let text = std::fs::read_to_string(list).map_err(|error| advice(list, &error))?;
+        let registered = register::register(&text, &names).ok_or_else(|| {
+            format!("{} has no list of modules as `dimsart new-project` makes it", list.display())
+        })?;
+        let written = place.write(Path::new(""), &names)?;
+        std::fs::write(list, registered).map_err(|error| advice(list, &error))?;
+        for path in &written {
+            writeln!(out, "wrote {}", path.display())?;
+        }
+        let Names { file, module, .. } = &names;
+        let Place { test, command, modules, .. } = place;
+        writeln!(
+            out,
+            "registered {module} in {}\n\nNext:\n  \
+             {test} {file:24} its loop, against closed forms\n  \
+             {command} run scenarios/{file}.toml\n  \
+             {command} modules {module}\n\nThe law is `compute` in {modules}/{file}.rs.",
+            list.display()
+        )?;
         Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Writes the first law of a new project and what goes with it.
+///
+/// # Errors
+/// What cannot be written, or is there already.
+pub(super) fn write_first(folder: &Path, names: &Names) -> Result<(), String> {
+    let [project, _] = &PLACES;
+    project.write(folder, names).map(drop)
+}
+
+impl Place {
+    /// Writes all of it or, where a file is there already, nothing.
+    fn write(&self, folder: &Path, names: &Names) -> Result<Vec<PathBuf>, String> {
+        let file = &names.file;
+        let law = names.fill(LAW).replace("use dimsart_core::", self.core);
+        let test = names.fill(TEST).replace("\"/../", &format!("\"{}", self.up));
+        let files = [
+            (format!("{}/{file}.rs", self.modules), law),
+            (format!("schemes/{file}.scheme"), names.fill(SCHEME)),
+            (format!("scenarios/{file}.toml"), names.fill(SCENARIO)),
+            (format!("{}/{file}.rs", self.tests), test),
+        ];
+        let files = files.map(|(path, text)| (folder.join(path), text));
+        if let Some((there, _)) = files.iter().find(|(path, _)| path.exists()) {
+            return Err(format!(
+                "{} is there already: choose another name; nothing was changed",
+                there.display()
+            ));
+        }
+        for (path, text) in &files {
+            write_new(path, text).map_err(|error| advice(path, &error))?;
+        }
+        Ok(files.map(|(path, _)| path).to_vec())
     }
 }
 
@@ -185,15 +167,10 @@ fn write_new(path: &Path, text: &str) -> io::Result<()> {
 fn advice(path: &Path, error: &io::Error) -> String {
     let next = match error.kind() {
         io::ErrorKind::AlreadyExists => "choose another name; nothing was changed",
-        io::ErrorKind::NotFound => "run it in the folder of the repository, or name a folder with --folder",
+        io::ErrorKind::NotFound => "make the folder, or name another one with --folder",
         _ => "name another folder with --folder",
     };
     format!("cannot write {}: {error}; {next}", path.display())
-}
-
-fn capitalised(word: &str) -> String {
-    let mut letters = word.chars();
-    letters.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(letters).collect()
 }
 
 #[cfg(test)]
@@ -221,47 +198,5 @@ mod tests {
         let measured = [0.25, 0.5, 0.75, 0.25].map(Word::from);
         assert_eq!(dimsart.tick(&measured, &mut force), Tick::Ran);
         assert_eq!(force, [500.0, -250.0].map(Word::from));
-    }
-
-    #[test]
-    fn a_new_module_is_the_template_under_its_own_names() {
-        let names = Names::new("Damped spring").unwrap();
-        assert_eq!((names.file.as_str(), names.module.as_str()), ("damped_spring", "DAMPED_SPRING_MOD"));
-        assert_eq!(Names::new("DAMPED_SPRING_MOD").unwrap(), names);
-        let text = names.text();
-        assert!(text.starts_with("//! Damped spring: "), "{text}");
-        assert!(!text.to_lowercase().contains("template") && !text.contains("dimsart_core"), "{text}");
-        assert_eq!(text.matches("DampedSpring").count(), TEMPLATE.matches("Template").count() - 1);
-        // Under the template's own names it is the template again: no line comes or goes.
-        let again = text.replace("DAMPED_SPRING_MOD", "TEMPLATE_MOD").replace("DampedSpring", "Template");
-        let again = again.replace("//! Damped spring:", "//! Template:").replace("crate::", "dimsart_core::");
-        assert_eq!(again, TEMPLATE);
-    }
-
-    #[test]
-    fn a_module_is_registered_like_those_that_are() {
-        let library = include_str!("../../../dimsart-core/src/modules.rs");
-        let text = || String::new();
-        let p = Names { file: "p".into(), kind: "P".into(), words: text(), module: text() };
-        for line in p.registration() {
-            assert!(library.lines().any(|found| found.trim() == line), "{line}");
-        }
-    }
-
-    #[test]
-    fn a_name_that_would_not_compile_is_refused_with_a_way_out() {
-        for (name, way_out) in [
-            ("9x", "use words"),
-            ("", "use words"),
-            ("damped--spring", "use words"),
-            ("Ünwucht", "use words"),
-            ("type", "add a word, such as my-type"),
-            ("per-axis", "add a word"),
-            ("Input", "add a word"),
-            ("pdctrl", "there is a module PDCTRL_MOD already"),
-        ] {
-            let message = Names::new(name).unwrap_err();
-            assert!(message.contains(way_out), "{name}: {message}");
-        }
     }
 }

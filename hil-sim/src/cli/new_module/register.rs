@@ -1,0 +1,62 @@
+//! Puts a module into a list of modules: its file, its type, and its place in the list.
+
+use super::names::Names;
+
+/// What a list begins with, and its last line.
+const LIST: &str = "pub enum ";
+const LIST_END: &str = "    }";
+
+/// The lines that make it part of a list.
+pub(super) fn lines(names: &Names) -> [String; 3] {
+    let Names { file, kind, .. } = names;
+    [format!("pub mod {file};"), format!("pub use {file}::{kind};"), format!("        {kind}({kind}),")]
+}
+
+/// The text of a file with a [list of modules](dimsart_core::module_list) that has the module, too; none for a file that
+/// has no such list.
+pub(super) fn register(text: &str, names: &Names) -> Option<String> {
+    let mut rows: Vec<String> = text.lines().map(str::to_owned).collect();
+    let [module, use_of_it, entry] = lines(names);
+    for (start, row) in [("pub mod ", module), ("pub use ", use_of_it)] {
+        let is_like = |other: &String| other.starts_with(start);
+        let after = |other: &String| is_like(other) && *other > row;
+        let place = rows.iter().position(after).or_else(|| Some(rows.iter().rposition(is_like)? + 1))?;
+        rows.insert(place, row);
+    }
+    let list = rows.iter().rposition(|row| row.trim_start().starts_with(LIST) && row.ends_with('{'))?;
+    let end = rows.iter().skip(list).position(|row| row == LIST_END)? + list;
+    rows.insert(end, entry);
+    Some(rows.join("\n") + "\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The library's own list, and that of a project.
+    #[test]
+    fn a_module_comes_into_both_lists_among_its_like_and_at_the_end() {
+        let names = Names::new("lead lag").unwrap();
+        let library = include_str!("../../../../dimsart-core/src/modules.rs");
+        let project = include_str!("../new_project/modules.rs");
+        for text in [library, project] {
+            let registered = register(text, &names).unwrap();
+            for line in lines(&names) {
+                assert_eq!(registered.lines().filter(|row| **row == line).count(), 1, "{line}");
+            }
+            let without: Vec<&str> =
+                registered.lines().filter(|row| !lines(&names).contains(&(*row).to_owned())).collect();
+            assert_eq!(without, text.lines().collect::<Vec<_>>());
+            let mods: Vec<&str> = registered.lines().filter(|row| row.starts_with("pub mod ")).collect();
+            assert!(mods.is_sorted(), "{mods:?}");
+        }
+        let entries = register(library, &names).unwrap();
+        let last = entries.lines().rev().find(|row| row.starts_with("        ")).unwrap();
+        assert_eq!(last, "        LeadLag(LeadLag),");
+    }
+
+    #[test]
+    fn a_file_without_a_list_is_left_alone() {
+        assert_eq!(register("fn main() {}\n", &Names::new("lead lag").unwrap()), None);
+    }
+}

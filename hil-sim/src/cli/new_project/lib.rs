@@ -1,0 +1,4 @@
+//! Control laws for DIMSART.
+#![no_std]
+
+pub mod modules;
