@@ -10,8 +10,10 @@
 //! section of its name; a scenario chooses it by `environment = "name"`. A plant of another kind than independent
 //! axes is a file here that implements [`Plant`], and a line in `bilateral/station.rs`, which builds it.
 
+mod arm;
 mod axis;
 mod axis_wise;
+mod coupled;
 mod device;
 mod environment;
 mod hand;
@@ -30,8 +32,10 @@ mod transition;
 mod transitions;
 mod wall;
 
+pub use arm::{Arm, ArmParameters, Chain, LinkKind, LinkParameters};
 pub use axis::Axis;
 pub use axis_wise::AxisWise;
+pub use coupled::{Axes, Coupled, CoupledAxisState, Dynamics, Matrix, Mechanism, Tip};
 pub use device::DeviceParameters;
 pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
