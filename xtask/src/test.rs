@@ -93,8 +93,9 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("two engines, emulated", two_engines::run)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {
-        for script in ["tests/oracle/two_sided_loop.py", "tests/oracle/joint.py"] {
-            run(command(setup::python()?, ["-B", script, "--out"]).arg(&oracle))?;
+        for name in ["two_sided_loop", "joint", "arm"] {
+            let script = format!("tests/oracle/{name}.py");
+            run(command(setup::python()?, ["-B", &script, "--out"]).arg(&oracle))?;
         }
         Ok(())
     })?;
