@@ -22,6 +22,7 @@ mod joint;
 mod motor;
 mod obstacle;
 mod parameter;
+mod phantom;
 #[cfg(test)]
 mod physics;
 mod registry;
@@ -48,6 +49,7 @@ pub use joint::{
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
+pub use phantom::{Linkage, LinkageParameters, Phantom, PhantomParameters, PhantomPort};
 pub use sensor::{Sensor, SensorParameters};
 pub use spring::{Spring, SpringParameters};
 pub use wall::{RIGID_STIFFNESS_N_PER_M, Wall, WallParameters, WallSide};

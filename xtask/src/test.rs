@@ -93,7 +93,7 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("two engines, emulated", two_engines::run)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {
-        for name in ["two_sided_loop", "joint", "arm"] {
+        for name in ["two_sided_loop", "joint", "arm", "phantom"] {
             let script = format!("tests/oracle/{name}.py");
             run(command(setup::python()?, ["-B", &script, "--out"]).arg(&oracle))?;
         }

@@ -85,7 +85,12 @@ impl ArmParameters {
             actuators.push(link.actuator(&path));
             if let Some(ends) = &link.stops {
                 let direction = core::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
-                stops.push(Stop { path: format!("{path}.stops"), direction, ends: ends.clone() });
+                stops.push(Stop {
+                    stiffness_path: format!("{path}.stops.stiffness"),
+                    damping_path: format!("{path}.stops.damping"),
+                    direction,
+                    ends: ends.clone(),
+                });
             }
         }
         Coupled::new(Chain::of(self), actuators, stops)

@@ -215,7 +215,8 @@ impl<M: Mechanism> Coupled<M> {
         dynamics
     }
 
-    fn axes_of(&self, values: &[f64]) -> Axes {
+    /// As many values as it has axes; missing ones are 0.
+    pub(super) fn axes_of(&self, values: &[f64]) -> Axes {
         let mut axes = [0.0; MAX_DOF];
         for (axis, value) in axes.iter_mut().take(self.axes()).zip(values) {
             *axis = *value;

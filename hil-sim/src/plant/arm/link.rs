@@ -157,7 +157,7 @@ impl LinkParameters {
 
     pub(super) fn actuator(&self, path: &str) -> Actuator {
         Actuator {
-            path: format!("{path}."),
+            viscous_path: format!("{path}.viscous"),
             inertia: self.motor_inertia,
             viscous: self.viscous,
             coulomb: self.coulomb,

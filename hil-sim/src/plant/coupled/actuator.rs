@@ -3,8 +3,8 @@
 /// A source of torque with a limit, the inertia of its motor, and the friction of the joint.
 #[derive(Debug, Clone)]
 pub(in crate::plant) struct Actuator {
-    /// Of its parameters, for errors.
-    pub(in crate::plant) path: String,
+    /// Where `viscous` stands, for errors.
+    pub(in crate::plant) viscous_path: String,
     /// Of the motor, seen from the joint, `kg m²` or `kg`.
     pub(in crate::plant) inertia: f64,
     /// `N m s/rad` or `N s/m`.

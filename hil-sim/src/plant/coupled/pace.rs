@@ -31,25 +31,25 @@ pub(super) fn check<M: Mechanism>(coupled: &Coupled<M>) -> Result<(), ParameterE
             let allowed = format!(
                 "what {SUB_STEPS_PER_MS_MAX} sub-steps per millisecond resolve; this takes {sub_steps_per_ms:.0}"
             );
-            outcome = require(&path(), value, sub_steps_per_ms <= SUB_STEPS_PER_MS_MAX, &allowed);
+            outcome = require(path, value, sub_steps_per_ms <= SUB_STEPS_PER_MS_MAX, &allowed);
         }
     });
     outcome
 }
 
 /// Calls `see` with the path of each damper and spring, its value, and how fast it lets the machine change, `1/s`.
-fn each<M: Mechanism>(coupled: &Coupled<M>, mut see: impl FnMut(&dyn Fn() -> String, f64, f64)) {
+fn each<M: Mechanism>(coupled: &Coupled<M>, mut see: impl FnMut(&str, f64, f64)) {
     let is_held = core::array::from_fn(|axis| axis >= coupled.axes());
     let factors = Factors::of(&coupled.dynamics(&coupled.state.position, &[0.0; MAX_DOF]).mass, is_held);
     for (axis, actuator) in coupled.actuators.iter().enumerate() {
         let direction: Axes = core::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
         let viscous = actuator.viscous;
-        see(&|| format!("{}viscous", actuator.path), viscous, viscous * factors.mobility(&direction));
+        see(&actuator.viscous_path, viscous, viscous * factors.mobility(&direction));
     }
     for stop in &coupled.stops {
         let mobility = factors.mobility(&stop.direction);
         let (stiffness, damping) = (stop.ends.stiffness, stop.ends.damping);
-        see(&|| format!("{}.stiffness", stop.path), stiffness, (stiffness * mobility).sqrt());
-        see(&|| format!("{}.damping", stop.path), damping, damping * mobility);
+        see(&stop.stiffness_path, stiffness, (stiffness * mobility).sqrt());
+        see(&stop.damping_path, damping, damping * mobility);
     }
 }

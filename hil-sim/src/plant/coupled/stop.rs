@@ -6,8 +6,10 @@ use crate::plant::joint::{Contact, StopsParameters};
 /// A spring-damper at each end of `direction · q`, which pushes and never pulls.
 #[derive(Debug, Clone)]
 pub(in crate::plant) struct Stop {
-    /// Of its stiffness, for errors.
-    pub(in crate::plant) path: String,
+    /// Where its stiffness stands, for errors.
+    pub(in crate::plant) stiffness_path: String,
+    /// Where its damping stands, for errors.
+    pub(in crate::plant) damping_path: String,
     /// Share of each axis in what the stop limits.
     pub(in crate::plant) direction: Axes,
     pub(in crate::plant) ends: StopsParameters,
