@@ -10,8 +10,10 @@
 //! section of its name; a scenario chooses it by `environment = "name"`. A plant of another kind than independent
 //! axes is a file here that implements [`Plant`], and a line in `bilateral/station.rs`, which builds it.
 
+mod arm;
 mod axis;
 mod axis_wise;
+mod coupled;
 mod device;
 mod environment;
 mod hand;
@@ -20,6 +22,7 @@ mod joint;
 mod motor;
 mod obstacle;
 mod parameter;
+mod phantom;
 #[cfg(test)]
 mod physics;
 mod registry;
@@ -30,8 +33,10 @@ mod transition;
 mod transitions;
 mod wall;
 
+pub use arm::{Arm, ArmParameters, Chain, LinkKind, LinkParameters};
 pub use axis::Axis;
 pub use axis_wise::AxisWise;
+pub use coupled::{Axes, Coupled, CoupledAxisState, Dynamics, Matrix, Mechanism, Tip};
 pub use device::DeviceParameters;
 pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
@@ -44,6 +49,7 @@ pub use joint::{
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
+pub use phantom::{Linkage, LinkageParameters, Phantom, PhantomParameters, PhantomPort};
 pub use sensor::{Sensor, SensorParameters};
 pub use spring::{Spring, SpringParameters};
 pub use wall::{RIGID_STIFFNESS_N_PER_M, Wall, WallParameters, WallSide};

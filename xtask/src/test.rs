@@ -98,8 +98,9 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("a project of one's own", project::project)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {
-        for script in ["tests/oracle/two_sided_loop.py", "tests/oracle/joint.py"] {
-            run(command(setup::python()?, ["-B", script, "--out"]).arg(&oracle))?;
+        for name in ["two_sided_loop", "joint", "arm", "phantom"] {
+            let script = format!("tests/oracle/{name}.py");
+            run(command(setup::python()?, ["-B", &script, "--out"]).arg(&oracle))?;
         }
         Ok(())
     })?;

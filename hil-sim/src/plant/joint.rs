@@ -34,6 +34,7 @@ pub use friction::FrictionParameters;
 pub use gear::GearParameters;
 pub use load::LoadParameters;
 pub use motor::JointMotorParameters;
+pub(super) use stops::Contact;
 pub use stops::StopsParameters;
 pub use thermal::ThermalParameters;
 pub use three_phase::ThreePhaseParameters;

@@ -26,7 +26,7 @@ impl Default for StopsParameters {
 
 /// Which stop pushes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Contact {
+pub(in crate::plant) enum Contact {
     Free,
     /// Deep in a stop that cannot follow the output out.
     Released,
@@ -35,14 +35,14 @@ pub(super) enum Contact {
 }
 
 impl StopsParameters {
-    pub(super) fn check(&self) -> Result<(), ParameterError> {
+    pub(in crate::plant) fn check(&self) -> Result<(), ParameterError> {
         require("min", self.min, self.min < f64::INFINITY, "a number, or -inf")?;
         require("max", self.max, self.max > self.min, "above `min`, or inf")?;
         positive("stiffness", self.stiffness)?;
         not_negative("damping", self.damping)
     }
 
-    pub(super) fn contact(&self, position: f64, velocity: f64) -> Contact {
+    pub(in crate::plant) fn contact(&self, position: f64, velocity: f64) -> Contact {
         let (contact, depth, inward) = if position > self.max {
             (Contact::Upper, position - self.max, velocity)
         } else if position < self.min {
@@ -54,7 +54,7 @@ impl StopsParameters {
     }
 
     /// What the stop in `contact` exerts, `N m` or `N`.
-    pub(super) fn force(&self, contact: Contact, position: f64, velocity: f64) -> f64 {
+    pub(in crate::plant) fn force(&self, contact: Contact, position: f64, velocity: f64) -> f64 {
         match contact {
             Contact::Free | Contact::Released => 0.0,
             Contact::Lower => self.stiffness * (self.min - position) - self.damping * velocity,
@@ -63,7 +63,7 @@ impl StopsParameters {
     }
 
     /// How far the output is beyond an end, signed, `rad` or `m`.
-    pub(super) fn beyond(&self, position: f64) -> f64 {
+    pub(in crate::plant) fn beyond(&self, position: f64) -> f64 {
         (position - self.max).max(0.0) - (self.min - position).max(0.0)
     }
 }

@@ -1,0 +1,98 @@
+//! How time goes on: one period of held command after the other.
+
+use super::state::State;
+use super::step::{Outside, Period};
+use super::{Axes, Coupled, Mechanism, Tip, pace, transposed};
+use dimsart_core::limits::MAX_DOF;
+
+/// How often a sub-step may be halved.
+const HALVINGS_MAX: u8 = 10;
+
+impl<M: Mechanism> Coupled<M> {
+    /// Holds `command` (`N m` or `N`, one per axis; missing entries are 0, surplus is ignored) from `start_s` for
+    /// `period_s` and moves on under the outside torques `load(axis, time_s)` (`N m` or `N`, positive towards larger
+    /// positions), in [`SUB_STEPS_MIN`](crate::plant::SUB_STEPS_MIN) sub-steps or more.
+    ///
+    /// A command that is NaN or infinite is applied as it is, as far as the actuator's limit lets it.
+    pub fn advance(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        command: &[f32],
+        load: &dyn Fn(usize, f64) -> f64,
+    ) {
+        let axes = self.axes();
+        let forces = self.limited(self.commanded(command));
+        self.state = self.after(start_s, period_s, forces, &|time_s, _, _| {
+            let mut torques = [0.0; MAX_DOF];
+            for (axis, torque) in torques.iter_mut().take(axes).enumerate() {
+                *torque = load(axis, time_s);
+            }
+            torques
+        });
+        self.actuator_forces = forces;
+    }
+
+    /// The same under a force from outside on the tip (`N`, in the frame of the base), which may depend on where the
+    /// tip is and how it moves: a wall, or a hand.
+    ///
+    /// The sub-steps do not know how stiff it is: [`SUB_STEPS_MIN`](crate::plant::SUB_STEPS_MIN) of them in a period
+    /// of 1 ms follow a spring on a mass up to 300 Hz within 1e-6.
+    pub fn advance_pushed(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        command: &[f32],
+        push: &dyn Fn(&Tip) -> [f64; 3],
+    ) {
+        self.advance_pushed_by(start_s, period_s, self.commanded(command), push);
+    }
+
+    /// [`advance_pushed`](Self::advance_pushed) under torques that are `wanted` of the actuators.
+    pub(in crate::plant) fn advance_pushed_by(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        wanted: Axes,
+        push: &dyn Fn(&Tip) -> [f64; 3],
+    ) {
+        let forces = self.limited(wanted);
+        self.state = self.after(start_s, period_s, forces, &|time_s, position, velocity| {
+            let force_n = push(&self.tip_of(time_s, position, velocity));
+            transposed(&self.mechanism.tip_jacobian(position), &force_n)
+        });
+        self.actuator_forces = forces;
+    }
+
+    fn after(&self, start_s: f64, period_s: f64, actuator_forces: Axes, outside: Outside<'_>) -> State {
+        let sub_steps = pace::sub_steps(self, period_s);
+        let step_s = period_s / sub_steps;
+        let period = Period { coupled: self, actuator_forces, outside };
+        let mut state = self.state;
+        let mut mode = period.mode(start_s, &state);
+        let mut done = 0.0;
+        while done < sub_steps {
+            period.pass(&mut state, &mut mode, start_s + done * step_s, step_s, HALVINGS_MAX);
+            done += 1.0;
+        }
+        state
+    }
+
+    /// The command as torques.
+    fn commanded(&self, command: &[f32]) -> Axes {
+        let mut wanted = [0.0; MAX_DOF];
+        for (wanted, command) in wanted.iter_mut().take(self.axes()).zip(command) {
+            *wanted = f64::from(*command);
+        }
+        wanted
+    }
+
+    /// What the actuators can apply of what is wanted.
+    fn limited(&self, wanted: Axes) -> Axes {
+        let mut forces = wanted;
+        for (force, actuator) in forces.iter_mut().zip(&self.actuators) {
+            *force = force.clamp(-actuator.effort_limit, actuator.effort_limit);
+        }
+        forces
+    }
+}

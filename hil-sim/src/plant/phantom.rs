@@ -1,0 +1,259 @@
+//! The PHANToM Premium 1.5: three axes, moved at its tip.
+//!
+//! Its [linkage] is that of Cavusoglu, Feygin and Tendick (2002). Motors, gears, friction and limits of the
+//! joints are not in their equations of motion; the defaults are those of another public description of the device, made
+//! from its drawings. The two disagree in lengths by 3 %, so that friction and limits are good to that, no better.
+//!
+//! A computer that drives it thinks in forces at the tip. The torques of the motors are `Jᵀ F`, with the Jacobian of
+//! where the device is when the command is taken over; until the next command the torques are held, not the force.
+
+mod linkage;
+#[cfg(test)]
+mod tests;
+
+pub use linkage::{Linkage, LinkageParameters};
+
+use super::coupled::{Actuator, Axes, Coupled, CoupledAxisState, Stop, Tip, transposed};
+use super::joint::{JointEnergy, StopsParameters};
+use super::parameter::{ParameterError, finite, not_negative, positive, positive_or_infinite};
+use dimsart_core::limits::MAX_DOF;
+use serde::{Deserialize, Serialize};
+
+/// What a command is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PhantomPort {
+    /// A force at the tip: x forward, y left, z up, `N`.
+    #[default]
+    Cartesian,
+    /// Torques of the three axes, `N m`.
+    Joint,
+}
+
+/// One PHANToM.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PhantomParameters {
+    /// What a command is.
+    pub port: PhantomPort,
+    /// Bodies and lengths.
+    pub linkage: LinkageParameters,
+    /// At the start, at rest, `rad`.
+    pub start_position_rad: [f64; 3],
+    /// From motor to joint, each > 0.
+    pub gear_ratio: [f64; 3],
+    /// Of each motor, `kg m²`, >= 0.
+    pub rotor_inertia_kg_m2: f64,
+    /// Most that each motor applies, `N m` at the motor, > 0; `inf` for no limit.
+    pub motor_limit_nm: f64,
+    /// Viscous friction of each joint, `N m s/rad`, >= 0.
+    pub viscous_nms_per_rad: f64,
+    /// Dry friction of each joint, sliding and at rest, `N m`, >= 0.
+    pub coulomb_nm: f64,
+    /// Lower end of each axis, `rad`; `-inf` for none.
+    pub min_rad: [f64; 3],
+    /// Upper end of each axis, `rad`; `inf` for none.
+    pub max_rad: [f64; 3],
+    /// How far axis 1 may be below axis 2, `rad`: there the elbow is folded. Negative; `-inf` for no end.
+    pub elbow_min_rad: f64,
+    /// How far axis 1 may be above axis 2, `rad`: there the elbow is stretched. `inf` for no end.
+    pub elbow_max_rad: f64,
+    /// Of each end, `N m/rad`, > 0.
+    pub stop_stiffness_nm_per_rad: f64,
+    /// Of each end, `N m s/rad`, >= 0.
+    pub stop_damping_nms_per_rad: f64,
+}
+
+impl Default for PhantomParameters {
+    /// The device as published. How stiff its ends are is not: 50 N m/rad and 0.3 N m s/rad are assumed.
+    fn default() -> Self {
+        Self {
+            port: PhantomPort::default(),
+            linkage: LinkageParameters::default(),
+            start_position_rad: [0.0; 3],
+            gear_ratio: [13.3, 11.2, 11.2],
+            rotor_inertia_kg_m2: 1.08e-6,
+            motor_limit_nm: 0.129,
+            viscous_nms_per_rad: 5e-4,
+            coulomb_nm: 0.01,
+            min_rad: [-90.0, -124.0, -29.0].map(f64::to_radians),
+            max_rad: [90.0, 119.0, 214.0].map(f64::to_radians),
+            elbow_min_rad: -55_f64.to_radians(),
+            elbow_max_rad: 65_f64.to_radians(),
+            stop_stiffness_nm_per_rad: 50.0,
+            stop_damping_nms_per_rad: 0.3,
+        }
+    }
+}
+
+impl PhantomParameters {
+    /// The same without dry friction and ends of travel. The motors keep their limit; how the links pull at each other
+    /// is not linear.
+    #[must_use]
+    pub fn linear(&self) -> Self {
+        let (min, max) = (f64::NEG_INFINITY, f64::INFINITY);
+        Self {
+            coulomb_nm: 0.0,
+            min_rad: [min; 3],
+            max_rad: [max; 3],
+            elbow_min_rad: min,
+            elbow_max_rad: max,
+            ..self.clone()
+        }
+    }
+
+    /// The linkage alone, as the paper has it: besides, without damping, rotors and a limit of the motors.
+    #[must_use]
+    pub fn ideal(&self) -> Self {
+        Self {
+            rotor_inertia_kg_m2: 0.0,
+            motor_limit_nm: f64::INFINITY,
+            viscous_nms_per_rad: 0.0,
+            ..self.linear()
+        }
+    }
+
+    /// Says whether a device like this can exist, and be simulated.
+    ///
+    /// # Errors
+    /// The first parameter out of its range, or the one that would need too many sub-steps at the start.
+    pub fn check(&self) -> Result<(), ParameterError> {
+        self.build().map(drop)
+    }
+
+    /// The device at rest at its start position.
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn build(&self) -> Result<Phantom, ParameterError> {
+        self.linkage.check().map_err(|error| error.within("linkage"))?;
+        not_negative("rotor_inertia_kg_m2", self.rotor_inertia_kg_m2)?;
+        positive_or_infinite("motor_limit_nm", self.motor_limit_nm)?;
+        not_negative("viscous_nms_per_rad", self.viscous_nms_per_rad)?;
+        not_negative("coulomb_nm", self.coulomb_nm)?;
+        let mut actuators = Vec::new();
+        for (axis, (&gear_ratio, &start_position)) in
+            self.gear_ratio.iter().zip(&self.start_position_rad).enumerate()
+        {
+            positive(&format!("gear_ratio[{axis}]"), gear_ratio)?;
+            finite(&format!("start_position_rad[{axis}]"), start_position)?;
+            actuators.push(Actuator {
+                viscous_path: "viscous_nms_per_rad".to_owned(),
+                inertia: gear_ratio * gear_ratio * self.rotor_inertia_kg_m2,
+                viscous: self.viscous_nms_per_rad,
+                coulomb: self.coulomb_nm,
+                effort_limit: gear_ratio * self.motor_limit_nm,
+                start_position,
+            });
+        }
+        let body = Coupled::new(Linkage::of(&self.linkage), actuators, self.stops()?)?;
+        Ok(Phantom { port: self.port, body })
+    }
+
+    /// Of each axis, and of the elbow.
+    fn stops(&self) -> Result<Vec<Stop>, ParameterError> {
+        positive("stop_stiffness_nm_per_rad", self.stop_stiffness_nm_per_rad)?;
+        not_negative("stop_damping_nms_per_rad", self.stop_damping_nms_per_rad)?;
+        let mut stops = Vec::new();
+        for (axis, (&min, &max)) in self.min_rad.iter().zip(&self.max_rad).enumerate() {
+            let paths = [format!("min_rad[{axis}]"), format!("max_rad[{axis}]")];
+            let direction = core::array::from_fn(|other| if other == axis { 1.0 } else { 0.0 });
+            stops.extend(self.stop(&paths, direction, min, max)?);
+        }
+        let mut across = [0.0; MAX_DOF];
+        for (share, of_axis) in across.iter_mut().zip([0.0, 1.0, -1.0]) {
+            *share = of_axis;
+        }
+        let paths = ["elbow_min_rad", "elbow_max_rad"].map(str::to_owned);
+        stops.extend(self.stop(&paths, across, self.elbow_min_rad, self.elbow_max_rad)?);
+        Ok(stops)
+    }
+
+    /// None where there are no ends.
+    fn stop(
+        &self,
+        [min_path, max_path]: &[String; 2],
+        direction: Axes,
+        min: f64,
+        max: f64,
+    ) -> Result<Option<Stop>, ParameterError> {
+        let ends = StopsParameters {
+            min,
+            max,
+            stiffness: self.stop_stiffness_nm_per_rad,
+            damping: self.stop_damping_nms_per_rad,
+        };
+        ends.check().map_err(|error| {
+            let path = if error.path == "min" { min_path } else { max_path };
+            ParameterError { path: path.clone(), ..error }
+        })?;
+        let stop = Stop {
+            stiffness_path: "stop_stiffness_nm_per_rad".to_owned(),
+            damping_path: "stop_damping_nms_per_rad".to_owned(),
+            direction,
+            ends,
+        };
+        Ok((min.is_finite() || max.is_finite()).then_some(stop))
+    }
+}
+
+/// A PHANToM as it moves.
+#[derive(Debug)]
+pub struct Phantom {
+    port: PhantomPort,
+    body: Coupled<Linkage>,
+}
+
+impl Phantom {
+    /// Holds the torques of `command` (of its [port](PhantomPort); missing entries are 0, surplus is ignored) from
+    /// `start_s` for `period_s` and moves on under the outside force `push` on the tip, `N`, in
+    /// [`SUB_STEPS_MIN`](super::SUB_STEPS_MIN) sub-steps or more.
+    ///
+    /// A command that is NaN or infinite is applied as it is, as far as the motors' limit lets it.
+    pub fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32], push: &dyn Fn(&Tip) -> [f64; 3]) {
+        let mut wanted = [0.0; 3];
+        for (wanted, command) in wanted.iter_mut().zip(command) {
+            *wanted = f64::from(*command);
+        }
+        let torques_nm = match self.port {
+            PhantomPort::Cartesian => transposed(&self.body.tip_jacobian(self.body.positions()), &wanted),
+            PhantomPort::Joint => self.body.axes_of(&wanted),
+        };
+        self.body.advance_pushed_by(start_s, period_s, torques_nm, push);
+    }
+
+    /// What a command is.
+    #[must_use]
+    pub fn port(&self) -> PhantomPort {
+        self.port
+    }
+
+    /// Where the tip is and how it moves, at `time_s`.
+    #[must_use]
+    pub fn tip(&self, time_s: f64) -> Tip {
+        self.body.tip(time_s)
+    }
+
+    /// The truth about an axis now: `rad`, `rad/s`, `N m`.
+    #[must_use]
+    pub fn axis(&self, axis: usize) -> CoupledAxisState {
+        self.body.axis(axis)
+    }
+
+    /// Where the energy is now.
+    #[must_use]
+    pub fn energy(&self) -> JointEnergy {
+        self.body.energy()
+    }
+
+    /// Mass matrix, bias, gravity, kinematics.
+    #[must_use]
+    pub fn body(&self) -> &Coupled<Linkage> {
+        &self.body
+    }
+
+    /// Puts it to these angles and speeds of the axes, `rad` and `rad/s`.
+    pub fn place(&mut self, positions_rad: &[f64; 3], velocities_rad_per_s: &[f64; 3]) {
+        self.body.place(positions_rad, velocities_rad_per_s);
+    }
+}

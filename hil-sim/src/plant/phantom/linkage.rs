@@ -1,0 +1,256 @@
+//! The equations of motion of the PHANToM Premium 1.5.
+//!
+//! M. C. Cavusoglu, D. Feygin, F. Tendick, "A critical study of the mechanical and electrical properties of the PHANToM
+//! haptic interface and improvements for high-performance control", Presence 11(6), 2002. Axis 0 turns the whole device
+//! about the vertical; axis 1 is the angle of the inner link over the horizontal; axis 2 that of the outer link from the
+//! vertical, and because a parallel bar turns the outer link, axis 2 is seen from the base too, not from the inner link.
+//!
+//! Four bodies swing: the outer link `a`, the parallel bar `c`, the inner link with motor and counterweight `be`, the bar
+//! at the shoulder with the other motor `df`; `base` only turns. With `A = l1 (l2 ma + l3 mc)`, the entries of the matrix
+//! of Coriolis terms that the bias below is made of are
+//! `C23 = ½ A cos(q2 - q3) q3'` and `C32 = -½ A cos(q2 - q3) q2'`. A public implementation has `C32` with a plus: with
+//! that `dM/dt - 2 C` would not be skew, and the device would make energy.
+
+use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism};
+use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
+use dimsart_core::limits::MAX_DOF;
+use serde::{Deserialize, Serialize};
+
+/// Lengths, masses and moments of inertia. Those of `be` and `df` are about their pivots, the others about the mass
+/// centres; `x` is across the plane of the links, `y` up, `z` forward with all axes at 0.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct LinkageParameters {
+    /// `l1`, of the inner link, `m`.
+    pub inner_m: f64,
+    /// `l2`, of the outer link, from the elbow to the tip, `m`.
+    pub outer_m: f64,
+    /// `l3`, between inner link and parallel bar, `m`.
+    pub parallel_m: f64,
+    /// `l5`, from the shoulder along the inner link to the mass centre of `be`, `m`; negative: a counterweight.
+    pub inner_centre_m: f64,
+    /// `l6`, from the shoulder to the mass centre of `df`, against the outer link's direction, `m`.
+    pub shoulder_centre_m: f64,
+    /// `ma`, `kg`.
+    pub outer_kg: f64,
+    /// `mc`, `kg`.
+    pub parallel_kg: f64,
+    /// `mbe`, `kg`.
+    pub inner_kg: f64,
+    /// `mdf`, `kg`.
+    pub shoulder_kg: f64,
+    /// `Ia`, `[xx, yy, zz]`, `kg m²`.
+    pub outer_kg_m2: [f64; 3],
+    /// `Ic`, `[xx, yy, zz]`, `kg m²`.
+    pub parallel_kg_m2: [f64; 3],
+    /// `Ibe`, `[xx, yy, zz]`, `kg m²`.
+    pub inner_kg_m2: [f64; 3],
+    /// `Idf`, `[xx, yy, zz]`, `kg m²`.
+    pub shoulder_kg_m2: [f64; 3],
+    /// `Ibase`, about the vertical, `kg m²`.
+    pub base_kg_m2: f64,
+    /// Down, `m/s²`.
+    pub gravity_m_per_s2: f64,
+}
+
+impl Default for LinkageParameters {
+    /// As measured by Cavusoglu, Feygin and Tendick.
+    fn default() -> Self {
+        Self {
+            inner_m: 0.215,
+            outer_m: 0.170,
+            parallel_m: 0.0325,
+            inner_centre_m: -0.0368,
+            shoulder_centre_m: 0.0527,
+            outer_kg: 0.0202,
+            parallel_kg: 0.0249,
+            inner_kg: 0.2359,
+            shoulder_kg: 0.1906,
+            outer_kg_m2: [0.4864e-4, 0.001843e-4, 0.4864e-4],
+            parallel_kg_m2: [0.959e-4, 0.959e-4, 0.0051e-4],
+            inner_kg_m2: [11.09e-4, 10.06e-4, 0.591e-4],
+            shoulder_kg_m2: [7.11e-4, 0.629e-4, 6.246e-4],
+            base_kg_m2: 11.87e-4,
+            gravity_m_per_s2: 9.81,
+        }
+    }
+}
+
+impl LinkageParameters {
+    pub(super) fn check(&self) -> Result<(), ParameterError> {
+        positive("inner_m", self.inner_m)?;
+        positive("outer_m", self.outer_m)?;
+        finite("parallel_m", self.parallel_m)?;
+        finite("inner_centre_m", self.inner_centre_m)?;
+        finite("shoulder_centre_m", self.shoulder_centre_m)?;
+        not_negative("outer_kg", self.outer_kg)?;
+        not_negative("parallel_kg", self.parallel_kg)?;
+        not_negative("inner_kg", self.inner_kg)?;
+        not_negative("shoulder_kg", self.shoulder_kg)?;
+        let moments = [
+            ("outer_kg_m2", &self.outer_kg_m2),
+            ("parallel_kg_m2", &self.parallel_kg_m2),
+            ("inner_kg_m2", &self.inner_kg_m2),
+            ("shoulder_kg_m2", &self.shoulder_kg_m2),
+        ];
+        for (path, moments) in moments {
+            for (index, moment) in moments.iter().enumerate() {
+                not_negative(&format!("{path}[{index}]"), *moment)?;
+            }
+        }
+        // Each axis then turns something of its own, wherever the others are.
+        positive("base_kg_m2", self.base_kg_m2)?;
+        for (path, [xx, ..]) in
+            [("inner_kg_m2[0]", self.inner_kg_m2), ("shoulder_kg_m2[0]", self.shoulder_kg_m2)]
+        {
+            positive(path, xx)?;
+        }
+        finite("gravity_m_per_s2", self.gravity_m_per_s2)
+    }
+}
+
+/// The linkage: three axes, and what of the parameters the equations of motion hold.
+#[derive(Debug, Clone)]
+pub struct Linkage {
+    inner_m: f64,
+    outer_m: f64,
+    /// Of `M11`, `kg m²`: constant, with `cos 2 q2`, with `cos 2 q3`.
+    turning: [f64; 3],
+    /// `M22` and `M33`, `kg m²`.
+    inner: f64,
+    outer: f64,
+    /// `A`, `kg m²`.
+    coupling: f64,
+    /// Of `N2` with `cos q2`, of `N3` with `sin q3`, `N m`.
+    weights_nm: [f64; 2],
+}
+
+/// Sines and cosines of all three axes.
+struct Angles {
+    base: (f64, f64),
+    inner: (f64, f64),
+    outer: (f64, f64),
+}
+
+impl Linkage {
+    pub(super) fn of(parameters: &LinkageParameters) -> Self {
+        let p = parameters;
+        let (l1, l2, l3) = (p.inner_m, p.outer_m, p.parallel_m);
+        let (ma, mc) = (p.outer_kg, p.parallel_kg);
+        let ([axx, ayy, azz], [cxx, cyy, czz]) = (p.outer_kg_m2, p.parallel_kg_m2);
+        let ([bexx, beyy, bezz], [dfxx, dfyy, dfzz]) = (p.inner_kg_m2, p.shoulder_kg_m2);
+        // Where the masses of `a` and `c` are, as seen from elbow and shoulder.
+        let inner = l1 * l1 * (ma + 0.25 * mc);
+        let outer = 0.25 * l2 * l2 * ma + l3 * l3 * mc;
+        let around = ayy + azz + beyy + bezz + cyy + czz + dfyy + dfzz;
+        Self {
+            inner_m: l1,
+            outer_m: l2,
+            turning: [
+                p.base_kg_m2 + 0.5 * (around + inner + outer),
+                0.5 * (beyy - bezz + cyy - czz + inner),
+                0.5 * (ayy - azz + dfyy - dfzz - outer),
+            ],
+            inner: bexx + cxx + inner,
+            outer: axx + dfxx + outer,
+            coupling: l1 * (l2 * ma + l3 * mc),
+            weights_nm: [
+                p.gravity_m_per_s2 * (l1 * ma + p.inner_centre_m * p.inner_kg + 0.5 * l1 * mc),
+                p.gravity_m_per_s2 * (0.5 * l2 * ma + l3 * mc - p.shoulder_centre_m * p.shoulder_kg),
+            ],
+        }
+    }
+
+    /// Distance of the tip from the vertical axis, `m`.
+    fn reach_m(&self, angles: &Angles) -> f64 {
+        self.inner_m * angles.inner.1 + self.outer_m * angles.outer.0
+    }
+}
+
+impl Angles {
+    fn of(position: &Axes) -> Self {
+        let [base, inner, outer, ..] = position.map(libm::sincos);
+        Self { base, inner, outer }
+    }
+}
+
+impl Mechanism for Linkage {
+    fn axes(&self) -> usize {
+        3
+    }
+
+    fn dynamics(&self, position: &Axes, velocity: &Axes) -> Dynamics {
+        let Angles { inner: (sin_inner, cos_inner), outer: (sin_outer, cos_outer), .. } =
+            Angles::of(position);
+        let [turning_rad_per_s, inner_rad_per_s, outer_rad_per_s, ..] = *velocity;
+        let [constant, with_inner, with_outer] = self.turning;
+        let coupling = self.coupling;
+        // Of the difference of the two angles.
+        let sin_between = sin_inner * cos_outer - cos_inner * sin_outer;
+        let cos_between = cos_inner * cos_outer + sin_inner * sin_outer;
+
+        let mut mass = Matrix::default();
+        let turning = constant
+            + with_inner * (cos_inner * cos_inner - sin_inner * sin_inner)
+            + with_outer * (cos_outer * cos_outer - sin_outer * sin_outer)
+            + coupling * cos_inner * sin_outer;
+        mass.add(0, 0, turning);
+        mass.add(1, 1, self.inner);
+        mass.add(2, 2, self.outer);
+        mass.add(1, 2, -0.5 * coupling * sin_between);
+        mass.add(2, 1, -0.5 * coupling * sin_between);
+
+        // How M11 changes with either angle; half of it makes C11, C12 and C13.
+        let by_inner = -4.0 * with_inner * sin_inner * cos_inner - coupling * sin_inner * sin_outer;
+        let by_outer = -4.0 * with_outer * sin_outer * cos_outer + coupling * cos_inner * cos_outer;
+        let [inner_nm, outer_nm] = self.weights_nm;
+        let mut bias = [0.0; MAX_DOF];
+        let of_axes = [
+            turning_rad_per_s * (by_inner * inner_rad_per_s + by_outer * outer_rad_per_s),
+            -0.5 * by_inner * turning_rad_per_s * turning_rad_per_s
+                + 0.5 * coupling * cos_between * outer_rad_per_s * outer_rad_per_s
+                + inner_nm * cos_inner,
+            -0.5 * by_outer * turning_rad_per_s * turning_rad_per_s
+                - 0.5 * coupling * cos_between * inner_rad_per_s * inner_rad_per_s
+                + outer_nm * sin_outer,
+        ];
+        for (bias, torque_nm) in bias.iter_mut().zip(of_axes) {
+            *bias = torque_nm;
+        }
+        Dynamics { mass, bias }
+    }
+
+    fn potential_j(&self, position: &Axes) -> f64 {
+        let angles = Angles::of(position);
+        let [inner_nm, outer_nm] = self.weights_nm;
+        inner_nm * angles.inner.0 - outer_nm * angles.outer.1
+    }
+
+    /// `x` forward, `y` left, `z` up, from where the axes meet.
+    fn tip_m(&self, position: &Axes) -> [f64; 3] {
+        let angles = Angles::of(position);
+        let reach_m = self.reach_m(&angles);
+        let height_m = self.inner_m * angles.inner.0 - self.outer_m * angles.outer.1;
+        [reach_m * angles.base.1, reach_m * angles.base.0, height_m]
+    }
+
+    fn tip_jacobian(&self, position: &Axes) -> [Axes; 3] {
+        let angles = Angles::of(position);
+        let reach_m = self.reach_m(&angles);
+        let (sin, cos) = angles.base;
+        let inner = (-self.inner_m * angles.inner.0, self.inner_m * angles.inner.1);
+        let outer = (self.outer_m * angles.outer.1, self.outer_m * angles.outer.0);
+        let row = |one, two, three| {
+            let mut row = [0.0; MAX_DOF];
+            for (entry, value) in row.iter_mut().zip([one, two, three]) {
+                *entry = value;
+            }
+            row
+        };
+        [
+            row(-reach_m * sin, cos * inner.0, cos * outer.0),
+            row(reach_m * cos, sin * inner.0, sin * outer.0),
+            row(0.0, inner.1, outer.1),
+        ]
+    }
+}
