@@ -7,6 +7,7 @@
 //!                            Run { Outcome, Recording } ──▶ pictures ──▶ Report
 //! ```
 
+mod body;
 mod error;
 mod follow;
 mod instrumented;
@@ -32,6 +33,7 @@ pub use outcome::{AxisOutcome, Outcome};
 #[cfg(feature = "command")]
 pub use pictures::{figures, file_stems};
 
+use body::Body;
 use follow::{FOLLOWS, Follow, followed};
 use instrumented::{Axis, Instrumented, Output};
 use loop_gain::UNDECIDED;
@@ -324,7 +326,8 @@ fn station(
     disturbance: Option<(usize, f64)>,
 ) -> Result<Station, ResponseError> {
     let (axes, outputs) = (axes_of(file, section)?, outputs_of(file, section)?);
-    let plant = Box::new(Instrumented::new(axes, outputs, section.delay_ticks, disturbance));
+    let body = Body::new(section)?;
+    let plant = Box::new(Instrumented::new(body, axes, outputs, section.delay_ticks, disturbance));
     let mut dimsart =
         Box::new(SimulatedDimsart::new(descriptor(file, section)?).map_err(ResponseError::Storage)?);
     let sides: Vec<&str> =
@@ -355,12 +358,9 @@ fn descriptor(file: &RigFile, section: &DeviceSection) -> Result<DeviceDescripto
 
 fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {
     let axis = |(axis, of_axis): (usize, &AxisSection)| {
-        let joint = of_axis.joint().build();
-        let joint =
-            joint.map_err(|error| ResponseError::Plant { device: section.name.clone(), axis, error })?;
         let load = motions(file, &section.name, axis, LOAD)?;
         let hand = motions(file, &section.name, axis, HAND)?;
-        Ok(Axis { unit: of_axis.unit, joint, load, hand, hand_stiffness: of_axis.hand_stiffness() })
+        Ok(Axis { section: of_axis.clone(), load, hand })
     };
     section.axes.iter().enumerate().map(axis).collect()
 }

@@ -182,6 +182,7 @@ impl RigFile {
             }
         }
         file.folder = folder;
+        file.devices.iter_mut().for_each(DeviceSection::complete);
         let problems = file.problems();
         if problems.is_empty() {
             Ok(file)

@@ -248,7 +248,7 @@ fn one_setting_goes_over_a_file_by_names_and_numbers() {
     let text = RigFile::shipped("joint").unwrap();
     let with = |set: &str| RigFile::read(text, "joint", PathBuf::new(), &[set.to_owned()]);
     let file = with("device.joint.axis.0.plant.load.inertia=1").unwrap();
-    assert!((file.devices[0].axes[0].plant.load.inertia - 1.0).abs() < 1e-12);
+    assert!((file.devices[0].axes[0].plant.as_ref().unwrap().load.inertia - 1.0).abs() < 1e-12);
     assert_eq!(with("controller.joint.scheme=my.scheme").unwrap().controllers[0].scheme, "my.scheme");
     for (set, expected) in [
         ("duration_s", "write it KEY=VALUE"),

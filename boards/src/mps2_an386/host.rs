@@ -180,7 +180,15 @@ pub(super) fn connect() -> (Host, Axes, FromHost, ToHost) {
     let (packets_in, to_take) = PACKETS_IN.take().split();
     let (to_give, packets_out) = PACKETS_OUT.take().split();
     let frame = FRAME.take();
-    let mut host = Host { streams, frame, packets_in, packets_out, played: Vec::from_array([PLAYED]), words_in: 0, words_out: 0 };
+    let mut host = Host {
+        streams,
+        frame,
+        packets_in,
+        packets_out,
+        played: Vec::from_array([PLAYED]),
+        words_in: 0,
+        words_out: 0,
+    };
     let axes = host.greet().unwrap_or_else(|trouble| give_up(&trouble));
     let words = |types: &[&DataType]| types.iter().map(|of| of.shape.words(axes.len())).sum();
     host.words_in = words(&host.played);
@@ -235,8 +243,11 @@ impl Host {
                 }
                 (Tag::Types, ids) => {
                     let (ids, _) = ids.as_chunks::<2>();
-                    let found: Option<Outputs> =
-                        ids.iter().take(MAX_DEVICE_TYPES).map(|id| types::by_id(u16::from_le_bytes(*id))).collect();
+                    let found: Option<Outputs> = ids
+                        .iter()
+                        .take(MAX_DEVICE_TYPES)
+                        .map(|id| types::by_id(u16::from_le_bytes(*id)))
+                        .collect();
                     self.played = found.ok_or(Trouble::BadFrame)?;
                 }
                 _ => return Err(Trouble::BadFrame),

@@ -198,6 +198,12 @@ impl<M: Mechanism> Coupled<M> {
         self.tip_of(time_s, &self.state.position, &self.state.velocity)
     }
 
+    /// Whether it pushes against an end of its travel.
+    #[must_use]
+    pub fn is_at_stop(&self) -> bool {
+        self.stops.iter().any(|stop| stop.stored_j(&self.state.position) > 0.0)
+    }
+
     fn tip_of(&self, time_s: f64, position: &Axes, velocity: &Axes) -> Tip {
         Tip {
             time_s,

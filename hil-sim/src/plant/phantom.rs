@@ -215,11 +215,40 @@ impl Phantom {
         for (wanted, command) in wanted.iter_mut().zip(command) {
             *wanted = f64::from(*command);
         }
-        let torques_nm = match self.port {
+        self.advance_at_tip(start_s, period_s, wanted, push);
+    }
+
+    /// The same under torques on the axes from outside that may depend on time, positions and velocities (`Jᵀ F` of a force
+    /// at the tip).
+    pub(crate) fn advance_under(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        wanted: [f64; 3],
+        outside: &dyn Fn(f64, &Axes, &Axes) -> Axes,
+    ) {
+        let torques_nm = self.torques(wanted);
+        self.body.advance_under(start_s, period_s, torques_nm, outside);
+    }
+
+    /// [`advance`](Self::advance) with a command that has not been rounded.
+    pub(crate) fn advance_at_tip(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        wanted: [f64; 3],
+        push: &dyn Fn(&Tip) -> [f64; 3],
+    ) {
+        let torques_nm = self.torques(wanted);
+        self.body.advance_pushed_by(start_s, period_s, torques_nm, push);
+    }
+
+    /// Of the motors, seen from the joints, for a command of its port, `N m`.
+    fn torques(&self, wanted: [f64; 3]) -> Axes {
+        match self.port {
             PhantomPort::Cartesian => transposed(&self.body.tip_jacobian(self.body.positions()), &wanted),
             PhantomPort::Joint => self.body.axes_of(&wanted),
-        };
-        self.body.advance_pushed_by(start_s, period_s, torques_nm, push);
+        }
     }
 
     /// What a command is.

@@ -1,19 +1,21 @@
-//! A device of a rig: joints with sensors and a delay, and references that come with what is measured.
+//! A device of a rig: what moves, with sensors and a delay, and references that come with what is measured.
 
 use std::collections::VecDeque;
 
 use dimsart_core::{DataType, types};
 
+use super::body::{AxisState, Body};
 use super::motion::Motion;
-use crate::plant::{AxisTruth, Joint, JointState, Plant, Sensor};
-use crate::rig_file::AxisUnit;
+use crate::plant::{AxisTruth, Plant, Sensor};
+use crate::rig_file::{AxisSection, AxisUnit};
 
 /// Most ticks that a command can wait.
 const MOST_WAITING: usize = 5;
 
-/// Joints behind the frame of a device.
+/// What moves, behind the frame of a device.
 #[derive(Debug)]
 pub(super) struct Instrumented {
+    body: Body,
     axes: Vec<Axis>,
     /// What fills the frame, in its order: every one a value for each axis.
     outputs: Vec<Output>,
@@ -25,21 +27,24 @@ pub(super) struct Instrumented {
     disturbance: Option<(usize, f64)>,
 }
 
-/// A joint and what pushes it.
+/// What pushes and holds an axis.
 #[derive(Debug)]
 pub(super) struct Axis {
-    pub(super) unit: AxisUnit,
-    pub(super) joint: Joint,
+    pub(super) section: AxisSection,
     pub(super) load: Vec<Motion>,
-    /// Where its hand wants to be, and how stiffly.
+    /// Where its hand wants to be.
     pub(super) hand: Vec<Motion>,
-    pub(super) hand_stiffness: f64,
 }
 
 impl Axis {
-    /// What pushes it: the load, and its hand's spring.
+    /// By time alone: the load, and what the hand wants more than 0.
+    fn outside(&self, time_s: f64) -> f64 {
+        sum_at(&self.load, time_s) + self.section.hand_stiffness() * sum_at(&self.hand, time_s)
+    }
+
+    /// The load, and the hand's spring.
     fn pushed_by(&self, time_s: f64, position: f64) -> f64 {
-        sum_at(&self.load, time_s) + self.hand_stiffness * (sum_at(&self.hand, time_s) - position)
+        self.outside(time_s) - self.section.hand_stiffness() * position
     }
 }
 
@@ -53,8 +58,9 @@ pub(super) enum Output {
 }
 
 impl Instrumented {
-    /// Joints at rest, before the first command.
+    /// At rest, before the first command.
     pub(super) fn new(
+        body: Body,
         axes: Vec<Axis>,
         outputs: Vec<Output>,
         delay_ticks: f64,
@@ -62,13 +68,7 @@ impl Instrumented {
     ) -> Self {
         let mut waiting = VecDeque::with_capacity(MOST_WAITING);
         waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
-        Self { axes, outputs, delay_ticks, waiting, time_s: 0.0, disturbance }
-    }
-
-    /// The command for an axis that came so many ticks ago, 0 for the present one.
-    fn command(&self, ticks: usize, axis: usize) -> f64 {
-        let place = self.waiting.len().checked_sub(ticks + 1);
-        place.and_then(|place| self.waiting.get(place)?.get(axis).copied()).unwrap_or_default()
+        Self { body, axes, outputs, delay_ticks, waiting, time_s: 0.0, disturbance }
     }
 }
 
@@ -83,13 +83,12 @@ impl Plant for Instrumented {
     }
 
     fn sense(&mut self, measured: &mut [f32]) {
-        let Self { axes, outputs, time_s, .. } = self;
+        let Self { body, axes, outputs, time_s, .. } = self;
         for (output, words) in outputs.iter_mut().zip(measured.chunks_mut(axes.len().max(1))) {
             for (axis, word) in words.iter_mut().enumerate() {
-                let state = axes.get(axis).map(|axis| axis.joint.state()).unwrap_or_default();
                 let value = match output {
                     Output::Sensed(data_type, sensors) => {
-                        let truth = sensed(data_type, &state);
+                        let truth = sensed(data_type, &body.state(axis));
                         sensors.get_mut(axis).map_or(truth, |sensor| sensor.show(*time_s, truth).into())
                     }
                     Output::Reference(motions) => motions.get(axis).map_or(0.0, |all| sum_at(all, *time_s)),
@@ -117,17 +116,17 @@ impl Plant for Instrumented {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
         let ticks = whole_ticks as usize;
         let change_s = (self.delay_ticks - whole_ticks) * period_s;
-        for axis in 0..self.axes.len() {
-            let (older, newer) = (self.command(ticks + 1, axis), self.command(ticks, axis));
-            let Some(Axis { joint, load, hand, hand_stiffness, .. }) = self.axes.get_mut(axis) else {
-                continue;
-            };
-            let load = |time_s: f64| sum_at(load, time_s) + *hand_stiffness * sum_at(hand, time_s);
-            if change_s > 0.0 {
-                joint.advance(start_s, change_s, older, &load);
-            }
-            joint.advance(start_s + change_s, period_s - change_s, newer, &load);
-        }
+        let Self { body, axes, waiting, .. } = self;
+        let held = |ticks: usize| {
+            let place = waiting.len().checked_sub(ticks + 1);
+            place.and_then(|place| waiting.get(place)).map(Vec::as_slice).unwrap_or_default()
+        };
+        let outside = |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(time_s));
+        let around = |axis: usize, position: f64, velocity: f64| {
+            axes.get(axis).map_or(0.0, |axis| axis.section.force(position, velocity))
+        };
+        body.advance(start_s, change_s, held(ticks + 1), &outside, &around);
+        body.advance(start_s + change_s, period_s - change_s, held(ticks), &outside, &around);
         self.time_s = start_s + period_s;
     }
 
@@ -136,46 +135,52 @@ impl Plant for Instrumented {
     }
 
     fn is_touching(&self, axis: usize) -> bool {
-        self.axes.get(axis).is_some_and(|axis| axis.joint.is_at_stop())
+        let wall = self.axes.get(axis).and_then(|axis| axis.section.wall.as_ref());
+        let position = self.body.state(axis).position;
+        self.body.is_at_stop(axis) || wall.is_some_and(|wall| wall.depth(position) > 0.0)
     }
 
     fn quantities(&self, axis: usize) -> &'static [(&'static str, &'static str)] {
-        match self.axes.get(axis).map(|axis| axis.unit) {
-            Some(AxisUnit::Metre) => &[
-                ("position", "m"),
-                ("velocity", "m/s"),
-                ("actuator_force", "N"),
-                ("load", "N"),
-                ("current", "A"),
-                ("voltage", "V"),
-                ("winding", "°C"),
-            ],
-            _ => &[
-                ("position", "rad"),
-                ("velocity", "rad/s"),
-                ("actuator_force", "N·m"),
-                ("load", "N·m"),
-                ("current", "A"),
-                ("voltage", "V"),
-                ("winding", "°C"),
-            ],
-        }
+        const LINEAR: [(&str, &str); 7] = [
+            ("position", "m"),
+            ("velocity", "m/s"),
+            ("actuator_force", "N"),
+            ("load", "N"),
+            ("current", "A"),
+            ("voltage", "V"),
+            ("winding", "°C"),
+        ];
+        const ROTARY: [(&str, &str); 7] = [
+            ("position", "rad"),
+            ("velocity", "rad/s"),
+            ("actuator_force", "N·m"),
+            ("load", "N·m"),
+            ("current", "A"),
+            ("voltage", "V"),
+            ("winding", "°C"),
+        ];
+        let known: &[_] = match self.axes.get(axis).map(|axis| axis.section.unit) {
+            Some(AxisUnit::Metre) => &LINEAR,
+            _ => &ROTARY,
+        };
+        // Coupled axes have no motors of their own.
+        let count = if self.body.state(axis).motor.is_some() { known.len() } else { 4 };
+        known.get(..count).unwrap_or_default()
     }
 
     fn look(&self, axis: usize, values: &mut [f64]) {
         let Some(of_axis) = self.axes.get(axis) else { return };
-        let state = of_axis.joint.state();
-        let JointState { position, velocity, force, current_a, voltage_v, winding_c, .. } = state;
+        let AxisState { position, velocity, force, motor } = self.body.state(axis);
         let load = of_axis.pushed_by(self.time_s, position);
-        let known = [position, velocity, force, load, current_a, voltage_v, winding_c];
+        let known = [position, velocity, force, load].into_iter().chain(motor.into_iter().flatten());
         for (entry, value) in values.iter_mut().zip(known) {
             *entry = value;
         }
     }
 }
 
-/// What a sensor shows of a joint.
-fn sensed(data_type: &DataType, state: &JointState) -> f64 {
+/// What a sensor shows of an axis.
+fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
     match data_type.id {
         id if id == types::VELOCITY.id => state.velocity,
         id if id == types::FORCE.id => state.force,

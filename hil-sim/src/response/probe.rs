@@ -3,14 +3,15 @@
 use super::loop_gain::{Answers, LoopFigures};
 use super::{ResponseError, rig_of};
 use crate::link::InProcessParameters;
-use crate::plant::SensorParameters;
 use crate::rig::{Probe, Rig};
-use crate::rig_file::{MoveSection, RigFile, Step};
+use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
 
 use dimsart_core::types;
 
 /// Change of the velocity that a disturbance would make of the load alone, `rad/s` or `m/s`.
 const PUSH: f64 = 0.005;
+/// Of the tip of a `PHANToM`, `kg`.
+const LIGHT: f64 = 0.05;
 /// Ticks that a loop is listened to: no less, for the slowest frequencies, and no more.
 const LEAST_TICKS: usize = 4_000;
 const MOST_TICKS: usize = 20_000;
@@ -61,8 +62,7 @@ impl AtRest {
         axis: usize,
     ) -> Result<Option<LoopFigures>, ResponseError> {
         let period_s = self.file.sample_period_s;
-        let section = self.file.devices.get(station).and_then(|device| device.axes.get(axis));
-        let inertia = section.map_or(1.0, |axis| axis.plant.load.inertia);
+        let inertia = self.file.devices.get(station).map_or(1.0, |device| inertia(device, axis));
         let force = PUSH * inertia / period_s;
         let to_whole = self.answers(Disturbance { station, axis, force }, MOST_TICKS)?;
         let to_half = self.answers(Disturbance { station, axis, force: 0.5 * force }, HALF_TICKS)?;
@@ -103,6 +103,17 @@ impl AtRest {
     }
 }
 
+/// What an axis moves, as good as it must be known to disturb it a little.
+fn inertia(device: &DeviceSection, axis: usize) -> f64 {
+    let plant = device.axes.get(axis).and_then(|axis| axis.plant.as_ref());
+    let arm = || {
+        let arm = device.arm.as_ref()?.build().ok()?;
+        let start: Vec<f64> = (0..arm.axes()).map(|axis| device.start_position(axis)).collect();
+        Some(arm.mass_matrix(&start).at(axis, axis))
+    };
+    plant.map(|plant| plant.load.inertia).or_else(arm).unwrap_or(LIGHT)
+}
+
 fn command_probe() -> Probe {
     Probe::new(types::DES_FORCE.first())
 }
@@ -111,21 +122,17 @@ fn command_probe() -> Probe {
 /// friction, a gear's losses, backlash, stops, a sensor's steps and noise; and nothing that is chance on the links.
 fn at_rest(file: &RigFile, in_contact: bool) -> RigFile {
     let mut at_rest = file.clone();
-    for axis in at_rest.devices.iter_mut().flat_map(|device| &mut device.axes) {
-        for sensor in axis.sensor.values_mut() {
-            *sensor = SensorParameters { gain: sensor.gain, ..SensorParameters::default() };
-        }
-        axis.plant = axis.linear_joint(in_contact);
-        (axis.wall, axis.spring, axis.hand) = (None, None, None);
+    for device in &mut at_rest.devices {
+        *device = device.linear(in_contact);
     }
     for link in &mut at_rest.links {
         link.carrier =
             InProcessParameters { delay_ticks: link.carrier.delay_ticks, ..InProcessParameters::default() };
     }
     let moves = file.devices.iter().flat_map(|device| {
-        device.axes.iter().enumerate().map(|(axis, section)| MoveSection {
+        (0..device.axes.len()).map(|axis| MoveSection {
             axis,
-            step: Some(Step { at_s: -1.0, size: section.plant.load.start_position }),
+            step: Some(Step { at_s: -1.0, size: device.start_position(axis) }),
             ..MoveSection::nothing(&device.name, types::DES_POSITION.name)
         })
     });

@@ -53,20 +53,23 @@ fn above() -> WallSide {
 }
 
 impl AxisSection {
-    /// The joint with all that moves with it and holds it; the spring of its hand pulls to 0, and what it wants more than
-    /// that is a [load](Self::hand_stiffness).
+    /// The joint with all that moves with it and holds it; none for a coupled axis. The spring of its hand pulls to 0, and
+    /// what it wants more than that is a [load](Self::hand_stiffness).
     #[must_use]
-    pub fn joint(&self) -> JointParameters {
-        let mut joint = self.plant.clone();
+    pub fn joint(&self) -> Option<JointParameters> {
+        let mut joint = self.plant.clone()?;
         if let Some(hand) = &self.hand {
             joint.load.inertia += hand.inertia;
             joint.load.damping += hand.damping;
-            add_spring(&mut joint, hand.stiffness, 0.0);
         }
-        if let Some(spring) = &self.spring {
-            joint.load.damping += spring.damping;
-            add_spring(&mut joint, spring.stiffness, spring.rest_position);
-        }
+        let own = AxisSpring {
+            rest_position: joint.load.rest_position,
+            stiffness: joint.load.stiffness,
+            damping: 0.0,
+        };
+        let AxisSpring { rest_position, stiffness, damping } = self.springs().fold(own, AxisSpring::beside);
+        (joint.load.rest_position, joint.load.stiffness) = (rest_position, stiffness);
+        joint.load.damping += damping;
         if let Some(wall) = &self.wall {
             let (min, max) = match wall.solid {
                 WallSide::Above => (f64::NEG_INFINITY, wall.position),
@@ -75,20 +78,15 @@ impl AxisSection {
             joint.stops =
                 Some(StopsParameters { min, max, stiffness: wall.stiffness, damping: wall.damping });
         }
-        joint
+        Some(joint)
     }
 
-    /// The joint as a linear system, free or, where it has a wall, held by that from both sides.
+    /// What hand, spring and wall exert on the axis, without the hand's inertia; the spring of the hand pulls to 0.
     #[must_use]
-    pub fn linear_joint(&self, in_contact: bool) -> JointParameters {
-        let mut joint = self.joint().linear();
-        if let Some(wall) = self.wall.as_ref().filter(|_| in_contact) {
-            joint.load.damping += wall.damping;
-            // Touching as it stands.
-            let start_position = joint.load.start_position;
-            add_spring(&mut joint, wall.stiffness, start_position);
-        }
-        joint
+    pub fn force(&self, position: f64, velocity: f64) -> f64 {
+        let springs: f64 = self.springs().map(|spring| spring.force(position, velocity)).sum();
+        let hand = self.hand.as_ref().map_or(0.0, |hand| -hand.damping * velocity);
+        springs + hand + self.wall.as_ref().map_or(0.0, |wall| wall.force(position, velocity))
     }
 
     /// Of the hand's spring, `N m/rad` or `N/m`; 0 without one.
@@ -96,15 +94,56 @@ impl AxisSection {
     pub fn hand_stiffness(&self) -> f64 {
         self.hand.as_ref().map_or(0.0, |hand| hand.stiffness)
     }
+
+    /// Attaches one more spring-damper.
+    pub(super) fn attach(&mut self, stiffness: f64, rest_position: f64, damping: f64) {
+        let one = AxisSpring { rest_position, stiffness, damping };
+        self.spring = Some(self.spring.take().map_or(one.clone(), |spring| spring.beside(one)));
+    }
+
+    /// The hand's, without its damper, and that of the environment.
+    fn springs(&self) -> impl Iterator<Item = AxisSpring> {
+        let hand = AxisSpring { rest_position: 0.0, stiffness: self.hand_stiffness(), damping: 0.0 };
+        core::iter::once(hand).chain(self.spring.clone())
+    }
 }
 
-/// Two springs to ground are one: their stiffnesses add up, and its rest is where their forces cancel.
-fn add_spring(joint: &mut JointParameters, stiffness: f64, rest_position: f64) {
-    let load = &mut joint.load;
-    let both = load.stiffness + stiffness;
-    if both > 0.0 {
-        load.rest_position = (load.stiffness * load.rest_position + stiffness * rest_position) / both;
-        load.stiffness = both;
+impl AxisSpring {
+    /// Two springs to ground are one: their stiffnesses add up, and its rest is where their forces cancel.
+    fn beside(self, other: Self) -> Self {
+        let stiffness = self.stiffness + other.stiffness;
+        let moment = self.stiffness * self.rest_position + other.stiffness * other.rest_position;
+        let rest_position = if stiffness > 0.0 { moment / stiffness } else { 0.0 };
+        Self { rest_position, stiffness, damping: self.damping + other.damping }
+    }
+
+    fn force(&self, position: f64, velocity: f64) -> f64 {
+        self.stiffness * (self.rest_position - position) - self.damping * velocity
+    }
+}
+
+impl AxisWall {
+    /// How deep a position is inside, >= 0.
+    #[must_use]
+    pub fn depth(&self, position: f64) -> f64 {
+        let beyond = position - self.position;
+        match self.solid {
+            WallSide::Above => beyond.max(0.0),
+            WallSide::Below => (-beyond).max(0.0),
+        }
+    }
+
+    /// Pushes, and never pulls.
+    fn force(&self, position: f64, velocity: f64) -> f64 {
+        let depth = self.depth(position);
+        if depth <= 0.0 {
+            return 0.0;
+        }
+        let outward = match self.solid {
+            WallSide::Above => -1.0,
+            WallSide::Below => 1.0,
+        };
+        outward * (self.stiffness * depth - self.damping * outward * velocity).max(0.0)
     }
 }
 
@@ -114,13 +153,23 @@ mod tests {
 
     #[test]
     fn two_springs_pull_as_one() {
-        let mut joint = JointParameters::of_inertia(1.0);
-        add_spring(&mut joint, 3.0, 0.2);
-        add_spring(&mut joint, 1.0, -0.4);
-        for position in [-1.0, 0.0, 0.7] {
-            let apart = 3.0 * (0.2 - position) + (-0.4 - position);
-            let together = joint.load.stiffness * (joint.load.rest_position - position);
-            assert!((apart - together).abs() < 1e-12);
+        let springs = [(3.0, 0.2, 0.1), (1.0, -0.4, 0.5)]
+            .map(|(stiffness, rest_position, damping)| AxisSpring { rest_position, stiffness, damping });
+        let [one, other] = springs.clone();
+        let together = one.beside(other);
+        for (position, velocity) in [(-1.0, 0.0), (0.0, 2.0), (0.7, -1.0)] {
+            let apart: f64 = springs.iter().map(|spring| spring.force(position, velocity)).sum();
+            assert!((apart - together.force(position, velocity)).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_wall_pushes_out_and_never_holds() {
+        for (solid, sign) in [(WallSide::Above, 1.0), (WallSide::Below, -1.0)] {
+            let wall = AxisWall { position: 0.1 * sign, stiffness: 100.0, damping: 5.0, solid };
+            assert!(wall.force(0.05 * sign, 3.0 * sign).abs() < 1e-12, "outside");
+            assert!((wall.force(0.2 * sign, 1.0 * sign) + 15.0 * sign).abs() < 1e-9, "going in");
+            assert!(wall.force(0.2 * sign, -10.0 * sign).abs() < 1e-12, "leaving faster than it follows");
         }
     }
 }

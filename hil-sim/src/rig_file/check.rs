@@ -4,7 +4,7 @@ use dimsart_core::{DataType, Format, Shape, limits, types};
 
 use super::{AxisSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection, RigFile};
 use crate::link::InProcessParameters;
-use crate::plant::ParameterError;
+use crate::plant::{JointParameters, ParameterError, PhantomPort};
 use crate::schemes::suggestion;
 
 /// Longest delay of a device, ticks.
@@ -59,7 +59,8 @@ impl RigFile {
     }
 
     fn check_device(&self, place: usize, device: &DeviceSection, problems: &mut Vec<String>) {
-        let DeviceSection { name, measures, takes, delay_ticks, position_limit, force_limit, axes } = device;
+        let DeviceSection { name, measures, takes, delay_ticks, position_limit, force_limit, axes, .. } =
+            device;
         if name.is_empty() || name.contains(['.', ' ', '[']) || name == "world" {
             problems.push(format!("device {place}: '{name}' is no name: give it one word, and not 'world'"));
         }
@@ -71,6 +72,7 @@ impl RigFile {
             problems
                 .push(format!("device '{name}' has {controllers} controllers: give it one [[controller]]"));
         }
+        check_coupled(device, problems);
         if !(1..=limits::MAX_DOF).contains(&axes.len()) {
             let most = limits::MAX_DOF;
             problems.push(format!("device '{name}' has {} axes: give it 1 to {most}", axes.len()));
@@ -101,7 +103,11 @@ impl RigFile {
             problems.push(format!("device '{name}' takes {takes:?}: its actuators take [\"DES_FORCE\"]"));
         }
         for (axis, section) in axes.iter().enumerate() {
-            check_axis(&format!("device '{name}', axis {axis}"), measures, section, problems);
+            let at = format!("device '{name}', axis {axis}");
+            if device.coupled_axes().is_none() && section.plant.is_none() {
+                problems.push(format!("{at}: it has no plant: give it plant.load.inertia, at least"));
+            }
+            check_axis(&at, measures, section, problems);
         }
     }
 
@@ -151,9 +157,42 @@ impl RigFile {
     }
 }
 
+/// An arm or a `PHANToM`, and that nothing says its axes move otherwise.
+fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
+    let Some(count) = device.coupled_axes() else { return };
+    let name = &device.name;
+    if device.arm.is_some() && device.phantom.is_some() {
+        problems.push(format!("device '{name}' is an arm and a phantom: give it one of them"));
+    }
+    if device.axes.len() != count {
+        problems.push(format!("device '{name}' has {count} coupled axes and {} entries: give it one [[device.axis]] for each, or none", device.axes.len()));
+    }
+    for (axis, _) in device.axes.iter().enumerate().filter(|(_, section)| section.plant.is_some()) {
+        problems.push(format!(
+            "device '{name}', axis {axis}: it has a plant, and is one of coupled axes: remove it"
+        ));
+    }
+    let of_arm = device.arm.as_ref().map(|arm| arm.check().map_err(|error| error.within("arm")));
+    let of_phantom =
+        device.phantom.as_ref().map(|phantom| phantom.check().map_err(|error| error.within("phantom")));
+    for error in of_arm.into_iter().chain(of_phantom).filter_map(Result::err) {
+        let ParameterError { path, value, allowed } = error;
+        problems.push(format!("device '{name}': {path} is {value}, allowed is {allowed}"));
+    }
+    let hands: Vec<f64> =
+        device.axes.iter().map(|axis| axis.hand.as_ref().map_or(0.0, |hand| hand.inertia)).collect();
+    let is_one_mass =
+        hands.windows(2).all(|pair| matches!(pair, [one, other] if one.to_bits() == other.to_bits()));
+    if device.phantom.as_ref().is_some_and(|phantom| phantom.port == PhantomPort::Cartesian) && !is_one_mass {
+        problems.push(format!(
+            "device '{name}': its tip is held by one hand: give each axis of it the same hand.inertia"
+        ));
+    }
+}
+
 fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &mut Vec<String>) {
     let AxisSection { plant, sensor, .. } = section;
-    if section.wall.is_some() && plant.stops.is_some() {
+    if section.wall.is_some() && plant.as_ref().is_some_and(|plant| plant.stops.is_some()) {
         problems.push(format!("{at}: it has a wall and plant.stops: give it one of them, a wall is a stop"));
     }
     let of_hand = section.hand.iter().flat_map(|hand| {
@@ -177,8 +216,9 @@ fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &m
             wall.position, wall.stiffness
         ));
     }
-    let of_plant =
-        plant.check().and_then(|()| section.joint().check()).map_err(|error| error.within("plant"));
+    let checked = |plant: &JointParameters| plant.check().map_err(|error| error.within("plant"));
+    let of_plant = plant.as_ref().map_or(Ok(()), checked);
+    let of_plant = of_plant.and_then(|()| section.joint().as_ref().map_or(Ok(()), checked));
     let of_sensors = sensor
         .iter()
         .map(|(signal, sensor)| sensor.check().map_err(|error| error.within(&format!("sensor.{signal}"))));

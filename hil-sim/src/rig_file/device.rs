@@ -6,7 +6,9 @@ use dimsart_core::AxisKind;
 use serde::{Deserialize, Serialize};
 
 use super::{AxisHand, AxisSpring, AxisWall};
-use crate::plant::{JointParameters, SensorParameters};
+use crate::plant::{
+    ArmParameters, JointParameters, LinkKind, PhantomParameters, PhantomPort, SensorParameters,
+};
 use crate::watch::Ranges;
 
 /// `[[device]]`.
@@ -32,20 +34,27 @@ pub struct DeviceSection {
     /// Force, `N` or `N m`, beyond which a run is broken off, either way.
     #[serde(default = "force_limit")]
     pub force_limit: f64,
-    /// Its axes, 1 to 8.
-    #[serde(rename = "axis")]
+    /// Its axes, 1 to 8; those of coupled ones need no entry.
+    #[serde(rename = "axis", default)]
     pub axes: Vec<AxisSection>,
+    /// Axes that are the joints of one arm, and move each other.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arm: Option<ArmParameters>,
+    /// Axes that are those of a `PHANToM`: where its tip is, from where it starts, or its joints.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phantom: Option<PhantomParameters>,
 }
 
 /// `[[device.axis]]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct AxisSection {
     /// Whether it turns or slides.
     #[serde(default)]
     pub unit: AxisUnit,
-    /// What moves.
-    pub plant: JointParameters,
+    /// What moves; only of an axis that moves by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub plant: Option<JointParameters>,
     /// What is wrong with its sensors, by the type that they show; one that is left out shows the truth.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub sensor: BTreeMap<String, SensorParameters>,
@@ -84,6 +93,67 @@ impl AxisUnit {
 }
 
 impl DeviceSection {
+    /// Number of its coupled axes; none where each has a plant of its own.
+    #[must_use]
+    pub fn coupled_axes(&self) -> Option<usize> {
+        self.arm.as_ref().map(|arm| arm.link.len()).or(self.phantom.as_ref().map(|_| PHANTOM_AXES))
+    }
+
+    /// Gives every coupled axis an entry, and its unit.
+    pub(super) fn complete(&mut self) {
+        let Some(count) = self.coupled_axes() else { return };
+        if self.axes.len() < count {
+            self.axes.resize(count, AxisSection::default());
+        }
+        let units = |axis: usize| match (&self.arm, &self.phantom) {
+            (Some(arm), _) => match arm.link.get(axis).map(|link| link.kind) {
+                Some(LinkKind::Prismatic) => AxisUnit::Metre,
+                _ => AxisUnit::Radian,
+            },
+            (_, Some(PhantomParameters { port: PhantomPort::Cartesian, .. })) => AxisUnit::Metre,
+            _ => AxisUnit::Radian,
+        };
+        let units: Vec<AxisUnit> = (0..self.axes.len()).map(units).collect();
+        for (axis, unit) in self.axes.iter_mut().zip(units) {
+            axis.unit = unit;
+        }
+    }
+
+    /// Where an axis stands at the start.
+    #[must_use]
+    pub fn start_position(&self, axis: usize) -> f64 {
+        let own = || Some(self.axes.get(axis)?.plant.as_ref()?.load.start_position);
+        match (&self.arm, &self.phantom) {
+            (Some(arm), _) => arm.link.get(axis).map_or(0.0, |link| link.start_position),
+            // Cartesian positions begin at 0 where it stands.
+            (_, Some(phantom)) if phantom.port == PhantomPort::Joint => {
+                phantom.start_position_rad.get(axis).copied().unwrap_or_default()
+            }
+            (_, Some(_)) => 0.0,
+            _ => own().unwrap_or_default(),
+        }
+    }
+
+    /// The same without what is known not to be linear: dry friction, a gear's losses, backlash, stops and walls, a
+    /// sensor's steps and noise. In contact, every axis with a wall is held by it from both sides.
+    #[must_use]
+    pub fn linear(&self, in_contact: bool) -> Self {
+        let mut linear = self.clone();
+        linear.arm = self.arm.as_ref().map(ArmParameters::linear);
+        linear.phantom = self.phantom.as_ref().map(PhantomParameters::linear);
+        for (axis, section) in linear.axes.iter_mut().enumerate() {
+            for sensor in section.sensor.values_mut() {
+                *sensor = SensorParameters { gain: sensor.gain, ..SensorParameters::default() };
+            }
+            section.plant = section.plant.as_ref().map(JointParameters::linear);
+            let wall = section.wall.take();
+            if let Some(wall) = wall.filter(|_| in_contact) {
+                section.attach(wall.stiffness, self.start_position(axis), wall.damping);
+            }
+        }
+        linear
+    }
+
     /// What a run of it is broken off by.
     #[must_use]
     pub fn ranges(&self) -> Ranges {
@@ -91,6 +161,8 @@ impl DeviceSection {
     }
 }
 
+/// Of a `PHANToM`.
+const PHANTOM_AXES: usize = 3;
 /// Beyond which a run is broken off, `sqrt(W)`.
 const WAVE_LIMIT: f64 = 1e4;
 

@@ -64,6 +64,20 @@ impl<M: Mechanism> Coupled<M> {
         self.actuator_forces = forces;
     }
 
+    /// [`advance`](Self::advance) under torques that are `wanted` of the actuators and torques from outside, which may
+    /// depend on time, positions and velocities.
+    pub(crate) fn advance_under(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        wanted: Axes,
+        outside: &dyn Fn(f64, &Axes, &Axes) -> Axes,
+    ) {
+        let forces = self.limited(wanted);
+        self.state = self.after(start_s, period_s, forces, outside);
+        self.actuator_forces = forces;
+    }
+
     fn after(&self, start_s: f64, period_s: f64, actuator_forces: Axes, outside: Outside<'_>) -> State {
         let sub_steps = pace::sub_steps(self, period_s);
         let step_s = period_s / sub_steps;

@@ -11,7 +11,7 @@
 //! `C23 = ½ A cos(q2 - q3) q3'` and `C32 = -½ A cos(q2 - q3) q2'`. A public implementation has `C32` with a plus: with
 //! that `dM/dt - 2 C` would not be skew, and the device would make energy.
 
-use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism};
+use crate::plant::coupled::{Axes, Dynamics, Matrix, Mechanism, transposed};
 use crate::plant::parameter::{ParameterError, finite, not_negative, positive};
 use dimsart_core::limits::MAX_DOF;
 use serde::{Deserialize, Serialize};
@@ -51,6 +51,8 @@ pub struct LinkageParameters {
     pub base_kg_m2: f64,
     /// Down, `m/s²`.
     pub gravity_m_per_s2: f64,
+    /// Of what moves with the tip, as a hand does that carries itself: without weight, `kg`.
+    pub tip_kg: f64,
 }
 
 impl Default for LinkageParameters {
@@ -72,6 +74,7 @@ impl Default for LinkageParameters {
             shoulder_kg_m2: [7.11e-4, 0.629e-4, 6.246e-4],
             base_kg_m2: 11.87e-4,
             gravity_m_per_s2: 9.81,
+            tip_kg: 0.0,
         }
     }
 }
@@ -105,6 +108,7 @@ impl LinkageParameters {
         {
             positive(path, xx)?;
         }
+        not_negative("tip_kg", self.tip_kg)?;
         finite("gravity_m_per_s2", self.gravity_m_per_s2)
     }
 }
@@ -123,6 +127,7 @@ pub struct Linkage {
     coupling: f64,
     /// Of `N2` with `cos q2`, of `N3` with `sin q3`, `N m`.
     weights_nm: [f64; 2],
+    tip_kg: f64,
 }
 
 /// Sines and cosines of all three axes.
@@ -146,6 +151,7 @@ impl Linkage {
         Self {
             inner_m: l1,
             outer_m: l2,
+            tip_kg: p.tip_kg,
             turning: [
                 p.base_kg_m2 + 0.5 * (around + inner + outer),
                 0.5 * (beyy - bezz + cyy - czz + inner),
@@ -158,6 +164,40 @@ impl Linkage {
                 p.gravity_m_per_s2 * (l1 * ma + p.inner_centre_m * p.inner_kg + 0.5 * l1 * mc),
                 p.gravity_m_per_s2 * (0.5 * l2 * ma + l3 * mc - p.shoulder_centre_m * p.shoulder_kg),
             ],
+        }
+    }
+
+    /// What a mass at the tip adds: `m Jᵀ J`, and `m Jᵀ a` with the acceleration `a` of the tip at even speed of the axes.
+    fn add_tip(&self, position: &Axes, velocity: &Axes, mass: &mut Matrix, bias: &mut Axes) {
+        if self.tip_kg <= 0.0 {
+            return;
+        }
+        let jacobian = self.tip_jacobian(position);
+        for (one, of_one) in
+            (0..3).map(|axis| (axis, jacobian.map(|row| row.get(axis).copied().unwrap_or(0.0))))
+        {
+            for (other, of_other) in
+                (0..3).map(|axis| (axis, jacobian.map(|row| row.get(axis).copied().unwrap_or(0.0))))
+            {
+                let product: f64 = of_one.iter().zip(of_other).map(|(one, other)| one * other).sum();
+                mass.add(one, other, self.tip_kg * product);
+            }
+        }
+        let angles = Angles::of(position);
+        let ((sin, cos), (inner_sin, inner_cos)) = (angles.base, angles.inner);
+        let (outer_sin, outer_cos) = angles.outer;
+        let [turning, inner, outer, ..] = *velocity;
+        let reach_rate = -self.inner_m * inner_sin * inner + self.outer_m * outer_cos * outer;
+        // At even speed of the axes.
+        let outward = -self.inner_m * inner_cos * inner * inner
+            - self.outer_m * outer_sin * outer * outer
+            - self.reach_m(&angles) * turning * turning;
+        let sideward = 2.0 * reach_rate * turning;
+        let upward = -self.inner_m * inner_sin * inner * inner + self.outer_m * outer_cos * outer * outer;
+        let acceleration = [outward * cos - sideward * sin, outward * sin + sideward * cos, upward];
+        let added = transposed(&jacobian, &acceleration.map(|along| self.tip_kg * along));
+        for (bias, added) in bias.iter_mut().zip(added) {
+            *bias += added;
         }
     }
 
@@ -217,6 +257,7 @@ impl Mechanism for Linkage {
         for (bias, torque_nm) in bias.iter_mut().zip(of_axes) {
             *bias = torque_nm;
         }
+        self.add_tip(position, velocity, &mut mass, &mut bias);
         Dynamics { mass, bias }
     }
 

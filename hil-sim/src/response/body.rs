@@ -1,0 +1,196 @@
+//! What moves: joints by themselves, or axes that move each other.
+
+use dimsart_core::limits::MAX_DOF;
+
+use super::error::ResponseError;
+use crate::plant::{Arm, Axes, Joint, JointParameters, Phantom, PhantomPort};
+use crate::rig_file::{AxisSection, DeviceSection};
+
+/// The plant of a device.
+#[derive(Debug)]
+pub(super) enum Body {
+    Joints(Vec<Joint>),
+    Arm(Box<Arm>),
+    Phantom(Box<Tip>),
+}
+
+/// A `PHANToM`, whose Cartesian positions begin where it stands.
+#[derive(Debug)]
+pub(super) struct Tip {
+    phantom: Phantom,
+    origin_m: [f64; 3],
+    /// Held in the last period, at its port.
+    command: [f64; 3],
+}
+
+/// The truth about an axis.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct AxisState {
+    pub(super) position: f64,
+    pub(super) velocity: f64,
+    pub(super) force: f64,
+    /// Current, voltage and winding temperature of its motor.
+    pub(super) motor: Option<[f64; 3]>,
+}
+
+impl Body {
+    /// The plant of a device at rest.
+    ///
+    /// # Errors
+    /// [`ResponseError::Plant`] for one that cannot exist.
+    pub(super) fn new(section: &DeviceSection) -> Result<Self, ResponseError> {
+        let wrong = |axis| {
+            let device = section.name.clone();
+            move |error| ResponseError::Plant { device, axis, error }
+        };
+        let inertia = |axis: &AxisSection| axis.hand.as_ref().map_or(0.0, |hand| hand.inertia);
+        if let Some(arm) = &section.arm {
+            let mut arm = arm.clone();
+            for (link, axis) in arm.link.iter_mut().zip(&section.axes) {
+                link.motor_inertia += inertia(axis);
+            }
+            return Ok(Self::Arm(Box::new(arm.build().map_err(wrong(0))?)));
+        }
+        if let Some(phantom) = &section.phantom {
+            let mut phantom = phantom.clone();
+            if phantom.port == PhantomPort::Cartesian {
+                phantom.linkage.tip_kg += section.axes.first().map_or(0.0, inertia);
+            }
+            let phantom = phantom.build().map_err(wrong(0))?;
+            let origin_m = phantom.tip(0.0).position_m;
+            return Ok(Self::Phantom(Box::new(Tip { phantom, origin_m, command: [0.0; 3] })));
+        }
+        let joints = section.axes.iter().enumerate().map(|(axis, of_axis)| {
+            let joint = of_axis.joint().unwrap_or_else(|| JointParameters::of_inertia(1.0));
+            joint.build().map_err(wrong(axis))
+        });
+        joints.collect::<Result<_, _>>().map(Self::Joints)
+    }
+
+    /// The truth about an axis now; all 0 for one that it has not.
+    pub(super) fn state(&self, axis: usize) -> AxisState {
+        match self {
+            Self::Joints(joints) => joints.get(axis).map_or_else(AxisState::default, |joint| {
+                let state = joint.state();
+                AxisState {
+                    position: state.position,
+                    velocity: state.velocity,
+                    force: state.force,
+                    motor: Some([state.current_a, state.voltage_v, state.winding_c]),
+                }
+            }),
+            Self::Arm(arm) => {
+                let state = arm.axis(axis);
+                let (position, velocity) = (state.position, state.velocity);
+                AxisState { position, velocity, force: state.actuator_force, motor: None }
+            }
+            Self::Phantom(tip) => tip.state(axis),
+        }
+    }
+
+    /// Whether an axis pushes against an end of its travel, or of the machine's that it is part of.
+    pub(super) fn is_at_stop(&self, axis: usize) -> bool {
+        match self {
+            Self::Joints(joints) => joints.get(axis).is_some_and(Joint::is_at_stop),
+            Self::Arm(arm) => arm.is_at_stop(),
+            Self::Phantom(tip) => tip.phantom.body().is_at_stop(),
+        }
+    }
+
+    /// Holds `commands` from `start_s` for `period_s` and moves on; `outside` is what pushes an axis by time alone,
+    /// `around` what holds a coupled axis by where it is and how it moves.
+    pub(super) fn advance(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        commands: &[f64],
+        outside: &dyn Fn(usize, f64) -> f64,
+        around: &dyn Fn(usize, f64, f64) -> f64,
+    ) {
+        if period_s <= 0.0 {
+            return;
+        }
+        let command = |axis: usize| commands.get(axis).copied().unwrap_or_default();
+        match self {
+            Self::Joints(joints) => {
+                for (axis, joint) in joints.iter_mut().enumerate() {
+                    joint.advance(start_s, period_s, command(axis), &|time_s| outside(axis, time_s));
+                }
+            }
+            Self::Arm(arm) => {
+                let axes = arm.axes();
+                let pushed = |time_s: f64, positions: &Axes, velocities: &Axes| {
+                    let mut forces = [0.0; MAX_DOF];
+                    let places = positions.iter().zip(velocities).enumerate().take(axes);
+                    for (force, (axis, (position, velocity))) in forces.iter_mut().zip(places) {
+                        *force = outside(axis, time_s) + around(axis, *position, *velocity);
+                    }
+                    forces
+                };
+                arm.advance_under(start_s, period_s, core::array::from_fn(command), &pushed);
+            }
+            Self::Phantom(tip) => {
+                tip.advance(start_s, period_s, core::array::from_fn(command), outside, around)
+            }
+        }
+    }
+}
+
+impl Tip {
+    fn state(&self, axis: usize) -> AxisState {
+        let of = |values: &[f64; 3]| values.get(axis).copied().unwrap_or_default();
+        let force = of(&self.command);
+        match self.phantom.port() {
+            PhantomPort::Cartesian => {
+                let tip = self.phantom.tip(0.0);
+                let position = of(&tip.position_m) - of(&self.origin_m);
+                AxisState { position, velocity: of(&tip.velocity_m_per_s), force, motor: None }
+            }
+            PhantomPort::Joint => {
+                let state = self.phantom.axis(axis);
+                let (position, velocity) = (state.position, state.velocity);
+                AxisState { position, velocity, force: state.actuator_force, motor: None }
+            }
+        }
+    }
+
+    fn advance(
+        &mut self,
+        start_s: f64,
+        period_s: f64,
+        command: [f64; 3],
+        outside: &dyn Fn(usize, f64) -> f64,
+        around: &dyn Fn(usize, f64, f64) -> f64,
+    ) {
+        self.command = command;
+        let force = |axis: usize, time_s: f64, position: f64, velocity: f64| {
+            outside(axis, time_s) + around(axis, position, velocity)
+        };
+        match self.phantom.port() {
+            PhantomPort::Cartesian => {
+                let origin_m = self.origin_m;
+                self.phantom.advance_at_tip(start_s, period_s, command, &|tip| {
+                    let places = tip.position_m.iter().zip(origin_m).zip(tip.velocity_m_per_s);
+                    let mut forces = [0.0; 3];
+                    for (axis, (of_axis, ((position_m, origin_m), velocity))) in
+                        forces.iter_mut().zip(places).enumerate()
+                    {
+                        *of_axis = force(axis, tip.time_s, position_m - origin_m, velocity);
+                    }
+                    forces
+                });
+            }
+            PhantomPort::Joint => {
+                let pushed = |time_s: f64, positions: &Axes, velocities: &Axes| {
+                    let mut forces = [0.0; MAX_DOF];
+                    let places = positions.iter().zip(velocities).enumerate().take(3);
+                    for (of_axis, (axis, (position, velocity))) in forces.iter_mut().zip(places) {
+                        *of_axis = force(axis, time_s, *position, *velocity);
+                    }
+                    forces
+                };
+                self.phantom.advance_under(start_s, period_s, command, &pushed);
+            }
+        }
+    }
+}
