@@ -47,8 +47,10 @@ use crate::link::InProcessParameters;
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name.
-pub const SHIPPED: [(&str, &str); 3] = [
+pub const SHIPPED: [(&str, &str); 5] = [
+    ("arm", include_str!("../../scenarios/arm.toml")),
     ("joint", include_str!("../../scenarios/joint.toml")),
+    ("phantom", include_str!("../../scenarios/phantom.toml")),
     ("rokviss", include_str!("../../scenarios/rokviss.toml")),
     ("three", include_str!("../../scenarios/three.toml")),
 ];

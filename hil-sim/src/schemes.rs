@@ -15,8 +15,10 @@ pub const SIDES: &[&str] = &["master", "slave"];
 
 /// Schemes that come with the command, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[
+    ("arm", include_str!("../../schemes/arm.scheme")),
     ("bilateral", include_str!("../../schemes/bilateral.scheme")),
     ("joint", include_str!("../../schemes/joint.scheme")),
+    ("phantom", include_str!("../../schemes/phantom.scheme")),
     ("position_position", include_str!("../../schemes/position_position.scheme")),
     ("rokviss", include_str!("../../schemes/rokviss.scheme")),
     ("small_motors", include_str!("../../schemes/small_motors.scheme")),

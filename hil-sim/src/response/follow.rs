@@ -46,7 +46,9 @@ impl Follow {
         motions: Vec<Motion>,
         others_s: &[f64],
     ) -> Self {
-        let step = motions.iter().find(|motion| matches!(motion, Motion::Step(_)));
+        // One before the beginning is where the reference stands at first.
+        let is_answered = |motion: &&Motion| matches!(motion, Motion::Step(_)) && motion.start_s() >= 0.0;
+        let step = motions.iter().find(is_answered);
         let step = step.map(|motion| {
             let at_s = motion.start_s();
             let until_s = others_s.iter().copied().filter(|other_s| *other_s > at_s);

@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
 use crate::cli::summary;
@@ -13,6 +14,9 @@ use crate::response::{AxisOutcome, Experiment, LoopFigures, Outcome, figures, fi
 use crate::rig_file::{RigFile, RigFileError, SHIPPED};
 use crate::schemes::suggestion;
 use indicatif::ProgressBar;
+
+/// From one look of a spinner to the next.
+const SPINNER: Duration = Duration::from_millis(100);
 
 /// The rig file at a path, or the shipped one of that name; none for anything else.
 pub(super) fn read(path: Option<&Path>, sets: &[String]) -> Result<Option<RigFile>, RigFileError> {
@@ -44,7 +48,12 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
         report::try_folder(&folder)?;
     }
     let stop = stop_on_interrupt()?;
-    let mut experiment = Experiment::new(file)?;
+    // Its loops are disturbed and listened to: of many coupled axes, that takes seconds.
+    let probing = ProgressBar::new_spinner().with_message("disturbing every loop");
+    probing.enable_steady_tick(SPINNER);
+    let experiment = Experiment::new(file);
+    probing.finish_and_clear();
+    let mut experiment = experiment?;
     if command.no_report {
         experiment = experiment.without_recording();
     }
