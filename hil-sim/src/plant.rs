@@ -8,7 +8,8 @@
 //!
 //! A new environment is a file here, a line in the registry below, and its keys in `scenarios/bilateral.toml`, in a
 //! section of its name; a scenario chooses it by `environment = "name"`. A plant of another kind than independent
-//! axes is a file here that implements [`Plant`], and a line in `bilateral/station.rs`, which builds it.
+//! axes is a file here that implements [`Plant`], and a line in `bilateral/station.rs`, which builds it. A machine whose
+//! axes move each other is a file here that says its equations of motion, a [`Mechanism`]; [`Coupled`] moves it.
 
 mod arm;
 mod axis;

@@ -97,3 +97,6 @@ pub(super) fn with_friction(net: &Axes, actuators: &[Actuator], slides: &[Slide;
     }
     forces
 }
+
+#[cfg(test)]
+mod tests;

@@ -184,7 +184,11 @@ fn a_light_touch_is_lost_in_friction() {
 fn a_tip_let_go_falls_to_its_ends_and_rests_there() {
     let mut phantom = PhantomParameters::default().build().unwrap();
     phantom.place(&[0.2, 0.5, 0.6], &[3.0, 0.0, 0.0]);
+    let start_j = phantom.energy().stored_j;
     hold(&mut phantom, 6000, &[]);
+    let energy = phantom.energy();
+    close(energy.supplied_j, 0.0, 0.0);
+    close(start_j - energy.stored_j, energy.dissipated_j, 1e-6 * energy.dissipated_j);
     let body = phantom.body();
     for axis in 0..3 {
         close(phantom.axis(axis).velocity, 0.0, 1e-3);
