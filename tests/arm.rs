@@ -1,4 +1,4 @@
-//! The arm against an outside simulator: the same links in `MuJoCo`.
+//! The arm against an outside simulator: the same links in ``MuJoCo``.
 //!
 //! `cargo xtask test` makes the reference runs (`tests/oracle/arm.py`) and says in `DIMSART_ORACLE` where they are.
 //! Each position and velocity stays within 1e-11 of its peak on every tick of 1.5 s: what is left are the steps of both
