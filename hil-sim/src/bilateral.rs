@@ -1,6 +1,7 @@
 //! The paper's bilateral experiment: a scenario becomes a rig, and runs.
 
 pub mod chain;
+mod creep;
 pub mod energy;
 mod error;
 mod guards;
@@ -216,7 +217,7 @@ impl Experiment {
         let mut port_energy = PortEnergy::default();
         let mut swings = self.swings(end_s);
         let mut watch = Watch::new(&self.rig, [self.scenario.limits.ranges(); 2]);
-        let mut perceived = PerceivedStiffness::new(&self.chain.obstacles);
+        let mut perceived = PerceivedStiffness::new(&self.chain.obstacles, self.phases.settled());
         let mut round_trips = RoundTrips::default();
         let unlike = self.chain.unlike_impedances_ns_per_m().map(|[master, slave]| {
             format!(
@@ -299,9 +300,21 @@ impl Experiment {
         let outcome = self.outcome(is_stable, wall_s, energy_min_j, round_trips.median(), &perceived, faults);
         let media_traffic = media.iter().map(|medium| medium.traffic.clone()).collect();
         let outcome = outcome.with_received(stations().filter_map(reception::received).collect());
+        let creep = self.creep(&outcome.received);
+        let outcome = if creep.is_empty() { outcome } else { outcome.without_prediction() };
+        let undecided = loops.iter().filter_map(LinearLoop::warning);
+        let warnings =
+            undecided.chain(creep).chain(perceived.unsettled().filter(|_| side.is_none())).collect();
         let energy_ports_min_j = (side.is_none() && outcome.ticks > 0).then(|| port_energy.smallest_j());
-        let outcome =
-            Outcome { real_time, media: media_traffic, energy_ports_min_j, limit_cycles, loops, ..outcome };
+        let outcome = Outcome {
+            real_time,
+            media: media_traffic,
+            energy_ports_min_j,
+            limit_cycles,
+            loops,
+            warnings,
+            ..outcome
+        };
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),

@@ -51,6 +51,8 @@ pub struct Outcome {
     pub refused_packets: u64,
     /// What went wrong, in words.
     pub faults: Vec<String>,
+    /// What makes figures mean less than they seem to, in words.
+    pub warnings: Vec<String>,
     /// None unless one side was run in real time.
     pub real_time: Option<RealTime>,
 }
@@ -111,6 +113,16 @@ impl Outcome {
         Self { received, lost_packets, superseded_packets, refused_packets, ..self }
     }
 
+    /// The same where no stiffness can be predicted.
+    #[must_use]
+    pub(crate) fn without_prediction(mut self) -> Self {
+        self.k_predicted_n_per_m.fill(None);
+        for axis in &mut self.axes {
+            axis.k_predicted_n_per_m = None;
+        }
+        self
+    }
+
     /// The figures; what follows from others is worked out.
     #[expect(clippy::too_many_arguments, reason = "the fields, one by one")]
     #[must_use]
@@ -144,6 +156,7 @@ impl Outcome {
             superseded_packets: 0,
             refused_packets: 0,
             faults,
+            warnings: Vec::new(),
             real_time: None,
         }
     }

@@ -47,7 +47,7 @@ use crate::{
 
 choice! {
     /// What a wave is while nothing new comes.
-    pub enum Stale { Zero = "ZERO", Hold = "HOLD", Limited = "LIMITED", Integral = "INTEGRAL" }
+    pub enum Stale { Hold = "HOLD", Zero = "ZERO", Limited = "LIMITED", Integral = "INTEGRAL" }
 }
 
 words! {

@@ -18,7 +18,7 @@ use crate::scenario::Scenario;
 /// Speed that the hand's strike gives the master alone, `m/s`.
 const STRUCK_M_PER_S: f64 = 0.1;
 /// How far the slave's spring is stretched at most, `m`, for each `m/s` of that.
-const MOST_STRETCHED_M: f64 = 1.0;
+const MOST_STRETCHED_M: f64 = 0.01;
 /// Growth per tick, up or down, that is not told from none.
 pub const UNDECIDED: f64 = 1e-5;
 /// Shortest and longest time that is listened for, ticks.
@@ -84,17 +84,19 @@ impl LinearLoop {
         self.growth_per_tick.is_some_and(|growth| (growth - 1.0).abs() <= UNDECIDED)
     }
 
-    /// What is wrong with it, in words; none for one that dies out.
+    /// What is wrong with one that grows, in words.
     pub(super) fn fault(&self, period_s: f64) -> Option<String> {
-        let growth = self.growth_per_tick?;
+        let growth = self.growth_per_tick.filter(|_| self.grows())?;
+        let doubles_s = period_s * core::f64::consts::LN_2 / libm::log(growth);
         let held = self.held.words();
-        if self.grows() {
-            let doubles_s = period_s * core::f64::consts::LN_2 / libm::log(growth);
-            Some(format!("the loop {held} grows by {growth:.6} per tick: it doubles in {doubles_s:.3} s"))
-        } else {
-            let text = format!("the loop {held} neither grows nor dies out within 1e-5 per tick: undecided");
-            self.is_undecided().then_some(text)
-        }
+        Some(format!("the loop {held} grows by {growth:.6} per tick: it doubles in {doubles_s:.3} s"))
+    }
+
+    /// Of one that is not told from either, in words.
+    pub(super) fn warning(&self) -> Option<String> {
+        let held = self.held.words();
+        let text = format!("the loop {held} neither grows nor dies out within 1e-5 per tick: undecided");
+        self.is_undecided().then_some(text)
     }
 }
 

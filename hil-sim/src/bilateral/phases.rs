@@ -181,6 +181,7 @@ mod tests {
             impedance_ns_per_m: Some(10.0),
             delay_ticks: Some(0),
             playout_ticks: 0,
+            losing_policy: None,
         };
         let chain = Chain::new(scenario, controller(3000.0), controller(5000.0)).unwrap();
         Phases::new(scenario, &chain, Carrier::new(scenario).unwrap().round_trip_ticks())

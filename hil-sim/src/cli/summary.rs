@@ -24,6 +24,9 @@ pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
              creep apart; link.playout_ticks, as long as the delay varies, with link.stale=limited makes up for it"
         )?;
     }
+    for warning in &outcome.warnings {
+        writeln!(out, "warning: {warning}")?;
+    }
     for fault in &outcome.faults {
         writeln!(out, "fault: {fault}")?;
     }

@@ -20,6 +20,9 @@ pub struct Controller {
     pub delay_ticks: Option<u32>,
     /// Of those, what the receiver adds to even out jitter: `PLAYOUT_TICKS`, where the policy uses it.
     pub playout_ticks: u32,
+    /// The policy of its receiver, where that gives out less than was sent when a packet is missing: `ZERO`, and `LIMITED`
+    /// without play-out. Displacement is then lost for good.
+    pub losing_policy: Option<&'static str>,
 }
 
 impl Controller {
@@ -35,6 +38,8 @@ impl Controller {
             impedance_ns_per_m: real(engine, "WTRANSF_MOD", "B_PARAM", 0),
             delay_ticks,
             playout_ticks,
+            losing_policy: delay::policy(engine)
+                .filter(|policy| *policy == "ZERO" || (*policy == "LIMITED" && playout_ticks == 0)),
         }
     }
 }

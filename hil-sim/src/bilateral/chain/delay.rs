@@ -33,6 +33,12 @@ pub(super) fn delay_ticks(dimsart: &mut SimulatedDimsart) -> u32 {
     [behind.unwrap_or(0), every.saturating_sub(1), playout].into_iter().fold(before, u32::saturating_add)
 }
 
+/// What the receiver of link 0 does where a packet is missing; none without one.
+pub(super) fn policy(engine: &mut SimulatedEngine) -> Option<&'static str> {
+    let receiver = on_link_0(engine, "COMM_RXMOD", "CRX_LINK")?;
+    choice(engine, receiver, "STALE")
+}
+
 /// What evens out jitter at the receiver of link 0; 0 under a policy that does not use it.
 pub(super) fn playout_ticks(engine: &mut SimulatedEngine) -> u32 {
     let Some(receiver) = on_link_0(engine, "COMM_RXMOD", "CRX_LINK") else { return 0 };
