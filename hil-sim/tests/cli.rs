@@ -352,6 +352,23 @@ fn the_modules_are_readable_on_a_terminal_of_100_columns() {
 }
 
 #[test]
+fn modules_and_messages_are_printed_as_json() {
+    let json = |arguments: &[&str]| serde_json::from_str::<serde_json::Value>(&out(arguments)).unwrap();
+    let all = json(&["modules", "--json"]);
+    assert!(all.as_array().unwrap().len() > 10, "{all}");
+    let one = json(&["modules", "PDCTRL_MOD", "--json"]);
+    assert_eq!((&one[0]["name"], one.as_array().unwrap().len()), (&"PDCTRL_MOD".into(), 1));
+    let parameters = one[0]["parameters"].as_array().unwrap();
+    let stiffness = parameters.iter().find(|parameter| parameter["name"] == "K_PARAM").unwrap();
+    assert_eq!(stiffness["unit"], "N/m or N·m/rad");
+    let dbc = json(&["dbc", "builtin:bilateral", "--json"]);
+    assert_eq!(
+        (&dbc["messages"][0]["sender"], &dbc["messages"][0]["frames"]),
+        (&"master".into(), &"can-fd".into())
+    );
+}
+
+#[test]
 fn the_page_of_the_modules_is_what_they_say_of_themselves() {
     let page = include_str!("../../docs/modules.md");
     assert!(
