@@ -9,13 +9,15 @@ use std::fmt::{self, Display, Formatter};
 
 use dimsart_core::modules::Standard;
 use dimsart_core::{Command, Dimsart, Engine, ModuleList, ModuleRef, TypeRef, Value};
+use serde::Serialize;
 
 use crate::first_packet::first_packet;
 
 pub use layout::{Kind, Signal};
 
 /// Which frames carry the packets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Frames {
     /// 8 bytes: a packet is several frames, told apart by the multiplexer `INDEX`.
     Can,
@@ -40,7 +42,7 @@ BA_DEF_DEF_ "BusType" "CAN";
 BA_DEF_DEF_ "VFrameFormat" "StandardCAN";"#;
 
 /// A message: all packets of one sending module.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Message {
     /// Identifier of its frames: the channel.
     pub identifier: u16,
@@ -182,7 +184,7 @@ fn message<const WORDS: usize>(
 }
 
 /// Messages as a DBC file.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Dbc {
     messages: Vec<Message>,
 }

@@ -290,7 +290,7 @@ fn a_wrong_setting_is_named_with_what_is_right() {
         ("record.signals=['world', '']", "there is master, slave, world, and STATION.SIGNAL in each"),
         ("link.loss", "write it as key=value"),
         ("master.scheme=no.scheme", "cannot read the scheme file no.scheme"),
-        ("master.scheme=builtin:tabel1", "choose one of builtin:bilateral, "),
+        ("master.scheme=builtin:tabel1", "builtin:bilateral, "),
         (
             "master.time_delay_ticks=70000",
             "master.time_delay_ticks = 70000 does not suit TIMEDELAY_MOD TD_PARAM: '70000' is not a whole number \
@@ -349,6 +349,23 @@ fn the_modules_are_readable_on_a_terminal_of_100_columns() {
     }
     let message = refused(&["modules", "PDCTL_MOD"], 1);
     assert!(message.contains("there is no module 'PDCTL_MOD'; did you mean 'PDCTRL_MOD'?"), "{message}");
+}
+
+#[test]
+fn modules_and_messages_are_printed_as_json() {
+    let json = |arguments: &[&str]| serde_json::from_str::<serde_json::Value>(&out(arguments)).unwrap();
+    let all = json(&["modules", "--json"]);
+    assert!(all.as_array().unwrap().len() > 10, "{all}");
+    let one = json(&["modules", "PDCTRL_MOD", "--json"]);
+    assert_eq!((&one[0]["name"], one.as_array().unwrap().len()), (&"PDCTRL_MOD".into(), 1));
+    let parameters = one[0]["parameters"].as_array().unwrap();
+    let stiffness = parameters.iter().find(|parameter| parameter["name"] == "K_PARAM").unwrap();
+    assert_eq!(stiffness["unit"], "N/m or N·m/rad");
+    let dbc = json(&["dbc", "builtin:bilateral", "--json"]);
+    assert_eq!(
+        (&dbc["messages"][0]["sender"], &dbc["messages"][0]["frames"]),
+        (&"master".into(), &"can-fd".into())
+    );
 }
 
 #[test]

@@ -54,6 +54,24 @@ fn what_is_missing_is_named_with_the_next_step() {
 }
 
 #[test]
+fn the_findings_are_printed_as_json() {
+    let programs = Programs::new(&[QEMU]);
+    let mut doctor = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output = doctor.args(["doctor", "--json"]).env("PATH", programs.0.path()).output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(json["is_well"], false);
+    assert_eq!(
+        (&json["things"][1]["name"], &json["things"][1]["is_there"]),
+        (&"emulator".into(), &true.into())
+    );
+    assert!(
+        json["things"][2]["finding"].as_str().unwrap().contains("cargo install probe-rs-tools"),
+        "{json}"
+    );
+}
+
+#[test]
 fn what_is_there_is_named_with_its_version() {
     let programs = Programs::new(&[QEMU, ("rustc", "/"), ("probe-rs", "probe-rs 0.32.1 (git commit: 1)")]);
     let found = |what| programs.doctor(what).1;

@@ -1,21 +1,21 @@
 //! `dimsart connect`: talks to a controller over a serial port or a socket.
 
+mod answer;
 mod live;
 
-use std::fmt::Display;
-use std::fs::File;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Subcommand, value_parser};
 use dimsart_core::protocol::DEFAULT_BAUD;
-use serde::Serialize;
+
+use answer::{Json, KeyState, Look, SentFile, write_recorded};
 
 use super::Ending;
 use crate::bilateral::Side;
-use crate::connect::{self, ConnectError, KeyReport, Patience, Recorded, Stream};
+use crate::connect::{self, ConnectError, KeyReport, Patience, Stream};
 use crate::key_file::{self, KeyFileError};
 use crate::schemes::SchemeText;
 
@@ -45,6 +45,8 @@ pub(super) struct Connect {
     /// The key that the board holds: what a locked board would refuse is sealed with it.
     #[arg(long, value_name = "FILE", global = true)]
     key_file: Option<PathBuf>,
+    #[command(flatten)]
+    json: Json,
 }
 
 const EXAMPLES: &str = "\
@@ -58,7 +60,7 @@ Examples:
   dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
   dimsart connect tcp:localhost:4000 recorder --out rows.csv      what a recorder has kept
-  dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program
+  dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program; every command takes it
   dimsart connect /dev/ttyACM0 events                             what happened, also before the last restart
 
 A command is answered by what it came to: whether the scheme commands the device now and, if not, why.
@@ -68,15 +70,13 @@ Exit status: 0 done, 1 refused, faults found or no answer, 2 wrong usage.";
 #[derive(Debug, Subcommand)]
 enum Action {
     /// Who it is, its state, modules, parameters and signals; what is done when nothing is asked for.
-    Show(Json),
+    Show,
     /// Value, unit and range of a parameter.
     Get {
         /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
         module: String,
         /// Parameter, such as `K_PARAM`, or `K_PARAM[0]` for one axis.
         parameter: String,
-        #[command(flatten)]
-        json: Json,
     },
     /// Set a parameter or bind a port, and print what holds then.
     Set {
@@ -124,15 +124,15 @@ enum Action {
     /// Drop all changes of the transaction.
     Abort,
     /// Check the scheme and, when it matches, LET IT RUN; 1 when it does not match.
-    Check(Json),
+    Check,
     /// LET THE DEVICE BE MOVED by its scheme until Ctrl-C: take the lease that motion needs, and renew it.
-    Arm(Json),
+    Arm,
     /// Stop the scheme: the device gets its safe input.
     Stop,
     /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
-    Faults(Json),
+    Faults,
     /// The last things that happened, with their ticks, also before the last restart; changes nothing.
-    Events(Json),
+    Events,
     /// Send a scheme, in one transaction: all of its rows are in force then, or none. What runs goes on meanwhile.
     Scheme {
         /// Scheme file, or one that is built in: `builtin:bilateral`.
@@ -145,11 +145,11 @@ enum Action {
         replace: bool,
     },
     /// Keep the scheme as it is now, ON TRIAL: the device's next start runs it, once, unless it is confirmed.
-    Save(Json),
+    Save,
     /// Keep the scheme on trial, which the last start has run, for every start.
-    Confirm(Json),
+    Confirm,
     /// Forget the scheme on trial: the next start runs the one that was saved before, or the built-in one.
-    Rollback(Json),
+    Rollback,
     /// Give the board a key, or take it away: a board that holds one is locked.
     #[command(subcommand)]
     Key(KeyAction),
@@ -177,21 +177,6 @@ enum Action {
     },
 }
 
-/// Writes what a recorder has kept to a file, or to `out`; what is to be known of it goes where the rows do not.
-fn write_recorded(recorded: &Recorded, file: Option<&Path>, out: &mut impl Write) -> io::Result<()> {
-    match file {
-        Some(file) => {
-            let written = File::create(file).and_then(|file| recorded.write_csv(file));
-            written.map_err(|error| io::Error::other(format!("cannot write {}: {error}", file.display())))?;
-            writeln!(out, "{}: {recorded}", file.display())
-        }
-        None => {
-            eprintln!("dimsart: note: {recorded}");
-            recorded.write_csv(out)
-        }
-    }
-}
-
 #[derive(Debug, Subcommand)]
 enum KeyAction {
     /// Give it the key in FILE. FROM THEN ON it takes what changes or moves it with --key-file alone, and its links
@@ -202,23 +187,6 @@ enum KeyAction {
     },
     /// Have it forget its key: it is open then, and authenticates nothing.
     Clear,
-}
-
-#[derive(Debug, Args)]
-struct Json {
-    /// Prints one JSON object.
-    #[arg(long)]
-    json: bool,
-}
-
-impl Json {
-    fn print(&self, out: &mut impl Write, report: &(impl Display + Serialize)) -> io::Result<()> {
-        if self.json {
-            writeln!(out, "{}", serde_json::to_string(report)?)
-        } else {
-            writeln!(out, "{report}")
-        }
-    }
 }
 
 fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
@@ -248,39 +216,42 @@ impl Connect {
                 eprintln!("dimsart: note: {}: {state}", self.port);
             }
         }
-        let is_well = self.action.unwrap_or(Action::Show(Json { json: false })).execute(&mut device, out)?;
+        let is_well = self.action.unwrap_or(Action::Show).execute(&mut device, &self.json, out)?;
         Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }
 
 impl Action {
     /// False when what was asked for is there and is not well.
-    fn execute(self, device: &mut Device, out: &mut impl Write) -> Result<bool, Box<dyn std::error::Error>> {
+    fn execute(
+        self,
+        device: &mut Device,
+        json: &Json,
+        out: &mut impl Write,
+    ) -> Result<bool, Box<dyn std::error::Error>> {
         match self {
-            Self::Show(json) => json.print(out, &device.overview()?)?,
-            Self::Get { module, parameter, json } => json.print(out, &device.get(&module, &parameter)?)?,
+            Self::Show => json.print(out, &device.overview()?)?,
+            Self::Get { module, parameter } => json.print(out, &device.get(&module, &parameter)?)?,
             Self::Set { module, parameter, value } => {
-                writeln!(out, "{}", device.set(&module, &parameter, &value)?)?;
+                json.print(out, &device.set(&module, &parameter, &value)?)?;
             }
-            Self::On { module, before } => {
-                writeln!(out, "{}", device.on(&module, before.as_deref())?)?;
-            }
-            Self::Off { module } => writeln!(out, "{}", device.off(&module)?)?,
-            Self::Stop => writeln!(out, "{}", device.stop()?)?,
-            Self::Reset { module } => writeln!(out, "{}", device.reset(module.as_deref())?)?,
-            Self::Init { module } => writeln!(out, "{}", device.init(&module)?)?,
-            Self::Close { module } => writeln!(out, "{}", device.close(module.as_deref())?)?,
-            Self::Begin => writeln!(out, "{}", device.begin()?)?,
-            Self::Commit => writeln!(out, "{}", device.commit()?)?,
-            Self::Abort => writeln!(out, "{}", device.abort()?)?,
-            Self::Arm(json) => live::arm(device, &json, out)?,
-            Self::Check(json) => {
+            Self::On { module, before } => json.print(out, &device.on(&module, before.as_deref())?)?,
+            Self::Off { module } => json.print(out, &device.off(&module)?)?,
+            Self::Stop => json.print(out, &device.stop()?)?,
+            Self::Reset { module } => json.print(out, &device.reset(module.as_deref())?)?,
+            Self::Init { module } => json.print(out, &device.init(&module)?)?,
+            Self::Close { module } => json.print(out, &device.close(module.as_deref())?)?,
+            Self::Begin => json.print(out, &device.begin()?)?,
+            Self::Commit => json.print(out, &device.commit()?)?,
+            Self::Abort => json.print(out, &device.abort()?)?,
+            Self::Arm => live::arm(device, json, out)?,
+            Self::Check => {
                 let check = device.check()?;
                 json.print(out, &check)?;
                 return Ok(check.faults == 0);
             }
-            Self::Events(json) => json.print(out, &device.events()?)?,
-            Self::Faults(json) => {
+            Self::Events => json.print(out, &device.events()?)?,
+            Self::Faults => {
                 let faults = device.faults()?;
                 json.print(out, &faults)?;
                 return Ok(faults.is_sound());
@@ -291,20 +262,24 @@ impl Action {
                     true => device.replace_scheme(&scheme, side.name())?,
                     false => device.send_scheme(&scheme, side.name())?,
                 };
-                writeln!(out, "{file}: {} rows for the {}; {}", sent.rows, side.name(), sent.state)?;
+                json.print(out, &SentFile { file, side: side.name(), sent })?;
             }
-            Self::Save(json) => json.print(out, &device.save()?)?,
-            Self::Confirm(json) => json.print(out, &device.confirm()?)?,
-            Self::Rollback(json) => json.print(out, &device.roll_back()?)?,
-            Self::Key(KeyAction::Set { file }) => writeln!(out, "{}", device.set_key(&read_key(&file)?)?)?,
-            Self::Key(KeyAction::Clear) => writeln!(out, "{}", device.clear_key()?)?,
+            Self::Save => json.print(out, &device.save()?)?,
+            Self::Confirm => json.print(out, &device.confirm()?)?,
+            Self::Rollback => json.print(out, &device.roll_back()?)?,
+            Self::Key(KeyAction::Set { file }) => {
+                json.print(out, &KeyState { key: device.set_key(&read_key(&file)?)? })?;
+            }
+            Self::Key(KeyAction::Clear) => json.print(out, &KeyState { key: device.clear_key()? })?,
             Self::Recorder { recorder, out: file } => {
-                write_recorded(&device.recorded(recorder.as_deref())?, file.as_deref(), out)?;
+                write_recorded(&device.recorded(recorder.as_deref())?, file.as_deref(), json, out)?;
             }
             Self::Watch { signals, once: true, .. } => {
-                writeln!(out, "{}", live::lines(&device.signals(&signals)?))?;
+                json.print(out, &Look { live: None, signals: device.signals(&signals)? })?;
             }
-            Self::Watch { signals, period_s, arm, .. } => live::watch(device, &signals, period_s, arm, out)?,
+            Self::Watch { signals, period_s, arm, .. } => {
+                live::watch(device, &signals, period_s, arm, json, out)?;
+            }
         }
         Ok(true)
     }

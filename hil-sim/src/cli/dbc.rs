@@ -29,6 +29,9 @@ pub(super) struct Dbc {
     /// Frames that carry the packets.
     #[arg(long, value_enum, default_value_t = Frames::CanFd)]
     frames: Frames,
+    /// Prints the messages as one JSON object instead.
+    #[arg(long)]
+    json: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -54,7 +57,12 @@ impl Dbc {
             }
             messages.extend(dbc::messages(&mut dimsart, side.name(), self.frames)?);
         }
-        write!(out, "{}", dbc::Dbc::new(messages)?)?;
+        let dbc = dbc::Dbc::new(messages)?;
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(&dbc)?)?;
+        } else {
+            write!(out, "{dbc}")?;
+        }
         Ok(ExitCode::SUCCESS)
     }
 }

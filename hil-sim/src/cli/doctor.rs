@@ -6,6 +6,7 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use clap::Args;
+use serde::Serialize;
 
 use super::Ending;
 
@@ -16,7 +17,27 @@ use super::Ending;
 #[command(
     after_help = "The simulator needs none of it; the emulated board needs no probe-rs, rule and probe."
 )]
-pub(super) struct Doctor {}
+pub(super) struct Doctor {
+    /// Prints one JSON object, and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was found of everything.
+#[derive(Serialize)]
+struct Examination {
+    is_well: bool,
+    things: Vec<Thing>,
+}
+
+/// One thing that firmware needs.
+#[derive(Serialize)]
+struct Thing {
+    name: &'static str,
+    is_there: bool,
+    /// What is there, or what is wrong and the next step.
+    finding: String,
+}
 
 /// What is there, or what is wrong and the next step.
 type Finding = Result<String, String>;
@@ -39,14 +60,23 @@ impl Doctor {
             ("udev rule", udev_rule(&UDEV_FOLDERS.map(Path::new))),
             ("probe", probe()),
         ];
-        for (what, finding) in &findings {
-            match finding {
-                Ok(there) => writeln!(out, "ok       {what}: {there}")?,
-                Err(wrong) => writeln!(out, "missing  {what}: {wrong}")?,
+        let things: Vec<Thing> = findings
+            .into_iter()
+            .map(|(name, finding)| Thing {
+                name,
+                is_there: finding.is_ok(),
+                finding: finding.unwrap_or_else(|wrong| wrong),
+            })
+            .collect();
+        let examination = Examination { is_well: things.iter().all(|thing| thing.is_there), things };
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(&examination)?)?;
+        } else {
+            for Thing { name, is_there, finding } in &examination.things {
+                writeln!(out, "{:<8} {name}: {finding}", if *is_there { "ok" } else { "missing" })?;
             }
         }
-        let is_well = findings.iter().all(|(_, finding)| finding.is_ok());
-        Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+        Ok(if examination.is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 }
 

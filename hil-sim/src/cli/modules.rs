@@ -12,6 +12,7 @@ use dimsart_core::{
     Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Unit, UnitRelation,
     Value,
 };
+use serde::Serialize;
 
 use super::Ending;
 use crate::bilateral::device;
@@ -25,8 +26,11 @@ pub(super) struct Modules {
     /// Only this module, such as `PDCTRL_MOD`.
     name: Option<String>,
     /// Prints a page of Markdown, as `docs/modules.md` is one.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "json")]
     markdown: bool,
+    /// Prints a JSON list of the modules, and nothing else.
+    #[arg(long)]
+    json: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -53,13 +57,56 @@ unplugged ([commands.md](commands.md#modules-that-do-not-run-in-every-tick)).
 ";
 
 /// What a module says of itself.
+#[derive(Serialize)]
 struct Description {
     name: &'static str,
     summary: &'static str,
-    ports: Rows<5>,
+    ports: Vec<PortRow>,
     /// Parameters that add a port for each type they are given.
-    lists: Vec<&'static str>,
-    parameters: Rows<5>,
+    port_lists: Vec<&'static str>,
+    parameters: Vec<ParameterRow>,
+}
+
+/// A port and what it is bound to at first.
+#[derive(Serialize)]
+struct PortRow {
+    name: &'static str,
+    /// `reads` or `writes`.
+    direction: &'static str,
+    signal: &'static str,
+    unit: String,
+    format: String,
+    shape: String,
+}
+
+impl PortRow {
+    const HEADER: [&str; 5] = ["port", "reads or writes", "unit", "format", "shape"];
+
+    fn cells(&self) -> [String; 5] {
+        let Self { name, direction, signal, unit, format, shape } = self;
+        [(*name).to_owned(), format!("{direction} {signal}"), unit.clone(), format.clone(), shape.clone()]
+    }
+}
+
+/// A parameter.
+#[derive(Serialize)]
+struct ParameterRow {
+    name: &'static str,
+    unit: String,
+    range: String,
+    default: String,
+    meaning: &'static str,
+    only_while_unplugged: bool,
+}
+
+impl ParameterRow {
+    const HEADER: [&str; 5] = ["parameter", "unit", "range", "default", "meaning"];
+
+    fn cells(&self) -> [String; 5] {
+        let Self { name, unit, range, default, meaning, only_while_unplugged } = self;
+        let when = if *only_while_unplugged { " Only while unplugged." } else { "" };
+        [(*name).to_owned(), unit.clone(), range.clone(), default.clone(), format!("{meaning}{when}")]
+    }
 }
 
 /// A table, its head first.
@@ -78,8 +125,15 @@ impl Modules {
         }
         let mut engine: Engine = Engine::new(device("device", 1, 1e-3)?);
         let is_wanted = |name: &str| self.name.as_deref().is_none_or(|wanted| wanted == name);
-        for (number, kind) in (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind.name)) {
-            let description = Description::new(&mut engine, number, kind.name, kind.summary.text());
+        let wanted = (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind.name));
+        let descriptions: Vec<Description> = wanted
+            .map(|(number, kind)| Description::new(&mut engine, number, kind.name, kind.summary.text()))
+            .collect();
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(&descriptions)?)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        for description in descriptions {
             if self.markdown { description.markdown(out) } else { description.print(out) }?;
         }
         Ok(ExitCode::SUCCESS)
@@ -95,35 +149,37 @@ impl Description {
         Self {
             name,
             summary,
-            lists: lists.map(|list| list.name).collect(),
-            ports: rows(
-                ["port", "reads or writes", "unit", "format", "shape"],
-                ports.iter().filter_map(|port| port_row(port, &ports)),
-            ),
-            parameters: rows(
-                ["parameter", "unit", "range", "default", "meaning"],
-                parameters.iter().map(parameter_row),
-            ),
+            port_lists: lists.map(|list| list.name).collect(),
+            ports: ports.iter().filter_map(|port| port_row(port, &ports)).collect(),
+            parameters: parameters.iter().map(parameter_row).collect(),
         }
+    }
+
+    fn port_table(&self) -> Rows<5> {
+        rows(PortRow::HEADER, self.ports.iter().map(PortRow::cells))
+    }
+
+    fn parameter_table(&self) -> Rows<5> {
+        rows(ParameterRow::HEADER, self.parameters.iter().map(ParameterRow::cells))
     }
 
     fn print(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "{}: {}", self.name, self.summary)?;
-        print_table(out, &self.ports)?;
-        for list in &self.lists {
+        print_table(out, &self.port_table())?;
+        for list in &self.port_lists {
             writeln!(out, "Every {list} adds a port for its type.")?;
         }
-        print_table(out, &self.parameters)?;
+        print_table(out, &self.parameter_table())?;
         writeln!(out)
     }
 
     fn markdown(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "\n## {}\n\n{}", self.name, self.summary)?;
-        markdown_table(out, &self.ports)?;
-        for list in &self.lists {
+        markdown_table(out, &self.port_table())?;
+        for list in &self.port_lists {
             writeln!(out, "\nEvery `{list}` adds a port for its type.")?;
         }
-        markdown_table(out, &self.parameters)
+        markdown_table(out, &self.parameter_table())
     }
 }
 
@@ -134,32 +190,33 @@ fn rows<const COLUMNS: usize>(
     std::iter::once(header.map(str::to_owned)).chain(rows).collect()
 }
 
-fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<[String; 5]> {
+fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<PortRow> {
     let (data_type, _) = port.data_type?;
     let any_or = |text: String| match port.tie.filter(|_| port.takes_any_type) {
         None if port.takes_any_type => "any".to_owned(),
         None => text.to_lowercase(),
         Some(_) => port_unit(port, ports),
     };
-    let verb = if port.direction == Direction::Read { "reads" } else { "writes" };
-    Some([
-        port.name.to_owned(),
-        format!("{verb} {}", data_type.name),
-        port_unit(port, ports),
-        any_or(format!("{:?}", data_type.format)),
-        any_or(format!("{:?}", data_type.shape)),
-    ])
+    Some(PortRow {
+        name: port.name,
+        direction: if port.direction == Direction::Read { "reads" } else { "writes" },
+        signal: data_type.name,
+        unit: port_unit(port, ports),
+        format: any_or(format!("{:?}", data_type.format)),
+        shape: any_or(format!("{:?}", data_type.shape)),
+    })
 }
 
-fn parameter_row(parameter: &Parameter) -> [String; 5] {
-    let when = if parameter.is_structural { " Only while unplugged." } else { "" };
-    [
-        parameter.name.to_owned(),
-        if parameter.accepts == Accepts::Types { String::new() } else { units(parameter.unit) },
-        ParameterText::try_from(*parameter).map_or_else(|_| String::new(), |text| range_text(&text)),
-        default(parameter),
-        format!("{}{when}", parameter.summary.text()),
-    ]
+fn parameter_row(parameter: &Parameter) -> ParameterRow {
+    let is_list = parameter.accepts == Accepts::Types;
+    ParameterRow {
+        name: parameter.name,
+        unit: if is_list { String::new() } else { units(parameter.unit) },
+        range: ParameterText::try_from(*parameter).map_or_else(|_| String::new(), |text| range_text(&text)),
+        default: default(parameter),
+        meaning: parameter.summary.text(),
+        only_while_unplugged: parameter.is_structural,
+    }
 }
 
 fn print_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMNS>) -> io::Result<()> {

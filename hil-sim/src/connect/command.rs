@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use dimsart_core::protocol::{Effect, Request, Response};
 use dimsart_core::scheme::Row;
 use dimsart_core::{Command, CommandError, ModuleRef, ParameterError, Value, Vocabulary};
+use serde::Serialize;
 
 use super::device::take;
 use super::show::ParameterReport;
@@ -15,7 +16,7 @@ use super::{ConnectError, Device};
 const ANY_SIDE: &str = "all";
 
 /// What an accepted command came to.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CommandOutcome {
     /// What holds now of that which was commanded.
     pub effect: String,

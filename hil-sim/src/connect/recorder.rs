@@ -8,6 +8,7 @@ use std::io::{self, Read, Write};
 
 use dimsart_core::protocol::{Request, Response};
 use dimsart_core::{CommandError, Direction, Format, ModuleRef, TypeRef, Value, Vocabulary};
+use serde::Serialize;
 
 use super::description::{Description, ValueText};
 use super::device::take;
@@ -22,7 +23,7 @@ const LENGTH: &str = "LENGTH";
 const PIECE_WORDS: usize = dimsart_core::protocol::MAX_SIGNAL_WORDS;
 
 /// What a recorder has kept, oldest first.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Recorded {
     /// Name of the recorder.
     pub recorder: String,
@@ -37,7 +38,7 @@ pub struct Recorded {
 }
 
 /// The signal as it was in one tick.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RecordedRow {
     /// Its number, from 0, since the recorder began.
     pub number: u32,

@@ -4,12 +4,13 @@ use std::io::{Read, Write};
 
 use dimsart_core::scheme::{self, Place, Row, SchemeError};
 use dimsart_core::{Command, CommandError, protocol::Effect};
+use serde::Serialize;
 
 use super::{ConnectError, Device};
 use crate::schemes::{Explained, SIDES, SchemeText};
 
 /// A scheme that arrived.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Sent {
     /// Rows that were for this side.
     pub rows: usize,

@@ -4,12 +4,14 @@ use std::fmt::{self, Display, Formatter};
 
 use dimsart_core::carrier::{can, can_fd};
 use dimsart_core::{DeviceDescriptor, Format, PACKET_OVERHEAD, TypeRef};
+use serde::Serialize;
 
 use super::Frames;
 use crate::recording::indices;
 
 /// How the bits of a signal are read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Kind {
     /// A whole number.
     Whole,
@@ -22,7 +24,7 @@ pub enum Kind {
 }
 
 /// A signal in a message. Bits count from the low one of the frame's first byte.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Signal {
     /// Name, such as `CH1_TD_WAVES_1` for the first axis, `INERTIA_1_2` for an element of a matrix.
     pub name: String,

@@ -62,6 +62,31 @@ fn show_is_the_default_and_has_the_same_as_json() {
 }
 
 #[test]
+fn every_command_says_in_json_what_it_came_to() {
+    let emulated = Emulated::with_scheme("master");
+    let rows = concat!(env!("CARGO_MANIFEST_DIR"), "/../schemes/bilateral.scheme");
+    for (arguments, key, expected) in [
+        (&["set", "PDCTRL_MOD", "K_PARAM[1]", "500"][..], "is_commanded", true.into()),
+        (&["begin"], "effect", serde_json::Value::Null),
+        (&["off", "PDCTRL_MOD"], "is_commanded", true.into()),
+        (&["on", "PDCTRL_MOD"], "is_commanded", true.into()),
+        (&["abort"], "is_commanded", true.into()),
+        (&["watch", "POSITION", "--once"], "signals", serde_json::Value::Null),
+        (&["scheme", rows, "--side", "master", "--replace"], "rows", 14.into()),
+        (&["stop"], "is_commanded", false.into()),
+    ] {
+        let json = emulated.json(&[arguments, &["--json"]].concat(), 0);
+        let found = json.get(key).unwrap();
+        assert!(expected.is_null() || *found == expected, "{arguments:?}: {json}");
+    }
+    assert_eq!(
+        emulated.json(&["--json"], 0)["modules"][0]["is_on"],
+        emulated.json(&["show", "--json"], 0)["modules"][0]["is_on"]
+    );
+    assert!(emulated.out(&["set", "PDCTRL_MOD", "K_PARAM", "-1", "--json"], 1).is_empty());
+}
+
+#[test]
 fn a_set_value_is_answered_by_what_holds_then() {
     let emulated = Emulated::with_scheme("master");
     let mut device = emulated.connect(QUICK);

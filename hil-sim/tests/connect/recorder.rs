@@ -57,6 +57,20 @@ fn rows_come_oldest_first_with_name_and_unit() {
 }
 
 #[test]
+fn the_rows_are_printed_as_json() {
+    let emulated = with_recorder(25);
+    tick(&emulated, 0..3);
+    let json = emulated.json(&["recorder", "--json"], 0);
+    assert_eq!(json["signal"], "POSITION");
+    assert_eq!(json["rows"][2], serde_json::json!({ "number": 2, "values": [2.0, 0.0, 0.0] }));
+    let file = tempfile::tempdir().unwrap();
+    let path = file.path().join("rows.csv");
+    let json = emulated.json(&["recorder", "--out", path.to_str().unwrap(), "--json"], 0);
+    assert_eq!((&json["rows"], &json["recorder"]), (&3.into(), &"RECORDER_MOD".into()));
+    assert!(std::fs::read_to_string(path).unwrap().starts_with("row,POSITION[0]"));
+}
+
+#[test]
 fn the_rows_are_written_as_csv() {
     let emulated = with_recorder(4);
     tick(&emulated, 1..7);

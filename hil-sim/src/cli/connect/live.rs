@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use super::{Device, Json};
+use super::{Device, Json, Look};
 use crate::connect::{ConnectError, Live, SignalReport};
 
 /// How soon Ctrl-C is seen.
@@ -21,8 +21,8 @@ pub(super) fn lines(signals: &[SignalReport]) -> String {
 struct Screen(bool);
 
 impl Screen {
-    fn enter(out: &mut impl Write) -> io::Result<Self> {
-        let screen = Self(io::stdout().is_terminal());
+    fn enter(json: &Json, out: &mut impl Write) -> io::Result<Self> {
+        let screen = Self(io::stdout().is_terminal() && !json.json);
         if screen.0 {
             write!(out, "\x1b[?1049h\x1b[?25l")?;
         }
@@ -49,20 +49,21 @@ impl Screen {
     }
 }
 
-/// Shows signals; with `is_armed` it holds the lease meanwhile.
+/// Shows signals, as JSON a line for each look; with `is_armed` it holds the lease meanwhile.
 pub(super) fn watch(
     device: &mut Device,
     names: &[String],
     period: Duration,
     is_armed: bool,
+    json: &Json,
     out: &mut impl Write,
 ) -> Result<(), Box<dyn Error>> {
     let stop = on_ctrl_c()?;
     if is_armed {
         device.hold_lease()?;
     }
-    let screen = Screen::enter(out)?;
-    let ending = refresh(device, names, period, &screen, &stop, out);
+    let screen = Screen::enter(json, out)?;
+    let ending = refresh(device, names, period, (&screen, json), &stop, out);
     let is_terminal = screen.0;
     screen.leave(out)?;
     if is_armed {
@@ -80,14 +81,15 @@ fn refresh(
     device: &mut Device,
     names: &[String],
     period: Duration,
-    screen: &Screen,
+    (screen, json): (&Screen, &Json),
     stop: &AtomicBool,
     out: &mut impl Write,
 ) -> Result<String, Box<dyn Error>> {
     let (mut next, mut live) = (Instant::now(), Live::new(names, period));
     loop {
         let signals = device.look(&mut live)?;
-        let text = format!("{}\n{}", device.live()?, lines(&signals));
+        let look = Look { live: Some(device.live()?), signals };
+        let text = if json.json { serde_json::to_string(&look)? } else { look.to_string() };
         screen.show(out, &text)?;
         next = (next + period).max(Instant::now());
         while Instant::now() < next && !stop.load(Ordering::Relaxed) {

@@ -1,0 +1,109 @@
+//! What the sub-commands print: for people, or as JSON.
+
+use std::fmt::{self, Display};
+use std::fs::File;
+use std::io::{self, Write};
+use std::path::Path;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::live;
+use crate::connect::{KeyReport, LiveReport, Recorded, Sent, SignalReport};
+
+#[derive(Debug, Args)]
+pub(super) struct Json {
+    /// Prints JSON, and nothing else, to standard output: a line for each answer.
+    #[arg(long, global = true)]
+    pub(super) json: bool,
+}
+
+impl Json {
+    pub(super) fn print(&self, out: &mut impl Write, report: &(impl Display + Serialize)) -> io::Result<()> {
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(report)?)
+        } else {
+            writeln!(out, "{report}")
+        }
+    }
+}
+
+/// A scheme that arrived, and where it is from.
+#[derive(Serialize)]
+pub(super) struct SentFile {
+    pub(super) file: String,
+    pub(super) side: &'static str,
+    #[serde(flatten)]
+    pub(super) sent: Sent,
+}
+
+impl Display for SentFile {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, side, sent } = self;
+        write!(f, "{file}: {} rows for the {side}; {}", sent.rows, sent.state)
+    }
+}
+
+/// How a device stands to keys, as an object of its own.
+#[derive(Serialize)]
+pub(super) struct KeyState {
+    pub(super) key: KeyReport,
+}
+
+impl Display for KeyState {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.key.fmt(f)
+    }
+}
+
+/// Signals, and how the device is doing where that is asked for.
+#[derive(Serialize)]
+pub(super) struct Look {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(super) live: Option<LiveReport>,
+    pub(super) signals: Vec<SignalReport>,
+}
+
+impl Display for Look {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(live) = &self.live {
+            writeln!(f, "{live}")?;
+        }
+        f.write_str(&live::lines(&self.signals))
+    }
+}
+
+/// What went to a file.
+#[derive(Serialize)]
+struct WrittenRows<'a> {
+    file: &'a Path,
+    recorder: &'a str,
+    signal: &'a str,
+    rows: usize,
+    overwritten: u32,
+}
+
+/// Writes what a recorder has kept to a file, or to `out`; what is to be known of it goes where the rows do not.
+pub(super) fn write_recorded(
+    recorded: &Recorded,
+    file: Option<&Path>,
+    json: &Json,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let Some(path) = file else {
+        if json.json {
+            return writeln!(out, "{}", serde_json::to_string(recorded)?);
+        }
+        eprintln!("dimsart: note: {recorded}");
+        return recorded.write_csv(out);
+    };
+    let written = File::create(path).and_then(|file| recorded.write_csv(file));
+    written.map_err(|error| io::Error::other(format!("cannot write {}: {error}", path.display())))?;
+    if json.json {
+        let Recorded { recorder, signal, rows, overwritten, .. } = recorded;
+        let written =
+            WrittenRows { file: path, recorder, signal, rows: rows.len(), overwritten: *overwritten };
+        return writeln!(out, "{}", serde_json::to_string(&written)?);
+    }
+    writeln!(out, "{}: {recorded}", path.display())
+}
