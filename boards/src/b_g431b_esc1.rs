@@ -37,7 +37,7 @@ use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
 use crate::board::{Axes, Board, Joints, Parts, is_driven};
-use crate::catalogue::b_g431b_esc1::MOTOR;
+use crate::catalogue::b_g431b_esc1::{MOTOR, TOOLING};
 use crate::encoder::Encoder;
 use crate::motor::{ALIGNING_ANGLE_RAD, Ramp, phase_duties};
 use crate::stm32g4::flash::{self, SchemeFlash};
@@ -72,7 +72,7 @@ pub struct BG431bEsc1;
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
-    const WORDS: usize = 640;
+    const WORDS: usize = TOOLING.words;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[MOTOR.position_limits()];
@@ -120,7 +120,14 @@ impl Board for BG431bEsc1 {
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
         let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
         let links = fdcan::start(can, 0);
-        stm32g4::parts(Axes::from_array([AxisKind::Rotary]), joints, command_port, links, storage, chip.IWDG)
+        stm32g4::parts(
+            Axes::from_array([AxisKind::Rotary; TOOLING.axes]),
+            joints,
+            command_port,
+            links,
+            storage,
+            chip.IWDG,
+        )
     }
 
     fn disarm() {

@@ -44,6 +44,10 @@ pub struct Tooling {
     pub clock_hz: u32,
     /// Ticks per second.
     pub tick_hz: u32,
+    /// Axes of its device; of a simulated one, those that it has when nobody says otherwise.
+    pub axes: usize,
+    /// Words of the Data Base that its memory has room for.
+    pub words: usize,
     /// What its images run from.
     pub memory: CodeMemory,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.

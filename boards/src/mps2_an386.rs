@@ -31,6 +31,7 @@ use dimsart_core::{Counter, DataType, StartCause, Tick, Word};
 use embassy_executor::InterruptExecutor;
 
 use crate::board::{Board, Joints, Parts};
+use crate::catalogue::mps2_an386::TOOLING;
 
 /// The board, with the host behind it.
 pub struct Mps2An386;
@@ -103,7 +104,7 @@ static __INTERRUPTS: [Handler; INTERRUPTS] = {
 
 impl Board for Mps2An386 {
     const NAME: &'static str = "mps2-an386";
-    const WORDS: usize = 32_768;
+    const WORDS: usize = TOOLING.words;
     const OUTPUTS: &'static [&'static DataType] = host::OUTPUTS;
     const PACKETS_PER_TICK: usize = MAX_PACKETS;
 

@@ -44,7 +44,7 @@ use self::can_link as link;
 #[cfg(feature = "uart-link")]
 use self::uart_link as link;
 use crate::board::{Axes, Board, Joints, Parts, is_driven};
-use crate::catalogue::nucleo_g474re::MOTOR;
+use crate::catalogue::nucleo_g474re::{MOTOR, TOOLING};
 use crate::encoder::Encoder;
 use crate::motor::Motor;
 use crate::stm32g4::flash::{self, SchemeFlash};
@@ -52,7 +52,7 @@ use crate::stm32g4::power_stage::{self, PowerStage};
 use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep};
 
-const AXES: usize = 3;
+const AXES: usize = TOOLING.axes;
 const MOTORS: [Motor; AXES] = [MOTOR; AXES];
 const PWM_FREQUENCY: Hertz = Hertz(20_000);
 const CRYSTAL: Hertz = Hertz(24_000_000);
@@ -71,7 +71,7 @@ pub struct NucleoG474re;
 
 impl Board for NucleoG474re {
     const NAME: &'static str = "nucleo-g474re";
-    const WORDS: usize = 3072;
+    const WORDS: usize = TOOLING.words;
     const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[MOTOR.position_limits()];

@@ -191,11 +191,12 @@ impl Experiment {
         }
     }
 
-    /// Memory that the signals of the whole run will take, bytes.
-    #[must_use]
-    pub fn recording_bytes(&self) -> f64 {
-        let ticks = self.duration_s() / self.scenario.sample_period_s;
-        self.recorder.as_ref().map_or(0.0, |recorder| recorder.bytes(ticks))
+    /// Keeps of a long run what pictures need, in memory that does not grow with its length. A [listener](Self::tell) hears
+    /// every row.
+    pub fn keep_for_pictures(&mut self) {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.keep_for_pictures();
+        }
     }
 
     /// Length of the run, `s`.

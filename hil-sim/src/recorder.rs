@@ -16,6 +16,9 @@ use crate::rig::{Rig, Station};
 use crate::scenario::RecordSection;
 use selection::Selection;
 
+/// Rows that pictures are drawn of: far more than they are wide.
+const PICTURE_ROWS: usize = 65_536;
+
 /// Records a rig.
 #[derive(Debug)]
 pub struct Recorder {
@@ -74,13 +77,9 @@ impl Recorder {
         self.recording.reserve(usize::try_from(rows).unwrap_or_default());
     }
 
-    /// Memory for `ticks` ticks with the columns there are now, bytes.
-    #[must_use]
-    pub fn bytes(&self, ticks: f64) -> f64 {
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        let rows = ticks / self.every_ticks as f64;
-        // A time beside the columns.
-        rows * (f64::from(u32::try_from(self.recording.columns().len()).unwrap_or(u32::MAX)) + 1.0) * 8.0
+    /// Keeps no more than pictures need of a long run; whom it [tells](Self::tell) hears all.
+    pub fn keep_for_pictures(&mut self) {
+        self.recording.thin_beyond(PICTURE_ROWS);
     }
 
     /// Tells `listener` what was recorded, and from now on every row as it is taken. Waits while `listener` is full; one

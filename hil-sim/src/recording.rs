@@ -61,13 +61,43 @@ pub struct Recording {
     columns: Vec<Column>,
     time_s: Vec<f64>,
     values: Vec<f64>,
+    /// More rows than that are thinned out.
+    most_rows: Option<usize>,
 }
+
+/// Rows that are thinned out to two: one of the least values and one of the greatest.
+const THINNED: usize = 4;
 
 impl Recording {
     /// An empty recording of `columns`.
     #[must_use]
     pub fn new(columns: Vec<Column>) -> Self {
-        Self { columns, time_s: Vec::new(), values: Vec::new() }
+        Self { columns, time_s: Vec::new(), values: Vec::new(), most_rows: None }
+    }
+
+    /// Takes so many rows at most, for pictures of runs of any length: whenever it is full, four rows each become two,
+    /// one with the least values of every column and one with the greatest. No peak is lost, only when exactly it was.
+    pub fn thin_beyond(&mut self, rows: usize) {
+        self.most_rows = Some(rows.max(THINNED));
+    }
+
+    fn thin(&mut self) {
+        let width = self.columns.len();
+        let (mut time_s, mut values) = (Vec::new(), Vec::new());
+        for (times, rows) in self.time_s.chunks(THINNED).zip(self.values.chunks(THINNED * width.max(1))) {
+            if times.len() < THINNED {
+                time_s.extend_from_slice(times);
+                values.extend_from_slice(rows);
+                continue;
+            }
+            time_s.extend(times.iter().step_by(THINNED / 2));
+            for pick in [f64::min, f64::max] {
+                let column =
+                    |column: usize| rows.iter().skip(column).step_by(width).copied().fold(f64::NAN, pick);
+                values.extend((0..width).map(column));
+            }
+        }
+        (self.time_s, self.values) = (time_s, values);
     }
 
     /// Adds columns behind those there are; the rows so far have NaN in them.
@@ -93,6 +123,9 @@ impl Recording {
 
     /// Adds one row of NaN; gives it, one value per column, to be filled.
     pub fn add_row(&mut self, time_s: f64) -> &mut [f64] {
+        if self.most_rows.is_some_and(|most| self.time_s.len() >= most) {
+            self.thin();
+        }
         let start = self.values.len();
         self.time_s.push(time_s);
         self.values.resize(start + self.columns.len(), f64::NAN);
@@ -135,4 +168,48 @@ fn touch(values: &mut Vec<f64>, more: usize) {
     let length = values.len();
     values.resize(length.saturating_add(more), f64::NAN);
     values.truncate(length);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recorded(most_rows: Option<usize>, rows: u32) -> Recording {
+        let column = |signal: &str| Column {
+            source: "world".to_owned(),
+            signal: signal.to_owned(),
+            indices: Vec::new(),
+            unit: String::new(),
+        };
+        let mut recording = Recording::new(vec![column("sine"), column("peak")]);
+        if let Some(most_rows) = most_rows {
+            recording.thin_beyond(most_rows);
+        }
+        for tick in 0..rows {
+            let time_s = f64::from(tick) * 1e-3;
+            let row = recording.add_row(time_s);
+            row.copy_from_slice(&[libm::sin(time_s), if tick == 12_345 { 7.0 } else { f64::NAN }]);
+        }
+        recording
+    }
+
+    #[test]
+    fn a_long_recording_keeps_its_peaks_in_bounded_memory() {
+        let thin = recorded(Some(1000), 100_000);
+        assert!((500..=1000).contains(&thin.rows().count()));
+        assert!(thin.time_s().is_sorted() && thin.time_s().len() == thin.rows().count());
+        let peak = thin.time_s().iter().zip(thin.column(1)).find(|(_, value)| *value > 0.0);
+        assert!(peak.is_some_and(|(time_s, value)| (time_s - 12.345).abs() < 0.5 && value > 6.9), "{peak:?}");
+        for (time_s, sine) in thin.time_s().iter().zip(thin.column(0)) {
+            assert!((sine - libm::sin(*time_s)).abs() < 0.5, "{sine} at {time_s}");
+        }
+        let highest = thin.column(0).fold(f64::MIN, f64::max);
+        assert!((highest - 1.0).abs() < 1e-6, "{highest}");
+    }
+
+    #[test]
+    fn a_short_recording_is_as_it_was_taken() {
+        let (thin, whole) = (recorded(Some(1000), 1000), recorded(None, 1000));
+        assert!(thin.column(0).eq(whole.column(0)) && thin.time_s() == whole.time_s());
+    }
 }

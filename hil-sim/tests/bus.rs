@@ -192,7 +192,12 @@ fn the_packets_of_the_space_link_fit_its_link_at_500_hz_and_not_at_1_khz() {
     }
     // What jitter does without play-out: the line becomes a damper, and nothing but the drift is felt.
     let worn = load(&["link.playout_ticks=0"]);
-    assert!(worn.k_perceived_n_per_m[0].unwrap() < 0.5 * worn.k_predicted_n_per_m[0].unwrap(), "{worn:?}");
+    let predicted_n_per_m = outcome.k_predicted_n_per_m[0].unwrap();
+    assert!(worn.k_perceived_n_per_m[0].unwrap() < 0.5 * predicted_n_per_m, "{worn:?}");
+    assert_eq!(worn.k_predicted_n_per_m[0], None, "nothing is predicted where displacement is lost");
+    let creeps =
+        |warning: &String| warning.contains("STALE LIMITED") && warning.contains("link.playout_ticks");
+    assert!(worn.warnings.iter().any(creeps) && !outcome.warnings.iter().any(creeps), "{:?}", worn.warnings);
     let full = load(&["link.every_ticks=1", "duration_s=10"]);
     assert!(
         full.media[0].load > 0.99 && full.faults.iter().any(|fault| fault.contains("the line is full")),

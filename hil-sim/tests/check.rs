@@ -281,3 +281,20 @@ fn a_board_that_does_not_exist_is_told_with_the_ones_that_do() {
     assert!(!output.status.success() && message.contains("'nucleo' is not a board"), "{message}");
     assert!(boards::BOARDS.iter().all(|board| message.contains(board.name)), "{message}");
 }
+
+/// A board of one axis and little memory.
+#[test]
+fn a_scheme_is_checked_for_the_axes_and_the_memory_of_the_board() {
+    let output = dimsart(&["check", "builtin:bilateral", "--board", "b-g431b-esc1"]);
+    let out = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && out.contains(" of 640 words"), "{out}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("long.scheme");
+    let scheme =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../schemes/bilateral.scheme")).unwrap();
+    std::fs::write(&path, scheme.replace("TD_PARAM        10", "TD_PARAM        900")).unwrap();
+    let check = |board: &str| dimsart(&["check", path.to_str().unwrap(), "--board", board]);
+    let out = String::from_utf8(check("b-g431b-esc1").stdout).unwrap();
+    assert!(out.contains("words of the Data Base, and b-g431b-esc1 has 640: shorten a delay"), "{out}");
+    assert!(check("nucleo-g474re").status.success());
+}

@@ -6,6 +6,8 @@ use super::{BILATERAL, CodeMemory, Tooling};
 pub(crate) const TOOLING: Tooling = Tooling {
     clock_hz: 25_000_000,
     tick_hz: 1_000,
+    axes: 3,
+    words: 32_768,
     memory: CodeMemory::NoWait,
     chip: None,
     variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],

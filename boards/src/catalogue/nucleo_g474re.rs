@@ -18,6 +18,8 @@ pub(crate) const MOTOR: Motor = Motor {
 pub(crate) const TOOLING: Tooling = Tooling {
     clock_hz: clock_switch::CLOCK_HZ,
     tick_hz: 1_000,
+    axes: 3,
+    words: 3_072,
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
     variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"],

@@ -24,12 +24,15 @@ impl Experiment {
             let missing = f64::from(received.lost) + f64::from(received.superseded);
             let share = every_ticks * missing / ticks;
             let creep_mm_per_s = 1e3 * share * most_n / impedance_ns_per_m;
-            let at_most = if policy == "LIMITED" { "up to " } else { "" };
+            let (at_most, remedy) = match policy {
+                "LIMITED" => ("up to ", "PLAYOUT_TICKS, as long as the delay varies, makes up for it (link.playout_ticks)"),
+                _ => ("", "STALE HOLD keeps the mean (link.stale=hold)"),
+            };
             (share > NOTABLE && most_n > 0.0).then(|| {
                 format!(
                     "the {} gets no wave in {:.1} % of the ticks and makes up for little of it (STALE {policy}): the hand \
                      creeps by p F/b, {at_most}{creep_mm_per_s:.1} mm/s at {most_n} N, and no stiffness is predicted; \
-                     STALE HOLD keeps the mean (link.stale=hold)",
+                     {remedy}",
                     received.station,
                     100.0 * share
                 )

@@ -22,7 +22,7 @@ const MOST_STRETCHED_M: f64 = 0.01;
 /// Growth per tick, up or down, that is not told from none.
 pub const UNDECIDED: f64 = 1e-5;
 /// Shortest and longest time that is listened for, ticks.
-const LEAST_TICKS: usize = 4_000;
+const LEAST_TICKS: usize = 1_500;
 const MOST_TICKS: usize = 64_000;
 /// The same in blocks: long round trips take longer.
 const LEAST_BLOCKS: usize = 8;

@@ -5,15 +5,19 @@ use std::num::NonZeroU32;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
+use boards::BOARDS;
+use boards::catalogue::Tooling;
 use clap::Args;
 use dimsart_core::limits::MAX_LINKS;
+use dimsart_core::modules::Standard;
 use dimsart_core::{Costs, Dimsart, limits};
 
 use super::Ending;
 use crate::bilateral::{Side, device};
-use crate::budget::Budget;
+use crate::budget::{Budget, BudgetError};
 use crate::cycles::Firmware;
 use crate::first_packet::first_packet;
+use crate::rig::SimulatedDimsart;
 use crate::schemes::{self, SchemeText};
 use crate::stamp::StampedImage;
 
@@ -31,19 +35,23 @@ pub(super) struct Check {
     /// Side whose rows are checked; both when left out.
     #[arg(long)]
     side: Option<Side>,
-    /// Degrees of freedom of the device, 1 to 8.
-    #[arg(long, default_value_t = 3, value_name = "COUNT", allow_negative_numbers = true)]
-    dof: usize,
+    /// Degrees of freedom of the device, 1 to 8; those of the board, or 3, when left out.
+    #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
+    dof: Option<usize>,
     /// Sample period of the device, s.
     #[arg(long, default_value_t = 1e-3, value_name = "SECONDS", allow_negative_numbers = true)]
     sample_period_s: f64,
-    /// Board whose limit of cycles per tick holds, by the stamp of its image, such as `nucleo-g474re`; none when left out.
+    /// Board whose axes and memory it is checked for, such as `nucleo-g474re`, and whose limit of cycles per tick holds, by
+    /// the stamp of its image; none when left out.
     #[arg(long, value_name = "BOARD")]
     board: Option<String>,
     /// That board's image (ELF); the one that was built last when left out.
     #[arg(long, value_name = "FILE", requires = "board")]
     image: Option<PathBuf>,
 }
+
+/// Axes where nothing says how many.
+const DOF: usize = 3;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -72,26 +80,55 @@ impl Check {
         side: Side,
         out: &mut impl Write,
     ) -> Result<bool, Box<dyn std::error::Error>> {
-        // As large as on the smallest board: what passes here fits there.
-        let mut dimsart: Dimsart = Dimsart::new(device(side.name(), self.dof, self.sample_period_s)?)
-            .map_err(dimsart_core::CommandError::from)?;
+        let board = self.board.as_deref().map(board).transpose()?;
+        let dof = self.dof.or(board.map(|board| board.axes)).unwrap_or(DOF);
+        let words = board.map_or(limits::DEFAULT_WORDS, |board| board.words);
+        let device = device(side.name(), dof, self.sample_period_s)?;
+        if board.is_none() {
+            // As large as on a board of the usual size: what passes here fits there.
+            let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+            return self.check_on(&mut dimsart, words, scheme, side, out);
+        }
+        // More than there is on any board, so that it is known how much too much a scheme takes.
+        let dimsart = SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+        self.check_on(&mut Box::new(dimsart), words, scheme, side, out)
+    }
+
+    fn check_on<const WORDS: usize>(
+        &self,
+        dimsart: &mut Dimsart<Standard, WORDS>,
+        words: usize,
+        scheme: &SchemeText,
+        side: Side,
+        out: &mut impl Write,
+    ) -> Result<bool, Box<dyn std::error::Error>> {
         let limit = self.board.as_deref().map(|board| self.limit(board)).transpose()?;
         if let Some(Ok(limit)) = &limit {
             dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit.cycles));
             dimsart.engine_mut().set_costs(Some(limit.costs));
         }
-        let loaded = schemes::load(scheme, side.name(), &[], &mut dimsart);
-        let is_sound = loaded.is_sound();
+        let loaded = schemes::load(scheme, side.name(), &[], dimsart);
+        let usage = dimsart.engine().usage();
+        let fits = usage.words <= words;
+        let is_sound = loaded.is_sound() && fits;
         let verdict = if is_sound { "matches" } else { "does NOT match" };
         writeln!(out, "{} on the {}: {verdict}", self.scheme, side.name())?;
         for line in loaded.problems() {
             writeln!(out, "  fault: {line}")?;
         }
+        if !fits {
+            let place = self.board.as_deref().unwrap_or("a board of the usual size");
+            writeln!(
+                out,
+                "  fault: it takes {} words of the Data Base, and {place} has {words}: shorten a delay, keep fewer rows, or \
+                 leave a module out",
+                usage.words
+            )?;
+        }
         for line in &loaded.delays {
             writeln!(out, "  delay: {line}")?;
         }
         if is_sound {
-            let usage = dimsart.engine().usage();
             writeln!(
                 out,
                 "  takes {} of {} modules, {} of {} slots, {} of {} words",
@@ -100,14 +137,14 @@ impl Check {
                 usage.slots,
                 limits::MAX_SLOTS,
                 usage.words,
-                usage.words_in_all
+                words
             )?;
             match (limit, dimsart.engine().tick_cycles()) {
                 (Some(Ok(limit)), Some(cycles)) => writeln!(out, "  {}", limit.time_text(cycles))?,
                 (Some(Err(reason)), _) => writeln!(out, "  how long a tick takes is not known: {reason}")?,
                 _ => {}
             }
-            for note in (0..MAX_LINKS).filter_map(|link| note(&mut dimsart, link)) {
+            for note in (0..MAX_LINKS).filter_map(|link| note(dimsart, link)) {
                 writeln!(out, "  note: {note}")?;
             }
         }
@@ -115,8 +152,14 @@ impl Check {
     }
 }
 
+/// A board by its name.
+fn board(name: &str) -> Result<&'static Tooling, BudgetError> {
+    let found = BOARDS.iter().find(|board| board.name == name).map(|board| &board.tooling);
+    found.ok_or_else(|| BudgetError::Unknown { name: name.to_owned() })
+}
+
 /// What the scheme hears over a link on some lines, and should not.
-fn note(dimsart: &mut Dimsart, link: usize) -> Option<String> {
+fn note<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>, link: usize) -> Option<String> {
     let own = first_packet(dimsart, link)?;
     let _ = dimsart.receive(link, &own.to_bytes());
     let hears_itself = first_packet(dimsart, link).is_some_and(|next| next.echo == own.counter);

@@ -69,8 +69,6 @@ pub(super) struct Run {
 
 /// Time to remove the files of an emulator that was ended.
 const TO_CLEAN_UP: Duration = Duration::from_millis(500);
-/// Most memory for signals, bytes: a run that takes all there is would be ended by the system, and nothing be kept.
-const MOST_BYTES: f64 = 4e9;
 
 /// Controllers that run on the target.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -179,7 +177,7 @@ impl Run {
         if self.no_report {
             experiment = experiment.without_recording();
         }
-        fits_memory(experiment.recording_bytes(), experiment.duration_s())?;
+        experiment.keep_for_pictures();
         if stop.load(Ordering::Relaxed) {
             return Err("stopped before the run began; nothing was run".into());
         }
@@ -298,19 +296,6 @@ impl Run {
         bar.finish_and_clear();
         written
     }
-}
-
-/// Refuses a run whose signals take more memory than there may be.
-fn fits_memory(bytes: f64, duration_s: f64) -> Result<(), String> {
-    if bytes <= MOST_BYTES {
-        return Ok(());
-    }
-    Err(format!(
-        "the signals of {duration_s} s would take {:.0} GB of memory, and {:.0} are the most: keep a row in more ticks \
-         (record.every_ticks) or fewer signals (record.signals), shorten the run, or use --no-report",
-        (1e-9 * bytes).ceil(),
-        1e-9 * MOST_BYTES,
-    ))
 }
 
 /// Whether a link does nothing to packets but to delay them.

@@ -11,19 +11,12 @@ use crate::report::{Fact, Table};
 
 /// Stands for a figure that is not there.
 const NONE: &str = "-";
-/// Share of the predicted stiffness below which motion gets lost on the way.
-const CREEPING_SHARE: f64 = 0.95;
+/// Columns where there is no terminal to ask.
+const WIDTH: u16 = 120;
 
 /// Prints both tables and the faults.
 pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
     print_tables(out, facts(outcome), axes(outcome))?;
-    if is_creeping(outcome) {
-        writeln!(
-            out,
-            "the contact is softer than predicted: where packets get lost or come bunched, motion is lost and the sides \
-             creep apart; link.playout_ticks, as long as the delay varies, with link.stale=limited makes up for it"
-        )?;
-    }
     for warning in &outcome.warnings {
         writeln!(out, "warning: {warning}")?;
     }
@@ -49,18 +42,11 @@ pub(super) fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -
     Ok(())
 }
 
-/// Whether a stable contact over packets is far softer than predicted.
-fn is_creeping(outcome: &Outcome) -> bool {
-    let is_soft = |axis: &AxisOutcome| {
-        let pair = axis.k_perceived_n_per_m.zip(axis.k_predicted_n_per_m);
-        pair.is_some_and(|(perceived, predicted)| perceived < CREEPING_SHARE * predicted)
-    };
-    outcome.stable && outcome.axes.iter().any(is_soft)
-}
-
 fn text_table() -> TextTable {
+    let width = terminal_size::terminal_size().map_or(WIDTH, |(width, _)| width.0);
     let mut table = TextTable::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Disabled);
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
     table
 }
 

@@ -57,7 +57,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
     if command.no_report {
         experiment = experiment.without_recording();
     }
-    super::fits_memory(experiment.recording_bytes(), file.duration_s)?;
+    experiment.keep_for_pictures();
     if command.target.is_some() {
         let image = Image::find(command.image.as_deref())?;
         if !command.no_report {
