@@ -307,3 +307,86 @@ fn a_key_that_does_not_exist_is_named_with_its_line() {
     let error = RigFile::read(text, "my.toml", PathBuf::new(), &[]).unwrap_err().to_string();
     assert!(error.contains("line 4") && error.contains("measure"), "{error}");
 }
+
+/// A joint that is stable until it touches an undamped wall: its torque comes too late for what it does there. It is told
+/// though it never gets there.
+#[test]
+fn a_loop_that_would_swing_at_its_wall_is_not_stable() {
+    let scheme = SchemeFile::new(PD);
+    let at_wall = |damping: f64| {
+        let wall = format!(
+            "plant.load = {{ inertia = 0.02, damping = 0.05 }}\nwall = {{ position = 0.7, stiffness = 1e5, damping = {damping} }}"
+        );
+        let text = pd_rig(1.0).replace("plant.load = { inertia = 0.02, damping = 0.05 }", &wall);
+        scheme.run(&text).outcome
+    };
+    let undamped = at_wall(0.0);
+    let growth = undamped.axes[0].contact_growth_per_tick.unwrap();
+    assert!(!undamped.stable && growth > 1.001, "{undamped:?}");
+    assert!(undamped.faults.iter().any(|fault| fault.contains("in contact is unstable")), "{undamped:?}");
+    assert_eq!(undamped.axes[0].loop_figures.unwrap().growth_per_tick, None, "free, it dies out");
+    let damped = at_wall(30.0);
+    assert!(
+        damped.stable && damped.axes[0].contact_growth_per_tick.is_none_or(|growth| growth < 1.0),
+        "{damped:?}"
+    );
+}
+
+/// At rest each line passes on the force at its other end, and the hand holds both; each wall gives way by its stiffness.
+#[test]
+fn one_master_feels_both_slaves() {
+    let run = run(&RigFile::shipped("three").unwrap().replace("duration_s = 6.0", "duration_s = 3.6"));
+    let last = |source: &str, signal: &str| *column(&run, source, signal).last().unwrap();
+    let [left_n, right_n] = ["left", "right"].map(|side| last(side, "DES_FORCE"));
+    let [left_m, right_m] = ["left", "right"].map(|side| last("world", &format!("{side}.position")));
+    assert!((left_n / (1e4 * (left_m - 0.02)) - 1.0).abs() < 1e-2, "{left_n} N at {left_m} m");
+    assert!((right_n / (500.0 * (right_m - 0.04)) - 1.0).abs() < 1e-2, "{right_n} N at {right_m} m");
+    let held_n = last("master", "DES_FORCE");
+    assert!((held_n + left_n + right_n).abs() < 0.01 * left_n, "{held_n} N for {left_n} N and {right_n} N");
+    let hand_n = 300.0 * (0.1 - last("world", "master.position"));
+    assert!((hand_n + held_n).abs() < 0.01 * hand_n, "{hand_n} N for {held_n} N");
+}
+
+/// Without dry friction, the torques of an arm at rest are those that hold its weight.
+#[test]
+fn an_arm_at_rest_is_held_against_its_weight() {
+    let text =
+        RigFile::shipped("arm").unwrap().replace("at_s = 1.0, until_s = 2.2", "at_s = 8.0, until_s = 9.0");
+    let mut sets: Vec<String> = (0..6).map(|link| format!("device.arm.arm.link.{link}.coulomb=0")).collect();
+    sets.push("duration_s=2.9".to_owned());
+    let file = RigFile::read(&text, "arm", PathBuf::new(), &sets).unwrap();
+    let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
+    let last = |source: &str, signal: &str, axis: usize| {
+        let place = run.recording.find(source, signal, Some(axis)).unwrap();
+        run.recording.column(place).last().unwrap()
+    };
+    let positions: Vec<f64> = (0..6).map(|axis| last("world", "arm.position", axis)).collect();
+    let arm = file.devices[0].arm.as_ref().unwrap().build().unwrap();
+    let expected = arm.gravity_torques(&positions);
+    assert!(expected[1].abs() > 10.0, "{expected:?}");
+    for axis in 0..6 {
+        let torque_nm = last("arm", "DES_FORCE", axis);
+        assert!(
+            (torque_nm - expected[axis]).abs() < 0.1,
+            "axis {axis}: {torque_nm} for {} N m",
+            expected[axis]
+        );
+    }
+}
+
+#[test]
+fn what_does_not_go_together_in_coupled_axes_is_named() {
+    let text = RigFile::shipped("phantom").unwrap();
+    for (set, expected) in [
+        ("device.phantom.axis.0.plant.load.inertia=1", "it has a plant, and is one of coupled axes"),
+        ("device.phantom.axis.1.hand.inertia=1", "its tip is held by one hand"),
+        ("device.phantom.phantom.coulomb_nm=-1", "phantom.coulomb_nm is -1"),
+        ("device.robot.axis.2.wall.stiffness=-5", "a stiffness > 0"),
+        ("device.robot.axis.0.hand.damping=-1", "missing field"),
+        ("experiment.move.0.device=robot", "has no hand with a stiffness"),
+    ] {
+        let error =
+            RigFile::read(text, "phantom", PathBuf::new(), &[set.to_owned()]).unwrap_err().to_string();
+        assert!(error.contains(expected), "{set}: {error}");
+    }
+}
