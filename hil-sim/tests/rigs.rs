@@ -224,15 +224,19 @@ fn a_device_follows_another_one_over_a_link() {
 }
 
 #[test]
-fn every_shipped_rig_runs_stably_and_the_same_again() {
+fn every_shipped_rig_runs_stably() {
     for (name, text) in SHIPPED {
-        let twice = [(); 2].map(|()| run(text));
-        let [first, second] =
-            twice.each_ref().map(|run| Outcome { wall_s: 0.0, realtime_factor: 0.0, ..run.outcome.clone() });
-        assert!(first.stable, "{name}: {first:?}");
-        assert_eq!(first, second, "{name}");
-        assert!(!first.axes.is_empty(), "{name}");
+        let outcome = run(text).outcome;
+        assert!(outcome.stable && !outcome.axes.is_empty(), "{name}: {outcome:?}");
     }
+}
+
+#[test]
+fn a_rig_runs_the_same_again() {
+    let text = RigFile::shipped("joint").unwrap();
+    let [first, second] =
+        [(); 2].map(|()| Outcome { wall_s: 0.0, realtime_factor: 0.0, ..run(text).outcome });
+    assert_eq!(first, second);
 }
 
 #[test]

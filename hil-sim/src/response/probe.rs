@@ -14,7 +14,7 @@ const PUSH: f64 = 0.005;
 const LIGHT: f64 = 0.05;
 /// Ticks that a loop is listened to: no less, for the slowest frequencies, and no more.
 const LEAST_TICKS: usize = 4_000;
-const MOST_TICKS: usize = 20_000;
+const MOST_TICKS: usize = 8_000;
 /// Ticks that half of the disturbance is answered: what is not linear shows in the first ones.
 const HALF_TICKS: usize = 2_000;
 /// Share of the disturbance that the answer must not pass: it grows, and there may be limits.
