@@ -368,13 +368,9 @@ fn an_arm_at_rest_is_held_against_its_weight() {
     let arm = file.devices[0].arm.as_ref().unwrap().build().unwrap();
     let expected = arm.gravity_torques(&positions);
     assert!(expected[1].abs() > 10.0, "{expected:?}");
-    for axis in 0..6 {
+    for (axis, expected_nm) in expected.iter().enumerate().take(6) {
         let torque_nm = last("arm", "DES_FORCE", axis);
-        assert!(
-            (torque_nm - expected[axis]).abs() < 0.1,
-            "axis {axis}: {torque_nm} for {} N m",
-            expected[axis]
-        );
+        assert!((torque_nm - expected_nm).abs() < 0.1, "axis {axis}: {torque_nm} for {expected_nm} N m");
     }
 }
 
