@@ -24,6 +24,7 @@ pub struct Declare<'a> {
     next: Next,
     link_end: Option<LinkEnd>,
     packet_words: usize,
+    has_axis: bool,
 }
 
 /// What was said of the port that is declared next.
@@ -40,7 +41,16 @@ impl<'a> Declare<'a> {
     /// Collects what is declared into `specs`: they are large, and would be copied. `bound` says to which signal a
     /// command has bound a port.
     pub(crate) fn new(device: &'a DeviceDescriptor, bound: Bound<'a>, specs: &'a mut PortSpecs) -> Self {
-        Self { device, specs, count: 0, bound, next: Next::default(), link_end: None, packet_words: 0 }
+        Self {
+            device,
+            specs,
+            count: 0,
+            bound,
+            next: Next::default(),
+            link_end: None,
+            packet_words: 0,
+            has_axis: true,
+        }
     }
 
     /// The device the module is plugged in for.
@@ -146,6 +156,15 @@ impl<'a> Declare<'a> {
     /// [`MAX_PACKET_WORDS`](crate::limits::MAX_PACKET_WORDS) it is not plugged in.
     pub fn packs(&mut self, words: usize) {
         self.packet_words = words;
+    }
+
+    /// Says whether the device has the axis that a parameter names. Without it the module is not plugged in.
+    pub fn needs_axis(&mut self, is_there: bool) {
+        self.has_axis = is_there;
+    }
+
+    pub(crate) fn has_axis(&self) -> bool {
+        self.has_axis
     }
 
     pub(crate) fn packet_words(&self) -> usize {

@@ -16,6 +16,9 @@
 //! All other signals keep their last value. The channel's first wave follows the policy with its
 //! counters of all that was ever sent; without them (`CRX_COUNTERS OFF`) only `ZERO` and `HOLD` are possible.
 //!
+//! With `CRX_AXIS n` a packet brings that axis alone, as a device of one axis sends it; the other axes of its signals keep
+//! their values. `ZERO` and `HOLD` alone are possible then.
+//!
 //! With `CRX_EVERY n` a packet is due in every `n`-th tick. A wave is then the mean of the sender's `n` last ones and
 //! is given out for `n` ticks, which keeps its sum and adds no energy (Jensen). A packet that is early waits until
 //! they are over, and in a tick in which one is due and none is there the policy begins.
@@ -33,7 +36,7 @@
 use core::cell::Cell;
 
 use super::channel::{
-    CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, first_wave, not_f32, packet_words, samples,
+    ALL_AXES, AXES, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, first_wave, not_f32,
 };
 use super::reception::{Came, Expected, Reception};
 use super::wave_integral::Received;
@@ -59,6 +62,8 @@ words! {
         stale: Stale,
         hold_ticks: u32,
         has_counters: bool,
+        axis: u32,
+        parts: Parts,
         expected: Expected,
         playout_ticks: u32,
         /// Signals of the channel.
@@ -111,7 +116,7 @@ impl Module for CommRx {
 
     fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
         visit.types(&mut settings.types, "CRX_ADD_DATA", "Adds a signal that the packet brings.");
-        visit.structural_count(&mut settings.link, "CRX_LINK", Unit::One, 0..=1, 0, "Link it listens to.");
+        visit.structural_count(&mut settings.link, "CRX_LINK", Unit::One, LINKS, 0, "Link it listens to.");
         visit.choice(&mut settings.stale, "STALE", "What a wave is while nothing new comes.");
         let summary = "Longest time a wave is held by STALE HOLD.";
         visit.count(&mut settings.hold_ticks, "HOLD_TICKS", Unit::Tick, 0..=100_000, 20, summary);
@@ -127,10 +132,12 @@ impl Module for CommRx {
         visit.count(timeout, "TIMEOUT_TICKS", Unit::Tick, 0..=1_000_000, 20, summary);
         let summary = "Delay that evens out jitter under STALE LIMITED and INTEGRAL.";
         visit.count(&mut settings.playout_ticks, "PLAYOUT_TICKS", Unit::Tick, 0..=1000, 0, summary);
+        let summary = "Axis that packets bring alone, without counters; 8: all axes.";
+        visit.structural_count(&mut settings.axis, "CRX_AXIS", Unit::One, AXES, ALL_AXES, summary);
     }
 
     fn validate(settings: &Settings) -> Result<(), ParameterError> {
-        match settings.stale.makes_up() && !settings.has_counters {
+        match settings.stale.makes_up() && !(settings.has_counters && settings.axis == ALL_AXES) {
             true => Err(ParameterError::NeedsCounters),
             false => Ok(()),
         }
@@ -138,11 +145,11 @@ impl Module for CommRx {
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.tick_s = device.sample_period_s();
-        let every_ticks = settings.expected.every_ticks;
-        let layout = Layout { every_ticks, has_counters: settings.has_counters };
+        let layout = settings.layout();
         settings.period_s = layout.period_s(device);
         settings.expected.content = layout.content(device, &settings.types);
-        settings.expected.samples = samples(device, &settings.types);
+        settings.expected.samples = layout.samples(device, &settings.types);
+        settings.parts = Parts::new(device, &settings.types, settings.axis);
         settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
         settings.not_f32 = not_f32(device, &settings.types);
         (settings.counted, settings.counted_at) = layout.counted(device, &settings.types);
@@ -160,7 +167,9 @@ impl Module for CommRx {
                 ports.wave = Output::new(port.block);
             }
         }
-        declare.packs(packet_words(declare.device(), &settings.types, settings.has_counters));
+        let layout = settings.layout();
+        declare.packs(layout.packet_words(declare.device(), &settings.types));
+        declare.needs_axis(layout.has_axis(declare.device()));
         declare.listens_to(settings.link, settings.channel);
         ports.age = declare.output("AGE", types::LINK_AGE);
         ports.lost = declare.output("LOST", types::LINK_LOST);
@@ -202,6 +211,13 @@ impl Module for CommRx {
     }
 }
 
+impl Settings {
+    fn layout(&self) -> Layout {
+        let Self { expected: Expected { every_ticks, .. }, has_counters, axis, .. } = *self;
+        Layout { every_ticks, has_counters, axis }
+    }
+}
+
 /// How a packet came, if one did, in a tick without the packet that is the next one, or in which packets are played
 /// out.
 #[inline(never)]
@@ -238,10 +254,10 @@ fn accept_unusual(context: &Context<'_, CommRx>, link: &LinkPort) -> Option<Came
 /// Whether all samples of format `f32` are finite numbers, in a packet with words that would not be.
 #[cold]
 fn are_finite(context: &Context<'_, CommRx>, mut words: &[Cell<u32>]) -> bool {
-    let Settings { signals, mut not_f32, .. } = context.settings();
+    let Settings { signals, mut not_f32, mut parts, .. } = context.settings();
     for place in 0..usize::try_from(signals).unwrap_or(0) {
         let output: Output<Untyped> = context.port(place);
-        let Some(own) = words.split_off(..context.words_out(output).len()) else { return false };
+        let Some(own) = words.split_off(..parts.next(context.words_out(output)).len()) else { return false };
         let is_not_finite = |word: &Cell<u32>| !f32::from_bits(word.get()).is_finite();
         if not_f32 & 1 == 0 && own.iter().any(is_not_finite) {
             return false;
@@ -287,10 +303,10 @@ fn take(context: &Context<'_, CommRx>, came: Came, left_ticks: u16, words: &[Cel
 /// Gives the signals that have no counters to the Data Base.
 #[inline(never)]
 fn take_uncounted(context: &Context<'_, CommRx>, words: &[Cell<u32>; MAX_PACKET_WORDS]) {
-    let Settings { signals, counted, .. } = context.settings();
+    let Settings { signals, counted, mut parts, .. } = context.settings();
     let mut words = words.as_slice();
     for (place, output) in (0..signals).zip(context.ports().channel) {
-        let output = context.words_out(output);
+        let output = parts.next(context.words_out(output));
         let Some(values) = words.split_off(..output.len()) else { return };
         if place != counted {
             output.iter().zip(values).for_each(|(word, value)| word.set(value.get()));

@@ -4,6 +4,9 @@
 //! behind them, per axis, the counters of the channel's first wave: all that was ever sent, so that what a lost packet
 //! carried can be made up for; `CTX_COUNTERS OFF` leaves them out. The packet also says of which [`Content`] it is.
 //!
+//! With `CTX_AXIS n` it carries what belongs to that axis alone, without counters, as a device of this one axis would
+//! send it.
+//!
 //! With `CTX_EVERY n` a packet goes out in every `n`-th tick: of a wave with the mean of the last `n` ticks, of all
 //! else with the last sample. The receiver gives the mean out for as many ticks.
 //!
@@ -12,7 +15,7 @@
 use core::cell::Cell;
 
 use super::channel::{
-    BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, Layout, is_wave, packet_words, samples,
+    ALL_AXES, AXES, BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, is_wave,
 };
 use super::wave_integral::Sent;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
@@ -31,6 +34,8 @@ words! {
         channel: u32,
         every_ticks: u32,
         has_counters: bool,
+        axis: u32,
+        parts: Parts,
         content: Content,
         /// Words of the packet that are samples; counters follow.
         samples: u32,
@@ -76,7 +81,7 @@ impl Module for CommTx {
 
     fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
         visit.types(&mut settings.types, "CTX_ADD_DATA", "Adds a signal to the packet.");
-        visit.structural_count(&mut settings.link, "CTX_LINK", Unit::One, 0..=1, 0, "Link it sends over.");
+        visit.structural_count(&mut settings.link, "CTX_LINK", Unit::One, LINKS, 0, "Link it sends over.");
         let summary = "Channel it sends on; 0 between two ends.";
         visit.structural_count(&mut settings.channel, "CTX_CHANNEL", Unit::One, CHANNELS, 0, summary);
         let summary = "Ticks from a packet to the next one; of a wave the mean is sent.";
@@ -84,13 +89,16 @@ impl Module for CommTx {
         visit.structural_count(every, "CTX_EVERY", Unit::Tick, EVERY_TICKS, 1, summary);
         let summary = "Whether packets carry counters, to make up for lost waves.";
         visit.structural_flag(&mut settings.has_counters, "CTX_COUNTERS", true, summary);
+        let summary = "Axis that is sent alone, without counters; 8: all axes.";
+        visit.structural_count(&mut settings.axis, "CTX_AXIS", Unit::One, AXES, ALL_AXES, summary);
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
-        let layout = Layout { every_ticks: settings.every_ticks, has_counters: settings.has_counters };
+        let layout = settings.layout();
         settings.period_s = layout.period_s(device);
         settings.content = layout.content(device, &settings.types);
-        settings.samples = samples(device, &settings.types);
+        settings.samples = layout.samples(device, &settings.types);
+        settings.parts = Parts::new(device, &settings.types, settings.axis);
         settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
         (settings.counted, settings.counted_at) = layout.counted(device, &settings.types);
     }
@@ -112,7 +120,9 @@ impl Module for CommTx {
                 *sample = block.as_input();
             }
         }
-        declare.packs(packet_words(declare.device(), &settings.types, settings.has_counters));
+        let layout = settings.layout();
+        declare.packs(layout.packet_words(declare.device(), &settings.types));
+        declare.needs_axis(layout.has_axis(declare.device()));
         declare.sends_over(settings.link, settings.channel);
         ports
     }
@@ -153,13 +163,20 @@ impl Module for CommTx {
     }
 }
 
+impl Settings {
+    fn layout(&self) -> Layout {
+        let Self { every_ticks, has_counters, axis, .. } = *self;
+        Layout { every_ticks, has_counters, axis }
+    }
+}
+
 /// Sends the signals that have no counters.
 #[inline(never)]
 fn send_uncounted(context: &Context<'_, CommTx>, room: &[Cell<u32>; MAX_PACKET_WORDS]) {
-    let Settings { signals, counted, .. } = context.settings();
+    let Settings { signals, counted, mut parts, .. } = context.settings();
     let mut room = room.as_slice();
     for (place, sample) in (0..signals).zip(context.ports().samples) {
-        let sample = context.words(sample);
+        let sample = parts.next(context.words(sample));
         let Some(values) = room.split_off(..sample.len()) else { return };
         if place != counted {
             values.iter().zip(sample).for_each(|(value, word)| value.set(word.get()));

@@ -3,7 +3,7 @@
 #![expect(clippy::float_cmp, reason = "compared to the bit on purpose")]
 
 use crate::common::{Bench, H, Types};
-use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, types};
+use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, Dimsart, ParameterError, types};
 
 /// A sender and a receiver of these types, and whether the receiver takes what is sent.
 fn is_taken(sent: &[&str], received: &[&str], [from, to]: [&[AxisKind]; 2]) -> bool {
@@ -90,4 +90,71 @@ fn three_axes_of_waves_fit_the_channel_of_rokviss() {
     let bytes = bench.dimsart.outgoing(0).unwrap().to_bytes().len();
     // With what COBS and its delimiter take on a byte stream.
     assert!((bytes + 2) * 8 * 500 <= UP_BITS_PER_S, "{bytes} bytes");
+}
+
+/// A coordinator of three axes, and joints of one axis each.
+#[test]
+fn one_axis_goes_to_a_device_of_one_axis_and_comes_back() {
+    use AxisKind::{Linear, Rotary};
+    let axes = [Rotary, Linear, Rotary];
+    let device = DeviceDescriptor::new(
+        "coordinator",
+        &axes,
+        H,
+        &[types::POSITION, types::FORCE, types::CH1_WAVES, types::TICK_CYCLES],
+        &[],
+    );
+    for axis in 0..3 {
+        let mut coordinator: Bench = Bench { dimsart: Dimsart::new(device.clone().unwrap()).unwrap() };
+        let adds = |module: &str, command: &str, types: &[&str]| {
+            types.iter().map(|name| format!("{module} {command} {name}\n")).collect::<String>()
+        };
+        let sent = adds("COMM_TXMOD", "CTX_ADD_DATA", &["POSITION", "CH1_WAVES", "TICK_CYCLES"]);
+        let back = adds("COMM_RXMOD", "CRX_ADD_DATA", &["DES_POSITION", "LINK_LOST.2", "CH2_WAVES"]);
+        coordinator.run(&format!(
+            "COMM_TXMOD CTX_AXIS {axis}\n{sent}MOD_ENG MOD_ON COMM_TXMOD\n\
+             COMM_RXMOD CRX_AXIS {axis}\n{back}MOD_ENG MOD_ON COMM_RXMOD"
+        ));
+        let joint = DeviceDescriptor::new("joint", &axes[axis..=axis], H, &[types::POSITION], &[]).unwrap();
+        let mut joint: Bench = Bench { dimsart: Dimsart::new(joint).unwrap() };
+        let taken = adds("COMM_RXMOD", "CRX_ADD_DATA", &["DES_POSITION", "CH2_WAVES", "LINK_LOST.2"]);
+        let sent = adds("COMM_TXMOD", "CTX_ADD_DATA", &["POSITION", "LINK_LOST.2", "CH2_WAVES"]);
+        joint.run(&format!(
+            "COMM_RXMOD CRX_COUNTERS OFF\n{taken}MOD_ENG MOD_ON COMM_RXMOD\n\
+             COMM_TXMOD CTX_COUNTERS OFF\n{sent}MOD_ENG MOD_ON COMM_TXMOD"
+        ));
+        for tick in 1..4_u8 {
+            let value = |place: u8| f32::from(10 * tick + place);
+            let measured: Vec<f32> = (0..9).map(value).chain([f32::from_bits(77)]).collect();
+            coordinator.tick(&measured);
+            let packet = coordinator.dimsart.outgoing(0).unwrap();
+            assert_eq!(packet.words.len(), 3);
+            joint.dimsart.receive(0, &packet.to_bytes()).unwrap();
+            joint.tick(&[0.25]);
+            let axis_value = measured[axis];
+            assert_eq!(joint.signal("DES_POSITION"), [axis_value]);
+            assert_eq!(joint.signal("CH2_WAVES"), [measured[6 + axis]]);
+            assert_eq!(joint.bits("LINK_LOST.2"), [77]);
+            coordinator.dimsart.receive(0, &joint.dimsart.outgoing(0).unwrap().to_bytes()).unwrap();
+            coordinator.tick(&measured);
+            let alone =
+                |value: f32| (0..3).map(|place| if place == axis { value } else { 0.0 }).collect::<Vec<_>>();
+            assert_eq!(coordinator.signal("DES_POSITION"), alone(0.25));
+            assert_eq!(coordinator.signal("CH2_WAVES"), alone(measured[6 + axis]));
+            assert_eq!(coordinator.bits("LINK_REFUSED"), [0]);
+        }
+    }
+}
+
+#[test]
+fn an_axis_that_the_device_has_not_is_refused() {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[]);
+    bench.run("COMM_TXMOD CTX_ADD_DATA POSITION\nCOMM_TXMOD CTX_AXIS 3");
+    let refused = bench.order("MOD_ENG MOD_ON COMM_TXMOD");
+    assert_eq!(refused, Err(CommandError::Parameter(ParameterError::NoSuchEntry)));
+    bench.run("COMM_TXMOD CTX_AXIS 2\nMOD_ENG MOD_ON COMM_TXMOD");
+    // What makes up for losses needs counters, which are of all axes.
+    bench.run("COMM_RXMOD CRX_AXIS 1");
+    let refused = bench.order("COMM_RXMOD STALE LIMITED");
+    assert_eq!(refused, Err(CommandError::Parameter(ParameterError::NeedsCounters)));
 }
