@@ -6,11 +6,13 @@
 
 mod address;
 mod arrival;
+mod buses;
 mod can;
 mod carrier;
 mod in_process;
 mod medium;
 mod open;
+mod parameters;
 mod serial;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 mod socketcan;
@@ -19,6 +21,7 @@ mod udp;
 
 pub use address::Address;
 pub use arrival::ArrivalPoll;
+pub use buses::{Buses, Route};
 pub(crate) use can::can_frames;
 pub use carrier::{Carrier, Ends};
 pub use in_process::{InProcess, InProcessParameters};

@@ -63,6 +63,9 @@ pub struct Recording {
     values: Vec<f64>,
     /// More rows than that are thinned out.
     most_rows: Option<usize>,
+    /// Rows as they were taken that two of those kept stand for, and how many of them the last two have so far.
+    every: usize,
+    merged: usize,
 }
 
 /// Rows that are thinned out to two: one of the least values and one of the greatest.
@@ -72,25 +75,34 @@ impl Recording {
     /// An empty recording of `columns`.
     #[must_use]
     pub fn new(columns: Vec<Column>) -> Self {
-        Self { columns, time_s: Vec::new(), values: Vec::new(), most_rows: None }
+        Self { columns, time_s: Vec::new(), values: Vec::new(), most_rows: None, every: 1, merged: 0 }
     }
 
     /// Takes so many rows at most, for pictures of runs of any length: whenever it is full, four rows each become two,
-    /// one with the least values of every column and one with the greatest. No peak is lost, only when exactly it was.
+    /// one with the least values of every column and one with the greatest, and so do those that come later: all rows stand
+    /// for the same time. No peak is lost, only when exactly it was.
     pub fn thin_beyond(&mut self, rows: usize) {
         self.most_rows = Some(rows.max(THINNED));
     }
 
+    /// Makes room for one more row.
+    fn thin_out(&mut self) {
+        let Some(most_rows) = self.most_rows else { return };
+        if self.every > 1 {
+            self.merge_last();
+        }
+        if self.time_s.len() >= most_rows && self.merged == 0 {
+            self.thin();
+            self.every = THINNED.max(2 * self.every);
+        }
+    }
+
+    /// Makes two rows of every four.
     fn thin(&mut self) {
         let width = self.columns.len();
         let (mut time_s, mut values) = (Vec::new(), Vec::new());
         for (times, rows) in self.time_s.chunks(THINNED).zip(self.values.chunks(THINNED * width.max(1))) {
-            if times.len() < THINNED {
-                time_s.extend_from_slice(times);
-                values.extend_from_slice(rows);
-                continue;
-            }
-            time_s.extend(times.iter().step_by(THINNED / 2));
+            time_s.extend(times.first().into_iter().chain(times.get(times.len() / 2)));
             for pick in [f64::min, f64::max] {
                 let column =
                     |column: usize| rows.iter().skip(column).step_by(width).copied().fold(f64::NAN, pick);
@@ -98,6 +110,32 @@ impl Recording {
             }
         }
         (self.time_s, self.values) = (time_s, values);
+    }
+
+    /// Takes the last row, which is filled by now, into the two rows before it, or begins two with it.
+    fn merge_last(&mut self) {
+        let width = self.columns.len();
+        let Some(time_s) = self.time_s.pop() else { return };
+        let row = self.values.split_off(self.values.len().saturating_sub(width));
+        if self.merged == 0 {
+            for _ in 0..2 {
+                self.time_s.push(time_s);
+                self.values.extend_from_slice(&row);
+            }
+        } else {
+            let start = self.values.len().saturating_sub(2 * width);
+            let (least, greatest) = self.values.get_mut(start..).unwrap_or_default().split_at_mut(width);
+            for ((least, greatest), value) in least.iter_mut().zip(greatest).zip(row) {
+                (*least, *greatest) = (least.min(value), greatest.max(value));
+            }
+        }
+        self.merged += 1;
+        if let Some(later_s) = self.time_s.last_mut().filter(|_| 2 * self.merged <= self.every) {
+            *later_s = time_s;
+        }
+        if self.merged >= self.every {
+            self.merged = 0;
+        }
     }
 
     /// Adds columns behind those there are; the rows so far have NaN in them.
@@ -123,9 +161,7 @@ impl Recording {
 
     /// Adds one row of NaN; gives it, one value per column, to be filled.
     pub fn add_row(&mut self, time_s: f64) -> &mut [f64] {
-        if self.most_rows.is_some_and(|most| self.time_s.len() >= most) {
-            self.thin();
-        }
+        self.thin_out();
         let start = self.values.len();
         self.time_s.push(time_s);
         self.values.resize(start + self.columns.len(), f64::NAN);
@@ -203,6 +239,9 @@ mod tests {
         for (time_s, sine) in thin.time_s().iter().zip(thin.column(0)) {
             assert!((sine - libm::sin(*time_s)).abs() < 0.5, "{sine} at {time_s}");
         }
+        let steps = thin.time_s().windows(2).filter_map(|pair| Some(pair.get(1)? - pair.first()?));
+        let longest_s = steps.fold(0.0, f64::max);
+        assert!(longest_s < 0.45, "two rows are {longest_s} s apart: 100 s are in 500 rows or more");
         let highest = thin.column(0).fold(f64::MIN, f64::max);
         assert!((highest - 1.0).abs() < 1e-6, "{highest}");
     }

@@ -8,12 +8,16 @@
 //! ```
 
 mod body;
+mod build;
 mod error;
 mod follow;
 mod instrumented;
 mod loop_gain;
+mod machine;
 mod motion;
+mod moves;
 mod outcome;
+mod part;
 #[cfg(feature = "command")]
 mod pictures;
 mod probe;
@@ -24,8 +28,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
-
 pub use error::ResponseError;
 pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
@@ -33,31 +35,26 @@ pub use outcome::{AxisOutcome, Outcome};
 #[cfg(feature = "command")]
 pub use pictures::{figures, file_stems};
 
-use body::Body;
-use follow::{FOLLOWS, Follow, followed};
-use instrumented::{Axis, Instrumented, Output};
+use follow::Follow;
 use loop_gain::UNDECIDED;
-use motion::Motion;
-use probe::{AtRest, Disturbance};
+use part::Part;
+use probe::AtRest;
 
+use crate::bus::MediumReport;
 use crate::emulated::{Board, Image};
 use crate::limit_cycle::{LimitCycle, Swings};
-use crate::link::InProcess;
 use crate::outcome::Received;
 use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 #[cfg(feature = "command")]
 use crate::report::TickMap;
-use crate::rig::{End, Rig, SimulatedDimsart, Station};
-use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
-use crate::schemes::{self, SIDES, SchemeText};
+use crate::rig::Rig;
+use crate::rig_file::{DeviceSection, RigFile};
 #[cfg(feature = "command")]
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Ranges, Watch};
 
-/// Odd, with bits all over: neighbouring numbers become seeds that have nothing in common.
-const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Ticks between two looks at the progress.
 const PROGRESS_TICKS: u64 = 512;
 
@@ -92,6 +89,8 @@ pub struct Run {
     pub outcome: Outcome,
     /// The signals.
     pub recording: Recording,
+    /// What the buses came to.
+    pub media: Vec<MediumReport>,
     /// What broke the run off before its end, beyond what can happen in it.
     pub broken: Option<ResponseError>,
     /// What happens in a tick, by controller.
@@ -105,25 +104,26 @@ impl Experiment {
     /// # Errors
     /// [`ResponseError`] when a device, plant or scheme cannot be made of the file.
     pub fn new(file: &RigFile) -> Result<Self, ResponseError> {
-        let rig = rig_of(file, None)?;
+        let (rig, parts) = (build::rig(file, None)?, Part::of_all(file));
         let (mut follows, mut loops, mut at_rest) = (Vec::new(), Vec::new(), AtRest::new(file, false)?);
         let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.wall.is_some());
         let mut at_walls = file.devices.iter().any(meets).then(|| AtRest::new(file, true)).transpose()?;
-        for (station, section) in file.devices.iter().enumerate() {
-            for axis in 0..section.axes.len() {
-                follows.extend(follows_of(file, section, (station, axis))?);
+        for (station, part) in parts.iter().enumerate() {
+            follows.extend(moves::follows(file, part, station)?);
+            let axes = if part.device.moves() { part.axes.len() } else { 0 };
+            for axis in 0..axes {
                 let free = at_rest.loop_figures(station, axis)?;
                 let in_contact = at_walls.as_mut().map(|at_walls| at_walls.loop_figures(station, axis));
                 let in_contact = in_contact.transpose()?.flatten();
                 loops.push(AxisLoop { station, axis, free, in_contact });
             }
         }
-        let quiet_s = file.devices.iter().map(|section| quiet_s(file, section));
+        let quiet_s = parts.iter().map(|part| moves::quiet_s(file, part.device));
         let quiet_s: Vec<f64> = quiet_s.collect::<Result<_, _>>()?;
         let of_station = |station: usize, _axis| quiet_s.get(station).copied().unwrap_or_default();
         let swings = Swings::new(&rig, of_station, file.duration_s);
         let recorder = Some(Recorder::new(&rig, &file.record)?);
-        let ranges = file.devices.iter().map(DeviceSection::ranges).collect();
+        let ranges = parts.iter().map(|part| part.device.ranges()).collect();
         Ok(Self { rig, duration_s: file.duration_s, ranges, follows, loops, swings, recorder })
     }
 
@@ -251,7 +251,15 @@ impl Experiment {
         self.loops.iter().flat_map(both).flatten().collect()
     }
 
-    fn finish(self, wall_s: f64, stable: bool, limit_cycles: Vec<LimitCycle>, faults: Vec<String>) -> Run {
+    fn finish(
+        self,
+        wall_s: f64,
+        stable: bool,
+        limit_cycles: Vec<LimitCycle>,
+        mut faults: Vec<String>,
+    ) -> Run {
+        let media = self.rig.media();
+        faults.extend(media.iter().flat_map(|medium| medium.faults.clone()));
         let loop_of = |follow: &Follow| {
             self.loops.iter().find(|of| (of.station, of.axis) == (follow.station, follow.axis))
         };
@@ -273,7 +281,7 @@ impl Experiment {
             realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
             axes: axes.collect(),
             limit_cycles,
-            media: self.rig.media().iter().map(|medium| medium.traffic.clone()).collect(),
+            media: media.iter().map(|medium| medium.traffic.clone()).collect(),
             received,
             lost_packets,
             superseded_packets,
@@ -282,6 +290,7 @@ impl Experiment {
         };
         Run {
             outcome,
+            media,
             broken: None,
             #[cfg(feature = "command")]
             tick_maps: {
@@ -299,145 +308,4 @@ impl Experiment {
 /// As [`Experiment::new`].
 pub fn run(file: &RigFile) -> Result<Run, ResponseError> {
     Ok(Experiment::new(file)?.run(&AtomicBool::new(false), |_time_s| ()))
-}
-
-/// All devices with their controllers, and the links between them.
-fn rig_of(file: &RigFile, disturbance: Option<Disturbance>) -> Result<Rig, ResponseError> {
-    let mut rig = Rig::new(file.sample_period_s);
-    for (place, section) in file.devices.iter().enumerate() {
-        let of_station = disturbance.filter(|disturbance| disturbance.station == place);
-        rig.add(station(file, section, of_station.map(|Disturbance { axis, force, .. }| (axis, force)))?);
-    }
-    for (place, link) in file.links.iter().enumerate() {
-        let LinkSection { from, to, from_link, to_link, carrier } = link;
-        let end = |name: &str, link: u8| {
-            let station = file.devices.iter().position(|device| device.name == name).unwrap_or_default();
-            End { station, link: link.into() }
-        };
-        let seed = file.seed.wrapping_add(place as u64);
-        rig.connect(end(from, *from_link), end(to, *to_link), Box::new(InProcess::new(*carrier, seed)));
-    }
-    Ok(rig)
-}
-
-/// A device with its controller.
-fn station(
-    file: &RigFile,
-    section: &DeviceSection,
-    disturbance: Option<(usize, f64)>,
-) -> Result<Station, ResponseError> {
-    let (axes, outputs) = (axes_of(file, section)?, outputs_of(file, section)?);
-    let body = Body::new(section)?;
-    let plant = Box::new(Instrumented::new(body, axes, outputs, section.delay_ticks, disturbance));
-    let mut dimsart =
-        Box::new(SimulatedDimsart::new(descriptor(file, section)?).map_err(ResponseError::Storage)?);
-    let sides: Vec<&str> =
-        file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
-    for controller in file.controllers.iter().filter(|controller| controller.device == section.name) {
-        let scheme = SchemeText::read_from(&controller.scheme, &file.folder)?;
-        let loaded = schemes::load_for(&scheme, controller.side(), &sides, &[], &mut dimsart);
-        if !loaded.is_sound() {
-            return Err(ResponseError::Scheme { name: scheme.name, device: section.name.clone(), loaded });
-        }
-    }
-    Ok(Station::new(&section.name, dimsart, plant))
-}
-
-fn descriptor(file: &RigFile, section: &DeviceSection) -> Result<DeviceDescriptor, ResponseError> {
-    let kinds: Vec<AxisKind> = section.axes.iter().map(|axis| axis.unit.kind()).collect();
-    // A descriptor lives as long as the program: on a board it is in flash.
-    let leak = |names: &[String]| -> &'static [&'static DataType] {
-        Vec::leak(names.iter().filter_map(|name| types::by_name(name)).collect())
-    };
-    #[expect(clippy::cast_possible_truncation, reason = "controllers count in f32")]
-    let sample_period_s = file.sample_period_s as f32;
-    let name = String::leak(section.name.clone());
-    let described =
-        DeviceDescriptor::new(name, &kinds, sample_period_s, leak(&section.measures), leak(&section.takes));
-    described.map_err(|error| ResponseError::Device { device: section.name.clone(), error })
-}
-
-fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {
-    let axis = |(axis, of_axis): (usize, &AxisSection)| {
-        let load = motions(file, &section.name, axis, LOAD)?;
-        let hand = motions(file, &section.name, axis, HAND)?;
-        Ok(Axis { section: of_axis.clone(), load, hand })
-    };
-    section.axes.iter().enumerate().map(axis).collect()
-}
-
-fn outputs_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Output>, ResponseError> {
-    let output = |name: &String| {
-        let data_type = types::by_name(name).unwrap_or(types::SIGNAL);
-        if RigFile::is_sensed(data_type) {
-            let sensor = |(axis, of_axis): (usize, &AxisSection)| {
-                // Of every sensor another seed.
-                let place = u64::from(data_type.id) << 32 | axis as u64;
-                let mut parameters = of_axis.sensor.get(name).cloned().unwrap_or_default();
-                parameters.seed =
-                    file.seed.wrapping_add(parameters.seed).wrapping_add(place).wrapping_mul(SPREAD);
-                let device = section.name.clone();
-                parameters.build().map_err(|error| ResponseError::Plant { device, axis, error })
-            };
-            let sensors: Result<Vec<_>, _> = section.axes.iter().enumerate().map(sensor).collect();
-            return Ok(Output::Sensed(data_type, sensors?));
-        }
-        let per_axis = (0..section.axes.len()).map(|axis| motions(file, &section.name, axis, name));
-        Ok(Output::Reference(per_axis.collect::<Result<_, _>>()?))
-    };
-    section.measures.iter().map(output).collect()
-}
-
-/// All moves on one signal of an axis.
-fn motions(file: &RigFile, device: &str, axis: usize, on: &str) -> Result<Vec<Motion>, ResponseError> {
-    let on_it = file.experiment.moves.iter().filter(|moved| moved.moves(device, on) && moved.axis == axis);
-    let made: Result<Vec<_>, _> = on_it.map(|section| Motion::new(section, &file.folder)).collect();
-    Ok(made?.into_iter().flatten().collect())
-}
-
-/// When anything begins to move an axis, `s`.
-fn starts_s(file: &RigFile, device: &str, axis: usize) -> Result<Vec<f64>, ResponseError> {
-    Ok(all_motions(file, device, axis)?.iter().map(Motion::start_s).collect())
-}
-
-fn all_motions(file: &RigFile, device: &str, axis: usize) -> Result<Vec<Motion>, ResponseError> {
-    let on_it = file.experiment.moves.iter().filter(|moved| moved.device == device && moved.axis == axis);
-    let made: Result<Vec<_>, _> = on_it.map(|section| Motion::new(section, &file.folder)).collect();
-    Ok(made?.into_iter().flatten().collect())
-}
-
-fn follows_of(
-    file: &RigFile,
-    section: &DeviceSection,
-    place: (usize, usize),
-) -> Result<Vec<Follow>, ResponseError> {
-    let (_, axis) = place;
-    let starts_s = starts_s(file, &section.name, axis)?;
-    let kind = section.axes.get(axis).map(|axis| axis.unit.kind()).unwrap_or_default();
-    let mut follows = Vec::new();
-    for reference in section.measures.iter().filter_map(|name| types::by_name(name)) {
-        let motions = motions(file, &section.name, axis, reference.name)?;
-        if let Some(quantity) = followed(reference).filter(|_| !motions.is_empty()) {
-            let unit = reference.unit.symbol(kind);
-            follows.push(Follow::new(place, reference, unit, quantity, motions, &starts_s));
-        }
-    }
-    // What a link or a module brings is a reference, too.
-    for (reference, quantity) in
-        FOLLOWS.iter().filter(|(known, _)| !section.measures.iter().any(|name| name == known.name))
-    {
-        let unit = reference.unit.symbol(kind);
-        follows.push(Follow::new(place, reference, unit, *quantity, Vec::new(), &starts_s));
-    }
-    Ok(follows)
-}
-
-/// When nothing moves a device any more, `s`: coupled axes move each other.
-fn quiet_s(file: &RigFile, section: &DeviceSection) -> Result<f64, ResponseError> {
-    let mut quiet_s: f64 = 0.0;
-    for axis in 0..section.axes.len() {
-        let ends_s = all_motions(file, &section.name, axis)?.iter().map(Motion::end_s).fold(0.0, f64::max);
-        quiet_s = quiet_s.max(ends_s);
-    }
-    Ok(quiet_s.min(file.duration_s))
 }

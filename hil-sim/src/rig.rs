@@ -45,6 +45,7 @@ pub struct Station {
     pub plant: Box<dyn Plant>,
     /// What the last tick came to.
     pub last_tick: Tick,
+    every_ticks: u64,
     board: Option<Box<Board>>,
     trouble: Option<EmulatedError>,
     guarded: Option<Guarded>,
@@ -68,6 +69,7 @@ impl Station {
             dimsart,
             plant,
             last_tick: Tick::Idle,
+            every_ticks: 1,
             board: None,
             trouble: None,
             guarded: None,
@@ -85,6 +87,11 @@ impl Station {
     #[must_use]
     pub fn position(&self) -> &[f32] {
         self.sensed.get(..self.plant.dof()).unwrap_or_default()
+    }
+
+    /// Has its controller stepped in every so many ticks of the rig; in between, its commands are held. 0 counts as 1.
+    pub fn step_every(&mut self, ticks: u32) {
+        self.every_ticks = u64::from(ticks.max(1));
     }
 
     /// Lets a board that was [started](Board::start) with this station's controller be the controller, and the guard
@@ -331,7 +338,9 @@ impl Rig {
     /// One tick of every controller. The world stands still: what the controllers saw and commanded
     /// can be looked at before [`advance`](Self::advance).
     pub fn tick(&mut self) {
-        for (index, station) in self.stations.iter_mut().enumerate() {
+        let tick = self.tick;
+        let is_due = |station: &Station| tick.is_multiple_of(station.every_ticks);
+        for (index, station) in self.stations.iter_mut().enumerate().filter(|(_, station)| is_due(station)) {
             station.trace.iter_mut().for_each(TickTrace::clear);
             station.arrivals.begin_tick();
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)

@@ -24,7 +24,10 @@
 //! Paths are relative to the file's folder.
 
 mod around;
+mod bus;
 mod check;
+mod controller;
+mod data_type;
 mod device;
 mod error;
 mod moves;
@@ -32,23 +35,26 @@ mod set;
 
 use std::path::{Path, PathBuf};
 
-use dimsart_core::DataType;
+use dimsart_core::{DataType, types};
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
 pub use around::{AxisHand, AxisSpring, AxisWall};
+pub use bus::BusSection;
+pub use controller::{ControllerSection, LinkSection};
+pub use data_type::TypeSection;
 pub use device::{AxisSection, AxisUnit, DeviceSection};
 pub use error::RigFileError;
 pub use moves::{
     Chirp, ExperimentSection, HAND, LOAD, MinimumJerk, MoveSection, Prbs, Ramp, SamplesFile, Sine, Step,
 };
 
-use crate::link::InProcessParameters;
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name.
-pub const SHIPPED: [(&str, &str); 5] = [
+pub const SHIPPED: [(&str, &str); 6] = [
     ("arm", include_str!("../../scenarios/arm.toml")),
+    ("arm_bus", include_str!("../../scenarios/arm_bus.toml")),
     ("joint", include_str!("../../scenarios/joint.toml")),
     ("phantom", include_str!("../../scenarios/phantom.toml")),
     ("rokviss", include_str!("../../scenarios/rokviss.toml")),
@@ -67,12 +73,18 @@ pub struct RigFile {
     /// Of every controller, `s`.
     #[serde(default = "millisecond")]
     pub sample_period_s: f64,
+    /// Types of the Data Base beside the catalogue.
+    #[serde(rename = "type", default, skip_serializing_if = "Vec::is_empty")]
+    pub types: Vec<TypeSection>,
     /// What is controlled.
     #[serde(rename = "device")]
     pub devices: Vec<DeviceSection>,
-    /// What controls it, one for each device.
+    /// What controls it: one for a whole device, or several that share its axes.
     #[serde(rename = "controller")]
     pub controllers: Vec<ControllerSection>,
+    /// What links go over.
+    #[serde(rename = "bus", default, skip_serializing_if = "Vec::is_empty")]
+    pub buses: Vec<BusSection>,
     /// What goes from controller to controller.
     #[serde(rename = "link", default)]
     pub links: Vec<LinkSection>,
@@ -84,46 +96,6 @@ pub struct RigFile {
     /// That paths begin in.
     #[serde(skip)]
     pub folder: PathBuf,
-}
-
-/// `[[controller]]`.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct ControllerSection {
-    /// The device that it controls.
-    pub device: String,
-    /// Scheme file, or a built-in one.
-    pub scheme: String,
-    /// Whose rows of the scheme it takes beside those for `all`; left out, the device's name.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub side: Option<String>,
-}
-
-impl ControllerSection {
-    /// Whose rows of the scheme it takes.
-    #[must_use]
-    pub fn side(&self) -> &str {
-        self.side.as_deref().unwrap_or(&self.device)
-    }
-}
-
-/// `[[link]]`: one way from a controller to another.
-#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub struct LinkSection {
-    /// Device of the controller that sends.
-    pub from: String,
-    /// Device of the controller that receives.
-    pub to: String,
-    /// Number of the link at the sender, as `CTX_LINK` says.
-    #[serde(default)]
-    pub from_link: u8,
-    /// Number of the link at the receiver, as `CRX_LINK` says.
-    #[serde(default)]
-    pub to_link: u8,
-    /// What it does to packets.
-    #[serde(default)]
-    pub carrier: InProcessParameters,
 }
 
 fn first_seed() -> u64 {
@@ -203,6 +175,14 @@ impl RigFile {
     #[must_use]
     pub fn device(&self, name: &str) -> Option<&DeviceSection> {
         self.devices.iter().find(|device| device.name == name)
+    }
+
+    /// The type of the Data Base of that name: the file's own, or of the catalogue.
+    #[must_use]
+    pub fn data_type(&self, name: &str) -> Option<&'static DataType> {
+        let mut own = self.types.iter().zip(data_type::FIRST_OWN..);
+        let own = own.find(|(section, _)| section.name == name);
+        own.and_then(|(section, id)| section.data_type(id)).or_else(|| types::by_name(name))
     }
 
     /// Whether a device has sensors for a type; else it is a reference.

@@ -16,6 +16,7 @@ pub const SIDES: &[&str] = &["master", "slave"];
 /// Schemes that come with the command, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[
     ("arm", include_str!("../../schemes/arm.scheme")),
+    ("arm_bus", include_str!("../../schemes/arm_bus.scheme")),
     ("bilateral", include_str!("../../schemes/bilateral.scheme")),
     ("joint", include_str!("../../schemes/joint.scheme")),
     ("phantom", include_str!("../../schemes/phantom.scheme")),

@@ -151,7 +151,7 @@ impl Layout {
         let found = types.iter().filter_map(|signal| device.data_type(signal.id));
         let found: Vec<&DataType, MAX_CHANNEL_TYPES> = found.collect();
         let every = u8::try_from(self.every_ticks).unwrap_or(u8::MAX);
-        Content::of_channel(words, &found, self.axes(device), every, self.has_counters())
+        Content::of_channel(words, &found, self.axes(device), every, self.wave(device, types).is_some())
     }
 
     /// Place of the wave whose counters are in the packet, behind all signals where there is none; and the first of

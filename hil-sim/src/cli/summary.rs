@@ -118,14 +118,19 @@ pub(super) fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
 /// What did not arrive, at both ends; none where nothing is received.
 pub(super) fn lost(received: &[Received]) -> Option<Fact> {
     let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
-    let each = received.iter().map(|Received { station, lost, superseded, refused }| {
+    let is_clean = |received: &&Received| received.lost + received.superseded + received.refused == 0;
+    let clean: Vec<&str> =
+        received.iter().filter(is_clean).map(|received| received.station.as_str()).collect();
+    let others = received.iter().filter(|received| !is_clean(received));
+    let each = others.map(|Received { station, lost, superseded, refused }| {
         let together = match superseded {
             0 => String::new(),
             superseded => format!(" and got {superseded} together with newer ones"),
         };
         format!("{lost} of those to the {station}, which refused {refused}{together}")
     });
-    let note = each.collect::<Vec<_>>().join("; ");
+    let clean = (!clean.is_empty()).then(|| format!("none lost or refused to {}", clean.join(", ")));
+    let note = each.chain(clean).collect::<Vec<_>>().join("; ");
     (!received.is_empty()).then(|| fact("lost packets", sum.to_string(), "", &note))
 }
 

@@ -11,8 +11,8 @@ use super::medium::{Medium, MediumLink, Serial};
 use super::{InProcess, InProcessParameters, Link};
 use crate::bus::can::{CanBus, CanFrame, CanParameters, Format, Identifier};
 use crate::bus::time::{bits_ns, seconds_ns};
-use crate::bus::{DatagramParameters, DatagramPath, Delay, DelayFileError, Uart, UartParameters};
-use crate::scenario::{CarrierKind, DelayKind, Scenario, UdpSection};
+use crate::bus::{DatagramPath, Delay, DelayFileError, Uart};
+use crate::scenario::{CarrierKind, Scenario};
 
 /// The channels that the two ends listen to.
 #[derive(Debug, Clone, Copy)]
@@ -49,7 +49,7 @@ impl<'s> Carrier<'s> {
     /// [`DelayFileError`] when that file cannot be used.
     pub fn new(scenario: &'s Scenario) -> Result<Self, DelayFileError> {
         let delay = match scenario.link.carrier {
-            CarrierKind::Udp => delay(&scenario.udp)?,
+            CarrierKind::Udp => scenario.udp.delay(Path::new(""))?,
             _ => Delay::Constant(0.0),
         };
         Ok(Self { scenario, period_ns: seconds_ns(scenario.sample_period_s).max(1), delay })
@@ -91,7 +91,7 @@ impl<'s> Carrier<'s> {
                     _ => (Format::Fd, 64, 1),
                 };
                 let most = CanFrame::most_wire_bits(Identifier::Extended(0), format, bytes);
-                let frame_ns = CanBus::frame_ns(&self.can_parameters(), most);
+                let frame_ns = CanBus::frame_ns(&CanParameters::from(&self.scenario.can), most);
                 [u64::from((2 + can.other_nodes) * frames) * frame_ns; 2]
             }
             CarrierKind::Udp => {
@@ -113,31 +113,15 @@ impl<'s> Carrier<'s> {
                 [0, 1].map(|direction| -> Box<dyn Link> { Box::new(self.behind(direction)) })
             }
             CarrierKind::Uart => [0, 1].map(|direction| {
-                let parameters = UartParameters {
-                    bits_per_s: uart.bits_per_s,
-                    bit_error_rate: uart.bit_error_rate,
-                    byte_drop: uart.byte_drop,
-                    byte_insert: uart.byte_insert,
-                    queue_bytes: uart.queue_bytes,
-                };
                 let remedy = "raise uart.bits_per_s, or send less often (link.every_ticks)";
-                let medium = Serial::new(Uart::new(parameters, self.seed(2 + direction)));
+                let medium = Serial::new(Uart::new(uart.into(), self.seed(2 + direction)));
                 self.over("uart", direction, remedy, medium)
             }),
             CarrierKind::Can => self.can(Format::Classic, ends),
             CarrierKind::CanFd => self.can(Format::Fd, ends),
             CarrierKind::Udp => {
                 [(0, udp.forward_bits_per_s), (1, udp.backward_bits_per_s)].map(|(direction, rate)| {
-                    let parameters = DatagramParameters {
-                        bits_per_s: rate,
-                        header_bytes: udp.header_bytes,
-                        queue_bytes: udp.queue_bytes,
-                        delay: self.delay.clone(),
-                        burst_start: udp.burst_start,
-                        burst_end: udp.burst_end,
-                        burst_loss: udp.burst_loss,
-                        overtaking: udp.overtaking,
-                    };
+                    let parameters = udp.path(rate, self.delay.clone());
                     let remedy =
                         "raise udp.forward_bits_per_s and udp.backward_bits_per_s, or send less often (link.every_ticks)";
                     self.over(
@@ -168,7 +152,7 @@ impl<'s> Carrier<'s> {
         if remark.is_some() {
             backward = Identifier::Extended(SLAVE_IDENTIFIER);
         }
-        let mut bus = CanBus::new(self.can_parameters(), self.seed(2));
+        let mut bus = CanBus::new(CanParameters::from(&self.scenario.can), self.seed(2));
         let [master, slave] = [bus.add("master", &[backward]), bus.add("slave", &[forward])];
         let others = (0..self.scenario.can.other_nodes).zip(OTHER_IDENTIFIERS.iter().cycle());
         let others = others.map(|(number, base)| {
@@ -195,17 +179,6 @@ impl<'s> Carrier<'s> {
         let forward = direction(ends.forward_channel, forward, master, slave, &others, remark);
         let backward = direction(ends.backward_channel, backward, slave, master, &[], None);
         [(0, forward), (1, backward)].map(|(number, direction)| self.over("can", number, remedy, direction))
-    }
-
-    fn can_parameters(&self) -> CanParameters {
-        let can = &self.scenario.can;
-        CanParameters {
-            bits_per_s: can.bits_per_s,
-            data_bits_per_s: can.data_bits_per_s,
-            bit_error_rate: can.bit_error_rate,
-            rejoins: can.rejoins,
-            queue_frames: can.queue_frames,
-        }
     }
 
     fn over(
@@ -239,16 +212,6 @@ impl<'s> Carrier<'s> {
     fn seed(&self, stream: u64) -> u64 {
         self.scenario.seed.wrapping_mul(2).wrapping_add(stream << 32)
     }
-}
-
-fn delay(udp: &UdpSection) -> Result<Delay, DelayFileError> {
-    let UdpSection { delay_s, spread_s, gamma_shape, .. } = *udp;
-    Ok(match udp.delay {
-        DelayKind::Constant => Delay::Constant(delay_s),
-        DelayKind::Uniform => Delay::Uniform { least_s: delay_s, width_s: spread_s },
-        DelayKind::Gamma => Delay::Gamma { least_s: delay_s, mean_s: spread_s, shape: gamma_shape },
-        DelayKind::Recorded => Delay::read(Path::new(&udp.delays_file))?,
-    })
 }
 
 #[cfg(test)]

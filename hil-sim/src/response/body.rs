@@ -43,6 +43,9 @@ impl Body {
             let device = section.name.clone();
             move |error| ResponseError::Plant { device, axis, error }
         };
+        if !section.moves() {
+            return Ok(Self::Joints(Vec::new()));
+        }
         let inertia = |axis: &AxisSection| axis.hand.as_ref().map_or(0.0, |hand| hand.inertia);
         if let Some(arm) = &section.arm {
             let mut arm = arm.clone();

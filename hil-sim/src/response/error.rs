@@ -3,9 +3,11 @@
 use dimsart_core::{DescriptorError, StorageError};
 
 use super::motion::SamplesError;
+use crate::bus::DelayFileError;
 use crate::emulated::EmulatedError;
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
+use crate::rig_file::LinkSection;
 use crate::schemes::{Loaded, SchemeFileError};
 
 /// Why a rig could not be set up.
@@ -37,20 +39,47 @@ pub enum ResponseError {
     SchemeFile(#[from] SchemeFileError),
     /// The scheme does not run on this device.
     #[error(
-        "the scheme {name} does not run on the device '{device}':\n{}",
+        "the scheme {name} does not run on the controller '{controller}':\n{}",
         loaded.problems().map(|problem| format!("  {problem}")).collect::<Vec<_>>().join("\n")
     )]
     Scheme {
         /// The scheme.
         name: String,
-        /// The device.
-        device: String,
+        /// The controller.
+        controller: String,
         /// What is wrong.
         loaded: Loaded,
     },
     /// A file that something moves by.
     #[error(transparent)]
     Samples(#[from] SamplesError),
+    /// A link over a CAN bus whose receiver listens to no channel.
+    #[error(
+        "the link from '{}' to '{}' goes over a CAN bus without a channel: give the sender a CTX_CHANNEL and the receiver \
+         the same CRX_CHANNEL, 1 to 2047",
+        link.from, link.to
+    )]
+    NoChannel {
+        /// The link.
+        link: LinkSection,
+    },
+    /// Two links over one CAN bus have the same channel.
+    #[error(
+        "the links from '{}' to '{}' and from '{}' to '{}' go over one CAN bus on channel {channel}: give each a \
+         CTX_CHANNEL and CRX_CHANNEL of its own",
+        first.from, first.to, link.from, link.to
+    )]
+    SameChannel {
+        /// The channel.
+        channel: u16,
+        /// The first one in the file.
+        first: LinkSection,
+        /// The other one.
+        link: LinkSection,
+    },
+    /// Recorded delays of a bus.
+    #[error(transparent)]
+    Delays(#[from] DelayFileError),
     /// The emulated board of a device.
     #[error("device '{device}': {source}")]
     Emulated {

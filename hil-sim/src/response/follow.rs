@@ -2,20 +2,20 @@
 
 use dimsart_core::{DataType, types};
 
-use super::instrumented::sum_at;
 use super::loop_gain::LoopFigures;
-use super::motion::Motion;
+use super::motion::{Motion, sum_at};
 use super::outcome::AxisOutcome;
 use super::step_response::{StepFigures, StepResponse};
 use crate::plant::MAX_QUANTITIES;
 use crate::rig::{Probe, Station};
 
 /// Which quantity of an axis follows which reference.
-pub(super) const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
+pub(super) const FOLLOWS: [(&'static DataType, usize); 2] =
+    [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
 
-/// The place, among what is known of an axis, of what follows a reference; none for one that nothing is measured of.
-pub(super) fn followed(reference: &DataType) -> Option<usize> {
-    FOLLOWS.iter().find(|(known, _)| known.id == reference.id).map(|(_, quantity)| *quantity)
+/// A reference that is followed, and the place of what follows it among what is known of an axis.
+pub(super) fn followed(reference: &DataType) -> Option<(&'static DataType, usize)> {
+    FOLLOWS.into_iter().find(|(known, _)| known.id == reference.id)
 }
 
 /// One axis and one reference.

@@ -1,51 +1,26 @@
-//! A device of a rig: what moves, with sensors and a delay, and references that come with what is measured.
+//! What a controller sees of a device: sensors of its axes, and references that come with what is measured.
 
-use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use dimsart_core::{DataType, types};
 
-use super::body::{AxisState, Body};
-use super::motion::Motion;
+use super::body::AxisState;
+use super::machine::Machine;
+use super::motion::{Motion, sum_at};
 use crate::plant::{AxisTruth, Plant, Sensor};
-use crate::rig_file::{AxisSection, AxisUnit};
+use crate::rig_file::AxisUnit;
 
-/// Most ticks that a command can wait.
-const MOST_WAITING: usize = 5;
-
-/// What moves, behind the frame of a device.
+/// The axes of a machine that one controller has, behind the frame of its device.
 #[derive(Debug)]
 pub(super) struct Instrumented {
-    body: Body,
-    axes: Vec<Axis>,
+    machine: Arc<Mutex<Machine>>,
+    /// Which of the machine's.
+    axes: Vec<usize>,
     /// What fills the frame, in its order: every one a value for each axis.
     outputs: Vec<Output>,
-    delay_ticks: f64,
-    /// Commands that are not over, the newest last.
-    waiting: VecDeque<Vec<f64>>,
+    /// Whether anything moves: references alone come with nothing that does.
+    moves: bool,
     time_s: f64,
-    /// On the first command for an axis.
-    disturbance: Option<(usize, f64)>,
-}
-
-/// What pushes and holds an axis.
-#[derive(Debug)]
-pub(super) struct Axis {
-    pub(super) section: AxisSection,
-    pub(super) load: Vec<Motion>,
-    /// Where its hand wants to be.
-    pub(super) hand: Vec<Motion>,
-}
-
-impl Axis {
-    /// By time alone: the load, and what the hand wants more than 0.
-    fn outside(&self, time_s: f64) -> f64 {
-        sum_at(&self.load, time_s) + self.section.hand_stiffness() * sum_at(&self.hand, time_s)
-    }
-
-    /// The load, and the hand's spring.
-    fn pushed_by(&self, time_s: f64, position: f64) -> f64 {
-        self.outside(time_s) - self.section.hand_stiffness() * position
-    }
 }
 
 /// What fills a part of the frame.
@@ -58,23 +33,24 @@ pub(super) enum Output {
 }
 
 impl Instrumented {
-    /// At rest, before the first command.
     pub(super) fn new(
-        body: Body,
-        axes: Vec<Axis>,
+        machine: Arc<Mutex<Machine>>,
+        axes: Vec<usize>,
         outputs: Vec<Output>,
-        delay_ticks: f64,
-        disturbance: Option<(usize, f64)>,
+        moves: bool,
     ) -> Self {
-        let mut waiting = VecDeque::with_capacity(MOST_WAITING);
-        waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
-        Self { body, axes, outputs, delay_ticks, waiting, time_s: 0.0, disturbance }
+        Self { machine, axes, outputs, moves, time_s: 0.0 }
     }
-}
 
-/// All of them together.
-pub(super) fn sum_at(motions: &[Motion], time_s: f64) -> f64 {
-    motions.iter().map(|motion| motion.at(time_s)).sum()
+    fn machine(&self) -> MutexGuard<'_, Machine> {
+        // All its calls are whole: one that somebody panicked with is as good as before.
+        self.machine.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// An axis of the machine by its place among those of the controller.
+    fn axis(&self, place: usize) -> Option<usize> {
+        self.axes.get(place).copied()
+    }
 }
 
 impl Plant for Instrumented {
@@ -83,15 +59,16 @@ impl Plant for Instrumented {
     }
 
     fn sense(&mut self, measured: &mut [f32]) {
-        let Self { body, axes, outputs, time_s, .. } = self;
+        let Self { machine, axes, outputs, time_s, .. } = self;
+        let machine = machine.lock().unwrap_or_else(PoisonError::into_inner);
         for (output, words) in outputs.iter_mut().zip(measured.chunks_mut(axes.len().max(1))) {
-            for (axis, word) in words.iter_mut().enumerate() {
+            for (place, (axis, word)) in axes.iter().zip(words).enumerate() {
                 let value = match output {
                     Output::Sensed(data_type, sensors) => {
-                        let truth = sensed(data_type, &body.state(axis));
-                        sensors.get_mut(axis).map_or(truth, |sensor| sensor.show(*time_s, truth).into())
+                        let truth = sensed(data_type, &machine.state(*axis));
+                        sensors.get_mut(place).map_or(truth, |sensor| sensor.show(*time_s, truth).into())
                     }
-                    Output::Reference(motions) => motions.get(axis).map_or(0.0, |all| sum_at(all, *time_s)),
+                    Output::Reference(motions) => motions.get(place).map_or(0.0, |all| sum_at(all, *time_s)),
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
                 let value = value as f32;
@@ -101,32 +78,8 @@ impl Plant for Instrumented {
     }
 
     fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32]) {
-        self.waiting.rotate_left(1);
-        if let Some(newest) = self.waiting.back_mut() {
-            for (axis, newest) in newest.iter_mut().enumerate() {
-                *newest = command.get(axis).copied().unwrap_or_default().into();
-            }
-            if let Some((axis, force)) = self.disturbance.take()
-                && let Some(newest) = newest.get_mut(axis)
-            {
-                *newest += force;
-            }
-        }
-        let whole_ticks = libm::floor(self.delay_ticks);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
-        let ticks = whole_ticks as usize;
-        let change_s = (self.delay_ticks - whole_ticks) * period_s;
-        let Self { body, axes, waiting, .. } = self;
-        let held = |ticks: usize| {
-            let place = waiting.len().checked_sub(ticks + 1);
-            place.and_then(|place| waiting.get(place)).map(Vec::as_slice).unwrap_or_default()
-        };
-        let outside = |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(time_s));
-        let around = |axis: usize, position: f64, velocity: f64| {
-            axes.get(axis).map_or(0.0, |axis| axis.section.force(position, velocity))
-        };
-        body.advance(start_s, change_s, held(ticks + 1), &outside, &around);
-        body.advance(start_s + change_s, period_s - change_s, held(ticks), &outside, &around);
+        let commands = command.iter().copied().map(f64::from).chain(std::iter::repeat(0.0));
+        self.machine().take(start_s, period_s, self.axes.iter().copied().zip(commands));
         self.time_s = start_s + period_s;
     }
 
@@ -135,9 +88,7 @@ impl Plant for Instrumented {
     }
 
     fn is_touching(&self, axis: usize) -> bool {
-        let wall = self.axes.get(axis).and_then(|axis| axis.section.wall.as_ref());
-        let position = self.body.state(axis).position;
-        self.body.is_at_stop(axis) || wall.is_some_and(|wall| wall.depth(position) > 0.0)
+        self.axis(axis).is_some_and(|axis| self.machine().is_touching(axis))
     }
 
     fn quantities(&self, axis: usize) -> &'static [(&'static str, &'static str)] {
@@ -159,18 +110,21 @@ impl Plant for Instrumented {
             ("voltage", "V"),
             ("winding", "°C"),
         ];
-        let known: &[_] = match self.axes.get(axis).map(|axis| axis.section.unit) {
+        let Some(axis) = self.axis(axis).filter(|_| self.moves) else { return &[] };
+        let machine = self.machine();
+        let known: &[_] = match machine.axis(axis).map(|axis| axis.section.unit) {
             Some(AxisUnit::Metre) => &LINEAR,
             _ => &ROTARY,
         };
         // Coupled axes have no motors of their own.
-        let count = if self.body.state(axis).motor.is_some() { known.len() } else { 4 };
+        let count = if machine.state(axis).motor.is_some() { known.len() } else { 4 };
         known.get(..count).unwrap_or_default()
     }
 
     fn look(&self, axis: usize, values: &mut [f64]) {
-        let Some(of_axis) = self.axes.get(axis) else { return };
-        let AxisState { position, velocity, force, motor } = self.body.state(axis);
+        let (Some(axis), machine) = (self.axis(axis), self.machine()) else { return };
+        let Some(of_axis) = machine.axis(axis) else { return };
+        let AxisState { position, velocity, force, motor } = machine.state(axis);
         let load = of_axis.pushed_by(self.time_s, position);
         let known = [position, velocity, force, load].into_iter().chain(motor.into_iter().flatten());
         for (entry, value) in values.iter_mut().zip(known) {

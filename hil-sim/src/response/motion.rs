@@ -26,6 +26,11 @@ pub struct SamplesError {
     pub reason: String,
 }
 
+/// All of them together.
+pub(super) fn sum_at(motions: &[Motion], time_s: f64) -> f64 {
+    motions.iter().map(|motion| motion.at(time_s)).sum()
+}
+
 impl Motion {
     /// The move that a section describes; paths begin in `folder`. A section without a form does nothing.
     ///

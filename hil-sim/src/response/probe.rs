@@ -1,7 +1,8 @@
 //! Disturbs a loop of a rig, and listens to what its controller does about it.
 
 use super::loop_gain::{Answers, LoopFigures};
-use super::{ResponseError, rig_of};
+use super::part::Part;
+use super::{ResponseError, build};
 use crate::link::InProcessParameters;
 use crate::rig::{Probe, Rig};
 use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
@@ -46,7 +47,7 @@ impl AtRest {
     /// As the [experiment](super::Experiment::new)'s.
     pub(super) fn new(file: &RigFile, in_contact: bool) -> Result<Self, ResponseError> {
         let file = at_rest(file, in_contact);
-        let rig = rig_of(&file, None)?;
+        let rig = build::rig(&file, None)?;
         let probes = rig.stations().iter().map(|_| command_probe()).collect();
         Ok(Self { file, rig, commands: Vec::new(), probes })
     }
@@ -62,7 +63,9 @@ impl AtRest {
         axis: usize,
     ) -> Result<Option<LoopFigures>, ResponseError> {
         let period_s = self.file.sample_period_s;
-        let inertia = self.file.devices.get(station).map_or(1.0, |device| inertia(device, axis));
+        let parts = Part::of_all(&self.file);
+        let part = parts.get(station).and_then(|part| Some((part.device, *part.axes.get(axis)?)));
+        let inertia = part.map_or(1.0, |(device, axis)| inertia(device, axis));
         let force = PUSH * inertia / period_s;
         let to_whole = self.answers(Disturbance { station, axis, force }, MOST_TICKS)?;
         let to_half = self.answers(Disturbance { station, axis, force: 0.5 * force }, HALF_TICKS)?;
@@ -72,7 +75,7 @@ impl AtRest {
     /// What the controller does differently, until nothing more comes or it grows.
     fn answers(&mut self, disturbance: Disturbance, ticks: usize) -> Result<Vec<f64>, ResponseError> {
         let Disturbance { station, axis, force } = disturbance;
-        let mut disturbed = rig_of(&self.file, Some(disturbance))?;
+        let mut disturbed = build::rig(&self.file, Some(disturbance))?;
         let mut probe = command_probe();
         let (mut answers, mut most, mut quiet_ticks) = (Vec::new(), 0.0_f64, 0);
         while answers.len() < ticks {

@@ -2,13 +2,17 @@
 
 use dimsart_core::{DataType, Format, Shape, limits, types};
 
-use super::{AxisSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection, RigFile};
+use super::{
+    AxisSection, BusSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection, RigFile, TypeSection,
+};
 use crate::link::InProcessParameters;
 use crate::plant::{JointParameters, ParameterError, PhantomPort};
 use crate::schemes::suggestion;
 
 /// Longest delay of a device, ticks.
 const MOST_DELAY_TICKS: f64 = 3.0;
+/// Most ticks of a rig to one of a controller.
+const MOST_EVERY_TICKS: u32 = 1000;
 /// What a device has sensors for.
 pub(super) const SENSED: [&DataType; 3] = [types::POSITION, types::VELOCITY, types::FORCE];
 
@@ -30,9 +34,21 @@ impl RigFile {
         for (place, device) in self.devices.iter().enumerate() {
             self.check_device(place, device, &mut problems);
         }
-        for controller in &self.controllers {
+        for (place, controller) in self.controllers.iter().enumerate() {
             self.has_device("controller", &controller.device, &mut problems);
+            if self.controllers.iter().take(place).any(|other| other.name() == controller.name()) {
+                let name = controller.name();
+                problems.push(format!("there are two controllers '{name}': give each a `name` of its own"));
+            }
+            if !(1..=MOST_EVERY_TICKS).contains(&controller.every_ticks) {
+                let (name, every) = (controller.name(), controller.every_ticks);
+                problems.push(format!(
+                    "controller '{name}': every_ticks is {every}: give it 1 to {MOST_EVERY_TICKS}"
+                ));
+            }
         }
+        problems.extend(self.types.iter().filter_map(TypeSection::problem));
+        problems.extend(self.buses.iter().flat_map(BusSection::problems));
         for link in &self.links {
             self.check_link(link, &mut problems);
         }
@@ -67,11 +83,7 @@ impl RigFile {
         if self.devices.iter().take(place).any(|other| other.name == *name) {
             problems.push(format!("there are two devices '{name}': give each a name of its own"));
         }
-        let controllers = self.controllers.iter().filter(|controller| controller.device == *name).count();
-        if controllers != 1 {
-            problems
-                .push(format!("device '{name}' has {controllers} controllers: give it one [[controller]]"));
-        }
+        self.check_controllers(device, problems);
         check_coupled(device, problems);
         if !(1..=limits::MAX_DOF).contains(&axes.len()) {
             let most = limits::MAX_DOF;
@@ -88,7 +100,7 @@ impl RigFile {
             }
         }
         for signal in measures {
-            let Some(data_type) = vector(name, "measures", signal, problems) else { continue };
+            let Some(data_type) = self.vector(name, signal, problems) else { continue };
             let is_moved = self.experiment.moves.iter().any(|moved| moved.moves(name, signal));
             if !SENSED.contains(&data_type) && !is_moved {
                 let sensed: Vec<&str> = SENSED.iter().map(|data_type| data_type.name).collect();
@@ -99,21 +111,65 @@ impl RigFile {
                 ));
             }
         }
-        if takes.as_slice() != [types::DES_FORCE.name] {
-            problems.push(format!("device '{name}' takes {takes:?}: its actuators take [\"DES_FORCE\"]"));
+        if device.moves() && takes.as_slice() != [types::DES_FORCE.name] {
+            problems.push(format!(
+                "device '{name}' takes {takes:?}: its actuators take [\"DES_FORCE\"], or [] where nothing moves"
+            ));
         }
         for (axis, section) in axes.iter().enumerate() {
             let at = format!("device '{name}', axis {axis}");
-            if device.coupled_axes().is_none() && section.plant.is_none() {
+            if device.moves() && device.coupled_axes().is_none() && section.plant.is_none() {
                 problems.push(format!("{at}: it has no plant: give it plant.load.inertia, at least"));
             }
             check_axis(&at, measures, section, problems);
         }
     }
 
+    /// Every axis of a device has one controller.
+    fn check_controllers(&self, device: &DeviceSection, problems: &mut Vec<String>) {
+        let (name, count) = (&device.name, device.axes.len());
+        let its = self.controllers.iter().filter(|controller| controller.device == *name);
+        let axes: Vec<usize> = its.flat_map(|controller| controller.axes(device)).collect();
+        for axis in axes.iter().filter(|axis| **axis >= count) {
+            problems.push(format!("a controller has axis {axis} of '{name}', which has {count}, from 0"));
+        }
+        for axis in 0..count {
+            let controllers = axes.iter().filter(|known| **known == axis).count();
+            if controllers != 1 {
+                problems.push(format!(
+                    "axis {axis} of '{name}' has {controllers} controllers: give it one [[controller]], by its `axes`"
+                ));
+            }
+        }
+    }
+
+    /// A type with an `f32` on each axis, of that name.
+    fn vector(&self, device: &str, name: &str, problems: &mut Vec<String>) -> Option<&'static DataType> {
+        let is_vector = |data_type: &&'static DataType| {
+            data_type.format == Format::F32 && data_type.shape == Shape::Vector
+        };
+        let found = self.data_type(name).filter(is_vector);
+        if found.is_none() {
+            let known =
+                types::ALL.iter().copied().filter(is_vector).map(|data_type| data_type.name.to_owned());
+            let known: Vec<String> = known.chain(self.types.iter().map(|own| own.name.clone())).collect();
+            let near = suggestion(name, &known);
+            problems.push(format!("device '{device}' measures '{name}', and there is no such type; {near}"));
+        }
+        found
+    }
+
     fn check_link(&self, link: &LinkSection, problems: &mut Vec<String>) {
-        for name in [&link.from, &link.to] {
-            self.has_device("link", name, problems);
+        let known: Vec<String> =
+            self.controllers.iter().map(|controller| controller.name().to_owned()).collect();
+        for name in [&link.from, &link.to].into_iter().filter(|name| !known.contains(name)) {
+            let near = suggestion(name, &known);
+            problems.push(format!("link: there is no controller '{name}'; {near}"));
+        }
+        let buses: Vec<String> = self.buses.iter().map(|bus| bus.name.clone()).collect();
+        for name in link.bus.iter().filter(|name| !buses.contains(name)) {
+            let near = suggestion(name, &buses);
+            problems.push(format!("link from '{}': there is no bus '{name}'; {near}", link.from));
         }
         for number in [link.from_link, link.to_link] {
             if usize::from(number) >= limits::MAX_LINKS {
@@ -232,18 +288,4 @@ fn check_axis(at: &str, measures: &[String], section: &AxisSection, problems: &m
         let near = suggestion(signal, &sensed);
         problems.push(format!("{at}: it measures no '{signal}' by a sensor; {near}"));
     }
-}
-
-/// A type with an `f32` on each axis, of that name.
-fn vector(device: &str, key: &str, name: &str, problems: &mut Vec<String>) -> Option<&'static DataType> {
-    let is_vector =
-        |data_type: &&&DataType| data_type.format == Format::F32 && data_type.shape == Shape::Vector;
-    let found = types::by_name(name).filter(|data_type| is_vector(&data_type));
-    if found.is_none() {
-        let known: Vec<String> =
-            types::ALL.iter().filter(is_vector).map(|data_type| data_type.name.to_owned()).collect();
-        let near = suggestion(name, &known);
-        problems.push(format!("device '{device}': {key} has no type '{name}'; {near}"));
-    }
-    found
 }

@@ -21,7 +21,7 @@ pub struct DeviceSection {
     /// (`POSITION`, `VELOCITY`, `FORCE`), and references that the experiment moves.
     #[serde(default = "position")]
     pub measures: Vec<String>,
-    /// Types that its actuators take.
+    /// Types that its actuators take; none of what does not move, and has references alone.
     #[serde(default = "force")]
     pub takes: Vec<String>,
     /// From a measurement to the force that comes of it: sampling, computing and PWM, in ticks, 0 to 3; a part of a tick
@@ -93,6 +93,12 @@ impl AxisUnit {
 }
 
 impl DeviceSection {
+    /// Whether anything of it moves: one that takes nothing gives references alone, to a coordinator.
+    #[must_use]
+    pub fn moves(&self) -> bool {
+        !self.takes.is_empty()
+    }
+
     /// Number of its coupled axes; none where each has a plant of its own.
     #[must_use]
     pub fn coupled_axes(&self) -> Option<usize> {

@@ -155,6 +155,31 @@ impl CanBus {
         }
     }
 
+    /// The same of frames with this identifier alone; others go on waiting.
+    pub fn receive_only(
+        &mut self,
+        (node, identifier): (usize, Identifier),
+        now_ns: u64,
+        mut deliver: impl FnMut(u64, &CanFrame),
+    ) {
+        self.run_until(now_ns);
+        let Some(node) = self.nodes.get_mut(node) else { return };
+        node.arrived.retain(|(arrival_ns, frame)| {
+            let is_it = *arrival_ns <= now_ns && frame.identifier == identifier;
+            if is_it {
+                deliver(*arrival_ns, frame);
+            }
+            !is_it
+        });
+    }
+
+    /// Has a node listen for one more identifier.
+    pub fn accept(&mut self, node: usize, identifier: Identifier) {
+        if let Some(node) = self.nodes.get_mut(node) {
+            node.accepts.push(identifier);
+        }
+    }
+
     /// Sends all that begins before `now_ns`.
     pub fn run_until(&mut self, now_ns: u64) {
         if self.free_ns >= now_ns {

@@ -7,9 +7,10 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
+use crate::bus::time::seconds_ns;
 use crate::cli::summary;
 use crate::emulated::{self, Image};
-use crate::report::{self, Fact, Report, SignalsFile, Table};
+use crate::report::{self, BusTimeline, Fact, Report, SignalsFile, Table};
 use crate::response::{AxisOutcome, Experiment, LoopFigures, Outcome, figures, file_stems};
 use crate::rig_file::{RigFile, RigFileError, SHIPPED};
 use crate::schemes::suggestion;
@@ -90,7 +91,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
             faults: run.outcome.faults.clone(),
             figures: figures(&run.recording, file),
             tick_maps: run.tick_maps,
-            bus: None,
+            bus: BusTimeline::of(&run.media, seconds_ns(file.sample_period_s)),
             settings_toml: file.to_toml(),
             recording: &run.recording,
         };
@@ -169,8 +170,8 @@ fn axes(outcome: &Outcome) -> Table {
             seconds(axis.rise_time_s),
             axis.overshoot.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share)),
             seconds(axis.settling_time_s),
-            format!("{:.2e} {unit}", axis.rms_error),
-            format!("{:.2e} {unit}", axis.peak_error),
+            format!("{:.1e} {unit}", axis.rms_error),
+            format!("{:.1e} {unit}", axis.peak_error),
             number(phase_margin_deg, "°"),
             number(gain_margin, ""),
             number(bandwidth_hz, " Hz"),

@@ -1,0 +1,51 @@
+//! What the sections of a file say of media.
+
+use std::path::Path;
+
+use crate::bus::can::CanParameters;
+use crate::bus::{DatagramParameters, Delay, DelayFileError, UartParameters};
+use crate::scenario::{CanSection, DelayKind, UartSection, UdpSection};
+
+impl From<&UartSection> for UartParameters {
+    fn from(uart: &UartSection) -> Self {
+        let UartSection { bits_per_s, bit_error_rate, byte_drop, byte_insert, queue_bytes } = *uart;
+        Self { bits_per_s, bit_error_rate, byte_drop, byte_insert, queue_bytes }
+    }
+}
+
+impl From<&CanSection> for CanParameters {
+    fn from(can: &CanSection) -> Self {
+        let CanSection { bits_per_s, data_bits_per_s, bit_error_rate, rejoins, queue_frames, .. } = *can;
+        Self { bits_per_s, data_bits_per_s, bit_error_rate, rejoins, queue_frames }
+    }
+}
+
+impl UdpSection {
+    /// A path with that bit rate and these delays.
+    pub(super) fn path(&self, bits_per_s: u32, delay: Delay) -> DatagramParameters {
+        DatagramParameters {
+            bits_per_s,
+            header_bytes: self.header_bytes,
+            queue_bytes: self.queue_bytes,
+            delay,
+            burst_start: self.burst_start,
+            burst_end: self.burst_end,
+            burst_loss: self.burst_loss,
+            overtaking: self.overtaking,
+        }
+    }
+
+    /// Its delays; a file of recorded ones, in `folder`, is read.
+    ///
+    /// # Errors
+    /// [`DelayFileError`] when that file cannot be used.
+    pub(super) fn delay(&self, folder: &Path) -> Result<Delay, DelayFileError> {
+        let Self { delay_s, spread_s, gamma_shape, .. } = *self;
+        Ok(match self.delay {
+            DelayKind::Constant => Delay::Constant(delay_s),
+            DelayKind::Uniform => Delay::Uniform { least_s: delay_s, width_s: spread_s },
+            DelayKind::Gamma => Delay::Gamma { least_s: delay_s, mean_s: spread_s, shape: gamma_shape },
+            DelayKind::Recorded => Delay::read(&folder.join(&self.delays_file))?,
+        })
+    }
+}

@@ -1,0 +1,147 @@
+//! Makes a rig of a file: a station for every controller, and the links between them.
+
+use std::sync::{Arc, Mutex};
+
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
+
+use super::ResponseError;
+use super::body::Body;
+use super::instrumented::{Instrumented, Output};
+use super::machine::{Axis, Machine};
+use super::moves::motions;
+use super::part::Part;
+use super::probe::Disturbance;
+use crate::link::{Buses, InProcess, Link, Route};
+use crate::rig::{End, Rig, SimulatedDimsart, Station};
+use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
+use crate::schemes::{self, SIDES, SchemeText};
+
+/// Odd, with bits all over: neighbouring numbers become seeds that have nothing in common.
+const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// All devices with their controllers, and the links between them.
+pub(super) fn rig(file: &RigFile, disturbance: Option<Disturbance>) -> Result<Rig, ResponseError> {
+    let mut rig = Rig::new(file.sample_period_s);
+    let parts = Part::of_all(file);
+    for device in &file.devices {
+        let mut of_device = parts.iter().enumerate().filter(|(_, part)| part.device.name == device.name);
+        let disturbed = disturbance.and_then(|Disturbance { station, axis, force }| {
+            let (_, part) = of_device.clone().find(|(place, _)| *place == station)?;
+            Some((*part.axes.get(axis)?, force))
+        });
+        let count = of_device.clone().count();
+        let machine =
+            Machine::new(Body::new(device)?, axes_of(file, device)?, device.delay_ticks, disturbed, count);
+        let machine = Arc::new(Mutex::new(machine));
+        of_device.try_for_each(|(_, part)| {
+            rig.add(station(file, part, Arc::clone(&machine))?);
+            Ok::<_, ResponseError>(())
+        })?;
+    }
+    connect(file, &parts, &mut rig)?;
+    Ok(rig)
+}
+
+fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ResponseError> {
+    let mut buses = Buses::new(&file.buses, file.sample_period_s, file.seed, &file.folder)?;
+    let mut taken: Vec<(&str, u16, &LinkSection)> = Vec::new();
+    for (number, link) in (0..).zip(&file.links) {
+        let LinkSection { from, to, from_link, to_link, bus, carrier } = link;
+        let end = |name: &str, link: u8| {
+            let station = parts.iter().position(|part| part.name() == name).unwrap_or_default();
+            End { station, link: link.into() }
+        };
+        let (start, end) = (end(from, *from_link), end(to, *to_link));
+        let behind = InProcess::new(*carrier, file.seed.wrapping_add(number));
+        let connected: Box<dyn Link> = match bus {
+            None => Box::new(behind),
+            Some(bus) => {
+                let receiver = rig.stations().get(end.station);
+                let channel = receiver.map_or(0, |station| station.dimsart.listening_channel(end.link));
+                if buses.needs_channels(bus) {
+                    if channel == 0 {
+                        return Err(ResponseError::NoChannel { link: link.clone() });
+                    }
+                    if let Some((.., first)) =
+                        taken.iter().find(|(known, used, _)| (*known, *used) == (bus, channel))
+                    {
+                        let [link, first] = [link, first].map(Clone::clone);
+                        return Err(ResponseError::SameChannel { channel, first, link });
+                    }
+                    taken.push((bus, channel, link));
+                }
+                let is_forward = start.station < end.station;
+                let route = Route { bus, from, to, is_forward, channel, number };
+                let over = buses.link(route, behind);
+                // A bus that is not there was refused with the file.
+                over.unwrap_or_else(|| Box::new(InProcess::new(*carrier, file.seed)))
+            }
+        };
+        rig.connect(start, end, connected);
+    }
+    Ok(())
+}
+
+/// A controller, joined to its axes of a machine.
+fn station(file: &RigFile, part: &Part<'_>, machine: Arc<Mutex<Machine>>) -> Result<Station, ResponseError> {
+    let Part { controller, device, axes } = part;
+    let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves());
+    let mut dimsart =
+        Box::new(SimulatedDimsart::new(descriptor(file, part)?).map_err(ResponseError::Storage)?);
+    let sides: Vec<&str> =
+        file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
+    let scheme = SchemeText::read_from(&controller.scheme, &file.folder)?;
+    let loaded = schemes::load_for(&scheme, controller.side(), &sides, &[], &mut dimsart);
+    if !loaded.is_sound() {
+        return Err(ResponseError::Scheme { name: scheme.name, controller: part.name().to_owned(), loaded });
+    }
+    let mut station = Station::new(part.name(), dimsart, Box::new(plant));
+    station.step_every(controller.every_ticks);
+    Ok(station)
+}
+
+fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, ResponseError> {
+    let kinds: Vec<AxisKind> = part.sections().map(|(_, axis)| axis.unit.kind()).collect();
+    // A descriptor lives as long as the program: on a board it is in flash.
+    let leak = |names: &[String]| -> &'static [&'static DataType] {
+        Vec::leak(names.iter().filter_map(|name| file.data_type(name)).collect())
+    };
+    #[expect(clippy::cast_possible_truncation, reason = "controllers count in f32")]
+    let sample_period_s = (f64::from(part.controller.every_ticks) * file.sample_period_s) as f32;
+    let (name, device) = (String::leak(part.name().to_owned()), part.device);
+    let described =
+        DeviceDescriptor::new(name, &kinds, sample_period_s, leak(&device.measures), leak(&device.takes));
+    described.map_err(|error| ResponseError::Device { device: part.name().to_owned(), error })
+}
+
+fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {
+    let axis = |(axis, of_axis): (usize, &AxisSection)| {
+        let load = motions(file, &section.name, axis, LOAD)?;
+        let hand = motions(file, &section.name, axis, HAND)?;
+        Ok(Axis { section: of_axis.clone(), load, hand })
+    };
+    section.axes.iter().enumerate().map(axis).collect()
+}
+
+fn outputs_of(file: &RigFile, part: &Part<'_>) -> Result<Vec<Output>, ResponseError> {
+    let device = part.device;
+    let output = |name: &String| {
+        let data_type = file.data_type(name).unwrap_or(types::SIGNAL);
+        if RigFile::is_sensed(data_type) {
+            let sensor = |(axis, of_axis): (usize, &AxisSection)| {
+                // Of every sensor another seed.
+                let place = u64::from(data_type.id) << 32 | axis as u64;
+                let mut parameters = of_axis.sensor.get(name).cloned().unwrap_or_default();
+                parameters.seed =
+                    file.seed.wrapping_add(parameters.seed).wrapping_add(place).wrapping_mul(SPREAD);
+                let device = device.name.clone();
+                parameters.build().map_err(|error| ResponseError::Plant { device, axis, error })
+            };
+            let sensors: Result<Vec<_>, _> = part.sections().map(sensor).collect();
+            return Ok(Output::Sensed(data_type, sensors?));
+        }
+        let per_axis = part.axes.iter().map(|axis| motions(file, &device.name, *axis, name));
+        Ok(Output::Reference(per_axis.collect::<Result<_, _>>()?))
+    };
+    device.measures.iter().map(output).collect()
+}

@@ -1,0 +1,118 @@
+//! What moves in a device: its body, what pushes and holds it, and commands that come late.
+
+use std::collections::VecDeque;
+
+use super::body::{AxisState, Body};
+use super::motion::{Motion, sum_at};
+use crate::rig_file::AxisSection;
+
+/// Most ticks that a command can wait.
+const MOST_WAITING: usize = 5;
+
+/// A device, whose axes one controller commands, or several.
+#[derive(Debug)]
+pub(super) struct Machine {
+    body: Body,
+    axes: Vec<Axis>,
+    delay_ticks: f64,
+    /// Commands that are not over, the newest last.
+    waiting: VecDeque<Vec<f64>>,
+    /// On the first command for an axis.
+    disturbance: Option<(usize, f64)>,
+    /// Controllers, and how many of them have commanded in this tick.
+    controllers: usize,
+    commanded: usize,
+}
+
+/// What pushes and holds an axis.
+#[derive(Debug)]
+pub(super) struct Axis {
+    pub(super) section: AxisSection,
+    pub(super) load: Vec<Motion>,
+    /// Where its hand wants to be.
+    pub(super) hand: Vec<Motion>,
+}
+
+impl Axis {
+    /// By time alone: the load, and what the hand wants more than 0.
+    fn outside(&self, time_s: f64) -> f64 {
+        sum_at(&self.load, time_s) + self.section.hand_stiffness() * sum_at(&self.hand, time_s)
+    }
+
+    /// The load, and the hand's spring.
+    pub(super) fn pushed_by(&self, time_s: f64, position: f64) -> f64 {
+        self.outside(time_s) - self.section.hand_stiffness() * position
+    }
+}
+
+impl Machine {
+    /// At rest, before the first command of as many controllers.
+    pub(super) fn new(
+        body: Body,
+        axes: Vec<Axis>,
+        delay_ticks: f64,
+        disturbance: Option<(usize, f64)>,
+        controllers: usize,
+    ) -> Self {
+        let mut waiting = VecDeque::with_capacity(MOST_WAITING);
+        waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
+        Self { body, axes, delay_ticks, waiting, disturbance, controllers, commanded: 0 }
+    }
+
+    pub(super) fn axis(&self, axis: usize) -> Option<&Axis> {
+        self.axes.get(axis)
+    }
+
+    pub(super) fn state(&self, axis: usize) -> AxisState {
+        self.body.state(axis)
+    }
+
+    /// Whether an axis pushes against a wall, or an end of its travel.
+    pub(super) fn is_touching(&self, axis: usize) -> bool {
+        let wall = self.axis(axis).and_then(|axis| axis.section.wall.as_ref());
+        let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.state(axis).position) > 0.0;
+        self.body.is_at_stop(axis) || wall.is_some_and(is_at_wall)
+    }
+
+    /// Takes what a controller commands its axes; moves on from `start_s` for `period_s` when all of them have.
+    pub(super) fn take(&mut self, start_s: f64, period_s: f64, commands: impl Iterator<Item = (usize, f64)>) {
+        if self.commanded == 0 {
+            self.waiting.rotate_left(1);
+        }
+        if let Some(newest) = self.waiting.back_mut() {
+            for (axis, command) in commands {
+                if let Some(of_axis) = newest.get_mut(axis) {
+                    *of_axis = command;
+                }
+            }
+        }
+        self.commanded += 1;
+        if self.commanded >= self.controllers {
+            self.commanded = 0;
+            self.advance(start_s, period_s);
+        }
+    }
+
+    fn advance(&mut self, start_s: f64, period_s: f64) {
+        if let Some((axis, force)) = self.disturbance.take()
+            && let Some(newest) = self.waiting.back_mut().and_then(|newest| newest.get_mut(axis))
+        {
+            *newest += force;
+        }
+        let whole_ticks = libm::floor(self.delay_ticks);
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
+        let ticks = whole_ticks as usize;
+        let change_s = (self.delay_ticks - whole_ticks) * period_s;
+        let Self { body, axes, waiting, .. } = self;
+        let held = |ticks: usize| {
+            let place = waiting.len().checked_sub(ticks + 1);
+            place.and_then(|place| waiting.get(place)).map(Vec::as_slice).unwrap_or_default()
+        };
+        let outside = |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(time_s));
+        let around = |axis: usize, position: f64, velocity: f64| {
+            axes.get(axis).map_or(0.0, |axis| axis.section.force(position, velocity))
+        };
+        body.advance(start_s, change_s, held(ticks + 1), &outside, &around);
+        body.advance(start_s + change_s, period_s - change_s, held(ticks), &outside, &around);
+    }
+}

@@ -1,0 +1,66 @@
+//! The moves of an experiment, by what they move; and what follows them.
+
+use dimsart_core::DataType;
+
+use super::ResponseError;
+use super::follow::{FOLLOWS, Follow, followed};
+use super::motion::Motion;
+use super::part::Part;
+use crate::rig_file::{DeviceSection, MoveSection, RigFile};
+
+/// All moves on one signal of an axis.
+pub(super) fn motions(
+    file: &RigFile,
+    device: &str,
+    axis: usize,
+    on: &str,
+) -> Result<Vec<Motion>, ResponseError> {
+    made(file, |moved| moved.moves(device, on) && moved.axis == axis)
+}
+
+/// All moves of an axis.
+fn all_motions(file: &RigFile, device: &str, axis: usize) -> Result<Vec<Motion>, ResponseError> {
+    made(file, |moved| moved.device == device && moved.axis == axis)
+}
+
+fn made(file: &RigFile, is_it: impl Fn(&MoveSection) -> bool) -> Result<Vec<Motion>, ResponseError> {
+    let on_it = file.experiment.moves.iter().filter(|moved| is_it(moved));
+    let made: Result<Vec<_>, _> = on_it.map(|section| Motion::new(section, &file.folder)).collect();
+    Ok(made?.into_iter().flatten().collect())
+}
+
+/// What is to be followed, by every axis of a station; nothing where nothing moves.
+pub(super) fn follows(file: &RigFile, part: &Part<'_>, station: usize) -> Result<Vec<Follow>, ResponseError> {
+    let (device, mut follows) = (part.device, Vec::new());
+    if !device.moves() {
+        return Ok(follows);
+    }
+    let measured: Vec<&DataType> = device.measures.iter().filter_map(|name| file.data_type(name)).collect();
+    for (place, (axis, section)) in part.sections().enumerate() {
+        let starts_s: Vec<f64> = all_motions(file, &device.name, axis)?.iter().map(Motion::start_s).collect();
+        let (kind, place) = (section.unit.kind(), (station, place));
+        for reference in measured.iter().copied() {
+            let motions = motions(file, &device.name, axis, reference.name)?;
+            if let Some((reference, quantity)) = followed(reference).filter(|_| !motions.is_empty()) {
+                let unit = reference.unit.symbol(kind);
+                follows.push(Follow::new(place, reference, unit, quantity, motions, &starts_s));
+            }
+        }
+        // What a link or a module brings is a reference, too.
+        for (reference, quantity) in FOLLOWS.iter().filter(|(known, _)| !measured.contains(known)) {
+            let unit = reference.unit.symbol(kind);
+            follows.push(Follow::new(place, reference, unit, *quantity, Vec::new(), &starts_s));
+        }
+    }
+    Ok(follows)
+}
+
+/// When nothing moves a device any more, `s`: coupled axes move each other.
+pub(super) fn quiet_s(file: &RigFile, section: &DeviceSection) -> Result<f64, ResponseError> {
+    let mut quiet_s: f64 = 0.0;
+    for axis in 0..section.axes.len() {
+        let ends_s = all_motions(file, &section.name, axis)?.iter().map(Motion::end_s).fold(0.0, f64::max);
+        quiet_s = quiet_s.max(ends_s);
+    }
+    Ok(quiet_s.min(file.duration_s))
+}
