@@ -110,7 +110,8 @@ impl Experiment {
         let mut at_walls = file.devices.iter().any(meets).then(|| AtRest::new(file, true)).transpose()?;
         for (station, part) in parts.iter().enumerate() {
             follows.extend(moves::follows(file, part, station)?);
-            let axes = if part.device.moves() { part.axes.len() } else { 0 };
+            let is_probed = file.experiment.margins && part.device.moves();
+            let axes = if is_probed { part.axes.len() } else { 0 };
             for axis in 0..axes {
                 let free = at_rest.loop_figures(station, axis)?;
                 let in_contact = at_walls.as_mut().map(|at_walls| at_walls.loop_figures(station, axis));

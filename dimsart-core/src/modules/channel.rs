@@ -26,6 +26,7 @@ pub(super) const BLOCK_PORTS: [&str; MAX_CHANNEL_TYPES] = ["BLOCK_1", "BLOCK_2",
 pub(super) const CHANNELS: RangeInclusive<u32> = 0..=2047;
 
 /// Links, by their numbers.
+#[expect(clippy::cast_possible_truncation, reason = "a few")]
 pub(super) const LINKS: RangeInclusive<u32> = 0..=MAX_LINKS as u32 - 1;
 
 /// Ticks from a packet to the next one.
@@ -35,6 +36,7 @@ pub(super) const EVERY_TICKS: RangeInclusive<u32> = 1..=100;
 pub(super) const AXES: RangeInclusive<u32> = 0..=ALL_AXES;
 
 /// Value of `CTX_AXIS` and `CRX_AXIS` for all axes.
+#[expect(clippy::cast_possible_truncation, reason = "a few")]
 pub(super) const ALL_AXES: u32 = MAX_DOF as u32;
 
 /// In [`Parts`], of a signal that is carried as a whole.

@@ -135,7 +135,7 @@ pub(super) fn lost(received: &[Received]) -> Option<Fact> {
 }
 
 /// How full a medium was and what went wrong on it.
-fn medium(traffic: &Traffic) -> Fact {
+pub(super) fn medium(traffic: &Traffic) -> Fact {
     let Traffic { medium, load, packets, dropped, errors, bus_offs, longest_s } = traffic;
     let gone = if *bus_offs > 0 { format!(", {bus_offs} times bus-off") } else { String::new() };
     let note = format!(

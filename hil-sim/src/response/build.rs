@@ -44,7 +44,7 @@ pub(super) fn rig(file: &RigFile, disturbance: Option<Disturbance>) -> Result<Ri
 
 fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ResponseError> {
     let mut buses = Buses::new(&file.buses, file.sample_period_s, file.seed, &file.folder)?;
-    let mut taken: Vec<(&str, u16, &LinkSection)> = Vec::new();
+    let mut taken: Vec<(&str, u16, &str)> = Vec::new();
     for (number, link) in (0..).zip(&file.links) {
         let LinkSection { from, to, from_link, to_link, bus, carrier } = link;
         let end = |name: &str, link: u8| {
@@ -60,15 +60,15 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Resp
                 let channel = receiver.map_or(0, |station| station.dimsart.listening_channel(end.link));
                 if buses.needs_channels(bus) {
                     if channel == 0 {
-                        return Err(ResponseError::NoChannel { link: link.clone() });
+                        return Err(ResponseError::NoChannel { from: from.clone(), to: to.clone() });
                     }
                     if let Some((.., first)) =
                         taken.iter().find(|(known, used, _)| (*known, *used) == (bus, channel))
                     {
-                        let [link, first] = [link, first].map(Clone::clone);
-                        return Err(ResponseError::SameChannel { channel, first, link });
+                        let [first, second] = [*first, to].map(ToOwned::to_owned);
+                        return Err(ResponseError::SameChannel { channel, first, second });
                     }
-                    taken.push((bus, channel, link));
+                    taken.push((bus, channel, to));
                 }
                 let is_forward = start.station < end.station;
                 let route = Route { bus, from, to, is_forward, channel, number };

@@ -7,7 +7,6 @@ use crate::bus::DelayFileError;
 use crate::emulated::EmulatedError;
 use crate::plant::ParameterError;
 use crate::recorder::UnknownSignal;
-use crate::rig_file::LinkSection;
 use crate::schemes::{Loaded, SchemeFileError};
 
 /// Why a rig could not be set up.
@@ -55,27 +54,27 @@ pub enum ResponseError {
     Samples(#[from] SamplesError),
     /// A link over a CAN bus whose receiver listens to no channel.
     #[error(
-        "the link from '{}' to '{}' goes over a CAN bus without a channel: give the sender a CTX_CHANNEL and the receiver \
-         the same CRX_CHANNEL, 1 to 2047",
-        link.from, link.to
+        "the link from '{from}' to '{to}' goes over a CAN bus without a channel: give the sender a CTX_CHANNEL and the \
+         receiver the same CRX_CHANNEL, 1 to 2047"
     )]
     NoChannel {
-        /// The link.
-        link: LinkSection,
+        /// The controller that sends.
+        from: String,
+        /// The controller that receives.
+        to: String,
     },
     /// Two links over one CAN bus have the same channel.
     #[error(
-        "the links from '{}' to '{}' and from '{}' to '{}' go over one CAN bus on channel {channel}: give each a \
-         CTX_CHANNEL and CRX_CHANNEL of its own",
-        first.from, first.to, link.from, link.to
+        "the links to '{first}' and to '{second}' go over one CAN bus on channel {channel}: give each a CTX_CHANNEL and \
+         CRX_CHANNEL of its own"
     )]
     SameChannel {
         /// The channel.
         channel: u16,
-        /// The first one in the file.
-        first: LinkSection,
-        /// The other one.
-        link: LinkSection,
+        /// The controller that receives by the first one in the file.
+        first: String,
+        /// The one that receives by the other one.
+        second: String,
     },
     /// Recorded delays of a bus.
     #[error(transparent)]

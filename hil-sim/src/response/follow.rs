@@ -10,8 +10,7 @@ use crate::plant::MAX_QUANTITIES;
 use crate::rig::{Probe, Station};
 
 /// Which quantity of an axis follows which reference.
-pub(super) const FOLLOWS: [(&'static DataType, usize); 2] =
-    [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
+pub(super) const FOLLOWS: [(&DataType, usize); 2] = [(types::DES_POSITION, 0), (types::DES_VELOCITY, 1)];
 
 /// A reference that is followed, and the place of what follows it among what is known of an axis.
 pub(super) fn followed(reference: &DataType) -> Option<(&'static DataType, usize)> {

@@ -10,9 +10,12 @@ pub const LOAD: &str = "load";
 pub const HAND: &str = "hand";
 
 /// `[experiment]`.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize, Serialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentSection {
+    /// Whether every loop is disturbed first, for its margins; of many coupled axes that takes longer than the run.
+    #[serde(default = "yes")]
+    pub margins: bool,
     /// What moves, all of it at once: moves on the same signal add up.
     #[serde(rename = "move", default)]
     pub moves: Vec<MoveSection>,
@@ -226,6 +229,10 @@ pub struct SamplesFile {
     pub at_s: f64,
     /// The file.
     pub file: PathBuf,
+}
+
+const fn yes() -> bool {
+    true
 }
 
 fn for_ever() -> f64 {

@@ -14,8 +14,11 @@ use crate::report::{self, BusTimeline, Fact, Report, SignalsFile, Table};
 use crate::response::{AxisOutcome, Experiment, LoopFigures, Outcome, figures, file_stems};
 use crate::rig_file::{RigFile, RigFileError, SHIPPED};
 use crate::schemes::suggestion;
+use dimsart_core::types;
 use indicatif::ProgressBar;
 
+/// Where there is no figure.
+const NONE: &str = "-";
 /// From one look of a spinner to the next.
 const SPINNER: Duration = Duration::from_millis(100);
 
@@ -138,6 +141,7 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
         ),
     ];
     facts.extend(summary::limit_cycles(&outcome.limit_cycles));
+    facts.extend(outcome.media.iter().map(summary::medium));
     facts.extend(summary::lost(&outcome.received));
     facts
 }
@@ -156,19 +160,19 @@ fn axes(outcome: &Outcome) -> Table {
         "gain margin",
         "bandwidth",
     ];
-    let seconds = |time_s: Option<f64>| time_s.map_or("-".to_owned(), |time_s| format!("{time_s:.4}"));
+    let seconds = |time_s: Option<f64>| time_s.map_or(NONE.to_owned(), |time_s| format!("{time_s:.4}"));
     let row = |axis: &AxisOutcome| {
         let AxisOutcome { unit, .. } = axis;
         let LoopFigures { phase_margin_deg, gain_margin, bandwidth_hz, .. } =
             axis.loop_figures.unwrap_or_default();
         let number = |value: Option<f64>, unit: &str| {
-            value.map_or("-".to_owned(), |value| format!("{value:.1}{unit}"))
+            value.map_or(NONE.to_owned(), |value| format!("{value:.1}{unit}"))
         };
         vec![
             format!("{} {}", axis.device, axis.axis),
             axis.reference.to_owned(),
             seconds(axis.rise_time_s),
-            axis.overshoot.map_or("-".to_owned(), |share| format!("{:.1} %", 100.0 * share)),
+            axis.overshoot.map_or(NONE.to_owned(), |share| format!("{:.1} %", 100.0 * share)),
             seconds(axis.settling_time_s),
             format!("{:.1e} {unit}", axis.rms_error),
             format!("{:.1e} {unit}", axis.peak_error),
@@ -177,5 +181,14 @@ fn axes(outcome: &Outcome) -> Table {
             number(bandwidth_hz, " Hz"),
         ]
     };
-    Table { header: header.map(str::to_owned).to_vec(), rows: outcome.axes.iter().map(row).collect() }
+    let rows: Vec<Vec<String>> = outcome.axes.iter().map(row).collect();
+    let is_usual = outcome.axes.iter().all(|axis| axis.reference == types::DES_POSITION.name);
+    // What says nothing takes no room.
+    let is_shown = |column: &usize| match column {
+        1 => !is_usual,
+        _ => rows.iter().any(|row| row.get(*column).is_some_and(|entry| entry != NONE)),
+    };
+    let shown: Vec<usize> = (0..header.len()).filter(is_shown).collect();
+    let pick = |row: &[String]| shown.iter().filter_map(|column| row.get(*column).cloned()).collect();
+    Table { header: pick(&header.map(str::to_owned)), rows: rows.iter().map(|row| pick(row)).collect() }
 }
