@@ -253,9 +253,9 @@ impl Experiment {
                 is_stable = false;
                 break;
             }
-            let energy_j = energy.add(&self.rig);
+            energy.add(&self.rig);
             if let Some(recorder) = &mut recorder {
-                recorder.record(&self.rig, energy_j);
+                recorder.record(&self.rig, &energy.energy_j());
             }
             port_energy.add(&self.rig);
             swings.add(&self.rig);
