@@ -263,11 +263,8 @@ impl Experiment {
             if settled.contains(&self.rig.time_s()) {
                 let is_pushed = |axis| self.scenario.contact_force_n(axis).abs() > 0.0;
                 let slave = self.rig.stations().last().filter(|_| side != Some(Side::Master));
-                let touches = |axis| {
-                    let truth = slave.map(|slave| slave.plant.truth(axis));
-                    is_pushed(axis)
-                        && truth.is_none_or(|truth| truth.is_some_and(|truth| truth.is_in_contact))
-                };
+                let touches =
+                    |axis| is_pushed(axis) && slave.is_none_or(|slave| slave.plant.is_touching(axis));
                 perceived.add(&self.rig, touches);
             }
             match watch.look(&self.rig) {

@@ -4,6 +4,7 @@
 //! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
 //! [channel](super::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
 
+use crate::plant::Actuation;
 use crate::rig::Rig;
 
 /// Adds up what goes through the ports, tick by tick.
@@ -23,12 +24,11 @@ impl PortEnergy {
         for (before, station) in self.before.iter_mut().zip(rig.stations()) {
             self.energy_j.resize(self.energy_j.len().max(station.plant.dof()), 0.0);
             for (axis, energy_j) in self.energy_j.iter_mut().enumerate() {
-                let Some(truth) = station.plant.truth(axis) else { continue };
-                let now = (truth.actuator_force_n, truth.position_m);
+                let Some(Actuation { force_n, is_held }) = station.plant.actuation(axis) else { continue };
+                let now = (force_n, station.plant.position(axis));
                 match before.get_mut(axis) {
                     Some((force_n, position_m)) => {
-                        // An ideal source has held its force all the time, a motor's has changed.
-                        let from_n = truth.motor.map_or(now.0, |_| *force_n);
+                        let from_n = if is_held { now.0 } else { *force_n };
                         *energy_j -= 0.5 * (from_n + now.0) * (now.1 - *position_m);
                         (*force_n, *position_m) = now;
                     }
