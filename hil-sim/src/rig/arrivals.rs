@@ -14,7 +14,7 @@ pub(super) struct Arrivals {
 
 impl Arrivals {
     pub(super) fn begin_tick(&mut self) {
-        self.last.fill(None);
+        self.last.iter_mut().for_each(|last| *last = None);
     }
 
     /// One that is the same as the one before it is a duplicate, and takes nobody's place.
