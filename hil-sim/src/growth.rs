@@ -67,6 +67,7 @@ impl Growth {
 
     /// Adds the present tick's value. Gives the growth per tick (`1.04`) whenever a window is over with which it has
     /// been seen for long enough.
+    #[inline]
     pub fn add(&mut self, value: f64) -> Option<f64> {
         if let Some(free) = self.values.get_mut(ORDER + self.count) {
             *free = value;
@@ -76,6 +77,7 @@ impl Growth {
     }
 
     /// The shortest window is over, and with it perhaps longer ones.
+    #[inline(never)]
     fn close(&mut self) -> Option<f64> {
         let mut height = self.height();
         self.values.copy_within(SHORTEST.., 0);
@@ -100,7 +102,8 @@ impl Growth {
         let mut differences = self.values;
         for _ in 0..ORDER {
             let lower = differences;
-            for (difference, before) in differences.iter_mut().skip(1).zip(lower) {
+            let [_, rest @ ..] = &mut differences;
+            for (difference, before) in rest.iter_mut().zip(&lower) {
                 *difference -= before;
             }
         }

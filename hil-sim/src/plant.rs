@@ -116,6 +116,8 @@ pub const MAX_QUANTITIES: usize = 8;
 /// What an actuator applies now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Actuation {
+    /// Where it does, `m`.
+    pub position_m: f64,
     /// Force on the device, `N`.
     pub force_n: f64,
     /// Whether it was held for the whole period: an ideal source does, a motor's force changes.

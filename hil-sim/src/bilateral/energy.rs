@@ -73,6 +73,8 @@ impl ChannelEnergy {
 
 /// Below that, a processor's own integers hold it.
 const FEW_GRAINS: f64 = (1_u64 << 63) as f64;
+/// From there on it has no bits below this one.
+const COARSE: u32 = 11;
 
 #[expect(
     clippy::cast_possible_truncation,
@@ -80,5 +82,10 @@ const FEW_GRAINS: f64 = (1_u64 << 63) as f64;
 )]
 fn grains(wave: f64) -> i128 {
     let grains = wave * wave * GRAINS_PER_W;
-    if grains < FEW_GRAINS { i128::from(grains as i64) } else { grains as i128 }
+    let coarse = grains / f64::from(1 << COARSE);
+    match () {
+        () if grains < FEW_GRAINS => i128::from(grains as i64),
+        () if coarse < FEW_GRAINS => i128::from(coarse as i64) << COARSE,
+        () => grains as i128,
+    }
 }

@@ -10,8 +10,8 @@ use crate::rig::Rig;
 /// Adds up what goes through the ports, tick by tick.
 #[derive(Debug, Default)]
 pub struct PortEnergy {
-    /// Of each station and axis, from the tick before: force and position.
-    before: Vec<Vec<(f64, f64)>>,
+    /// Of each axis of each station, from the tick before.
+    before: Vec<Actuation>,
     /// By axis, `J`.
     energy_j: Vec<f64>,
     smallest_j: f64,
@@ -20,20 +20,21 @@ pub struct PortEnergy {
 impl PortEnergy {
     /// Adds what has happened since the tick before.
     pub fn add(&mut self, rig: &Rig) {
-        self.before.resize(rig.stations().len(), Vec::new());
-        for (before, station) in self.before.iter_mut().zip(rig.stations()) {
+        let mut place = 0;
+        for station in rig.stations() {
             self.energy_j.resize(self.energy_j.len().max(station.plant.dof()), 0.0);
             for (axis, energy_j) in self.energy_j.iter_mut().enumerate() {
-                let Some(Actuation { force_n, is_held }) = station.plant.actuation(axis) else { continue };
-                let now = (force_n, station.plant.position(axis));
-                match before.get_mut(axis) {
-                    Some((force_n, position_m)) => {
-                        let from_n = if is_held { now.0 } else { *force_n };
-                        *energy_j -= 0.5 * (from_n + now.0) * (now.1 - *position_m);
-                        (*force_n, *position_m) = now;
+                let Some(now) = station.plant.actuation(axis) else { continue };
+                match self.before.get_mut(place) {
+                    Some(before) => {
+                        // An ideal source has held its force all the time, a motor's has changed.
+                        let from_n = if now.is_held { now.force_n } else { before.force_n };
+                        *energy_j -= 0.5 * (from_n + now.force_n) * (now.position_m - before.position_m);
+                        *before = now;
                     }
-                    None => before.push(now),
+                    None => self.before.push(now),
                 }
+                place += 1;
             }
         }
         self.smallest_j = self.energy_j.iter().copied().fold(self.smallest_j, f64::min);

@@ -168,7 +168,8 @@ impl Axis {
 
     /// What its actuator applies now.
     pub(super) fn actuation(&self) -> Actuation {
-        Actuation { force_n: self.motion.actuator_n, is_held: self.scene.motor.is_none() }
+        let Motion { position_m, actuator_n: force_n, .. } = self.motion;
+        Actuation { position_m, force_n, is_held: self.scene.motor.is_none() }
     }
 
     /// Whether a wall pushes it now.
