@@ -17,8 +17,10 @@ mod side;
 mod station;
 
 use std::fs::File;
+use std::panic::resume_unwind;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
+use std::thread::JoinHandle;
 use std::time::Instant;
 
 use dimsart_core::{DataType, types};
@@ -226,10 +228,8 @@ impl Experiment {
                  motions are scaled, and no stiffness is predicted; give both schemes the same B_PARAM"
             )
         });
-        let mut faults: Vec<String> = unlike.into_iter().collect();
-        let loops = self.loops();
-        faults.extend(loops.iter().filter_map(|one| one.fault(self.scenario.sample_period_s)));
-        let (mut is_stable, mut broken) = (!loops.iter().any(LinearLoop::grows), None);
+        let loops = self.begin_loops();
+        let (mut faults, mut is_stable, mut broken) = (Vec::new(), true, None);
         let settled = self.phases.settled();
         let mut pace =
             self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
@@ -253,9 +253,9 @@ impl Experiment {
                 is_stable = false;
                 break;
             }
-            let energy_j = energy.add(&self.rig);
+            energy.add(&self.rig);
             if let Some(recorder) = &mut recorder {
-                recorder.record(&self.rig, energy_j);
+                recorder.record(&self.rig, &energy.energy_j());
             }
             port_energy.add(&self.rig);
             swings.add(&self.rig);
@@ -263,11 +263,8 @@ impl Experiment {
             if settled.contains(&self.rig.time_s()) {
                 let is_pushed = |axis| self.scenario.contact_force_n(axis).abs() > 0.0;
                 let slave = self.rig.stations().last().filter(|_| side != Some(Side::Master));
-                let touches = |axis| {
-                    let truth = slave.map(|slave| slave.plant.truth(axis));
-                    is_pushed(axis)
-                        && truth.is_none_or(|truth| truth.is_some_and(|truth| truth.is_in_contact))
-                };
+                let touches =
+                    |axis| is_pushed(axis) && slave.is_none_or(|slave| slave.plant.is_touching(axis));
                 perceived.add(&self.rig, touches);
             }
             match watch.look(&self.rig) {
@@ -285,7 +282,12 @@ impl Experiment {
             }
             self.rig.advance();
         }
+        let loops =
+            loops.map_or_else(Vec::new, |loops| loops.join().unwrap_or_else(|panic| resume_unwind(panic)));
         let wall_s = start.elapsed().as_secs_f64();
+        let of_loops = loops.iter().filter_map(|one| one.fault(self.scenario.sample_period_s));
+        faults.splice(..0, unlike.into_iter().chain(of_loops));
+        is_stable &= !loops.iter().any(LinearLoop::grows);
         let is_over = self.rig.time_s() >= end_s - self.scenario.sample_period_s;
         let limit_cycles = if is_over { swings.found(&self.rig, &mut faults) } else { Vec::new() };
         is_stable &= !limit_cycles.iter().any(|cycle| cycle.is_chatter);
@@ -330,10 +332,10 @@ impl Experiment {
         }
     }
 
-    /// None for one side alone. A scenario that made an experiment makes its loops.
-    fn loops(&self) -> Vec<LinearLoop> {
-        let is_whole = self.alone.is_none();
-        is_whole.then(|| linear_loops(&self.scenario).ok()).flatten().unwrap_or_default()
+    /// Works out the loops, beside the run. None for one side alone. A scenario that made an experiment makes its loops.
+    fn begin_loops(&self) -> Option<JoinHandle<Vec<LinearLoop>>> {
+        let scenario = self.alone.is_none().then(|| self.scenario.clone())?;
+        Some(std::thread::spawn(move || linear_loops(&scenario).unwrap_or_default()))
     }
 
     /// Watches every axis from the hand's push on until it lets go: nothing is to swing when that has settled.

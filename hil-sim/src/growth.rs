@@ -21,6 +21,7 @@ const RISE: f64 = 2.0;
 const ORDER: usize = 4;
 /// Length of the shortest window, ticks; each further one is twice as long.
 const SHORTEST_TICKS: u32 = 16;
+const SHORTEST: usize = SHORTEST_TICKS as usize;
 /// How many lengths of windows there are.
 const LENGTHS: usize = 9;
 
@@ -29,9 +30,12 @@ const LENGTHS: usize = 9;
 pub struct Growth {
     /// Smallest difference that counts.
     floor: f64,
-    /// The last differences of each order below [`ORDER`], from the signal itself on.
-    last: [f64; ORDER],
-    ticks: u32,
+    /// Of the shortest window so far, behind the last ones of the window before.
+    values: [f64; ORDER + SHORTEST],
+    /// How many there are of it.
+    count: usize,
+    /// Shortest windows so far.
+    closed: u32,
     windows: [Window; LENGTHS],
 }
 
@@ -52,30 +56,58 @@ impl Growth {
     /// A watch that takes differences below `floor`, in the unit of the signal, for noise.
     #[must_use]
     pub fn new(floor: f64) -> Self {
-        Self { floor, last: [0.0; ORDER], ticks: 0, windows: [Window::default(); LENGTHS] }
+        Self {
+            floor,
+            values: [0.0; ORDER + SHORTEST],
+            count: 0,
+            closed: 0,
+            windows: [Window::default(); LENGTHS],
+        }
     }
 
     /// Adds the present tick's value. Gives the growth per tick (`1.04`) whenever a window is over with which it has
     /// been seen for long enough.
+    #[inline]
     pub fn add(&mut self, value: f64) -> Option<f64> {
-        let mut difference = value;
-        for last in &mut self.last {
-            difference -= std::mem::replace(last, difference);
+        if let Some(free) = self.values.get_mut(ORDER + self.count) {
+            *free = value;
         }
-        let mut height = difference.abs();
-        self.ticks = self.ticks.wrapping_add(1);
-        let mut ticks = SHORTEST_TICKS;
+        self.count += 1;
+        if self.count < SHORTEST { None } else { self.close() }
+    }
+
+    /// The shortest window is over, and with it perhaps longer ones.
+    #[inline(never)]
+    fn close(&mut self) -> Option<f64> {
+        let mut height = self.height();
+        self.values.copy_within(SHORTEST.., 0);
+        self.count = 0;
+        self.closed = self.closed.wrapping_add(1);
+        let mut length = 1;
         let mut growth = None;
         for window in &mut self.windows {
             window.height = window.height.max(height);
-            if !self.ticks.is_multiple_of(ticks) {
+            if !self.closed.is_multiple_of(length) {
                 break;
             }
             height = window.height;
-            growth = growth.or(window.close(self.floor, ticks));
-            ticks *= 2;
+            growth = growth.or(window.close(self.floor, length * SHORTEST_TICKS));
+            length *= 2;
         }
         growth
+    }
+
+    /// The largest difference in the shortest window, now that it is over.
+    fn height(&self) -> f64 {
+        let mut differences = self.values;
+        for _ in 0..ORDER {
+            let lower = differences;
+            let [_, rest @ ..] = &mut differences;
+            for (difference, before) in rest.iter_mut().zip(&lower) {
+                *difference -= before;
+            }
+        }
+        differences.iter().skip(ORDER).fold(0.0, |height, difference| height.max(difference.abs()))
     }
 }
 

@@ -10,7 +10,6 @@
 use dimsart_core::Unit;
 use serde::Serialize;
 
-use crate::plant::MAX_QUANTITIES;
 use crate::rig::Rig;
 
 /// Turns below which a frequency is a guess.
@@ -64,11 +63,8 @@ impl Swings {
     pub fn add(&mut self, rig: &Rig) {
         for (station, axis, swing) in &mut self.axes {
             let Some(station) = rig.stations().get(*station) else { continue };
-            let mut values = [f64::NAN; MAX_QUANTITIES];
-            station.plant.look(*axis, &mut values);
-            let [position, ..] = values;
-            let is_touching = station.plant.is_touching(*axis);
-            swing.add(rig.time_s(), position, is_touching);
+            let plant = &station.plant;
+            swing.add(rig.time_s(), plant.position(*axis), || plant.is_touching(*axis));
         }
     }
 
@@ -140,14 +136,15 @@ impl Swing {
         }
     }
 
-    /// Adds the position at a time, and whether something is touched.
-    pub fn add(&mut self, time_s: f64, position: f64, is_touching: bool) {
+    /// Adds the position at a time; `is_touching` says whether something is touched then, where that is asked.
+    pub fn add(&mut self, time_s: f64, position: f64, is_touching: impl FnOnce() -> bool) {
         let [first_s, second_s, end_s] = self.quarters_s;
         if time_s > end_s {
             return;
         }
         self.whole.add(position);
         if time_s >= first_s {
+            let is_touching = is_touching();
             let was_touching = self.was_touching.replace(is_touching);
             self.touches += u32::from(was_touching.is_some_and(|was_touching| was_touching != is_touching));
             let [first, second] = &mut self.quarters;
@@ -212,7 +209,7 @@ mod tests {
         let mut swing = Swing::new(0.5, 2.5);
         for tick in 0..2500 {
             let time_s = f64::from(tick) * 1e-3;
-            swing.add(time_s, position(time_s), true);
+            swing.add(time_s, position(time_s), || true);
         }
         swing.found()
     }

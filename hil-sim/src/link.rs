@@ -32,7 +32,35 @@ pub use socketcan::SocketCan;
 pub use transit::TransitTicks;
 pub use udp::{Udp, UdpError};
 
+use dimsart_core::Packet;
+
 use crate::bus::MediumReport;
+
+/// What goes over a link.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Carried {
+    /// A packet that nobody has made bytes of: within a process that is as good, and faster.
+    Packet(Packet),
+    /// Bytes.
+    Bytes(Vec<u8>),
+}
+
+impl Carried {
+    /// Its bytes.
+    #[must_use]
+    pub fn into_bytes(self) -> Vec<u8> {
+        match self {
+            Self::Packet(packet) => packet.to_bytes().to_vec(),
+            Self::Bytes(bytes) => bytes,
+        }
+    }
+}
+
+impl From<&[u8]> for Carried {
+    fn from(bytes: &[u8]) -> Self {
+        Self::Bytes(bytes.to_vec())
+    }
+}
 
 /// One direction of a connection.
 pub trait Link: core::fmt::Debug + Send {
@@ -41,6 +69,16 @@ pub trait Link: core::fmt::Debug + Send {
 
     /// Gives `deliver` every packet that has arrived by tick `now`, in the order of arrival.
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8]));
+
+    /// As [`send`](Self::send); a link that does not look at bytes carries a packet as it is.
+    fn send_carried(&mut self, now: u64, carried: Carried) {
+        self.send(now, &carried.into_bytes());
+    }
+
+    /// As [`receive`](Self::receive), as it was carried.
+    fn receive_carried(&mut self, now: u64, deliver: &mut dyn FnMut(Carried)) {
+        self.receive(now, &mut |bytes| deliver(bytes.into()));
+    }
 
     /// Ticks from sending to arrival; none for a link that does not measure it, and
     /// while nothing has arrived.

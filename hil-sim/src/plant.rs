@@ -80,10 +80,21 @@ pub trait Plant: core::fmt::Debug + Send {
     /// The simulator's own truth about a linear `axis` that hands and walls push; none for any other.
     fn truth(&self, axis: usize) -> Option<AxisTruth>;
 
-    /// Whether an axis pushes against a wall or a stop.
-    fn is_touching(&self, axis: usize) -> bool {
-        self.truth(axis).is_some_and(|truth| truth.is_in_contact)
+    /// Where an axis really is now, `m` or `rad`; NaN for one that it does not have.
+    fn position(&self, axis: usize) -> f64 {
+        let mut values = [f64::NAN; MAX_QUANTITIES];
+        self.look(axis, &mut values);
+        let [position, ..] = values;
+        position
     }
+
+    /// What the actuator of an axis that has a [`truth`](Self::truth) applies; none for any other.
+    fn actuation(&self, _axis: usize) -> Option<Actuation> {
+        None
+    }
+
+    /// Whether an axis pushes against a wall or a stop.
+    fn is_touching(&self, axis: usize) -> bool;
 
     /// What the simulator knows of an axis, in the order of [`look`](Self::look): names and units.
     fn quantities(&self, _axis: usize) -> &'static [(&'static str, &'static str)] {
@@ -101,6 +112,17 @@ pub trait Plant: core::fmt::Debug + Send {
 
 /// Most quantities that are known of an axis.
 pub const MAX_QUANTITIES: usize = 8;
+
+/// What an actuator applies now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Actuation {
+    /// Where it does, `m`.
+    pub position_m: f64,
+    /// Force on the device, `N`.
+    pub force_n: f64,
+    /// Whether it was held for the whole period: an ideal source does, a motor's force changes.
+    pub is_held: bool,
+}
 
 /// The simulator's own truth about one axis; no encoder stands in between. Forces act *on the device*.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -18,11 +18,11 @@ pub use trace::TickTrace;
 use dimsart_core::auth::{AuthError, Guard};
 use dimsart_core::envelope::Class;
 use dimsart_core::modules::Standard;
-use dimsart_core::{Dimsart, PacketError, Tick, Word};
+use dimsart_core::{Dimsart, Packet, PacketError, Tick, Word};
 
 use crate::bus::MediumReport;
 use crate::emulated::{Board, EmulatedError};
-use crate::link::{Link, TransitTicks};
+use crate::link::{Carried, Link, TransitTicks};
 use crate::plant::Plant;
 use arrivals::Arrivals;
 use guarded::Guarded;
@@ -140,8 +140,33 @@ impl Station {
         self.arrivals.superseded()
     }
 
-    fn receive(&mut self, link: usize, bytes: &[u8]) {
-        self.arrivals.add(link, bytes);
+    fn receive(&mut self, link: usize, carried: Carried) {
+        match carried {
+            Carried::Packet(packet) if self.takes_packet(link, &packet) => {
+                let packet = Ok(packet);
+                // Fails only where there is no such link.
+                if self.dimsart.deliver(link, &packet).is_ok()
+                    && let Ok(packet) = packet
+                {
+                    self.arrivals.add(link, Carried::Packet(packet));
+                }
+            }
+            carried => {
+                let bytes = carried.into_bytes();
+                self.receive_bytes(link, &bytes);
+                self.arrivals.add(link, Carried::Bytes(bytes));
+            }
+        }
+    }
+
+    /// Whether the controller takes a packet, and nobody looks at its bytes.
+    fn takes_packet(&self, link: usize, packet: &Packet) -> bool {
+        let is_guarded = self.guarded.as_ref().is_some_and(|guarded| guarded.link == link);
+        let is_looked_at = is_guarded || self.board.is_some() || self.trace.is_some();
+        !is_looked_at && packet.channel == self.dimsart.listening_channel(link) && packet.counter != 0
+    }
+
+    fn receive_bytes(&mut self, link: usize, bytes: &[u8]) {
         let Self { guarded, board, dimsart, is_tagged, trace, .. } = self;
         let mut deliver = |content: &[u8]| match board {
             Some(board) => board.receive(link, content),
@@ -161,23 +186,23 @@ impl Station {
         }
     }
 
-    fn send(&mut self, link: usize, mut carry: impl FnMut(&[u8])) {
+    fn send(&mut self, link: usize, mut carry: impl FnMut(Carried)) {
         let Self { guarded, board, dimsart, trace, .. } = self;
         let mut guarded = guarded.as_mut().filter(|guarded| guarded.link == link);
         if let Some(guarded) = &mut guarded {
             guarded.tick();
-            guarded.shake_hands(&mut carry);
+            guarded.shake_hands(|bytes| carry(bytes.into()));
         }
-        let mut carry = |content: &[u8]| match &mut guarded {
-            Some(guarded) => guarded.seal(content, &mut carry),
+        let mut carry = |content: Carried| match &mut guarded {
+            Some(guarded) => guarded.seal(&content.into_bytes(), |bytes| carry(bytes.into())),
             None => carry(content),
         };
         match board {
-            Some(board) => board.outgoing(link).for_each(carry),
+            Some(board) => board.outgoing(link).map(Carried::from).for_each(carry),
             None => {
                 if let Some(packet) = dimsart.outgoing(link) {
-                    carry(&packet.to_bytes());
                     trace.iter_mut().for_each(|trace| trace.sent.push((link, packet.clone())));
+                    carry(Carried::Packet(packet));
                 }
             }
         }
@@ -346,14 +371,14 @@ impl Rig {
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
             {
                 let end = connection.to.link;
-                connection.link.receive(self.tick, &mut |bytes| station.receive(end, bytes));
+                connection.link.receive_carried(self.tick, &mut |carried| station.receive(end, carried));
             }
             station.tick();
             for connection in
                 self.connections.iter_mut().filter(|connection| connection.from.station == index)
             {
                 let (tick, link) = (self.tick, &mut connection.link);
-                station.send(connection.from.link, |bytes| link.send(tick, bytes));
+                station.send(connection.from.link, |carried| link.send_carried(tick, carried));
             }
         }
     }

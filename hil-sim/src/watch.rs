@@ -86,21 +86,23 @@ impl Watch {
         for (watched, station) in self.stations.iter_mut().zip(rig.stations()) {
             let Watched { position: range, position_unit, signals, has_lost_link } = watched;
             let at = |what: String| format!("{} {what} at {:.3} s", station.name, rig.time_s());
-            let positions = station.position().iter().map(|position| f64::from(*position));
-            if let Some((axis, value)) = first_outside(positions, *range) {
-                return Some(Alarm::Left(at(left("position", axis, value, *range, position_unit))));
+            for (axis, position) in station.position().iter().enumerate() {
+                let position = f64::from(*position);
+                if is_outside(position, *range) {
+                    return Some(Alarm::Left(at(left("position", axis, position, *range, position_unit))));
+                }
             }
             // What is computed without moving anything has no range to keep.
             let is_safe = matches!(station.last_tick, Tick::LinkLost { .. });
             for Signal { what, unit, range, probe, growth } in signals.iter_mut().filter(|_| !is_safe) {
                 let values = probe.values(station);
-                if let Some((axis, value)) = first_outside(values.clone(), *range) {
-                    return Some(Alarm::Left(at(left(what, axis, value, *range, unit))));
-                }
                 if growth.len() < values.len() {
                     growth.resize(values.len(), Growth::new(FLOOR * *range));
                 }
                 for (axis, (growth, value)) in growth.iter_mut().zip(values).enumerate() {
+                    if is_outside(value, *range) {
+                        return Some(Alarm::Left(at(left(what, axis, value, *range, unit))));
+                    }
                     if let Some(per_tick) = growth.add(value).filter(|_| grows.is_none()) {
                         grows = Some(at(format!(
                             "{what} of axis {axis} grows without bound: by a factor of {per_tick:.4} per tick, seen"
@@ -156,12 +158,13 @@ impl Signal {
     }
 }
 
-/// The first axis whose value is beyond `range` either way, or not a number, and that value.
-fn first_outside(values: impl Iterator<Item = f64>, range: f64) -> Option<(usize, f64)> {
-    values.enumerate().find(|(_, value)| !(-range..=range).contains(value))
+/// Whether a value is beyond `range` either way, or not a number.
+fn is_outside(value: f64, range: f64) -> bool {
+    !(-range..=range).contains(&value)
 }
 
 /// What to say of it.
+#[cold]
 fn left(what: &str, axis: usize, value: f64, range: f64, unit: &str) -> String {
     format!("{what} of axis {axis} left its range ±{range} {unit}: {value:.4} {unit}")
 }

@@ -21,9 +21,9 @@ pub struct ChannelEnergy {
     ports: Vec<(Probe, Probe)>,
     /// Sum of squares in the channel by axis; empty until there are waves.
     grains: Vec<i128>,
-    /// The same, `J`.
-    energy_j: Vec<f64>,
-    smallest_j: Option<f64>,
+    /// The smallest one so far, never above the 0 that each starts with.
+    smallest: i128,
+    half_period_s: f64,
 }
 
 impl ChannelEnergy {
@@ -31,55 +31,61 @@ impl ChannelEnergy {
     #[must_use]
     pub fn new(rig: &Rig) -> Self {
         let port = || (Probe::new(types::CH1_WAVES.first()), Probe::new(types::CH2_WAVES.first()));
-        Self {
-            ports: rig.stations().iter().map(|_| port()).collect(),
-            grains: Vec::new(),
-            energy_j: Vec::new(),
-            smallest_j: None,
-        }
+        let ports = rig.stations().iter().map(|_| port()).collect();
+        Self { ports, grains: Vec::new(), smallest: 0, half_period_s: 0.5 * rig.period_s() }
     }
 
-    /// Adds the present tick of every station, unless one of them has no wave signals; gives the energy so far by
-    /// axis, `J`: empty as long as nothing was added.
-    pub fn add(&mut self, rig: &Rig) -> &[f64] {
-        let mut ports = self.ports.iter_mut().zip(rig.stations());
-        if ports.any(|((out, into), station)| out.words(station).is_empty() || into.words(station).is_empty())
+    /// Adds the present tick of every station, unless one of them has no wave signals.
+    pub fn add(&mut self, rig: &Rig) {
+        let Self { ports, grains: sums, smallest, .. } = self;
+        let mut there = ports.iter_mut().zip(rig.stations());
+        if there.any(|((out, into), station)| out.words(station).is_empty() || into.words(station).is_empty())
         {
-            return &self.energy_j;
+            return;
         }
-        for ((outgoing, incoming), station) in self.ports.iter_mut().zip(rig.stations()) {
+        for ((outgoing, incoming), station) in ports.iter_mut().zip(rig.stations()) {
             let waves = outgoing.values(station).zip(incoming.values(station));
-            for (axis, (sent, received)) in waves.enumerate() {
-                if self.grains.len() <= axis {
-                    self.grains.push(0);
-                    self.energy_j.push(0.0);
-                }
-                if let Some(sum) = self.grains.get_mut(axis) {
-                    *sum = sum.saturating_add(grains(sent)).saturating_sub(grains(received));
-                }
+            sums.resize(sums.len().max(waves.len()), 0);
+            for (sum, (sent, received)) in sums.iter_mut().zip(waves) {
+                *sum = sum.saturating_add(grains(sent)).saturating_sub(grains(received));
             }
         }
-        for (energy_j, grains) in self.energy_j.iter_mut().zip(&self.grains) {
-            *energy_j = 0.5 * rig.period_s() * (*grains as f64 / GRAINS_PER_W);
-        }
-        if let Some(least_j) = self.energy_j.iter().copied().reduce(f64::min) {
-            self.smallest_j = Some(self.smallest_j.unwrap_or(0.0).min(least_j));
-        }
-        &self.energy_j
+        *smallest = sums.iter().copied().fold(*smallest, i128::min);
+    }
+
+    /// The energy so far by axis, `J`: empty as long as nothing was added.
+    #[must_use]
+    pub fn energy_j(&self) -> Vec<f64> {
+        self.grains.iter().map(|grains| self.joules(*grains)).collect()
     }
 
     /// Smallest energy of any axis so far, `J`, never above the 0 that each starts with; none when there never were
     /// any waves.
     #[must_use]
     pub fn smallest_j(&self) -> Option<f64> {
-        self.smallest_j
+        (!self.grains.is_empty()).then(|| self.joules(self.smallest))
+    }
+
+    fn joules(&self, grains: i128) -> f64 {
+        self.half_period_s * (grains as f64 / GRAINS_PER_W)
     }
 }
+
+/// Below that, a processor's own integers hold it.
+const FEW_GRAINS: f64 = (1_u64 << 63) as f64;
+/// From there on it has no bits below this one.
+const COARSE: u32 = 11;
 
 #[expect(
     clippy::cast_possible_truncation,
     reason = "whole grains are wanted, and too many of them are as many as fit"
 )]
 fn grains(wave: f64) -> i128 {
-    (wave * wave * GRAINS_PER_W) as i128
+    let grains = wave * wave * GRAINS_PER_W;
+    let coarse = grains / f64::from(1 << COARSE);
+    match () {
+        () if grains < FEW_GRAINS => i128::from(grains as i64),
+        () if coarse < FEW_GRAINS => i128::from(coarse as i64) << COARSE,
+        () => grains as i128,
+    }
 }

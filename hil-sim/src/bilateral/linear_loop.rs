@@ -261,7 +261,7 @@ impl Struck {
             self.rig.step();
             let mut square = 0.0;
             for (station, last_m) in self.rig.stations().iter().zip(&mut self.last_m) {
-                let now_m = station.plant.truth(0).map_or(0.0, |truth| truth.position_m);
+                let now_m = station.plant.position(0);
                 let [before_m, last] = *last_m;
                 let second = now_m - 2.0 * last + before_m;
                 square += second * second;

@@ -72,14 +72,14 @@ impl PerceivedStiffness {
         let third = (3.0 * share).clamp(0.0, 2.0) as usize;
         let mut forces = self.force.values(master);
         for (axis, sums) in self.axes.iter_mut().enumerate() {
-            let (Some(force_n), Some(truth)) = (forces.next(), master.plant.truth(axis)) else { return };
+            let Some(force_n) = forces.next() else { return };
             let Some(surface_m) = sums.surface_m else { continue };
             sums.ticks += 1;
             sums.ticks_in_contact += u32::from(touches(axis));
             // The force on the device pushes back against the hand.
             if let Some((force, depth_m)) = sums.thirds.get_mut(third) {
                 *force -= force_n;
-                *depth_m += truth.position_m - surface_m;
+                *depth_m += master.plant.position(axis) - surface_m;
             }
         }
     }

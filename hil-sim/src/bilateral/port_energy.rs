@@ -4,13 +4,14 @@
 //! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
 //! [channel](super::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
 
+use crate::plant::Actuation;
 use crate::rig::Rig;
 
 /// Adds up what goes through the ports, tick by tick.
 #[derive(Debug, Default)]
 pub struct PortEnergy {
-    /// Of each station and axis, from the tick before: force and position.
-    before: Vec<Vec<(f64, f64)>>,
+    /// Of each axis of each station, from the tick before.
+    before: Vec<Actuation>,
     /// By axis, `J`.
     energy_j: Vec<f64>,
     smallest_j: f64,
@@ -19,21 +20,21 @@ pub struct PortEnergy {
 impl PortEnergy {
     /// Adds what has happened since the tick before.
     pub fn add(&mut self, rig: &Rig) {
-        self.before.resize(rig.stations().len(), Vec::new());
-        for (before, station) in self.before.iter_mut().zip(rig.stations()) {
+        let mut place = 0;
+        for station in rig.stations() {
             self.energy_j.resize(self.energy_j.len().max(station.plant.dof()), 0.0);
             for (axis, energy_j) in self.energy_j.iter_mut().enumerate() {
-                let Some(truth) = station.plant.truth(axis) else { continue };
-                let now = (truth.actuator_force_n, truth.position_m);
-                match before.get_mut(axis) {
-                    Some((force_n, position_m)) => {
+                let Some(now) = station.plant.actuation(axis) else { continue };
+                match self.before.get_mut(place) {
+                    Some(before) => {
                         // An ideal source has held its force all the time, a motor's has changed.
-                        let from_n = truth.motor.map_or(now.0, |_| *force_n);
-                        *energy_j -= 0.5 * (from_n + now.0) * (now.1 - *position_m);
-                        (*force_n, *position_m) = now;
+                        let from_n = if now.is_held { now.force_n } else { before.force_n };
+                        *energy_j -= 0.5 * (from_n + now.force_n) * (now.position_m - before.position_m);
+                        *before = now;
                     }
-                    None => before.push(now),
+                    None => self.before.push(now),
                 }
+                place += 1;
             }
         }
         self.smallest_j = self.energy_j.iter().copied().fold(self.smallest_j, f64::min);

@@ -2,10 +2,9 @@
 
 use std::collections::VecDeque;
 
-use dimsart_core::envelope::MAX_CONTENT_BYTES;
 use serde::{Deserialize, Serialize};
 
-use super::Link;
+use super::{Carried, Link};
 use crate::bus::Random;
 
 /// What the link does to packets.
@@ -41,8 +40,7 @@ pub struct InProcess {
 #[derive(Debug, Clone)]
 struct Flight {
     arrival: u64,
-    length: usize,
-    bytes: [u8; MAX_CONTENT_BYTES],
+    carried: Carried,
 }
 
 impl InProcess {
@@ -53,38 +51,50 @@ impl InProcess {
         Self { parameters, random, in_flight: VecDeque::new(), last_arrival: 0 }
     }
 
-    fn take_off(&mut self, now: u64, bytes: &[u8]) {
+    /// When something arrives that is sent now.
+    fn arrival(&mut self, now: u64) -> u64 {
         let jitter = self.random.up_to(self.parameters.jitter_ticks);
         let on_time = (now + u64::from(self.parameters.delay_ticks) + jitter).max(self.last_arrival);
-        let arrival = if self.random.happens(self.parameters.reordering) {
+        if self.random.happens(self.parameters.reordering) {
             on_time + 1 + self.random.up_to(REORDERING_TICKS - 1)
         } else {
             self.last_arrival = on_time;
             on_time
-        };
-        let mut flight = Flight { arrival, length: bytes.len(), bytes: [0; MAX_CONTENT_BYTES] };
-        // Longer bytes than any content would be refused by the receiver as well.
-        let Some(space) = flight.bytes.get_mut(..bytes.len()) else { return };
-        space.copy_from_slice(bytes);
+        }
+    }
+
+    fn take_off(&mut self, arrival: u64, carried: Carried) {
         let place = self.in_flight.partition_point(|other| other.arrival <= arrival);
-        self.in_flight.insert(place, flight);
+        self.in_flight.insert(place, Flight { arrival, carried });
     }
 }
 
 impl Link for InProcess {
     fn send(&mut self, now: u64, bytes: &[u8]) {
-        if self.random.happens(self.parameters.loss) {
-            return;
-        }
-        self.take_off(now, bytes);
-        if self.random.happens(self.parameters.duplication) {
-            self.take_off(now, bytes);
-        }
+        self.send_carried(now, bytes.into());
     }
 
     fn receive(&mut self, now: u64, deliver: &mut dyn FnMut(&[u8])) {
+        self.receive_carried(now, &mut |carried| deliver(&carried.into_bytes()));
+    }
+
+    fn send_carried(&mut self, now: u64, carried: Carried) {
+        if self.random.happens(self.parameters.loss) {
+            return;
+        }
+        let arrival = self.arrival(now);
+        if self.random.happens(self.parameters.duplication) {
+            self.take_off(arrival, carried.clone());
+            let again = self.arrival(now);
+            self.take_off(again, carried);
+        } else {
+            self.take_off(arrival, carried);
+        }
+    }
+
+    fn receive_carried(&mut self, now: u64, deliver: &mut dyn FnMut(Carried)) {
         while let Some(flight) = self.in_flight.pop_front_if(|flight| flight.arrival <= now) {
-            deliver(flight.bytes.get(..flight.length).unwrap_or_default());
+            deliver(flight.carried);
         }
     }
 }

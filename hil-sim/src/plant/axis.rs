@@ -12,7 +12,7 @@ use super::parameter::ParameterError;
 use super::scene::{Regime, Scene, Slide};
 use super::transition::Motion;
 use super::transitions::{Span, Transitions};
-use super::{AxisTruth, DeviceParameters, SUB_STEPS_MIN};
+use super::{Actuation, AxisTruth, DeviceParameters, SUB_STEPS_MIN};
 
 /// How often a sub-step may be halved.
 const HALVINGS_MAX: u8 = 10;
@@ -161,16 +161,39 @@ impl Axis {
         self.step(halvings + 1);
     }
 
+    /// Where it really is now, `m`.
+    pub(super) fn position_m(&self) -> f64 {
+        self.motion.position_m
+    }
+
+    /// What its actuator applies now.
+    pub(super) fn actuation(&self) -> Actuation {
+        let Motion { position_m, actuator_n: force_n, .. } = self.motion;
+        Actuation { position_m, force_n, is_held: self.scene.motor.is_none() }
+    }
+
+    /// Whether a wall pushes it now.
+    pub(super) fn is_in_contact(&self) -> bool {
+        let mut walls = self.scene.environments.iter().filter(|there| there.role() == Role::Wall);
+        walls.any(|wall| self.force_n(wall.as_ref()).abs() > 0.0)
+    }
+
+    /// What something does to it now, its own inertia included, `N`.
+    fn force_n(&self, environment: &dyn Environment) -> f64 {
+        let Motion { position_m, velocity_m_per_s, acceleration_m_per_s2, .. } = self.motion;
+        environment.law(self.elapsed_s, position_m, velocity_m_per_s).force_n
+            - environment.added_mass_kg() * acceleration_m_per_s2
+    }
+
     /// The simulator's own truth about this axis now.
     #[must_use]
     pub fn truth(&self) -> AxisTruth {
-        let Motion { position_m, velocity_m_per_s, acceleration_m_per_s2, actuator_n, .. } = self.motion;
+        let Motion { position_m, velocity_m_per_s, actuator_n, .. } = self.motion;
         let mut hand_force_n = 0.0;
         let mut wall_force_n = 0.0;
         let mut is_in_contact = false;
         for environment in &self.scene.environments {
-            let force_n = environment.law(self.elapsed_s, position_m, velocity_m_per_s).force_n
-                - environment.added_mass_kg() * acceleration_m_per_s2;
+            let force_n = self.force_n(environment.as_ref());
             match environment.role() {
                 Role::Hand => hand_force_n += force_n,
                 Role::Wall => {

@@ -1,7 +1,7 @@
 //! A plant of independent axes.
 
 use super::axis::Axis;
-use super::{AxisTruth, Plant};
+use super::{Actuation, AxisTruth, Plant};
 
 /// Axes that share a period and nothing else.
 #[derive(Debug)]
@@ -37,5 +37,17 @@ impl Plant for AxisWise {
 
     fn truth(&self, axis: usize) -> Option<AxisTruth> {
         self.axes.get(axis).map(Axis::truth)
+    }
+
+    fn position(&self, axis: usize) -> f64 {
+        self.axes.get(axis).map_or(f64::NAN, Axis::position_m)
+    }
+
+    fn actuation(&self, axis: usize) -> Option<Actuation> {
+        self.axes.get(axis).map(Axis::actuation)
+    }
+
+    fn is_touching(&self, axis: usize) -> bool {
+        self.axes.get(axis).is_some_and(Axis::is_in_contact)
     }
 }

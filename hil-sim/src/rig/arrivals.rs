@@ -2,25 +2,26 @@
 
 use dimsart_core::limits::MAX_LINKS;
 
+use crate::link::Carried;
+
 /// What came in the present tick.
 #[derive(Debug, Default)]
 pub(super) struct Arrivals {
-    /// The last packet by link; empty before one has come.
-    last: [Vec<u8>; MAX_LINKS],
+    /// The last packet by link.
+    last: [Option<Carried>; MAX_LINKS],
     superseded: u32,
 }
 
 impl Arrivals {
     pub(super) fn begin_tick(&mut self) {
-        self.last.iter_mut().for_each(Vec::clear);
+        self.last.iter_mut().for_each(|last| *last = None);
     }
 
     /// One that is the same as the one before it is a duplicate, and takes nobody's place.
-    pub(super) fn add(&mut self, link: usize, bytes: &[u8]) {
+    pub(super) fn add(&mut self, link: usize, carried: Carried) {
         let Some(last) = self.last.get_mut(link) else { return };
-        self.superseded += u32::from(!last.is_empty() && last.as_slice() != bytes);
-        last.clear();
-        last.extend_from_slice(bytes);
+        self.superseded += u32::from(last.as_ref().is_some_and(|last| *last != carried));
+        *last = Some(carried);
     }
 
     pub(super) fn superseded(&self) -> u32 {
