@@ -80,6 +80,7 @@ pub mod meeting;
 pub mod outcome;
 pub mod pace;
 pub mod plant;
+pub mod port_energy;
 mod reception;
 pub mod recorder;
 pub mod recording;

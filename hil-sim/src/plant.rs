@@ -88,7 +88,7 @@ pub trait Plant: core::fmt::Debug + Send {
         position
     }
 
-    /// What the actuator of an axis that has a [`truth`](Self::truth) applies; none for any other.
+    /// What the actuator of an axis applies; none where nothing is known of it.
     fn actuation(&self, _axis: usize) -> Option<Actuation> {
         None
     }
@@ -116,9 +116,9 @@ pub const MAX_QUANTITIES: usize = 8;
 /// What an actuator applies now.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Actuation {
-    /// Where it does, `m`.
+    /// Where it does, `m` or `rad`.
     pub position_m: f64,
-    /// Force on the device, `N`.
+    /// Force on the device, `N` or `N m`.
     pub force_n: f64,
     /// Whether it was held for the whole period: an ideal source does, a motor's force changes.
     pub is_held: bool,

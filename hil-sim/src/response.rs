@@ -44,13 +44,14 @@ use crate::bus::MediumReport;
 use crate::emulated::{Board, Image};
 use crate::limit_cycle::{LimitCycle, Swings};
 use crate::outcome::Received;
+use crate::port_energy::PortEnergy;
 use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 #[cfg(feature = "command")]
 use crate::report::TickMap;
 use crate::rig::Rig;
-use crate::rig_file::{DeviceSection, RigFile};
+use crate::rig_file::{DeviceSection, HAND, LOAD, MoveSection, RigFile};
 #[cfg(feature = "command")]
 use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Ranges, Watch};
@@ -67,6 +68,9 @@ pub struct Experiment {
     follows: Vec<Follow>,
     loops: Vec<AxisLoop>,
     swings: Swings,
+    port_energy: PortEnergy,
+    /// Whether hands and loads alone move it: then its controllers have no energy but what they get.
+    is_led_by_hand: bool,
     /// None when nothing is to be kept.
     recorder: Option<Recorder>,
 }
@@ -125,7 +129,11 @@ impl Experiment {
         let swings = Swings::new(&rig, of_station, file.duration_s);
         let recorder = Some(Recorder::new(&rig, &file.record)?);
         let ranges = parts.iter().map(|part| part.device.ranges()).collect();
-        Ok(Self { rig, duration_s: file.duration_s, ranges, follows, loops, swings, recorder })
+        let brings_energy =
+            |moved: &MoveSection| ![HAND, LOAD].contains(&moved.on.as_str()) && !moved.is_constant();
+        let is_led_by_hand = !file.experiment.moves.iter().any(brings_energy);
+        let (duration_s, port_energy) = (file.duration_s, PortEnergy::default());
+        Ok(Self { rig, duration_s, ranges, follows, loops, swings, port_energy, is_led_by_hand, recorder })
     }
 
     /// Keeps no signals, and takes no memory for them: the run's recording will be empty.
@@ -220,7 +228,7 @@ impl Experiment {
 
     /// Has all that measures look at the present tick.
     fn look(&mut self) {
-        let Self { rig, follows, swings, recorder, .. } = self;
+        let Self { rig, follows, swings, port_energy, recorder, .. } = self;
         if let Some(recorder) = recorder {
             recorder.record(rig, &[]);
         }
@@ -231,6 +239,7 @@ impl Experiment {
             }
         }
         swings.add(rig);
+        port_energy.add(rig);
     }
 
     fn device_name(&self, station: usize) -> &str {
@@ -281,6 +290,7 @@ impl Experiment {
             wall_s,
             realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
             axes: axes.collect(),
+            energy_ports_min_j: self.is_led_by_hand.then(|| self.port_energy.smallest_j()),
             limit_cycles,
             media: media.iter().map(|medium| medium.traffic.clone()).collect(),
             received,

@@ -390,3 +390,23 @@ fn what_does_not_go_together_in_coupled_axes_is_named() {
         assert!(error.contains(expected), "{set}: {error}");
     }
 }
+
+/// A spring that is sampled gives out `K h/2 ∫ v² dt` of energy: its force is half a tick late on average, in and out.
+#[test]
+fn a_sampled_spring_gives_out_the_energy_of_its_delay() {
+    let rows = PD.replace("D_PARAM 1.5", "D_PARAM 0");
+    let text = pd_rig(0.0)
+        .replace("plant.load = { inertia = 0.02, damping = 0.05 }", "plant.load = { inertia = 0.02, damping = 0.05 }\nhand = { inertia = 0.01, damping = 2.0, stiffness = 1000.0 }")
+        .replace("duration_s = 0.6", "duration_s = 2.0")
+        .replace("on = \"DES_POSITION\"", "on = \"hand\"")
+        .replace("step = { at_s = 0.05, size = 0.5 }", "minimum_jerk = { at_s = 0.1, until_s = 0.9, size = 0.2 }")
+        + "[[experiment.move]]\ndevice = 'drive'\non = 'hand'\nminimum_jerk = { at_s = 1.0, until_s = 1.8, size = -0.2 }\n\
+           [[experiment.move]]\ndevice = 'drive'\non = 'DES_POSITION'\nstep = { at_s = -1.0, size = 0.0 }\n";
+    let run = SchemeFile::new(&rows).run(&text);
+    let speeds = column(&run, "world", "drive.velocity");
+    let expected_j = -40.0 * 0.5e-3 * speeds.iter().map(|speed| speed * speed * 1e-3).sum::<f64>();
+    let found_j = run.outcome.energy_ports_min_j.unwrap();
+    assert!(expected_j < -1e-3 && (found_j / expected_j - 1.0).abs() < 0.02, "{found_j} J, {expected_j} J");
+    let led = SchemeFile::new(PD).run(&pd_rig(0.0)).outcome;
+    assert_eq!(led.energy_ports_min_j, None, "the reference brings energy");
+}

@@ -94,7 +94,7 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
 }
 
 /// What controllers and line did with the robots' energy.
-fn port_energy(energy_j: f64) -> Fact {
+pub(super) fn port_energy(energy_j: f64) -> Fact {
     let (value, note) = match energy_j < 0.0 {
         true => (
             format!("{energy_j:.3e}"),

@@ -7,7 +7,7 @@ use dimsart_core::{DataType, types};
 use super::body::AxisState;
 use super::machine::Machine;
 use super::motion::{Motion, sum_at};
-use crate::plant::{AxisTruth, Plant, Sensor};
+use crate::plant::{Actuation, AxisTruth, Plant, Sensor};
 use crate::rig_file::AxisUnit;
 
 /// The axes of a machine that one controller has, behind the frame of its device.
@@ -85,6 +85,11 @@ impl Plant for Instrumented {
 
     fn truth(&self, _axis: usize) -> Option<AxisTruth> {
         None
+    }
+
+    fn actuation(&self, axis: usize) -> Option<Actuation> {
+        let axis = self.axis(axis).filter(|_| self.moves)?;
+        Some(self.machine().actuation(axis))
     }
 
     fn is_touching(&self, axis: usize) -> bool {

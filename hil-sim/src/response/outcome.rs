@@ -23,6 +23,9 @@ pub struct Outcome {
     pub realtime_factor: f64,
     /// What each controlled axis came to.
     pub axes: Vec<AxisOutcome>,
+    /// Smallest energy that the devices gave the controllers and links on any axis, `J`; below 0 these are active. None where
+    /// a reference moves, for it brings energy.
+    pub energy_ports_min_j: Option<f64>,
     /// What went on swinging when nothing moved it any more.
     pub limit_cycles: Vec<LimitCycle>,
     /// What the simulated media came to.

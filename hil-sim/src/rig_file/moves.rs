@@ -78,6 +78,12 @@ impl MoveSection {
         self.device == device && self.on == signal
     }
 
+    /// Whether its signal has one value from the start on.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        self.step.as_ref().is_some_and(|step| step.at_s <= 0.0)
+    }
+
     /// What is wrong with it by itself.
     pub(super) fn problems(&self) -> Vec<String> {
         let mut forms = Vec::new();

@@ -140,6 +140,7 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
             &format!("{:.0} times real time", outcome.realtime_factor),
         ),
     ];
+    facts.extend(outcome.energy_ports_min_j.map(summary::port_energy));
     facts.extend(summary::limit_cycles(&outcome.limit_cycles));
     facts.extend(outcome.media.iter().map(summary::medium));
     facts.extend(summary::lost(&outcome.received));

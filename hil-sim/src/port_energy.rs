@@ -2,7 +2,7 @@
 //!
 //! `E = -∫ sum_sides F v dt`, with the actuator's force `F` on the device and its velocity `v`. A passive two-port never
 //! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
-//! [channel](super::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
+//! [channel](crate::bilateral::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
 
 use crate::plant::Actuation;
 use crate::rig::Rig;
