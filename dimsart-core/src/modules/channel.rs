@@ -61,8 +61,7 @@ pub(super) struct Parts(u32);
 
 impl Parts {
     /// Of a channel for one axis, or for [all](ALL_AXES).
-    #[inline(never)]
-    pub(super) fn new(device: &DeviceDescriptor, types: &[TypeRef], axis: u32) -> Self {
+    fn new(device: &DeviceDescriptor, types: &[TypeRef], axis: u32) -> Self {
         let mut parts = [WHOLE; MAX_CHANNEL_TYPES];
         if axis < ALL_AXES {
             let axis = axis.to_le_bytes()[0];
@@ -78,6 +77,7 @@ impl Parts {
     }
 
     /// The part of the next signal's words.
+    #[inline(never)]
     pub(super) fn next<'a>(&mut self, words: &'a [Cell<u32>]) -> &'a [Cell<u32>] {
         let [part, ..] = self.0.to_le_bytes();
         self.0 = self.0 >> 8 | u32::from(WHOLE) << 24;
@@ -123,7 +123,37 @@ pub(super) struct Layout {
     pub(super) axis: u32,
 }
 
+/// What of a channel a tick needs.
+pub(super) struct Prepared {
+    pub(super) content: Content,
+    /// Words of a packet that are samples.
+    pub(super) samples: u32,
+    pub(super) parts: Parts,
+    /// Place of the wave whose counters are in the packet, behind all signals where there is none.
+    pub(super) counted: u32,
+    /// First of its words in the packet.
+    pub(super) counted_at: u32,
+    /// Time from a packet to the next one, `s`.
+    pub(super) period_s: f32,
+}
+
 impl Layout {
+    /// Works out what is the same in every tick.
+    #[inline(never)]
+    pub(super) fn prepare(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> Prepared {
+        let (counted, counted_at) = self.counted(device, types);
+        #[expect(clippy::cast_precision_loss, reason = "at most 100")]
+        let period_s = device.sample_period_s() * self.every_ticks as f32;
+        Prepared {
+            content: self.content(device, types),
+            samples: self.samples(device, types),
+            parts: Parts::new(device, types, self.axis),
+            counted,
+            counted_at,
+            period_s,
+        }
+    }
+
     /// Whether the device has the axis that is carried.
     pub(super) fn has_axis(&self, device: &DeviceDescriptor) -> bool {
         !self.axes(device).is_empty()
@@ -131,7 +161,7 @@ impl Layout {
 
     /// Words of a packet that are samples.
     #[inline(never)]
-    pub(super) fn samples(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> u32 {
+    fn samples(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> u32 {
         let (mut samples, dof) = (0_u32, self.axes(device).len());
         for signal in types {
             let words = device.data_type(signal.id).map_or(0, |found| found.shape.words(dof));
@@ -141,14 +171,14 @@ impl Layout {
     }
 
     /// Words of a packet.
+    #[inline(never)]
     pub(super) fn packet_words(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> usize {
         let counters = self.wave(device, types).map_or(0, |_| 2 * device.dof());
         usize::try_from(self.samples(device, types)).unwrap_or(usize::MAX).saturating_add(counters)
     }
 
     /// What a packet of the channel carries.
-    #[inline(never)]
-    pub(super) fn content(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> Content {
+    fn content(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> Content {
         let words = u8::try_from(self.packet_words(device, types)).unwrap_or(u8::MAX);
         let found = types.iter().filter_map(|signal| device.data_type(signal.id));
         let found: Vec<&DataType, MAX_CHANNEL_TYPES> = found.collect();
@@ -158,16 +188,10 @@ impl Layout {
 
     /// Place of the wave whose counters are in the packet, behind all signals where there is none; and the first of
     /// its words.
-    pub(super) fn counted(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> (u32, u32) {
+    fn counted(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> (u32, u32) {
         let Some(place) = self.wave(device, types) else { return (u32::MAX, u32::MAX) };
         let before = types.get(..place).unwrap_or_default();
         (u32::try_from(place).unwrap_or(u32::MAX), self.samples(device, before))
-    }
-
-    /// Time from a packet to the next one, `s`.
-    #[expect(clippy::cast_precision_loss, reason = "at most 100")]
-    pub(super) fn period_s(&self, device: &DeviceDescriptor) -> f32 {
-        device.sample_period_s() * self.every_ticks as f32
     }
 
     /// Those of the device that are carried.
@@ -186,6 +210,7 @@ impl Layout {
     }
 
     /// Place of the wave that has counters.
+    #[inline(never)]
     fn wave(&self, device: &DeviceDescriptor, types: &[TypeRef]) -> Option<usize> {
         first_wave(device, types).filter(|_| self.has_counters())
     }

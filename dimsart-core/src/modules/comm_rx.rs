@@ -36,7 +36,7 @@
 use core::cell::Cell;
 
 use super::channel::{
-    ALL_AXES, AXES, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, first_wave, not_f32,
+    ALL_AXES, AXES, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, Prepared, first_wave, not_f32,
 };
 use super::reception::{Came, Expected, Reception};
 use super::wave_integral::Received;
@@ -145,14 +145,12 @@ impl Module for CommRx {
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.tick_s = device.sample_period_s();
-        let layout = settings.layout();
-        settings.period_s = layout.period_s(device);
-        settings.expected.content = layout.content(device, &settings.types);
-        settings.expected.samples = layout.samples(device, &settings.types);
-        settings.parts = Parts::new(device, &settings.types, settings.axis);
+        let Prepared { content, samples, parts, counted, counted_at, period_s } =
+            settings.layout().prepare(device, &settings.types);
+        (settings.expected.content, settings.expected.samples, settings.parts) = (content, samples, parts);
+        (settings.counted, settings.counted_at, settings.period_s) = (counted, counted_at, period_s);
         settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
         settings.not_f32 = not_f32(device, &settings.types);
-        (settings.counted, settings.counted_at) = layout.counted(device, &settings.types);
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {

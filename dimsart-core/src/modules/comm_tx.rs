@@ -15,7 +15,8 @@
 use core::cell::Cell;
 
 use super::channel::{
-    ALL_AXES, AXES, BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, is_wave,
+    ALL_AXES, AXES, BLOCK_PORTS, CHANNEL_PORTS, CHANNELS, EVERY_TICKS, LINKS, Layout, Parts, Prepared,
+    is_wave,
 };
 use super::wave_integral::Sent;
 use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS};
@@ -94,13 +95,11 @@ impl Module for CommTx {
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
-        let layout = settings.layout();
-        settings.period_s = layout.period_s(device);
-        settings.content = layout.content(device, &settings.types);
-        settings.samples = layout.samples(device, &settings.types);
-        settings.parts = Parts::new(device, &settings.types, settings.axis);
+        let Prepared { content, samples, parts, counted, counted_at, period_s } =
+            settings.layout().prepare(device, &settings.types);
+        (settings.content, settings.samples, settings.parts) = (content, samples, parts);
+        (settings.counted, settings.counted_at, settings.period_s) = (counted, counted_at, period_s);
         settings.signals = u32::try_from(settings.types.len()).unwrap_or(0);
-        (settings.counted, settings.counted_at) = layout.counted(device, &settings.types);
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
