@@ -4,7 +4,7 @@
 //! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
 
 use std::fs::{self, File};
-use std::io::{self, Seek as _};
+use std::io::{self, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -14,12 +14,10 @@ use crate::recording::{Column, Piece};
 
 /// Name of the first column.
 const TIME_HEADER: &str = "time_s (s)";
-/// Rows that may wait for a slow disk before the run waits for it, too.
-const MOST_WAITING: usize = 4096;
-/// Rows that are written at once when they come fast.
-const ROWS_AT_ONCE: usize = 64;
-/// A number and a comma take no more.
-const NUMBER_BYTES: usize = 26;
+/// Pieces of 64 rows at most that may wait for a slow disk before the run waits for it, too.
+const MOST_WAITING: usize = 64;
+/// A number and a comma take no more; a length that is copied fast.
+const NUMBER_BYTES: usize = 32;
 
 /// Integers up to here are exact in `f64`.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
@@ -78,69 +76,103 @@ fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
 }
 
 fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) -> io::Result<()> {
-    let (mut table, mut waiting, mut number) = (begin(file, &[])?, 0, NumberText::default());
-    loop {
-        let piece = pieces.try_recv();
-        if piece.is_err() || waiting == ROWS_AT_ONCE {
-            table.flush()?;
-            (*whole_bytes, waiting) = (file.stream_position()?, 0);
-        }
-        let Ok(piece) = piece.or_else(|_| pieces.recv()) else { return Ok(()) };
+    begin(file, &[])?;
+    let (mut row, mut text) = (Vec::new(), Vec::new());
+    for piece in pieces {
+        text.clear();
         match piece {
             Piece::Columns(columns) => {
-                table.flush()?;
-                table = begin(file, &columns)?;
+                begin(file, &columns)?;
+                row = vec![Cell::default(); 1 + columns.len()];
             }
-            Piece::Row(time_s, values) => {
-                for value in std::iter::once(time_s).chain(values) {
-                    table.write_field(number.text(value))?;
+            Piece::Rows(values) => {
+                for values in values.chunks_exact(row.len().max(1)) {
+                    add_row(&mut text, &mut row, values);
                 }
-                table.write_record(None::<&[u8]>)?;
-                waiting += 1;
+                file.write_all(&text)?;
             }
         }
+        *whole_bytes = file.stream_position()?;
     }
+    Ok(())
 }
 
-/// Begins the file anew, with the names of these columns. Its buffer has room for all that is written at once.
-fn begin<'a>(mut file: &'a File, columns: &[Column]) -> io::Result<csv::Writer<&'a File>> {
+/// Begins the file anew, with the names of these columns.
+fn begin(mut file: &File, columns: &[Column]) -> io::Result<()> {
     file.rewind()?;
     file.set_len(0)?;
-    let buffer_bytes = (1 + ROWS_AT_ONCE) * NUMBER_BYTES * (1 + columns.len());
-    let mut table = csv::WriterBuilder::new().buffer_capacity(buffer_bytes).from_writer(file);
-    table.write_field(TIME_HEADER)?;
-    for column in columns {
-        table.write_field(column.header())?;
+    let headers = columns.iter().map(Column::header);
+    let mut table = csv::Writer::from_writer(file);
+    table.write_record(std::iter::once(TIME_HEADER.to_owned()).chain(headers))?;
+    table.flush()
+}
+
+/// Adds a row of text. `row` remembers it: what has not changed is not made anew.
+fn add_row(text: &mut Vec<u8>, row: &mut [Cell], values: &[f64]) {
+    for (cell, value) in row.iter_mut().zip(values) {
+        cell.set(*value);
+        // All of it and back again: a copy of a length that is known takes an instruction.
+        let end = text.len() + cell.length;
+        text.extend_from_slice(&cell.text);
+        text.truncate(end);
     }
-    table.write_record(None::<&[u8]>)?;
-    table.flush()?;
-    Ok(table)
+    if let Some(comma) = text.last_mut() {
+        *comma = b'\n';
+    }
 }
 
-/// Turns numbers into text without allocating.
-#[derive(Default)]
-struct NumberText {
-    integer: itoa::Buffer,
-    float: zmij::Buffer,
+/// A number as text.
+#[derive(Debug, Clone)]
+struct Cell {
+    bits: u64,
+    /// With a comma behind it.
+    text: [u8; NUMBER_BYTES],
+    length: usize,
 }
 
-impl NumberText {
-    #[expect(clippy::cast_possible_truncation, reason = "both casts are checked to be exact")]
-    fn text(&mut self, value: f64) -> &str {
-        if value.fract() == 0.0 && value.abs() < LARGEST_EXACT_INTEGER {
-            return if value == 0.0 && value.is_sign_negative() {
-                "-0"
-            } else {
-                self.integer.format(value as i64)
-            };
+impl Default for Cell {
+    fn default() -> Self {
+        let mut cell = Self { bits: 0, text: [0; NUMBER_BYTES], length: 0 };
+        cell.make(0.0);
+        cell
+    }
+}
+
+impl Cell {
+    fn set(&mut self, value: f64) {
+        if self.bits != value.to_bits() {
+            self.bits = value.to_bits();
+            self.make(value);
         }
-        let single = value as f32;
-        let text = if f64::from(single).to_bits() == value.to_bits() {
-            self.float.format(single)
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "both casts are checked to be exact")]
+    fn make(&mut self, value: f64) {
+        let (integer, single) = (value as i64, value as f32);
+        #[expect(clippy::cast_precision_loss, reason = "that is what is asked")]
+        let is_integer = (integer as f64).to_bits() == value.to_bits() && value.abs() < LARGEST_EXACT_INTEGER;
+        if is_integer {
+            self.put(itoa::Buffer::new().format(integer));
+        } else if f64::from(single).to_bits() == value.to_bits() {
+            self.put(zmij::Buffer::new().format(single));
         } else {
-            self.float.format(value)
-        };
-        text.strip_suffix(".0").unwrap_or(text)
+            self.put(zmij::Buffer::new().format(value));
+        }
+    }
+
+    fn put(&mut self, number: &str) {
+        let number = number.strip_suffix(".0").unwrap_or(number).as_bytes();
+        // Fits: no number is as long.
+        if let Some((text, [comma, ..])) = self.text.split_at_mut_checked(number.len()) {
+            text.copy_from_slice(number);
+            *comma = b',';
+            self.length = number.len() + 1;
+        }
+    }
+
+    #[cfg(test)]
+    fn as_str(&self) -> &str {
+        std::str::from_utf8(&self.text[..self.length - 1]).unwrap()
     }
 }
 
@@ -157,7 +189,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
         pieces.send(Piece::Columns(columns)).unwrap();
-        rows.into_iter().for_each(|(time_s, values)| pieces.send(Piece::Row(time_s, values)).unwrap());
+        for (time_s, values) in rows {
+            pieces.send(Piece::Rows([vec![time_s], values].concat())).unwrap();
+        }
         drop(pieces);
         fs::read(file.finish().unwrap()).unwrap()
     }
@@ -196,7 +230,8 @@ mod tests {
 
     #[test]
     fn numbers_are_as_short_as_they_can_be() {
-        let mut number = NumberText::default();
+        let mut cell = Cell::default();
+        assert_eq!(cell.as_str(), "0");
         for (value, text) in [
             (f64::from(0.1_f32), "0.1"),
             (0.1, "0.1"),
@@ -210,7 +245,8 @@ mod tests {
             (f64::NAN, "NaN"),
             (f64::NEG_INFINITY, "-inf"),
         ] {
-            assert_eq!(number.text(value), text);
+            cell.set(value);
+            assert_eq!(cell.as_str(), text);
         }
     }
 
@@ -219,7 +255,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
         let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
-        let rows = |width| (0..200).map(move |row| Piece::Row(row.into(), vec![0.5; width]));
+        let rows = |width| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (1 + width)]));
         let anew = [Piece::Columns(vec![one.clone(), other])];
         for piece in [Piece::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2)) {
             pieces.send(piece).unwrap();
