@@ -18,6 +18,10 @@ const TIME_HEADER: &str = "time_s (s)";
 const MOST_WAITING: usize = 64;
 /// A number and a comma take no more; a length that is copied fast.
 const NUMBER_BYTES: usize = 32;
+/// Numbers that are remembered, as a power of two: some rows of them.
+const REMEMBERED_BITS: u32 = 10;
+/// Odd, with bits all over.
+const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// Integers up to here are exact in `f64`.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
@@ -77,17 +81,20 @@ fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
 
 fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) -> io::Result<()> {
     begin(file, &[])?;
-    let (mut row, mut text) = (Vec::new(), Vec::new());
+    let (mut width, mut text, mut numbers) = (1, Vec::new(), Numbers::new());
     for piece in pieces {
-        text.clear();
         match piece {
             Piece::Columns(columns) => {
                 begin(file, &columns)?;
-                row = vec![Cell::default(); 1 + columns.len()];
+                width = 1 + columns.len();
             }
             Piece::Rows(values) => {
-                for values in values.chunks_exact(row.len().max(1)) {
-                    add_row(&mut text, &mut row, values);
+                text.clear();
+                for row in values.chunks_exact(width) {
+                    row.iter().for_each(|value| numbers.add(&mut text, *value));
+                    if let Some(comma) = text.last_mut() {
+                        *comma = b'\n';
+                    }
                 }
                 file.write_all(&text)?;
             }
@@ -107,73 +114,76 @@ fn begin(mut file: &File, columns: &[Column]) -> io::Result<()> {
     table.flush()
 }
 
-/// Adds a row of text. `row` remembers it: what has not changed is not made anew.
-fn add_row(text: &mut Vec<u8>, row: &mut [Cell], values: &[f64]) {
-    for (cell, value) in row.iter_mut().zip(values) {
-        cell.set(*value);
-        // All of it and back again: a copy of a length that is known takes an instruction.
-        let end = text.len() + cell.length;
-        text.extend_from_slice(&cell.text);
-        text.truncate(end);
-    }
-    if let Some(comma) = text.last_mut() {
-        *comma = b'\n';
-    }
-}
+/// Turns numbers into text, and remembers the last ones: most of them come again, in the next row, in another column, or
+/// from the other end of a link.
+#[derive(Debug)]
+struct Numbers(Vec<Known>);
 
-/// A number as text.
+/// A number with a comma behind it.
 #[derive(Debug, Clone)]
-struct Cell {
+struct Known {
     bits: u64,
-    /// With a comma behind it.
-    text: [u8; NUMBER_BYTES],
     length: usize,
+    text: [u8; NUMBER_BYTES],
 }
 
-impl Default for Cell {
-    fn default() -> Self {
-        let mut cell = Self { bits: 0, text: [0; NUMBER_BYTES], length: 0 };
-        cell.make(0.0);
-        cell
-    }
-}
-
-impl Cell {
-    fn set(&mut self, value: f64) {
-        if self.bits != value.to_bits() {
-            self.bits = value.to_bits();
-            self.make(value);
-        }
+impl Numbers {
+    fn new() -> Self {
+        let mut zero = Known { bits: 0, length: 0, text: [0; NUMBER_BYTES] };
+        zero.add(&mut Vec::new(), "0");
+        Self(vec![zero; 1 << REMEMBERED_BITS])
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "both casts are checked to be exact")]
-    fn make(&mut self, value: f64) {
-        let (integer, single) = (value as i64, value as f32);
-        #[expect(clippy::cast_precision_loss, reason = "that is what is asked")]
-        let is_integer = (integer as f64).to_bits() == value.to_bits() && value.abs() < LARGEST_EXACT_INTEGER;
-        if is_integer {
-            self.put(itoa::Buffer::new().format(integer));
-        } else if f64::from(single).to_bits() == value.to_bits() {
-            self.put(zmij::Buffer::new().format(single));
+    fn add(&mut self, text: &mut Vec<u8>, value: f64) {
+        let bits = value.to_bits();
+        let place = bits.wrapping_mul(SPREAD) >> (u64::BITS - REMEMBERED_BITS);
+        let Some(known) = usize::try_from(place).ok().and_then(|place| self.0.get_mut(place)) else { return };
+        if known.bits == bits {
+            // All of it and back again: a length that is known is copied at once.
+            let end = text.len() + known.length;
+            text.extend_from_slice(&known.text);
+            text.truncate(end);
         } else {
-            self.put(zmij::Buffer::new().format(value));
+            known.bits = bits;
+            with_text(value, |number| known.add(text, number));
         }
     }
+}
 
-    fn put(&mut self, number: &str) {
-        let number = number.strip_suffix(".0").unwrap_or(number).as_bytes();
+impl Known {
+    /// Takes it, and adds it to `text`.
+    fn add(&mut self, text: &mut Vec<u8>, number: &str) {
+        let number = number.as_bytes();
+        text.extend_from_slice(number);
+        text.push(b',');
         // Fits: no number is as long.
-        if let Some((text, [comma, ..])) = self.text.split_at_mut_checked(number.len()) {
-            text.copy_from_slice(number);
+        if let Some((own, [comma, ..])) = self.text.split_at_mut_checked(number.len()) {
+            own.copy_from_slice(number);
             *comma = b',';
             self.length = number.len() + 1;
         }
     }
+}
 
-    #[cfg(test)]
-    fn as_str(&self) -> &str {
-        std::str::from_utf8(&self.text[..self.length - 1]).unwrap()
+/// Gives `take` a number as text.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "casts are checked to be exact"
+)]
+fn with_text(value: f64, take: impl FnOnce(&str)) {
+    let (integer, single) = (value as i64, value as f32);
+    let (is_integer, is_large) =
+        ((integer as f64).to_bits() == value.to_bits(), value.abs() >= LARGEST_EXACT_INTEGER);
+    if is_integer && !is_large {
+        return take(itoa::Buffer::new().format(integer));
     }
+    let mut buffer = zmij::Buffer::new();
+    let is_single = f64::from(single).to_bits() == value.to_bits();
+    let text = if is_single { buffer.format(single) } else { buffer.format(value) };
+    // Of other numbers that is not worth a look at their text: it has only just been written.
+    let is_whole = is_large || integer == 0;
+    take(if is_whole { text.strip_suffix(".0").unwrap_or(text) } else { text });
 }
 
 #[cfg(test)]
@@ -230,14 +240,14 @@ mod tests {
 
     #[test]
     fn numbers_are_as_short_as_they_can_be() {
-        let mut cell = Cell::default();
-        assert_eq!(cell.as_str(), "0");
         for (value, text) in [
             (f64::from(0.1_f32), "0.1"),
             (0.1, "0.1"),
             (1.0 / 3.0, "0.3333333333333333"),
             (f64::from(1.0_f32 / 3.0), "0.33333334"),
+            (0.0, "0"),
             (1.0, "1"),
+            (1e20, "100000000000000000000"),
             (-0.0, "-0"),
             (f64::from(u32::MAX), "4294967295"),
             (f64::from(i32::MIN), "-2147483648"),
@@ -245,8 +255,7 @@ mod tests {
             (f64::NAN, "NaN"),
             (f64::NEG_INFINITY, "-inf"),
         ] {
-            cell.set(value);
-            assert_eq!(cell.as_str(), text);
+            with_text(value, |number| assert_eq!(number, text));
         }
     }
 
