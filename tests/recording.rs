@@ -88,8 +88,10 @@ fn command(rig: &mut Rig, rows: &str) {
 fn told(pieces: &Receiver<Piece>) -> Recording {
     pieces.iter().fold(Recording::default(), |mut recording, piece| match piece {
         Piece::Columns(columns) => Recording::new(columns),
-        Piece::Row(time_s, values) => {
-            recording.add_row(time_s).copy_from_slice(&values);
+        Piece::Rows(values) => {
+            for row in values.chunks_exact(1 + recording.columns().len()) {
+                recording.add_row(row[0]).copy_from_slice(&row[1..]);
+            }
             recording
         }
     })

@@ -16,6 +16,8 @@ use crate::rig::{Rig, Station};
 use crate::scenario::RecordSection;
 use selection::Selection;
 
+/// A listener waits no longer for a row: to tell it of each one takes longer than to record it.
+const TOLD_TICKS: u64 = 64;
 /// Rows that pictures are drawn of: far more than they are wide.
 const PICTURE_ROWS: usize = 65_536;
 
@@ -29,8 +31,10 @@ pub struct Recorder {
     /// Revisions of the stations' Data Bases that the sources are of.
     revisions: Vec<u32>,
     every_ticks: u64,
-    /// Told of what is recorded, as it is.
+    /// Told of what is recorded, every [`TOLD_TICKS`].
     listener: Option<SyncSender<Piece>>,
+    /// Rows that it is to be told.
+    untold: Vec<f64>,
 }
 
 /// What fills one or several columns.
@@ -64,6 +68,7 @@ impl Recorder {
             revisions: revisions(rig),
             every_ticks: u64::from(settings.every_ticks.max(1)),
             listener: None,
+            untold: Vec::new(),
         };
         recorder.add_new(wanted);
         Ok(recorder)
@@ -82,23 +87,37 @@ impl Recorder {
         self.recording.thin_beyond(PICTURE_ROWS);
     }
 
-    /// Tells `listener` what was recorded, and from now on every row as it is taken. Waits while `listener` is full; one
-    /// that is gone is told nothing.
+    /// Tells `listener` what was recorded, and from now on every row, 64 ticks after it at most. Waits while `listener` is
+    /// full; one that is gone is told nothing.
     pub fn tell(&mut self, listener: SyncSender<Piece>) {
         self.listener = Some(listener);
         self.tell_all();
     }
 
-    fn tell_all(&self) {
+    fn tell_all(&mut self) {
         let Some(listener) = &self.listener else { return };
-        let columns = Piece::Columns(self.recording.columns().to_vec());
-        let rows = self.recording.time_s().iter().zip(self.recording.rows());
-        let rows = rows.map(|(time_s, row)| Piece::Row(*time_s, row.to_vec()));
-        let _ = std::iter::once(columns).chain(rows).try_for_each(|piece| listener.send(piece));
+        let _ = listener.send(Piece::Columns(self.recording.columns().to_vec()));
+        self.untold.clear();
+        for (time_s, row) in self.recording.time_s().iter().zip(self.recording.rows()) {
+            self.untold.push(*time_s);
+            self.untold.extend_from_slice(row);
+        }
+        self.tell_rows();
+    }
+
+    fn tell_rows(&mut self) {
+        let room = Vec::with_capacity(self.untold.len());
+        let rows = std::mem::replace(&mut self.untold, room);
+        if let Some(listener) = self.listener.as_ref().filter(|_| !rows.is_empty()) {
+            let _ = listener.send(Piece::Rows(rows));
+        }
     }
 
     /// Takes a row of the present tick, if it is one of those wanted. `channel_energy_j` is by axis.
     pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
+        if rig.ticks().is_multiple_of(TOLD_TICKS) {
+            self.tell_rows();
+        }
         if !rig.ticks().is_multiple_of(self.every_ticks) {
             return;
         }
@@ -110,14 +129,16 @@ impl Recorder {
         for source in &self.sources {
             rest = source.fill(rig, channel_energy_j, rest);
         }
-        if let Some(listener) = &self.listener {
-            let _ = listener.send(Piece::Row(rig.time_s(), row.to_vec()));
+        if self.listener.is_some() {
+            self.untold.push(rig.time_s());
+            self.untold.extend_from_slice(row);
         }
     }
 
     /// What was recorded.
     #[must_use]
-    pub fn finish(self) -> Recording {
+    pub fn finish(mut self) -> Recording {
+        self.tell_rows();
         self.recording
     }
 

@@ -51,8 +51,8 @@ pub(crate) fn in_brackets(indices: &[usize]) -> String {
 pub enum Piece {
     /// It begins with these columns; a second time when there are more, and all rows follow again.
     Columns(Vec<Column>),
-    /// Time of a row, `s`, and its values, one per column.
-    Row(f64, Vec<f64>),
+    /// Whole rows, one behind the other: time, `s`, and values, one per column.
+    Rows(Vec<f64>),
 }
 
 /// Columns and rows of a run, row-major. Numbers of every Data Base format are exact in `f64`.

@@ -4,7 +4,7 @@
 //! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
 
 use std::fs::{self, File};
-use std::io::{self, Seek as _};
+use std::io::{self, Seek as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
@@ -14,12 +14,14 @@ use crate::recording::{Column, Piece};
 
 /// Name of the first column.
 const TIME_HEADER: &str = "time_s (s)";
-/// Rows that may wait for a slow disk before the run waits for it, too.
-const MOST_WAITING: usize = 4096;
-/// Rows that are written at once when they come fast.
-const ROWS_AT_ONCE: usize = 64;
-/// A number and a comma take no more.
-const NUMBER_BYTES: usize = 26;
+/// Pieces of 64 rows at most that may wait for a slow disk before the run waits for it, too.
+const MOST_WAITING: usize = 64;
+/// A number and a comma take no more; a length that is copied fast.
+const NUMBER_BYTES: usize = 32;
+/// Numbers that are remembered, as a power of two: some rows of them.
+const REMEMBERED_BITS: u32 = 10;
+/// Odd, with bits all over.
+const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// Integers up to here are exact in `f64`.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
@@ -78,70 +80,110 @@ fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
 }
 
 fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) -> io::Result<()> {
-    let (mut table, mut waiting, mut number) = (begin(file, &[])?, 0, NumberText::default());
-    loop {
-        let piece = pieces.try_recv();
-        if piece.is_err() || waiting == ROWS_AT_ONCE {
-            table.flush()?;
-            (*whole_bytes, waiting) = (file.stream_position()?, 0);
-        }
-        let Ok(piece) = piece.or_else(|_| pieces.recv()) else { return Ok(()) };
+    begin(file, &[])?;
+    let (mut width, mut text, mut numbers) = (1, Vec::new(), Numbers::new());
+    for piece in pieces {
         match piece {
             Piece::Columns(columns) => {
-                table.flush()?;
-                table = begin(file, &columns)?;
+                begin(file, &columns)?;
+                width = 1 + columns.len();
             }
-            Piece::Row(time_s, values) => {
-                for value in std::iter::once(time_s).chain(values) {
-                    table.write_field(number.text(value))?;
+            Piece::Rows(values) => {
+                text.clear();
+                for row in values.chunks_exact(width) {
+                    row.iter().for_each(|value| numbers.add(&mut text, *value));
+                    if let Some(comma) = text.last_mut() {
+                        *comma = b'\n';
+                    }
                 }
-                table.write_record(None::<&[u8]>)?;
-                waiting += 1;
+                file.write_all(&text)?;
             }
         }
+        *whole_bytes = file.stream_position()?;
     }
+    Ok(())
 }
 
-/// Begins the file anew, with the names of these columns. Its buffer has room for all that is written at once.
-fn begin<'a>(mut file: &'a File, columns: &[Column]) -> io::Result<csv::Writer<&'a File>> {
+/// Begins the file anew, with the names of these columns.
+fn begin(mut file: &File, columns: &[Column]) -> io::Result<()> {
     file.rewind()?;
     file.set_len(0)?;
-    let buffer_bytes = (1 + ROWS_AT_ONCE) * NUMBER_BYTES * (1 + columns.len());
-    let mut table = csv::WriterBuilder::new().buffer_capacity(buffer_bytes).from_writer(file);
-    table.write_field(TIME_HEADER)?;
-    for column in columns {
-        table.write_field(column.header())?;
+    let headers = columns.iter().map(Column::header);
+    let mut table = csv::Writer::from_writer(file);
+    table.write_record(std::iter::once(TIME_HEADER.to_owned()).chain(headers))?;
+    table.flush()
+}
+
+/// Turns numbers into text, and remembers the last ones: most of them come again, in the next row, in another column, or
+/// from the other end of a link.
+#[derive(Debug)]
+struct Numbers(Vec<Known>);
+
+/// A number with a comma behind it.
+#[derive(Debug, Clone)]
+struct Known {
+    bits: u64,
+    length: usize,
+    text: [u8; NUMBER_BYTES],
+}
+
+impl Numbers {
+    fn new() -> Self {
+        let mut zero = Known { bits: 0, length: 0, text: [0; NUMBER_BYTES] };
+        zero.add(&mut Vec::new(), "0");
+        Self(vec![zero; 1 << REMEMBERED_BITS])
     }
-    table.write_record(None::<&[u8]>)?;
-    table.flush()?;
-    Ok(table)
-}
 
-/// Turns numbers into text without allocating.
-#[derive(Default)]
-struct NumberText {
-    integer: itoa::Buffer,
-    float: zmij::Buffer,
-}
-
-impl NumberText {
-    #[expect(clippy::cast_possible_truncation, reason = "both casts are checked to be exact")]
-    fn text(&mut self, value: f64) -> &str {
-        if value.fract() == 0.0 && value.abs() < LARGEST_EXACT_INTEGER {
-            return if value == 0.0 && value.is_sign_negative() {
-                "-0"
-            } else {
-                self.integer.format(value as i64)
-            };
-        }
-        let single = value as f32;
-        let text = if f64::from(single).to_bits() == value.to_bits() {
-            self.float.format(single)
+    fn add(&mut self, text: &mut Vec<u8>, value: f64) {
+        let bits = value.to_bits();
+        let place = bits.wrapping_mul(SPREAD) >> (u64::BITS - REMEMBERED_BITS);
+        let Some(known) = usize::try_from(place).ok().and_then(|place| self.0.get_mut(place)) else { return };
+        if known.bits == bits {
+            // All of it and back again: a length that is known is copied at once.
+            let end = text.len() + known.length;
+            text.extend_from_slice(&known.text);
+            text.truncate(end);
         } else {
-            self.float.format(value)
-        };
-        text.strip_suffix(".0").unwrap_or(text)
+            known.bits = bits;
+            with_text(value, |number| known.add(text, number));
+        }
     }
+}
+
+impl Known {
+    /// Takes it, and adds it to `text`.
+    fn add(&mut self, text: &mut Vec<u8>, number: &str) {
+        let number = number.as_bytes();
+        text.extend_from_slice(number);
+        text.push(b',');
+        // Fits: no number is as long.
+        if let Some((own, [comma, ..])) = self.text.split_at_mut_checked(number.len()) {
+            own.copy_from_slice(number);
+            *comma = b',';
+            self.length = number.len() + 1;
+        }
+    }
+}
+
+/// Gives `take` a number as text.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "casts are checked to be exact"
+)]
+fn with_text(value: f64, take: impl FnOnce(&str)) {
+    let (integer, single) = (value as i64, value as f32);
+    let (is_integer, is_large) =
+        ((integer as f64).to_bits() == value.to_bits(), value.abs() >= LARGEST_EXACT_INTEGER);
+    if is_integer && !is_large {
+        return take(itoa::Buffer::new().format(integer));
+    }
+    let mut buffer = zmij::Buffer::new();
+    let is_single = f64::from(single).to_bits() == value.to_bits();
+    let text = if is_single { buffer.format(single) } else { buffer.format(value) };
+    // Of other numbers that is not worth a look at their text: it has only just been written.
+    let is_whole = is_large || integer == 0;
+    take(if is_whole { text.strip_suffix(".0").unwrap_or(text) } else { text });
 }
 
 #[cfg(test)]
@@ -157,7 +199,9 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
         pieces.send(Piece::Columns(columns)).unwrap();
-        rows.into_iter().for_each(|(time_s, values)| pieces.send(Piece::Row(time_s, values)).unwrap());
+        for (time_s, values) in rows {
+            pieces.send(Piece::Rows([vec![time_s], values].concat())).unwrap();
+        }
         drop(pieces);
         fs::read(file.finish().unwrap()).unwrap()
     }
@@ -196,13 +240,14 @@ mod tests {
 
     #[test]
     fn numbers_are_as_short_as_they_can_be() {
-        let mut number = NumberText::default();
         for (value, text) in [
             (f64::from(0.1_f32), "0.1"),
             (0.1, "0.1"),
             (1.0 / 3.0, "0.3333333333333333"),
             (f64::from(1.0_f32 / 3.0), "0.33333334"),
+            (0.0, "0"),
             (1.0, "1"),
+            (1e20, "100000000000000000000"),
             (-0.0, "-0"),
             (f64::from(u32::MAX), "4294967295"),
             (f64::from(i32::MIN), "-2147483648"),
@@ -210,7 +255,7 @@ mod tests {
             (f64::NAN, "NaN"),
             (f64::NEG_INFINITY, "-inf"),
         ] {
-            assert_eq!(number.text(value), text);
+            with_text(value, |number| assert_eq!(number, text));
         }
     }
 
@@ -219,7 +264,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
         let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
-        let rows = |width| (0..200).map(move |row| Piece::Row(row.into(), vec![0.5; width]));
+        let rows = |width| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (1 + width)]));
         let anew = [Piece::Columns(vec![one.clone(), other])];
         for piece in [Piece::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2)) {
             pieces.send(piece).unwrap();
