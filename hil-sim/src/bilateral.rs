@@ -312,6 +312,7 @@ impl Experiment {
             real_time,
             media: media_traffic,
             energy_ports_min_j,
+            rounding_creep_m_per_h: self.rounding_creep_m_per_h().filter(|_| side.is_none()),
             limit_cycles,
             loops,
             warnings,

@@ -30,6 +30,8 @@ pub struct Outcome {
     pub loops: Vec<LinearLoop>,
     /// What went on swinging in contact though nothing moved it.
     pub limit_cycles: Vec<LimitCycle>,
+    /// Bound of how fast rounding lets a hand in contact creep, `m/h`; none where a side has no waves.
+    pub rounding_creep_m_per_h: Option<f64>,
     /// Ticks there and back: the link's as measured, and on top the samples of the delay modules on the way.
     /// None when nothing came back, or when one side was run and the other one's scheme is not known.
     pub round_trip_ticks: Option<u32>,
@@ -146,6 +148,7 @@ impl Outcome {
             energy_ports_min_j: None,
             loops: Vec::new(),
             limit_cycles: Vec::new(),
+            rounding_creep_m_per_h: None,
             round_trip_ticks,
             k_perceived_n_per_m: axes.iter().map(|axis| axis.k_perceived_n_per_m).collect(),
             k_predicted_n_per_m: axes.iter().map(|axis| axis.k_predicted_n_per_m).collect(),

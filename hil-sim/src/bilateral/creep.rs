@@ -2,20 +2,42 @@
 //!
 //! A wave that is given out as 0 takes its displacement along: under the force `F`, a share `p` of lost waves makes the hand
 //! creep by `p F/b`, for ever. There is no stiffness then.
+//!
+//! So does rounding, a little, on a perfect link: what a side does wrong in a tick stays. With the unit roundoff `u = 2⁻²⁴`,
+//! its three products and its difference move the wave's force by less than `6 u F`: `2/a` and its product with `2 F` by
+//! `4 u F`, `a` times the wave and the wave that leaves by `u F` each. Both sides together: less than `12 u F/b`.
 
 use super::Experiment;
 use crate::outcome::Received;
 
+/// Of an `f32`.
+const UNIT_ROUNDOFF: f64 = 1.0 / 16_777_216.0;
+/// Roundings of a side's wave, in units of its force.
+const ROUNDINGS: f64 = 6.0;
+const SECONDS_PER_HOUR: f64 = 3600.0;
 /// Share of missing waves that is worth a word.
 const NOTABLE: f64 = 1e-3;
 
 impl Experiment {
+    /// Fastest creep of a hand in contact that rounding makes, `m/h`; none where a side has no waves.
+    pub(super) fn rounding_creep_m_per_h(&self) -> Option<f64> {
+        let sides = [&self.chain.master, &self.chain.slave].into_iter();
+        let per_side = sides.map(|side| {
+            Some(ROUNDINGS * UNIT_ROUNDOFF * self.contact_force_n() / side.impedance_ns_per_m?)
+        });
+        Some(SECONDS_PER_HOUR * per_side.sum::<Option<f64>>()?)
+    }
+
+    /// Largest force that the hand holds in contact, `N`.
+    fn contact_force_n(&self) -> f64 {
+        let forces_n = (0..self.scenario.dof).map(|axis| self.scenario.contact_force_n(axis).abs());
+        forces_n.fold(0.0, f64::max)
+    }
+
     /// In words, for every side that loses displacement, how fast the hand creeps.
     pub(super) fn creep(&self, received: &[Received]) -> Vec<String> {
         let sides = [&self.chain.master, &self.chain.slave].into_iter().zip(received);
-        let dof = self.scenario.dof;
-        let forces_n = (0..dof).map(|axis| self.scenario.contact_force_n(axis).abs());
-        let most_n = forces_n.fold(0.0, f64::max);
+        let most_n = self.contact_force_n();
         #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
         let ticks = (self.rig.ticks() as f64).max(1.0);
         let every_ticks = f64::from(self.scenario.link.every_ticks.unwrap_or(1));
