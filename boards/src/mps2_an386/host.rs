@@ -56,8 +56,10 @@ impl LinkIn for FromHost {
     async fn receive(&mut self, _: &Listening, packet: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
         self.0.ready().await;
         let copied = self.0.take_in_place(|(link, bytes)| {
-            let space = packet.get_mut(..bytes.len());
-            space.into_iter().for_each(|space| space.copy_from_slice(bytes));
+            let bytes = bytes.as_slice();
+            if let Some(space) = packet.get_mut(..bytes.len()) {
+                space.copy_from_slice(bytes);
+            }
             (*link, bytes.len())
         });
         // There is one: nobody else takes them.
