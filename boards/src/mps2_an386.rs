@@ -275,6 +275,22 @@ impl<const N: usize> SharedWords<N> {
         }
     }
 
+    /// Takes the words that bytes hold.
+    fn fill_from_bytes(&self, bytes: &[u8]) {
+        let (words, _) = bytes.as_chunks::<4>();
+        for (shared, word) in self.0.iter().zip(words) {
+            shared.store(u32::from_le_bytes(*word), Relaxed);
+        }
+    }
+
+    /// Writes as many words as bytes have room for.
+    fn copy_to_bytes(&self, bytes: &mut [u8]) {
+        let (words, _) = bytes.as_chunks_mut::<4>();
+        for (word, shared) in words.iter_mut().zip(&self.0) {
+            *word = shared.load(Relaxed).to_le_bytes();
+        }
+    }
+
     fn copy_to(&self, words: &mut [Word]) {
         for (word, shared) in words.iter_mut().zip(&self.0) {
             *word = Word(shared.load(Relaxed));

@@ -145,15 +145,31 @@ impl Frame {
     /// # Errors
     /// [`ExchangeError::TooLong`] when it does not fit; the frame is as it was.
     pub fn push(&mut self, tag: Tag, content: &[u8]) -> Result<(), ExchangeError> {
-        let length = self.length + HEADER_BYTES + content.len();
+        self.push_with(tag, content.len(), |body| {
+            if let Some(body) = body.get_mut(..content.len()) {
+                body.copy_from_slice(content);
+            }
+        })
+    }
+
+    /// Adds a section of `bytes` bytes, which `fill` writes.
+    ///
+    /// # Errors
+    /// As [`push`](Self::push).
+    #[inline]
+    pub fn push_with(
+        &mut self,
+        tag: Tag,
+        bytes: usize,
+        fill: impl FnOnce(&mut [u8]),
+    ) -> Result<(), ExchangeError> {
+        let length = self.length + HEADER_BYTES + bytes;
         let too_long = ExchangeError::TooLong(length);
-        let [low, high] = u16::try_from(content.len()).map_err(|_| too_long)?.to_le_bytes();
+        let [low, high] = u16::try_from(bytes).map_err(|_| too_long)?.to_le_bytes();
         let space = self.bytes.get_mut(self.length..length).ok_or(too_long)?;
         let (header, body) = space.split_first_chunk_mut::<HEADER_BYTES>().ok_or(too_long)?;
         *header = [tag as u8, low, high];
-        for (to, from) in body.iter_mut().zip(content) {
-            *to = *from;
-        }
+        fill(body);
         self.put_length(length);
         Ok(())
     }

@@ -190,10 +190,10 @@ impl Source {
                 if let Some(station) = rig.stations().get(station) {
                     station.plant.look(axis, &mut values);
                 }
-                values
-                    .into_iter()
-                    .zip(kept)
-                    .fold(row, |row, (value, is_kept)| fill(row, usize::from(is_kept), Some(value)))
+                let columns = kept.iter().filter(|is_kept| **is_kept).count();
+                let kept =
+                    values.into_iter().zip(kept).filter_map(|(value, is_kept)| is_kept.then_some(value));
+                fill(row, columns, kept)
             }
         }
     }

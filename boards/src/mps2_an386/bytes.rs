@@ -44,6 +44,11 @@ impl<const N: usize> Bytes<N> {
         count
     }
 
+    /// Whether there is nothing to take out.
+    pub(super) fn is_empty(&self) -> bool {
+        self.put.load(Ordering::Relaxed) == self.taken.load(Ordering::Relaxed)
+    }
+
     /// Takes out what there is and fits; gives how much that is.
     pub(super) fn try_read(&self, bytes: &mut [u8]) -> usize {
         let (put, taken) = (self.put.load(Ordering::Acquire), self.taken.load(Ordering::Relaxed));

@@ -4,7 +4,7 @@ use core::cell::{Cell, RefCell};
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, Ordering::Relaxed};
 
 use critical_section::Mutex;
-use dimsart_core::{AxisKind, DataType, MAX_DEVICE_TYPES, Tick, Word, limits::MAX_DOF, types};
+use dimsart_core::{AxisKind, DataType, MAX_DEVICE_TYPES, Tick, limits::MAX_DOF, types};
 use heapless::Vec;
 use semihosting::fd::{AsFd as _, OwnedFd};
 use semihosting::fs::File;
@@ -54,11 +54,16 @@ pub struct ToHost(Giver<Numbered>);
 
 impl LinkIn for FromHost {
     async fn receive(&mut self, _: &Listening, packet: &mut [u8; MAX_CARRIED_BYTES]) -> (usize, usize) {
-        let (link, bytes) = self.0.next().await;
-        for (to, from) in packet.iter_mut().zip(&bytes) {
-            *to = *from;
-        }
-        (link, bytes.len())
+        self.0.ready().await;
+        let copied = self.0.take_in_place(|(link, bytes)| {
+            let bytes = bytes.as_slice();
+            if let Some(space) = packet.get_mut(..bytes.len()) {
+                space.copy_from_slice(bytes);
+            }
+            (*link, bytes.len())
+        });
+        // There is one: nobody else takes them.
+        copied.unwrap_or_default()
     }
 }
 
@@ -85,11 +90,11 @@ pub(super) fn show(revision: u32, words: impl Iterator<Item = u32>) {
     critical_section::with(|section| {
         let mut bytes = SIGNALS.borrow_ref_mut(section);
         bytes.clear();
-        for word in core::iter::once(revision).chain(words) {
-            if bytes.extend_from_slice(&word.to_le_bytes()).is_err() {
-                break;
-            }
-        }
+        let mut add = |word: u32| {
+            let _ = bytes.extend_from_slice(&word.to_le_bytes());
+        };
+        add(revision);
+        words.for_each(add);
     });
 }
 
@@ -103,24 +108,22 @@ pub(super) fn say_stopped() {
     #[expect(unsafe_code, reason = "whoever owns the pipe is stopped")]
     // SAFETY: the number is that of an open file; its owner never runs again.
     let mut from_board = File::from(unsafe { OwnedFd::from_raw_fd(number) });
-    let mut words = [Word(0); WORDS];
-    COMMANDED.copy_to(&mut words);
-    let words: Vec<u8, { 4 * WORDS }> = words.iter().flat_map(|word| word.0.to_le_bytes()).collect();
     STAMPS.set(1, Some(Mps2An386::counter().now()));
     let mut frame = Frame::new();
     frame.clear();
     // The emulator's exit code says the same to a host that has left.
-    let _ = frame.push(Tag::Stopped, &words);
+    let _ = frame.push_with(Tag::Stopped, 4 * WORDS, |bytes| COMMANDED.copy_to_bytes(bytes));
     let _ = frame.push(Tag::Stamps, &stamps());
     let _ = from_board.write_all(frame.as_bytes());
 }
 
 /// The cycle counter at the beginning and the end of the last tick, and how many bits of it count.
-fn stamps() -> Vec<u8, 9> {
-    let mut stamps = [Word(0); 2];
-    STAMPS.copy_to(&mut stamps);
-    let bits = u8::try_from(Mps2An386::counter().bits()).unwrap_or(u8::MAX);
-    stamps.iter().flat_map(|stamp| stamp.0.to_le_bytes()).chain([bits]).collect()
+fn stamps() -> [u8; 9] {
+    let mut bytes = [0; 9];
+    STAMPS.copy_to_bytes(&mut bytes);
+    let [.., bits] = &mut bytes;
+    *bits = u8::try_from(Mps2An386::counter().bits()).unwrap_or(u8::MAX);
+    bytes
 }
 
 /// The host, or the lack of one, and the device that it plays.
@@ -298,10 +301,7 @@ impl Host {
         for section in self.frame.sections() {
             match section? {
                 (Tag::Words, bytes) if bytes.len() == 4 * self.words_in => {
-                    let (words, _) = bytes.as_chunks::<4>();
-                    let words: Vec<Word, WORDS> =
-                        words.iter().map(|word| Word(u32::from_le_bytes(*word))).collect();
-                    MEASURED.fill(&words);
+                    MEASURED.fill_from_bytes(bytes);
                 }
                 (Tag::Signals, _) => IS_WATCHED.store(true, Relaxed),
                 (Tag::Command, mut bytes) => loop {
@@ -323,22 +323,24 @@ impl Host {
 
     /// Makes the frame that goes back.
     fn collect(&mut self) -> Result<(), Trouble> {
-        let mut words = [Word(0); WORDS];
-        let words = words.get_mut(..self.words_out).unwrap_or_default();
-        COMMANDED.copy_to(words);
-        let words = words.iter().flat_map(|word| word.0.to_le_bytes());
         self.frame.clear();
         self.frame.push_outcome(critical_section::with(|section| OUTCOME.borrow(section).take()))?;
-        self.frame.push(Tag::Words, &words.collect::<Vec<u8, { 4 * WORDS }>>())?;
+        self.frame.push_with(Tag::Words, 4 * self.words_out, |bytes| COMMANDED.copy_to_bytes(bytes))?;
         self.frame.push(Tag::Stamps, &stamps())?;
         if IS_WATCHED.load(Relaxed) {
             critical_section::with(|section| self.frame.push(Tag::Signals, &SIGNALS.borrow_ref(section)))?;
         }
-        while let Some((link, packet)) = self.packets_out.take() {
-            let tag = Tag::of_link(link).ok_or(Trouble::BadFrame)?;
-            self.frame.push(tag, &packet)?;
+        let frame = &mut *self.frame;
+        while let Some(pushed) = self.packets_out.take_in_place(|(link, packet)| {
+            let tag = Tag::of_link(*link).ok_or(Trouble::BadFrame)?;
+            Ok::<_, Trouble>(frame.push(tag, packet)?)
+        }) {
+            pushed?;
         }
         if cfg!(feature = "timer-tick") {
+            return Ok(());
+        }
+        if uart::TO_SEND.is_empty() {
             return Ok(());
         }
         let mut bytes = [0; 256];

@@ -41,7 +41,9 @@ fn joined(
 /// The side's controller, with its scheme loaded.
 pub(super) fn controller(scenario: &Scenario, side: Side) -> Result<Box<SimulatedDimsart>, ExperimentError> {
     let device = device(side.name(), scenario.dof, scenario.sample_period_s)?;
-    let mut dimsart = Box::new(SimulatedDimsart::new(device).map_err(ExperimentError::Storage)?);
+    // In its place: it is large, and there is one for each loop that is worked out.
+    let mut dimsart = Box::new(SimulatedDimsart::unconnected());
+    dimsart.connect(device).map_err(ExperimentError::Storage)?;
     let scheme = SchemeText::read(&side.section(scenario).scheme)?;
     let loaded = schemes::load(&scheme, side.name(), &settings(scenario, side), &mut dimsart);
     if !loaded.is_sound() {

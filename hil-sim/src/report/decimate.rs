@@ -39,8 +39,11 @@ impl Bucket {
         } else {
             (self.largest, self.smallest)
         };
-        segment.extend([self.first, early, late, self.last]);
-        segment.dedup();
+        for point in [self.first, early, late, self.last] {
+            if segment.last() != Some(&point) {
+                segment.push(point);
+            }
+        }
     }
 }
 
