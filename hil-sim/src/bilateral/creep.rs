@@ -22,9 +22,8 @@ impl Experiment {
     /// Fastest creep of a hand in contact that rounding makes, `m/h`; none where a side has no waves.
     pub(super) fn rounding_creep_m_per_h(&self) -> Option<f64> {
         let sides = [&self.chain.master, &self.chain.slave].into_iter();
-        let per_side = sides.map(|side| {
-            Some(ROUNDINGS * UNIT_ROUNDOFF * self.contact_force_n() / side.impedance_ns_per_m?)
-        });
+        let per_side = sides
+            .map(|side| Some(ROUNDINGS * UNIT_ROUNDOFF * self.contact_force_n() / side.impedance_ns_per_m?));
         Some(SECONDS_PER_HOUR * per_side.sum::<Option<f64>>()?)
     }
 

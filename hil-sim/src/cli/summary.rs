@@ -88,7 +88,12 @@ pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
     }
     facts.extend(outcome.energy_ports_min_j.map(port_energy));
     facts.extend(outcome.rounding_creep_m_per_h.map(|creep| {
-        fact("rounding", format!("{:.2}", 1e3 * creep), "mm/h", "fastest creep of a hand in contact by it: 12 u F/b")
+        fact(
+            "rounding",
+            format!("{:.2}", 1e3 * creep),
+            "mm/h",
+            "fastest creep of a hand in contact by it: 12 u F/b",
+        )
     }));
     facts.extend(limit_cycles(&outcome.limit_cycles));
     facts.extend(lost(&outcome.received));
