@@ -1,7 +1,7 @@
 //! The paper's bilateral experiment: a scenario becomes a rig, and runs.
 
 pub mod chain;
-mod creep;
+pub mod creep;
 pub mod energy;
 mod error;
 mod guards;

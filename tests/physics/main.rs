@@ -10,4 +10,5 @@ mod loops;
 mod lossy_link;
 mod motion;
 mod perceived_stiffness;
+mod rounding;
 mod stability;

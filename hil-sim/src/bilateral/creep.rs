@@ -18,6 +18,12 @@ const SECONDS_PER_HOUR: f64 = 3600.0;
 /// Share of missing waves that is worth a word.
 const NOTABLE: f64 = 1e-3;
 
+/// Bound of how fast rounding at a side of impedance `impedance_ns_per_m` lets a hand creep that holds `force_n`, `m/s`.
+#[must_use]
+pub fn by_rounding_m_per_s(force_n: f64, impedance_ns_per_m: f64) -> f64 {
+    ROUNDINGS * UNIT_ROUNDOFF * force_n / impedance_ns_per_m
+}
+
 impl Experiment {
     /// Fastest creep of a hand in contact that rounding makes, `m/h`; none where a side has no waves.
     pub(super) fn rounding_creep_m_per_h(&self) -> Option<f64> {
