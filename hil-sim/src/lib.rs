@@ -1,5 +1,22 @@
 //! Hardware in the loop on a host: the controllers that run on a board, against plants and links in software.
 //!
+//! A test of a control law is a rig and what must come of it; it needs no more of this crate than
+//! `hil-sim = { version = "0.1", default-features = false }`:
+//!
+//! ```
+//! use hil_sim::{response, rig_file::RigFile};
+//!
+//! let rig = r#"
+//!     duration_s = 0.5
+//!     device = [{ name = "joint", measures = ["POSITION", "DES_POSITION"], axis = [{ plant.load.inertia = 0.02 }] }]
+//!     controller = [{ device = "joint", scheme = "builtin:joint" }]
+//!     experiment.move = [{ device = "joint", on = "DES_POSITION", step = { at_s = 0.1, size = 0.5 } }]
+//! "#;
+//! let outcome = response::run(&RigFile::read(rig, "my rig", "".into(), &[])?)?.outcome;
+//! assert!(outcome.stable && outcome.axes[0].loop_figures.is_some_and(|figures| figures.bandwidth_hz > Some(5.0)));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! A scenario file becomes an experiment, an experiment a rig that is stepped tick by tick, and what the rig did
 //! becomes a recording, a handful of figures and a report:
 //!

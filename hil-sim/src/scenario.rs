@@ -193,15 +193,24 @@ impl Scenario {
     /// The shipped scenario with the file at `path` and then each of `sets` over it.
     ///
     /// # Errors
-    /// A file that cannot be read or is not TOML, the first key that does not exist, the first value that its key
-    /// does not take.
+    /// A file that cannot be read or is not TOML; all keys that do not exist and all values that their keys do not take.
     pub fn load(path: Option<&Path>, sets: &[String]) -> Result<Self, ScenarioError> {
         let mut settings = reference::shipped();
-        for change in path.map(Change::from_file).transpose()?.unwrap_or_default() {
-            change.apply(&mut settings)?;
+        let changes = path.map(Change::from_file).transpose()?.unwrap_or_default();
+        // What is refused leaves the settings as they were.
+        let of_file = changes.into_iter().filter_map(|change| change.apply(&mut settings).err());
+        let mut errors: Vec<ScenarioError> = of_file.collect();
+        errors.extend(sets.iter().filter_map(|argument| apply(&mut settings, argument).err()));
+        let scenario = from_checked(settings);
+        let entries = scenario.hand.contact_force_n.len();
+        if entries > scenario.dof && scenario.hand.contact_force_n != Self::default().hand.contact_force_n {
+            errors.push(ScenarioError::TooManyForces { entries, dof: scenario.dof });
         }
-        sets.iter().try_for_each(|argument| apply(&mut settings, argument))?;
-        Ok(from_checked(settings))
+        match errors.len() {
+            0 => Ok(scenario),
+            1 => Err(errors.remove(0)),
+            _ => Err(ScenarioError::Several(errors)),
+        }
     }
 
     /// The settings in effect, as a scenario file that gives the same scenario again.

@@ -21,6 +21,7 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
     if !SIDES.contains(&side) {
         return Err("the side is master or slave".into());
     }
+    find_probe_rs()?;
     let image = folder().join(build(Toolchain::set_up()?, board, variant)?.name);
     stamp(&image, side)?;
     run_on_chip(chip, &image)
@@ -28,12 +29,18 @@ pub(crate) fn flash(board: &str, side: &str) -> Outcome {
 
 /// Flashes an image and shows its log until it ends.
 pub(crate) fn run_on_chip(chip: &str, image: &Path) -> Outcome {
-    if !succeeds(&mut command("probe-rs", ["--version"])) {
-        return Err("probe-rs is not there: cargo install probe-rs-tools --locked".into());
-    }
+    find_probe_rs()?;
     run(command("probe-rs", ["run", "--chip", chip]).arg(image)).map_err(|error| {
         format!("{error}\nIs the board connected? `cargo run --release -- doctor` looks for its probe.")
     })
+}
+
+/// Before anything is built that only it can flash.
+fn find_probe_rs() -> Outcome {
+    if succeeds(&mut command("probe-rs", ["--version"])) {
+        return Ok(());
+    }
+    Err("probe-rs is not there: cargo install probe-rs-tools --locked".into())
 }
 
 fn flashable(name: &str) -> Result<(&'static BoardInfo, &'static str), String> {

@@ -102,8 +102,8 @@ const SHADES: [RGBColor; 3] =
 /// Values beyond are drawn here: a diverging run must not overflow the axes.
 const LARGEST_DRAWN: f64 = 1e30;
 
-/// Share of a panel's height that nobody sees.
-const UNSEEN: f64 = 1e-3;
+/// Share of a panel's height that nobody sees, in a picture made five times larger either.
+const UNSEEN: f64 = 2e-4;
 
 /// A [`Figure`] with the points it shows.
 pub(super) struct FigurePicture<'a> {

@@ -34,7 +34,8 @@ impl ScenarioError {
     pub fn is_usage(&self) -> bool {
         match self {
             Self::Unreadable { .. } | Self::NotToml { .. } => false,
-            Self::NotASetting { .. } => true,
+            Self::NotASetting { .. } | Self::TooManyForces { .. } => true,
+            Self::Several(errors) => errors.iter().all(Self::is_usage),
             Self::UnknownKey { origin, .. } | Self::WrongValue { origin, .. } => {
                 matches!(origin, Origin::Set(_))
             }
@@ -67,6 +68,19 @@ pub enum ScenarioError {
         /// The argument.
         argument: String,
     },
+    /// A force for an axis that is not there.
+    #[error(
+        "hand.contact_force_n has {entries} values and there are {dof} axes: give it one for each axis, or raise dof"
+    )]
+    TooManyForces {
+        /// Values.
+        entries: usize,
+        /// Axes.
+        dof: usize,
+    },
+    /// All that is wrong, in the order in which it was written.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Several(Vec<ScenarioError>),
     /// No such key.
     #[error("{origin}: there is no key `{key}`; did you mean `{nearest}`?")]
     UnknownKey {

@@ -291,3 +291,37 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn everything_that_is_wrong_is_told_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    std::fs::write(&path, "durration_s = 2\n[link]\nloss = 1.5\njitter_ticks = 2\n[hand]\nmas_kg = 1\n")
+        .unwrap();
+    let message = Scenario::load(Some(&path), &["link.los=0.1".to_owned()]).unwrap_err().to_string();
+    for expected in [
+        "my.toml:1:1",
+        "durration_s",
+        "my.toml:3:1",
+        "link.loss",
+        "my.toml:6:1",
+        "mas_kg",
+        "--set link.los=0.1",
+    ] {
+        assert!(message.contains(expected), "{expected} is not in\n{message}");
+    }
+    assert_eq!(message.lines().count(), 4, "{message}");
+}
+
+#[test]
+fn a_force_for_an_axis_that_is_not_there_is_refused() {
+    let set = |arguments: &[&str]| {
+        let sets: Vec<String> = arguments.iter().map(|argument| (*argument).to_owned()).collect();
+        Scenario::load(None, &sets).map(|_| ()).map_err(|error| error.to_string())
+    };
+    assert!(
+        set(&["hand.contact_force_n=[1, 2, 3, 4, 5]"]).unwrap_err().contains("5 values and there are 3 axes")
+    );
+    assert_eq!(set(&["dof=1"]), Ok(()), "the shipped forces of further axes are nobody's fault");
+    assert_eq!(set(&["dof=5", "hand.contact_force_n=[1, 2, 3, 4, 5]"]), Ok(()));
+}
