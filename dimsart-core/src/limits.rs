@@ -22,7 +22,9 @@ pub const MAX_SLOTS: usize = 64;
 /// Most data types of one COMM channel (`ADD_DATA` commands).
 pub const MAX_CHANNEL_TYPES: usize = 4;
 /// Links a controller can exchange packets over; with the feature `many-links` a coordinator has one for every joint.
-pub const MAX_LINKS: usize = if cfg!(feature = "many-links") { 8 } else { 2 };
+pub const MAX_LINKS: usize = if cfg!(feature = "many-links") { 8 } else { BOARD_LINKS };
+/// Links of a controller on a board.
+pub const BOARD_LINKS: usize = 2;
 /// Payload of a packet, 32-bit words.
 pub const MAX_PACKET_WORDS: usize = 48;
 /// Most findings one matching report lists; further ones are counted.

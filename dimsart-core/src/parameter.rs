@@ -150,11 +150,11 @@ pub enum ParameterError {
     Unknown,
     /// The value is of the wrong kind, for example a name where a number is needed.
     WrongKind,
-    /// Outside the range, or not a finite number.
+    /// Outside the range, or not a finite number; or a link that the controller has not.
     OutOfRange,
     /// The list is full, [`MAX_CHANNEL_TYPES`].
     ListFull,
-    /// The axis or the element does not exist, or the parameter is not per axis.
+    /// The axis, the link or the element does not exist, or the parameter is not per axis.
     NoSuchEntry,
     /// It decides ports or memory: unplug the module first.
     WhilePluggedIn,

@@ -18,7 +18,7 @@ use crate::data_base::{DataBase, bit};
 use crate::declare::Declare;
 use crate::device::DeviceDescriptor;
 use crate::kind::{Compute, Kind, MAX_HANDLES};
-use crate::limits::{MAX_CALLS, MAX_MODULES, MAX_PACKET_WORDS, MAX_SLOTS, MAX_WIRES};
+use crate::limits::{MAX_CALLS, MAX_LINKS, MAX_MODULES, MAX_PACKET_WORDS, MAX_SLOTS, MAX_WIRES};
 use crate::parameter::ParameterError;
 use crate::port::{Direction, LinkEnd, PortSpec, PortSpecs, Stage};
 use crate::rate::Rate;
@@ -213,6 +213,9 @@ impl Wiring {
         let (has_all, link_end, words) = (declare.has_all(), declare.link_end(), declare.packet_words());
         if !has_all {
             return Err(CommandError::TooManyPorts);
+        }
+        if link_end.is_some_and(|end| usize::from(end.link) >= MAX_LINKS) {
+            return Err(ParameterError::OutOfRange.into());
         }
         if !declare.has_axis() {
             return Err(ParameterError::NoSuchEntry.into());

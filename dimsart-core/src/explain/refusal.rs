@@ -149,7 +149,10 @@ fn parameter<V: Vocabulary>(
     match (error, known) {
         (ParameterError::Unknown, _) => write!(f, "the module has no such parameter"),
         (ParameterError::WrongKind, _) => write!(f, "the value is not of the kind this parameter takes"),
-        (ParameterError::OutOfRange, _) => write!(f, "the value is out of range"),
+        (ParameterError::OutOfRange, _) => write!(
+            f,
+            "the value is out of range, or a link that this controller has not (a board has 0 and 1)"
+        ),
         (ParameterError::ListFull, _) => {
             write!(f, "the channel carries {MAX_CHANNEL_TYPES} types already and takes no more")
         }

@@ -12,7 +12,7 @@ use core::ops::RangeInclusive;
 
 use heapless::Vec;
 
-use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
+use crate::limits::{MAX_CHANNEL_TYPES, MAX_DOF};
 use crate::unit::AxisKind;
 use crate::{Content, DataType, DeviceDescriptor, Format, Shape, TypeRef, Unit};
 
@@ -25,9 +25,9 @@ pub(super) const BLOCK_PORTS: [&str; MAX_CHANNEL_TYPES] = ["BLOCK_1", "BLOCK_2",
 /// Channels that a link can carry: as many as CAN has short identifiers.
 pub(super) const CHANNELS: RangeInclusive<u32> = 0..=2047;
 
-/// Links, by their numbers.
-#[expect(clippy::cast_possible_truncation, reason = "a few")]
-pub(super) const LINKS: RangeInclusive<u32> = 0..=MAX_LINKS as u32 - 1;
+/// Links, by their numbers; the same for all controllers, so that they know the same schemes. One that a controller has not
+/// is refused when the module is plugged in.
+pub(super) const LINKS: RangeInclusive<u32> = 0..=7;
 
 /// Ticks from a packet to the next one.
 pub(super) const EVERY_TICKS: RangeInclusive<u32> = 1..=100;

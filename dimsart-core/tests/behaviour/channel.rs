@@ -158,3 +158,20 @@ fn an_axis_that_the_device_has_not_is_refused() {
     let refused = bench.order("COMM_RXMOD STALE LIMITED");
     assert_eq!(refused, Err(CommandError::Parameter(ParameterError::NeedsCounters)));
 }
+
+/// Schemes are the same for all controllers; some of these have fewer links.
+#[test]
+fn a_link_that_the_controller_has_not_is_refused() {
+    let mut bench: Bench = Bench::of(3, &[types::POSITION], &[]);
+    bench.rows("COMM_TXMOD CTX_ADD_DATA POSITION");
+    for link in 0..8 {
+        bench.rows(&format!("COMM_TXMOD CTX_LINK {link}"));
+        let plugged_in = bench.order("MOD_ENG MOD_ON COMM_TXMOD");
+        if link < dimsart_core::limits::MAX_LINKS {
+            assert_eq!(plugged_in, Ok(()), "{link}");
+            bench.rows("MOD_ENG MOD_OFF COMM_TXMOD");
+        } else {
+            assert_eq!(plugged_in, Err(CommandError::Parameter(ParameterError::OutOfRange)), "{link}");
+        }
+    }
+}
