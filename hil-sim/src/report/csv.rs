@@ -264,7 +264,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
         let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
-        let rows = |width| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (1 + width)]));
+        let rows = |width: usize| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (1 + width)]));
         let anew = [Piece::Columns(vec![one.clone(), other])];
         for piece in [Piece::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2)) {
             pieces.send(piece).unwrap();
