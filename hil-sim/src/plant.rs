@@ -88,9 +88,14 @@ pub trait Plant: core::fmt::Debug + Send {
         position
     }
 
-    /// What the actuator of an axis applies; none where nothing is known of it.
-    fn actuation(&self, _axis: usize) -> Option<Actuation> {
+    /// What the actuator of an axis applies, `N` or `N m`; none where nothing is known of it.
+    fn actuator_force_n(&self, _axis: usize) -> Option<f64> {
         None
+    }
+
+    /// Whether that is held for a whole period, as by an ideal source; the force of a motor changes.
+    fn holds_force(&self, _axis: usize) -> bool {
+        true
     }
 
     /// Whether an axis pushes against a wall or a stop.
@@ -112,17 +117,6 @@ pub trait Plant: core::fmt::Debug + Send {
 
 /// Most quantities that are known of an axis.
 pub const MAX_QUANTITIES: usize = 8;
-
-/// What an actuator applies now.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Actuation {
-    /// Where it does, `m` or `rad`.
-    pub position_m: f64,
-    /// Force on the device, `N` or `N m`.
-    pub force_n: f64,
-    /// Whether it was held for the whole period: an ideal source does, a motor's force changes.
-    pub is_held: bool,
-}
 
 /// The simulator's own truth about one axis; no encoder stands in between. Forces act *on the device*.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,14 +4,13 @@
 //! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
 //! [channel](crate::bilateral::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
 
-use crate::plant::Actuation;
 use crate::rig::Rig;
 
 /// Adds up what goes through the ports, tick by tick.
 #[derive(Debug, Default)]
 pub struct PortEnergy {
-    /// Of each axis of each station, from the tick before.
-    before: Vec<Actuation>,
+    /// Of each axis of each station, from the tick before: force and position.
+    before: Vec<(f64, f64)>,
     /// By axis, `J`.
     energy_j: Vec<f64>,
     smallest_j: f64,
@@ -24,15 +23,16 @@ impl PortEnergy {
         for station in rig.stations() {
             self.energy_j.resize(self.energy_j.len().max(station.plant.dof()), 0.0);
             for (axis, energy_j) in self.energy_j.iter_mut().enumerate() {
-                let Some(now) = station.plant.actuation(axis) else { continue };
+                let Some(now_n) = station.plant.actuator_force_n(axis) else { continue };
+                let now_m = station.plant.position(axis);
                 match self.before.get_mut(place) {
-                    Some(before) => {
+                    Some((force_n, position_m)) => {
                         // An ideal source has held its force all the time, a motor's has changed.
-                        let from_n = if now.is_held { now.force_n } else { before.force_n };
-                        *energy_j -= 0.5 * (from_n + now.force_n) * (now.position_m - before.position_m);
-                        *before = now;
+                        let from_n = if station.plant.holds_force(axis) { now_n } else { *force_n };
+                        *energy_j -= 0.5 * (from_n + now_n) * (now_m - *position_m);
+                        (*force_n, *position_m) = (now_n, now_m);
                     }
-                    None => self.before.push(now),
+                    None => self.before.push((now_n, now_m)),
                 }
                 place += 1;
             }

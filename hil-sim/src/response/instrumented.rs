@@ -7,7 +7,7 @@ use dimsart_core::{DataType, types};
 use super::body::AxisState;
 use super::machine::Machine;
 use super::motion::{Motion, sum_at};
-use crate::plant::{Actuation, AxisTruth, Plant, Sensor};
+use crate::plant::{AxisTruth, Plant, Sensor};
 use crate::rig_file::AxisUnit;
 
 /// The axes of a machine that one controller has, behind the frame of its device.
@@ -87,9 +87,17 @@ impl Plant for Instrumented {
         None
     }
 
-    fn actuation(&self, axis: usize) -> Option<Actuation> {
+    fn position(&self, axis: usize) -> f64 {
+        self.axis(axis).map_or(f64::NAN, |axis| self.machine().state(axis).position)
+    }
+
+    fn actuator_force_n(&self, axis: usize) -> Option<f64> {
         let axis = self.axis(axis).filter(|_| self.moves)?;
-        Some(self.machine().actuation(axis))
+        Some(self.machine().state(axis).force)
+    }
+
+    fn holds_force(&self, axis: usize) -> bool {
+        self.axis(axis).is_some_and(|axis| self.machine().holds_force(axis))
     }
 
     fn is_touching(&self, axis: usize) -> bool {

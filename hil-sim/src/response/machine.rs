@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::body::{AxisState, Body};
 use super::motion::{Motion, sum_at};
-use crate::plant::{Actuation, JointMotorParameters, JointParameters};
+use crate::plant::{JointMotorParameters, JointParameters};
 use crate::rig_file::AxisSection;
 
 /// Most ticks that a command can wait.
@@ -68,13 +68,11 @@ impl Machine {
         self.body.state(axis)
     }
 
-    /// What the actuator of an axis applies: without delay and motor, what was commanded.
-    pub(super) fn actuation(&self, axis: usize) -> Actuation {
-        let AxisState { position, force, .. } = self.state(axis);
+    /// Whether the actuator of an axis holds its force for a period: without delay and motor, what was commanded.
+    pub(super) fn holds_force(&self, axis: usize) -> bool {
         let plant = self.axis(axis).and_then(|axis| axis.section.plant.as_ref());
         let is_ideal = |plant: &JointParameters| matches!(plant.motor, JointMotorParameters::Ideal {});
-        let is_held = self.delay_ticks <= 0.0 && plant.is_none_or(is_ideal);
-        Actuation { position_m: position, force_n: force, is_held }
+        self.delay_ticks <= 0.0 && plant.is_none_or(is_ideal)
     }
 
     /// Whether an axis pushes against a wall, or an end of its travel.
