@@ -1,5 +1,4 @@
 //! What rounding does to a hand that leans on the wall for long.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
 use hil_sim::bilateral::creep::by_rounding_m_per_s;
 use hil_sim::response;
