@@ -298,3 +298,41 @@ fn a_scheme_is_checked_for_the_axes_and_the_memory_of_the_board() {
     assert!(out.contains("words of the Data Base, and b-g431b-esc1 has 640: shorten a delay"), "{out}");
     assert!(check("nucleo-g474re").status.success());
 }
+
+/// All that was found, for a program: the same as in words.
+#[test]
+fn what_is_found_can_be_read_by_a_program() {
+    let output = dimsart(&["check", "builtin:table1", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let [master, slave] = [&found[0], &found[1]];
+    assert_eq!((&master["controller"], &master["matches"]), (&"master".into(), &true.into()));
+    assert_eq!((&slave["controller"], &slave["matches"]), (&"slave".into(), &false.into()));
+    assert!(slave["faults"][0].as_str().unwrap().contains("nobody provides it"), "{slave}");
+    assert!(master["words"].as_u64().unwrap() > 100 && master["most_words"] == 2048, "{master}");
+}
+
+#[test]
+fn a_rig_is_checked_controller_by_controller() {
+    let output = dimsart(&["check", "arm_bus"]);
+    let out = String::from_utf8(output.stdout).unwrap();
+    assert!(output.status.success() && out.contains("arm_bus on the coordinator: matches"), "{out}");
+    assert_eq!(out.lines().filter(|line| line.ends_with("matches")).count(), 7, "{out}");
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    let rig = hil_sim::rig_file::RigFile::shipped("joint").unwrap();
+    fs::write(&path, rig.replace("builtin:joint", "builtin:three")).unwrap();
+    let output = dimsart(&["check", path.to_str().unwrap()]);
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(message.contains("builtin:three does not run on the controller 'joint'"), "{message}");
+}
+
+#[test]
+fn a_link_that_a_board_has_not_is_a_fault_there_alone() {
+    let rows = BILATERAL.replacen(LAST_ROW, &format!("all COMM_TXMOD.2 CTX_ADD_DATA POSITION\nall COMM_TXMOD.2 CTX_LINK 3\nall MOD_ENG MOD_ON COMM_TXMOD.2\n{LAST_ROW}"), 1);
+    assert_eq!(check(&rows, &["--side", "master"]).0, Some(0));
+    let (status, out) = check(&rows, &["--side", "master", "--board", "nucleo-g474re"]);
+    assert_eq!(status, Some(1), "{out}");
+    assert!(out.contains("it uses link 3, and nucleo-g474re has 2, from 0"), "{out}");
+}

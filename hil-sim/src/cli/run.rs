@@ -1,6 +1,6 @@
 //! `dimsart run`: runs a scenario and writes its report.
 
-mod rig;
+pub(super) mod rig;
 
 use std::error::Error;
 use std::fs::File;

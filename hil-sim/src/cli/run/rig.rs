@@ -41,6 +41,13 @@ pub(super) fn read(path: Option<&Path>, sets: &[String]) -> Result<Option<RigFil
     }
 }
 
+/// The rig that a name or a TOML file is of; none for a scheme.
+pub(in crate::cli) fn read_rig(path: &Path) -> Result<Option<RigFile>, RigFileError> {
+    let is_toml = path.extension().is_some_and(|extension| extension == "toml");
+    let is_shipped = path.to_str().and_then(RigFile::shipped).is_some();
+    if is_toml || is_shipped { read(Some(path), &[]) } else { Ok(None) }
+}
+
 pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending {
     if command.side.is_some() || command.target_side.is_some() {
         return Err("--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
