@@ -10,6 +10,7 @@ mod modules;
 mod new_module;
 mod new_project;
 mod run;
+mod scheme;
 mod stamp;
 mod summary;
 mod sweep;
@@ -55,6 +56,7 @@ enum Command {
     Dbc(dbc::Dbc),
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
+    Scheme(scheme::Scheme),
     Stamp(stamp::Stamp),
     Sweep(sweep::Sweep),
 }
@@ -83,6 +85,7 @@ pub fn main() -> ExitCode {
         Command::Dbc(dbc) => dbc.execute(&mut out),
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
+        Command::Scheme(scheme) => scheme.execute(&mut out),
         Command::Stamp(stamp) => stamp.execute(&mut out),
         Command::Sweep(sweep) => sweep.execute(&mut out),
     };

@@ -2,10 +2,12 @@
 
 mod explain;
 mod load;
+mod rows;
 mod setting;
 
 pub(crate) use explain::Explained;
 pub use load::{Loaded, load, load_for};
+pub use rows::rows;
 pub use setting::Setting;
 
 use std::path::Path;

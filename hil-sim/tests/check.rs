@@ -336,3 +336,31 @@ fn a_link_that_a_board_has_not_is_a_fault_there_alone() {
     assert_eq!(status, Some(1), "{out}");
     assert!(out.contains("it uses link 3, and nucleo-g474re has 2, from 0"), "{out}");
 }
+
+/// What is printed builds the same again, for every shipped scheme of two sides; so printing it again changes nothing.
+#[test]
+fn a_printed_scheme_is_the_same_scheme() {
+    let folder = tempfile::tempdir().unwrap();
+    for scheme in ["bilateral", "position_position", "small_motors"] {
+        for side in ["master", "slave"] {
+            let printed = dimsart(&["scheme", &format!("builtin:{scheme}"), "--side", side]);
+            assert!(printed.status.success(), "{scheme}: {printed:?}");
+            let path = folder.path().join(format!("{scheme}-{side}.scheme"));
+            fs::write(&path, &printed.stdout).unwrap();
+            let path = path.to_str().unwrap();
+            let again = dimsart(&["scheme", path, "--side", side]);
+            assert_eq!(
+                String::from_utf8(again.stdout).unwrap(),
+                String::from_utf8(printed.stdout).unwrap(),
+                "{scheme}"
+            );
+        }
+    }
+    let paper = dimsart(&["scheme", "builtin:bilateral"]);
+    let rows = String::from_utf8(paper.stdout).unwrap();
+    assert!(
+        rows.lines().any(|row| row.split_whitespace().eq(["master", "PDCTRL_MOD", "K_PARAM", "3000"])),
+        "{rows}"
+    );
+    assert!(rows.ends_with("MATCHING_CHECK\n"), "{rows}");
+}

@@ -33,7 +33,7 @@ fn every_kind(side: Side) {
     let Some(firmware) = firmware_for_every_module() else { return };
     let schemes = length(1, 10);
     let ticks = length(5_000, 500_000) / schemes;
-    let mut random = Pcg64Mcg::seed_from_u64(side as u64);
+    let mut random = Pcg64Mcg::seed_from_u64(2 + side as u64);
     // The scheme has a row for the second axis.
     for dof in [2, 3].into_iter().cycle().take(usize::try_from(schemes).unwrap()) {
         let both = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));

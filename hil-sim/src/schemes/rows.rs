@@ -1,0 +1,62 @@
+//! A scheme that is in a controller, as rows of text.
+
+use dimsart_core::protocol::Accepted;
+use dimsart_core::{Command, ModuleRef, Value, Vocabulary};
+
+/// The rows of these commands for `dest`, by these names; a command that schemes have no row for gives none.
+///
+/// Given to a controller without modules, for a device of the same types, they build the same scheme, and the last row lets
+/// it run.
+#[must_use]
+pub fn rows(commands: &[Command], dest: &str, names: &impl Vocabulary) -> String {
+    let parts: Vec<[String; 3]> = commands.iter().filter_map(|command| parts(*command, names)).collect();
+    let end = ["MOD_ENG".to_owned(), "MATCHING_CHECK".to_owned(), String::new()];
+    let parts: Vec<[String; 3]> = parts.into_iter().chain([end]).collect();
+    let width =
+        |column: usize| parts.iter().map(|row| row.get(column).map_or(0, String::len)).max().unwrap_or(0);
+    let (modules, commands) = (width(0), width(1));
+    let line = |[module, command, value]: &[String; 3]| {
+        format!("{dest}  {module:modules$}  {command:commands$}  {value}").trim_end().to_owned() + "\n"
+    };
+    parts.iter().map(line).collect()
+}
+
+/// Module, command and value of a row.
+fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
+    let name = |module: ModuleRef| names.name_of_module(module).to_string();
+    if let Command::Set { module, parameter, entry, value } = command {
+        let text = names.parameter_text(module.kind, parameter)?;
+        let place = entry.map_or(String::new(), |entry| format!("[{entry}]"));
+        return Some([
+            name(module),
+            format!("{}{place}", text.name),
+            value_text(value, &text.accepts, names),
+        ]);
+    }
+    if let Command::Bind { module, port, signal } = command {
+        let port = names.port_text(module, port)?;
+        return Some([name(module), format!("PORT_{}", port.name), names.name_of_signal(signal).to_string()]);
+    }
+    let word = command.as_engine_command()?.name.to_owned();
+    let module = match command {
+        Command::PlugIn(module) | Command::InitModule(module) => name(module),
+        _ => String::new(),
+    };
+    Some(["MOD_ENG".to_owned(), word, module])
+}
+
+fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary) -> String {
+    match value {
+        Value::Real(value) => value.to_string(),
+        Value::Count(value) => value.to_string(),
+        Value::Integer(value) => value.to_string(),
+        Value::Flag(value) => if value { "ON" } else { "OFF" }.to_owned(),
+        Value::Choice(index) => match accepts {
+            Accepted::Choice(names) => {
+                names.get(usize::from(index)).map_or_else(String::new, ToString::to_string)
+            }
+            _ => index.to_string(),
+        },
+        Value::Type(signal) => names.name_of_signal(signal).to_string(),
+    }
+}
