@@ -14,12 +14,12 @@ fn every_carrier_is_perceived_as_predicted_and_passive() {
         assert_eq!(errors(&outcome) > 0, case.has_errors, "{name}: {:?}", outcome.media);
         let energy_j = outcome.energy_min_j.expect("waves");
         assert!(energy_j >= 0.0, "{name}: {energy_j} J");
-        let off = off(&outcome).expect("contact");
-        // What is not felt as predicted is far from it: nothing is just outside the tolerance.
-        if case.is_perceived {
-            assert!(off.abs() < 0.01, "{name}: {off}");
-        } else {
-            assert!(off < -0.1, "{name}: {off}");
+        // Where motion gets lost the hand creeps, which is told, and there is no stiffness to predict.
+        let creeps = outcome.warnings.iter().any(|warning| warning.contains("the hand creeps"));
+        assert_eq!(creeps, !case.is_perceived, "{name}: {:?}", outcome.warnings);
+        match off(&outcome) {
+            Some(off) => assert!(case.is_perceived && off.abs() < 0.01, "{name}: {off}"),
+            None => assert!(!case.is_perceived, "{name}: no contact"),
         }
     }
 }
