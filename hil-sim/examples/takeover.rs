@@ -168,6 +168,7 @@ fn recorded(curves: &[(&str, Change, Vec<f64>)]) -> Recording {
         signal: change.name().to_owned(),
         indices: Vec::new(),
         unit: "N".to_owned(),
+        format: None,
     };
     let mut recording = Recording::new(curves.iter().map(column).collect());
     for tick in 0..2 * AROUND {

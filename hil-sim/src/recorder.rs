@@ -266,13 +266,14 @@ fn signals(number: usize, station: &Station) -> Vec<(Source, Vec<Column>)> {
     let signal = |(slot, entry): (u8, dimsart_core::Entry)| {
         let words = data_base.words(slot).len();
         let name = device.signal_name(entry.signal).to_string();
-        let column = |word: usize| {
+        let format = entry.data_type.format;
+        let of_word = |word: usize| {
             let DataType { unit, shape, .. } = *entry.data_type;
             let indices = indices(shape, word, device.dof());
-            column(&station.name, &name, indices, unit.of_word(shape, word, device.axes()))
+            let unit = unit.of_word(shape, word, device.axes());
+            Column { format: Some(format), ..column(&station.name, &name, indices, unit) }
         };
-        let columns = (0..words).map(column).collect();
-        let format = entry.data_type.format;
+        let columns = (0..words).map(of_word).collect();
         (Source::Signal { station: number, signal: entry.signal, slot: Some(slot), words, format }, columns)
     };
     data_base.signals().map(signal).collect()
@@ -287,7 +288,8 @@ fn revisions(rig: &Rig) -> Vec<u32> {
 }
 
 fn column(source: &str, signal: &str, indices: Vec<usize>, unit: impl ToString) -> Column {
-    Column { source: source.to_owned(), signal: signal.to_owned(), indices, unit: unit.to_string() }
+    let (source, signal, unit) = (source.to_owned(), signal.to_owned(), unit.to_string());
+    Column { source, signal, indices, unit, format: None }
 }
 
 #[cfg(test)]

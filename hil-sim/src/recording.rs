@@ -1,6 +1,6 @@
 //! What a run leaves behind: named, unit-carrying columns, one row per tick.
 
-use dimsart_core::Shape;
+use dimsart_core::{Format, Shape};
 
 /// One column of a [`Recording`].
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -13,6 +13,8 @@ pub struct Column {
     pub indices: Vec<usize>,
     /// SI unit as text (`m`, `N`, `sqrt(W)`); empty for a pure number.
     pub unit: String,
+    /// Format of its numbers in the Data Base; none for the simulator's own, which are `f64`.
+    pub format: Option<Format>,
 }
 
 impl Column {
@@ -216,6 +218,7 @@ mod tests {
             signal: signal.to_owned(),
             indices: Vec::new(),
             unit: String::new(),
+            format: None,
         };
         let mut recording = Recording::new(vec![column("sine"), column("peak")]);
         if let Some(most_rows) = most_rows {

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! folder/report.html ── shows ──▶ positions.svg, forces.svg, ..., timeline.svg (each with its .png)
-//!                    └─ links ──▶ signals.csv
+//!                    └─ links ──▶ signals.csv, or signals.mcap
 //! ```
 
 mod bitmap;
@@ -14,7 +14,9 @@ mod decimate;
 mod field_map;
 mod figure;
 mod html;
+mod mcap;
 mod plot;
+mod signals;
 mod simplify;
 mod tick_map;
 
@@ -28,10 +30,10 @@ use serde::Serialize;
 
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use contour::{Piece, contour};
-pub use csv::SignalsFile;
 pub use cycle_bars::{CycleBar, CycleBars};
 pub use field_map::{Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
+pub use signals::{RunFacts, SignalsFile, SignalsFormat, SignalsKind};
 pub use tick_map::{TickMap, TypeRow};
 
 use crate::recording::Recording;
@@ -41,7 +43,6 @@ use plot::Picture;
 use tick_map::TimelinePicture;
 
 const PAGE_FILE: &str = "report.html";
-const SIGNALS_FILE: &str = "signals.csv";
 const TIMELINE_STEM: &str = "timeline";
 const BUS_STEM: &str = "bus";
 const CYCLES_STEM: &str = "cycles";
@@ -68,6 +69,8 @@ pub struct Report<'a> {
     pub settings_toml: String,
     /// The signals.
     pub recording: &'a Recording,
+    /// Which file has them.
+    pub signals: SignalsKind,
 }
 
 /// One row of the summary, ready to read.
@@ -144,7 +147,7 @@ pub enum ReportError {
 pub fn try_folder(folder: &Path) -> Result<(), ReportError> {
     let is_missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
     let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
-    let result = make_folder(folder).and_then(|()| try_file(folder.join(SIGNALS_FILE)));
+    let result = make_folder(folder).and_then(|()| try_file(folder.join(SignalsKind::Csv.file_name())));
     for made in missing {
         // One that could not be made is not there to be removed.
         let _ = fs::remove_dir(made);
@@ -182,7 +185,7 @@ pub fn write(
     bar.set_length(1 + 2 * images.len() as u64);
     let pictures = write_pictures(folder, report, stop, bar)?;
     let page = folder.join(PAGE_FILE);
-    let text = html::page(report, &images, SIGNALS_FILE).map_err(|error| content(&page, &error))?;
+    let text = html::page(report, &images).map_err(|error| content(&page, &error))?;
     write_file(page.clone(), text.as_bytes(), bar)?;
     Ok(Written { page, pictures })
 }

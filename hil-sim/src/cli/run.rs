@@ -20,9 +20,13 @@ use crate::bilateral::{self, Experiment, Side};
 use crate::bus::time::seconds_ns;
 use crate::emulated::{self, Image};
 use crate::key_file;
-use crate::report::{self, BusTimeline, Report, ReportError, SignalsFile, Written};
+use crate::report::{
+    self, BusTimeline, Report, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, Written,
+};
+use crate::rig::{Rig, Station};
 use crate::rig_file::RigFile;
 use crate::scenario::{self, CarrierKind, LinkSection, Scenario};
+use crate::schemes;
 
 /// Run a scenario: both sides against simulated plants, or one side in real time.
 #[derive(Debug, Args)]
@@ -61,6 +65,9 @@ pub(super) struct Run {
     /// Writes no report.
     #[arg(long)]
     no_report: bool,
+    /// Format of the file with all signals.
+    #[arg(long, value_name = "FORMAT", default_value = "csv", conflicts_with = "no_report")]
+    signals: SignalsKind,
     /// Prints the shipped scenario, which has every setting with its default and meaning, or the shipped rig of the name
     /// that is given, and runs nothing.
     #[arg(long)]
@@ -184,7 +191,11 @@ impl Run {
         self.move_to_target(&mut experiment, &folder)?;
         let mut signals = None;
         if !self.no_report {
-            let (file, listener) = SignalsFile::create(&folder, &pictures::FILE_STEMS)?;
+            let (file, listener) = SignalsFile::create(
+                &folder,
+                &pictures::FILE_STEMS,
+                self.signals_format(scenario.to_toml(), experiment.rig_mut()),
+            )?;
             experiment.tell(listener);
             signals = Some(file);
         }
@@ -224,6 +235,14 @@ impl Run {
     /// What a run ends with.
     fn status(&self, is_stable: bool) -> ExitCode {
         if is_stable || !self.fail_if_unstable { ExitCode::SUCCESS } else { ExitCode::from(NOT_STABLE) }
+    }
+
+    /// How signals are written, with what the run is made of where that goes with them.
+    fn signals_format(&self, settings_toml: String, rig: &mut Rig) -> SignalsFormat {
+        match self.signals {
+            SignalsKind::Csv => SignalsFormat::Csv,
+            SignalsKind::Mcap => SignalsFormat::Mcap(RunFacts { settings_toml, schemes: schemes(rig) }),
+        }
     }
 
     fn folder(&self) -> PathBuf {
@@ -289,6 +308,7 @@ impl Run {
             bus: BusTimeline::of(&run.media, seconds_ns(scenario.sample_period_s)),
             settings_toml: scenario.to_toml(),
             recording: &run.recording,
+            signals: self.signals,
         };
         let bar = ProgressBar::new(0);
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
@@ -296,6 +316,15 @@ impl Run {
         bar.finish_and_clear();
         written
     }
+}
+
+/// The scheme of every controller as rows of text.
+fn schemes(rig: &mut Rig) -> Vec<(String, String)> {
+    let rows = |station: &mut Station| {
+        let commands: Vec<_> = station.dimsart.engine_mut().commands().collect();
+        (station.name.clone(), schemes::rows(&commands, &station.name, station.dimsart.engine()))
+    };
+    rig.stations_mut().iter_mut().map(rows).collect()
 }
 
 /// Whether a link does nothing to packets but to delay them.

@@ -3,19 +3,14 @@
 //! Numbers are the shortest text that reads back as the same number, in the width it was computed in: an `f32` kept
 //! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Seek as _, Write as _};
-use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
-use std::thread::JoinHandle;
+use std::sync::mpsc::Receiver;
 
-use super::{BUS_STEM, PAGE_FILE, ReportError, SIGNALS_FILE, TIMELINE_STEM, make_folder, picture_files};
 use crate::recording::{Column, Piece};
 
 /// Name of the first column.
 const TIME_HEADER: &str = "time_s (s)";
-/// Pieces of 64 rows at most that may wait for a slow disk before the run waits for it, too.
-const MOST_WAITING: usize = 64;
 /// A number and a comma take no more; a length that is copied fast.
 const NUMBER_BYTES: usize = 32;
 /// Numbers that are remembered, as a power of two: some rows of them.
@@ -26,51 +21,8 @@ const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 /// Integers up to here are exact in `f64`.
 const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
 
-/// The file with the signals of a run. It grows while the run goes on, by whole rows: a run that is killed leaves what
-/// it recorded.
-#[derive(Debug)]
-pub struct SignalsFile {
-    path: PathBuf,
-    thread: JoinHandle<io::Result<()>>,
-}
-
-impl SignalsFile {
-    /// Begins the file in `folder`, made if missing, in place of the report that is there, with pictures of these
-    /// `stems`. What it is to hold goes into the sender, which waits when the disk is 4096 rows behind.
-    ///
-    /// # Errors
-    /// [`ReportError`] names the folder or file and what to do.
-    pub fn create(folder: &Path, stems: &[&str]) -> Result<(Self, SyncSender<Piece>), ReportError> {
-        make_folder(folder)?;
-        let path = folder.join(SIGNALS_FILE);
-        let pictures =
-            stems.iter().chain(&[BUS_STEM, TIMELINE_STEM]).flat_map(|stem| picture_files(folder, stem));
-        for old in [folder.join(PAGE_FILE)].into_iter().chain(pictures) {
-            match fs::remove_file(&old) {
-                Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                    return Err(ReportError::File { path: old, source });
-                }
-                _ => {}
-            }
-        }
-        let file = File::create(&path).map_err(|source| ReportError::File { path: path.clone(), source })?;
-        let (sender, pieces) = sync_channel(MOST_WAITING);
-        let thread = std::thread::spawn(move || write(&pieces, &file));
-        Ok((Self { path, thread }, sender))
-    }
-
-    /// Waits until all is written that went into the sender, which must be gone.
-    ///
-    /// # Errors
-    /// [`ReportError::File`] when the disk did not take it; the rows before are in the file.
-    pub fn finish(self) -> Result<PathBuf, ReportError> {
-        let written = self.thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        written.map(|()| self.path.clone()).map_err(|source| ReportError::File { path: self.path, source })
-    }
-}
-
 /// Writes what comes until the sender is gone. A row that a full disk takes in part is taken out again.
-fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
+pub(super) fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
     let mut whole_bytes = 0;
     let written = write_rows(pieces, file, &mut whole_bytes);
     if written.is_err() {
@@ -188,16 +140,25 @@ fn with_text(value: f64, take: impl FnOnce(&str)) {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
+    use crate::report::{SignalsFile, SignalsFormat};
     use rand_core::{Rng, SeedableRng};
 
     fn column(signal: &str, unit: &str) -> Column {
-        Column { source: "master".into(), signal: signal.into(), indices: vec![0], unit: unit.into() }
+        Column {
+            source: "master".into(),
+            signal: signal.into(),
+            indices: vec![0],
+            unit: unit.into(),
+            format: None,
+        }
     }
 
     fn csv_of(columns: Vec<Column>, rows: impl IntoIterator<Item = (f64, Vec<f64>)>) -> Vec<u8> {
         let folder = tempfile::tempdir().unwrap();
-        let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
+        let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
         pieces.send(Piece::Columns(columns)).unwrap();
         for (time_s, values) in rows {
             pieces.send(Piece::Rows([vec![time_s], values].concat())).unwrap();
@@ -262,7 +223,7 @@ mod tests {
     #[test]
     fn a_table_that_begins_anew_has_nothing_of_the_one_before() {
         let folder = tempfile::tempdir().unwrap();
-        let (file, pieces) = SignalsFile::create(folder.path(), &[]).unwrap();
+        let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
         let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
         let rows = |width: usize| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (1 + width)]));
         let anew = [Piece::Columns(vec![one.clone(), other])];

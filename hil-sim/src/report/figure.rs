@@ -333,8 +333,13 @@ mod tests {
     use crate::recording::Column;
 
     fn recording(values: &[f64]) -> Recording {
-        let column =
-            Column { source: "world".into(), signal: "force".into(), indices: Vec::new(), unit: "N".into() };
+        let column = Column {
+            source: "world".into(),
+            signal: "force".into(),
+            indices: Vec::new(),
+            unit: "N".into(),
+            format: None,
+        };
         let mut recording = Recording::new(vec![column]);
         for (time_s, value) in (0..).map(f64::from).zip(values) {
             recording.add_row(time_s).fill(*value);

@@ -33,15 +33,11 @@ struct Page<'a> {
     columns: usize,
 }
 
-/// The page as HTML text; `signals_file` and the pictures lie beside it.
+/// The page as HTML text; the signals' file and the pictures lie beside it.
 ///
 /// # Errors
 /// A mistake in the template, with its line.
-pub(super) fn page(
-    report: &Report<'_>,
-    images: &[PageImage],
-    signals_file: &str,
-) -> Result<String, minijinja::Error> {
+pub(super) fn page(report: &Report<'_>, images: &[PageImage]) -> Result<String, minijinja::Error> {
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -55,7 +51,7 @@ pub(super) fn page(
             faults: &report.faults,
             images,
             settings_toml: &report.settings_toml,
-            signals_file,
+            signals_file: report.signals.file_name(),
             rows: report.recording.time_s().len(),
             columns: report.recording.columns().len() + 1,
         }),

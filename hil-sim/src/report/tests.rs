@@ -10,6 +10,7 @@ fn recording() -> Recording {
         signal: "POSITION".into(),
         indices: vec![0],
         unit: "m".into(),
+        format: None,
     };
     let mut recording = Recording::new(vec![column("master"), column("slave")]);
     for tick in 0..200_u32 {
@@ -56,6 +57,7 @@ fn report(recording: &Recording) -> Report<'_> {
         bus: None,
         settings_toml: text("name = \"</pre><b>\""),
         recording,
+        signals: SignalsKind::Csv,
     }
 }
 
@@ -64,7 +66,7 @@ fn a_folder_that_was_tried_is_as_it_was() {
     let folder = tempfile::tempdir().unwrap();
     try_folder(&folder.path().join("new/run")).unwrap();
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
-    let signals = folder.path().join(SIGNALS_FILE);
+    let signals = folder.path().join(SignalsKind::Csv.file_name());
     fs::write(&signals, "an older report").unwrap();
     try_folder(folder.path()).unwrap();
     assert_eq!(fs::read_to_string(&signals).unwrap(), "an older report");
@@ -95,7 +97,7 @@ fn everything_said_to_be_written_is_there() {
     }
     let page = fs::read_to_string(&written.page).unwrap();
     let pictures = written.pictures.iter().map(|path| path.file_name().unwrap().to_str().unwrap());
-    for name in pictures.chain([SIGNALS_FILE]) {
+    for name in pictures.chain([SignalsKind::Csv.file_name()]) {
         assert!(page.contains(&format!("href=\"{name}\"")), "the page does not link {name}");
     }
     assert!(!page.contains("://"), "the page needs nothing from elsewhere");
@@ -105,7 +107,7 @@ fn everything_said_to_be_written_is_there() {
 fn a_run_that_was_stopped_at_once_still_gets_its_report() {
     let folder = tempfile::tempdir().unwrap();
     let empty = Recording::new(vec![]);
-    let (signals, _) = SignalsFile::create(folder.path(), &[]).unwrap();
+    let (signals, _) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
     write(folder.path(), &report(&empty), &NEVER, &ProgressBar::hidden()).unwrap();
     assert_eq!(fs::read_to_string(signals.finish().unwrap()).unwrap(), "time_s (s)\n");
 }
@@ -115,7 +117,7 @@ fn text_from_outside_cannot_become_markup() {
     let recording = recording();
     let mut report = report(&recording);
     report.faults = vec!["axis 0 <img src=x>".to_owned(), "axis 1".to_owned()];
-    let page = html::page(&report, &images(&report), SIGNALS_FILE).unwrap();
+    let page = html::page(&report, &images(&report)).unwrap();
     for markup in ["<script", "<img src=x>", "</pre><b>", "<1>", "a < b"] {
         assert!(!page.contains(markup), "`{markup}` is not escaped");
     }
@@ -127,7 +129,7 @@ fn text_from_outside_cannot_become_markup() {
 fn a_clean_run_says_so() {
     let recording = recording();
     let report = report(&recording);
-    let page = html::page(&report, &images(&report), SIGNALS_FILE).unwrap();
+    let page = html::page(&report, &images(&report)).unwrap();
     assert!(page.contains("no faults"));
     assert!(!page.contains("class=\"faults\""));
 }

@@ -82,7 +82,11 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
     if !command.no_report {
         let stems = file_stems(file);
         let stems: Vec<&str> = stems.iter().map(String::as_str).collect();
-        let (written, listener) = SignalsFile::create(&folder, &stems)?;
+        let (written, listener) = SignalsFile::create(
+            &folder,
+            &stems,
+            command.signals_format(file.to_toml(), experiment.rig_mut()),
+        )?;
         experiment.tell(listener);
         signals = Some(written);
     }
@@ -104,6 +108,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
             bus: BusTimeline::of(&run.media, seconds_ns(file.sample_period_s)),
             settings_toml: file.to_toml(),
             recording: &run.recording,
+            signals: command.signals,
         };
         let bar = ProgressBar::new(0);
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
