@@ -99,8 +99,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let recording = recorded(&curves);
     let panel = |(name, _): (&str, f64)| {
         let of_panel = curves.iter().enumerate().filter(|(_, (panel, ..))| *panel == name);
-        let curves =
-            of_panel.map(|(column, (_, change, _))| Curve { label: change.name().to_owned(), column });
+        let curves = of_panel.map(|(column, (_, change, _))| Curve {
+            label: change.name().to_owned(),
+            column,
+            minus: None,
+        });
         let (title, y_label) = (name.to_owned(), "force (N)".to_owned());
         Panel { title, y_label, curves: curves.collect(), levels: Vec::new() }
     };

@@ -87,6 +87,12 @@ impl Recording {
         self.most_rows = Some(rows.max(THINNED));
     }
 
+    /// Whether rows stand for many, with values of their own ticks in each column.
+    #[must_use]
+    pub fn is_thinned(&self) -> bool {
+        self.every > 1
+    }
+
     /// Makes room for one more row.
     fn thin_out(&mut self) {
         let Some(most_rows) = self.most_rows else { return };

@@ -81,7 +81,7 @@ fn energy(recording: &Recording, dof: usize, side: Option<Side>) -> Panel {
     let mut curves = curves(recording, &[("all axes", "world", CHANNEL_ENERGY)], None);
     let axes = (0..dof).filter_map(|axis| {
         let column = recording.find("world", CHANNEL_ENERGY, Some(axis))?;
-        Some(Curve { label: format!("axis {axis}"), column })
+        Some(Curve { label: format!("axis {axis}"), column, minus: None })
     });
     // Of one axis, it is the same twice.
     curves.extend(axes.filter(|_| dof > 1));
@@ -104,7 +104,7 @@ fn per_axis(recording: &Recording, dof: usize, y_label: &str, wanted: &[Wanted<'
 fn curves(recording: &Recording, wanted: &[Wanted<'_>], axis: Option<usize>) -> Vec<Curve> {
     let line = |(label, source, signal): &Wanted<'_>| {
         let column = recording.find(source, signal, axis)?;
-        Some(Curve { label: (*label).to_owned(), column })
+        Some(Curve { label: (*label).to_owned(), column, minus: None })
     };
     wanted.iter().filter_map(line).collect()
 }

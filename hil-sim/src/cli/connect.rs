@@ -11,7 +11,7 @@ use std::time::Duration;
 use clap::{Args, Subcommand, value_parser};
 use dimsart_core::protocol::DEFAULT_BAUD;
 
-use answer::{Json, KeyState, Look, SentFile, write_recorded};
+use answer::{Json, KeyState, Look, SchemeRows, SentFile, write_recorded};
 
 use super::Ending;
 use crate::bilateral::Side;
@@ -54,6 +54,7 @@ Examples:
   dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
   dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
   dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, in force at once or not at all
+  dimsart connect /dev/ttyACM0 scheme > its.scheme                what it has now, as rows
   dimsart connect /dev/ttyACM0 begin                              then `off`, `on`, `set` and `commit`: one change
   dimsart connect /dev/ttyACM0 arm                                lets the device be moved until Ctrl-C
   dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
@@ -133,15 +134,17 @@ enum Action {
     Faults,
     /// The last things that happened, with their ticks, also before the last restart; changes nothing.
     Events,
-    /// Send a scheme, in one transaction: all of its rows are in force then, or none. What runs goes on meanwhile.
+    /// Send a scheme, in one transaction: all of its rows are in force then, or none. What runs goes on meanwhile. Without a
+    /// file, print the rows that build the scheme that is on the device.
     Scheme {
         /// Scheme file, or one that is built in: `builtin:bilateral`.
-        file: String,
-        /// Side whose rows are sent.
+        #[arg(requires = "side")]
+        file: Option<String>,
+        /// Side whose rows are sent, or that the printed rows are for; `all` when left out.
         #[arg(long)]
-        side: Side,
+        side: Option<Side>,
         /// Put it in place of the scheme that is on the device, not upon it.
-        #[arg(long)]
+        #[arg(long, requires = "file")]
         replace: bool,
     },
     /// Keep the scheme as it is now, ON TRIAL: the device's next start runs it, once, unless it is confirmed.
@@ -256,7 +259,12 @@ impl Action {
                 json.print(out, &faults)?;
                 return Ok(faults.is_sound());
             }
-            Self::Scheme { file, side, replace } => {
+            Self::Scheme { file: None, side, .. } => {
+                let rows = device.scheme_rows(side.map(Side::name))?;
+                json.print(out, &SchemeRows { rows })?;
+            }
+            Self::Scheme { file: Some(file), side, replace } => {
+                let side = side.ok_or("--side says whose rows of the file are sent")?;
                 let scheme = SchemeText::read(&file)?;
                 let sent = match replace {
                     true => device.replace_scheme(&scheme, side.name())?,

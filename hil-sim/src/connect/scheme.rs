@@ -6,8 +6,9 @@ use dimsart_core::scheme::{self, Place, Row, SchemeError};
 use dimsart_core::{Command, CommandError, protocol::Effect};
 use serde::Serialize;
 
+use super::command::ANY_SIDE;
 use super::{ConnectError, Device};
-use crate::schemes::{Explained, SIDES, SchemeText};
+use crate::schemes::{Explained, SIDES, SchemeText, rows};
 
 /// A scheme that arrived.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -35,6 +36,15 @@ impl<S: Read + Write> Device<S> {
     /// As [`send_scheme`](Self::send_scheme).
     pub fn replace_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
         self.send(scheme, side, Some(Command::Close))
+    }
+
+    /// The rows for `side`, or for any, that build the scheme as it is; [`rows`](crate::schemes::rows).
+    ///
+    /// # Errors
+    /// [`ConnectError::Line`] when the device does not answer.
+    pub fn scheme_rows(&mut self, side: Option<&str>) -> Result<String, ConnectError> {
+        let (commands, side) = (self.commands()?, side.unwrap_or(ANY_SIDE));
+        self.know(|known| rows(&commands, side, known))
     }
 
     fn send(

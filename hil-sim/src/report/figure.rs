@@ -59,6 +59,8 @@ pub struct Curve {
     pub label: String,
     /// Its column in the recording; a column that does not exist stays an empty line.
     pub column: usize,
+    /// A column that is taken from it, for a difference.
+    pub minus: Option<usize>,
 }
 
 /// A named stretch of time.
@@ -263,7 +265,12 @@ impl<'a> PanelData<'a> {
             .curves
             .iter()
             .map(|line| {
-                let values = recording.column(line.column).map(|value| {
+                let value = |row: &[f64], column: usize| row.get(column).copied();
+                let of_row = |row: &[f64]| {
+                    let subtrahend = line.minus.map_or(Some(0.0), |column| value(row, column))?;
+                    Some(value(row, line.column)? - subtrahend)
+                };
+                let values = recording.rows().filter_map(of_row).map(|value| {
                     if value.is_finite() { value.clamp(-LARGEST_DRAWN, LARGEST_DRAWN) } else { value }
                 });
                 decimate(recording.time_s().iter().copied().zip(values), time_s, WIDTH)
@@ -348,7 +355,7 @@ mod tests {
     }
 
     fn figure() -> Figure {
-        let line = |label: &str, column| Curve { label: label.into(), column };
+        let line = |label: &str, column| Curve { label: label.into(), column, minus: None };
         Figure {
             file_stem: "forces".into(),
             title: "Forces <at> the wall & hand".into(),

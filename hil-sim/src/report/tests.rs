@@ -42,8 +42,8 @@ fn report(recording: &Recording) -> Report<'_> {
                 title: text("Axis 0"),
                 y_label: text("position (m)"),
                 curves: vec![
-                    Curve { label: text("master"), column: 0 },
-                    Curve { label: text("slave"), column: 1 },
+                    Curve { label: text("master"), column: 0, minus: None },
+                    Curve { label: text("slave"), column: 1, minus: None },
                 ],
                 levels: vec![],
             }],

@@ -44,11 +44,11 @@ pub fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
     drawn(file).map(figure).filter(|figure| !figure.panels.is_empty()).collect()
 }
 
-fn of_axis(recording: &Recording, name: &str, title: &str, axis: usize, section: &AxisSection) -> [Panel; 3] {
+fn of_axis(recording: &Recording, name: &str, title: &str, axis: usize, section: &AxisSection) -> Vec<Panel> {
     let unit = |data_type: &dimsart_core::DataType| data_type.unit.symbol(section.unit.kind());
     let truth = |quantity: &str| ("world", format!("{name}.{quantity}"));
     let of_controller = |signal: &str| (name, signal.to_owned());
-    [
+    let panels = [
         (
             "position",
             unit(types::POSITION),
@@ -69,7 +69,23 @@ fn of_axis(recording: &Recording, name: &str, title: &str, axis: usize, section:
             ],
         ),
     ]
-    .map(|(what, unit, wanted)| panel(recording, (title, axis), &format!("{what} ({unit})"), wanted))
+    .map(|(what, unit, wanted)| panel(recording, (title, axis), &format!("{what} ({unit})"), wanted));
+    let [position, velocity, force] = panels;
+    let error = error_of(&position, &format!("position error ({})", unit(types::POSITION)));
+    let error = error.filter(|_| !recording.is_thinned());
+    [position].into_iter().chain(error).chain([velocity, force]).collect()
+}
+
+/// A panel of its own for what the second curve of `panel` is off the first: on one axis with both, it is a line.
+fn error_of(panel: &Panel, y_label: &str) -> Option<Panel> {
+    let [reference, joint] = panel.curves.as_slice() else { return None };
+    let error = Curve { label: "error".to_owned(), column: reference.column, minus: Some(joint.column) };
+    Some(Panel {
+        title: panel.title.clone(),
+        y_label: y_label.to_owned(),
+        curves: vec![error],
+        levels: Vec::new(),
+    })
 }
 
 /// A label, and the source and signal of its column.
@@ -83,7 +99,7 @@ fn panel(
 ) -> Panel {
     let curve = |(label, (source, signal)): Wanted<'_>| {
         let column = recording.find(source, &signal, Some(axis))?;
-        Some(Curve { label: label.to_owned(), column })
+        Some(Curve { label: label.to_owned(), column, minus: None })
     };
     Panel {
         title: title.to_owned(),

@@ -438,6 +438,19 @@ fn a_transaction_changes_the_scheme_at_once_while_it_runs() {
 }
 
 #[test]
+fn the_scheme_that_is_printed_builds_the_same_one() {
+    let emulated = Emulated::with_scheme("slave");
+    let rows = emulated.out(&["scheme"], 0);
+    assert!(rows.lines().all(|row| row.starts_with("all  ")), "{rows}");
+    let before = emulated.connect(QUICK).overview().unwrap();
+    let empty = Emulated::start();
+    let mut device = empty.connect(QUICK);
+    device.replace_scheme(&text(&rows), "slave").unwrap();
+    assert_eq!(device.overview().unwrap().modules, before.modules);
+    assert_eq!(device.scheme_rows(None).unwrap().trim_end(), rows.trim_end());
+}
+
+#[test]
 fn a_file_that_is_sent_ends_no_transaction() {
     let emulated = Emulated::with_scheme("master");
     let mut device = emulated.connect(QUICK);

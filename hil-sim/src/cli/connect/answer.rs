@@ -44,6 +44,18 @@ impl Display for SentFile {
     }
 }
 
+/// The scheme that is on a device.
+#[derive(Serialize)]
+pub(super) struct SchemeRows {
+    pub(super) rows: String,
+}
+
+impl Display for SchemeRows {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.rows.trim_end())
+    }
+}
+
 /// How a device stands to keys, as an object of its own.
 #[derive(Serialize)]
 pub(super) struct KeyState {
