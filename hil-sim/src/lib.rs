@@ -108,6 +108,7 @@ pub mod rig;
 pub mod rig_file;
 pub mod scenario;
 pub mod schemes;
+mod settled_contact;
 #[cfg(feature = "command")]
 pub mod stamp;
 #[cfg(feature = "command")]

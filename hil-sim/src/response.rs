@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! RigFile ──▶ Experiment ──▶ Rig { Station: controller ◀─▶ Instrumented { Joint per axis, references, loads } }
-//!                              │ every tick: Recorder, Follow, Swing, Watch look on
+//!                              │ every tick: Recorder, Follow, Perceived, Swings, Watch look on
 //!                              ▼
 //!                            Run { Outcome, Recording } ──▶ pictures ──▶ Report
 //! ```
@@ -18,6 +18,7 @@ mod motion;
 mod moves;
 mod outcome;
 mod part;
+mod perceived;
 #[cfg(feature = "command")]
 mod pictures;
 mod probe;
@@ -31,13 +32,14 @@ use std::time::Instant;
 pub use error::ResponseError;
 pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
-pub use outcome::{AxisOutcome, Outcome};
+pub use outcome::{AxisOutcome, Outcome, PerceivedStiffness};
 #[cfg(feature = "command")]
 pub use pictures::{figures, file_stems};
 
 use follow::Follow;
 use loop_gain::UNDECIDED;
 use part::Part;
+use perceived::Perceived;
 use probe::AtRest;
 
 use crate::bus::MediumReport;
@@ -67,6 +69,7 @@ pub struct Experiment {
     ranges: Vec<Ranges>,
     follows: Vec<Follow>,
     loops: Vec<AxisLoop>,
+    perceived: Vec<Perceived>,
     swings: Swings,
     port_energy: PortEnergy,
     /// Whether hands and loads alone move it: then its controllers have no energy but what they get.
@@ -132,8 +135,20 @@ impl Experiment {
         let brings_energy =
             |moved: &MoveSection| ![HAND, LOAD].contains(&moved.on.as_str()) && !moved.is_constant();
         let is_led_by_hand = !file.experiment.moves.iter().any(brings_energy);
-        let (duration_s, port_energy) = (file.duration_s, PortEnergy::default());
-        Ok(Self { rig, duration_s, ranges, follows, loops, swings, port_energy, is_led_by_hand, recorder })
+        let (duration_s, perceived) = (file.duration_s, Perceived::of_all(file)?);
+        let port_energy = PortEnergy::default();
+        Ok(Self {
+            rig,
+            duration_s,
+            ranges,
+            follows,
+            loops,
+            perceived,
+            swings,
+            port_energy,
+            is_led_by_hand,
+            recorder,
+        })
     }
 
     /// Keeps no signals, and takes no memory for them: the run's recording will be empty.
@@ -228,7 +243,7 @@ impl Experiment {
 
     /// Has all that measures look at the present tick.
     fn look(&mut self) {
-        let Self { rig, follows, swings, port_energy, recorder, .. } = self;
+        let Self { rig, follows, perceived, swings, port_energy, recorder, .. } = self;
         if let Some(recorder) = recorder {
             recorder.record(rig, &[]);
         }
@@ -237,6 +252,9 @@ impl Experiment {
             if let Some(station) = rig.stations().get(follow.station) {
                 follow.add(time_s, station);
             }
+        }
+        for axis in perceived {
+            axis.add(rig);
         }
         swings.add(rig);
         port_energy.add(rig);
@@ -262,7 +280,7 @@ impl Experiment {
     }
 
     fn finish(
-        self,
+        mut self,
         wall_s: f64,
         stable: bool,
         limit_cycles: Vec<LimitCycle>,
@@ -270,6 +288,7 @@ impl Experiment {
     ) -> Run {
         let media = self.rig.media();
         faults.extend(media.iter().flat_map(|medium| medium.faults.clone()));
+        let perceived = self.perceived.iter_mut().filter_map(|axis| axis.outcome(&self.rig)).collect();
         let loop_of = |follow: &Follow| {
             self.loops.iter().find(|of| (of.station, of.axis) == (follow.station, follow.axis))
         };
@@ -290,6 +309,7 @@ impl Experiment {
             wall_s,
             realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
             axes: axes.collect(),
+            perceived,
             energy_ports_min_j: self.is_led_by_hand.then(|| self.port_energy.smallest_j()),
             limit_cycles,
             media: media.iter().map(|medium| medium.traffic.clone()).collect(),

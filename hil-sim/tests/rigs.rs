@@ -352,6 +352,38 @@ fn one_master_feels_both_slaves() {
 }
 
 /// Without dry friction, the torques of an arm at rest are those that hold its weight.
+/// Two chains of springs side by side: `1/k = 1/K + T/(2 b) + 1/Ks + 1/Ke` each, from its own wall on.
+#[test]
+fn what_a_hand_feels_of_two_walls_is_what_their_chains_come_to() {
+    let run = run(RigFile::shipped("three").unwrap());
+    let chain =
+        |round_trip_s: f64, wall: f64| 1.0 / (1.0 / 3000.0 + round_trip_s / 20.0 + 1.0 / 5000.0 + 1.0 / wall);
+    let (left, right, hand) = (chain(0.02, 1e4), chain(0.05, 500.0), 300.0);
+    let position = (hand * 0.1 + left * 0.02 + right * 0.04) / (hand + left + right);
+    let expected = hand * (0.1 - position) / (position - 0.02);
+    let [felt] = run.outcome.perceived.as_slice() else { panic!("{:?}", run.outcome.perceived) };
+    assert!((felt.stiffness / expected - 1.0).abs() < 1e-3, "{felt:?} {expected}");
+    assert_eq!((felt.device.as_str(), felt.met_by.as_str(), felt.unit), ("master", "left", "N/m"));
+    assert_eq!(felt.unsettled, None);
+}
+
+#[test]
+fn a_stiffness_that_has_not_settled_says_so() {
+    let sets = ["device.master.axis.0.hand.damping=600".to_owned()];
+    let file = RigFile::read(RigFile::shipped("three").unwrap(), "three", PathBuf::new(), &sets).unwrap();
+    let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
+    let [felt] = run.outcome.perceived.as_slice() else { panic!("{:?}", run.outcome.perceived) };
+    assert!(felt.unsettled.as_ref().is_some_and(|how| how.contains("to go")), "{felt:?}");
+}
+
+#[test]
+fn nothing_is_felt_of_a_wall_that_is_not_met() {
+    let sets = ["experiment.move.0.minimum_jerk.size=0.01".to_owned()];
+    let file = RigFile::read(RigFile::shipped("three").unwrap(), "three", PathBuf::new(), &sets).unwrap();
+    let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
+    assert_eq!(run.outcome.perceived, []);
+}
+
 #[test]
 fn an_arm_at_rest_is_held_against_its_weight() {
     let text =

@@ -8,11 +8,7 @@ use dimsart_core::types;
 
 use crate::plant::Obstacle;
 use crate::rig::{Probe, Rig};
-
-/// Share of the stiffness that it may still be away from where it goes.
-const SETTLED: f64 = 1e-3;
-/// Share below which a change from third to third is rounding.
-const ROUNDING: f64 = 1e-6;
+use crate::settled_contact::SettledContact;
 
 /// Averages force and depth of the master while the contact is settled.
 #[derive(Debug)]
@@ -20,38 +16,14 @@ pub struct PerceivedStiffness {
     force: Probe,
     /// When it is looked at, `s`.
     watched_s: Range<f64>,
-    axes: Vec<Sums>,
+    axes: Vec<Axis>,
 }
 
-#[derive(Debug, Clone, Default)]
-struct Sums {
+#[derive(Debug)]
+struct Axis {
     /// Where depth begins, `m`; none where nothing stops the slave.
     surface_m: Option<f64>,
-    ticks: u32,
-    ticks_in_contact: u32,
-    /// Force (`N`) and depth (`m`) of each third of the time.
-    thirds: [(f64, f64); 3],
-}
-
-impl Sums {
-    fn stiffness_n_per_m(&self) -> f64 {
-        let sum = |of: fn(&(f64, f64)) -> f64| self.thirds.iter().map(of).sum::<f64>();
-        sum(|third| third.0) / sum(|third| third.1)
-    }
-
-    /// How far the stiffness still has to go, `N/m`, when its change from third to third falls as it did: what is left of
-    /// a geometric series. 0 where it goes to and fro, as lost packets have it.
-    fn left_n_per_m(&self) -> f64 {
-        let [first, middle, last] = self.thirds.map(|(force_n, depth_m)| force_n / depth_m);
-        let (before, after) = (middle - first, last - middle);
-        let falls = after / before;
-        match falls {
-            _ if after.abs() <= ROUNDING * last.abs() => 0.0,
-            falls if falls >= 1.0 => f64::INFINITY,
-            falls if falls > 0.0 => after * falls / (1.0 - falls),
-            _ => 0.0,
-        }
-    }
+    contact: SettledContact,
 }
 
 impl PerceivedStiffness {
@@ -59,8 +31,8 @@ impl PerceivedStiffness {
     #[must_use]
     pub fn new(obstacles: &[Option<Obstacle>], watched_s: Range<f64>) -> Self {
         let surface_m = |obstacle: &Option<Obstacle>| obstacle.map(|obstacle| obstacle.surface_m);
-        let sums = |obstacle| Sums { surface_m: surface_m(obstacle), ..Sums::default() };
-        let axes = obstacles.iter().map(sums).collect();
+        let axis = |obstacle| Axis { surface_m: surface_m(obstacle), contact: SettledContact::default() };
+        let axes = obstacles.iter().map(axis).collect();
         Self { force: Probe::new(types::DES_FORCE.first()), watched_s, axes }
     }
 
@@ -68,19 +40,10 @@ impl PerceivedStiffness {
     pub fn add(&mut self, rig: &Rig, touches: impl Fn(usize) -> bool) {
         let Some(master) = rig.stations().first() else { return };
         let share = (rig.time_s() - self.watched_s.start) / (self.watched_s.end - self.watched_s.start);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0, 1 or 2")]
-        let third = (3.0 * share).clamp(0.0, 2.0) as usize;
-        let mut forces = self.force.values(master);
-        for (axis, sums) in self.axes.iter_mut().enumerate() {
-            let Some(force_n) = forces.next() else { return };
-            let Some(surface_m) = sums.surface_m else { continue };
-            sums.ticks += 1;
-            sums.ticks_in_contact += u32::from(touches(axis));
+        for (place, (axis, force_n)) in self.axes.iter_mut().zip(self.force.values(master)).enumerate() {
+            let Some(surface_m) = axis.surface_m else { continue };
             // The force on the device pushes back against the hand.
-            if let Some((force, depth_m)) = sums.thirds.get_mut(third) {
-                *force -= force_n;
-                *depth_m += master.plant.position(axis) - surface_m;
-            }
+            axis.contact.add(share, touches(place), -force_n, master.plant.position(place) - surface_m);
         }
     }
 
@@ -88,23 +51,17 @@ impl PerceivedStiffness {
     /// nothing stops.
     #[must_use]
     pub fn per_axis(&self) -> Vec<Option<f64>> {
-        let is_in_contact = |sums: &Sums| sums.ticks > 0 && sums.ticks_in_contact == sums.ticks;
-        self.axes.iter().map(|sums| is_in_contact(sums).then(|| sums.stiffness_n_per_m())).collect()
+        self.axes.iter().map(|axis| axis.contact.stiffness()).collect()
     }
 
     /// Axes whose perceived stiffness was still on its way by more than a thousandth of it, in words.
     pub(super) fn unsettled(&self) -> impl Iterator<Item = String> {
-        let per_axis = self.per_axis();
-        self.axes.iter().enumerate().filter_map(move |(axis, sums)| {
-            let stiffness_n_per_m = per_axis.get(axis).copied().flatten()?;
-            let left = sums.left_n_per_m() / stiffness_n_per_m;
-            (left.abs() > SETTLED).then(|| {
-                let left = if left.is_finite() { format!("about {:.1} %", 100.0 * left) } else { "an unknown part".to_owned() };
-                format!(
-                    "the perceived stiffness of axis {axis} has not settled: it still has {left} to go; a longer run \
-                     (duration_s) or more damping lets it"
-                )
-            })
+        self.axes.iter().enumerate().filter_map(|(axis, of)| {
+            let how = of.contact.unsettled()?;
+            Some(format!(
+                "the perceived stiffness of axis {axis} has not settled: {how}; a longer run (duration_s) or more damping \
+                 lets it"
+            ))
         })
     }
 }

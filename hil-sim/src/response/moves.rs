@@ -1,5 +1,7 @@
 //! The moves of an experiment, by what they move; and what follows them.
 
+use std::ops::Range;
+
 use dimsart_core::DataType;
 
 use super::ResponseError;
@@ -53,6 +55,26 @@ pub(super) fn follows(file: &RigFile, part: &Part<'_>, station: usize) -> Result
         }
     }
     Ok(follows)
+}
+
+/// The stretches in which nothing begins or goes on to move an axis of any device, `s`, the first one first: coupled axes
+/// move each other.
+pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, ResponseError> {
+    let is_coupled = |moved: &MoveSection| {
+        file.devices.iter().any(|device| device.name == moved.device && device.coupled_axes().is_some())
+    };
+    let motions = made(file, |moved| !moved.is_constant() && (moved.axis == axis || is_coupled(moved)))?;
+    let mut moving_s: Vec<Range<f64>> =
+        motions.iter().map(|motion| motion.start_s()..motion.end_s()).collect();
+    moving_s.sort_by(|a, b| a.start.total_cmp(&b.start));
+    let (mut rests_s, mut rests_from_s) = (Vec::new(), 0.0_f64);
+    for Range { start, end } in moving_s {
+        rests_s.push(rests_from_s..start.min(file.duration_s));
+        rests_from_s = rests_from_s.max(end);
+    }
+    rests_s.push(rests_from_s..file.duration_s);
+    rests_s.retain(|rest_s| rest_s.end > rest_s.start);
+    Ok(rests_s)
 }
 
 /// When nothing moves a device any more, `s`: coupled axes move each other.

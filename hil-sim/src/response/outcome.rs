@@ -23,6 +23,8 @@ pub struct Outcome {
     pub realtime_factor: f64,
     /// What each controlled axis came to.
     pub axes: Vec<AxisOutcome>,
+    /// What hands feel of what other devices meet.
+    pub perceived: Vec<PerceivedStiffness>,
     /// Smallest energy that the devices gave the controllers and links on any axis, `J`; below 0 these are active. None where
     /// a reference moves, for it brings energy.
     pub energy_ports_min_j: Option<f64>,
@@ -70,4 +72,23 @@ pub struct AxisOutcome {
     /// Growth per tick of a disturbance while every axis is held by its wall; none without one, and when nothing is left
     /// of it.
     pub contact_growth_per_tick: Option<f64>,
+}
+
+/// What a hand felt the last time it held something against an obstacle while nothing moved: force of the device on it over
+/// how far it was beyond the obstacle's surface, or its spring's rest. Of several that were met, from the first one on;
+/// positions are taken to be the same at both ends.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PerceivedStiffness {
+    /// The device with the hand.
+    pub device: String,
+    /// The axis, from 0.
+    pub axis: usize,
+    /// The device that met the obstacle.
+    pub met_by: String,
+    /// `N/m` or `N m/rad`.
+    pub unit: &'static str,
+    /// How stiff it feels.
+    pub stiffness: f64,
+    /// Why the figure is not to be believed, in words: it was still on its way. None when it had settled.
+    pub unsettled: Option<String>,
 }

@@ -90,6 +90,15 @@ impl AxisUnit {
             Self::Metre => AxisKind::Linear,
         }
     }
+
+    /// Unit of a stiffness along it.
+    #[must_use]
+    pub const fn stiffness(self) -> &'static str {
+        match self {
+            Self::Radian => "N m/rad",
+            Self::Metre => "N/m",
+        }
+    }
 }
 
 impl DeviceSection {

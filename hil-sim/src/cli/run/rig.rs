@@ -11,7 +11,9 @@ use crate::bus::time::seconds_ns;
 use crate::cli::summary;
 use crate::emulated::{self, Image};
 use crate::report::{self, BusTimeline, Fact, Report, SignalsFile, Table};
-use crate::response::{AxisOutcome, Experiment, LoopFigures, Outcome, figures, file_stems};
+use crate::response::{
+    AxisOutcome, Experiment, LoopFigures, Outcome, PerceivedStiffness, figures, file_stems,
+};
 use crate::rig_file::{RigFile, RigFileError, SHIPPED};
 use crate::schemes::suggestion;
 use dimsart_core::types;
@@ -152,11 +154,20 @@ fn facts(outcome: &Outcome) -> Vec<Fact> {
             &format!("{:.0} times real time", outcome.realtime_factor),
         ),
     ];
+    facts.extend(outcome.perceived.iter().map(perceived));
     facts.extend(outcome.energy_ports_min_j.map(summary::port_energy));
     facts.extend(summary::limit_cycles(&outcome.limit_cycles));
     facts.extend(outcome.media.iter().map(summary::medium));
     facts.extend(summary::lost(&outcome.received));
     facts
+}
+
+fn perceived(felt: &PerceivedStiffness) -> Fact {
+    let PerceivedStiffness { device, axis, met_by, unit, stiffness, unsettled } = felt;
+    let settled = unsettled.as_ref().map_or_else(String::new, |how| format!("; NOT settled: {how}"));
+    let note =
+        format!("by the hand on axis {axis} of {device}, from where {met_by} meets something{settled}");
+    summary::fact("perceived stiffness", format!("{stiffness:.1}"), unit, &note)
 }
 
 /// How each axis followed its references.
