@@ -11,6 +11,7 @@ mod new_module;
 mod new_project;
 mod run;
 mod scheme;
+mod serve;
 mod stamp;
 mod summary;
 mod sweep;
@@ -40,6 +41,7 @@ Examples:
   dimsart bus --joints 6             whether a robot's joints fit on a CAN bus
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
+  dimsart serve                      a simulated joint to tune, in real time
   dimsart new-project gripper        a project of your own: laws, tests, images
 
 `dimsart COMMAND --help` has more. Exit status: 0 done, 1 an error, 2 wrong usage.";
@@ -57,6 +59,7 @@ enum Command {
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
     Scheme(scheme::Scheme),
+    Serve(serve::Serve),
     Stamp(stamp::Stamp),
     Sweep(sweep::Sweep),
 }
@@ -86,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
         Command::Scheme(scheme) => scheme.execute(&mut out),
+        Command::Serve(serve) => serve.execute(&mut out),
         Command::Stamp(stamp) => stamp.execute(&mut out),
         Command::Sweep(sweep) => sweep.execute(&mut out),
     };

@@ -44,7 +44,7 @@ pub use lease::LiveReport;
 pub use line::{LineError, Patience, RequestLine};
 pub use live::Live;
 pub use measured::{Measured, MeasuredRow};
-pub use port::{PortError, Stream, open, open_serial};
+pub use port::{PortError, Stream, open, open_serial, open_waiting};
 pub use recorder::{Recorded, RecordedRow};
 pub use scheme::Sent;
 pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};

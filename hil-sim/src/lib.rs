@@ -75,6 +75,8 @@
 
 pub mod bilateral;
 #[cfg(feature = "command")]
+pub mod broker;
+#[cfg(feature = "command")]
 pub mod budget;
 pub mod bus;
 pub mod bus_plan;
@@ -96,6 +98,7 @@ pub mod link;
 pub mod meeting;
 pub mod outcome;
 pub mod pace;
+pub mod pipe;
 pub mod plant;
 pub mod port_energy;
 mod reception;

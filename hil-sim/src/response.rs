@@ -12,6 +12,7 @@ mod build;
 mod error;
 mod follow;
 mod instrumented;
+mod live;
 mod loop_gain;
 mod machine;
 mod motion;
@@ -30,6 +31,7 @@ use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
 pub use error::ResponseError;
+pub use live::LiveRig;
 pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome, PerceivedStiffness};

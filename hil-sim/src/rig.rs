@@ -94,6 +94,12 @@ impl Station {
         self.every_ticks = u64::from(ticks.max(1));
     }
 
+    /// Whether its controller is stepped in a tick of the rig.
+    #[must_use]
+    pub fn is_due(&self, tick: u64) -> bool {
+        tick.is_multiple_of(self.every_ticks)
+    }
+
     /// Lets a board that was [started](Board::start) with this station's controller be the controller, and the guard
     /// of its link if it has a key.
     pub fn move_to(&mut self, board: Board) {
@@ -273,13 +279,22 @@ pub struct Rig {
     connections: Vec<Connection>,
     period_s: f64,
     tick: u64,
+    /// After which the world's time begins anew.
+    repeat_ticks: Option<u64>,
 }
 
 impl Rig {
     /// An empty rig whose controllers are stepped every `period_s`.
     #[must_use]
     pub fn new(period_s: f64) -> Self {
-        Self { stations: Vec::new(), connections: Vec::new(), period_s, tick: 0 }
+        Self { stations: Vec::new(), connections: Vec::new(), period_s, tick: 0, repeat_ticks: None }
+    }
+
+    /// Has what comes of the time alone, as what an experiment moves, begin anew every so many seconds.
+    pub fn repeat_after(&mut self, duration_s: f64) {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a duration in ticks")]
+        let ticks = (duration_s / self.period_s).round().max(1.0) as u64;
+        self.repeat_ticks = Some(ticks);
     }
 
     /// Adds a station; stations are stepped in the order they were added.
@@ -348,8 +363,12 @@ impl Rig {
     /// Virtual time, `s`.
     #[must_use]
     pub fn time_s(&self) -> f64 {
+        self.seconds(self.tick)
+    }
+
+    fn seconds(&self, ticks: u64) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "exact for 285 000 years of ticks")]
-        let ticks = self.tick as f64;
+        let ticks = ticks as f64;
         ticks * self.period_s
     }
 
@@ -364,8 +383,9 @@ impl Rig {
     /// can be looked at before [`advance`](Self::advance).
     pub fn tick(&mut self) {
         let tick = self.tick;
-        let is_due = |station: &Station| tick.is_multiple_of(station.every_ticks);
-        for (index, station) in self.stations.iter_mut().enumerate().filter(|(_, station)| is_due(station)) {
+        for (index, station) in
+            self.stations.iter_mut().enumerate().filter(|(_, station)| station.is_due(tick))
+        {
             station.trace.iter_mut().for_each(TickTrace::clear);
             station.arrivals.begin_tick();
             for connection in self.connections.iter_mut().filter(|connection| connection.to.station == index)
@@ -385,7 +405,7 @@ impl Rig {
 
     /// Moves the world on to the next tick, with the forces held that were commanded.
     pub fn advance(&mut self) {
-        let start_s = self.time_s();
+        let start_s = self.seconds(self.repeat_ticks.map_or(self.tick, |ticks| self.tick % ticks));
         for station in &mut self.stations {
             station.plant.advance(start_s, self.period_s, &station.command);
         }

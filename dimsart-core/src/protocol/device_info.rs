@@ -140,6 +140,11 @@ impl DeviceInfo {
         self.lease.tick()
     }
 
+    /// Takes the lease from whoever holds it: motion needs a new one.
+    pub fn end_lease(&mut self) {
+        self.lease.end();
+    }
+
     /// Takes note of a tick that was left out because the one before it overran: a lease lasts no longer for it.
     pub fn leave_out_tick(&mut self) {
         let _ = self.lease.tick();

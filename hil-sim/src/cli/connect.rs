@@ -15,6 +15,7 @@ use answer::{Json, KeyState, Look, SchemeRows, SentFile, write_recorded};
 
 use super::Ending;
 use crate::bilateral::Side;
+use crate::broker;
 use crate::connect::{self, ConnectError, KeyReport, Patience, Stream};
 use crate::key_file::{self, KeyFileError};
 use crate::schemes::SchemeText;
@@ -206,7 +207,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 
 impl Connect {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let stream = connect::open(&self.port, self.baud).map_err(ConnectError::from)?;
+        let stream = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
         let patience = Patience { timeout: self.timeout_s, tries: self.tries };
         let mut device =
             Device::greet(stream, patience).map_err(|error| format!("{}: {error}", self.port))?;

@@ -41,7 +41,9 @@ pub enum PortError {
         port: String,
     },
     /// Somebody has it.
-    #[error("{port} is in use: end the other program (a terminal, another `dimsart connect`) and try again")]
+    #[error(
+        "{port} is in use by a program that does not share it: end that (a terminal, another user's `dimsart`) and try again"
+    )]
     InUse {
         /// The port.
         port: String,
@@ -55,6 +57,28 @@ pub enum PortError {
     /// Nobody is at the socket.
     #[error("{port} does not open: {source}; start the emulated board first, and give the socket it names")]
     Socket {
+        /// The port.
+        port: String,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// No program simulates it.
+    #[error("nobody serves {port}: start `dimsart serve` with a rig that has a controller of this name")]
+    NotServed {
+        /// The port.
+        port: String,
+    },
+    /// Another program shares it.
+    #[error("{port} is served already: end the `dimsart` that does, or join it with `dimsart connect {port}`")]
+    Served {
+        /// The port.
+        port: String,
+    },
+    /// Clients cannot find together.
+    #[error(
+        "{port} cannot be shared with other programs: {source}; look after XDG_RUNTIME_DIR, a folder of your own"
+    )]
+    Shared {
         /// The port.
         port: String,
         /// What the system says.
@@ -84,12 +108,20 @@ fn list(existing: &[String]) -> String {
 /// # Errors
 /// [`PortError`] says why not and what to do.
 pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
+    open_waiting(port, baud, READ_WAIT)
+}
+
+/// The same, with reads that wait for a byte no longer than `wait`, more than 0.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_waiting(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
     if let Some(address) = port.strip_prefix("tcp:") {
-        return open_tcp(port, address);
+        return open_tcp(port, address, wait);
     }
     match port.strip_prefix("unix:") {
-        Some(path) => open_unix(port, path),
-        None => Ok(Box::new(open_serial(port, baud, READ_WAIT)?)),
+        Some(path) => open_unix(port, path, wait),
+        None => Ok(Box::new(open_serial(port, baud, wait)?)),
     }
 }
 
@@ -101,7 +133,7 @@ pub fn open_serial(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Seri
     serialport::new(port, baud).timeout(wait).open().map_err(|error| serial_error(port, &error))
 }
 
-fn open_tcp(port: &str, address: &str) -> Result<Box<dyn Stream>, PortError> {
+fn open_tcp(port: &str, address: &str, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
     let failed = |source| PortError::Socket { port: port.to_owned(), source };
     let malformed = || PortError::Address { port: port.to_owned() };
     let (host, number) = address.rsplit_once(':').ok_or_else(malformed)?;
@@ -113,7 +145,7 @@ fn open_tcp(port: &str, address: &str) -> Result<Box<dyn Stream>, PortError> {
         match TcpStream::connect_timeout(&address, WRITE_WAIT) {
             Ok(stream) => {
                 stream.set_nodelay(true).map_err(failed)?;
-                stream.set_read_timeout(Some(READ_WAIT)).map_err(failed)?;
+                stream.set_read_timeout(Some(wait)).map_err(failed)?;
                 stream.set_write_timeout(Some(WRITE_WAIT)).map_err(failed)?;
                 return Ok(Box::new(stream));
             }
@@ -124,16 +156,16 @@ fn open_tcp(port: &str, address: &str) -> Result<Box<dyn Stream>, PortError> {
 }
 
 #[cfg(unix)]
-fn open_unix(port: &str, path: &str) -> Result<Box<dyn Stream>, PortError> {
+fn open_unix(port: &str, path: &str, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
     let failed = |source| PortError::Socket { port: port.to_owned(), source };
     let stream = std::os::unix::net::UnixStream::connect(path).map_err(failed)?;
-    stream.set_read_timeout(Some(READ_WAIT)).map_err(failed)?;
+    stream.set_read_timeout(Some(wait)).map_err(failed)?;
     stream.set_write_timeout(Some(WRITE_WAIT)).map_err(failed)?;
     Ok(Box::new(stream))
 }
 
 #[cfg(not(unix))]
-fn open_unix(port: &str, _: &str) -> Result<Box<dyn Stream>, PortError> {
+fn open_unix(port: &str, _: &str, _: Duration) -> Result<Box<dyn Stream>, PortError> {
     Err(PortError::Socket { port: port.to_owned(), source: ErrorKind::Unsupported.into() })
 }
 

@@ -9,7 +9,8 @@ use dimsart_core::Command;
 use dimsart_core::stamp::UNSTAMPED;
 use serde::Serialize;
 
-use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Patience, open};
+use crate::broker;
+use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Patience};
 use crate::cycles::{Figures, Row};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
@@ -92,7 +93,7 @@ impl Attached {
     /// Learns who is at a port, its scheme, and what it has measured.
     pub(super) fn greet(port: &str, baud: u32) -> Result<Self, Box<dyn Error>> {
         let at_port = |error: ConnectError| format!("{port}: {error}");
-        let stream = open(port, baud).map_err(ConnectError::from)?;
+        let stream = broker::open(port, baud).map_err(ConnectError::from)?;
         let mut device = Device::greet(stream, PATIENCE).map_err(at_port)?;
         let identity = device.identity();
         let image = identity.image.trim_end_matches(UNSTAMPED).to_owned();

@@ -25,7 +25,7 @@ const NONE: &str = "-";
 const SPINNER: Duration = Duration::from_millis(100);
 
 /// The rig file at a path, or the shipped one of that name; none for anything else.
-pub(super) fn read(path: Option<&Path>, sets: &[String]) -> Result<Option<RigFile>, RigFileError> {
+pub(in crate::cli) fn read(path: Option<&Path>, sets: &[String]) -> Result<Option<RigFile>, RigFileError> {
     let Some(path) = path else { return Ok(None) };
     let shipped = path.to_str().and_then(RigFile::shipped).filter(|_| !path.exists());
     if let Some(text) = shipped {

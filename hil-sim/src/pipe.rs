@@ -1,0 +1,130 @@
+//! Bytes both ways within a program: what a serial line is between two.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TrySendError, sync_channel};
+use std::time::Duration;
+
+/// Writes that wait to be read at most; more are refused with `WouldBlock`, and lost.
+const ROOM: usize = 1024;
+
+/// One end. A read that finds nothing ends after its wait with `WouldBlock`; it gives 0 when the other end is gone.
+#[derive(Debug)]
+pub struct Pipe {
+    /// What is written here.
+    pub writer: PipeWriter,
+    /// What the other end wrote.
+    pub reader: PipeReader,
+}
+
+/// Where bytes go in.
+#[derive(Debug, Clone)]
+pub struct PipeWriter(SyncSender<Vec<u8>>);
+
+/// Where they come out.
+#[derive(Debug)]
+pub struct PipeReader {
+    chunks: Receiver<Vec<u8>>,
+    /// Of the last chunk, what has not been read yet.
+    rest: Vec<u8>,
+    wait: Duration,
+}
+
+/// Two ends, whose reads wait for so long.
+#[must_use]
+pub fn pair(waits: [Duration; 2]) -> [Pipe; 2] {
+    let ways = waits.map(|wait| {
+        let (sender, chunks) = sync_channel(ROOM);
+        (PipeWriter(sender), PipeReader { chunks, rest: Vec::new(), wait })
+    });
+    let [(to_first, from_second), (to_second, from_first)] = ways;
+    [Pipe { writer: to_second, reader: from_second }, Pipe { writer: to_first, reader: from_first }]
+}
+
+impl Read for PipeReader {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.rest.is_empty() {
+            let next = match self.wait.is_zero() {
+                true => self.chunks.try_recv().map_err(|error| error == TryRecvError::Disconnected),
+                false => {
+                    let received = self.chunks.recv_timeout(self.wait);
+                    received.map_err(|error| error == RecvTimeoutError::Disconnected)
+                }
+            };
+            match next {
+                Ok(chunk) => self.rest = chunk,
+                Err(true) => return Ok(0),
+                Err(false) => return Err(ErrorKind::WouldBlock.into()),
+            }
+        }
+        let mut taken = self.rest.as_slice();
+        let count = taken.read(buffer)?;
+        self.rest.drain(..count);
+        Ok(count)
+    }
+}
+
+impl Write for PipeWriter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self.0.try_send(bytes.to_vec()) {
+            Ok(()) => Ok(bytes.len()),
+            Err(TrySendError::Full(_)) => Err(ErrorKind::WouldBlock.into()),
+            Err(TrySendError::Disconnected(_)) => Err(ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl Read for Pipe {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        self.reader.read(buffer)
+    }
+}
+
+impl Write for Pipe {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.writer.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_goes_in_at_one_end_comes_out_at_the_other_in_any_pieces() {
+        let [mut near, mut far] = pair([Duration::ZERO; 2]);
+        near.write_all(b"abc").unwrap();
+        near.write_all(b"de").unwrap();
+        let mut buffer = [0; 2];
+        let mut read = || {
+            let count = far.read(&mut buffer).unwrap();
+            String::from_utf8(buffer[..count].to_vec()).unwrap()
+        };
+        assert_eq!([read(), read(), read()], ["ab", "c", "de"]);
+        far.write_all(b"x").unwrap();
+        assert_eq!((near.read(&mut buffer).unwrap(), buffer[0]), (1, b'x'));
+    }
+
+    #[test]
+    fn nothing_yet_is_told_from_nothing_any_more() {
+        let [mut near, far] = pair([Duration::from_millis(1), Duration::ZERO]);
+        assert_eq!(near.read(&mut [0]).unwrap_err().kind(), ErrorKind::WouldBlock);
+        drop(far);
+        assert_eq!(near.read(&mut [0]).unwrap(), 0);
+        assert_eq!(near.write(b"x").unwrap_err().kind(), ErrorKind::BrokenPipe);
+    }
+
+    #[test]
+    fn who_reads_nothing_holds_nobody_up() {
+        let [mut near, _far] = pair([Duration::ZERO; 2]);
+        let written = (0..2 * ROOM).filter(|_| near.write(b"x").is_ok()).count();
+        assert_eq!(written, ROOM);
+    }
+}

@@ -1,0 +1,193 @@
+//! A rig in real time, whose controllers are asked over lines, as boards are.
+//!
+//! ```text
+//! line ──requests──▶ Answering ──▶ Dimsart ◀─▶ plant, as in any rig
+//! line ◀──answers, heartbeats, samples──┘
+//! ```
+
+use std::collections::VecDeque;
+use std::io::{Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use dimsart_core::protocol::{
+    DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, answer, encode_heartbeat, encode_sample,
+};
+use dimsart_core::{EventLog, Timing};
+
+use super::ResponseError;
+use super::build;
+use super::part::Part;
+use crate::pace::{Pace, SystemClock};
+use crate::pipe::{Pipe, pair};
+use crate::rig::{Rig, Station};
+use crate::rig_file::RigFile;
+
+/// Longest time that the other end of a line waits for bytes in one read.
+const WAIT: Duration = Duration::from_millis(1);
+/// Requests that one tick answers: a board answers one, and has less time for it.
+const ANSWERS_PER_TICK: usize = 8;
+/// Requests that wait; more are dropped.
+const ROOM: usize = 64;
+/// What the simulated controllers say they are.
+const IMAGE: &str = concat!("simulated, DIMSART ", env!("CARGO_PKG_VERSION"));
+
+/// A rig that goes on until it is stopped. What its experiment moves is moved again and again.
+#[derive(Debug)]
+pub struct LiveRig {
+    file: RigFile,
+    rig: Rig,
+    answering: Vec<Answering>,
+}
+
+/// What a simulated controller has beside it, as a board's firmware.
+#[derive(Debug)]
+struct Answering {
+    info: DeviceInfo,
+    timing: Timing,
+    line: Pipe,
+    receiver: Receiver,
+    waiting: VecDeque<Vec<u8>>,
+    dropped: u32,
+    heartbeats: u16,
+    /// Ticks of the controller, and from one heartbeat to the next.
+    ticks: u32,
+    heartbeat_ticks: u32,
+    /// Beyond which a position is no longer one.
+    position_limit: f64,
+}
+
+impl LiveRig {
+    /// A rig at rest, and a line to each of its controllers, by name. They move what they control while somebody holds
+    /// their lease.
+    ///
+    /// # Errors
+    /// As [`Experiment::new`](super::Experiment::new).
+    pub fn new(file: &RigFile) -> Result<(Self, Vec<(String, Pipe)>), ResponseError> {
+        let mut rig = build::rig(file, None)?;
+        rig.repeat_after(file.duration_s);
+        let (mut answering, mut lines) = (Vec::new(), Vec::new());
+        for (part, station) in Part::of_all(file).iter().zip(rig.stations()) {
+            let [client, here] = pair([WAIT, Duration::ZERO]);
+            let period_s = file.sample_period_s * f64::from(part.controller.every_ticks.max(1));
+            answering.push(Answering::new(here, period_s, part.device.position_limit));
+            lines.push((station.name.clone(), client));
+        }
+        Ok((Self { file: file.clone(), rig, answering }, lines))
+    }
+
+    /// Runs until `stop` is set. `tell` hears what a user should know.
+    pub fn run(mut self, stop: &AtomicBool, mut tell: impl FnMut(String)) {
+        let mut pace = Pace::new(SystemClock, Instant::now(), self.rig.period_s());
+        while !stop.load(Ordering::Relaxed) {
+            pace.wait_for(self.rig.time_s());
+            let (tick, late_ticks) = (self.rig.ticks(), pace.late_ticks());
+            let mut is_due = Vec::new();
+            for (station, answering) in self.rig.stations_mut().iter_mut().zip(&mut self.answering) {
+                is_due.push(station.is_due(tick));
+                if station.is_due(tick) {
+                    answering.answer(station);
+                    station.dimsart.allow_motion(answering.info.begin_tick());
+                }
+            }
+            self.rig.tick();
+            let due = self.rig.stations().iter().zip(&mut self.answering).zip(is_due);
+            for ((station, answering), _) in due.filter(|(_, is_due)| *is_due) {
+                answering.end_tick(station, late_ticks);
+            }
+            self.rig.advance();
+            self.put_back(&mut tell);
+        }
+    }
+
+    /// Puts a rig back to where it began whose axes have left every range: a gain that is too high does that, and it is
+    /// there to be tried.
+    fn put_back(&mut self, tell: &mut impl FnMut(String)) {
+        let has_left = |(station, answering): &(&Station, &Answering)| {
+            let mut positions = (0..station.plant.dof()).map(|axis| station.plant.position(axis));
+            positions.any(|position| !(position.abs() <= answering.position_limit))
+        };
+        let Some((station, _)) = self.rig.stations().iter().zip(&self.answering).find(has_left) else {
+            return;
+        };
+        tell(format!(
+            "{} has left its range at {:.3} s, and is put back to where it began",
+            station.name,
+            self.rig.time_s()
+        ));
+        // It was built once already.
+        let Ok(mut anew) = build::rig(&self.file, None) else { return };
+        for (station, fresh) in self.rig.stations_mut().iter_mut().zip(anew.stations_mut()) {
+            std::mem::swap(&mut station.plant, &mut fresh.plant);
+        }
+        self.answering.iter_mut().for_each(|answering| answering.info.end_lease());
+    }
+}
+
+impl Answering {
+    fn new(line: Pipe, period_s: f64, position_limit: f64) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "1 to a million")]
+        let tick_hz = (1.0 / period_s).round().clamp(1.0, 1e6) as u32;
+        // A log outlives its controller: on a board a reset does not take it away.
+        let events: &'static EventLog = Box::leak(Box::new(EventLog::new()));
+        Self {
+            info: DeviceInfo::new(IMAGE).for_clients(tick_hz).with_events(events),
+            timing: Timing::default(),
+            line,
+            receiver: Receiver::new(),
+            waiting: VecDeque::new(),
+            dropped: 0,
+            heartbeats: 0,
+            ticks: 0,
+            heartbeat_ticks: (tick_hz / HEARTBEATS_PER_S).max(1),
+            position_limit,
+        }
+    }
+
+    /// Answers what has come, between two ticks.
+    fn answer(&mut self, station: &mut Station) {
+        let Self { info, line, receiver, waiting, dropped, .. } = self;
+        let (mut buffer, mut frame) = ([0; 1024], [0; MAX_FRAME_BYTES]);
+        while let Ok(count @ 1..) = line.read(&mut buffer) {
+            receiver.take_all(buffer.get(..count).unwrap_or_default(), |content| {
+                if waiting.len() < ROOM {
+                    waiting.push_back(content.to_vec());
+                } else {
+                    *dropped = dropped.saturating_add(1);
+                }
+            });
+        }
+        for content in waiting.drain(..waiting.len().min(ANSWERS_PER_TICK)) {
+            if let Ok(Some(answer)) = answer(&content, &mut station.dimsart, info, &mut frame) {
+                say(line, answer, dropped);
+            }
+        }
+    }
+
+    fn end_tick(&mut self, station: &Station, late_ticks: u64) {
+        let Self { info, timing, line, dropped, heartbeats, ticks, heartbeat_ticks, .. } = self;
+        timing.count(late_ticks > u64::from(timing.late), false);
+        info.set_timing(*timing);
+        info.end_tick(station.last_tick, &station.dimsart);
+        let mut frame = [0; MAX_FRAME_BYTES];
+        if let Some(sample) = info.sample(station.dimsart.engine().data_base())
+            && let Ok(bytes) = encode_sample(&sample, &mut frame)
+        {
+            say(line, bytes, dropped);
+        }
+        *ticks = ticks.wrapping_add(1);
+        if ticks.is_multiple_of(*heartbeat_ticks) {
+            *heartbeats = heartbeats.wrapping_add(1);
+            if let Ok(bytes) = encode_heartbeat(&info.heartbeat(*dropped), *heartbeats, &mut frame) {
+                say(line, bytes, dropped);
+            }
+        }
+    }
+}
+
+/// Says it, or counts that nobody took it.
+fn say(line: &mut Pipe, bytes: &[u8], dropped: &mut u32) {
+    if line.write_all(bytes).is_err() {
+        *dropped = dropped.saturating_add(1);
+    }
+}
