@@ -69,7 +69,9 @@ pub enum PortError {
         port: String,
     },
     /// Another program shares it.
-    #[error("{port} is served already: end the `dimsart` that does, or join it with `dimsart connect {port}`")]
+    #[error(
+        "{port} is served already: end the `dimsart` that does, or join it with `dimsart connect {port}`"
+    )]
     Served {
         /// The port.
         port: String,

@@ -105,7 +105,7 @@ impl LiveRig {
     fn put_back(&mut self, tell: &mut impl FnMut(String)) {
         let has_left = |(station, answering): &(&Station, &Answering)| {
             let mut positions = (0..station.plant.dof()).map(|axis| station.plant.position(axis));
-            positions.any(|position| !(position.abs() <= answering.position_limit))
+            positions.any(|position| position.is_nan() || position.abs() > answering.position_limit)
         };
         let Some((station, _)) = self.rig.stations().iter().zip(&self.answering).find(has_left) else {
             return;
