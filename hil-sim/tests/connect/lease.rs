@@ -82,6 +82,8 @@ fn arm_tells_a_program_every_change() {
     let board = running();
     let child = spawn(&board, &["arm", "--json"]);
     board.wait_for(Tick::Ran);
+    // Time to have told that.
+    thread::sleep(Duration::from_millis(300));
     let mut other = board.connect();
     // Whoever sees that it must rest may say so.
     other.stop().unwrap();
