@@ -17,10 +17,10 @@ pub struct BuiltInScheme {
 
 /// The paper's scheme as it is shipped, for devices of its size.
 const BILATERAL: BuiltInScheme =
-    BuiltInScheme { name: "bilateral", text: include_str!("../../schemes/bilateral.scheme") };
+    BuiltInScheme { name: "bilateral", text: include_str!("../schemes/bilateral.scheme") };
 /// The same for motors of a tenth of a newton metre or more.
 const SMALL_MOTORS: BuiltInScheme =
-    BuiltInScheme { name: "small_motors", text: include_str!("../../schemes/small_motors.scheme") };
+    BuiltInScheme { name: "small_motors", text: include_str!("../schemes/small_motors.scheme") };
 
 /// A board as it is registered.
 #[derive(Debug, Clone, Copy, PartialEq)]

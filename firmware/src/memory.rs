@@ -9,7 +9,7 @@
 use core::arch::global_asm;
 
 // SAFETY: they do what the names promise, and keep the registers that the calling convention wants kept. Every
-// alignment, length and overlap up to 80 bytes is tested in `hil-sim/tests/cycles/memory.rs`.
+// alignment, length and overlap up to 80 bytes is tested in `dimsart/tests/cycles/memory.rs`.
 global_asm!(
     ".syntax unified",
     ".macro function name",

@@ -9,8 +9,6 @@ pub mod linear_loop;
 mod one_side;
 pub mod perceived_stiffness;
 pub mod phases;
-#[cfg(feature = "command")]
-pub mod pictures;
 pub mod round_trips;
 mod side;
 mod station;
@@ -49,12 +47,8 @@ use crate::port_energy::PortEnergy;
 use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
-#[cfg(feature = "command")]
-use crate::report::TickMap;
 use crate::rig::{End, Probe, Rig};
 use crate::scenario::Scenario;
-#[cfg(feature = "command")]
-use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Watch};
 
 /// Silence from the other process that is worth a word at the end of a run, ticks.
@@ -85,9 +79,8 @@ pub struct Run {
     pub outcome: Outcome,
     /// The signals.
     pub recording: Recording,
-    /// What happens in a tick, by controller.
-    #[cfg(feature = "command")]
-    pub tick_maps: Vec<TickMap>,
+    /// The rig, as the run left it.
+    pub rig: Rig,
     /// When what happened.
     pub phases: Phases,
     /// What the simulated media came to.
@@ -321,11 +314,7 @@ impl Experiment {
         Run {
             outcome,
             recording: recorder.map(Recorder::finish).unwrap_or_default(),
-            #[cfg(feature = "command")]
-            tick_maps: {
-                let stations = self.rig.stations().iter();
-                stations.map(|station| tick_map(&station.name, station.dimsart.engine())).collect()
-            },
+            rig: self.rig,
             phases: self.phases,
             media,
             broken,

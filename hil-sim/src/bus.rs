@@ -7,14 +7,14 @@ pub mod can;
 mod datagram;
 mod delay;
 mod line;
-pub(crate) mod random;
+mod random;
 pub mod time;
 mod traffic;
 mod uart;
 
 pub use datagram::{DatagramParameters, DatagramPath};
 pub use delay::{Delay, DelayFileError};
-pub(crate) use random::Random;
+pub use random::Random;
 pub(crate) use traffic::load;
 pub use traffic::{MediumReport, Occupation, Timeline, Traffic};
 pub use uart::{Uart, UartParameters};

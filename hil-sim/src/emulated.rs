@@ -11,13 +11,13 @@
 //! The line to the emulator is made of pipes that it inherits: elsewhere than on Unix no board starts.
 
 mod board;
-#[cfg_attr(not(all(unix, feature = "command")), path = "emulated/no_emulator.rs")]
+#[cfg_attr(not(all(unix, feature = "emulated")), path = "emulated/no_emulator.rs")]
 mod emulator;
 mod error;
 mod image;
-#[cfg(all(unix, feature = "command"))]
+#[cfg(all(unix, feature = "emulated"))]
 mod log;
-#[cfg(all(unix, feature = "command"))]
+#[cfg(all(unix, feature = "emulated"))]
 mod process;
 mod processor;
 mod upload;
@@ -25,12 +25,9 @@ mod upload;
 use std::time::Duration;
 
 pub use board::{Board, BoardKey};
-#[cfg(feature = "command")]
-pub(crate) use emulator::end_all;
+pub use emulator::end_all;
 pub use error::EmulatedError;
-#[cfg(feature = "command")]
-pub(crate) use image::built;
-pub use image::{BOARD, BUILD, FOLDER_VARIABLE, Image};
+pub use image::{BOARD, BUILD, FOLDER_VARIABLE, Image, built};
 pub use processor::share_one_processor;
 
 /// The emulator.

@@ -7,7 +7,7 @@ use dimsart_core::{Dimsart, Packet, Word};
 const MAX_EVERY_TICKS: usize = 100;
 
 /// The first packet that a controller sends over a link while its device is at rest; none when it sends nothing.
-pub(crate) fn first_packet<const WORDS: usize>(
+pub fn first_packet<const WORDS: usize>(
     dimsart: &mut Dimsart<Standard, WORDS>,
     link: usize,
 ) -> Option<Packet> {

@@ -1,7 +1,6 @@
 //! Hardware in the loop on a host: the controllers that run on a board, against plants and links in software.
 //!
-//! A test of a control law is a rig and what must come of it; it needs no more of this crate than
-//! `hil-sim = { version = "0.1", default-features = false }`:
+//! A test of a control law is a rig and what must come of it:
 //!
 //! ```
 //! use hil_sim::{response, rig_file::RigFile};
@@ -32,11 +31,11 @@
 //!                            │
 //!                            │  every tick: Recorder, ChannelEnergy, PerceivedStiffness, RoundTrips, Watch look on
 //!                            ▼
-//!                 Run { Recording, Outcome, TickMap } ──▶ pictures ──▶ Report: HTML, PNG, SVG, CSV
+//!                 Run { Recording, Outcome, Rig } ──▶ reports and pictures: the crate `dimsart`
 //! ```
 //!
-//! A rig file becomes an experiment of any devices, controllers and links ([`rig_file`], [`response`]); it shares rig, recorder
-//! and report with the bilateral one above.
+//! A rig file becomes an experiment of any devices, controllers and links ([`rig_file`], [`response`]); it shares rig and
+//! recorder with the bilateral one above.
 //!
 //! Data flows one way: what looks on never changes the rig, and nothing but the rig knows the order of a step. The
 //! same scenario and seed give the same bits on every machine (`tests/bits.rs`); only a run of one side keeps step
@@ -56,8 +55,6 @@
 //! | a setting | a field in [`scenario`] | a line with its meaning in `scenarios/bilateral.toml`, its range in `range.rs` |
 //! | a scheme | a file in `schemes/` | a line in [`schemes::BUILT_IN`], if it is to come with the command |
 //! | a figure of a run | what measures it, stepped in [`bilateral`] | a field of [`Outcome`](outcome::Outcome), a row of the summary |
-//! | a picture | a [`Figure`](report::Figure) in [`bilateral::pictures`] | nowhere else: the report draws what it is given |
-//! | a sub-command | a file in `cli/` | a line in [`cli`] |
 //!
 //! A control law is no part of this crate: it is a module of `dimsart_core`, and `dimsart new-module` writes one.
 //!
@@ -74,23 +71,12 @@
 #![forbid(unsafe_code)]
 
 pub mod bilateral;
-#[cfg(feature = "command")]
-pub mod broker;
-#[cfg(feature = "command")]
-pub mod budget;
 pub mod bus;
 pub mod bus_plan;
-#[cfg(feature = "command")]
-pub mod cli;
-pub mod connect;
-#[cfg(feature = "command")]
-pub mod cycles;
-#[cfg(feature = "command")]
-pub mod dbc;
 pub mod emulated;
 pub mod fault_table;
 pub mod faulty_pair;
-mod first_packet;
+pub mod first_packet;
 pub mod growth;
 pub mod key_file;
 pub mod limit_cycle;
@@ -104,18 +90,10 @@ pub mod port_energy;
 mod reception;
 pub mod recorder;
 pub mod recording;
-#[cfg(feature = "command")]
-pub mod report;
 pub mod response;
 pub mod rig;
 pub mod rig_file;
 pub mod scenario;
 pub mod schemes;
 mod settled_contact;
-#[cfg(feature = "command")]
-pub mod stamp;
-#[cfg(feature = "command")]
-pub mod sweep;
-#[cfg(feature = "command")]
-pub mod tick_map;
 pub mod watch;

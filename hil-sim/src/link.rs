@@ -13,6 +13,7 @@ mod in_process;
 mod medium;
 mod open;
 mod parameters;
+mod port;
 mod serial;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 mod socketcan;
@@ -26,6 +27,7 @@ pub(crate) use can::can_frames;
 pub use carrier::{Carrier, Ends};
 pub use in_process::{InProcess, InProcessParameters};
 pub use open::{Channels, OpenError, open};
+pub use port::{PortError, Stream, open_port, open_serial, open_waiting};
 pub use serial::Serial;
 #[cfg(all(feature = "socketcan", target_os = "linux"))]
 pub use socketcan::SocketCan;

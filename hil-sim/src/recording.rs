@@ -34,7 +34,8 @@ impl Column {
 }
 
 /// Where a word is in a signal of this shape, from 0: its axis, or row and column of a matrix; nothing for a scalar.
-pub(crate) fn indices(shape: Shape, word: usize, dof: usize) -> Vec<usize> {
+#[must_use]
+pub fn indices(shape: Shape, word: usize, dof: usize) -> Vec<usize> {
     let (row, column) = shape.place(word, dof);
     match shape {
         Shape::Scalar => Vec::new(),
@@ -44,7 +45,8 @@ pub(crate) fn indices(shape: Shape, word: usize, dof: usize) -> Vec<usize> {
 }
 
 /// Indices as they follow a name: `[0][1]`.
-pub(crate) fn in_brackets(indices: &[usize]) -> String {
+#[must_use]
+pub fn in_brackets(indices: &[usize]) -> String {
     indices.iter().map(|index| format!("[{index}]")).collect()
 }
 

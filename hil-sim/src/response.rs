@@ -20,8 +20,6 @@ mod moves;
 mod outcome;
 mod part;
 mod perceived;
-#[cfg(feature = "command")]
-mod pictures;
 mod probe;
 mod step_response;
 
@@ -35,12 +33,10 @@ pub use live::LiveRig;
 pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome, PerceivedStiffness};
-#[cfg(feature = "command")]
-pub use pictures::{figures, file_stems};
+pub use part::Part;
 
 use follow::Follow;
 use loop_gain::UNDECIDED;
-use part::Part;
 use perceived::Perceived;
 use probe::AtRest;
 
@@ -52,12 +48,8 @@ use crate::port_energy::PortEnergy;
 use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
-#[cfg(feature = "command")]
-use crate::report::TickMap;
 use crate::rig::Rig;
 use crate::rig_file::{DeviceSection, HAND, LOAD, MoveSection, RigFile};
-#[cfg(feature = "command")]
-use crate::tick_map::tick_map;
 use crate::watch::{Alarm, Ranges, Watch};
 
 /// Ticks between two looks at the progress.
@@ -102,9 +94,8 @@ pub struct Run {
     pub media: Vec<MediumReport>,
     /// What broke the run off before its end, beyond what can happen in it.
     pub broken: Option<ResponseError>,
-    /// What happens in a tick, by controller.
-    #[cfg(feature = "command")]
-    pub tick_maps: Vec<TickMap>,
+    /// The rig, as the run left it.
+    pub rig: Rig,
 }
 
 impl Experiment {
@@ -325,11 +316,7 @@ impl Experiment {
             outcome,
             media,
             broken: None,
-            #[cfg(feature = "command")]
-            tick_maps: {
-                let stations = self.rig.stations().iter();
-                stations.map(|station| tick_map(&station.name, station.dimsart.engine())).collect()
-            },
+            rig: self.rig,
             recording: self.recorder.map(Recorder::finish).unwrap_or_default(),
         }
     }

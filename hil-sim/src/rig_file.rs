@@ -53,12 +53,12 @@ use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name.
 pub const SHIPPED: [(&str, &str); 6] = [
-    ("arm", include_str!("../../scenarios/arm.toml")),
-    ("arm_bus", include_str!("../../scenarios/arm_bus.toml")),
-    ("joint", include_str!("../../scenarios/joint.toml")),
-    ("phantom", include_str!("../../scenarios/phantom.toml")),
-    ("rokviss", include_str!("../../scenarios/rokviss.toml")),
-    ("three", include_str!("../../scenarios/three.toml")),
+    ("arm", include_str!("../scenarios/arm.toml")),
+    ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
+    ("joint", include_str!("../scenarios/joint.toml")),
+    ("phantom", include_str!("../scenarios/phantom.toml")),
+    ("rokviss", include_str!("../scenarios/rokviss.toml")),
+    ("three", include_str!("../scenarios/three.toml")),
 ];
 
 /// Everything that decides a run.

@@ -5,7 +5,7 @@ mod load;
 mod rows;
 mod setting;
 
-pub(crate) use explain::Explained;
+pub use explain::Explained;
 pub use load::{Loaded, load, load_for};
 pub use rows::rows;
 pub use setting::Setting;
@@ -17,16 +17,16 @@ pub const SIDES: &[&str] = &["master", "slave"];
 
 /// Schemes that come with the command, by name.
 pub const BUILT_IN: &[(&str, &str)] = &[
-    ("arm", include_str!("../../schemes/arm.scheme")),
-    ("arm_bus", include_str!("../../schemes/arm_bus.scheme")),
-    ("bilateral", include_str!("../../schemes/bilateral.scheme")),
-    ("joint", include_str!("../../schemes/joint.scheme")),
-    ("phantom", include_str!("../../schemes/phantom.scheme")),
-    ("position_position", include_str!("../../schemes/position_position.scheme")),
-    ("rokviss", include_str!("../../schemes/rokviss.scheme")),
-    ("small_motors", include_str!("../../schemes/small_motors.scheme")),
-    ("table1", include_str!("../../schemes/table1.scheme")),
-    ("three", include_str!("../../schemes/three.scheme")),
+    ("arm", include_str!("../schemes/arm.scheme")),
+    ("arm_bus", include_str!("../schemes/arm_bus.scheme")),
+    ("bilateral", include_str!("../schemes/bilateral.scheme")),
+    ("joint", include_str!("../schemes/joint.scheme")),
+    ("phantom", include_str!("../schemes/phantom.scheme")),
+    ("position_position", include_str!("../schemes/position_position.scheme")),
+    ("rokviss", include_str!("../schemes/rokviss.scheme")),
+    ("small_motors", include_str!("../schemes/small_motors.scheme")),
+    ("table1", include_str!("../schemes/table1.scheme")),
+    ("three", include_str!("../schemes/three.scheme")),
 ];
 
 /// The text of a scheme and where it is from.
@@ -100,14 +100,16 @@ fn built_in_names() -> String {
 }
 
 /// The known word most like `word`, if one is like it at all.
-pub(crate) fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
+#[must_use]
+pub fn nearest<'a>(word: &str, known: &'a [String]) -> Option<&'a str> {
     let likeness = |known: &&String| strsim::jaro_winkler(&word.to_uppercase(), &known.to_uppercase());
     let best = known.iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)))?;
     (!word.is_empty() && likeness(&best) > 0.75).then_some(best)
 }
 
 /// What to write instead of an unknown `word`: the nearest of those known, or which there are.
-pub(crate) fn suggestion(word: &str, known: &[String]) -> String {
+#[must_use]
+pub fn suggestion(word: &str, known: &[String]) -> String {
     match nearest(word, known) {
         Some(near) => format!("did you mean '{near}'?"),
         None if known.is_empty() => "there is none".to_owned(),

@@ -129,7 +129,7 @@ pub(crate) fn size_with(toolchain: Toolchain, board: &BoardInfo, groups: &[&str]
 
 /// Puts into an image what its modules cost, and the side that its scheme is for.
 pub(crate) fn stamp(image: &Path, side: &str) -> Outcome {
-    let stamp = ["run", "--quiet", "--package", "hil-sim", "--bin", "dimsart", "--", "stamp"];
+    let stamp = ["run", "--quiet", "--package", "dimsart", "--", "stamp"];
     run(cargo(&stamp).arg(image).args(["--side", side]))
 }
 

@@ -1,4 +1,4 @@
-//! Examples of `hil-sim` that tell what images take.
+//! Examples of `dimsart` that tell what images take.
 
 use std::ffi::OsString;
 
@@ -8,7 +8,7 @@ use crate::shell::{cargo, run};
 /// What an example prints, built with one of cargo's profiles; it finds images in [`folder`] unless its arguments say
 /// otherwise.
 pub(crate) fn example(name: &str, profile: &str, arguments: &[OsString]) -> Result<String, String> {
-    let example = ["--quiet", "--profile", profile, "--package", "hil-sim", "--example", name];
+    let example = ["--quiet", "--profile", profile, "--package", "dimsart", "--example", name];
     // Apart from the run, to show how the build goes.
     run(cargo(&["build"]).args(example))?;
     let mut command = cargo(&["run"]);

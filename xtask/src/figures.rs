@@ -44,7 +44,7 @@ carry.
 const JITTER: &str = "
 Ticks from the timer's interrupt begin exactly a period apart in instruction-count time: jitter 0 while nobody talks
 to the board, and 0 while requests come: what is handed over below the tick masks no interrupt.
-`hil-sim/tests/emulated/timer_tick.rs` holds both to 0. On an STM32 the drivers' own queues mask interrupts for a
+`dimsart/tests/emulated/timer_tick.rs` holds both to 0. On an STM32 the drivers' own queues mask interrupts for a
 moment (from reading, not measured).
 ";
 
@@ -63,7 +63,7 @@ called any more takes no time.
 const CYCLES: &str = "
 ## Cycles of a tick
 
-By `hil-sim/examples/cycle_figures.rs`: cycles of a model that is built on Arm's tables ([cycles.md](cycles.md)), from
+By `dimsart/examples/cycle_figures.rs`: cycles of a model that is built on Arm's tables ([cycles.md](cycles.md)), from
 the memory that the board runs from, never of silicon. Each tick of the shipped scenario, with jitter and loss, and of
 random inputs is run in the emulated processor and is the host's bit by bit; the bound holds for anything that is
 measured and comes in.

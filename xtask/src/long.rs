@@ -33,19 +33,19 @@ const RUNS: &[Run] = &[
     Run {
         what: "10^7 bytes of noise through the emulated UART, a cut frame and a flood, then a command",
         minutes: 10,
-        package: "hil-sim",
+        package: "dimsart",
         test: ["emulated", "timer_tick::noise_a_cut_frame_and_a_flood_are_survived"],
     },
     Run {
         what: "10^6 ticks with random inputs in the emulated processor, of both sides, against their bounds",
         minutes: 10,
-        package: "hil-sim",
+        package: "dimsart",
         test: ["cycles", "bounds::the_whole_of_table_1"],
     },
     Run {
         what: "10^6 ticks with random inputs and parameters of every kind of module, against its bound",
         minutes: 5,
-        package: "hil-sim",
+        package: "dimsart",
         test: ["cycles", "kinds::every_kind_of_module"],
     },
     Run {
@@ -57,7 +57,7 @@ const RUNS: &[Run] = &[
     Run {
         what: "a day of the shipped experiment, over a line with loss and jitter, by two clocks",
         minutes: 4,
-        package: "dimsart",
+        package: "dimsart-tests",
         test: ["soak", "a_day"],
     },
     Run::core_faults(
@@ -86,7 +86,7 @@ impl Run {
 
     /// Of the root package's `tests/faults`.
     const fn loop_faults(minutes: u64, what: &'static str, module: &'static str) -> Self {
-        Self { what, minutes, package: "dimsart", test: ["faults", module] }
+        Self { what, minutes, package: "dimsart-tests", test: ["faults", module] }
     }
 }
 

@@ -11,7 +11,7 @@ pub(crate) fn project() -> Outcome {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    run(&mut cargo(&["build", "--quiet", "--package", "hil-sim"]))?;
+    run(&mut cargo(&["build", "--quiet", "--package", "dimsart"]))?;
     let dimsart = target().join("debug/dimsart");
     run(command(&dimsart, ["new-project", "gripper", "--law", "grip-force"]).current_dir(&folder))?;
     let project = folder.join("gripper");

@@ -1,7 +1,7 @@
 //! Signal generator: test signals from the tick count, the same in every run.
 //!
 //! With the time `t` since plug-in or reset, `p = FREQUENCY t` in periods, `A` and `OFFSET` per axis:
-//! `CONSTANT` `OFFSET + A`, `STEP` `OFFSET`, then `OFFSET + A` from one period on, `SINE`
+//! `CONSTANT` `OFFSET + A`, `STEP` `OFFSET`, then `OFFSET + A` from the tick at `STEP_TIME` on, `SINE`
 //! `OFFSET + A sin(2 pi p)`, `SQUARE` `OFFSET ± A`, `TRIANGLE` starts at `OFFSET`, rising. The periods are
 //! a compensated sum, so that a slow signal keeps its frequency.
 
@@ -19,14 +19,15 @@ words! {
     pub struct Settings {
         form: Form,
         frequency_hz: f32,
-        /// Without whole periods, which change nothing but that there was one.
+        /// Without whole periods, which change nothing.
         periods_per_tick: f32,
-        is_faster_than_ticks: bool,
+        step_time_s: f32,
+        step_ticks: u32,
     }
     /// Of an axis.
     pub struct Gains { amplitude: f32, offset: f32 }
     /// Of all axes.
-    pub struct State { periods: math::CompensatedSum, has_stepped: bool }
+    pub struct State { periods: math::CompensatedSum, ticks: u32 }
     /// Signals.
     pub struct Ports { output: Output }
 }
@@ -50,12 +51,15 @@ impl Module for SignalGenerator {
         visit.per_axis(&mut gains.offset, "OFFSET", Unit::Any, -1e6..=1e6, 0.0, "Added to the signal.");
         let frequency_hz = &mut settings.frequency_hz;
         visit.real(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-4..=1e4, 1.0, "Periods per second.");
+        visit.real(&mut settings.step_time_s, "STEP_TIME", Unit::Second, 0.0..=1e4, 1.0, "When STEP steps.");
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         let periods_per_tick = (settings.frequency_hz * device.sample_period_s()).min(f32::MAX);
         settings.periods_per_tick = math::fraction(periods_per_tick);
-        settings.is_faster_than_ticks = periods_per_tick >= 1.0;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        let step_ticks = (settings.step_time_s / device.sample_period_s() + 0.5) as u32;
+        settings.step_ticks = step_ticks;
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -64,12 +68,12 @@ impl Module for SignalGenerator {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Settings { form, periods_per_tick, is_faster_than_ticks, .. } = context.settings();
-        let State { mut periods, mut has_stepped } = context.state();
+        let Settings { form, periods_per_tick, step_ticks, .. } = context.settings();
+        let State { mut periods, ticks } = context.state();
         let p = periods.value();
         let shape = match form {
             Form::Constant => 1.0,
-            Form::Step => f32::from(u8::from(has_stepped)),
+            Form::Step => f32::from(u8::from(ticks >= step_ticks)),
             Form::Sine => math::sin(core::f32::consts::TAU * p),
             Form::Square => {
                 if p < 0.5 {
@@ -92,11 +96,9 @@ impl Module for SignalGenerator {
         context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
             [offset + amplitude * shape]
         });
-        has_stepped |= is_faster_than_ticks;
         if periods.add(periods_per_tick) >= 1.0 {
             periods.turn_back(1.0);
-            has_stepped = true;
         }
-        context.set_state(State { periods, has_stepped });
+        context.set_state(State { periods, ticks: ticks.saturating_add(1) });
     }
 }

@@ -6,7 +6,7 @@ use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, scheme, types}
 
 /// Of the board nucleo-g474re, as its `Board::WORDS`.
 const WORDS: usize = 3072;
-const SCHEME: &str = include_str!("../../../hil-sim/tests/emulated/every_module.scheme");
+const SCHEME: &str = include_str!("../../../dimsart/tests/emulated/every_module.scheme");
 const SIDES: &[&str] = &["master", "slave"];
 
 /// What is refused of the scheme of every module with a recorder of so many rows, for 7 axes; nothing when it runs.

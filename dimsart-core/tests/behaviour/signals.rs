@@ -69,7 +69,8 @@ fn generated_signals_have_their_form_amplitude_offset_and_frequency() {
         for frequency in [0.01, 0.37, 10.0, 170.0] {
             let rows = format!(
                 "SIGGEN_MOD FORM {form}\nSIGGEN_MOD AMPLITUDE 2\nSIGGEN_MOD OFFSET 0.5\n\
-                 SIGGEN_MOD FREQUENCY {frequency}\nMOD_ENG MOD_ON SIGGEN_MOD"
+                 SIGGEN_MOD FREQUENCY {frequency}\nSIGGEN_MOD STEP_TIME {}\nMOD_ENG MOD_ON SIGGEN_MOD",
+                1.0 / frequency
             );
             let mut generator = Alone::new(1, &[], "SIGNAL_OUT", &rows);
             let per_tick = f64::from(frequency as f32 * H);
@@ -111,9 +112,31 @@ fn a_generator_never_waits_however_long_the_sample_period() {
     bench.run(
         "SIGGEN_MOD FORM STEP\nSIGGEN_MOD AMPLITUDE 1\nSIGGEN_MOD FREQUENCY 10000\nMOD_ENG MOD_ON SIGGEN_MOD",
     );
-    for tick in 0..5 {
+    for _ in 0..5 {
         bench.tick(&[]);
-        assert_eq!(bench.signal("SIGNAL_OUT"), [if tick == 0 { 0.0 } else { 1.0 }]);
+        assert_eq!(
+            bench.signal("SIGNAL_OUT"),
+            [1.0],
+            "its step is nearer to the first tick than to the second"
+        );
+    }
+}
+
+#[test]
+fn a_step_comes_in_the_tick_nearest_to_its_time_and_again_after_a_reset() {
+    for (time_s, step_tick) in [(0.0, 0), (0.001, 1), (0.25, 250), (0.2504, 250), (0.2506, 251)] {
+        let rows = format!(
+            "SIGGEN_MOD FORM STEP\nSIGGEN_MOD AMPLITUDE 2\nSIGGEN_MOD OFFSET 0.5\nSIGGEN_MOD STEP_TIME {time_s}\n\
+             MOD_ENG MOD_ON SIGGEN_MOD"
+        );
+        let mut generator = Alone::new(1, &[], "SIGNAL_OUT", &rows);
+        for _ in 0..2 {
+            for tick in 0..300 {
+                let expected = if tick < step_tick { 0.5 } else { 2.5 };
+                assert_close(f64::from(generator.step(&[])), expected, 1e-9);
+            }
+            generator.bench.rows("MOD_ENG RESET");
+        }
     }
 }
 

@@ -5,7 +5,6 @@ use crate::scenario::{Scenario, SideSection};
 
 /// One of the two ends of the line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "command", derive(clap::ValueEnum))]
 pub enum Side {
     /// The operator's end.
     Master,

@@ -5,33 +5,35 @@ use rand_pcg::Pcg64Mcg;
 
 /// A seeded source of fate.
 #[derive(Debug, Clone)]
-pub(crate) struct Random(Pcg64Mcg);
+pub struct Random(Pcg64Mcg);
 
 impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
+    /// The same fate for the same seed.
+    #[must_use]
+    pub fn new(seed: u64) -> Self {
         Self(Pcg64Mcg::seed_from_u64(seed))
     }
 
     /// Whether something of this probability happens. Draws a number only when it is open.
-    pub(crate) fn happens(&mut self, probability: f64) -> bool {
+    pub fn happens(&mut self, probability: f64) -> bool {
         probability > 0.0 && self.uniform() < probability
     }
 
     /// From 0 to below 1, in steps of 2^-53.
-    pub(crate) fn uniform(&mut self) -> f64 {
+    pub fn uniform(&mut self) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "53 bits fit exactly")]
         let mantissa = (self.0.next_u64() >> 11) as f64;
         mantissa / 9_007_199_254_740_992.0
     }
 
     /// A whole number from 0 to `most`.
-    pub(crate) fn up_to(&mut self, most: u32) -> u64 {
+    pub fn up_to(&mut self, most: u32) -> u64 {
         if most == 0 { 0 } else { self.0.next_u64() % (u64::from(most) + 1) }
     }
 
     /// Gamma-distributed with mean `shape`, > 0, after Marsaglia and Tsang, "A simple method for generating gamma
     /// variables", 2000. By `libm` alone: the same on any machine.
-    pub(crate) fn gamma(&mut self, shape: f64) -> f64 {
+    pub fn gamma(&mut self, shape: f64) -> f64 {
         if shape < 1.0 {
             let power = libm::pow(1.0 - self.uniform(), shape.recip());
             return self.gamma(shape + 1.0) * power;
@@ -49,14 +51,14 @@ impl Random {
     }
 
     /// Normally distributed with mean 0 and deviation 1 (Box and Muller).
-    pub(crate) fn normal(&mut self) -> f64 {
+    pub fn normal(&mut self) -> f64 {
         let radius = libm::sqrt(-2.0 * libm::log(1.0 - self.uniform()));
         radius * libm::cos(core::f64::consts::TAU * self.uniform())
     }
 
     /// Trials that go well before the first that does not, each failing with `probability`: geometric, by
     /// inversion. More than can be counted when nothing fails.
-    pub(crate) fn before_failure(&mut self, probability: f64) -> u64 {
+    pub fn before_failure(&mut self, probability: f64) -> u64 {
         if probability <= 0.0 {
             return u64::MAX;
         }

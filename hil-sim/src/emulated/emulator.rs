@@ -13,7 +13,7 @@ use tempfile::TempDir;
 
 use super::board::words;
 use super::process::Process;
-pub(crate) use super::process::end_all;
+pub use super::process::end_all;
 use super::{EmulatedError, Image, PATIENCE};
 
 /// Between two looks at a process that says nothing.

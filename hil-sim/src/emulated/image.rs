@@ -74,7 +74,7 @@ impl Image {
 }
 
 /// Where a build leaves the image: in the folder that this program was built in, or in `target`.
-pub(crate) fn built() -> PathBuf {
+pub fn built() -> PathBuf {
     let program = env::current_exe().unwrap_or_default();
     let beside = program.ancestors().map(|folder| folder.join(BUILT)).find(|path| path.is_file());
     beside.unwrap_or_else(|| Path::new("target").join(BUILT))

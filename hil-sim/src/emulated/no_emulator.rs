@@ -12,8 +12,7 @@ use super::{EmulatedError, Image};
 pub(super) enum Emulator {}
 
 /// There was none.
-#[cfg(feature = "command")]
-pub(crate) fn end_all() -> bool {
+pub fn end_all() -> bool {
     false
 }
 

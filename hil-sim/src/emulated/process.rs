@@ -38,7 +38,7 @@ const A_MOMENT: Duration = Duration::from_millis(5);
 static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
 
 /// Ends every emulator of this process; their owners find out. False when there was none.
-pub(crate) fn end_all() -> bool {
+pub fn end_all() -> bool {
     let running = RUNNING.lock().unwrap_or_else(PoisonError::into_inner);
     for pid in running.iter() {
         // Fails only where it has ended.

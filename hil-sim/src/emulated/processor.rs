@@ -5,7 +5,7 @@
 /// In lockstep only one of them has anything to do at a time. On one processor they hand over without waking another
 /// one up, which makes a run twice as fast. Does nothing where the system cannot do that.
 pub fn share_one_processor() {
-    #[cfg(all(target_os = "linux", feature = "command"))]
+    #[cfg(all(target_os = "linux", feature = "emulated"))]
     {
         use rustix::thread::{CpuSet, sched_getcpu, sched_setaffinity};
         let here = sched_getcpu();

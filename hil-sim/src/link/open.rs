@@ -1,7 +1,7 @@
 //! Opens the link of a side that is a process of its own, over the medium of its address.
 
+use super::PortError;
 use super::{Address, ArrivalPoll, Link, Serial, Udp, UdpError};
-use crate::connect::PortError;
 
 /// The channels of a side's packets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -7,7 +7,7 @@ use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use serialport::SerialPort;
 
 use super::{ArrivalPoll, Link};
-use crate::connect::{PortError, open_serial};
+use super::{PortError, open_serial};
 
 /// Both directions over a serial port. Sending and receiving never wait.
 #[derive(Debug)]

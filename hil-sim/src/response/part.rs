@@ -4,16 +4,19 @@ use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, RigFile};
 
 /// A controller, and what it controls.
 #[derive(Debug, Clone)]
-pub(super) struct Part<'f> {
-    pub(super) controller: &'f ControllerSection,
-    pub(super) device: &'f DeviceSection,
+pub struct Part<'f> {
+    /// The controller.
+    pub controller: &'f ControllerSection,
+    /// What it controls.
+    pub device: &'f DeviceSection,
     /// Which of the device's axes.
-    pub(super) axes: Vec<usize>,
+    pub axes: Vec<usize>,
 }
 
 impl<'f> Part<'f> {
     /// Of every controller of a file, those of the first device first: as they are stepped.
-    pub(super) fn of_all(file: &'f RigFile) -> Vec<Self> {
+    #[must_use]
+    pub fn of_all(file: &'f RigFile) -> Vec<Self> {
         let of_device = |device: &'f DeviceSection| {
             let its = file.controllers.iter().filter(|controller| controller.device == device.name);
             its.map(move |controller| Self { controller, device, axes: controller.axes(device) })
@@ -21,12 +24,14 @@ impl<'f> Part<'f> {
         file.devices.iter().flat_map(of_device).collect()
     }
 
-    pub(super) fn name(&self) -> &'f str {
+    /// The controller's name.
+    #[must_use]
+    pub fn name(&self) -> &'f str {
         self.controller.name()
     }
 
     /// Its axes in the file, by their place in the device.
-    pub(super) fn sections(&self) -> impl Iterator<Item = (usize, &'f AxisSection)> {
+    pub fn sections(&self) -> impl Iterator<Item = (usize, &'f AxisSection)> {
         self.axes.iter().filter_map(|axis| Some((*axis, self.device.axes.get(*axis)?)))
     }
 }

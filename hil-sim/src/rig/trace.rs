@@ -26,7 +26,7 @@ impl Observer for TickTrace {
 
 impl TickTrace {
     /// Begins a tick.
-    pub(crate) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.received.clear();
         self.sent.clear();
         self.called.clear();

@@ -4,7 +4,7 @@ use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
 
 /// The text of `scenarios/bilateral.toml`.
-pub const SHIPPED: &str = include_str!("../../../scenarios/bilateral.toml");
+pub const SHIPPED: &str = include_str!("../../scenarios/bilateral.toml");
 
 /// One key of a scenario.
 #[derive(Debug, Clone, PartialEq)]

@@ -9,9 +9,11 @@ use dimsart_core::{CommandError, EngineCommand, Explanation, ModuleRef, Paramete
 use super::suggestion;
 
 /// A row's error in words, with the names of the controller that the row was for.
-pub(crate) struct Explained<'a, V> {
-    pub(crate) error: SchemeError<'a>,
-    pub(crate) known: &'a V,
+pub struct Explained<'a, V> {
+    /// The error, with its place.
+    pub error: SchemeError<'a>,
+    /// The names.
+    pub known: &'a V,
 }
 
 impl<V: Vocabulary> Explained<'_, V> {

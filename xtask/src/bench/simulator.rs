@@ -27,7 +27,7 @@ pub(super) struct Simulator {
 impl Simulator {
     /// Builds the command and runs it.
     pub(super) fn measure() -> Result<Self, String> {
-        run(&mut cargo(&["build", "--release", "--package", "hil-sim", "--bin", "dimsart"]))?;
+        run(&mut cargo(&["build", "--release", "--package", "dimsart"]))?;
         let program = target().join("release/dimsart");
         let folder = target().join("bench-report");
         let recorded = best(&program, &["--out".as_ref(), folder.as_path()])?;

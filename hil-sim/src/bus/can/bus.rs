@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 
 use super::frame::{CanFrame, INTERFRAME_BITS, Identifier, WireBits};
 use super::node::{ErrorState, Node, Waiting};
-use crate::bus::random::Random;
+use crate::bus::Random;
 use crate::bus::time::bits_ns;
 use crate::bus::traffic::{Occupation, Timeline};
 

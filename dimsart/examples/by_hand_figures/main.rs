@@ -1,0 +1,96 @@
+//! What a tick of Table 1 takes on a board beside the same written by hand as one function.
+//!
+//! `cargo run --release -p dimsart --example by_hand_figures [ELF]`, after `cargo board nucleo-g474re,by-hand`.
+
+mod hand;
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+
+use cycles::timing::{Column, Timing};
+use dimsart::cycles::{Firmware, Setup, UNIT, measure};
+use dimsart_core::{Packet, is_newer};
+use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::emulated::FOLDER_VARIABLE;
+use hil_sim::rig::{Station, TickTrace};
+use hil_sim::scenario::Scenario;
+
+use crate::hand::Hand;
+
+const IMAGE: &str = "nucleo-g474re-by-hand";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let given = std::env::args().nth(1).map(PathBuf::from);
+    let collected = || std::env::var_os(FOLDER_VARIABLE).map(|folder| Path::new(&folder).join(IMAGE));
+    let firmware = Firmware::find(given.or_else(collected).as_deref(), None)?;
+    let scenario = Scenario::load(None, &["link.jitter_ticks=2", "link.loss=0.02"].map(str::to_owned))?;
+    println!(
+        "`{}`, {UNIT}, memory {}; means, and the same over that by hand.\n",
+        firmware.name,
+        firmware.memory().name()
+    );
+    println!("| Master, 3 axes | Likely | By hand: 1 | Upper | By hand: 1 |");
+    println!("|---|---:|---:|---:|---:|");
+    let likely = parts(&firmware, &scenario, Column::Likely)?;
+    let upper = parts(&firmware, &scenario, Column::Upper)?;
+    let [(_, likely_by_hand), ..] = *likely else { return Ok(()) };
+    let [(_, upper_by_hand), ..] = *upper else { return Ok(()) };
+    for ((name, likely), (_, upper)) in likely.iter().zip(&upper) {
+        let (likely_ratio, upper_ratio) = (likely / likely_by_hand, upper / upper_by_hand);
+        println!("| {name} | {likely:.0} | {likely_ratio:.2} | {upper:.0} | {upper_ratio:.2} |");
+    }
+    Ok(())
+}
+
+/// What the tick by hand takes, the image's tick and its parts: mean cycles.
+fn parts(
+    firmware: &Firmware,
+    scenario: &Scenario,
+    column: Column,
+) -> Result<Vec<(String, f64)>, Box<dyn Error>> {
+    let timing = Timing::new(firmware.memory().profile(), column);
+    let setup = Setup {
+        firmware,
+        scenario,
+        side: Side::Master,
+        commands: None,
+        counts_instructions: false,
+        timing,
+        random_ticks: 0,
+        profile: firmware.memory().name(),
+        column: "",
+    };
+    let by_hand = by_hand(firmware, scenario, timing)?;
+    let figures = measure(&setup, |_, _| {})?;
+    let rows = [&figures.tick, &figures.frame_and_engine].into_iter().chain(&figures.modules);
+    let named = rows.map(|row| (row.name.clone(), row.emulated_mean));
+    Ok([("by hand".to_owned(), by_hand)].into_iter().chain(named).collect())
+}
+
+/// Mean cycles of the hand-written master over every tick of the scenario. It has to command and send the same bits.
+fn by_hand(firmware: &Firmware, scenario: &Scenario, timing: Timing) -> Result<f64, Box<dyn Error>> {
+    let mut experiment = Experiment::new(scenario)?.without_recording();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    let ticks = (experiment.duration_s() / scenario.sample_period_s).round() as u32;
+    let rig = experiment.rig_mut();
+    rig.stations_mut().first_mut().ok_or("no master")?.start_trace();
+    let mut hand = Hand::new(firmware, timing)?;
+    let mut cycles = 0;
+    for tick in 0..ticks {
+        rig.step();
+        let trace = rig.stations().iter().find_map(Station::trace).ok_or("no trace")?;
+        cycles += hand.tick(&trace.measured, newest(trace).as_ref())?.cycles;
+        let (_, sent) = trace.sent.first().ok_or("nothing was sent")?;
+        if hand.commanded()? != trace.commanded || !hand.sent(sent)? {
+            return Err(format!("the master by hand differs in tick {tick}").into());
+        }
+    }
+    Ok(cycles as f64 / f64::from(ticks))
+}
+
+/// The packet that a tick finds, of those that came in before it.
+fn newest(trace: &TickTrace) -> Option<Packet> {
+    let packets =
+        trace.received.iter().filter_map(|(_, channel, bytes)| Packet::from_bytes(bytes, *channel).ok());
+    packets.reduce(|kept, packet| if is_newer(packet.counter, kept.counter) { packet } else { kept })
+}

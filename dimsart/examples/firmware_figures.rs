@@ -1,0 +1,65 @@
+//! What the firmware costs on the emulated board: ticks per second and instructions per tick, as a table.
+//!
+//! `cargo run --release -p dimsart --example firmware_figures [TICKS]`, after `cargo board mps2-an386`. Ticks per
+//! second depend on the machine and on what else it does; instructions do not.
+
+use std::error::Error;
+use std::time::Instant;
+
+use dimsart_core::protocol::{MAX_FRAME_BYTES, Request, encode_request};
+use hil_sim::bilateral::{Experiment, Side};
+use hil_sim::emulated::{Board, Image, share_one_processor};
+use hil_sim::rig::Rig;
+use hil_sim::scenario::Scenario;
+
+/// Ticks that are measured unless said otherwise.
+const TICKS: u32 = 100_000;
+/// What 115 200 baud bring per tick of 1 ms, times 100.
+const FLOOD_BYTES: usize = 1_152;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let ticks = std::env::args().nth(1).map_or(Ok(TICKS), |ticks| ticks.parse())?;
+    share_one_processor();
+    let mut buffer = [0; MAX_FRAME_BYTES];
+    let request = encode_request(&Request::Status, 1, &mut buffer)?.to_vec();
+    let flood = request.repeat(FLOOD_BYTES.div_ceil(request.len()));
+    let noise: Vec<u8> = flood.iter().map(|byte| byte ^ 0x55).collect();
+    println!("| On the command line meanwhile | Ticks per second | Instructions, least | Mean | Most |");
+    println!("|---|---:|---:|---:|---:|");
+    for (name, bytes) in [
+        ("nothing", [].as_slice()),
+        ("a request per tick", &request),
+        ("requests at 100 times the line's rate", &flood),
+        ("noise at 100 times the line's rate", &noise),
+    ] {
+        println!("| {name} | {} |", measure(ticks, bytes)?);
+    }
+    Ok(())
+}
+
+/// With `bytes` on the command line in every tick.
+fn measure(ticks: u32, bytes: &[u8]) -> Result<String, Box<dyn Error>> {
+    let mut experiment = Experiment::new(&Scenario::default())?;
+    experiment.emulate(Side::Master, &Image::find(None)?, None)?;
+    let rig = experiment.rig_mut();
+    let (mut min, mut max, mut sum) = (u32::MAX, 0, 0_u64);
+    let start = Instant::now();
+    for _ in 0..ticks {
+        if let Some(board) = board(rig) {
+            board.send_command_bytes(bytes);
+        }
+        rig.step();
+        if let Some((side, trouble)) = rig.trouble() {
+            return Err(format!("{side}: {trouble}").into());
+        }
+        let instructions = board(rig).and_then(|board| board.instructions()).ok_or("no cycle counter")?;
+        (min, max) = (min.min(instructions), max.max(instructions));
+        sum += u64::from(instructions);
+    }
+    let per_second = f64::from(ticks) / start.elapsed().as_secs_f64();
+    Ok(format!("{per_second:.0} | {min} | {} | {max}", sum / u64::from(ticks)))
+}
+
+fn board(rig: &mut Rig) -> Option<&mut Board> {
+    rig.stations_mut().first_mut()?.board_mut()
+}

@@ -1,0 +1,186 @@
+//! One program has a port, and passes on what any number of clients say over it.
+//!
+//! ```text
+//! client ──▶ Turns ──▶ port      requests of all clients, one after another; what stops goes first
+//! client ◀──────────── port      everybody hears everything, as on a line that they share
+//! ```
+//! The clients tell their answers by the ids of their requests; see [`protocol`](dimsart_core::protocol#clients). So a
+//! lease is still one client's, and stopping everybody's.
+
+#[cfg_attr(not(unix), path = "broker/alone.rs")]
+mod shared_port;
+mod turns;
+
+use std::io::{ErrorKind, Read, Write};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use dimsart_core::protocol::{MAX_FRAME_BYTES, decode_response};
+
+pub use shared_port::{SharedPort, open};
+
+use hil_sim::link::Stream;
+use hil_sim::pipe::{Pipe, pair};
+use turns::Turns;
+
+/// What names of ports begin with that a `dimsart serve` has simulated.
+pub const SIMULATED: &str = "sim:";
+/// Longest time that the port is waited for before clients are heard again.
+pub(crate) const PORT_WAIT: Duration = Duration::from_millis(1);
+/// Longest time that a client waits for bytes in one read.
+const CLIENT_WAIT: Duration = Duration::from_millis(10);
+
+/// A port that is shared, as long as this lives.
+#[derive(Debug)]
+pub struct Broker {
+    newcomers: Option<Sender<Pipe>>,
+    passing: Option<JoinHandle<()>>,
+}
+
+impl Broker {
+    /// Passes on what goes over an open port, whose reads wait no longer than a millisecond or two.
+    #[must_use]
+    pub fn new(port: Box<dyn Stream>) -> Self {
+        let (newcomers, arrivals) = channel();
+        let passing = thread::spawn(move || Passing::new(port).run(&arrivals));
+        Self { newcomers: Some(newcomers), passing: Some(passing) }
+    }
+
+    /// A line of one's own to the device, which ends when the port does; none when it has.
+    #[must_use]
+    pub fn join(&self) -> Option<Pipe> {
+        let [client, here] = pair([CLIENT_WAIT, Duration::ZERO]);
+        self.newcomers.as_ref()?.send(here).is_ok().then_some(client)
+    }
+}
+
+impl Drop for Broker {
+    /// Closes the port before it is over: then the next one can open it.
+    fn drop(&mut self) {
+        drop(self.newcomers.take());
+        // A thread that has panicked has closed it, too.
+        let _ = self.passing.take().map(JoinHandle::join);
+    }
+}
+
+/// A client as the broker sees it.
+#[derive(Debug)]
+struct Client {
+    number: u64,
+    line: Pipe,
+    frames: Frames,
+}
+
+/// What passes on, in a thread of its own.
+#[derive(Debug)]
+struct Passing {
+    port: Box<dyn Stream>,
+    clients: Vec<Client>,
+    turns: Turns,
+    answers: dimsart_core::protocol::Receiver,
+    next: u64,
+}
+
+impl Passing {
+    fn new(port: Box<dyn Stream>) -> Self {
+        let answers = dimsart_core::protocol::Receiver::new();
+        Self { port, clients: Vec::new(), turns: Turns::default(), answers, next: 0 }
+    }
+
+    /// Until the port or the broker is gone.
+    fn run(mut self, arrivals: &Receiver<Pipe>) {
+        loop {
+            loop {
+                match arrivals.try_recv() {
+                    Ok(line) => {
+                        self.clients.push(Client { number: self.next, line, frames: Frames::default() });
+                        self.next += 1;
+                    }
+                    Err(TryRecvError::Empty) => break,
+                    Err(TryRecvError::Disconnected) => return,
+                }
+            }
+            self.hear_clients();
+            while let Some(frame) = self.turns.next(Instant::now()) {
+                match self.port.write_all(&frame) {
+                    Err(error) if !is_nothing_yet(error.kind()) => return,
+                    _ => {}
+                }
+            }
+            if !self.hear_port() {
+                return;
+            }
+        }
+    }
+
+    fn hear_clients(&mut self) {
+        let Self { clients, turns, .. } = self;
+        let mut buffer = [0; 1024];
+        clients.retain_mut(|Client { number, line, frames }| {
+            loop {
+                match line.read(&mut buffer) {
+                    Ok(count @ 1..) => {
+                        let bytes = buffer.get(..count).unwrap_or_default();
+                        frames.take(bytes, |frame, content| turns.add(*number, frame, content));
+                    }
+                    Err(error) if is_nothing_yet(error.kind()) => return true,
+                    _ => {
+                        turns.forget(*number);
+                        return false;
+                    }
+                }
+            }
+        });
+    }
+
+    /// False when the port is gone.
+    fn hear_port(&mut self) -> bool {
+        let mut buffer = [0; 1024];
+        let count = match self.port.read(&mut buffer) {
+            Ok(0) => return false,
+            Ok(count) => count,
+            Err(error) => return is_nothing_yet(error.kind()),
+        };
+        let bytes = buffer.get(..count).unwrap_or_default();
+        for client in &mut self.clients {
+            // Who does not read loses it, as on a line without room.
+            let _ = client.line.write(bytes);
+        }
+        let turns = &mut self.turns;
+        self.answers.take_all(bytes, |content| {
+            if let Ok((id, _)) = decode_response(content) {
+                turns.answered(id);
+            }
+        });
+        true
+    }
+}
+
+/// Takes the frames out of what a client writes, for two of them must not go over the port mixed up.
+#[derive(Debug, Default)]
+struct Frames {
+    receiver: dimsart_core::protocol::Receiver,
+    bytes: Vec<u8>,
+}
+
+impl Frames {
+    /// `on_frame` gets every good frame, as it stands between two zeros, and its content.
+    fn take(&mut self, bytes: &[u8], mut on_frame: impl FnMut(Vec<u8>, &[u8])) {
+        for byte in bytes {
+            let content = self.receiver.take(*byte);
+            if *byte == 0 {
+                let frame = [&[0], std::mem::take(&mut self.bytes).as_slice(), &[0]].concat();
+                if let Some(content) = content {
+                    on_frame(frame, content);
+                }
+            } else if self.bytes.len() < MAX_FRAME_BYTES {
+                self.bytes.push(*byte);
+            }
+        }
+    }
+}
+
+fn is_nothing_yet(kind: ErrorKind) -> bool {
+    matches!(kind, ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted)
+}

@@ -1,0 +1,34 @@
+//! A port that is this program's alone, where the system has no sockets with paths.
+
+use hil_sim::link::{PortError, Stream};
+use hil_sim::pipe::Pipe;
+
+use super::Broker;
+
+/// Opens a port: a serial port by its name or `tcp:HOST:PORT`. It is not shared with other programs.
+///
+/// # Errors
+/// As [`connect::open`](hil_sim::link::open).
+pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
+    hil_sim::link::open_port(port, baud)
+}
+
+/// A port that this program has.
+#[derive(Debug)]
+pub struct SharedPort(Broker);
+
+impl SharedPort {
+    /// Shares what is at the other end of a stream within this program.
+    ///
+    /// # Errors
+    /// None.
+    pub fn new(_: &str, stream: Box<dyn Stream>) -> Result<Self, PortError> {
+        Ok(Self(Broker::new(stream)))
+    }
+
+    /// A line of one's own; none when the port is gone.
+    #[must_use]
+    pub fn join(&self) -> Option<Pipe> {
+        self.0.join()
+    }
+}

@@ -1,0 +1,108 @@
+//! The `dimsart` command: what it can do, one file per sub-command.
+
+mod bus;
+mod check;
+mod connect;
+mod cycles;
+mod dbc;
+mod doctor;
+mod modules;
+mod new_module;
+mod new_project;
+mod run;
+mod scheme;
+mod serve;
+mod side;
+mod stamp;
+mod summary;
+mod sweep;
+
+use std::error::Error;
+use std::io::{self, ErrorKind, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use crate::sweep::GridError;
+use hil_sim::rig_file::RigFileError;
+use hil_sim::scenario::ScenarioError;
+
+/// DIMSART on the desk: run control schemes against simulated robots, check them, look modules up.
+#[derive(Debug, Parser)]
+#[command(name = "dimsart", version, after_help = EXAMPLES)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart                            the paper's bilateral experiment, report in runs/latest
+  dimsart run --set link.loss=0.1    the same with a tenth of the packets lost
+  dimsart bus --joints 6             whether a robot's joints fit on a CAN bus
+  dimsart check my.scheme            what is wrong with a scheme, if anything
+  dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
+  dimsart serve                      a simulated joint to tune, in real time
+  dimsart new-project gripper        a project of your own: laws, tests, images
+
+`dimsart COMMAND --help` has more. Exit status: 0 done, 1 an error, 2 wrong usage.";
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(run::Run),
+    Bus(bus::Bus),
+    Check(check::Check),
+    Modules(modules::Modules),
+    NewModule(new_module::NewModule),
+    NewProject(new_project::NewProject),
+    Connect(connect::Connect),
+    Dbc(dbc::Dbc),
+    Cycles(cycles::Cycles),
+    Doctor(doctor::Doctor),
+    Scheme(scheme::Scheme),
+    Serve(serve::Serve),
+    Stamp(stamp::Stamp),
+    Sweep(sweep::Sweep),
+}
+
+/// Exit status where the command line is wrong.
+const WRONG_USAGE: u8 = 2;
+/// Exit status of a run that was not stable, where that was asked for.
+const NOT_STABLE: u8 = 3;
+
+/// What a sub-command ends with: its exit status, or what went wrong.
+type Ending = Result<ExitCode, Box<dyn Error>>;
+
+/// Reads the command line and does what it says.
+#[must_use]
+pub fn main() -> ExitCode {
+    let command = Arguments::parse().command.unwrap_or_else(|| Command::Run(run::Run::default()));
+    let mut out = io::stdout().lock();
+    let ending = match command {
+        Command::Run(run) => run.execute(&mut out),
+        Command::Bus(bus) => bus.execute(&mut out),
+        Command::Check(check) => check.execute(&mut out),
+        Command::Modules(modules) => modules.execute(&mut out),
+        Command::NewModule(new_module) => new_module.execute(&mut out),
+        Command::NewProject(new_project) => new_project.execute(&mut out),
+        Command::Connect(connect) => connect.execute(&mut out),
+        Command::Dbc(dbc) => dbc.execute(&mut out),
+        Command::Cycles(cycles) => cycles.execute(&mut out),
+        Command::Doctor(doctor) => doctor.execute(&mut out),
+        Command::Scheme(scheme) => scheme.execute(&mut out),
+        Command::Serve(serve) => serve.execute(&mut out),
+        Command::Stamp(stamp) => stamp.execute(&mut out),
+        Command::Sweep(sweep) => sweep.execute(&mut out),
+    };
+    ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
+        // The reader has seen enough, as `head` has: that is no failure of ours.
+        if error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe) {
+            return ExitCode::SUCCESS;
+        }
+        eprintln!("dimsart: {error}");
+        let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
+            || matches!(error.downcast_ref(), Some(RigFileError::Set { .. }))
+            || error.is::<GridError>();
+        if is_usage { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }
+    })
+}

@@ -1,0 +1,184 @@
+//! `dimsart bus`: whether the joints of a robot fit on one CAN bus.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use comfy_table::{Table, presets};
+use serde::Serialize;
+
+use super::Ending;
+use crate::report::{self, BusTimeline};
+use hil_sim::bilateral::Experiment;
+use hil_sim::bus::can::{CanParameters, Format};
+use hil_sim::bus_plan::{BusFigures, BusPlan, MAX_JOINTS};
+use hil_sim::scenario::{CarrierKind, Scenario};
+
+/// Say whether a robot's joints fit on one CAN bus: exit status 0 when they do, 1 when not.
+///
+/// A central controller sends each joint a packet every period, and each joint one back, with as many words as the
+/// scenario's scheme sends for one axis. The worst case is worked out (Davis and others, 2007), and one second is
+/// simulated bit by bit. Bit rates, errors and queues are those of the scenario's section `[can]`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Bus {
+    /// Scenario file (TOML) with what differs from the shipped scenario; none for the shipped one.
+    scenario: Option<PathBuf>,
+    /// Changes one setting, such as `can.bits_per_s=500000`; can be given often.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Joints on the bus.
+    #[arg(long, value_name = "COUNT", default_value_t = 6, value_parser = clap::value_parser!(u16).range(1..=i64::from(MAX_JOINTS)))]
+    joints: u16,
+    /// Packets per second to each joint and from it; as often as the scenario's link when left out.
+    #[arg(long, value_name = "HZ", value_parser = rate)]
+    rate_hz: Option<f64>,
+    /// Kind of frames; when left out, `can` if that is the scenario's link.carrier, else `can_fd`.
+    #[arg(long, value_name = "KIND")]
+    carrier: Option<Frames>,
+    /// Words of each packet; what the scheme sends for one axis when left out.
+    #[arg(long, value_name = "COUNT")]
+    words: Option<usize>,
+    /// Folder for the picture.
+    #[arg(long, value_name = "FOLDER", default_value = "runs/bus")]
+    out: PathBuf,
+    /// Draws no picture.
+    #[arg(long)]
+    no_picture: bool,
+    /// Prints the figures as one JSON object, the last line of standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart bus                                            six joints at 1 kHz, CAN FD with 1 and 4 Mbit/s
+  dimsart bus --carrier can --rate-hz 200                classic CAN
+  dimsart bus --joints 7 --set can.data_bits_per_s=8000000
+  dimsart bus --set can.bit_error_rate=1e-5 --json       figures for a program";
+
+/// Kind of frames.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+enum Frames {
+    Can,
+    CanFd,
+}
+
+/// The plan and what it comes to.
+#[derive(Serialize)]
+struct Answer<'a> {
+    joints: u16,
+    rate_hz: f64,
+    words_to_joint: usize,
+    words_from_joint: usize,
+    #[serde(flatten)]
+    figures: &'a BusFigures,
+}
+
+fn rate(text: &str) -> Result<f64, String> {
+    let rate_hz: f64 = text.parse().map_err(|_| "give it a number of packets per second".to_owned())?;
+    if (1.0..=100_000.0).contains(&rate_hz) {
+        Ok(rate_hz)
+    } else {
+        Err("give it a number from 1 to 100000".to_owned())
+    }
+}
+
+impl Bus {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
+        let plan = self.plan(&scenario)?;
+        let (figures, medium) = plan.look()?;
+        print(out, &plan, &figures)?;
+        if !self.no_picture
+            && let Some(picture) = BusTimeline::of(&[medium], plan.period_ns())
+        {
+            let [svg, _] = report::write_bus(&self.out, &picture)?;
+            writeln!(out, "picture: {}", svg.display())?;
+        }
+        if self.json {
+            let BusPlan { joints, rate_hz, words_to_joint, words_from_joint, .. } = plan;
+            let answer = Answer { joints, rate_hz, words_to_joint, words_from_joint, figures: &figures };
+            writeln!(out, "{}", serde_json::to_string(&answer)?)?;
+        }
+        Ok(if figures.fits { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+
+    fn plan(&self, scenario: &Scenario) -> Result<BusPlan, Box<dyn std::error::Error>> {
+        let [words_to_joint, words_from_joint] = match self.words {
+            Some(words) => [words; 2],
+            None => Experiment::words_of_one_axis(scenario)?,
+        };
+        let frames = self.carrier.unwrap_or(match scenario.link.carrier {
+            CarrierKind::Can => Frames::Can,
+            _ => Frames::CanFd,
+        });
+        let can = &scenario.can;
+        let every_ticks = f64::from(scenario.link.every_ticks.unwrap_or(1));
+        Ok(BusPlan {
+            joints: self.joints,
+            rate_hz: self.rate_hz.unwrap_or(1.0 / (scenario.sample_period_s * every_ticks)),
+            words_to_joint,
+            words_from_joint,
+            format: if frames == Frames::Can { Format::Classic } else { Format::Fd },
+            parameters: CanParameters {
+                bits_per_s: can.bits_per_s,
+                data_bits_per_s: can.data_bits_per_s,
+                bit_error_rate: can.bit_error_rate,
+                rejoins: can.rejoins,
+                queue_frames: can.queue_frames,
+            },
+            seed: scenario.seed,
+        })
+    }
+}
+
+fn print(out: &mut impl Write, plan: &BusPlan, figures: &BusFigures) -> std::io::Result<()> {
+    let CanParameters { bits_per_s, data_bits_per_s, .. } = plan.parameters;
+    let bus = match plan.format {
+        Format::Classic => format!("classic CAN at {} kbit/s", bits_per_s / 1000),
+        Format::Fd => format!("CAN FD at {} and {} kbit/s", bits_per_s / 1000, data_bits_per_s / 1000),
+    };
+    let verdict = if figures.fits { "fits" } else { "does NOT fit" };
+    let BusPlan { joints, rate_hz, words_to_joint, words_from_joint, .. } = plan;
+    writeln!(
+        out,
+        "{joints} joints at {rate_hz} Hz on {bus}, packets of {words_to_joint} words to a joint and {words_from_joint} \
+         from it: {verdict}"
+    )?;
+    let milliseconds =
+        |time_s: Option<f64>| time_s.map_or("never".to_owned(), |time_s| format!("{:.3}", 1e3 * time_s));
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED).set_header([
+        "packet",
+        "identifier",
+        "frames",
+        "bits at most",
+        "longest time (ms)",
+        "simulated (ms)",
+    ]);
+    for packet in &figures.packets {
+        table.add_row([
+            packet.name.clone(),
+            packet.identifier.clone(),
+            packet.frames.to_string(),
+            packet.most_bits.to_string(),
+            milliseconds(packet.worst_response_s),
+            milliseconds(packet.simulated_response_s),
+        ]);
+    }
+    writeln!(out, "{table}")?;
+    writeln!(
+        out,
+        "bus load {:.1} % at most, {:.1} % simulated; a packet may take {:.3} ms; {} error frames, {} packets without \
+         room",
+        100.0 * figures.worst_load,
+        100.0 * figures.simulated_load,
+        1e3 * figures.period_s,
+        figures.error_frames,
+        figures.dropped
+    )?;
+    figures.advice.iter().try_for_each(|advice| writeln!(out, "  - {advice}"))
+}

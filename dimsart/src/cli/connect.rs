@@ -1,0 +1,296 @@
+//! `dimsart connect`: talks to a controller over a serial port or a socket.
+
+mod answer;
+mod live;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use clap::{Args, Subcommand, value_parser};
+use dimsart_core::protocol::DEFAULT_BAUD;
+
+use answer::{Json, KeyState, Look, SchemeRows, SentFile, write_recorded};
+
+use super::Ending;
+use crate::broker;
+use crate::connect::{self, ConnectError, KeyReport, Patience};
+use hil_sim::bilateral::Side;
+use hil_sim::key_file::{self, KeyFileError};
+use hil_sim::link::Stream;
+use hil_sim::schemes::SchemeText;
+
+type Device = connect::Device<Box<dyn Stream>>;
+
+/// Talk to a controller: look at it, tune it, change its scheme while it runs.
+///
+/// Names, ranges, choices and which unit a number has are the device's own. Help texts, of the modules that it knows, and
+/// the symbols of units are this program's.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Connect {
+    /// Serial port such as `/dev/ttyACM0`, or an emulated board's socket: `tcp:HOST:PORT`, `unix:PATH`.
+    port: String,
+    #[command(subcommand)]
+    action: Option<Action>,
+    /// Bits per second of a serial port.
+    #[arg(long, default_value_t = DEFAULT_BAUD, global = true)]
+    baud: u32,
+    /// How long each answer is waited for, s.
+    #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = seconds, global = true)]
+    timeout_s: Duration,
+    /// How often a request is sent before the device is given up; a command that cannot be repeated is sent once.
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
+    #[arg(global = true)]
+    tries: u32,
+    /// The key that the board holds: what a locked board would refuse is sealed with it.
+    #[arg(long, value_name = "FILE", global = true)]
+    key_file: Option<PathBuf>,
+    #[command(flatten)]
+    json: Json,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart connect /dev/ttyACM0                                    identity, state, modules, signals
+  dimsart connect /dev/ttyACM0 set PDCTRL_MOD K_PARAM[0] 500      one gain of axis 0; prints what holds now
+  dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, in force at once or not at all
+  dimsart connect /dev/ttyACM0 scheme > its.scheme                what it has now, as rows
+  dimsart connect /dev/ttyACM0 begin                              then `off`, `on`, `set` and `commit`: one change
+  dimsart connect /dev/ttyACM0 arm                                lets the device be moved until Ctrl-C
+  dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
+  dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
+  dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
+  dimsart connect tcp:localhost:4000 recorder --out rows.csv      what a recorder has kept
+  dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program; every command takes it
+  dimsart connect /dev/ttyACM0 events                             what happened, also before the last restart
+
+A command is answered by what it came to: whether the scheme commands the device now and, if not, why.
+A board is moved only while a client holds its lease (`arm`); meanwhile others may look, and `stop`.
+Exit status: 0 done, 1 refused, faults found or no answer, 2 wrong usage.";
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Who it is, its state, modules, parameters and signals; what is done when nothing is asked for.
+    Show,
+    /// Value, unit and range of a parameter.
+    Get {
+        /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
+        module: String,
+        /// Parameter, such as `K_PARAM`, or `K_PARAM[0]` for one axis.
+        parameter: String,
+    },
+    /// Set a parameter or bind a port, and print what holds then.
+    Set {
+        /// Module, such as `PDCTRL_MOD` or `PDCTRL_MOD.2`.
+        module: String,
+        /// Parameter, such as `K_PARAM` or `K_PARAM[0]`, or port, such as `PORT_FORCE`.
+        parameter: String,
+        /// Value, as a scheme would write it.
+        #[arg(allow_negative_numbers = true)]
+        value: String,
+    },
+    /// Plug a module in, behind the others.
+    On {
+        /// Module.
+        module: String,
+        /// Puts it before this module instead.
+        #[arg(long, value_name = "MODULE")]
+        before: Option<String>,
+    },
+    /// Unplug a module; it keeps its parameters.
+    Off {
+        /// Module.
+        module: String,
+    },
+    /// Forget what a module, or every one, remembers from tick to tick; parameters stay.
+    Reset {
+        /// Module; all that are plugged in when none is named.
+        module: Option<String>,
+    },
+    /// Bring the parameters of a module that is not plugged in back to their defaults.
+    Init {
+        /// Module.
+        module: String,
+    },
+    /// Take a module away, or STOP THE SCHEME AND TAKE ALL OF THEM AWAY.
+    Close {
+        /// Module; all when none is named.
+        module: Option<String>,
+    },
+    /// Open a transaction: changes wait for `commit`, and the scheme runs on meanwhile.
+    Begin,
+    /// Put all changes of the transaction in force at once, between two ticks; refused, with every reason, when the scheme
+    /// does not match.
+    Commit,
+    /// Drop all changes of the transaction.
+    Abort,
+    /// Check the scheme and, when it matches, LET IT RUN; 1 when it does not match.
+    Check,
+    /// LET THE DEVICE BE MOVED by its scheme until Ctrl-C: take the lease that motion needs, and renew it.
+    Arm,
+    /// Stop the scheme: the device gets its safe input.
+    Stop,
+    /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
+    Faults,
+    /// The last things that happened, with their ticks, also before the last restart; changes nothing.
+    Events,
+    /// Send a scheme, in one transaction: all of its rows are in force then, or none. What runs goes on meanwhile. Without a
+    /// file, print the rows that build the scheme that is on the device.
+    Scheme {
+        /// Scheme file, or one that is built in: `builtin:bilateral`.
+        #[arg(requires = "side")]
+        file: Option<String>,
+        /// Side whose rows are sent, or that the printed rows are for; `all` when left out.
+        #[arg(long, value_parser = super::side::side())]
+        side: Option<Side>,
+        /// Put it in place of the scheme that is on the device, not upon it.
+        #[arg(long, requires = "file")]
+        replace: bool,
+    },
+    /// Keep the scheme as it is now, ON TRIAL: the device's next start runs it, once, unless it is confirmed.
+    Save,
+    /// Keep the scheme on trial, which the last start has run, for every start.
+    Confirm,
+    /// Forget the scheme on trial: the next start runs the one that was saved before, or the built-in one.
+    Rollback,
+    /// Give the board a key, or take it away: a board that holds one is locked.
+    #[command(subcommand)]
+    Key(KeyAction),
+    /// The rows that a recorder has kept, oldest first, as CSV. Stops nothing.
+    Recorder {
+        /// Recorder, such as `RECORDER_MOD.2`; the only one when none is named.
+        recorder: Option<String>,
+        /// Writes the rows to this file.
+        #[arg(long, value_name = "FILE")]
+        out: Option<PathBuf>,
+    },
+    /// Show signals live, until Ctrl-C.
+    Watch {
+        /// Signals, such as `POSITION`; all that are in the Data Base when none is named.
+        signals: Vec<String>,
+        /// Prints them once.
+        #[arg(long)]
+        once: bool,
+        /// LETS THE DEVICE BE MOVED by its scheme meanwhile, as `arm` does.
+        #[arg(long, conflicts_with = "once")]
+        arm: bool,
+        /// Time between two looks, s.
+        #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = seconds)]
+        period_s: Duration,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum KeyAction {
+    /// Give it the key in FILE. FROM THEN ON it takes what changes or moves it with --key-file alone, and its links
+    /// are authenticated. Losing the key means to erase the board's flash.
+    Set {
+        /// 32 hexadecimal digits, such as `(umask 077; openssl rand -hex 16 > FILE)` writes.
+        file: PathBuf,
+    },
+    /// Have it forget its key: it is open then, and authenticates nothing.
+    Clear,
+}
+
+fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
+    if let Some(warning) = key_file::exposure(file) {
+        eprintln!("dimsart: warning: {warning}");
+    }
+    key_file::read(file)
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
+}
+
+impl Connect {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let stream = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
+        let patience = Patience { timeout: self.timeout_s, tries: self.tries };
+        let mut device =
+            Device::greet(stream, patience).map_err(|error| format!("{}: {error}", self.port))?;
+        if let Some(note) = device.version_note() {
+            eprintln!("dimsart: note: {note}");
+        }
+        if let Some(file) = &self.key_file {
+            let state = device.use_key(&read_key(file)?)?;
+            if state != KeyReport::Locked {
+                eprintln!("dimsart: note: {}: {state}", self.port);
+            }
+        }
+        let is_well = self.action.unwrap_or(Action::Show).execute(&mut device, &self.json, out)?;
+        Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+}
+
+impl Action {
+    /// False when what was asked for is there and is not well.
+    fn execute(
+        self,
+        device: &mut Device,
+        json: &Json,
+        out: &mut impl Write,
+    ) -> Result<bool, Box<dyn std::error::Error>> {
+        match self {
+            Self::Show => json.print(out, &device.overview()?)?,
+            Self::Get { module, parameter } => json.print(out, &device.get(&module, &parameter)?)?,
+            Self::Set { module, parameter, value } => {
+                json.print(out, &device.set(&module, &parameter, &value)?)?;
+            }
+            Self::On { module, before } => json.print(out, &device.on(&module, before.as_deref())?)?,
+            Self::Off { module } => json.print(out, &device.off(&module)?)?,
+            Self::Stop => json.print(out, &device.stop()?)?,
+            Self::Reset { module } => json.print(out, &device.reset(module.as_deref())?)?,
+            Self::Init { module } => json.print(out, &device.init(&module)?)?,
+            Self::Close { module } => json.print(out, &device.close(module.as_deref())?)?,
+            Self::Begin => json.print(out, &device.begin()?)?,
+            Self::Commit => json.print(out, &device.commit()?)?,
+            Self::Abort => json.print(out, &device.abort()?)?,
+            Self::Arm => live::arm(device, json, out)?,
+            Self::Check => {
+                let check = device.check()?;
+                json.print(out, &check)?;
+                return Ok(check.faults == 0);
+            }
+            Self::Events => json.print(out, &device.events()?)?,
+            Self::Faults => {
+                let faults = device.faults()?;
+                json.print(out, &faults)?;
+                return Ok(faults.is_sound());
+            }
+            Self::Scheme { file: None, side, .. } => {
+                let rows = device.scheme_rows(side.map(Side::name))?;
+                json.print(out, &SchemeRows { rows })?;
+            }
+            Self::Scheme { file: Some(file), side, replace } => {
+                let side = side.ok_or("--side says whose rows of the file are sent")?;
+                let scheme = SchemeText::read(&file)?;
+                let sent = match replace {
+                    true => device.replace_scheme(&scheme, side.name())?,
+                    false => device.send_scheme(&scheme, side.name())?,
+                };
+                json.print(out, &SentFile { file, side: side.name(), sent })?;
+            }
+            Self::Save => json.print(out, &device.save()?)?,
+            Self::Confirm => json.print(out, &device.confirm()?)?,
+            Self::Rollback => json.print(out, &device.roll_back()?)?,
+            Self::Key(KeyAction::Set { file }) => {
+                json.print(out, &KeyState { key: device.set_key(&read_key(&file)?)? })?;
+            }
+            Self::Key(KeyAction::Clear) => json.print(out, &KeyState { key: device.clear_key()? })?,
+            Self::Recorder { recorder, out: file } => {
+                write_recorded(&device.recorded(recorder.as_deref())?, file.as_deref(), json, out)?;
+            }
+            Self::Watch { signals, once: true, .. } => {
+                json.print(out, &Look { live: None, signals: device.signals(&signals)? })?;
+            }
+            Self::Watch { signals, period_s, arm, .. } => {
+                live::watch(device, &signals, period_s, arm, json, out)?;
+            }
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,206 @@
+//! `dimsart cycles`: what a scheme costs on a board, from the image that is flashed.
+
+mod attach;
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use ::cycles::timing::{Column, Timing};
+use attach::Attached;
+use clap::{Args, ValueEnum};
+use comfy_table::{CellAlignment, Table, presets};
+use dimsart_core::protocol::DEFAULT_BAUD;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::Ending;
+use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
+use crate::report;
+use hil_sim::bilateral::Side;
+use hil_sim::scenario::Scenario;
+
+/// Say what a scheme costs on a board: cycles and stack of the image that is flashed.
+///
+/// The image's own functions are run in an emulated Cortex-M4F with every input of a simulated run, and have to
+/// command the very bits that the simulation does. Cycles are those of a model built on Arm's tables, not of silicon.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Cycles {
+    /// Firmware image (ELF); the one that `cargo board BOARD` has built when left out.
+    elf: Option<PathBuf>,
+    /// The board that the image has to be for.
+    #[arg(long, value_name = "BOARD")]
+    board: Option<String>,
+    /// Scheme file, or one that is built in, instead of the scenario's.
+    #[arg(long, value_name = "FILE")]
+    scheme: Option<String>,
+    /// The side whose controller is looked at.
+    #[arg(long, default_value = "master", value_parser = super::side::side())]
+    side: Side,
+    /// Degrees of freedom of the device, 1 to 8; the scenario's when left out.
+    #[arg(long, value_name = "COUNT")]
+    dof: Option<usize>,
+    /// Changes a setting of the scenario that gives the inputs, such as `duration_s=2`; can be given often.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Ticks with random inputs, after those of the scenario.
+    #[arg(long, value_name = "COUNT", default_value_t = 10_000)]
+    random_ticks: u64,
+    /// Serial port or socket of a controller that measures itself (feature `measure`): its scheme and board, and what it
+    /// has measured beside the model.
+    #[arg(long, value_name = "PORT", conflicts_with_all = ["board", "scheme", "dof"])]
+    attach: Option<String>,
+    /// Bits per second of that serial port.
+    #[arg(long, default_value_t = DEFAULT_BAUD)]
+    baud: u32,
+    /// The memory that instructions come from; the board's own when left out.
+    #[arg(long)]
+    profile: Option<Memory>,
+    /// Which value counts where Arm gives a range.
+    #[arg(long, default_value = "upper")]
+    column: Value,
+    /// Folder for the picture.
+    #[arg(long, value_name = "FOLDER", default_value = "runs/cycles")]
+    out: PathBuf,
+    /// Draws no picture.
+    #[arg(long)]
+    no_picture: bool,
+    /// Prints the figures as one JSON object, the last line of standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart cycles                                     the image that was built last, the shipped scheme's master
+  dimsart cycles --board nucleo-g474re --side slave
+  dimsart cycles firmware.elf --scheme my.scheme --dof 1
+  dimsart cycles --attach /dev/ttyACM0               what the controller there has measured, beside the model
+  dimsart cycles --set duration_s=1 --json           figures for a program";
+
+/// Column of the model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Value {
+    /// What is seen most often.
+    Likely,
+    /// The greatest.
+    Upper,
+}
+
+impl Cycles {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let attached = self.attach.as_deref().map(|port| Attached::greet(port, self.baud)).transpose()?;
+        let mut sets = self.sets;
+        let dof = attached.as_ref().map(|attached| attached.dof);
+        sets.extend(dof.or(self.dof).map(|dof| format!("dof={dof}")));
+        if let Some(scheme) = &self.scheme {
+            sets.extend(["master", "slave"].map(|side| format!("{side}.scheme={scheme}")));
+        }
+        let scenario = Scenario::load(None, &sets)?;
+        let elf = self.elf.as_deref();
+        let firmware = match &attached {
+            Some(attached) => Firmware::find_by_name(elf, &attached.image)?,
+            None => Firmware::find(elf, self.board.as_deref())?,
+        };
+        let memory = self.profile.unwrap_or_else(|| firmware.memory());
+        let (column, column_name) = match self.column {
+            Value::Likely => (Column::Likely, "likely"),
+            Value::Upper => (Column::Upper, "upper"),
+        };
+        let setup = Setup {
+            firmware: &firmware,
+            scenario: &scenario,
+            side: self.side,
+            commands: attached.as_ref().map(|attached| attached.commands.as_slice()),
+            timing: Timing::new(memory.profile(), column),
+            counts_instructions: attached.as_ref().is_some_and(Attached::counts_instructions),
+            random_ticks: self.random_ticks,
+            profile: memory.name(),
+            column: column_name,
+        };
+        let bar = progress_bar();
+        let figures = measure(&setup, |tick, ticks| {
+            bar.set_length(ticks);
+            bar.set_position(tick);
+        });
+        bar.finish_and_clear();
+        let figures = figures?;
+        if let Some(attached) = attached {
+            let holds = attached.print(out, &figures, self.json)?;
+            let ending = if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE };
+            return figures.no_bound.map_or(Ok(ending), |reason| Err(reason.into()));
+        }
+        print(out, &figures)?;
+        if !self.no_picture {
+            let [svg, _] = report::write_cycles(&self.out, &figures.bars())?;
+            writeln!(out, "picture: {}", svg.display())?;
+        }
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(&figures)?)?;
+        }
+        figures.no_bound.map_or(Ok(ExitCode::SUCCESS), |reason| Err(reason.into()))
+    }
+}
+
+fn progress_bar() -> ProgressBar {
+    let bar = ProgressBar::new(0);
+    // The template is fixed; a wrong one would only lose the decoration.
+    let style = ProgressStyle::with_template("emulating [{bar:40}] {pos}/{len} ticks, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+fn print(out: &mut impl Write, figures: &Figures) -> std::io::Result<()> {
+    let Figures { image, side, scheme, dof, ticks, profile, column, budget_cycles, .. } = figures;
+    writeln!(
+        out,
+        "{scheme} on the {side}, {dof} axes, {ticks} ticks of `{image}`: the same bits as on the host.\n\
+         {UNIT} (memory {profile}, column {column}); a tick has {budget_cycles}"
+    )?;
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED).set_header([
+        "",
+        "least",
+        "mean",
+        "most",
+        "random, most",
+        "bound",
+        "ratio",
+        "stack (B)",
+        "at most",
+        "% of a tick",
+    ]);
+    for column in 1..=9 {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    let modules = figures.modules.iter().map(|row| (format!("  {}", row.name), row));
+    let whole = [&figures.tick, &figures.frame_and_engine].map(|row| (row.name.clone(), row));
+    let packets = figures.packets.iter().filter(|row| row.runs > 0);
+    let rest = packets.map(|row| (row.name.clone(), row));
+    let commands = figures.commands.iter().map(|row| (format!("command {}", row.name), row));
+    let interrupt = figures.interrupt.iter().map(|row| (row.name.clone(), row));
+    for (name, row) in whole.into_iter().chain(modules).chain(rest).chain(commands).chain(interrupt) {
+        table.add_row(cells(name, row));
+    }
+    writeln!(out, "{table}")
+}
+
+fn cells(name: String, row: &Row) -> [String; 10] {
+    let known = |number: Option<u64>| number.map_or("-".to_owned(), |number| number.to_string());
+    [
+        name,
+        row.emulated_min.to_string(),
+        format!("{:.1}", row.emulated_mean),
+        row.emulated_max.to_string(),
+        known(Some(row.random_max).filter(|cycles| *cycles > 0)),
+        known(row.bound),
+        row.ratio.map_or("-".to_owned(), |ratio| format!("{ratio:.3}")),
+        row.stack_emulated_bytes.to_string(),
+        known(row.stack_bytes.map(u64::from)),
+        format!("{:.2}", row.budget_percent),
+    ]
+}

@@ -1,0 +1,273 @@
+//! `dimsart modules`: every module with its ports and parameters.
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::Args;
+use comfy_table::{ContentArrangement, Table, presets};
+use dimsart_core::modules::Standard;
+use dimsart_core::protocol::ParameterText;
+use dimsart_core::scheme::switch;
+use dimsart_core::{
+    Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Unit, UnitRelation,
+    Value,
+};
+use serde::Serialize;
+
+use super::Ending;
+use crate::connect::range_text;
+use hil_sim::bilateral::device;
+use hil_sim::schemes::suggestion;
+
+/// List the modules with their ports, parameters, units and ranges.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Modules {
+    /// Only this module, such as `PDCTRL_MOD`.
+    name: Option<String>,
+    /// Prints a page of Markdown, as `docs/modules.md` is one.
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
+    /// Prints a JSON list of the modules, and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+In a scheme:
+  all  PDCTRL_MOD    K_PARAM        3000           sets a parameter, on every axis
+  all  PDCTRL_MOD    K_PARAM[0]     1000           sets it on axis 0 alone
+  all  SUM_MOD       PORT_A         DES_FORCE      binds a port to another type of the same unit and shape
+  all  MOD_ENG       MOD_ON         PDCTRL_MOD     plugs the module in
+  all  MOD_ENG       MOD_ON         PDCTRL_MOD.2   plugs a second one in";
+
+/// Columns of a terminal that everything fits into.
+const WIDTH: u16 = 100;
+
+/// Head of the page.
+const MARKDOWN_HEAD: &str = "\
+# The modules
+
+Written by `dimsart modules --markdown > docs/modules.md`, from what the modules say of themselves: change a module
+and run it again. Ports can be bound to other data types of the same unit, format and shape (`PORT_NAME TYPE` in a
+scheme); `any` is every one.
+
+Every module but the ends of links takes `EVERY_TICKS`, too: 1 (the default), 2, 4, 5, 10, 20, 50 or 100, while it is
+unplugged ([commands.md](commands.md#modules-that-do-not-run-in-every-tick)).
+";
+
+/// What a module says of itself.
+#[derive(Serialize)]
+struct Description {
+    name: &'static str,
+    summary: &'static str,
+    ports: Vec<PortRow>,
+    /// Parameters that add a port for each type they are given.
+    port_lists: Vec<&'static str>,
+    parameters: Vec<ParameterRow>,
+}
+
+/// A port and what it is bound to at first.
+#[derive(Serialize)]
+struct PortRow {
+    name: &'static str,
+    /// `reads` or `writes`.
+    direction: &'static str,
+    signal: &'static str,
+    unit: String,
+    format: String,
+    shape: String,
+}
+
+impl PortRow {
+    const HEADER: [&str; 5] = ["port", "reads or writes", "unit", "format", "shape"];
+
+    fn cells(&self) -> [String; 5] {
+        let Self { name, direction, signal, unit, format, shape } = self;
+        [(*name).to_owned(), format!("{direction} {signal}"), unit.clone(), format.clone(), shape.clone()]
+    }
+}
+
+/// A parameter.
+#[derive(Serialize)]
+struct ParameterRow {
+    name: &'static str,
+    unit: String,
+    range: String,
+    default: String,
+    meaning: &'static str,
+    only_while_unplugged: bool,
+}
+
+impl ParameterRow {
+    const HEADER: [&str; 5] = ["parameter", "unit", "range", "default", "meaning"];
+
+    fn cells(&self) -> [String; 5] {
+        let Self { name, unit, range, default, meaning, only_while_unplugged } = self;
+        let when = if *only_while_unplugged { " Only while unplugged." } else { "" };
+        [(*name).to_owned(), unit.clone(), range.clone(), default.clone(), format!("{meaning}{when}")]
+    }
+}
+
+/// A table, its head first.
+type Rows<const COLUMNS: usize> = Vec<[String; COLUMNS]>;
+
+impl Modules {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let names: Vec<String> = Standard::KINDS.iter().map(|kind| kind.name.to_owned()).collect();
+        if let Some(name) = &self.name
+            && !names.contains(name)
+        {
+            return Err(format!("there is no module '{name}'; {}", suggestion(name, &names)).into());
+        }
+        if self.markdown && self.name.is_none() {
+            write!(out, "{MARKDOWN_HEAD}")?;
+        }
+        let mut engine: Engine = Engine::new(device("device", 1, 1e-3)?);
+        let is_wanted = |name: &str| self.name.as_deref().is_none_or(|wanted| wanted == name);
+        let wanted = (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind.name));
+        let descriptions: Vec<Description> = wanted
+            .map(|(number, kind)| Description::new(&mut engine, number, kind.name, kind.summary.text()))
+            .collect();
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(&descriptions)?)?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        for description in descriptions {
+            if self.markdown { description.markdown(out) } else { description.print(out) }?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+impl Description {
+    fn new(engine: &mut Engine, number: u8, name: &'static str, summary: &'static str) -> Self {
+        let ports = engine.ports(ModuleRef { kind: number, number: 1 }).unwrap_or_default();
+        let parameters: Vec<_> =
+            (0..).map_while(|index| <Engine>::describe_parameter(number, index)).collect();
+        let lists = parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types);
+        Self {
+            name,
+            summary,
+            port_lists: lists.map(|list| list.name).collect(),
+            ports: ports.iter().filter_map(|port| port_row(port, &ports)).collect(),
+            parameters: parameters.iter().map(parameter_row).collect(),
+        }
+    }
+
+    fn port_table(&self) -> Rows<5> {
+        rows(PortRow::HEADER, self.ports.iter().map(PortRow::cells))
+    }
+
+    fn parameter_table(&self) -> Rows<5> {
+        rows(ParameterRow::HEADER, self.parameters.iter().map(ParameterRow::cells))
+    }
+
+    fn print(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "{}: {}", self.name, self.summary)?;
+        print_table(out, &self.port_table())?;
+        for list in &self.port_lists {
+            writeln!(out, "Every {list} adds a port for its type.")?;
+        }
+        print_table(out, &self.parameter_table())?;
+        writeln!(out)
+    }
+
+    fn markdown(&self, out: &mut impl Write) -> io::Result<()> {
+        writeln!(out, "\n## {}\n\n{}", self.name, self.summary)?;
+        markdown_table(out, &self.port_table())?;
+        for list in &self.port_lists {
+            writeln!(out, "\nEvery `{list}` adds a port for its type.")?;
+        }
+        markdown_table(out, &self.parameter_table())
+    }
+}
+
+fn rows<const COLUMNS: usize>(
+    header: [&str; COLUMNS],
+    rows: impl Iterator<Item = [String; COLUMNS]>,
+) -> Rows<COLUMNS> {
+    std::iter::once(header.map(str::to_owned)).chain(rows).collect()
+}
+
+fn port_row(port: &PortSpec, ports: &[PortSpec]) -> Option<PortRow> {
+    let (data_type, _) = port.data_type?;
+    let any_or = |text: String| match port.tie.filter(|_| port.takes_any_type) {
+        None if port.takes_any_type => "any".to_owned(),
+        None => text.to_lowercase(),
+        Some(_) => port_unit(port, ports),
+    };
+    Some(PortRow {
+        name: port.name,
+        direction: if port.direction == Direction::Read { "reads" } else { "writes" },
+        signal: data_type.name,
+        unit: port_unit(port, ports),
+        format: any_or(format!("{:?}", data_type.format)),
+        shape: any_or(format!("{:?}", data_type.shape)),
+    })
+}
+
+fn parameter_row(parameter: &Parameter) -> ParameterRow {
+    let is_list = parameter.accepts == Accepts::Types;
+    ParameterRow {
+        name: parameter.name,
+        unit: if is_list { String::new() } else { units(parameter.unit) },
+        range: ParameterText::try_from(*parameter).map_or_else(|_| String::new(), |text| range_text(&text)),
+        default: default(parameter),
+        meaning: parameter.summary.text(),
+        only_while_unplugged: parameter.is_structural,
+    }
+}
+
+fn print_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMNS>) -> io::Result<()> {
+    let [header, rows @ ..] = rows.as_slice() else { return Ok(()) };
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let mut table = Table::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
+    writeln!(out, "{}", table.set_header(header).add_rows(rows))
+}
+
+fn markdown_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMNS>) -> io::Result<()> {
+    let [header, rows @ ..] = rows.as_slice() else { return Ok(()) };
+    if rows.is_empty() {
+        return Ok(());
+    }
+    let line = |cells: &[String]| format!("| {} |", cells.join(" | ").trim_end());
+    let rule = ["---"; COLUMNS].map(str::to_owned);
+    writeln!(out, "\n{}\n{}", line(header), line(&rule))?;
+    rows.iter().try_for_each(|row| writeln!(out, "{}", line(row)))
+}
+
+/// The unit a port takes: its own, or what follows from the port that it is tied to.
+fn port_unit(port: &PortSpec, ports: &[PortSpec]) -> String {
+    let other = port.tie.and_then(|tie| Some((tie.relation, ports.get(usize::from(tie.port))?.name)));
+    match (other, port.data_type) {
+        (Some((UnitRelation::Same | UnitRelation::Alike, other)), _) => format!("that of {other}"),
+        (Some((UnitRelation::Integral, other)), _) => format!("that of {other}, times s"),
+        (Some((UnitRelation::Derivative, other)), _) => format!("that of {other}, over s"),
+        (None, _) if port.takes_any_unit || port.takes_any_type => units(Unit::Any),
+        (None, Some((data_type, _))) => units(data_type.unit),
+        (None, None) => String::new(),
+    }
+}
+
+/// The unit on a linear and, where it differs, on a rotary axis.
+fn units(unit: Unit) -> String {
+    unit.on(&[AxisKind::Linear, AxisKind::Rotary]).to_string()
+}
+
+fn default(parameter: &Parameter) -> String {
+    match (parameter.default, parameter.accepts) {
+        (Some(Value::Real(value)), _) => value.to_string(),
+        (Some(Value::Count(value)), _) => value.to_string(),
+        (Some(Value::Integer(value)), _) => value.to_string(),
+        (Some(Value::Flag(value)), _) => switch(value).to_owned(),
+        (Some(Value::Choice(index)), Accepts::Choice(names)) => {
+            names.get(usize::from(index)).map_or_else(String::new, |name| (*name).to_owned())
+        }
+        _ => "none".to_owned(),
+    }
+}

@@ -1,0 +1,193 @@
+//! `dimsart new-project`: a workspace for control laws of one's own, outside of this repository.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+
+use super::Ending;
+use super::new_module::{Names, write_first};
+
+/// Make a workspace for control laws of your own, with one that runs, its test and its scenario.
+///
+/// The project builds its own `dimsart`, which knows its laws, its own tests and its own images. Nothing in the folder of
+/// DIMSART is changed.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct NewProject {
+    /// Name of the project, and of its folder, in words, such as `gripper`.
+    name: PathBuf,
+    /// What its first law is called.
+    #[arg(long, value_name = "NAME", default_value = "my-law")]
+    law: String,
+    /// Folder of DIMSART; without it, the one that this command was built in, or else the published version.
+    #[arg(long, value_name = "FOLDER")]
+    dimsart: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Example:
+  dimsart new-project gripper --law grip-force
+  cd gripper
+  cargo test                                      its law and its loop, against closed forms
+  cargo dimsart run scenarios/grip_force.toml     figures and a report";
+
+/// What takes the place of a word in a template.
+type Filled<'a> = [(&'a str, String)];
+
+/// The files of a project besides its law: where, and the template.
+const FILES: [(&str, &str); 8] = [
+    ("Cargo.toml", include_str!("new_project/Cargo.toml.txt")),
+    (".cargo/config.toml", include_str!("new_project/config.toml.txt")),
+    (".gitignore", include_str!("new_project/gitignore")),
+    ("README.md", include_str!("new_project/README.md")),
+    ("src/lib.rs", include_str!("new_project/lib.rs")),
+    ("src/modules/mod.rs", include_str!("new_project/modules.rs")),
+    ("tools/Cargo.toml", include_str!("new_project/tools.toml.txt")),
+    ("tools/main.rs", include_str!("new_project/tools.rs")),
+];
+/// Aliases for images, which are built in the folder of DIMSART.
+const IMAGES: &str = include_str!("new_project/images.toml.txt");
+/// What images are built with there.
+const CONFIGURATION: &str = include_str!("new_project/image_build.toml");
+
+impl NewProject {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let folder = &self.name;
+        let name = folder.file_name().and_then(|name| name.to_str()).unwrap_or_default().to_lowercase();
+        let is_package = name.starts_with(|first: char| first.is_ascii_lowercase())
+            && name.chars().all(|letter| letter.is_ascii_alphanumeric() || "-_".contains(letter));
+        if !is_package || ["tools", "test", "dimsart", "dimsart-core", "hil-sim"].contains(&name.as_str()) {
+            return Err(format!(
+                "'{name}' is no name for a project: use ASCII letters, digits and -, such as gripper"
+            )
+            .into());
+        }
+        let law = Names::new(&self.law)?;
+        if folder.exists() {
+            return Err(format!(
+                "{} is there already: choose another name; nothing was changed",
+                folder.display()
+            )
+            .into());
+        }
+        let filled = filled(&name, self.checkout()?);
+        let files = FILES.iter().map(|(path, template)| (*path, law.fill(&fill(template, &filled))));
+        for (path, text) in files {
+            let path = folder.join(path);
+            let written =
+                path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(&path, text));
+            written.map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+        }
+        for name in ["schemes", "scenarios", "tests"] {
+            fs::create_dir_all(folder.join(name))?;
+        }
+        write_first(folder, &law)?;
+        let (folder, file) = (folder.display(), &law.file);
+        writeln!(
+            out,
+            "made {folder} with {module}: its law is `compute` in src/modules/{file}.rs\n\nNext:\n  \
+             cd {folder}\n  cargo test\n  cargo dimsart run scenarios/{file}.toml\n\nREADME.md there has the rest.",
+            module = law.module
+        )?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// The folder of DIMSART, if there is one.
+    fn checkout(&self) -> Result<Option<PathBuf>, String> {
+        let is_one = |folder: &Path| folder.join("dimsart-core/Cargo.toml").is_file();
+        match &self.dimsart {
+            Some(given) if !is_one(given) => {
+                Err(format!("--dimsart {}: there is no dimsart-core in it", given.display()))
+            }
+            Some(given) => fs::canonicalize(given).map(Some).map_err(|error| error.to_string()),
+            None => {
+                let built_in = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+                Ok(fs::canonicalize(built_in).ok().filter(|folder| is_one(folder)))
+            }
+        }
+    }
+}
+
+/// With a folder of DIMSART, or with the published version: then there is nothing to build images in.
+fn filled(name: &str, checkout: Option<PathBuf>) -> [(&'static str, String); 6] {
+    let version = env!("CARGO_PKG_VERSION");
+    let of = |package: &str| match &checkout {
+        // Of a path, TOML reads what Rust writes.
+        Some(folder) => format!("path = {:?}", folder.join(package)),
+        None => format!("version = \"{version}\""),
+    };
+    let (mut images, mut environment) = (String::new(), String::new());
+    if let Some(folder) = &checkout {
+        images = fill(IMAGES, &[("DIMSART", folder.display().to_string())]);
+        images += CONFIGURATION
+            .lines()
+            .skip_while(|line| !line.starts_with("[target"))
+            .take_while(|line| *line != "[env]")
+            .fold(String::new(), |text, line| text + line + "\n")
+            .trim_end();
+        images.push('\n');
+        environment = CONFIGURATION
+            .lines()
+            .skip_while(|line| *line != "[env]")
+            .skip(1)
+            .fold(String::new(), |text, line| text + line + "\n");
+    }
+    [
+        ("DIMSART_CORE", of("dimsart-core")),
+        ("COMMAND", of("dimsart")),
+        ("HIL_SIM", of("hil-sim")),
+        ("PROJECT", name.to_owned()),
+        ("ENVIRONMENT", environment),
+        ("IMAGES", images),
+    ]
+}
+
+/// Whole words alone: `DIMSART` is none in `DIMSART_MODULES`.
+fn fill(template: &str, filled: &Filled<'_>) -> String {
+    let mut text = String::with_capacity(template.len());
+    let is_part = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+    let mut rest = template;
+    while let Some(start) = rest.find(is_part) {
+        let (before, from) = rest.split_at(start);
+        let (word, after) = from.split_at(from.find(|letter| !is_part(letter)).unwrap_or(from.len()));
+        let found = filled.iter().find(|(known, _)| *known == word);
+        text += before;
+        text += found.map_or(word, |(_, value)| value);
+        rest = after;
+    }
+    text + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_words_are_filled_in() {
+        let filled = [("DIMSART", "/here".to_owned())];
+        assert_eq!(fill("DIMSART/x DIMSART_MODULES (DIMSART)", &filled), "/here/x DIMSART_MODULES (/here)");
+    }
+
+    /// What cargo reads is TOML, with a folder of DIMSART and without one.
+    #[test]
+    fn what_is_filled_in_is_toml() {
+        for checkout in [Some(PathBuf::from("/a folder/dimsart")), None] {
+            let filled = filled("gripper", checkout.clone());
+            for (path, template) in FILES.iter().filter(|(path, _)| path.ends_with(".toml")) {
+                let text = fill(template, &filled);
+                let table =
+                    text.parse::<toml::Table>().unwrap_or_else(|error| panic!("{path}: {error}\n{text}"));
+                if *path == ".cargo/config.toml" {
+                    assert_eq!(
+                        table["alias"].as_table().unwrap().len(),
+                        if checkout.is_some() { 3 } else { 1 }
+                    );
+                    assert_eq!(table.contains_key("target"), checkout.is_some());
+                }
+            }
+        }
+    }
+}

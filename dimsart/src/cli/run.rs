@@ -1,0 +1,382 @@
+//! `dimsart run`: runs a scenario and writes its report.
+
+pub(super) mod rig;
+
+use std::error::Error;
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::{Args, Parser, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{Ending, NOT_STABLE, summary};
+use crate::pictures::bilateral::{FILE_STEMS, figures};
+use crate::report::{
+    self, BusTimeline, Report, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, Written,
+};
+use crate::tick_map::tick_maps;
+use hil_sim::bilateral::{self, Experiment, Side};
+use hil_sim::bus::time::seconds_ns;
+use hil_sim::emulated::{self, Image};
+use hil_sim::key_file;
+use hil_sim::rig::{Rig, Station};
+use hil_sim::rig_file::RigFile;
+use hil_sim::scenario::{self, CarrierKind, LinkSection, Scenario};
+use hil_sim::schemes;
+
+/// Run a scenario: both sides against simulated plants, or one side in real time.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES, after_long_help = help())]
+pub(super) struct Run {
+    /// Rig file (TOML), or scenario file with what differs from the shipped bilateral scenario; a name such as `joint` for
+    /// one that comes with the command; none for the bilateral scenario.
+    scenario: Option<PathBuf>,
+    /// Changes one setting, such as `link.loss=0.1`; can be given often.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Folder for the report; `runs/latest` when left out, or `runs/master` and `runs/slave` with --side.
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    /// Runs only this side, in real time, and talks to the other side's process over UDP, a serial port or CAN.
+    #[arg(long, value_parser = super::side::side())]
+    side: Option<Side>,
+    /// How long a side waits for the other one to start, s.
+    #[arg(long, value_name = "SECONDS", default_value = "60", requires = "side", value_parser = seconds)]
+    wait_s: Duration,
+    /// Runs controllers as firmware on an emulated board, in lockstep with the simulated devices.
+    #[arg(long, value_name = "BOARD", conflicts_with = "side", value_parser = [emulated::BOARD])]
+    target: Option<String>,
+    /// Which controllers of two sides run on the board, all of them when left out; the others run here.
+    #[arg(long, value_name = "SIDE", requires = "target")]
+    target_side: Option<TargetSide>,
+    /// Firmware image for the board, instead of the one that `cargo board mps2-an386` has built.
+    #[arg(long, value_name = "PATH", requires = "target")]
+    image: Option<PathBuf>,
+    /// Prints the figures as one JSON object, all that goes to standard output; tables go to standard error.
+    #[arg(long)]
+    json: bool,
+    /// Ends with exit status 3 when the run was not stable.
+    #[arg(long)]
+    fail_if_unstable: bool,
+    /// Writes no report.
+    #[arg(long)]
+    no_report: bool,
+    /// Format of the file with all signals.
+    #[arg(long, value_name = "FORMAT", default_value = "csv", conflicts_with = "no_report")]
+    signals: SignalsKind,
+    /// Prints the shipped scenario, which has every setting with its default and meaning, or the shipped rig of the name
+    /// that is given, and runs nothing.
+    #[arg(long)]
+    keys: bool,
+}
+
+/// Time to remove the files of an emulator that was ended.
+const TO_CLEAN_UP: Duration = Duration::from_millis(500);
+
+/// Controllers that run on the target.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TargetSide {
+    Master,
+    Slave,
+    Both,
+}
+
+impl TargetSide {
+    fn sides(self) -> &'static [Side] {
+        match self {
+            Self::Master => &[Side::Master],
+            Self::Slave => &[Side::Slave],
+            Self::Both => &[Side::Master, Side::Slave],
+        }
+    }
+}
+
+/// Settings that are changed most often.
+const USUAL_SETTINGS: &[&str] = &[
+    "seed",
+    "duration_s",
+    "dof",
+    "environment",
+    "link.forward_delay_ticks",
+    "link.backward_delay_ticks",
+    "link.loss",
+    "link.stale",
+    "wave.impedance_ns_per_m",
+    "wave.form",
+    "master.scheme",
+    "master.stiffness_n_per_m",
+    "slave.stiffness_n_per_m",
+    "hand.contact_force_n",
+    "wall.stiffness_n_per_m",
+    "record.every_ticks",
+];
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart run                                                two sides of a delayed link
+  dimsart run joint                                          one joint: a position loop and a step
+  dimsart run --set link.forward_delay_ticks=200             0.2 s later at the slave
+  dimsart run --set wave.form=printed --out runs/printed     the paper's order, which diverges
+  dimsart run --keys > my.toml                               a scenario file to start from
+  dimsart run joint --keys > my.toml                         a rig file to start from
+  dimsart run my.toml --set seed=7 --no-report --json        figures for a program
+  dimsart run --side master                                  two processes, in two terminals:
+  dimsart run --side slave                                   real time over UDP
+  dimsart run --target mps2-an386                            both sides as firmware on emulated boards
+
+A run writes signals.csv while it goes on, so that one that is killed leaves it, and removes the
+report of the run before it first. Ctrl-C ends a run early; what was recorded until then is
+reported. A second one ends the report. A run that does not stay stable says so and ends with exit status 0 all the same, or
+with 3 where --fail-if-unstable asks for it: 1 is for a run that could not be made or reported, 2 for wrong usage.";
+
+fn help() -> String {
+    let keys = Scenario::keys();
+    let usual = USUAL_SETTINGS.iter().filter_map(|path| keys.iter().find(|key| key.path == *path));
+    let lines = usual.map(|key| {
+        let setting = format!("{}={}", key.path, key.default.as_deref().unwrap_or("..."));
+        format!("\n  {setting:<38} {}", key.meaning)
+    });
+    format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", lines.collect::<String>())
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
+}
+
+impl Default for Run {
+    /// As without any argument.
+    fn default() -> Self {
+        #[derive(Parser)]
+        struct Alone {
+            #[command(flatten)]
+            run: Run,
+        }
+        Alone::parse_from(["run"]).run
+    }
+}
+
+impl Run {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        if self.keys {
+            let rig = self.scenario.as_deref().and_then(Path::to_str).and_then(RigFile::shipped);
+            writeln!(out, "{}", rig.unwrap_or(scenario::SHIPPED).trim_end())?;
+            return Ok(ExitCode::SUCCESS);
+        }
+        if let Some(file) = rig::read(self.scenario.as_deref(), &self.sets)? {
+            return rig::run(&self, &file, out);
+        }
+        let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
+        if let Some(warning) = scenario.link.key_file.as_deref().and_then(key_file::exposure) {
+            eprintln!("dimsart: warning: {warning}");
+        }
+        let folder = self.folder();
+        if !self.no_report {
+            // A folder that cannot be written is better known before the run than after it.
+            report::try_folder(&folder)?;
+        }
+        let stop = stop_on_interrupt()?;
+        let mut experiment = self.experiment(&scenario, &stop)?;
+        if self.no_report {
+            experiment = experiment.without_recording();
+        }
+        experiment.keep_for_pictures();
+        if stop.load(Ordering::Relaxed) {
+            return Err("stopped before the run began; nothing was run".into());
+        }
+        self.move_to_target(&mut experiment, &folder)?;
+        let mut signals = None;
+        if !self.no_report {
+            let (file, listener) = SignalsFile::create(
+                &folder,
+                &FILE_STEMS,
+                self.signals_format(scenario.to_toml(), experiment.rig_mut()),
+            )?;
+            experiment.tell(listener);
+            signals = Some(file);
+        }
+        let bar = progress_bar(experiment.duration_s());
+        let run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
+        bar.finish_and_clear();
+        // The run has ended; the next Ctrl-C is meant for the report.
+        stop.store(false, Ordering::Relaxed);
+        let report = |signals: SignalsFile| {
+            signals.finish()?;
+            self.write_report(&folder, &scenario, &run, &stop)
+        };
+        let written = signals.map(report).transpose();
+        self.say(out, |text| {
+            summary::print(text, &run.outcome)?;
+            match &written {
+                Ok(Some(written)) => writeln!(text, "report: {}", written.page.display()),
+                _ => Ok(()),
+            }
+        })?;
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
+        }
+        written?;
+        run.broken.map_or(Ok(self.status(run.outcome.stable)), |broken| Err(broken.into()))
+    }
+
+    /// Writes what people read, beside JSON to standard error.
+    fn say(
+        &self,
+        out: &mut impl Write,
+        text: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
+    ) -> std::io::Result<()> {
+        if self.json { text(&mut std::io::stderr().lock()) } else { text(out) }
+    }
+
+    /// What a run ends with.
+    fn status(&self, is_stable: bool) -> ExitCode {
+        if is_stable || !self.fail_if_unstable { ExitCode::SUCCESS } else { ExitCode::from(NOT_STABLE) }
+    }
+
+    /// How signals are written, with what the run is made of where that goes with them.
+    fn signals_format(&self, settings_toml: String, rig: &mut Rig) -> SignalsFormat {
+        match self.signals {
+            SignalsKind::Csv => SignalsFormat::Csv,
+            SignalsKind::Mcap => SignalsFormat::Mcap(RunFacts { settings_toml, schemes: schemes(rig) }),
+        }
+    }
+
+    fn folder(&self) -> PathBuf {
+        let default = || Path::new("runs").join(self.side.map_or("latest", Side::name));
+        self.out.clone().unwrap_or_else(default)
+    }
+
+    fn experiment(
+        &self,
+        scenario: &Scenario,
+        stop: &AtomicBool,
+    ) -> Result<Experiment, bilateral::ExperimentError> {
+        let Some(side) = self.side else { return Experiment::new(scenario) };
+        if !is_ideal(&scenario.link) {
+            eprintln!(
+                "dimsart: note: two processes talk over a real link; link.carrier, delays, jitter, loss, duplication and \
+                 reordering of the scenario are not used"
+            );
+        }
+        let (name, other) = (side.name(), side.other().name());
+        eprintln!(
+            "{name} at {}: waiting up to {} s for the {other} at {} (`dimsart run --side {other}`)",
+            side.address(scenario),
+            self.wait_s.as_secs_f64(),
+            side.meeting_place(scenario),
+        );
+        Experiment::one_side(scenario, side, self.wait_s, stop)
+    }
+
+    /// Starts the firmware of every side that is to run on the target. Its log goes beside the report.
+    fn move_to_target(&self, experiment: &mut Experiment, folder: &Path) -> Result<(), Box<dyn Error>> {
+        if self.target.is_none() {
+            return Ok(());
+        }
+        let image = Image::find(self.image.as_deref())?;
+        if !self.no_report {
+            report::make_folder(folder)?;
+        }
+        emulated::share_one_processor();
+        for side in self.target_side.unwrap_or(TargetSide::Both).sides() {
+            let path = folder.join(format!("firmware-{}.log", side.name()));
+            let log = (!self.no_report).then(|| File::create(path)).transpose()?;
+            experiment.emulate(*side, &image, log)?;
+        }
+        Ok(())
+    }
+
+    fn write_report(
+        &self,
+        folder: &Path,
+        scenario: &Scenario,
+        run: &bilateral::Run,
+        stop: &AtomicBool,
+    ) -> Result<Written, ReportError> {
+        let sides = self.side.map_or("both sides", Side::name);
+        let report = Report {
+            title: format!("Bilateral control over a delayed link: {sides}"),
+            summary: summary::facts(&run.outcome),
+            axes: summary::axes(&run.outcome),
+            faults: run.outcome.faults.clone(),
+            figures: figures(&run.recording, &run.phases, scenario, self.side),
+            tick_maps: tick_maps(&run.rig),
+            bus: BusTimeline::of(&run.media, seconds_ns(scenario.sample_period_s)),
+            settings_toml: scenario.to_toml(),
+            recording: &run.recording,
+            signals: self.signals,
+        };
+        let bar = ProgressBar::new(0);
+        bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
+        let written = report::write(folder, &report, stop, &bar);
+        bar.finish_and_clear();
+        written
+    }
+}
+
+/// The scheme of every controller as rows of text.
+fn schemes(rig: &mut Rig) -> Vec<(String, String)> {
+    let rows = |station: &mut Station| {
+        let commands: Vec<_> = station.dimsart.engine_mut().commands().collect();
+        (station.name.clone(), schemes::rows(&commands, &station.name, station.dimsart.engine()))
+    };
+    rig.stations_mut().iter_mut().map(rows).collect()
+}
+
+/// Whether a link does nothing to packets but to delay them.
+fn is_ideal(link: &LinkSection) -> bool {
+    let shares = [link.loss, link.duplication, link.reordering];
+    link.carrier == CarrierKind::Ideal && link.jitter_ticks == 0 && shares.iter().all(|share| *share <= 0.0)
+}
+
+/// A flag that Ctrl-C (or a request to terminate) sets: what goes on ends. A second one before that has happened
+/// ends the process at once, and an emulator before it.
+pub(super) fn stop_on_interrupt() -> Result<Arc<AtomicBool>, ctrlc::Error> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            if emulated::end_all() {
+                std::thread::sleep(TO_CLEAN_UP);
+            }
+            std::process::exit(130);
+        }
+    })?;
+    Ok(stop)
+}
+
+fn progress_bar(duration_s: f64) -> ProgressBar {
+    let bar = ProgressBar::new(milliseconds(duration_s));
+    bar.set_style(style("simulating [{bar:40}] {percent}% of {msg} s, {eta} left"));
+    bar.set_message(format!("{duration_s:.1}"));
+    bar.enable_steady_tick(Duration::from_millis(100));
+    bar
+}
+
+/// The template is fixed; a wrong one would only lose the decoration.
+pub(super) fn style(template: &str) -> ProgressStyle {
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}
+
+fn milliseconds(time_s: f64) -> u64 {
+    u64::try_from(Duration::from_secs_f64(time_s).as_millis()).unwrap_or(u64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_shows_every_usual_setting_with_its_default() {
+        let help = help();
+        for setting in USUAL_SETTINGS {
+            assert!(help.contains(&format!("\n  {setting}=")), "{setting} is no setting any more");
+        }
+        assert!(help.contains("link.loss=0.0 "), "{help}");
+    }
+}

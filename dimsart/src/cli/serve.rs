@@ -1,0 +1,87 @@
+//! `dimsart serve`: has a port, or simulates what is behind one, and lets everybody in.
+
+use std::error::Error;
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+use clap::Args;
+use dimsart_core::protocol::DEFAULT_BAUD;
+
+use super::Ending;
+use super::run::{rig, stop_on_interrupt};
+use crate::broker::{self, SIMULATED, SharedPort};
+use crate::connect::ConnectError;
+use hil_sim::response::LiveRig;
+use hil_sim::rig_file::RigFile;
+
+/// What is simulated when nothing is named.
+const DEFAULT_RIG: &str = "joint";
+
+/// Simulate a rig in real time, or have a board's port, for any number of `dimsart connect`.
+///
+/// A simulated controller is what a board is: `dimsart connect sim:NAME` looks at it, tunes it, changes its scheme and lets
+/// it move. What the rig's experiment moves is moved again and again.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Serve {
+    /// A rig, shipped or a file of your own, or a port: `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`.
+    #[arg(value_name = "RIG|PORT", default_value = DEFAULT_RIG)]
+    what: PathBuf,
+    /// Bits per second of a serial port.
+    #[arg(long, default_value_t = DEFAULT_BAUD)]
+    baud: u32,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart serve                                       a joint with motor, gear and load, as sim:joint
+  dimsart connect sim:joint arm                       lets it move, from another terminal
+  dimsart connect sim:joint watch --arm               the same, and shows how it goes
+  dimsart connect sim:joint stop                      from anybody, always
+  dimsart serve three                                 three controllers: sim:master, sim:left, sim:right
+  dimsart serve /dev/ttyACM0                          keeps a board's port, for many clients";
+
+impl Serve {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let name = self.what.to_string_lossy();
+        let is_file = self.what.extension().is_some_and(|extension| extension == "toml");
+        let is_port = !is_file && (name.contains([':', '/', '\\']) || name.starts_with("COM"));
+        if is_port {
+            self.share(&name, out)?;
+        } else {
+            let no_rig = || format!("{name} is no rig: it has no [[device]] (docs/rigs.md)");
+            simulate(&rig::read(Some(&self.what), &[])?.ok_or_else(no_rig)?, out)?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn share(&self, port: &str, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+        let stop = stop_on_interrupt()?;
+        let mut line = broker::open(port, self.baud).map_err(ConnectError::from)?;
+        writeln!(out, "{port} is shared until Ctrl-C: dimsart connect {port}")?;
+        out.flush()?;
+        let mut buffer = [0; 1024];
+        while !stop.load(Ordering::Relaxed) {
+            if matches!(line.read(&mut buffer), Ok(0)) {
+                return Err(format!("{port}: {}", crate::connect::LineError::Closed).into());
+            }
+        }
+        Ok(())
+    }
+}
+
+fn simulate(file: &RigFile, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+    let stop = stop_on_interrupt()?;
+    let (live, lines) = LiveRig::new(file)?;
+    let mut shared = Vec::new();
+    for (name, line) in lines {
+        let port = format!("{SIMULATED}{name}");
+        shared.push(SharedPort::new(&port, Box::new(line))?);
+        writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
+    }
+    out.flush()?;
+    live.run(&stop, |news| eprintln!("dimsart: {news}"));
+    Ok(())
+}

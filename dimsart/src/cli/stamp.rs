@@ -1,0 +1,195 @@
+//! `dimsart stamp`: puts into an image what its modules cost, and the scheme that it starts with.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+use std::{env, fs};
+
+use clap::Args;
+use dimsart_core::limits::MAX_DOF;
+use dimsart_core::modules::Standard;
+use dimsart_core::saved_scheme::{self, SchemeBytes};
+use dimsart_core::{Cost, ModuleList};
+
+use super::Ending;
+use crate::budget::{Budget, share};
+use crate::cycles::{Firmware, ImageCosts, Memory};
+use crate::stamp::StampedImage;
+use hil_sim::bilateral::{Side, device};
+use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::{self, SchemeText};
+
+/// Put into a firmware image what its modules cost, and the scheme that it starts with.
+///
+/// The costs are bounds of the very image, worked out anew when it has changed: an image that is not stamped refuses no
+/// module for them. The next build of the image begins without.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Stamp {
+    /// Firmware image (ELF); the one that `cargo board BOARD` has built when left out.
+    elf: Option<PathBuf>,
+    /// Side whose rows of the scheme it starts with.
+    #[arg(long, default_value = "master", value_parser = super::side::side())]
+    side: Side,
+    /// Scheme file, or one that is built in; the one of the image when left out.
+    #[arg(long, value_name = "FILE")]
+    scheme: Option<String>,
+    /// What a tick may take of the time to the next one, per cent, 1 to 100; the board's when left out.
+    #[arg(long, value_name = "PERCENT", value_parser = clap::value_parser!(u32).range(1..=100))]
+    tick_percent: Option<u32>,
+    /// The memory that the image runs from; the board's when left out.
+    #[arg(long)]
+    memory: Option<Memory>,
+    /// Writes to another file; into the image itself when left out.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart stamp                                      the image that was built last, as the master
+  dimsart stamp firmware.elf --side slave --out slave.elf
+  dimsart stamp firmware.elf --scheme my.scheme      another scheme, without compiling
+  dimsart stamp firmware.elf --tick-percent 30       refuses modules from 30 % of the time on";
+
+impl Stamp {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let firmware = Firmware::find(self.elf.as_deref(), None)?;
+        let board = firmware
+            .board()
+            .ok_or_else(|| format!("`{}` is of no board that is known here", firmware.name))?;
+        let budget = Budget::of(board.name)?;
+        let mut image = StampedImage::read(&firmware.path)?;
+        let scheme = self.scheme.unwrap_or_else(|| format!("builtin:{}", image.scheme_name()));
+        image.set_scheme(name(&scheme), self.side.name(), &saved(&scheme, self.side)?)?;
+        let memory = self.memory.unwrap_or_else(|| firmware.memory());
+        let start = Instant::now();
+        let costs = costs(&firmware, &image, memory)?;
+        let limit = share(budget.period_cycles(), self.tick_percent.unwrap_or(budget.tick_percent));
+        image.set_costs(&costs.lines, memory.name(), limit)?;
+        let path = self.out.unwrap_or(firmware.path);
+        image.write(&path)?;
+        writeln!(
+            out,
+            "{}: {scheme} as {}, at most {limit} cycles of memory {} in a tick, costs by rustc {} after {:.0} s",
+            path.display(),
+            self.side.name(),
+            memory.name(),
+            image.compiler(),
+            start.elapsed().as_secs_f32()
+        )?;
+        for (kind, reason) in &costs.unknown {
+            writeln!(out, "  {kind} has no bound, the board will refuse it: {reason}")?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// What a scheme is called in a stamp: a built-in one by its name, so that it is found again, another one by its
+/// file's.
+fn name(scheme: &str) -> &str {
+    let file = Path::new(scheme).file_name().and_then(|name| name.to_str()).unwrap_or(scheme);
+    scheme.strip_prefix("builtin:").unwrap_or(file)
+}
+
+/// A scheme's rows for one side as an image keeps them, for a device that has every axis a board can have.
+fn saved(scheme: &str, side: Side) -> Result<SchemeBytes, Box<dyn std::error::Error>> {
+    let text = SchemeText::read(scheme)?;
+    let device = device(side.name(), MAX_DOF, SAMPLE_PERIOD_S)?;
+    let mut dimsart = SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+    let loaded = schemes::load(&text, side.name(), &[], &mut dimsart);
+    if !loaded.is_sound() {
+        let problems: Vec<String> = loaded.problems().collect();
+        return Err(
+            format!("{scheme} does not run on the {}:\n  {}", side.name(), problems.join("\n  ")).into()
+        );
+    }
+    let bytes = saved_scheme::save(dimsart.engine_mut());
+    Ok(bytes.map_err(|_| format!("{scheme} takes more bytes than an image keeps: make it shorter"))?)
+}
+
+const SAMPLE_PERIOD_S: f64 = 1e-3;
+
+/// What the image's modules cost: from the file beside it where that is of this image, or worked out and kept there.
+fn costs(
+    firmware: &Firmware,
+    image: &StampedImage,
+    memory: Memory,
+) -> Result<ImageCosts, Box<dyn std::error::Error>> {
+    let file = firmware.path.with_added_extension("costs");
+    let key = key(image, memory)?;
+    if let Some(known) = fs::read_to_string(&file).ok().and_then(|text| read(&text, &key)) {
+        return Ok(known);
+    }
+    let costs = ImageCosts::of(firmware, memory.upper())?;
+    fs::write(&file, text(&costs, &key))
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    Ok(costs)
+}
+
+/// Of all that the costs depend on: the image, the memory, and the program that works them out.
+fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::error::Error>> {
+    let mut hasher = DefaultHasher::new();
+    image.linked().hash(&mut hasher);
+    memory.name().hash(&mut hasher);
+    fs::read(env::current_exe()?)?.hash(&mut hasher);
+    Ok(format!("{:016x}", hasher.finish()))
+}
+
+/// The names of the lines in order.
+fn names() -> impl Iterator<Item = &'static str> {
+    std::iter::once("tick").chain(Standard::KINDS.iter().map(|kind| kind.name))
+}
+
+/// A line for each cost: what costs it, cycles, cycles for each degree of freedom, why they are not known.
+fn text(costs: &ImageCosts, key: &str) -> String {
+    let reason = |name: &str| costs.unknown.iter().find(|(kind, _)| kind == name).map(|(_, reason)| reason);
+    let line = |(name, cost): (&str, &Cost)| {
+        let ((offset, per_dof), reason) = (cost.line(), reason(name).map_or("", String::as_str));
+        format!("{name} {offset} {per_dof} {}\n", reason.replace('\n', " "))
+    };
+    format!("{key}\n{}", names().zip(&costs.lines).map(line).collect::<String>())
+}
+
+/// The costs of a text with this key; none of another one.
+fn read(text: &str, key: &str) -> Option<ImageCosts> {
+    let lines = text.strip_prefix(key)?.strip_prefix('\n')?;
+    let mut costs = ImageCosts::default();
+    for (name, line) in names().zip(lines.lines()) {
+        let [found, offset, per_dof, reason] = line.splitn(4, ' ').collect::<Vec<_>>().try_into().ok()?;
+        let cost = Cost::new(offset.parse().ok()?, per_dof.parse().ok()?);
+        if cost == Cost::UNKNOWN {
+            costs.unknown.push((found.to_owned(), reason.to_owned()));
+        }
+        costs.lines.push(cost);
+        (found == name).then_some(())?;
+    }
+    (costs.lines.len() == names().count()).then_some(costs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn costs_are_kept_for_the_same_key_alone() {
+        let mut lines: Vec<Cost> = names().map(|_| Cost::new(100, 10)).collect();
+        lines[1] = Cost::UNKNOWN;
+        let unknown = vec![(Standard::KINDS[0].name.to_owned(), "no bound: why".to_owned())];
+        let costs = ImageCosts { lines, unknown };
+        let kept = text(&costs, "1f");
+        assert_eq!(read(&kept, "1f"), Some(costs));
+        assert_eq!(read(&kept, "2f"), None);
+        assert_eq!(read(&kept.replace("tick 100", "tock 100"), "1f"), None);
+        assert_eq!(read(kept.trim_end().rsplit_once('\n').unwrap().0, "1f"), None);
+    }
+
+    #[test]
+    fn a_scheme_that_does_not_run_is_not_stamped() {
+        assert!(!saved("builtin:bilateral", Side::Slave).unwrap().is_empty());
+        let message = saved("builtin:table1", Side::Slave).unwrap_err().to_string();
+        assert!(message.contains("does not run on the slave"), "{message}");
+    }
+}

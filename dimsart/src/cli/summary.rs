@@ -1,0 +1,225 @@
+//! The figures of a run as tables, for the terminal and for the report's page.
+
+use std::io::{self, Write};
+
+use comfy_table::{CellAlignment, ContentArrangement, Table as TextTable, presets};
+
+use crate::report::{Fact, Table};
+use hil_sim::bus::Traffic;
+use hil_sim::limit_cycle::LimitCycle;
+use hil_sim::outcome::{AxisOutcome, Outcome, RealTime, Received};
+
+/// Stands for a figure that is not there.
+const NONE: &str = "-";
+/// Columns where there is no terminal to ask.
+const WIDTH: u16 = 120;
+
+/// Prints both tables and the faults.
+pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
+    print_tables(out, facts(outcome), axes(outcome))?;
+    for warning in &outcome.warnings {
+        writeln!(out, "warning: {warning}")?;
+    }
+    for fault in &outcome.faults {
+        writeln!(out, "fault: {fault}")?;
+    }
+    Ok(())
+}
+
+/// What a run came to as a whole, and then what it came to on each axis.
+pub(super) fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -> io::Result<()> {
+    let mut table = text_table();
+    for fact in facts {
+        table.add_row([fact.name, fact.value, fact.unit, fact.note]);
+    }
+    writeln!(out, "{}", right_aligned(table, 1..2))?;
+    if !axes.rows.is_empty() {
+        let columns = axes.header.len();
+        let mut table = text_table();
+        table.set_header(axes.header).add_rows(axes.rows);
+        writeln!(out, "{}", right_aligned(table, 0..columns))?;
+    }
+    Ok(())
+}
+
+fn text_table() -> TextTable {
+    let width = terminal_size::terminal_size().map_or(WIDTH, |(width, _)| width.0);
+    let mut table = TextTable::new();
+    table.load_style(presets::UTF8_FULL_CONDENSED);
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
+    table
+}
+
+fn right_aligned(mut table: TextTable, columns: std::ops::Range<usize>) -> TextTable {
+    for column in columns {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+pub(super) fn fact(name: &str, value: String, unit: &str, note: &str) -> Fact {
+    Fact { name: name.to_owned(), value, unit: unit.to_owned(), note: note.to_owned() }
+}
+
+/// What a run came to as a whole.
+pub(super) fn facts(outcome: &Outcome) -> Vec<Fact> {
+    let stable = if outcome.stable { "yes" } else { "NO" };
+    let range = if outcome.stable {
+        "every position, force and wave in its range, none grows"
+    } else {
+        "see the fault"
+    };
+    let ticks = format!("{} ticks", outcome.ticks);
+    let factor = match outcome.realtime_factor {
+        factor if factor < 10.0 => format!("{factor:.3} times real time"),
+        factor => format!("{factor:.0} times real time"),
+    };
+    let mut facts = vec![
+        fact("stable", stable.to_owned(), "", range),
+        fact("simulated", format!("{:.3}", outcome.simulated_s), "s", &ticks),
+        fact("took", format!("{:.3}", outcome.wall_s), "s", &factor),
+        round_trip(outcome),
+    ];
+    match &outcome.real_time {
+        None => facts.push(channel_energy(outcome.energy_min_j)),
+        Some(real_time) => facts.extend(one_side(outcome, real_time)),
+    }
+    facts.extend(outcome.energy_ports_min_j.map(port_energy));
+    facts.extend(outcome.rounding_creep_m_per_h.map(|creep| {
+        fact(
+            "rounding",
+            format!("{:.2}", 1e3 * creep),
+            "mm/h",
+            "fastest creep of a hand in contact by it: 12 u F/b",
+        )
+    }));
+    facts.extend(limit_cycles(&outcome.limit_cycles));
+    facts.extend(lost(&outcome.received));
+    facts.extend(outcome.media.iter().map(medium));
+    facts
+}
+
+/// What controllers and line did with the robots' energy.
+pub(super) fn port_energy(energy_j: f64) -> Fact {
+    let (value, note) = match energy_j < 0.0 {
+        true => (
+            format!("{energy_j:.3e}"),
+            "of any axis; below 0: controllers and line gave out more than they got",
+        ),
+        false => ("0".to_owned(), "of any axis; never below 0: controllers and line are passive in this run"),
+    };
+    fact("smallest energy at the robots", value, "J", note)
+}
+
+/// What goes on swinging; none where nothing does.
+pub(super) fn limit_cycles(cycles: &[LimitCycle]) -> Option<Fact> {
+    let widest = cycles.iter().max_by(|a, b| a.amplitude.total_cmp(&b.amplitude))?;
+    let LimitCycle { device, axis, hz, amplitude, .. } = widest;
+    let note = format!(
+        "swing when nothing moves them; the widest: axis {axis} of {device}, ±{amplitude:.1e} at {hz:.1} Hz"
+    );
+    Some(fact("limit cycles", cycles.len().to_string(), "axes", &note))
+}
+
+/// What did not arrive, at both ends; none where nothing is received.
+pub(super) fn lost(received: &[Received]) -> Option<Fact> {
+    let sum: u64 = received.iter().map(|received| u64::from(received.lost)).sum();
+    let is_clean = |received: &&Received| received.lost + received.superseded + received.refused == 0;
+    let clean: Vec<&str> =
+        received.iter().filter(is_clean).map(|received| received.station.as_str()).collect();
+    let others = received.iter().filter(|received| !is_clean(received));
+    let each = others.map(|Received { station, lost, superseded, refused }| {
+        let together = match superseded {
+            0 => String::new(),
+            superseded => format!(" and got {superseded} together with newer ones"),
+        };
+        format!("{lost} of those to the {station}, which refused {refused}{together}")
+    });
+    let clean = (!clean.is_empty()).then(|| format!("none lost or refused to {}", clean.join(", ")));
+    let note = each.chain(clean).collect::<Vec<_>>().join("; ");
+    (!received.is_empty()).then(|| fact("lost packets", sum.to_string(), "", &note))
+}
+
+/// How full a medium was and what went wrong on it.
+pub(super) fn medium(traffic: &Traffic) -> Fact {
+    let Traffic { medium, load, packets, dropped, errors, bus_offs, longest_s } = traffic;
+    let gone = if *bus_offs > 0 { format!(", {bus_offs} times bus-off") } else { String::new() };
+    let note = format!(
+        "taken; {packets} packets, {dropped} without room, at most {:.3} ms on the way; {errors} errors{gone}",
+        1e3 * longest_s
+    );
+    fact(medium, format!("{:.1}", 100.0 * load), "%", &note)
+}
+
+fn round_trip(outcome: &Outcome) -> Fact {
+    let note = match outcome.round_trip_ticks {
+        None => "nothing came back, or the other side's scheme is not known here",
+        Some(_) => "link measured, plus the delay modules",
+    };
+    let ticks = outcome.round_trip_ticks.map_or(NONE.to_owned(), |ticks| ticks.to_string());
+    fact("round trip", ticks, "ticks", note)
+}
+
+fn channel_energy(energy_min_j: Option<f64>) -> Fact {
+    let (value, note) = match energy_min_j {
+        None => (NONE.to_owned(), "not both sides have waves"),
+        Some(energy_j) if energy_j < 0.0 => {
+            (format!("{energy_j:.3e}"), "of any axis; below 0: the line is not passive")
+        }
+        Some(_) => ("0".to_owned(), "of any axis; never below 0: the line is passive"),
+    };
+    fact("smallest channel energy", value, "J", note)
+}
+
+/// What one side alone knows, and what it cannot know.
+fn one_side(outcome: &Outcome, real_time: &RealTime) -> Vec<Fact> {
+    let RealTime { side, late_ticks, worst_lateness_s, packets_lost, packets_refused } = real_time;
+    let latest = format!(
+        "of {}, by more than a period; the latest by {:.3} ms",
+        outcome.ticks,
+        1e3 * worst_lateness_s
+    );
+    let refused = format!(
+        "of the other side's, for `link.stale` to make up for; {packets_refused} refused: old, repeated, two in one tick"
+    );
+    let unknown = |name: &str, unit: &str, note: &str| {
+        fact(name, NONE.to_owned(), unit, &format!("not known on the {side}: {note}"))
+    };
+    let mut facts = vec![
+        fact("late ticks", late_ticks.to_string(), "", &latest),
+        fact("lost packets", packets_lost.to_string(), "", &refused),
+        unknown("smallest channel energy", "J", "it takes the waves of both sides"),
+    ];
+    if outcome.k_perceived_n_per_m.iter().all(Option::is_none) {
+        facts.push(fact(
+            "perceived stiffness",
+            NONE.to_owned(),
+            "N/m",
+            match *side {
+                "slave" => "not known on the slave: the operator perceives it at the master",
+                _ => "no axis came to a settled contact",
+            },
+        ));
+    }
+    facts
+}
+
+/// What it came to on each axis; no rows when one side alone measured nothing.
+pub(super) fn axes(outcome: &Outcome) -> Table {
+    let number = |value: Option<f64>| value.map_or(NONE.to_owned(), |value| format!("{value:.3}"));
+    let row = |axis: &AxisOutcome| {
+        let (perceived, predicted) = (axis.k_perceived_n_per_m, axis.k_predicted_n_per_m);
+        let difference = match (perceived, predicted) {
+            (Some(perceived), Some(predicted)) => format!("{:+.1e}", (perceived - predicted) / predicted),
+            (Some(_), None) => NONE.to_owned(),
+            (None, _) => "no settled contact".to_owned(),
+        };
+        vec![axis.axis.to_string(), number(perceived), number(predicted), difference]
+    };
+    let has_perceived = outcome.k_perceived_n_per_m.iter().any(Option::is_some);
+    let shown = outcome.axes.iter().filter(|_| outcome.real_time.is_none() || has_perceived);
+    let header = ["axis", "perceived stiffness (N/m)", "predicted (N/m)", "relative difference"];
+    Table { header: header.map(str::to_owned).to_vec(), rows: shown.map(row).collect() }
+}

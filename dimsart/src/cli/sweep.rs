@@ -1,0 +1,178 @@
+//! `dimsart sweep`: runs a grid of settings, and draws the map of what came of it.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+use clap::Args;
+use indicatif::ProgressBar;
+
+use super::Ending;
+use super::run::{stop_on_interrupt, style};
+use crate::report;
+use crate::sweep::{Grid, Shard, Subject, SweepFile, SweepTable, Values, map, sweep};
+use hil_sim::rig_file::RigFile;
+
+/// Run a grid of settings on all cores, into one CSV and a map.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Sweep {
+    /// Rig file, scenario file, or a name such as `joint`; none for the shipped bilateral scenario.
+    file: Option<PathBuf>,
+    /// A key and its values: `KEY=A,B,C`, `KEY=FROM:TO:STEP` or `KEY=log:FROM:TO:COUNT`; `KEY+KEY=...` for keys of the same
+    /// value; can be given often. None: the map of round trip and wall stiffness.
+    #[arg(long = "vary", value_name = "KEY=VALUES")]
+    vary: Vec<Values>,
+    /// Changes one setting for all points, such as `dof=1`; can be given often.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// Folder for `sweep.csv` and the map. One that is there is gone on with.
+    #[arg(long, value_name = "FOLDER", default_value = "runs/sweep")]
+    out: PathBuf,
+    /// Runs only this part of the grid, into a file of its own: for many machines.
+    #[arg(long, value_name = "NUMBER/COUNT")]
+    shard: Option<Shard>,
+    /// Runs nothing: puts what all shards in the folder have done into `sweep.csv`.
+    #[arg(long, conflicts_with = "shard")]
+    merge: bool,
+    /// Figure that the map shows: a column of the CSV.
+    #[arg(long, value_name = "FIGURE", default_value = "stable")]
+    map: String,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart sweep                          where the bilateral loop is stable: round trips to 1 s, walls to 1e5 N/m
+  dimsart sweep joint --vary device.joint.axis.0.plant.load.inertia=log:0.01:1:9 --map axes.0.overshoot
+  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --shard 3/16      on one of 16 machines
+  dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --merge           when all are done
+
+A row is written when its point is done: a sweep that was ended goes on where it was. Under Slurm:
+  sbatch --array=1-16 --wrap 'dimsart sweep ... --shard $SLURM_ARRAY_TASK_ID/16'";
+
+const WHOLE_FILE: &str = "sweep.csv";
+
+/// What is varied without `--vary`: a loop that hardly any damping holds together, over its round trip and the wall.
+const STABILITY_MAP: [&str; 2] = [
+    "wall.stiffness_n_per_m=log:1e4:1e5:21",
+    "link.forward_delay_ticks+link.backward_delay_ticks=1,2,3,5,7,10,15,20,30,50,70,100,150,200,300,400,500",
+];
+const STABILITY_SETTINGS: [&str; 7] = [
+    "dof=1",
+    "master.time_delay_ticks=0",
+    "slave.time_delay_ticks=0",
+    "hand.damping_ns_per_m=0.5",
+    "slave.device.mass_kg=0.05",
+    "slave.device.damping_ns_per_m=2",
+    "wall.damping_ns_per_m=0",
+];
+
+impl Sweep {
+    pub(super) fn execute(mut self, out: &mut impl Write) -> Ending {
+        if self.vary.is_empty() && self.file.is_none() {
+            self.vary = STABILITY_MAP.iter().map(|values| values.parse()).collect::<Result<_, _>>()?;
+            self.sets.splice(0..0, STABILITY_SETTINGS.map(str::to_owned));
+            let settings = self.sets.iter().flat_map(|set| ["--set", set]);
+            let vary = STABILITY_MAP.iter().flat_map(|values| ["--vary", values]);
+            let words: Vec<&str> = vary.chain(settings).collect();
+            writeln!(out, "the shipped map: dimsart sweep {}\n", words.join(" "))?;
+        }
+        let grid = Grid::new(self.vary.clone())?;
+        report::make_folder(&self.out)?;
+        if self.merge {
+            return self.merge(&grid, out);
+        }
+        let shard = self.shard.unwrap_or(Shard::WHOLE);
+        let name = match self.shard {
+            Some(Shard { number, of }) => format!("sweep-{number}-of-{of}.csv"),
+            None => WHOLE_FILE.to_owned(),
+        };
+        let path = self.out.join(name);
+        let mut file = SweepFile::open(&path, &grid)?;
+        let count = shard.points(&grid).count();
+        let todo = shard.points(&grid).filter(|point| !file.has(&grid.values(*point))).count();
+        let bar = ProgressBar::new(count as u64);
+        bar.set_style(style("sweeping   [{bar:40}] {pos}/{len} points, {eta} left"));
+        bar.set_position((count - todo) as u64);
+        let stop = stop_on_interrupt()?;
+        let shipped = self.file.as_deref().filter(|path| !path.exists());
+        let shipped = shipped.and_then(|path| Some((path.to_str()?, RigFile::shipped(path.to_str()?)?)));
+        let text = self.text();
+        let folder = self.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        let subject = match (&shipped, &text) {
+            (Some((name, text)), _) => Subject::Rig { name, text, folder: Path::new("") },
+            (None, Some(text)) if RigFile::is_one(text) => {
+                let name = self.file.as_deref().and_then(Path::to_str).unwrap_or_default();
+                Subject::Rig { name, text, folder }
+            }
+            _ => Subject::Scenario(self.file.as_deref()),
+        };
+        let swept = sweep(&subject, &self.sets, &grid, shard, &mut file, &stop, || bar.inc(1));
+        let was_stopped = stop.swap(false, Ordering::Relaxed);
+        bar.finish_and_clear();
+        swept?;
+        writeln!(out, "{} of {count} points are in {}", file.len().min(count), path.display())?;
+        if was_stopped {
+            writeln!(out, "stopped; the same command goes on")?;
+        }
+        if self.shard.is_none() {
+            self.finish(&grid, SweepTable::read(&path)?.0, out)?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn text(&self) -> Option<String> {
+        self.file.as_deref().and_then(|path| std::fs::read_to_string(path).ok())
+    }
+
+    fn merge(&self, grid: &Grid, out: &mut impl Write) -> Ending {
+        let mut paths: Vec<PathBuf> =
+            std::fs::read_dir(&self.out)?.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        paths.retain(|path| {
+            let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+            name.starts_with("sweep-") && name.ends_with(".csv")
+        });
+        paths.sort();
+        let mut merged: Option<SweepTable> = None;
+        for path in &paths {
+            let (table, _) = SweepTable::read(path)?;
+            match &mut merged {
+                None => merged = Some(table),
+                Some(merged) => merged.merge(table, grid.axes().len()).map_err(|_| {
+                    format!(
+                        "{} has other columns than the first shard: it is of another sweep",
+                        path.display()
+                    )
+                })?,
+            }
+        }
+        let merged =
+            merged.ok_or_else(|| format!("there is no sweep-N-of-M.csv in {}", self.out.display()))?;
+        writeln!(out, "{} of {} points, of {} shards", merged.rows.len(), grid.points(), paths.len())?;
+        self.finish(grid, merged, out)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Writes the rows in their order, and the map.
+    fn finish(
+        &self,
+        grid: &Grid,
+        mut table: SweepTable,
+        out: &mut impl Write,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        table.sort(grid);
+        table.write(&self.out.join(WHOLE_FILE))?;
+        if grid.axes().len() < 2 {
+            return Ok(());
+        }
+        let map = map(grid, &table, &self.map).ok_or_else(|| {
+            let known = table.header.iter().skip(grid.axes().len()).cloned().collect::<Vec<_>>();
+            let near = hil_sim::schemes::suggestion(&self.map, &known);
+            format!("--map {}: no column is called that; {near}. The rows are in {WHOLE_FILE}", self.map)
+        })?;
+        let [svg, _] = report::write_map(&self.out, &map)?;
+        writeln!(out, "map: {}", svg.display())?;
+        Ok(())
+    }
+}

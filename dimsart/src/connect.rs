@@ -1,0 +1,48 @@
+//! A controller at the other end of a serial port or socket.
+//!
+//! ```text
+//! Port  opens   RequestLine  asks, repeats, gives up   Device  learns names, gives commands, reports
+//! ```
+//! Names, ranges, choices and which unit is whose are the device's, asked for when they are first needed. Help texts, and
+//! the symbols of units, are this program's. What a command came to is said by the device's answer: its state and what
+//! keeps it from moving.
+
+mod command;
+mod commands;
+mod description;
+mod device;
+mod error;
+mod events;
+mod explain;
+mod faults;
+mod kept;
+mod key;
+mod lease;
+mod line;
+mod live;
+mod measured;
+mod recorder;
+mod renewal;
+mod scheme;
+mod show;
+mod signals;
+mod transaction;
+mod unsolicited;
+
+pub use command::CommandOutcome;
+pub(crate) use description::range_text;
+pub use description::{Identity, ValueText};
+pub use device::Device;
+pub use error::ConnectError;
+pub use events::{EventText, Events};
+pub use faults::{Check, Faults, FindingText, FirstFaultText, ReasonText};
+pub use kept::{KeptReport, TimingText};
+pub use key::KeyReport;
+pub use lease::LiveReport;
+pub use line::{LineError, Patience, RequestLine};
+pub use live::Live;
+pub use measured::{Measured, MeasuredRow};
+pub use recorder::{Recorded, RecordedRow};
+pub use scheme::Sent;
+pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};
+pub use signals::SignalReport;

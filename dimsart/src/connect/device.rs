@@ -1,0 +1,175 @@
+//! A device that is asked: what it answers, under its own names.
+
+use std::io::{Read, Write};
+
+use dimsart_core::protocol::{
+    InstanceText, OLDEST_PROTOCOL_VERSION, PROTOCOL_VERSION, Refusal, Request, Response, Status,
+};
+use dimsart_core::scheme::{Place, Problem, SchemeError};
+use dimsart_core::{ModuleRef, TypeRef, Vocabulary};
+
+use super::description::{Description, Identity};
+use super::{ConnectError, Patience, RequestLine};
+use hil_sim::schemes::Explained;
+
+/// A device at the other end of a line, and what is known of it so far.
+#[derive(Debug)]
+pub struct Device<S> {
+    line: RequestLine<S>,
+    description: Description,
+    /// Whether this client has taken the lease, and not given it back.
+    pub(super) has_taken_lease: bool,
+}
+
+/// Takes the content of the response that was asked for.
+macro_rules! take {
+    ($variant:ident) => {
+        |response| match response {
+            Response::$variant(content) => Some(content.into()),
+            _ => None,
+        }
+    };
+}
+pub(super) use take;
+
+impl<S: Read + Write> Device<S> {
+    /// Asks who is at the other end of `stream`.
+    ///
+    /// # Errors
+    /// [`ConnectError::Line`] when nobody answers, or in a way that is not understood; [`ConnectError::TooOld`].
+    pub fn greet(stream: S, patience: Patience) -> Result<Self, ConnectError> {
+        let mut line = RequestLine::new(stream, patience);
+        let identity = match line.ask(&Request::Identify)? {
+            Response::Identity(identity) if identity.protocol_version < OLDEST_PROTOCOL_VERSION => {
+                return Err(ConnectError::TooOld(identity.protocol_version));
+            }
+            Response::Identity(identity) => identity.into(),
+            Response::Refused(refusal) => return Err(ConnectError::Refused(refusal)),
+            _ => return Err(ConnectError::OtherAnswer),
+        };
+        Ok(Self { line, description: Description::new(identity), has_taken_lease: false })
+    }
+
+    pub(super) fn line(&self) -> &RequestLine<S> {
+        &self.line
+    }
+
+    pub(super) fn line_mut(&mut self) -> &mut RequestLine<S> {
+        &mut self.line
+    }
+
+    /// Who is there.
+    #[must_use]
+    pub fn identity(&self) -> &Identity {
+        &self.description.identity
+    }
+
+    /// What is to be expected of a device of a newer protocol version; none when it is ours.
+    #[must_use]
+    pub fn version_note(&self) -> Option<String> {
+        let theirs = self.identity().protocol_version;
+        (theirs > PROTOCOL_VERSION).then(|| {
+            format!(
+                "the device speaks protocol {theirs} and this command {PROTOCOL_VERSION}: what this command does not know \
+                 yet is refused or not shown, everything else works; to have all of it, use the `dimsart` that its image \
+                 was built with"
+            )
+        })
+    }
+
+    /// Ticks since the start, and whether the scheme commands the device, with the first reason if not.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn state(&mut self) -> Result<String, ConnectError> {
+        let status = self.status()?;
+        Ok(format!("tick {}: {}", status.ticks, self.state_text(status.blocked)?))
+    }
+
+    /// Asks; none when nothing has that number. A lease that is held is renewed before, when it is time to.
+    pub(super) fn ask<T>(
+        &mut self,
+        request: &Request,
+        take: impl FnOnce(Response<'_>) -> Option<T>,
+    ) -> Result<Option<T>, ConnectError> {
+        if !matches!(request, Request::Lease(_)) {
+            self.renew_in_time()?;
+        }
+        match self.line.ask(request)? {
+            Response::Refused(Refusal::NotThere) => Ok(None),
+            Response::Refused(refusal) => Err(ConnectError::Refused(refusal)),
+            response => take(response).map(Some).ok_or(ConnectError::OtherAnswer),
+        }
+    }
+
+    pub(super) fn status(&mut self) -> Result<Status, ConnectError> {
+        self.ask(&Request::Status, take!(Status))?.ok_or(ConnectError::OtherAnswer)
+    }
+
+    pub(super) fn instances(&mut self) -> Result<Vec<InstanceText>, ConnectError> {
+        let mut found = Vec::new();
+        for index in 0..=u8::MAX {
+            let Some(instance) = self.ask(&Request::Instance { index }, take!(Instance))? else { break };
+            found.push(instance);
+        }
+        Ok(found)
+    }
+
+    /// Looks something up in the device's own description, which is asked for as far as it is needed.
+    ///
+    /// `look` is called anew when something was missing: it must only look.
+    pub(super) fn know<T>(&mut self, look: impl Fn(&Description) -> T) -> Result<T, ConnectError> {
+        self.description.forget_ports();
+        loop {
+            let seen = look(&self.description);
+            let Some(request) = self.description.take_missing() else { return Ok(seen) };
+            let is_there = self.ask(&request, |response| {
+                let is_it = matches!(
+                    (request, response),
+                    (Request::Module { .. }, Response::Module(_))
+                        | (Request::Parameter { .. }, Response::Parameter(_))
+                        | (Request::Port { .. }, Response::Port(_))
+                        | (Request::DataType { .. }, Response::DataType(_))
+                );
+                is_it.then_some(())
+            })?;
+            let content = is_there.map(|()| self.line.content().to_vec());
+            self.description.learn(request, content);
+        }
+    }
+
+    /// Reads words with the device's names.
+    pub(super) fn read<'a, T>(
+        &mut self,
+        read: impl Fn(&Description) -> Result<T, SchemeError<'a>>,
+    ) -> Result<T, ConnectError> {
+        self.know(|known| {
+            read(known).map_err(|error| ConnectError::Word(Explained { error, known }.to_string()))
+        })?
+    }
+
+    /// A module by its name; it need not exist yet.
+    pub(super) fn module(&mut self, word: &str) -> Result<ModuleRef, ConnectError> {
+        self.read(|known| known.module_named(word).ok_or(misread(word, Problem::ModuleValue)))
+    }
+
+    /// A signal by its name, `FORCE` or `FORCE.2`.
+    pub(super) fn signal_named(&mut self, word: &str) -> Result<TypeRef, ConnectError> {
+        self.read(|known| known.signal_named(word).ok_or(misread(word, Problem::Type)))
+    }
+
+    /// Name of a module, `PDCTRL_MOD` or `PDCTRL_MOD.2`; `?` for a kind that is not in the image.
+    pub(super) fn module_name(&mut self, module: ModuleRef) -> Result<String, ConnectError> {
+        self.know(|known| known.name_of_module(module).to_string())
+    }
+
+    /// Name of a signal, `FORCE` or `FORCE.2`; `?` for a type that the device does not have.
+    pub(super) fn signal_name(&mut self, signal: TypeRef) -> Result<String, ConnectError> {
+        self.know(|known| known.name_of_signal(signal).to_string())
+    }
+}
+
+/// A word that is none of those it should be, and stands in no text.
+fn misread(word: &str, problem: Problem) -> SchemeError<'_> {
+    SchemeError { place: Place { line: 1, column: 1, word }, problem }
+}

@@ -1,0 +1,214 @@
+//! An image whose controller can be run and bounded: its entry points by name, its board.
+
+use std::collections::BTreeSet;
+use std::env;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ::cycles::image::Image;
+use boards::BOARDS;
+use boards::catalogue::BoardInfo;
+use dimsart_core::stamp::UNSTAMPED;
+
+use super::{CyclesError, Memory};
+use hil_sim::emulated::{BOARD, FOLDER_VARIABLE, built};
+
+/// Calls of a module, as the image names them.
+const COMPUTE: [&str; 2] = ["dimsart_core::kind::compute", "dimsart_core::kind::compute_late"];
+/// Such a call with what measures it, in an image that does.
+const TIMED: &str = "firmware::measure::timed";
+/// What applies a command.
+const COMMAND: &str = ">::command";
+const ENGINE: &str = "dimsart_core::engine::Engine<";
+/// More than any board's memory.
+const MAX_CONTROLLER_BYTES: u32 = 1 << 24;
+/// Longest text that an image can call itself by.
+const MAX_NAME_BYTES: u32 = 100;
+
+/// A firmware image, read.
+#[derive(Debug, Clone)]
+pub struct Firmware {
+    /// The file.
+    pub path: PathBuf,
+    /// What is in it.
+    pub image: Arc<Image>,
+    /// What it calls itself: version, board and features.
+    pub name: String,
+    /// Of the board's processor.
+    pub clock_hz: u32,
+    /// Ticks per second.
+    pub tick_hz: u32,
+    /// Memory of a controller.
+    pub(super) controller_bytes: u32,
+    /// SP when nothing is on the stack.
+    pub(super) stack_top: u32,
+    pub(super) entry: EntryPoints,
+    /// Functions that are called once per module and stage.
+    pub(super) compute: BTreeSet<u32>,
+    /// What applies one command.
+    pub(super) command: u32,
+}
+
+/// Addresses of the functions that a controller is built and run by; `firmware/src/entry_points.rs` has them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct EntryPoints {
+    pub(super) connect: u32,
+    pub(super) limit: u32,
+    pub(super) load: u32,
+    pub(super) read: u32,
+    pub(super) deliver: u32,
+    pub(super) tick: u32,
+    pub(super) take: u32,
+}
+
+impl Firmware {
+    /// The image at `given`. Without, that of `board` in the folder that the variable `DIMSART_FIRMWARE` names;
+    /// without that, the one that was built last.
+    ///
+    /// # Errors
+    /// [`CyclesError`] when there is none, or none of that board.
+    pub fn find(given: Option<&Path>, board: Option<&str>) -> Result<Self, CyclesError> {
+        let path = match (given, env::var_os(FOLDER_VARIABLE)) {
+            (Some(path), _) => path.to_owned(),
+            (None, Some(folder)) => Path::new(&folder).join(board.unwrap_or(BOARD)),
+            (None, None) => built(),
+        };
+        if !path.is_file() {
+            return Err(CyclesError::NoImage { path, board: board.unwrap_or("BOARD").to_owned() });
+        }
+        let bytes =
+            fs::read(&path).map_err(|source| CyclesError::Unreadable { path: path.clone(), source })?;
+        let image = match Image::read(&bytes) {
+            Ok(image) => image,
+            Err(source) => return Err(CyclesError::NotAnImage { path, source }),
+        };
+        let firmware = Self::new(path, image)?;
+        match board {
+            Some(board) if !firmware.features().any(|feature| feature == board) => {
+                let Self { path, name, .. } = firmware;
+                Err(CyclesError::OtherBoard { path, found: name, wanted: board.to_owned() })
+            }
+            _ => Ok(firmware),
+        }
+    }
+
+    /// The image that calls itself `name`, stamped or not: at `given`, or else one of the folder that the variable `DIMSART_FIRMWARE`
+    /// names; without that, the one that was built last.
+    ///
+    /// # Errors
+    /// [`CyclesError`] when there is none.
+    pub fn find_by_name(given: Option<&Path>, name: &str) -> Result<Self, CyclesError> {
+        let name = name.trim_end_matches(UNSTAMPED);
+        let folder = env::var_os(FOLDER_VARIABLE).filter(|_| given.is_none());
+        let Some(folder) = folder.map(PathBuf::from) else {
+            let firmware = Self::find(given, None)?;
+            return match firmware.name == name {
+                true => Ok(firmware),
+                false => {
+                    let Self { path, name: found, .. } = firmware;
+                    Err(CyclesError::OtherThanRuns { path, found, runs: name.to_owned() })
+                }
+            };
+        };
+        let files = fs::read_dir(&folder)
+            .map_err(|source| CyclesError::Unreadable { path: folder.clone(), source })?;
+        let mut paths: Vec<PathBuf> = files.flatten().map(|file| file.path()).collect();
+        paths.sort();
+        let is_named = |path: &PathBuf| {
+            let bytes = fs::read(path).unwrap_or_default();
+            !name.is_empty() && bytes.windows(name.len()).any(|part| part == name.as_bytes())
+        };
+        let candidates = paths.into_iter().filter(is_named);
+        let mut found = candidates.filter_map(|path| Self::find(Some(&path), None).ok());
+        found
+            .find(|firmware| firmware.name == name)
+            .ok_or_else(|| CyclesError::NoneOfThatName { folder, name: name.to_owned() })
+    }
+
+    fn new(path: PathBuf, image: Image) -> Result<Self, CyclesError> {
+        let Some((name, clock_hz, tick_hz, controller_bytes)) = facts(&image) else {
+            return Err(CyclesError::NotDimsart { path });
+        };
+        let lacks = |what: &str| CyclesError::NoEntry { path: path.clone(), what: what.to_owned() };
+        let entry = |name: &str| {
+            let found = image.function(name).map(|function| function.address);
+            found.ok_or_else(|| lacks(name))
+        };
+        let entry = EntryPoints {
+            connect: entry("dimsart_connect")?,
+            limit: entry("dimsart_limit")?,
+            load: entry("dimsart_load")?,
+            read: entry("dimsart_read")?,
+            deliver: entry("dimsart_deliver")?,
+            tick: entry("dimsart_tick")?,
+            take: entry("dimsart_take")?,
+        };
+        let named = |is_one: fn(&str) -> bool| {
+            let functions = image.functions.values();
+            functions
+                .filter(move |function| function.names.iter().any(|name| is_one(name)))
+                .map(|function| function.address)
+        };
+        let timed: BTreeSet<u32> = named(|name| name.starts_with(TIMED)).collect();
+        // Only an image that measures itself has them.
+        let compute: BTreeSet<u32> = match timed.is_empty() {
+            false => timed,
+            true => named(|name| COMPUTE.iter().any(|compute| name.ends_with(compute))).collect(),
+        };
+        if compute.is_empty() {
+            return Err(lacks("a module's compute"));
+        }
+        let command = named(|name| name.starts_with(ENGINE) && name.ends_with(COMMAND)).next();
+        let command = command.ok_or_else(|| lacks("Engine::command"))?;
+        let stack_top = *image.symbols.get("_stack_start").ok_or_else(|| lacks("_stack_start"))? & !7;
+        Ok(Self {
+            controller_bytes,
+            stack_top,
+            entry,
+            compute,
+            command,
+            name,
+            clock_hz,
+            tick_hz,
+            path,
+            image: Arc::new(image),
+        })
+    }
+
+    /// Cycles from one tick to the next.
+    #[must_use]
+    pub fn budget_cycles(&self) -> u64 {
+        u64::from(self.clock_hz / self.tick_hz.max(1))
+    }
+
+    /// The board that it is for, if that is known here.
+    pub(crate) fn board(&self) -> Option<&'static BoardInfo> {
+        BOARDS.iter().find(|board| self.features().any(|feature| feature == board.name))
+    }
+
+    /// What its board runs it from; where nothing waits for a board that is not known here.
+    #[must_use]
+    pub fn memory(&self) -> Memory {
+        self.board().map_or(Memory::ZeroWait, |board| Memory::of_board(board.name))
+    }
+
+    /// The board and what else the image was built with.
+    fn features(&self) -> impl Iterator<Item = &str> {
+        self.name.rsplit(' ').next().unwrap_or_default().split('+')
+    }
+}
+
+/// What the image says of itself: name, clock, ticks per second and bytes of a controller.
+fn facts(image: &Image) -> Option<(String, u32, u32, u32)> {
+    let address = *image.symbols.get("dimsart_image")?;
+    let word = |index: u32| -> Option<u32> {
+        let bytes = image.bytes(address.checked_add(4 * index)?, 4)?;
+        Some(u32::from_le_bytes(bytes.try_into().ok()?))
+    };
+    let [clock_hz, tick_hz, text, length] = [word(0)?, word(1)?, word(2)?, word(3)?];
+    let controller_bytes = word(4).filter(|bytes| *bytes <= MAX_CONTROLLER_BYTES)?;
+    let length = usize::try_from(Some(length).filter(|bytes| *bytes <= MAX_NAME_BYTES)?).ok()?;
+    let name = String::from_utf8(image.bytes(text, length)?.to_vec()).ok()?;
+    Some((name, clock_hz, tick_hz, controller_bytes)).filter(|_| tick_hz > 0)
+}

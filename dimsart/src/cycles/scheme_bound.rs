@@ -1,0 +1,267 @@
+//! Bounds of small schemes around one kind of module, for each of its parameters' choices.
+
+use ::cycles::timing::Timing;
+use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_LINKS};
+use dimsart_core::modules::Standard;
+use dimsart_core::saved_scheme;
+use dimsart_core::scheme::{ENGINE, Problem, Row};
+use dimsart_core::{
+    Accepts, Command, Engine, Finding, Format, ModuleList, ModuleRef, Parameter, TypeRef, Value, Vocabulary,
+    types,
+};
+
+use super::controller::Lengths;
+use super::steady::channels;
+use super::worst::Worst;
+use super::{Controller, CyclesError, Firmware};
+use hil_sim::bilateral::{Side, device};
+use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::Explained;
+
+/// What is carried by a COMM module: the most that fits, and waves, which need the most care.
+const CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = [
+    types::CH2_WAVES.first(),
+    TypeRef { number: 9, ..types::CH2_WAVES.first() },
+    TypeRef { number: 9, ..types::CH1_WAVES.first() },
+    TypeRef { number: 9, ..types::FORCE.first() },
+];
+
+/// With a type that is not `f32`, whose packets are looked at word by word. Nobody gives one to a sender here.
+const MIXED_CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = {
+    let [first, second, third, _] = CONTENT;
+    [first, second, third, TypeRef { number: 9, ..types::LINK_LOST.first() }]
+};
+
+/// What a small scheme takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct SchemeBound {
+    /// A tick without its modules' calls.
+    pub(super) rest: u64,
+    /// Calls of modules in a tick.
+    pub(super) calls: u64,
+    /// The calls of the module that the scheme is around: cycles of all, and their number.
+    pub(super) module: (u64, u64),
+}
+
+/// A kind of module with some values of its parameters.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Variant {
+    module: ModuleRef,
+    parameters: Vec<Command>,
+}
+
+impl Variant {
+    /// Every kind with all its choices and switches; its numbers, those that decide ports or memory apart from the
+    /// others, as by default and otherwise.
+    pub(super) fn all() -> Vec<Self> {
+        (0..).zip(Standard::KINDS).flat_map(|(kind, _)| Self::of(kind)).collect()
+    }
+
+    /// Number of its kind.
+    pub(super) fn kind(&self) -> usize {
+        usize::from(self.module.kind)
+    }
+
+    fn of(kind: u8) -> Vec<Self> {
+        let module = ModuleRef { kind, number: 1 };
+        let described = |index| Some((index, Engine::<Standard>::describe_parameter(kind, index)?));
+        let parameters: Vec<(u8, Parameter)> = (0..).map_while(described).collect();
+        let mut all = Vec::new();
+        for (structural, others) in [(false, false), (true, false), (false, true), (true, true)] {
+            let mut sets = vec![Vec::new()];
+            for (index, parameter) in &parameters {
+                let values = values(parameter, if parameter.is_structural { structural } else { others });
+                let with = |set: &Vec<Command>, given: &[Value]| {
+                    let given = given.iter().map(|value| Command::set(module, *index, *value));
+                    set.iter().copied().chain(given).collect()
+                };
+                sets = sets.iter().flat_map(|set| values.iter().map(move |given| with(set, given))).collect();
+            }
+            for parameters in sets {
+                let variant = Self { module, parameters };
+                if !all.contains(&variant) {
+                    all.push(variant);
+                }
+            }
+        }
+        all
+    }
+}
+
+/// What to give a parameter, one set of values after the other.
+fn values(parameter: &Parameter, takes_other: bool) -> Vec<Vec<Value>> {
+    match parameter.accepts {
+        Accepts::Flag => [false, true].map(|flag| vec![Value::Flag(flag)]).into(),
+        Accepts::Choice(names) => (0..).zip(names).map(|(index, _)| vec![Value::Choice(index)]).collect(),
+        Accepts::Types => [CONTENT, MIXED_CONTENT].map(|content| content.map(Value::Type).into()).into(),
+        Accepts::Count { max, .. } => match parameter.default {
+            Some(Value::Count(default)) if takes_other => vec![vec![Value::Count(max.min(default + 3))]],
+            _ => vec![Vec::new()],
+        },
+        Accepts::Integer { min, max } if takes_other => vec![vec![Value::Integer(min + (max / 4 - min / 4))]],
+        Accepts::Integer { .. } => vec![Vec::new()],
+        Accepts::Real { min, max } if takes_other => vec![vec![Value::Real(min + 0.25 * (max - min))]],
+        Accepts::Real { .. } => vec![Vec::new()],
+    }
+}
+
+impl SchemeBound {
+    /// Of the smallest scheme around a kind of module; none for values that the module refuses, or a scheme that the
+    /// image does, such as one that it has no memory for.
+    ///
+    /// What it reads and nobody provides comes from generators, whose numbers are not known in a bound.
+    ///
+    /// # Errors
+    /// [`CyclesError`] when there is no such scheme, or no bound of it.
+    pub(super) fn around(
+        variant: &Variant,
+        firmware: &Firmware,
+        timing: Timing,
+        dof: usize,
+    ) -> Result<Option<Self>, CyclesError> {
+        let Some(mut scheme) = Scheme::around(variant, dof)? else { return Ok(None) };
+        scheme.bound(firmware, timing, dof)
+    }
+
+    /// Of a scheme with this many P controllers; none if the image refuses it.
+    ///
+    /// # Errors
+    /// [`CyclesError`] when there is no bound of it.
+    pub(super) fn of_many(
+        count: u8,
+        firmware: &Firmware,
+        timing: Timing,
+        dof: usize,
+    ) -> Result<Option<Self>, CyclesError> {
+        let mut scheme = Scheme::new(named("PCTRL_MOD"), dof)?;
+        for number in 1..=count {
+            scheme.plug_in_controller(number)?;
+        }
+        scheme.start()?;
+        scheme.bound(firmware, timing, dof)
+    }
+}
+
+/// A scheme that is being made.
+struct Scheme {
+    dimsart: Box<SimulatedDimsart>,
+    module: ModuleRef,
+}
+
+impl Scheme {
+    fn new(module: ModuleRef, dof: usize) -> Result<Self, CyclesError> {
+        let device = device(Side::Master.name(), dof, SAMPLE_PERIOD_S)?;
+        let dimsart = SimulatedDimsart::new(device).map_err(|error| CyclesError::Scheme(error.into()))?;
+        Ok(Self { dimsart: Box::new(dimsart), module })
+    }
+
+    fn around(variant: &Variant, dof: usize) -> Result<Option<Self>, CyclesError> {
+        let module = variant.module;
+        let mut scheme = Self::new(module, dof)?;
+        if variant.parameters.iter().any(|command| scheme.dimsart.command(*command).is_err()) {
+            return Ok(None);
+        }
+        // Alone at first, to see what is missing.
+        scheme.give(Command::PlugIn(module))?;
+        let report = scheme.dimsart.engine().check();
+        let missing = report.findings().iter().filter_map(|finding| match finding {
+            Finding::NoProvider { signal, .. } => Some(*signal),
+            _ => None,
+        });
+        let mut missing: Vec<TypeRef> = missing.collect();
+        missing.dedup();
+        scheme.give(Command::Unplug(module))?;
+        let known = scheme.dimsart.engine();
+        let is_generated =
+            |signal: &TypeRef| known.type_of(*signal).is_some_and(|found| found.format == Format::F32);
+        if !missing.iter().all(is_generated) {
+            return Ok(None);
+        }
+        for (number, signal) in (OTHER..).zip(missing) {
+            let generator = format!("SIGGEN_MOD.{number}");
+            scheme.row(&generator, "FORM", "SINE")?;
+            scheme.row(&generator, "AMPLITUDE", "1")?;
+            let signal = scheme.dimsart.engine().name_of_signal(signal).to_string();
+            scheme.row(&generator, "PORT_SIGNAL_OUT", &signal)?;
+            scheme.row(ENGINE, "MOD_ON", &generator)?;
+        }
+        scheme.give(Command::PlugIn(module))?;
+        scheme.start()?;
+        Ok(Some(scheme))
+    }
+
+    /// One that holds the device where it is, or would.
+    fn plug_in_controller(&mut self, number: u8) -> Result<(), CyclesError> {
+        let module = format!("PCTRL_MOD.{number}");
+        self.row(&module, "PORT_DES_POSITION", "POSITION")?;
+        self.row(&module, "PORT_DES_FORCE", &format!("DES_FORCE.{number}"))?;
+        self.row(ENGINE, "MOD_ON", &module)
+    }
+
+    fn row(&mut self, module: &str, command: &str, value: &str) -> Result<(), CyclesError> {
+        let words = ["all", module, command, value];
+        let given = Row::of(&words).apply(&mut self.dimsart);
+        given.map_err(|error| match error.problem {
+            Problem::Refused(error) => CyclesError::Scheme(error),
+            _ => {
+                let reason = Explained { error, known: self.dimsart.engine() }.to_string();
+                CyclesError::Row { row: words.join(" "), reason }
+            }
+        })
+    }
+
+    fn give(&mut self, command: Command) -> Result<(), CyclesError> {
+        self.dimsart.command(command).map_err(CyclesError::Scheme)
+    }
+
+    fn start(&mut self) -> Result<(), CyclesError> {
+        self.give(Command::Check)
+    }
+
+    /// What is listened to; nobody sees what comes over another link.
+    fn channels(&mut self) -> [Option<u16>; MAX_LINKS] {
+        let receiver = named("COMM_RXMOD");
+        let link = Engine::<Standard>::parameter(receiver.kind, "CRX_LINK");
+        let link = link.and_then(|link| self.dimsart.engine_mut().get(receiver, link, 0).ok());
+        let mut channels = channels(&self.dimsart).map(Some);
+        for (number, channel) in (0..).zip(&mut channels) {
+            *channel = channel.filter(|_| link == Some(Value::Count(number)));
+        }
+        channels
+    }
+
+    fn bound(
+        &mut self,
+        firmware: &Firmware,
+        timing: Timing,
+        dof: usize,
+    ) -> Result<Option<SchemeBound>, CyclesError> {
+        let engine = self.dimsart.engine_mut();
+        let scheme = saved_scheme::save(engine).map_err(|_| CyclesError::SchemeTooLong)?;
+        let steps: Vec<ModuleRef> = engine.steps().map(|step| step.module).collect();
+        let channels = self.channels();
+        let mut controller = Controller::new(firmware, timing, dof)?;
+        match controller.load(&scheme) {
+            Err(CyclesError::Refused { .. }) => return Ok(None),
+            loaded => loaded?,
+        };
+        let worst = |lengths| Worst::of_ticks(firmware, &timing, &controller, channels, lengths);
+        let worst = worst(Lengths::Together).or_else(|_| worst(Lengths::Each))?;
+        if worst.calls.len() != steps.len() {
+            return Err(CyclesError::Calls { tick: 0, expected: steps.len(), found: worst.calls.len() });
+        }
+        let all: u64 = worst.calls.iter().map(|call| call.cycles).sum();
+        let own = steps.iter().zip(&worst.calls).filter(|(step, _)| **step == self.module);
+        let module = own.fold((0, 0), |(cycles, calls), (_, call)| (cycles + call.cycles, calls + 1));
+        let rest = worst.tick.cycles.saturating_sub(all);
+        Ok(Some(SchemeBound { rest, calls: steps.len() as u64, module }))
+    }
+}
+
+/// From here on, modules that are there for others' sake.
+const OTHER: u8 = 91;
+const SAMPLE_PERIOD_S: f64 = 1e-3;
+
+fn named(name: &str) -> ModuleRef {
+    Engine::<Standard>::module(name).unwrap_or(ModuleRef { kind: 0, number: 1 })
+}

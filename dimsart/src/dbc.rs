@@ -1,0 +1,236 @@
+//! What a scheme says on a CAN bus, as a DBC file that every CAN tool reads.
+//!
+//! It is made of what the firmware itself would send: the packets of a controller that runs the scheme, in the layout
+//! of [`carrier`](dimsart_core::carrier). One message per sending module; its identifier is the module's channel.
+
+mod layout;
+
+use std::fmt::{self, Display, Formatter};
+
+use dimsart_core::modules::Standard;
+use dimsart_core::{Command, Dimsart, Engine, ModuleList, ModuleRef, TypeRef, Value};
+use serde::Serialize;
+
+use hil_sim::first_packet::first_packet;
+
+pub use layout::{Kind, Signal};
+
+/// Which frames carry the packets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Frames {
+    /// 8 bytes: a packet is several frames, told apart by the multiplexer `INDEX`.
+    Can,
+    /// 64 bytes: a packet is one frame.
+    CanFd,
+}
+
+impl Frames {
+    /// Place in the attribute's list, with an identifier of 11 bits.
+    fn format(self) -> u8 {
+        match self {
+            Self::Can => 0,
+            Self::CanFd => 14,
+        }
+    }
+}
+
+/// What kind of bus and frames it is, as CAN tools read it.
+const ATTRIBUTES: &str = r#"BA_DEF_ "BusType" STRING ;
+BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","reserved","StandardCAN_FD","ExtendedCAN_FD";
+BA_DEF_DEF_ "BusType" "CAN";
+BA_DEF_DEF_ "VFrameFormat" "StandardCAN";"#;
+
+/// A message: all packets of one sending module.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Message {
+    /// Identifier of its frames: the channel.
+    pub identifier: u16,
+    /// Name, such as `master_COMM_TXMOD`.
+    pub name: String,
+    /// Who sends it.
+    pub sender: String,
+    /// Frames that carry it.
+    pub frames: Frames,
+    /// Longest frame, bytes.
+    pub bytes: usize,
+    /// What is in it.
+    pub signals: Vec<Signal>,
+}
+
+/// Why there is no DBC of a scheme.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum DbcError {
+    /// Nothing is sent.
+    #[error("the scheme sends nothing on the {side}: it plugs in no COMM_TXMOD")]
+    NothingSent {
+        /// The side.
+        side: String,
+    },
+    /// Channel 0 has the identifier of the chip's serial number.
+    #[error(
+        "{module} on the {side} sends on channel 0, whose identifier each board makes of its serial number: give it \
+        one with a row `{side} {module} CTX_CHANNEL n`, n from 1 to 2047, above its MOD_ON, and the receiver the \
+        same CRX_CHANNEL"
+    )]
+    NoIdentifier {
+        /// The side.
+        side: String,
+        /// The module.
+        module: String,
+    },
+    /// Two messages of one identifier.
+    #[error(
+        "{one} and {other} both send on channel {channel}: frames of one identifier destroy each other, give each \
+        module a `CTX_CHANNEL` of its own, and its receiver the same `CRX_CHANNEL`"
+    )]
+    SameIdentifier {
+        /// The one.
+        one: String,
+        /// The other one.
+        other: String,
+        /// The channel of both.
+        channel: u16,
+    },
+    /// More words than the frames carry.
+    #[error(
+        "{module} on the {side} sends {words} words a packet, and {most} fit: leave out signals, or the counters \
+        (`CTX_COUNTERS OFF`)"
+    )]
+    TooLong {
+        /// The side.
+        side: String,
+        /// The module.
+        module: String,
+        /// Words of a packet.
+        words: usize,
+        /// Most that fit.
+        most: usize,
+    },
+}
+
+/// The messages that a controller sends whose scheme runs; `side` names it.
+///
+/// The controller is ticked, with a device at rest, until every module has sent.
+///
+/// # Errors
+/// [`DbcError`] when nothing is sent, or something that a frame cannot carry.
+pub fn messages<const WORDS: usize>(
+    dimsart: &mut Dimsart<Standard, WORDS>,
+    side: &str,
+    frames: Frames,
+) -> Result<Vec<Message>, DbcError> {
+    let senders = senders(dimsart);
+    if senders.is_empty() {
+        return Err(DbcError::NothingSent { side: side.to_owned() });
+    }
+    senders.into_iter().map(|sender| message(dimsart, side, &sender, frames)).collect()
+}
+
+/// A module that sends.
+struct Sender {
+    module: ModuleRef,
+    link: usize,
+    types: Vec<TypeRef>,
+}
+
+fn senders<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>) -> Vec<Sender> {
+    let engine = dimsart.engine_mut();
+    let is_sender = |module: &ModuleRef| {
+        Standard::KINDS.get(usize::from(module.kind)).is_some_and(|kind| kind.name == "COMM_TXMOD")
+    };
+    let modules: Vec<ModuleRef> =
+        engine.instances().filter(|module| is_sender(module) && engine.is_plugged_in(*module)).collect();
+    let mut senders: Vec<Sender> =
+        modules.into_iter().map(|module| Sender { module, link: 0, types: Vec::new() }).collect();
+    for sender in &mut senders {
+        let link = Engine::<Standard, WORDS>::parameter(sender.module.kind, "CTX_LINK");
+        if let Some(Ok(Value::Count(link))) = link.map(|index| engine.get(sender.module, index, 0)) {
+            sender.link = usize::try_from(link).unwrap_or_default();
+        }
+        let types = Engine::<Standard, WORDS>::parameter(sender.module.kind, "CTX_ADD_DATA");
+        for command in engine.commands() {
+            if let Command::Set { module, parameter, value: Value::Type(signal), .. } = command
+                && module == sender.module
+                && Some(parameter) == types
+            {
+                sender.types.push(signal);
+            }
+        }
+    }
+    senders
+}
+
+fn message<const WORDS: usize>(
+    dimsart: &mut Dimsart<Standard, WORDS>,
+    side: &str,
+    sender: &Sender,
+    frames: Frames,
+) -> Result<Message, DbcError> {
+    let module = Engine::<Standard, WORDS>::module_name(sender.module).to_string();
+    let side = side.to_owned();
+    let Some(packet) = first_packet(dimsart, sender.link) else { return Err(DbcError::NothingSent { side }) };
+    if packet.channel == 0 {
+        return Err(DbcError::NoIdentifier { side, module });
+    }
+    let words = layout::words(dimsart.engine().device(), &sender.types, packet.words.len());
+    let (bytes, most) = layout::limits(frames, words.len());
+    if words.len() > most {
+        return Err(DbcError::TooLong { side, module, words: words.len(), most });
+    }
+    let name = format!("{side}_{}", module.replace('.', "_"));
+    let signals = layout::signals(frames, words);
+    Ok(Message { identifier: packet.channel, name, sender: side, frames, bytes, signals })
+}
+
+/// Messages as a DBC file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Dbc {
+    messages: Vec<Message>,
+}
+
+impl Dbc {
+    /// The messages of one bus.
+    ///
+    /// # Errors
+    /// [`DbcError::SameIdentifier`] for two that cannot be told apart.
+    pub fn new(messages: Vec<Message>) -> Result<Self, DbcError> {
+        for (place, message) in messages.iter().enumerate() {
+            let before = messages.iter().take(place);
+            if let Some(same) = before.into_iter().find(|before| before.identifier == message.identifier) {
+                let [one, other] = [&same.name, &message.name].map(Clone::clone);
+                return Err(DbcError::SameIdentifier { one, other, channel: message.identifier });
+            }
+        }
+        Ok(Self { messages })
+    }
+}
+
+impl Display for Dbc {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        writeln!(f, "VERSION \"\"\n\nNS_ :\n\nBS_:\n")?;
+        let mut nodes: Vec<&str> = self.messages.iter().map(|message| message.sender.as_str()).collect();
+        nodes.dedup();
+        writeln!(f, "BU_: {}\n", nodes.join(" "))?;
+        for Message { identifier, name, sender, bytes, signals, .. } in &self.messages {
+            writeln!(f, "BO_ {identifier} {name}: {bytes} {sender}")?;
+            for signal in signals {
+                writeln!(f, "{signal}")?;
+            }
+            writeln!(f)?;
+        }
+        writeln!(f, "{ATTRIBUTES}")?;
+        if self.messages.iter().any(|message| message.frames == Frames::CanFd) {
+            writeln!(f, "BA_ \"BusType\" \"CAN FD\";")?;
+        }
+        for Message { identifier, frames, .. } in &self.messages {
+            writeln!(f, "BA_ \"VFrameFormat\" BO_ {identifier} {};", frames.format())?;
+        }
+        for message in &self.messages {
+            for signal in message.signals.iter().filter(|signal| signal.kind == Kind::Real) {
+                writeln!(f, "SIG_VALTYPE_ {} {} : 1;", message.identifier, signal.name)?;
+            }
+        }
+        Ok(())
+    }
+}

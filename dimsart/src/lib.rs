@@ -1,0 +1,25 @@
+//! The `dimsart` command: runs experiments of [`hil_sim`] and draws them, bounds what images take, talks to controllers.
+//!
+//! ```text
+//!  hil_sim: Run { Outcome, Recording, Rig } ──▶ pictures ──▶ report: HTML, PNG, SVG, CSV, MCAP
+//!  cycles:  image ──▶ cycles, stamp: what a tick and a module take
+//!  a board: Port ──▶ connect: questions, commands, telemetry; broker: one port for many clients
+//! ```
+//!
+//! | To add | Write | Register it |
+//! |---|---|---|
+//! | a sub-command | a file in `cli/` | a line in [`cli`] |
+//! | a picture | a [`Figure`](report::Figure) in [`pictures`] | nowhere else: the report draws what it is given |
+#![forbid(unsafe_code)]
+
+pub mod broker;
+pub mod budget;
+pub mod cli;
+pub mod connect;
+pub mod cycles;
+pub mod dbc;
+pub mod pictures;
+pub mod report;
+pub mod stamp;
+pub mod sweep;
+pub mod tick_map;

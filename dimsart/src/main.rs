@@ -1,0 +1,7 @@
+//! The `dimsart` command.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    dimsart::cli::main()
+}

@@ -1,0 +1,310 @@
+//! What a run writes: signals as CSV, pictures as PNG and SVG, one page that shows them.
+//!
+//! ```text
+//! folder/report.html ── shows ──▶ positions.svg, forces.svg, ..., timeline.svg (each with its .png)
+//!                    └─ links ──▶ signals.csv, or signals.mcap
+//! ```
+
+mod bitmap;
+mod bus_timeline;
+mod contour;
+mod csv;
+mod cycle_bars;
+mod decimate;
+mod field_map;
+mod figure;
+mod html;
+mod mcap;
+mod plot;
+mod signals;
+mod simplify;
+mod tick_map;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use indicatif::ProgressBar;
+use serde::Serialize;
+
+pub use bus_timeline::{BusRow, BusTimeline, Stretch};
+pub use contour::{Piece, contour};
+pub use cycle_bars::{CycleBar, CycleBars};
+pub use field_map::{Field, FieldMap};
+pub use figure::{Curve, Figure, Level, Panel, Span};
+pub use signals::{RunFacts, SignalsFile, SignalsFormat, SignalsKind};
+pub use tick_map::{TickMap, TypeRow};
+
+use figure::FigurePicture;
+use hil_sim::recording::Recording;
+use html::PageImage;
+use plot::Picture;
+use tick_map::TimelinePicture;
+
+const PAGE_FILE: &str = "report.html";
+const TIMELINE_STEM: &str = "timeline";
+const BUS_STEM: &str = "bus";
+const CYCLES_STEM: &str = "cycles";
+const MAP_STEM: &str = "map";
+
+/// Everything a run has to say about itself.
+#[derive(Debug)]
+pub struct Report<'a> {
+    /// Headline of the page.
+    pub title: String,
+    /// What to know first.
+    pub summary: Vec<Fact>,
+    /// What differs from axis to axis; not shown without rows.
+    pub axes: Table,
+    /// What went wrong, one sentence each; empty for a clean run.
+    pub faults: Vec<String>,
+    /// Pictures of signals over time, in the order of the page.
+    pub figures: Vec<Figure>,
+    /// One map per controller, shown together as the Data Base timeline; not shown when empty.
+    pub tick_maps: Vec<TickMap>,
+    /// Who had the simulated media when; none without any.
+    pub bus: Option<BusTimeline>,
+    /// The settings that repeat the run, as TOML.
+    pub settings_toml: String,
+    /// The signals.
+    pub recording: &'a Recording,
+    /// Which file has them.
+    pub signals: SignalsKind,
+}
+
+/// One row of the summary, ready to read.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Fact {
+    /// What it is.
+    pub name: String,
+    /// Its value as text.
+    pub value: String,
+    /// Its unit; empty for a pure number or a word.
+    pub unit: String,
+    /// What it means or is compared with; may be empty.
+    pub note: String,
+}
+
+/// Text in rows and columns.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub struct Table {
+    /// Names of the columns, units included.
+    pub header: Vec<String>,
+    /// Cells, row by row.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// The files a report consists of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// The page to open first.
+    pub page: PathBuf,
+    /// SVG and PNG of each picture, in the order of the page.
+    pub pictures: Vec<PathBuf>,
+}
+
+/// Why a report could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ReportError {
+    /// The folder does not exist and cannot be made.
+    #[error("cannot create {}: {source}; choose another folder with --out", path.display())]
+    Folder {
+        /// The folder asked for.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// A file cannot be written.
+    #[error("cannot write {}: {source}; free some space there or choose another folder with --out", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: io::Error,
+    },
+    /// The user gave up waiting for it.
+    #[error("stopped while the report was written; {} has a part of it", folder.display())]
+    Stopped {
+        /// The report's folder.
+        folder: PathBuf,
+    },
+    /// A picture or the page cannot be made from what the run left.
+    #[error("cannot make {}: {reason}; the other files are good, please report this as a bug", path.display())]
+    Content {
+        /// The file that is missing.
+        path: PathBuf,
+        /// What the library says.
+        reason: String,
+    },
+}
+
+/// Tries whether a report can be written to `folder`, so that a run is not made in vain. Leaves everything as it
+/// was: an older report in it, and no folder that was not there.
+///
+/// # Errors
+/// [`ReportError`] names the folder or file and what to do.
+pub fn try_folder(folder: &Path) -> Result<(), ReportError> {
+    let is_missing = |path: &&Path| !path.as_os_str().is_empty() && !path.exists();
+    let missing: Vec<&Path> = folder.ancestors().take_while(is_missing).collect();
+    let result = make_folder(folder).and_then(|()| try_file(folder.join(SignalsKind::Csv.file_name())));
+    for made in missing {
+        // One that could not be made is not there to be removed.
+        let _ = fs::remove_dir(made);
+    }
+    result
+}
+
+pub(crate) fn make_folder(folder: &Path) -> Result<(), ReportError> {
+    fs::create_dir_all(folder).map_err(|source| ReportError::Folder { path: folder.to_owned(), source })
+}
+
+fn try_file(path: PathBuf) -> Result<(), ReportError> {
+    let is_new = !path.exists();
+    let opened = fs::OpenOptions::new().append(true).create(true).open(&path);
+    match opened.and_then(|_| if is_new { fs::remove_file(&path) } else { Ok(()) }) {
+        Ok(()) => Ok(()),
+        Err(source) => Err(ReportError::File { path, source }),
+    }
+}
+
+/// Writes `report` into `folder`, made if missing, beside the [signals](SignalsFile) that are there, replacing files of
+/// the same names; `bar` counts the files written
+/// ([`ProgressBar::hidden`] for silence). Gives up soon after `stop` is set.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do. Files that were finished stay.
+pub fn write(
+    folder: &Path,
+    report: &Report<'_>,
+    stop: &AtomicBool,
+    bar: &ProgressBar,
+) -> Result<Written, ReportError> {
+    make_folder(folder)?;
+    let images = images(report);
+    bar.set_length(1 + 2 * images.len() as u64);
+    let pictures = write_pictures(folder, report, stop, bar)?;
+    let page = folder.join(PAGE_FILE);
+    let text = html::page(report, &images).map_err(|error| content(&page, &error))?;
+    write_file(page.clone(), text.as_bytes(), bar)?;
+    Ok(Written { page, pictures })
+}
+
+/// The pictures as the page names them, in its order.
+fn images(report: &Report<'_>) -> Vec<PageImage> {
+    let figures = report.figures.iter().map(|figure| PageImage {
+        stem: figure.file_stem.clone(),
+        title: figure.title.clone(),
+        alt: figure.description(),
+    });
+    let timeline = (!report.tick_maps.is_empty()).then(|| PageImage {
+        stem: TIMELINE_STEM.to_owned(),
+        title: "Data Base timeline".to_owned(),
+        alt: tick_map::description(&report.tick_maps),
+    });
+    let bus = report.bus.as_ref().map(|bus| PageImage {
+        stem: BUS_STEM.to_owned(),
+        title: "Bus timeline".to_owned(),
+        alt: bus.description(),
+    });
+    figures.chain(bus).chain(timeline).collect()
+}
+
+fn write_pictures(
+    folder: &Path,
+    report: &Report<'_>,
+    stop: &AtomicBool,
+    bar: &ProgressBar,
+) -> Result<Vec<PathBuf>, ReportError> {
+    let mut written = Vec::new();
+    for figure in &report.figures {
+        if is_stopped(stop) {
+            return Err(ReportError::Stopped { folder: folder.to_owned() });
+        }
+        let picture = FigurePicture::new(figure, report.recording);
+        written.extend(write_picture(folder, &figure.file_stem, &picture, bar)?);
+    }
+    if let Some(bus) = &report.bus {
+        written.extend(write_picture(folder, BUS_STEM, bus, bar)?);
+    }
+    if !report.tick_maps.is_empty() {
+        let picture = TimelinePicture { maps: &report.tick_maps };
+        written.extend(write_picture(folder, TIMELINE_STEM, &picture, bar)?);
+    }
+    Ok(written)
+}
+
+/// Writes one picture of recorded signals alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_figure(
+    folder: &Path,
+    figure: &Figure,
+    recording: &Recording,
+) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    let picture = FigurePicture::new(figure, recording);
+    write_picture(folder, &figure.file_stem, &picture, &ProgressBar::hidden())
+}
+
+/// Writes the picture of a bus alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    write_picture(folder, BUS_STEM, bus, &ProgressBar::hidden())
+}
+
+/// Writes the picture of what a tick takes alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    write_picture(folder, CYCLES_STEM, cycles, &ProgressBar::hidden())
+}
+
+/// Writes the map of a sweep alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_map(folder: &Path, map: &FieldMap) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    write_picture(folder, MAP_STEM, map, &ProgressBar::hidden())
+}
+
+fn write_picture(
+    folder: &Path,
+    stem: &str,
+    picture: &impl Picture,
+    bar: &ProgressBar,
+) -> Result<[PathBuf; 2], ReportError> {
+    let [svg, png] = picture_files(folder, stem);
+    let text = plot::svg(picture).map_err(|reason| content(&svg, &reason))?;
+    write_file(svg.clone(), text.as_bytes(), bar)?;
+    let bytes = plot::png(picture).map_err(|reason| content(&png, &reason))?;
+    write_file(png.clone(), &bytes, bar)?;
+    Ok([svg, png])
+}
+
+fn picture_files(folder: &Path, stem: &str) -> [PathBuf; 2] {
+    ["svg", "png"].map(|extension| folder.join(format!("{stem}.{extension}")))
+}
+
+fn write_file(path: PathBuf, bytes: &[u8], bar: &ProgressBar) -> Result<(), ReportError> {
+    bar.inc(1);
+    fs::write(&path, bytes).map_err(|source| ReportError::File { path, source })
+}
+
+fn is_stopped(stop: &AtomicBool) -> bool {
+    stop.load(Ordering::Relaxed)
+}
+
+fn content(path: &Path, reason: &impl ToString) -> ReportError {
+    ReportError::Content { path: path.to_owned(), reason: reason.to_string() }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,245 @@
+//! Every recorded signal as text, while it is recorded: one named column each, one row per tick.
+//!
+//! Numbers are the shortest text that reads back as the same number, in the width it was computed in: an `f32` kept
+//! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
+
+use std::fs::File;
+use std::io::{self, Seek as _, Write as _};
+use std::sync::mpsc::Receiver;
+
+use hil_sim::recording::{Column, Piece};
+
+/// Name of the first column.
+const TIME_HEADER: &str = "time_s (s)";
+/// A number and a comma take no more; a length that is copied fast.
+const NUMBER_BYTES: usize = 32;
+/// Numbers that are remembered, as a power of two: some rows of them.
+const REMEMBERED_BITS: u32 = 10;
+/// Odd, with bits all over.
+const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
+
+/// Integers up to here are exact in `f64`.
+const LARGEST_EXACT_INTEGER: f64 = 9_007_199_254_740_992.0;
+
+/// Writes what comes until the sender is gone. A row that a full disk takes in part is taken out again.
+pub(super) fn write(pieces: &Receiver<Piece>, file: &File) -> io::Result<()> {
+    let mut whole_bytes = 0;
+    let written = write_rows(pieces, file, &mut whole_bytes);
+    if written.is_err() {
+        let _ = file.set_len(whole_bytes);
+    }
+    written
+}
+
+fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) -> io::Result<()> {
+    begin(file, &[])?;
+    let (mut width, mut text, mut numbers) = (1, Vec::new(), Numbers::new());
+    for piece in pieces {
+        match piece {
+            Piece::Columns(columns) => {
+                begin(file, &columns)?;
+                width = 1 + columns.len();
+            }
+            Piece::Rows(values) => {
+                text.clear();
+                for row in values.chunks_exact(width) {
+                    row.iter().for_each(|value| numbers.add(&mut text, *value));
+                    if let Some(comma) = text.last_mut() {
+                        *comma = b'\n';
+                    }
+                }
+                file.write_all(&text)?;
+            }
+        }
+        *whole_bytes = file.stream_position()?;
+    }
+    Ok(())
+}
+
+/// Begins the file anew, with the names of these columns.
+fn begin(mut file: &File, columns: &[Column]) -> io::Result<()> {
+    file.rewind()?;
+    file.set_len(0)?;
+    let headers = columns.iter().map(Column::header);
+    let mut table = csv::Writer::from_writer(file);
+    table.write_record(std::iter::once(TIME_HEADER.to_owned()).chain(headers))?;
+    table.flush()
+}
+
+/// Turns numbers into text, and remembers the last ones: most of them come again, in the next row, in another column, or
+/// from the other end of a link.
+#[derive(Debug)]
+struct Numbers(Vec<Known>);
+
+/// A number with a comma behind it.
+#[derive(Debug, Clone)]
+struct Known {
+    bits: u64,
+    length: usize,
+    text: [u8; NUMBER_BYTES],
+}
+
+impl Numbers {
+    fn new() -> Self {
+        let mut zero = Known { bits: 0, length: 0, text: [0; NUMBER_BYTES] };
+        zero.add(&mut Vec::new(), "0");
+        Self(vec![zero; 1 << REMEMBERED_BITS])
+    }
+
+    fn add(&mut self, text: &mut Vec<u8>, value: f64) {
+        let bits = value.to_bits();
+        let place = bits.wrapping_mul(SPREAD) >> (u64::BITS - REMEMBERED_BITS);
+        let Some(known) = usize::try_from(place).ok().and_then(|place| self.0.get_mut(place)) else { return };
+        if known.bits == bits {
+            // All of it and back again: a length that is known is copied at once.
+            let end = text.len() + known.length;
+            text.extend_from_slice(&known.text);
+            text.truncate(end);
+        } else {
+            known.bits = bits;
+            with_text(value, |number| known.add(text, number));
+        }
+    }
+}
+
+impl Known {
+    /// Takes it, and adds it to `text`.
+    fn add(&mut self, text: &mut Vec<u8>, number: &str) {
+        let number = number.as_bytes();
+        text.extend_from_slice(number);
+        text.push(b',');
+        // Fits: no number is as long.
+        if let Some((own, [comma, ..])) = self.text.split_at_mut_checked(number.len()) {
+            own.copy_from_slice(number);
+            *comma = b',';
+            self.length = number.len() + 1;
+        }
+    }
+}
+
+/// Gives `take` a number as text.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_precision_loss,
+    reason = "casts are checked to be exact"
+)]
+fn with_text(value: f64, take: impl FnOnce(&str)) {
+    let (integer, single) = (value as i64, value as f32);
+    let (is_integer, is_large) =
+        ((integer as f64).to_bits() == value.to_bits(), value.abs() >= LARGEST_EXACT_INTEGER);
+    if is_integer && !is_large {
+        return take(itoa::Buffer::new().format(integer));
+    }
+    let mut buffer = zmij::Buffer::new();
+    let is_single = f64::from(single).to_bits() == value.to_bits();
+    let text = if is_single { buffer.format(single) } else { buffer.format(value) };
+    // Of other numbers that is not worth a look at their text: it has only just been written.
+    let is_whole = is_large || integer == 0;
+    take(if is_whole { text.strip_suffix(".0").unwrap_or(text) } else { text });
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+    use crate::report::{SignalsFile, SignalsFormat};
+    use rand_core::{Rng, SeedableRng};
+
+    fn column(signal: &str, unit: &str) -> Column {
+        Column {
+            source: "master".into(),
+            signal: signal.into(),
+            indices: vec![0],
+            unit: unit.into(),
+            format: None,
+        }
+    }
+
+    fn csv_of(columns: Vec<Column>, rows: impl IntoIterator<Item = (f64, Vec<f64>)>) -> Vec<u8> {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
+        pieces.send(Piece::Columns(columns)).unwrap();
+        for (time_s, values) in rows {
+            pieces.send(Piece::Rows([vec![time_s], values].concat())).unwrap();
+        }
+        drop(pieces);
+        fs::read(file.finish().unwrap()).unwrap()
+    }
+
+    #[test]
+    fn every_number_reads_back_with_the_same_bits() {
+        let columns = vec![column("SINGLE", "m"), column("DOUBLE", "N"), column("COUNT", "")];
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(7);
+        let mut expected = Vec::new();
+        for tick in 0..5_000_u32 {
+            let single = f32::from_bits(random.next_u32());
+            let single = if single.is_nan() { -0.0 } else { single };
+            let double = f64::from_bits(random.next_u64());
+            let double = if double.is_nan() { 1.0 / 3.0 } else { double };
+            let count = random.next_u32();
+            expected.push((f64::from(tick) * 1e-3, single, double, count));
+        }
+        let rows = expected.iter().map(|(time_s, single, double, count)| {
+            (*time_s, vec![f64::from(*single), *double, f64::from(*count)])
+        });
+        let bytes = csv_of(columns, rows);
+        let mut table = csv::Reader::from_reader(bytes.as_slice());
+        assert_eq!(
+            table.headers().unwrap(),
+            vec!["time_s (s)", "master.SINGLE[0] (m)", "master.DOUBLE[0] (N)", "master.COUNT[0]"]
+        );
+        let rows: Vec<csv::StringRecord> = table.records().collect::<Result<_, _>>().unwrap();
+        assert_eq!(rows.len(), expected.len());
+        for (row, (time_s, single, double, count)) in rows.iter().zip(expected) {
+            assert_eq!(row[0].parse::<f64>().unwrap().to_bits(), time_s.to_bits());
+            assert_eq!(row[1].parse::<f32>().unwrap().to_bits(), single.to_bits());
+            assert_eq!(row[2].parse::<f64>().unwrap().to_bits(), double.to_bits());
+            assert_eq!(row[3].parse::<u32>().unwrap(), count);
+        }
+    }
+
+    #[test]
+    fn numbers_are_as_short_as_they_can_be() {
+        for (value, text) in [
+            (f64::from(0.1_f32), "0.1"),
+            (0.1, "0.1"),
+            (1.0 / 3.0, "0.3333333333333333"),
+            (f64::from(1.0_f32 / 3.0), "0.33333334"),
+            (0.0, "0"),
+            (1.0, "1"),
+            (9_007_199_254_740_994.0, "9007199254740994"),
+            (-0.0, "-0"),
+            (f64::from(u32::MAX), "4294967295"),
+            (f64::from(i32::MIN), "-2147483648"),
+            (f64::from(true), "1"),
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+        ] {
+            with_text(value, |number| assert_eq!(number, text));
+        }
+    }
+
+    #[test]
+    fn a_table_that_begins_anew_has_nothing_of_the_one_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let (file, pieces) = SignalsFile::create(folder.path(), &[], SignalsFormat::Csv).unwrap();
+        let (one, other) = (column("ONE", "m"), column("OTHER", "m"));
+        let rows = |width: usize| (0..100).map(move |_| Piece::Rows(vec![0.5; 2 * (1 + width)]));
+        let anew = [Piece::Columns(vec![one.clone(), other])];
+        for piece in [Piece::Columns(vec![one])].into_iter().chain(rows(1)).chain(anew).chain(rows(2)) {
+            pieces.send(piece).unwrap();
+        }
+        drop(pieces);
+        let mut table = csv::Reader::from_path(file.finish().unwrap()).unwrap();
+        assert_eq!(table.headers().unwrap().len(), 3);
+        assert_eq!(table.records().map(Result::unwrap).filter(|row| &row[2] == "0.5").count(), 200);
+    }
+
+    #[test]
+    fn a_name_with_a_comma_stays_one_column() {
+        let bytes = csv_of(vec![column("odd, \"name\"", "m")], []);
+        let mut table = csv::Reader::from_reader(bytes.as_slice());
+        assert_eq!(&table.headers().unwrap()[1], "master.odd, \"name\"[0] (m)");
+    }
+}

@@ -1,0 +1,147 @@
+//! A grid of settings, run on all cores: one row of figures for each point, into a CSV that can be gone on with.
+//!
+//! ```text
+//! Grid (keys × values) ──▶ points of a shard ──▶ workers: one run each ──▶ rows ──▶ sweep.csv ──▶ map
+//! ```
+//! Every point is run by itself and the same again on any machine: shards of a grid can be run anywhere, and their
+//! files be merged.
+
+mod file;
+mod grid;
+mod map;
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::mpsc;
+
+pub use file::{SweepFile, SweepFileError, SweepTable};
+pub use grid::{Grid, GridError, Shard, Values};
+pub use map::map;
+
+use hil_sim::bilateral;
+use hil_sim::response;
+use hil_sim::rig_file::RigFile;
+use hil_sim::scenario::Scenario;
+
+/// What is run at every point.
+#[derive(Debug, Clone)]
+pub enum Subject<'a> {
+    /// The bilateral scenario, with a file over it if there is one.
+    Scenario(Option<&'a Path>),
+    /// A rig from its text; paths in it begin in the folder.
+    Rig {
+        /// What messages call it.
+        name: &'a str,
+        /// The file's text.
+        text: &'a str,
+        /// Where its paths begin.
+        folder: &'a Path,
+    },
+}
+
+/// Figures of a point, by name: numbers, `true` and `false`, or nothing.
+pub type Figures = Vec<(String, String)>;
+
+impl Subject<'_> {
+    /// Runs it with these settings.
+    ///
+    /// # Errors
+    /// Why it cannot be run, in words.
+    pub fn run(&self, sets: &[String]) -> Result<Figures, String> {
+        let never = AtomicBool::new(false);
+        let words = |error: &dyn std::error::Error| error.to_string();
+        let outcome = match self {
+            Self::Scenario(path) => {
+                let scenario = Scenario::load(*path, sets).map_err(|error| words(&error))?;
+                let experiment = bilateral::Experiment::new(&scenario).map_err(|error| words(&error))?;
+                serde_json::to_value(experiment.without_recording().run(&never, |_| ()).outcome)
+            }
+            Self::Rig { name, text, folder } => {
+                let file = RigFile::read(text, name, (*folder).to_owned(), sets);
+                let file = file.map_err(|error| words(&error))?;
+                let experiment = response::Experiment::new(&file).map_err(|error| words(&error))?;
+                serde_json::to_value(experiment.without_recording().run(&never, |_| ()).outcome)
+            }
+        };
+        let mut figures = Vec::new();
+        flatten("", &outcome.map_err(|error| words(&error))?, &mut figures);
+        Ok(figures)
+    }
+}
+
+/// At the top: figures that say how fast this machine is, and those that only say what others do.
+const LEFT_OUT: [&str; 5] =
+    ["wall_s", "realtime_factor", "k_perceived_n_per_m", "k_predicted_n_per_m", "real_time"];
+
+/// Numbers and truths of a value, by their way from the top: `axes.0.rise_time_s`. Of a list of texts, how many there are.
+fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
+    use serde_json::Value;
+    let below = |key: &str| if name.is_empty() { key.to_owned() } else { format!("{name}.{key}") };
+    match value {
+        Value::Object(entries) => {
+            let is_kept = |key: &str| !(name.is_empty() && LEFT_OUT.contains(&key));
+            for (key, value) in entries.iter().filter(|(key, _)| is_kept(key)) {
+                flatten(&below(key), value, figures);
+            }
+        }
+        Value::Array(_) if ["faults", "limit_cycles", "media", "received", "warnings"].contains(&name) => {
+            let count = value.as_array().map_or(0, Vec::len);
+            figures.push((name.to_owned(), count.to_string()));
+        }
+        Value::Array(entries) => {
+            for (place, value) in entries.iter().enumerate() {
+                flatten(&below(&place.to_string()), value, figures);
+            }
+        }
+        Value::Null => figures.push((name.to_owned(), String::new())),
+        Value::Bool(_) | Value::Number(_) => figures.push((name.to_owned(), value.to_string())),
+        Value::String(_) => {}
+    }
+}
+
+/// Runs every point of the shard that `file` has not yet, with `sets` before its own settings, on as many threads as there are cores, until `stop` is set;
+/// `progress` hears of each that is done.
+///
+/// # Errors
+/// What cannot be written, or the first point that cannot be run: its settings and why. What was done is in the file.
+pub fn sweep(
+    subject: &Subject<'_>,
+    sets: &[String],
+    grid: &Grid,
+    shard: Shard,
+    file: &mut SweepFile,
+    stop: &AtomicBool,
+    mut progress: impl FnMut(),
+) -> Result<(), String> {
+    let todo: Vec<usize> = shard.points(grid).filter(|point| !file.has(&grid.values(*point))).collect();
+    let next = AtomicUsize::new(0);
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(todo.len().max(1));
+    std::thread::scope(|scope| {
+        let (sender, receiver) = mpsc::channel();
+        for _ in 0..threads {
+            let (sender, next, todo) = (sender.clone(), &next, &todo);
+            scope.spawn(move || {
+                while !stop.load(Ordering::Relaxed) {
+                    let Some(point) = todo.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+                    if sender.send((*point, subject.run(&[sets, &grid.settings(*point)].concat()))).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(sender);
+        // The loop ends with the last worker; a point that cannot be run ends them all.
+        for (point, figures) in receiver {
+            let at = || grid.settings(point).join(" ");
+            let written = figures.map_err(|error| format!("{}: {error}", at())).and_then(|figures| {
+                file.add(&grid.values(point), &figures).map_err(|error| error.to_string())
+            });
+            if written.is_err() {
+                stop.store(true, Ordering::Relaxed);
+            }
+            written?;
+            progress();
+        }
+        Ok(())
+    })
+}

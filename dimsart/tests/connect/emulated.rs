@@ -1,0 +1,231 @@
+//! A controller behind a socket, on a line as bad as wanted.
+
+use std::io::{Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::process::{Command, Output};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use dimsart::connect::{Device, Patience};
+use dimsart_core::auth::Key;
+use dimsart_core::protocol::{
+    DeviceInfo, Gate, KeyAction, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Taken,
+    decode_request, encode_response, serve,
+};
+use dimsart_core::{
+    AxisKind, DataType, DeviceDescriptor, Dimsart, Format, Shape, Summary, Unit, Word, types,
+};
+use hil_sim::link::{Stream, open_port};
+use hil_sim::schemes::SchemeText;
+use rand_core::{Rng, SeedableRng};
+
+pub(crate) const QUICK: Patience = Patience { timeout: Duration::from_millis(200), tries: 3 };
+
+/// Longer than a line with late answers is waited for.
+const LATE: Duration = Duration::from_millis(120);
+
+/// A type of this device alone, larger than one answer: nothing on the host knows it.
+const MAP: &DataType = &DataType {
+    id: 0x8001,
+    name: "MAP",
+    unit: Unit::Energy,
+    format: Format::F32,
+    shape: Shape::Matrix(5, 8),
+    summary: Summary::new("A map."),
+};
+
+/// A number with a sign that belongs to no axis.
+const TURNS: &DataType = &DataType {
+    id: 0x8002,
+    name: "TURNS",
+    unit: Unit::Position,
+    format: Format::I32,
+    shape: Shape::Scalar,
+    summary: Summary::new("Turns of all axes together."),
+};
+
+/// A switch for each axis.
+const BRAKES: &DataType = &DataType {
+    id: 0x8003,
+    name: "BRAKES",
+    unit: Unit::One,
+    format: Format::Bool,
+    shape: Shape::Vector,
+    summary: Summary::new("Which brakes are closed."),
+};
+
+/// Words of its outputs.
+pub(crate) const MEASURED_WORDS: usize = 3 + 40 + 1 + 3;
+
+/// A controller and what its ticks came to.
+pub(crate) struct Robot {
+    pub(crate) dimsart: Dimsart,
+    pub(crate) info: DeviceInfo,
+    /// Commands that it took.
+    pub(crate) commands: u32,
+    gate: Gate,
+}
+
+impl Robot {
+    pub(crate) fn new() -> Self {
+        let axes = [AxisKind::Linear, AxisKind::Rotary, AxisKind::Linear];
+        let outputs = &[types::POSITION, MAP, TURNS, BRAKES];
+        let device = DeviceDescriptor::new("arm", &axes, 1e-3, outputs, &[types::DES_FORCE]).unwrap();
+        let (dimsart, info) = (Dimsart::new(device).unwrap(), DeviceInfo::new("test 0.1"));
+        let info = info.with_events(Box::leak(Box::default()));
+        Self { dimsart, info, commands: 0, gate: Gate::open() }
+    }
+
+    /// Holds a key from now on.
+    pub(crate) fn lock(&mut self, key: &[u8; 16]) {
+        self.gate = Gate::locked(&Key::new(key), 1);
+    }
+
+    /// The handshake that is due, or nothing.
+    pub(crate) fn handshake(&mut self) -> Vec<u8> {
+        self.gate.handshake(&mut [0; MAX_FRAME_BYTES]).unwrap().unwrap_or_default().to_vec()
+    }
+
+    pub(crate) fn tick(&mut self, position: f32) {
+        let mut measured = [Word(0); MEASURED_WORDS];
+        measured[0] = position.into();
+        measured[3..43].iter_mut().zip(1u8..).for_each(|(word, value)| *word = f32::from(value).into());
+        measured[43] = (-7_i32).into();
+        measured[44] = true.into();
+        let tick = self.dimsart.tick(&measured, &mut [Word(0); 3]);
+        self.info.end_tick(tick, &self.dimsart);
+    }
+
+    pub(crate) fn answer(&mut self, content: &[u8]) -> Vec<u8> {
+        let is_command = matches!(decode_request(content), Ok((_, Request::Command(_))));
+        self.commands += u32::from(is_command);
+        let (id, response) = match self.gate.take(content) {
+            Taken::Request(id, Request::Key(KeyAction::Look)) => (id, Response::Key(self.gate.state())),
+            Taken::Request(id, request) => (id, serve(id, &request, &mut self.dimsart, &mut self.info)),
+            Taken::Refused(id, refusal) => (id, Response::Refused(Refusal::Key(refusal))),
+            Taken::NotUnderstood(id) => (id, Response::Refused(Refusal::NotUnderstood)),
+            Taken::Nothing => return self.handshake(),
+        };
+        let mut bytes = encode_response(&response, id, &mut [0; MAX_FRAME_BYTES]).unwrap().to_vec();
+        bytes.extend(self.handshake());
+        bytes
+    }
+}
+
+/// What a line does to the answers on it.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Faults {
+    /// Random bytes before every answer.
+    pub(crate) noise_bytes: usize,
+    /// One byte in so many is lost; none at 0.
+    pub(crate) drop_one_in: u32,
+    /// Which answers are late, such as every 6th; none at 0.
+    pub(crate) late_each: u32,
+    /// Which commands are answered late, such as every 6th; none at 0.
+    pub(crate) late_commands_each: u32,
+}
+
+/// A device behind a socket.
+pub(crate) struct Emulated {
+    pub(crate) port: String,
+    pub(crate) robot: Arc<Mutex<Robot>>,
+}
+
+impl Emulated {
+    pub(crate) fn start() -> Self {
+        Self::on(Faults::default())
+    }
+
+    pub(crate) fn on(faults: Faults) -> Self {
+        let robot = Arc::new(Mutex::new(Robot::new()));
+        let shared = Arc::clone(&robot);
+        let mut random = rand_pcg::Pcg32::seed_from_u64(7);
+        let mut answers = 0;
+        let port = listen(move |content| {
+            let (frame, is_command, commands) = {
+                let mut robot = shared.lock().unwrap();
+                let before = robot.commands;
+                (robot.answer(content), robot.commands > before, robot.commands)
+            };
+            answers += 1;
+            let is_late = |count: u32, each| each != 0 && count.is_multiple_of(each);
+            if is_late(answers, faults.late_each)
+                || is_command && is_late(commands, faults.late_commands_each)
+            {
+                thread::sleep(LATE);
+            }
+            let mut bytes = vec![0; faults.noise_bytes];
+            random.fill_bytes(&mut bytes);
+            bytes.extend(frame);
+            bytes.retain(|_| faults.drop_one_in == 0 || random.next_u32() % faults.drop_one_in != 0);
+            bytes
+        });
+        Self { port, robot }
+    }
+
+    /// With the shipped scheme running on one side.
+    pub(crate) fn with_scheme(side: &str) -> Self {
+        let emulated = Self::start();
+        let mut device = emulated.connect(QUICK);
+        device.send_scheme(&SchemeText::read("builtin:bilateral").unwrap(), side).unwrap();
+        emulated
+    }
+
+    pub(crate) fn connect(&self, patience: Patience) -> Device<Box<dyn Stream>> {
+        Device::greet(open_port(&self.port, 0).unwrap(), patience).unwrap()
+    }
+
+    pub(crate) fn state(&self) -> String {
+        format!("{:?}", self.robot.lock().unwrap().dimsart)
+    }
+
+    pub(crate) fn run(&self, arguments: &[&str]) -> Output {
+        dimsart(&[&["connect", &self.port], arguments].concat())
+    }
+
+    /// Standard output of a command that ends with `status`.
+    pub(crate) fn out(&self, arguments: &[&str], status: i32) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(status), "{arguments:?}: {output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    pub(crate) fn json(&self, arguments: &[&str], status: i32) -> serde_json::Value {
+        serde_json::from_str(&self.out(arguments, status)).unwrap()
+    }
+}
+
+/// A socket at which `answer` makes bytes out of the content of every frame.
+pub(crate) fn listen(answer: impl FnMut(&[u8]) -> Vec<u8> + Send + 'static) -> String {
+    let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    let answer = Arc::new(Mutex::new(answer));
+    thread::spawn(move || {
+        for stream in listener.incoming() {
+            let answer = Arc::clone(&answer);
+            thread::spawn(move || talk(&stream.unwrap(), |content| (*answer.lock().unwrap())(content)));
+        }
+    });
+    port
+}
+
+fn talk(mut stream: &TcpStream, answer: impl Fn(&[u8]) -> Vec<u8>) {
+    let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
+    while let Ok(count @ 1..) = stream.read(&mut buffer) {
+        let mut bytes = Vec::new();
+        receiver.take_all(&buffer[..count], |content| bytes.extend(answer(content)));
+        if stream.write_all(&bytes).is_err() {
+            break;
+        }
+    }
+}
+
+pub(crate) fn dimsart(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_dimsart")).args(arguments).output().unwrap()
+}
+
+pub(crate) fn message(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    String::from_utf8(output.stderr.clone()).unwrap()
+}

@@ -1,0 +1,296 @@
+//! What a board says by itself, and the right to move it.
+
+use std::io::{Read, Write};
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use dimsart::connect::{ConnectError, Device, Live, Patience, ValueText};
+use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
+use dimsart_core::{Tick, Word};
+use hil_sim::link::open_port;
+use hil_sim::schemes::SchemeText;
+
+use crate::board::Board;
+use crate::emulated::{dimsart, message};
+
+const DISARMED: &str =
+    "the device is NOT commanded: the scheme runs and nobody holds the lease that motion needs";
+
+/// With the shipped scheme running, and nobody who lets the device be moved.
+fn running() -> Board {
+    let board = Board::start();
+    let scheme = SchemeText::read("builtin:bilateral").unwrap();
+    let sent = board.connect().send_scheme(&scheme, "slave").unwrap();
+    assert!(sent.state.starts_with(DISARMED), "{}", sent.state);
+    // It has measured by then, however busy the machine is.
+    board.wait_for(Tick::Disarmed);
+    board
+}
+
+fn spawn(board: &Board, arguments: &[&str]) -> Child {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    command.args(["connect", &board.port]).args(arguments).stdout(Stdio::piped()).spawn().unwrap()
+}
+
+/// Ends it by Ctrl-C; what it printed.
+fn interrupt(mut child: Child) -> String {
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let mut out = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{out}");
+    out
+}
+
+#[test]
+fn a_device_moves_while_somebody_holds_the_lease_and_not_for_a_tick_longer() {
+    let board = running();
+    assert_eq!(board.wait_for(Tick::Disarmed), [Word(0); 3]);
+    let mut device = board.connect();
+    device.take_lease().unwrap();
+    board.wait_for(Tick::Ran);
+    assert_eq!(board.wait_for(Tick::Disarmed), [Word(0); 3]);
+    let late = device.renew_lease().unwrap_err().to_string();
+    assert!(late.contains("nobody holds the lease any more"), "{late}");
+}
+
+#[cfg(unix)]
+#[test]
+fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
+    let board = running();
+    let child = spawn(&board, &["arm"]);
+    board.wait_for(Tick::Ran);
+    thread::sleep(Duration::from_millis(300));
+    let mut other = board.connect();
+    let refused = other.take_lease().unwrap_err().to_string();
+    assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+    let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
+    assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+    let show = other.overview().unwrap().to_string();
+    assert!(show.contains(" holds the lease, for "), "{show}");
+    let out = interrupt(child);
+    let lines: Vec<_> = out.lines().collect();
+    assert!(lines[0].ends_with(" holds the lease until Ctrl-C"), "{out}");
+    assert!(out.contains(": the scheme runs and commands the device; client "), "{out}");
+    assert_eq!(lines.last(), Some(&"gave the lease back: the device gets its safe input"));
+    board.wait_for(Tick::Disarmed);
+    other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap();
+}
+
+#[cfg(unix)]
+#[test]
+fn arm_tells_a_program_every_change() {
+    let board = running();
+    let child = spawn(&board, &["arm", "--json"]);
+    board.wait_for(Tick::Ran);
+    // Time to have told that.
+    thread::sleep(Duration::from_millis(300));
+    let mut other = board.connect();
+    // Whoever sees that it must rest may say so.
+    other.stop().unwrap();
+    board.wait_for(Tick::Idle);
+    thread::sleep(Duration::from_millis(400));
+    let out = interrupt(child);
+    let reports: Vec<serde_json::Value> =
+        out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(reports.iter().any(|report| report["is_commanded"] == true), "{out}");
+    let last = reports.last().unwrap();
+    assert_eq!(last["is_commanded"], false, "{out}");
+    assert!(last["state"].as_str().unwrap().contains("the scheme is stopped"), "{out}");
+}
+
+/// Heartbeats from before are ten a second.
+#[test]
+fn who_has_just_taken_the_lease_is_not_told_that_nobody_has_it() {
+    let board = running();
+    let mut device = board.connect();
+    device.listen(Duration::from_millis(250)).unwrap();
+    assert_eq!(device.live().unwrap().holder, None);
+    device.take_lease().unwrap();
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+}
+
+/// Twice as long as the lease lasts, without a moment in which nothing is asked.
+#[test]
+fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
+    let board = running();
+    let mut device = board.connect();
+    device.hold_lease().unwrap();
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_millis(400) {
+        device.state().unwrap();
+    }
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+    device.give_lease_back().unwrap();
+    board.wait_for(Tick::Disarmed);
+    device.state().unwrap();
+}
+
+#[test]
+fn an_answer_that_gets_lost_does_not_cost_the_lease() {
+    let board = running();
+    let patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
+    let mut device = Device::greet(open_port(&board.port, 0).unwrap(), patience).unwrap();
+    device.hold_lease().unwrap();
+    for lost in 1..=2 {
+        board.lose_answers(lost);
+        let start = Instant::now();
+        device.state().unwrap();
+        assert!(start.elapsed() >= lost * patience.timeout, "nothing was lost");
+        device.renew_in_time().unwrap();
+    }
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+}
+
+/// The board holds a key from now on.
+fn lock(board: &Board) -> [u8; 16] {
+    let key = [7; 16];
+    board.robot.lock().unwrap().lock(&key);
+    key
+}
+
+#[test]
+fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
+    let board = running();
+    let key = lock(&board);
+    let mut device = board.connect();
+    let refused = device.hold_lease().unwrap_err().to_string();
+    assert!(refused.contains("the board is locked"), "{refused}");
+    device.use_key(&key).unwrap();
+    device.hold_lease().unwrap();
+    let start = Instant::now();
+    while start.elapsed() < Duration::from_millis(400) {
+        device.state().unwrap();
+    }
+    device.listen(Duration::from_millis(400)).unwrap();
+    device.renew_in_time().unwrap();
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+    device.give_lease_back().unwrap();
+    board.wait_for(Tick::Disarmed);
+}
+
+/// The board knows one of those who seal at a time.
+#[test]
+fn others_who_seal_do_not_cost_the_lease() {
+    let board = running();
+    let key = lock(&board);
+    let (mut device, mut other) = (board.connect(), board.connect());
+    device.use_key(&key).unwrap();
+    other.use_key(&key).unwrap();
+    // So that what either seals next is older than what the board has taken: now the one's, then the other's.
+    for _ in 0..20 {
+        other.take_lease().unwrap();
+        other.give_lease_back().unwrap();
+    }
+    device.hold_lease().unwrap();
+    let other = thread::spawn(move || {
+        for _ in 0..8 {
+            let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
+            assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+            thread::sleep(Duration::from_millis(100));
+        }
+    });
+    while !other.is_finished() {
+        device.listen(Duration::from_millis(20)).unwrap();
+        device.renew_in_time().unwrap();
+    }
+    other.join().unwrap();
+    assert_eq!(device.live().unwrap().holder, Some(device.client()));
+    device.give_lease_back().unwrap();
+}
+
+/// Asks the board for something as a client of this number would, beside the others.
+fn ask_as(board: &Board, client: u8, request: Request) {
+    let mut line = open_port(&board.port, 0).unwrap();
+    line.write_all(encode_request(&request, request_id(client, 3), &mut [0; MAX_FRAME_BYTES]).unwrap())
+        .unwrap();
+    // Until it is answered.
+    while line.read(&mut [0; 8]).is_err() {}
+}
+
+#[test]
+fn a_client_whose_number_another_one_has_takes_another_number_and_not_its_lease() {
+    let board = running();
+    let mut device = board.connect();
+    let number = device.client();
+    ask_as(&board, number, Request::Lease(LeaseAction::Take));
+    let refused = device.take_lease().unwrap_err();
+    assert!(
+        matches!(refused, ConnectError::Refused(Refusal::Lease { holder }) if holder == number),
+        "{refused}"
+    );
+    assert_ne!(device.client(), number);
+
+    let number = device.client();
+    ask_as(&board, number, Request::Status);
+    device.listen(Duration::from_millis(100)).unwrap();
+    device.state().unwrap();
+    assert_ne!(device.client(), number, "it was heard");
+    let number = device.client();
+    device.state().unwrap();
+    device.listen(Duration::from_millis(100)).unwrap();
+    device.state().unwrap();
+    assert_eq!(device.client(), number, "its own answers are no other client's");
+}
+
+#[test]
+fn a_device_without_a_lease_says_so() {
+    let emulated = crate::emulated::Emulated::with_scheme("slave");
+    let found = message(&emulated.run(&["arm"]));
+    assert!(found.contains("the device moves without a lease"), "{found}");
+}
+
+#[test]
+fn signals_are_pushed_and_asked_for_where_they_cannot_be() {
+    let board = running();
+    let names = ["POSITION".to_owned()];
+    let mut first = board.connect();
+    let mut live = Live::new(&names, Duration::from_millis(10));
+    let position = |value: f32| [value, 0.0, 0.0].map(ValueText::Real).to_vec();
+    for _ in 0..20 {
+        assert_eq!(first.look(&mut live).unwrap()[0].values, position(0.25));
+        assert!(live.is_pushed());
+        first.listen(Duration::from_millis(20)).unwrap();
+    }
+    // Somebody else has the telemetry.
+    let mut second = board.connect();
+    let mut asked = Live::new(&names, Duration::from_millis(10));
+    assert_eq!(second.look(&mut asked).unwrap()[0].values, position(0.25));
+    assert!(!asked.is_pushed());
+    // More words than a sample holds.
+    let mut all = Live::new(&["MAP".to_owned()], Duration::from_millis(10));
+    assert_eq!(first.look(&mut all).unwrap()[0].values.len(), 40);
+    assert!(!all.is_pushed());
+}
+
+#[test]
+fn a_device_that_falls_silent_is_told() {
+    let board = running();
+    let mut device = board.connect();
+    while device.live().unwrap().dropped == 0 {
+        device.listen(Duration::from_millis(20)).unwrap();
+    }
+    let live = device.live().unwrap();
+    assert!(live.state.starts_with(DISARMED), "{live}");
+    assert_eq!((live.holder, live.dropped, live.is_commanded), (None, 7, false));
+    board.stop();
+    device.listen(Duration::from_millis(350)).unwrap();
+    let live = device.live().unwrap();
+    assert!(live.to_string().contains("NO HEARTBEAT for 0."), "{live}");
+    assert!(live.state.starts_with(DISARMED), "{live}");
+}
+
+#[cfg(unix)]
+#[test]
+fn watch_shows_how_the_device_is_doing() {
+    let board = running();
+    let child = spawn(&board, &["watch", "POSITION", "--arm", "--period-s", "0.02"]);
+    board.wait_for(Tick::Ran);
+    thread::sleep(Duration::from_millis(300));
+    let out = interrupt(child);
+    assert!(out.contains(": the scheme runs and commands the device; client "), "{out}");
+    assert!(out.contains("POSITION"), "{out}");
+    board.wait_for(Tick::Disarmed);
+    let output = dimsart(&["connect", &board.port, "watch", "--once", "--arm"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}

@@ -1,0 +1,112 @@
+//! The bound against every run there is.
+
+use cycles::timing::{Column, Profile, Timing};
+use dimsart::cycles::{Figures, Firmware, Row, Setup, measure};
+use dimsart_core::Command;
+use hil_sim::bilateral::Side;
+use hil_sim::scenario::Scenario;
+
+use crate::common::{firmware, length};
+
+/// The bound over the most that was seen.
+const TICK_RATIO: f64 = 1.15;
+const MODULE_RATIO: f64 = 1.30;
+
+#[test]
+fn the_whole_of_table_1_on_the_master() {
+    table_1(Side::Master);
+}
+
+#[test]
+fn the_whole_of_table_1_on_the_slave() {
+    table_1(Side::Slave);
+}
+
+/// Both columns, with packets late and lost, so that every path is there.
+fn table_1(side: Side) {
+    let Some(firmware) = firmware() else { return };
+    for column in [Column::Likely, Column::Upper] {
+        let figures = figures(&firmware, side, column, &["link.jitter_ticks=2", "link.loss=0.02"]);
+        assert!(figures.ticks > 9_000, "{} ticks are not the whole run", figures.ticks);
+        hold(&figures);
+        let ratio = figures.tick.ratio.unwrap();
+        assert!(ratio <= TICK_RATIO, "tick: {ratio}");
+        for row in figures.modules.iter().chain(&figures.packets) {
+            assert!(row.ratio.unwrap() <= MODULE_RATIO, "{row:?}");
+        }
+        assert_eq!(figures.modules.len(), 5);
+    }
+}
+
+#[test]
+fn any_number_of_axes() {
+    let Some(firmware) = firmware() else { return };
+    for dof in [1, 7] {
+        hold(&figures(&firmware, Side::Master, Column::Upper, &["duration_s=1", &format!("dof={dof}")]));
+    }
+}
+
+#[test]
+fn flash_that_waits_costs_more_and_has_a_bound() {
+    let Some(firmware) = firmware() else { return };
+    let scenario = Scenario::load(None, &["duration_s=1".to_owned()]).unwrap();
+    let [without, with] =
+        [Profile::ZeroWait, Profile::Flash(cycles::timing::Flash::STM32G4)].map(|profile| {
+            let timing = Timing::new(profile, Column::Upper);
+            let figures = run(&firmware, &scenario, Side::Master, None, timing, 500);
+            hold(&figures);
+            figures
+        });
+    // A tick in CCM SRAM waits for constants at most.
+    assert!(with.tick.emulated_max >= without.tick.emulated_max, "{:?} {:?}", without.tick, with.tick);
+    let bounds = |figures: &Figures| {
+        let [entry, exit, floats] = &figures.interrupt[..] else { panic!("{:?}", figures.interrupt) };
+        [&figures.tick, entry, exit, floats].map(|row| row.bound.unwrap())
+    };
+    let (without, with) = (bounds(&without), bounds(&with));
+    assert_eq!(without[1..], [12, 12, 17]);
+    // 4 wait states: of the read under way, the handler's address and its first line; and of two reads on the way back.
+    assert!(with[0] > without[0]);
+    assert_eq!(with[1..], [12 + 3 * 4, 12 + 2 * 4, 17]);
+}
+
+fn figures(firmware: &Firmware, side: Side, column: Column, settings: &[&str]) -> Figures {
+    let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+    let scenario = Scenario::load(None, &settings).unwrap();
+    let timing = Timing::new(Profile::ZeroWait, column);
+    run(firmware, &scenario, side, None, timing, length(5_000, 250_000))
+}
+
+pub(crate) fn run(
+    firmware: &Firmware,
+    scenario: &Scenario,
+    side: Side,
+    commands: Option<&[Command]>,
+    timing: Timing,
+    random_ticks: u64,
+) -> Figures {
+    let setup = Setup {
+        firmware,
+        scenario,
+        side,
+        commands,
+        timing,
+        random_ticks,
+        counts_instructions: false,
+        profile: "",
+        column: "",
+    };
+    measure(&setup, |_, _| {}).unwrap()
+}
+
+/// Whatever ran kept to its bound.
+pub(crate) fn hold(figures: &Figures) {
+    assert_eq!(figures.no_bound, None);
+    let parts = [&figures.tick, &figures.frame_and_engine].into_iter().chain(&figures.modules);
+    for row in parts.chain(&figures.packets).chain(&figures.commands) {
+        let Row { name, emulated_max, random_max, bound, stack_bytes, stack_emulated_bytes, .. } = row;
+        let (bound, stack_bytes) = (bound.unwrap(), stack_bytes.unwrap());
+        assert!(*emulated_max <= bound && *random_max <= bound, "{name}: {row:?}");
+        assert!(*stack_emulated_bytes <= stack_bytes, "{name}: {row:?}");
+    }
+}

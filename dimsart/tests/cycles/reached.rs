@@ -1,0 +1,43 @@
+//! What a tick can execute, by its bound, against what is found of it without following any value: the calls that
+//! `boards/calls.txt` declares are all there are.
+
+use std::collections::BTreeSet;
+
+use boards::catalogue::CALLS;
+use cycles::declared::{Declared, Name};
+use cycles::reach;
+use cycles::timing::{Column, Profile, Timing};
+use dimsart::cycles::Steady;
+use dimsart_core::ModuleList;
+use dimsart_core::modules::Standard;
+use hil_sim::bilateral::Experiment;
+use hil_sim::scenario::Scenario;
+
+use crate::common::firmware_for_every_module;
+use crate::kinds::EVERY_MODULE;
+
+/// A piece of other functions, which the compiler has put apart.
+const PIECE: &str = "OUTLINED_FUNCTION";
+
+#[test]
+fn every_function_that_a_tick_can_execute_is_looked_through_for_panics() {
+    let Some(firmware) = firmware_for_every_module() else { return };
+    let both = ["master", "slave"].map(|side| format!("{side}.scheme={EVERY_MODULE}"));
+    let mut experiment = Experiment::new(&Scenario::load(None, &both).unwrap()).unwrap();
+    let master = &mut experiment.rig_mut().stations_mut()[0].dimsart;
+    let timing = Timing::new(Profile::ZeroWait, Column::Upper);
+    let steady = Steady::of(&firmware, timing, master).unwrap();
+    let function = |address: &u32| firmware.image.function_at(*address).unwrap().address;
+    let executed: BTreeSet<u32> = steady.visited.iter().map(function).collect();
+    let executed: Vec<String> = executed.into_iter().map(|address| firmware.image.place(address)).collect();
+    let calls = executed.iter().filter(|name| name.ends_with("dimsart_core::kind::compute"));
+    assert!(calls.count() >= Standard::KINDS.len(), "{executed:?}");
+
+    let declared = Declared::read(CALLS).unwrap();
+    let reached = reach::only(&firmware.image, &declared, "dimsart_tick", &[Name::new("*")]).unwrap();
+    let unseen: Vec<&String> = executed
+        .iter()
+        .filter(|name| !name.starts_with(PIECE) && !reached.functions.contains(*name))
+        .collect();
+    assert!(unseen.is_empty(), "{unseen:?} of {executed:?}");
+}

@@ -1,0 +1,159 @@
+//! Firmware whose tick comes from a timer, in an emulator with a UART that is a socket.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use defmt_decoder::DecodeError;
+use dimsart::connect::{Device, Patience};
+use hil_sim::link::{Stream, open_port};
+use tempfile::TempDir;
+
+use crate::common::{measuring_image, timer_image};
+
+const UART: &str = "uart0";
+const LOG: &str = "log";
+/// What is said past the log.
+const LAST_WORDS: &str = "last-words";
+/// 16 ns per instruction: a tick of 1 ms has room for 62 500.
+const SHIFT: u8 = 4;
+/// 128 ns, 3.2 counts of the board's counter: a tick has room for 7812.
+const MEASURING_SHIFT: u8 = 7;
+/// Where a debugger reaches the emulator, of which it then holds the processor.
+pub(crate) const DEBUGGER: &str = "gdb";
+
+/// A board that nobody plays a device to, or that waits for one at its FIFOs.
+pub(crate) struct Firmware {
+    image: PathBuf,
+    shift: u8,
+    emulator: Child,
+    folder: TempDir,
+}
+
+impl Firmware {
+    /// In a folder of its own; none without an image.
+    pub(crate) fn start(has_device: bool) -> Option<Self> {
+        Some(Self::start_image(timer_image()?, has_device))
+    }
+
+    /// Of the image that measures itself, as fast as every instruction can be told by its counter.
+    pub(crate) fn start_measuring() -> Option<Self> {
+        Some(Self::start_shifted(measuring_image()?, false, MEASURING_SHIFT))
+    }
+
+    /// Of an image of any kind.
+    pub(crate) fn start_image(image: PathBuf, has_device: bool) -> Self {
+        Self::start_shifted(image, has_device, SHIFT)
+    }
+
+    fn start_shifted(image: PathBuf, has_device: bool, shift: u8) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        if has_device {
+            let fifos = ["to-board", "from-board"].map(|name| folder.path().join(name));
+            assert!(Command::new("mkfifo").args(fifos).status().unwrap().success());
+        }
+        Self { emulator: emulator(&image, folder.path(), shift), image, shift, folder }
+    }
+
+    /// Ends it and starts it anew, with what its flash holds.
+    pub(crate) fn restart(&mut self) {
+        self.end();
+        let _ = fs::remove_file(self.folder().join(UART));
+        self.emulator = emulator(&self.image, self.folder.path(), self.shift);
+    }
+
+    pub(crate) fn image(&self) -> &Path {
+        &self.image
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// The name of its UART, once it is there.
+    pub(crate) fn port(&self) -> String {
+        let path = self.folder().join(UART);
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while !path.exists() {
+            assert!(Instant::now() < deadline, "the emulator makes no socket");
+            thread::sleep(Duration::from_millis(10));
+        }
+        format!("unix:{}", path.display())
+    }
+
+    pub(crate) fn uart(&self) -> Box<dyn Stream> {
+        // Its name is there a moment before it listens.
+        let port = self.port();
+        let tries = std::iter::repeat_with(|| {
+            thread::sleep(Duration::from_millis(10));
+            open_port(&port, 0)
+        });
+        tries.take(100).find_map(Result::ok).unwrap()
+    }
+
+    /// What it logged about its ticks, once it has ended.
+    pub(crate) fn reports(mut self) -> Vec<String> {
+        self.end();
+        let mut lines = self.log();
+        lines.retain(|line| line.starts_with("tick "));
+        lines
+    }
+
+    /// The code that it ends with by itself, and what it logged.
+    pub(crate) fn last_words(mut self) -> (Option<i32>, Vec<String>) {
+        let status = self.emulator.wait().unwrap();
+        (status.code(), self.log())
+    }
+
+    /// Lines that are whole: a reset can cut one off.
+    pub(crate) fn log(&self) -> Vec<String> {
+        let elf = fs::read(&self.image).unwrap();
+        let table = defmt_decoder::Table::parse(&elf).unwrap().unwrap();
+        let mut decoder = table.new_stream_decoder();
+        decoder.received(&fs::read(self.folder().join(LOG)).unwrap());
+        let mut lines = Vec::new();
+        loop {
+            match decoder.decode() {
+                Ok(frame) => lines.push(frame.display_message().to_string()),
+                Err(DecodeError::Malformed) => {}
+                Err(DecodeError::UnexpectedEof) => break,
+            }
+        }
+        lines.extend(fs::read_to_string(self.folder().join(LAST_WORDS)).unwrap().lines().map(str::to_owned));
+        lines
+    }
+
+    pub(crate) fn end(&mut self) {
+        let _ = self.emulator.kill();
+        let _ = self.emulator.wait();
+    }
+}
+
+impl Drop for Firmware {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
+    Command::new("qemu-system-arm")
+        .args(["-M", "mps2-an386", "-nographic", "-monitor", "none"])
+        .args(["-serial", &format!("unix:{UART},server=on,wait=off")])
+        .args(["-semihosting-config", "enable=on,target=native"])
+        .args(["-icount", &format!("shift={shift},align=off,sleep=off")])
+        .args(["-gdb", &format!("unix:{DEBUGGER},server=on,wait=off")])
+        .arg("-kernel")
+        .arg(std::path::absolute(image).unwrap())
+        .current_dir(folder)
+        .stdout(File::create(folder.join(LOG)).unwrap())
+        .stderr(File::create(folder.join(LAST_WORDS)).unwrap())
+        .spawn()
+        .unwrap()
+}
+
+pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
+    let patience = Patience { timeout: Duration::from_secs(5), tries: 3 };
+    Device::greet(uart, patience).unwrap()
+}

@@ -1,0 +1,290 @@
+//! Firmware with authentication: a board is given a key, and what it and its links take from then on.
+
+use std::fs;
+use std::io::{self, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
+
+use dimsart::connect::Device;
+use dimsart_core::auth::{Guard, Key, Line, Profile};
+use dimsart_core::protocol::{KeyRefusal, LeaseStatus, Receiver, Refusal, Response, decode_response};
+use dimsart_core::{LinkState, Tick, types};
+use hil_sim::bilateral::{Experiment, Run, Side};
+use hil_sim::emulated::Image;
+use hil_sim::link::Stream;
+use hil_sim::rig::{Probe, Rig};
+use hil_sim::scenario::Scenario;
+use tempfile::TempDir;
+
+use crate::common::{key_image, timer_key_image};
+use crate::firmware::{Firmware, greet};
+
+const LOCKED: &str = "the board is locked: give the file with its key (--key-file)";
+const OPEN: &str = "it holds no key: it takes what anybody asks, and authenticates nothing";
+/// Where the firmware keeps it in its file.
+const KEY_PLACE: usize = 8192;
+
+fn key_file(folder: &TempDir, digit: &str) -> PathBuf {
+    let path = folder.path().join(format!("{digit}.key"));
+    fs::write(&path, digit.repeat(32)).unwrap();
+    path
+}
+
+/// A board without a host that plays its device, and files for keys.
+struct Setup {
+    firmware: Firmware,
+    key: String,
+    other: String,
+    _folder: TempDir,
+}
+
+impl Setup {
+    fn start() -> Option<Self> {
+        let firmware = Firmware::start_image(timer_key_image()?, false);
+        let folder = tempfile::tempdir().unwrap();
+        let [key, other] = ["a", "b"].map(|digit| key_file(&folder, digit).display().to_string());
+        Some(Self { firmware, key, other, _folder: folder })
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command.args(["connect", &self.firmware.port(), "--timeout-s", "5"]).args(arguments).output().unwrap()
+    }
+
+    #[track_caller]
+    fn does(&self, arguments: &[&str], expected: &str) {
+        let output = self.run(arguments);
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert!(
+            output.status.success() && text.contains(expected),
+            "{arguments:?}: {text} {:?}",
+            output.stderr
+        );
+    }
+
+    #[track_caller]
+    fn refuses(&self, arguments: &[&str], expected: &str) {
+        let output = self.run(arguments);
+        let text = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && text.contains(expected), "{arguments:?}: {text}");
+    }
+}
+
+#[test]
+fn a_board_is_given_a_key_at_rest_and_from_then_on_takes_what_moves_it_from_who_has_it() {
+    let Some(mut board) = Setup::start() else { return };
+    let (key, other) = (board.key.clone(), board.other.clone());
+    board.does(&["show"], OPEN);
+    board.refuses(&["key", "set", &key], "a key is changed at rest only");
+    board.does(&["stop"], "stopped");
+    board.does(&["key", "set", &key], "it holds a key");
+    for _ in 0..2 {
+        for arguments in
+            [["check"].as_slice(), &["arm"], &["save"], &["key", "set", &other], &["key", "clear"]]
+        {
+            board.refuses(arguments, LOCKED);
+        }
+        board.does(&["show"], "it holds a key");
+        board.does(&["stop"], "stopped");
+        board.refuses(&["check", "--key-file", &other], "it holds another key than the one in the file");
+        board.does(&["check", "--key-file", &key], "");
+        board.does(&["set", "PDCTRL_MOD", "K_PARAM", "20", "--key-file", &key], "K_PARAM is 20");
+        board.does(&["stop"], "stopped");
+        board.firmware.restart();
+        board.does(&["stop"], "stopped");
+    }
+    board.does(&["key", "set", &other, "--key-file", &key], "it holds a key");
+    board.refuses(&["key", "clear", "--key-file", &key], "it holds another key than the one in the file");
+    board.does(&["key", "clear", "--key-file", &other], OPEN);
+    board.does(&["check"], "");
+}
+
+#[test]
+fn a_key_that_cannot_be_read_locks_for_good() {
+    let Some(mut board) = Setup::start() else { return };
+    let key = board.key.clone();
+    board.does(&["stop"], "");
+    board.does(&["key", "set", &key], "it holds a key");
+    board.firmware.end();
+    let path = board.firmware.folder().join("flash");
+    let mut flash = fs::read(&path).unwrap();
+    flash[KEY_PLACE] ^= 1;
+    fs::write(path, flash).unwrap();
+    board.firmware.restart();
+    board.does(&["show"], "it CANNOT READ ITS KEY");
+    for arguments in [["check"].as_slice(), &["arm"], &["key", "set", &key], &["key", "clear"]] {
+        board.refuses(arguments, "the board cannot read the key that it kept");
+        board.refuses(
+            &[arguments, &["--key-file", &key]].concat(),
+            "the board cannot read the key that it kept",
+        );
+    }
+}
+
+#[test]
+fn an_image_without_authentication_says_so() {
+    let Some(firmware) = Firmware::start(false) else { return };
+    let mut device = greet(firmware.uart());
+    let refused = device.set_key(&[1; 16]).unwrap_err().to_string();
+    assert!(refused.contains("this image has no authentication; flash the `auth` variant"), "{refused}");
+    assert!(!device.overview().unwrap().to_string().contains(" key"));
+}
+
+/// Notes what is sent.
+#[derive(Debug)]
+struct Wiretap(Box<dyn Stream>, Arc<Mutex<Vec<u8>>>);
+
+impl Read for Wiretap {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.0.read(bytes)
+    }
+}
+
+impl Write for Wiretap {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let count = self.0.write(bytes)?;
+        self.1.lock().unwrap().extend_from_slice(&bytes[..count]);
+        Ok(count)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+#[test]
+fn a_lease_is_sealed_and_whoever_repeats_it_is_refused() {
+    let Some(board) = Setup::start() else { return };
+    let heard = Arc::default();
+    let key = [7; 16];
+    {
+        let tapped: Box<dyn Stream> = Box::new(Wiretap(board.firmware.uart(), Arc::clone(&heard)));
+        let mut device: Device<_> = greet(tapped);
+        device.stop().unwrap();
+        device.set_key(&key).unwrap();
+        heard.lock().unwrap().clear();
+        device.take_lease().unwrap();
+        device.renew_lease().unwrap();
+        device.give_lease_back().unwrap();
+    }
+    let repeated = heard.lock().unwrap().clone();
+    let mut uart = board.firmware.uart();
+    uart.write_all(&repeated).unwrap();
+    let (mut receiver, mut answers, mut buffer) = (Receiver::new(), Vec::new(), [0; 256]);
+    while answers.len() < 4 {
+        let count = uart.read(&mut buffer).unwrap_or_default();
+        receiver.take_all(&buffer[..count], |content| {
+            answers.extend(decode_response(content).ok().map(|(_, response)| format!("{response:?}")));
+        });
+    }
+    let refused = Response::Refused(Refusal::Key(KeyRefusal::NotAccepted));
+    // Who has the lease, anybody may ask: a client does before it takes it.
+    let (looked, repeated) = answers.split_first().unwrap();
+    assert_eq!(*looked, format!("{:?}", Response::Lease(LeaseStatus::default())));
+    assert_eq!(repeated, vec![format!("{refused:?}"); 3]);
+}
+
+fn scenario(key: Option<&Path>) -> Scenario {
+    let setting = key.map(|key| format!("link.key_file='{}'", key.display()));
+    Scenario::load(None, &setting.into_iter().collect::<Vec<_>>()).unwrap()
+}
+
+#[test]
+fn what_is_perceived_over_an_authenticated_link_of_a_board_is_what_is_perceived_without() {
+    let Some(image) = key_image() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let key = key_file(&folder, "a");
+    let run = |mut experiment: Experiment, sides: &[Side]| -> Run {
+        for side in sides {
+            experiment.emulate(*side, &image, None).unwrap();
+        }
+        let run = experiment.without_recording().run(&AtomicBool::new(false), |_| {});
+        assert_eq!(run.outcome.faults, Vec::<String>::new(), "{sides:?}");
+        run
+    };
+    let perceived = |run: &Run| run.outcome.axes[0].k_perceived_n_per_m.unwrap();
+    let expected = perceived(&run(Experiment::new(&scenario(None)).unwrap(), &[]));
+    for sides in [[Side::Slave].as_slice(), &[Side::Master, Side::Slave]] {
+        let found = perceived(&run(Experiment::new(&scenario(Some(&key))).unwrap(), sides));
+        assert!((found / expected - 1.0).abs() < 1e-4, "{found} N/m, {expected} N/m without, {sides:?}");
+    }
+}
+
+/// The slave as a board with a key, the master here.
+fn with_slave(scenario: &Scenario, image: &Image) -> Experiment {
+    let mut experiment = Experiment::new(scenario).unwrap();
+    experiment.emulate(Side::Slave, image, None).unwrap();
+    experiment
+}
+
+/// The slave's link in each of so many ticks.
+fn states(rig: &mut Rig, ticks: usize) -> Vec<u32> {
+    let mut probe = Probe::new(types::LINK_STATE.first());
+    let mut found = Vec::new();
+    for _ in 0..ticks {
+        rig.step();
+        assert!(rig.trouble().is_none());
+        found.extend(probe.words(&rig.stations()[1]).first().copied());
+    }
+    found
+}
+
+#[test]
+fn a_board_does_not_follow_who_has_another_key() {
+    let Some(image) = key_image() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let key = key_file(&folder, "a");
+    let mut experiment = Experiment::new(&scenario(Some(&key))).unwrap();
+    fs::write(&key, "b".repeat(32)).unwrap();
+    experiment.emulate(Side::Slave, &image, None).unwrap();
+    let rig = experiment.rig_mut();
+    let found = states(rig, 1000);
+    let ok = [LinkState::Ok, LinkState::OkSomeLost].map(|state| state as u32);
+    assert!(!found.iter().any(|state| ok.contains(state)), "{found:?}");
+    assert!(found.iter().filter(|state| **state == LinkState::Error as u32).count() > 900, "{found:?}");
+    let (master, slave) = (rig.stations()[0].position(), rig.stations()[1].position());
+    assert!(master[0].abs() > 0.01 && slave[0].abs() < 1e-9, "{master:?} {slave:?}");
+}
+
+#[test]
+fn a_link_whose_other_side_changes_its_key_is_lost_and_the_device_gets_no_force() {
+    let Some(image) = key_image() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let mut experiment = with_slave(&scenario(Some(&key_file(&folder, "a"))), &image);
+    let rig = experiment.rig_mut();
+    assert_eq!(states(rig, 200).last(), Some(&(LinkState::Ok as u32)));
+    assert_eq!(rig.stations()[1].last_tick, Tick::Ran);
+    let stranger = Guard::new(&Key::new(&[0xBB; 16]), Line::Link(0), Profile::Full, 9);
+    rig.stations_mut()[0].guard(0, stranger, 1e-3);
+    let found = states(rig, 100);
+    assert!(found.contains(&(LinkState::Error as u32)), "{found:?}");
+    assert_eq!(found.last(), Some(&(LinkState::Timeout as u32)), "{found:?}");
+    assert_eq!(rig.stations()[1].last_tick, Tick::LinkLost { link: 0 });
+}
+
+/// What the firmware of one side costs in a tick, and beside it, with a key and without.
+#[test]
+fn a_key_costs_the_tick_nothing_and_leaves_half_of_the_processor() {
+    let Some(image) = key_image() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let key = key_file(&folder, "a");
+    let [without, with] = [None, Some(key.as_path())].map(|key| {
+        let mut experiment = with_slave(&scenario(key), &image);
+        let rig = experiment.rig_mut();
+        states(rig, 500);
+        let mut sums = [0, 0];
+        for _ in 0..500 {
+            rig.step();
+            let board = rig.stations_mut()[1].board_mut().unwrap();
+            sums[0] += board.instructions().unwrap();
+            sums[1] += board.instructions_of_all().unwrap();
+        }
+        sums.map(|sum| sum / 500)
+    });
+    println!("instructions of a tick and of all: {without:?}, with a key {with:?}");
+    assert!(with[0].abs_diff(without[0]) < 10, "{with:?} {without:?}");
+    // An STM32G4 has 168 000 cycles per tick.
+    assert!(with[1] - without[1] < 84_000, "{with:?} {without:?}");
+}

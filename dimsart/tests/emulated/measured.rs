@@ -1,0 +1,128 @@
+//! What the board measures of its modules is what the machine of `dimsart cycles` counts.
+
+use std::process::Command;
+
+use cycles::timing::{Column, Profile, Timing};
+use dimsart::connect::{ConnectError, Device, Measured};
+use dimsart::cycles::{Controller, Firmware as Image};
+use dimsart_core::protocol::Refusal;
+use dimsart_core::{AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, saved_scheme, types};
+use hil_sim::link::Stream;
+
+use crate::firmware::{Firmware, greet};
+
+const TICKS: u32 = 500;
+
+/// Once it has measured enough ticks.
+fn measured(device: &mut Device<Box<dyn Stream>>) -> Result<Measured, ConnectError> {
+    loop {
+        let measured = device.measured()?.unwrap();
+        if measured.tick.runs >= TICKS {
+            return Ok(measured);
+        }
+    }
+}
+
+/// From a reset on, with the lease held throughout, which is over within milliseconds of the host: the emulator does
+/// not keep the host's time. A host that is busy elsewhere loses it, and begins anew.
+fn measured_under_the_lease(device: &mut Device<Box<dyn Stream>>) -> Measured {
+    for _ in 0..1000 {
+        let attempt = device.hold_lease().and_then(|_| device.reset(None)).and_then(|_| measured(device));
+        match attempt {
+            Err(ConnectError::Refused(Refusal::Lease { .. })) | Err(ConnectError::LeaseOver) => {}
+            attempt => return attempt.unwrap(),
+        }
+    }
+    panic!("the lease was lost each time");
+}
+
+#[test]
+fn every_call_takes_the_instructions_that_the_machine_counts() {
+    let Some(firmware) = Firmware::start_measuring() else { return };
+    let mut device = greet(firmware.uart());
+    let commands = device.commands().unwrap();
+    // As in the machine: the device may be moved, and modules begin in the first tick.
+    let measured = measured_under_the_lease(&mut device);
+    assert!(measured.is_instructions);
+
+    let image = Image::find_by_name(Some(firmware.image()), &device.identity().image).unwrap();
+    let timing = Timing::new(Profile::ZeroWait, Column::Likely);
+    let axes = device.identity().axes.len();
+    let mut machine = Controller::new(&image, timing, axes).unwrap();
+    machine.load(&scheme(&commands, axes)).unwrap();
+    // On the board operation was enabled before the reset, too.
+    machine.tick(&[]).unwrap();
+    machine.load(&scheme(&commands, axes)).unwrap();
+    let mut counted = vec![(u64::MAX, 0); measured.calls.len()];
+    let mut tick = (u64::MAX, 0);
+    for _ in 0..TICKS {
+        // Nobody plays the device: it stands still.
+        let run = machine.tick(&[]).unwrap();
+        assert_eq!(run.calls.len(), counted.len());
+        tick = (run.instructions.min(tick.0), run.instructions.max(tick.1));
+        for ((least, greatest), call) in counted.iter_mut().zip(&run.calls) {
+            *least = call.instructions.min(*least);
+            *greatest = call.instructions.max(*greatest);
+        }
+    }
+
+    // What surrounds the two readings of the counter is the same for every call.
+    let around = |counted: u64, measured: f64| counted as f64 - measured;
+    let first = around(counted[0].0, measured.calls[0].least).round();
+    assert!((0.0..=16.0).contains(&first), "{first}: {counted:?} {measured:?}");
+    for ((least, greatest), call) in counted.iter().zip(&measured.calls) {
+        for (counted, measured) in [(*least, call.least), (*greatest, call.greatest)] {
+            let differs_by = around(counted, measured) - first;
+            assert!(differs_by.abs() < 0.9, "{differs_by}: {counted:?} {measured:?}");
+        }
+    }
+    // A tick's readings leave out what is noted of the tick itself, too.
+    let [least, greatest] = [around(tick.0, measured.tick.least), around(tick.1, measured.tick.greatest)];
+    assert!((0.0..=80.0).contains(&least), "{least}: {tick:?} {measured:?}");
+    assert!((greatest - least).abs() < 1.5, "{least} {greatest}: {tick:?} {measured:?}");
+}
+
+/// A device's scheme as bytes to keep.
+fn scheme(commands: &[SchemeCommand], axes: usize) -> saved_scheme::SchemeBytes {
+    let axes = vec![AxisKind::Linear; axes];
+    let device = DeviceDescriptor::new("arm", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE]);
+    let mut dimsart: Dimsart = Dimsart::new(device.unwrap()).unwrap();
+    for command in commands {
+        dimsart.command(*command).unwrap();
+    }
+    dimsart.command(SchemeCommand::Check).unwrap();
+    saved_scheme::save(dimsart.engine_mut()).unwrap()
+}
+
+#[test]
+fn a_change_of_the_scheme_and_a_request_begin_anew() {
+    let Some(firmware) = Firmware::start_measuring() else { return };
+    let mut device = greet(firmware.uart());
+    let before = measured(&mut device).unwrap();
+    device.measure_anew().unwrap();
+    assert!(device.measured().unwrap().unwrap().tick.runs < before.tick.runs);
+    measured(&mut device).unwrap();
+    device.stop().unwrap();
+    let stopped = device.measured().unwrap().unwrap();
+    assert_eq!((stopped.tick.runs, stopped.tick.greatest), (0, 0.0));
+}
+
+#[test]
+fn the_command_shows_them_beside_the_model_and_says_that_the_bounds_hold() {
+    let Some(firmware) = Firmware::start_measuring() else { return };
+    // Gone before the command comes, which is a client of its own.
+    drop(measured(&mut greet(firmware.uart())).unwrap());
+    let output = Command::new(env!("CARGO_BIN_EXE_dimsart"))
+        .args(["cycles", firmware.image().to_str().unwrap(), "--attach", &firmware.port()])
+        .args(["--json", "--set", "duration_s=0.2", "--random-ticks", "100"])
+        .output()
+        .unwrap();
+    let (said, failed) =
+        (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert!(output.status.success(), "{said}{failed}");
+    let report: serde_json::Value = serde_json::from_str(said.lines().last().unwrap()).unwrap();
+    assert_eq!(report["holds"], true, "{report}");
+    assert_eq!(report["measured_unit"], report["emulated_unit"], "{report}");
+    let modules = report["modules"].as_array().unwrap();
+    assert!(!modules.is_empty() && modules.iter().all(|row| row["measured_max"].is_number()), "{report}");
+}

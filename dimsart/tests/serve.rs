@@ -1,0 +1,182 @@
+//! A port that many clients share, and simulated controllers behind one.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use dimsart::broker::{self, SharedPort};
+use dimsart::connect::{ConnectError, Device, Live, Patience};
+use hil_sim::link::{PortError, Stream};
+use hil_sim::response::LiveRig;
+use hil_sim::rig_file::RigFile;
+
+const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
+
+/// The shipped joint in real time, behind a port of this name.
+struct Served {
+    port: String,
+    _shared: SharedPort,
+    stop: Arc<AtomicBool>,
+    running: Option<JoinHandle<Vec<String>>>,
+}
+
+impl Served {
+    fn start(name: &str, sets: &[&str]) -> Self {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        let text = RigFile::shipped("joint").unwrap();
+        let file = RigFile::read(text, "joint", PathBuf::new(), &sets).unwrap();
+        let (live, mut lines) = LiveRig::new(&file).unwrap();
+        // Two runs of the tests at a time have two of them.
+        let port = format!("sim:{name}-{}", std::process::id());
+        let (_, line) = lines.remove(0);
+        let shared = SharedPort::new(&port, Box::new(line)).unwrap();
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let running = thread::spawn(move || {
+            let mut news = Vec::new();
+            live.run(&flag, |text| news.push(text));
+            news
+        });
+        Self { port, _shared: shared, stop, running: Some(running) }
+    }
+
+    fn connect(&self) -> Device<Box<dyn Stream>> {
+        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE).unwrap()
+    }
+
+    /// What a user was told meanwhile.
+    fn end(mut self) -> Vec<String> {
+        self.stop.store(true, Ordering::Relaxed);
+        self.running.take().unwrap().join().unwrap()
+    }
+}
+
+/// Waits until a device says something of itself.
+fn wait_for(device: &mut Device<Box<dyn Stream>>, text: &str) {
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while !device.state().unwrap().contains(text) {
+        assert!(Instant::now() < deadline, "{}", device.state().unwrap());
+    }
+}
+
+#[test]
+fn many_clients_ask_at_once_and_everyone_gets_his_own_answers() {
+    let served = Served::start("many", &[]);
+    thread::scope(|scope| {
+        for client in 0..8 {
+            let mut device = served.connect();
+            scope.spawn(move || {
+                for _ in 0..20 {
+                    let (module, parameter) = ("PIDCTRL_MOD", ["K_PARAM", "D_PARAM"][client % 2]);
+                    let report = device.get(module, parameter).unwrap();
+                    assert_eq!(report.values.first().unwrap().to_string(), ["150", "6"][client % 2]);
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn one_client_moves_a_device_and_anybody_stops_it() {
+    let served = Served::start("stopped", &[]);
+    let (mut operator, mut other) = (served.connect(), served.connect());
+    operator.hold_lease().unwrap();
+    wait_for(&mut operator, "commands the device");
+    assert!(matches!(other.set("PIDCTRL_MOD", "K_PARAM", "80"), Err(ConnectError::Refused(_))));
+    assert!(matches!(other.take_lease(), Err(ConnectError::Refused(_))));
+    operator.set("PIDCTRL_MOD", "K_PARAM", "80").unwrap();
+    assert!(!other.stop().unwrap().is_commanded);
+    assert!(operator.state().unwrap().contains("stopped"));
+}
+
+#[test]
+fn a_client_that_is_gone_moves_nothing_any_more() {
+    let served = Served::start("gone", &[]);
+    let (mut operator, mut other) = (served.connect(), served.connect());
+    operator.hold_lease().unwrap();
+    wait_for(&mut operator, "commands the device");
+    drop(operator);
+    wait_for(&mut other, "nobody holds the lease");
+}
+
+#[test]
+fn what_an_experiment_moves_is_moved_again_and_again() {
+    let served = Served::start("again", &["duration_s=0.2", "experiment.move.0.step.at_s=0.1"]);
+    let mut device = served.connect();
+    let (mut live, mut changes, mut last) =
+        (Live::new(&["DES_POSITION".to_owned()], Duration::from_millis(10)), 0, String::new());
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while changes < 6 && Instant::now() < deadline {
+        let seen = device.look(&mut live).unwrap().remove(0).values.remove(0).to_string();
+        changes += usize::from(seen != last);
+        last = seen;
+        device.listen(Duration::from_millis(5)).unwrap();
+    }
+    assert_eq!(changes, 6);
+}
+
+#[test]
+fn a_rig_that_has_left_its_range_is_put_back_and_motion_ends() {
+    let served = Served::start("range", &["device.joint.position_limit=0.2"]);
+    let mut device = served.connect();
+    // Renewed by hand: then it is seen when it is taken away.
+    let deadline = Instant::now() + Duration::from_secs(20);
+    device.take_lease().unwrap();
+    while device.renew_lease().is_ok() {
+        assert!(Instant::now() < deadline, "it never left its range");
+    }
+    wait_for(&mut device, "nobody holds the lease");
+    drop(device);
+    let news = served.end();
+    assert!(news.iter().any(|text| text.contains("joint has left its range at")), "{news:?}");
+}
+
+#[test]
+fn a_port_that_nobody_serves_and_one_that_somebody_does_are_told_apart() {
+    let served = Served::start("twice", &[]);
+    let [_, spare] = hil_sim::pipe::pair([Duration::from_millis(1); 2]);
+    let refused = SharedPort::new(&served.port, Box::new(spare));
+    assert!(matches!(refused, Err(PortError::Served { .. })), "{refused:?}");
+    let nobody = broker::open("sim:nobody-at-all", 0);
+    assert!(matches!(nobody, Err(PortError::NotServed { .. })), "{nobody:?}");
+}
+
+/// Whoever opened the port first has it: when that one ends, another client takes its place.
+#[test]
+fn clients_go_on_when_the_one_that_had_the_port_ends() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let port = format!("tcp:{}", listener.local_addr().unwrap());
+    let text = RigFile::shipped("joint").unwrap();
+    let file = RigFile::read(text, "joint", PathBuf::new(), &[]).unwrap();
+    let (live, mut lines) = LiveRig::new(&file).unwrap();
+    let broker = broker::Broker::new(Box::new(lines.remove(0).1));
+    let running = thread::spawn(move || live.run(&AtomicBool::new(false), |_| ()));
+    // A board behind a socket that takes one program at a time, as emulators do.
+    thread::spawn(move || {
+        for stream in listener.incoming().map_while(Result::ok) {
+            let mut line = broker.join().unwrap();
+            let (mut from, mut to) = (stream.try_clone().unwrap(), stream);
+            let mut writer = line.writer.clone();
+            let reading = thread::spawn(move || std::io::copy(&mut from, &mut writer));
+            let mut buffer = [0; 1024];
+            while !reading.is_finished() {
+                if let Ok(count @ 1..) = std::io::Read::read(&mut line, &mut buffer) {
+                    let _ = std::io::Write::write_all(&mut to, buffer.get(..count).unwrap_or_default());
+                }
+            }
+        }
+    });
+    let greet = || Device::greet(broker::open(&port, 0).unwrap(), PATIENCE).unwrap();
+    let (first, mut second, mut third) = (greet(), greet(), greet());
+    drop(first);
+    for device in [&mut second, &mut third] {
+        assert_eq!(device.overview().unwrap().identity.device, "joint");
+    }
+    drop(second);
+    assert_eq!(third.overview().unwrap().identity.device, "joint");
+    assert!(!running.is_finished());
+}

@@ -1,7 +1,0 @@
-//! The `dimsart` command.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    hil_sim::cli::main()
-}

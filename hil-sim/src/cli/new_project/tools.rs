@@ -1,7 +1,0 @@
-//! The `dimsart` command with the modules of this project.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    hil_sim::cli::main()
-}
