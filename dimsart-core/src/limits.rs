@@ -21,8 +21,10 @@ pub const MAX_BINDINGS: usize = 64;
 pub const MAX_SLOTS: usize = 64;
 /// Most data types of one COMM channel (`ADD_DATA` commands).
 pub const MAX_CHANNEL_TYPES: usize = 4;
-/// Links a controller can exchange packets over; with the feature `many-links` a coordinator has one for every joint.
-pub const MAX_LINKS: usize = if cfg!(feature = "many-links") { 8 } else { BOARD_LINKS };
+/// Links a controller can exchange packets over; with the feature `host-sizes` a coordinator has one for every joint.
+pub const MAX_LINKS: usize = if cfg!(feature = "host-sizes") { 8 } else { BOARD_LINKS };
+/// Clients, or parts of what one client looks at, that a controller sends [telemetry](crate::protocol::Sample) to.
+pub const TELEMETRY_STREAMS: usize = if cfg!(feature = "host-sizes") { 16 } else { 1 };
 /// Links of a controller on a board.
 pub const BOARD_LINKS: usize = 2;
 /// Payload of a packet, 32-bit words.

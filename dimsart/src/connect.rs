@@ -26,6 +26,8 @@ mod renewal;
 mod scheme;
 mod show;
 mod signals;
+mod streams;
+mod tap;
 mod transaction;
 mod unsolicited;
 
@@ -46,3 +48,4 @@ pub use recorder::{Recorded, RecordedRow};
 pub use scheme::Sent;
 pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};
 pub use signals::SignalReport;
+pub use tap::{Tap, TapRow, TapSignal};

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
-use dimsart::connect::{ConnectError, Device, Live, Patience};
+use dimsart::connect::{ConnectError, Device, Live, Patience, Tap};
 use hil_sim::link::{PortError, Stream};
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
@@ -179,4 +179,26 @@ fn clients_go_on_when_the_one_that_had_the_port_ends() {
     drop(second);
     assert_eq!(third.overview().unwrap().identity.device, "joint");
     assert!(!running.is_finished());
+}
+
+/// Two clients at a time, each with a stream of its own: on a host a controller has several.
+#[test]
+fn every_tick_reaches_all_who_listen() {
+    let served = Served::start("tap", &[]);
+    let listen = |mut device: Device<Box<dyn Stream>>| {
+        let (mut tap, mut rows) = (Tap::new(1), Vec::new());
+        let deadline = Instant::now() + Duration::from_secs(20);
+        while rows.len() < 2000 && Instant::now() < deadline {
+            rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
+        }
+        assert!(tap.signals().iter().any(|signal| signal.name == "POSITION" && signal.unit == "rad"));
+        assert_eq!(tap.lost(), 0);
+        rows
+    };
+    let clients = [served.connect(), served.connect()].map(|device| thread::spawn(move || listen(device)));
+    for rows in clients.map(|client| client.join().unwrap()) {
+        assert!(rows.len() >= 2000);
+        assert!(rows.windows(2).all(|pair| pair[1].tick == pair[0].tick + 1), "a tick is missing");
+        assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
+    }
 }

@@ -83,7 +83,7 @@ pub(crate) async fn run(
         }
         let out = ends.answers.dropped() + ends.packets_out.dropped() + ends.reports.dropped();
         let dropped = out + ends.packets_in.dropped();
-        if let Some(sample) = info.sample(dimsart.engine().data_base()) {
+        for sample in info.samples(dimsart.engine().data_base()) {
             ends.reports.give_sparingly(Unsolicited::Sample(sample), 1);
         }
         if timing.ticks % HEARTBEAT_EVERY == 0 {

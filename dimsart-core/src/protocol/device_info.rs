@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::heartbeat::Heartbeat;
 use super::lease::Lease;
 use super::response::Refusal;
-use super::telemetry::{Sample, Subscription, Wanted};
+use super::telemetry::{Sample, Streams, Wanted};
 use crate::command::ModuleRef;
 use crate::data_base::DataBase;
 use crate::dimsart::Dimsart;
@@ -84,7 +84,7 @@ pub struct DeviceInfo {
     pub(super) first_fault: Option<FirstFault>,
     pub(super) timing: Option<Timing>,
     pub(super) lease: Lease,
-    telemetry: Subscription,
+    telemetry: Streams,
     /// What a client may be silent for; 0 where nothing is sent unsolicited.
     patience_ticks: u32,
     pub(super) events: Option<&'static EventLog>,
@@ -107,7 +107,7 @@ impl DeviceInfo {
             first_fault: None,
             timing: None,
             lease: Lease::new(0),
-            telemetry: Subscription::NONE,
+            telemetry: Streams::NONE,
             patience_ticks: 0,
             events: None,
             reason: Some(Reason::Stopped),
@@ -226,10 +226,13 @@ impl DeviceInfo {
         Heartbeat { ticks, blocked, first_fault, lease: lease.status(), dropped, damaged: 0, events }
     }
 
-    /// Telemetry of the tick that has ended, when it is due.
-    pub fn sample<const WORDS: usize>(&mut self, data_base: &DataBase<WORDS>) -> Option<Sample> {
+    /// Telemetry of the tick that has ended, as far as it is due.
+    pub fn samples<'a, const WORDS: usize>(
+        &'a mut self,
+        data_base: &'a DataBase<WORDS>,
+    ) -> impl Iterator<Item = Sample> {
         let tick = u32::try_from(self.ticks & u64::from(u32::MAX)).unwrap_or_default();
-        self.telemetry.sample(tick, data_base)
+        self.telemetry.samples(tick, data_base)
     }
 
     pub(super) fn hear(&mut self, id: u16) {

@@ -92,8 +92,9 @@ pub enum Request {
     /// A signal to be sent by the device itself; see [`Sample`](super::Sample). All of it ends when the client has
     /// not asked for anything for 5 s.
     Telemetry {
-        /// Place of the signal in a sample, at most [`MAX_TELEMETRY_SIGNALS`](super::MAX_TELEMETRY_SIGNALS) - 1.
-        /// Place 0 begins anew, every other one adds to what is sent.
+        /// Place of the signal in a sample: the first of a stream's
+        /// [`MAX_TELEMETRY_SIGNALS`](super::MAX_TELEMETRY_SIGNALS) begins it anew, every other one adds to what it sends.
+        /// There are [`TELEMETRY_STREAMS`](crate::limits::TELEMETRY_STREAMS).
         place: u8,
         /// Which signal.
         signal: TypeRef,

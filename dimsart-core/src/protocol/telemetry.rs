@@ -4,7 +4,8 @@
 //! payload  id u16 | tick u32 | words u32 each        little endian; of class 4, its counter counts the samples
 //! ```
 //! The id is that of the last [request](super::Request::Telemetry) that had a part in it, the words are those of the
-//! signals, in the order of their places. A gap in the counter is what the line had no room for.
+//! signals, in the order of their places. A gap in the counter is what the line had no room for. Each stream has its own id
+//! and counter; a controller on a host has several.
 
 use heapless::Vec;
 
@@ -15,10 +16,11 @@ use super::response::Refusal;
 use crate::data_base::DataBase;
 use crate::data_type::TypeRef;
 use crate::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, parse};
+use crate::limits::TELEMETRY_STREAMS;
 
-/// Most signals of one request.
+/// Most signals of one stream.
 pub const MAX_TELEMETRY_SIGNALS: usize = 4;
-/// Most words of all signals of one request.
+/// Most words of all signals of one stream.
 pub const MAX_TELEMETRY_WORDS: usize = 12;
 const FIXED_BYTES: usize = 6;
 
@@ -84,9 +86,43 @@ pub(super) struct Wanted {
     pub(super) every_ticks: u32,
 }
 
+/// All that is sent. Places beyond the first stream's are the next one's.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Streams([Subscription; TELEMETRY_STREAMS]);
+
+impl Streams {
+    pub(super) const NONE: Self = Self([Subscription::NONE; TELEMETRY_STREAMS]);
+
+    /// Does what a client asks for; the words of a sample.
+    pub(super) fn ask<const WORDS: usize>(
+        &mut self,
+        wanted: Wanted,
+        patience_ticks: u32,
+        data_base: &DataBase<WORDS>,
+    ) -> Result<u8, Refusal> {
+        let place = usize::from(wanted.place);
+        let stream = self.0.get_mut(place / MAX_TELEMETRY_SIGNALS).ok_or(Refusal::TooLong)?;
+        stream.ask(wanted, place % MAX_TELEMETRY_SIGNALS, patience_ticks, data_base)
+    }
+
+    /// Takes note that a client is there.
+    pub(super) fn hear(&mut self, id: u16, patience_ticks: u32) {
+        self.0.iter_mut().for_each(|stream| stream.hear(id, patience_ticks));
+    }
+
+    /// Counts a tick; the samples that are due.
+    pub(super) fn samples<'a, const WORDS: usize>(
+        &'a mut self,
+        tick: u32,
+        data_base: &'a DataBase<WORDS>,
+    ) -> impl Iterator<Item = Sample> {
+        self.0.iter_mut().filter_map(move |stream| stream.sample(tick, data_base))
+    }
+}
+
 /// What is sent, and to whom: one client at a time, until it stops it or has been silent for long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Subscription {
+struct Subscription {
     /// Of the request; 0 when there is none.
     id: u16,
     signals: [Option<TypeRef>; MAX_TELEMETRY_SIGNALS],
@@ -100,7 +136,7 @@ pub(super) struct Subscription {
 }
 
 impl Subscription {
-    pub(super) const NONE: Self = Self {
+    const NONE: Self = Self {
         id: 0,
         signals: [None; MAX_TELEMETRY_SIGNALS],
         words: 0,
@@ -111,13 +147,14 @@ impl Subscription {
     };
 
     /// Does what a client asks for; the words of a sample.
-    pub(super) fn ask<const WORDS: usize>(
+    fn ask<const WORDS: usize>(
         &mut self,
         wanted: Wanted,
+        place: usize,
         patience_ticks: u32,
         data_base: &DataBase<WORDS>,
     ) -> Result<u8, Refusal> {
-        let Wanted { id, place, signal, every_ticks } = wanted;
+        let Wanted { id, signal, every_ticks, .. } = wanted;
         let [client, holder] = [id, self.id].map(client_of);
         if holder != NOBODY && holder != client {
             return Err(Refusal::Telemetry { client: holder });
@@ -126,7 +163,7 @@ impl Subscription {
             return Err(Refusal::NotThere);
         }
         let mut next = if place == 0 { Self::NONE } else { *self };
-        *next.signals.get_mut(usize::from(place)).ok_or(Refusal::TooLong)? = Some(signal);
+        *next.signals.get_mut(place).ok_or(Refusal::TooLong)? = Some(signal);
         let mut words = 0;
         for signal in next.signals.iter().flatten() {
             words += data_base.words(data_base.slot(*signal).ok_or(Refusal::NotThere)?).len();
@@ -144,18 +181,14 @@ impl Subscription {
     }
 
     /// Takes note that a client is there.
-    pub(super) fn hear(&mut self, id: u16, patience_ticks: u32) {
+    fn hear(&mut self, id: u16, patience_ticks: u32) {
         if client_of(id) == client_of(self.id) {
             self.patience_ticks = patience_ticks;
         }
     }
 
     /// Counts a tick; a sample when one is due.
-    pub(super) fn sample<const WORDS: usize>(
-        &mut self,
-        tick: u32,
-        data_base: &DataBase<WORDS>,
-    ) -> Option<Sample> {
+    fn sample<const WORDS: usize>(&mut self, tick: u32, data_base: &DataBase<WORDS>) -> Option<Sample> {
         if self.id == 0 {
             return None;
         }

@@ -1,9 +1,10 @@
 //! Clients of one device: who may change something, who hears what, and what a tick without a lease comes to.
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
+use dimsart_core::limits::TELEMETRY_STREAMS;
 use dimsart_core::protocol::{
-    Blocked, DeviceInfo, Effect, LeaseAction, LeaseStatus, MAX_TELEMETRY_WORDS, NOBODY, Refusal, Request,
-    Response, Sample, SchemeAction, StoreError, request_id, serve,
+    Blocked, DeviceInfo, Effect, LeaseAction, LeaseStatus, MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS,
+    NOBODY, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
 };
 use dimsart_core::{
     AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, FrameError, ModuleRef, Tick, Value, Word,
@@ -91,7 +92,7 @@ impl Board {
         let tick = self.dimsart.tick(&measured, &mut commanded);
         self.info.end_tick(tick, &self.dimsart);
         self.last = (tick, commanded);
-        self.info.sample(self.dimsart.engine().data_base())
+        self.info.samples(self.dimsart.engine().data_base()).next()
     }
 }
 
@@ -249,8 +250,8 @@ fn telemetry_ends_when_its_client_is_silent_or_the_signal_goes_and_is_one_client
 fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     let mut board = Board::running();
     board.follow(1, 0, types::POSITION, 1);
-    for (place, refusal) in [(4, Refusal::TooLong), (255, Refusal::TooLong)] {
-        assert_eq!(board.follow(1, place, types::POSITION, 1), Response::Refused(refusal));
+    for place in [u8::try_from(MAX_TELEMETRY_SIGNALS * TELEMETRY_STREAMS).unwrap(), 255] {
+        assert_eq!(board.follow(1, place, types::POSITION, 1), Response::Refused(Refusal::TooLong));
     }
     assert_eq!(board.follow(1, 1, types::FORCE, 1), Response::Refused(Refusal::NotThere));
     assert_eq!(board.tick().unwrap().words.len(), 3);

@@ -248,6 +248,7 @@ impl<S: Read + Write> RequestLine<S> {
                 renewal,
                 asked,
                 is_number_taken,
+                id,
                 ..
             } = self;
             let count = match stream.read(&mut buffer) {
@@ -256,7 +257,7 @@ impl<S: Read + Write> RequestLine<S> {
                 Err(error) if is_nothing_yet(error.kind()) => continue,
                 Err(error) => return Err(failed(error)),
             };
-            let mut is_there = false;
+            let (mut is_there, client) = (false, client_of(*id));
             *bytes += u64::try_from(count).unwrap_or_default();
             receiver.take_all(buffer.get(..count).unwrap_or_default(), |content| {
                 let is_known = sealer.as_ref().is_none_or(RequestSealer::is_answered);
@@ -270,7 +271,7 @@ impl<S: Read + Write> RequestLine<S> {
                     None => {
                         let is_contradicted = sealer.as_ref().is_some_and(RequestSealer::is_contradicted);
                         is_there |= awaited == Awaited::Challenge && is_contradicted;
-                        unsolicited.take(content);
+                        unsolicited.take(content, client);
                     }
                     Some(id) if awaited == Awaited::Answer(id) => {
                         is_there = true;

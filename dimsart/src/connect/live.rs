@@ -3,10 +3,11 @@
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{MAX_TELEMETRY_SIGNALS, Request, Response, Sample};
+use dimsart_core::protocol::Sample;
 use dimsart_core::{Format, TypeRef};
 
 use super::description::ValueText;
+use super::streams::Streams;
 use super::{ConnectError, Device, SignalReport};
 
 /// Well before the device takes the client for gone.
@@ -19,7 +20,10 @@ pub struct Live {
     names: Vec<String>,
     period: Duration,
     signals: Vec<Followed>,
-    is_pushed: bool,
+    /// None where the device does not send them.
+    streams: Option<Streams>,
+    /// Samples that the line had no room for.
+    lost: u64,
     /// Last time that this client asked for something.
     asked: Instant,
     /// Last time that there was something new.
@@ -40,13 +44,13 @@ impl Live {
     pub fn new(names: &[String], period: Duration) -> Self {
         let now = Instant::now();
         let (names, signals) = (names.to_vec(), Vec::new());
-        Self { names, period, signals, is_pushed: false, asked: now, changed: now }
+        Self { names, period, signals, streams: None, lost: 0, asked: now, changed: now }
     }
 
     /// Whether the device sends the signals by itself.
     #[must_use]
     pub fn is_pushed(&self) -> bool {
-        self.is_pushed
+        self.streams.is_some()
     }
 
     /// The device has stopped sending: the scheme has other signals, or it was restarted.
@@ -55,15 +59,18 @@ impl Live {
     }
 
     fn put(&mut self, sample: &Sample) {
-        let mut words = sample.words.iter();
-        for Followed { format, report, .. } in &mut self.signals {
-            let Some(format) = *format else { continue };
-            for value in &mut report.values {
-                if let Some(word) = words.next() {
-                    *value = ValueText::of_word(*word, format);
-                }
-            }
+        let Some(first) = self.streams.as_mut().and_then(|streams| streams.place(sample, &mut self.lost))
+        else {
+            return;
+        };
+        let here =
+            self.signals.iter_mut().filter_map(|followed| Some((followed.format?, &mut followed.report)));
+        let values =
+            here.flat_map(|(format, report)| report.values.iter_mut().map(move |value| (format, value)));
+        for ((format, value), word) in values.skip(first).zip(&sample.words) {
+            *value = ValueText::of_word(*word, format);
         }
+        self.changed = Instant::now();
     }
 }
 
@@ -73,13 +80,10 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for a name that no data type has.
     pub fn look(&mut self, live: &mut Live) -> Result<Vec<SignalReport>, ConnectError> {
-        if let Some(sample) = self.line_mut().unsolicited_mut().sample() {
-            live.put(&sample);
-            live.changed = Instant::now();
-        }
-        if !live.is_pushed || live.is_stale() {
+        self.line_mut().unsolicited_mut().samples().for_each(|sample| live.put(&sample));
+        if !live.is_pushed() || live.is_stale() {
             live.signals = self.followed(&live.names)?;
-            live.is_pushed = self.follow(live)?;
+            live.streams = self.follow(live)?;
             (live.asked, live.changed) = (Instant::now(), Instant::now());
         } else if live.asked.elapsed() > KEEP_ALIVE {
             live.asked = Instant::now();
@@ -88,41 +92,13 @@ impl<S: Read + Write> Device<S> {
         Ok(live.signals.iter().map(|followed| followed.report.clone()).collect())
     }
 
-    /// Has the signals sent; false when the device does not, because they are too many or somebody else has them.
-    fn follow(&mut self, live: &Live) -> Result<bool, ConnectError> {
-        self.line_mut().unsolicited_mut().telemetry = None;
-        let here: Vec<_> = live.signals.iter().filter(|followed| followed.format.is_some()).collect();
-        if here.is_empty() || here.len() > MAX_TELEMETRY_SIGNALS {
-            return Ok(false);
-        }
+    /// Has the signals sent; none when the device does not, because they are too many or it has no stream left.
+    fn follow(&mut self, live: &Live) -> Result<Option<Streams>, ConnectError> {
+        let here = live.signals.iter().filter(|followed| followed.format.is_some());
+        let signals: Vec<_> = here.map(|followed| (followed.signal, followed.report.values.len())).collect();
         let ticks = live.period.as_secs_f64() / f64::from(self.identity().sample_period_s);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "held to what fits")]
         let every_ticks = ticks.round().clamp(1.0, f64::from(u32::MAX)) as u32;
-        let take = |response: Response<'_>| match response {
-            Response::Telemetry { .. } => Some(()),
-            _ => None,
-        };
-        for (place, followed) in (0..).zip(here) {
-            let request = Request::Telemetry { place, signal: followed.signal, every_ticks };
-            match self.ask(&request, take) {
-                Ok(Some(())) => {}
-                Ok(None) | Err(ConnectError::Refused(_)) => {
-                    return self.unfollow(followed.signal).map(|()| false);
-                }
-                Err(error) => return Err(error),
-            }
-        }
-        let line = self.line_mut();
-        line.unsolicited_mut().telemetry = Some(line.last_id());
-        Ok(true)
-    }
-
-    /// Ends what was begun; refused where it is another client's.
-    fn unfollow(&mut self, signal: TypeRef) -> Result<(), ConnectError> {
-        let request = Request::Telemetry { place: 0, signal, every_ticks: 0 };
-        match self.ask(&request, |_| Some(())) {
-            Ok(_) | Err(ConnectError::Refused(_)) => Ok(()),
-            Err(error) => Err(error),
-        }
+        self.subscribe(&signals, every_ticks)
     }
 }

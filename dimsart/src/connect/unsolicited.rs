@@ -1,53 +1,56 @@
 //! What a device says by itself: that it lives, and signals.
 
+use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use dimsart_core::protocol::{Heartbeat, Sample, decode_heartbeat, decode_sample};
+use dimsart_core::protocol::{Heartbeat, Sample, client_of, decode_heartbeat, decode_sample};
 
-/// The last of what came unsolicited.
+/// Samples that wait to be taken; the oldest make room for newer ones.
+const ROOM: usize = 16_384;
+
+/// What came that nobody had asked for, as far as it was not taken yet.
 #[derive(Debug)]
 pub(super) struct Unsolicited {
-    /// When the last heartbeat came, or the line was opened.
     heard: Instant,
     heartbeat: Option<Heartbeat>,
-    /// The request whose samples are wanted.
-    pub(super) telemetry: Option<u16>,
-    sample: Option<Sample>,
+    samples: VecDeque<Sample>,
 }
 
 impl Unsolicited {
     pub(super) fn new() -> Self {
-        Self { heard: Instant::now(), heartbeat: None, telemetry: None, sample: None }
+        Self { heard: Instant::now(), heartbeat: None, samples: VecDeque::new() }
     }
 
-    /// Keeps a frame's content if it is of use.
-    pub(super) fn take(&mut self, content: &[u8]) {
+    /// Takes what a device says to everybody, and the samples that are for `client`.
+    pub(super) fn take(&mut self, content: &[u8], client: u8) {
         if let Ok((_, heartbeat)) = decode_heartbeat(content) {
             (self.heard, self.heartbeat) = (Instant::now(), Some(heartbeat));
         } else if let Ok(sample) = decode_sample(content)
-            && self.telemetry == Some(sample.id)
+            && client_of(sample.id) == client
         {
-            self.sample = Some(sample);
+            if self.samples.len() == ROOM {
+                self.samples.pop_front();
+            }
+            self.samples.push_back(sample);
         }
     }
 
-    /// The last heartbeat.
+    /// The last heartbeat, if there was one.
     pub(super) fn heartbeat(&self) -> Option<Heartbeat> {
         self.heartbeat
     }
 
-    /// Waits for the next heartbeat.
     pub(super) fn forget_heartbeat(&mut self) {
         self.heartbeat = None;
     }
 
-    /// Time since the last heartbeat, or since the line was opened.
+    /// How long the last heartbeat is ago, or the beginning.
     pub(super) fn silence(&self) -> Duration {
         self.heard.elapsed()
     }
 
-    /// The newest sample since the last call.
-    pub(super) fn sample(&mut self) -> Option<Sample> {
-        self.sample.take()
+    /// The samples that came since the last look, oldest first.
+    pub(super) fn samples(&mut self) -> impl Iterator<Item = Sample> {
+        self.samples.drain(..)
     }
 }

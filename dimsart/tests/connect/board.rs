@@ -101,12 +101,12 @@ fn tick(robot: &Mutex<Robot>, shared: &Shared) {
         dimsart.allow_motion(info.begin_tick());
         let tick = dimsart.tick(&measured, &mut commanded);
         info.end_tick(tick, dimsart);
-        let sample = info.sample(dimsart.engine().data_base());
+        let samples: Vec<_> = info.samples(dimsart.engine().data_base()).collect();
         let heartbeat = (number == 0).then(|| info.heartbeat(7));
         drop(robot);
         *shared.last.lock().unwrap() = Some((tick, commanded));
         let mut frame = [0; MAX_FRAME_BYTES];
-        if let Some(sample) = sample {
+        for sample in samples {
             shared.say(encode_sample(&sample, &mut frame).unwrap());
         }
         if let Some(heartbeat) = heartbeat {

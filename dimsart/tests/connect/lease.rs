@@ -6,6 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use dimsart::connect::{ConnectError, Device, Live, Patience, ValueText};
+use dimsart_core::limits::TELEMETRY_STREAMS;
 use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use dimsart_core::{Tick, Word};
 use hil_sim::link::open_port;
@@ -252,11 +253,13 @@ fn signals_are_pushed_and_asked_for_where_they_cannot_be() {
         assert!(live.is_pushed());
         first.listen(Duration::from_millis(20)).unwrap();
     }
-    // Somebody else has the telemetry.
-    let mut second = board.connect();
-    let mut asked = Live::new(&names, Duration::from_millis(10));
-    assert_eq!(second.look(&mut asked).unwrap()[0].values, position(0.25));
-    assert!(!asked.is_pushed());
+    // Every client has a stream of its own, as far as there are any.
+    let mut others: Vec<_> = (0..TELEMETRY_STREAMS).map(|_| board.connect()).collect();
+    for (number, other) in (1..).zip(&mut others) {
+        let mut asked = Live::new(&names, Duration::from_millis(10));
+        assert_eq!(other.look(&mut asked).unwrap()[0].values, position(0.25));
+        assert_eq!(asked.is_pushed(), number < TELEMETRY_STREAMS, "{number}");
+    }
     // More words than a sample holds.
     let mut all = Live::new(&["MAP".to_owned()], Duration::from_millis(10));
     assert_eq!(first.look(&mut all).unwrap()[0].values.len(), 40);

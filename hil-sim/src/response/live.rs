@@ -170,10 +170,10 @@ impl Answering {
         info.set_timing(*timing);
         info.end_tick(station.last_tick, &station.dimsart);
         let mut frame = [0; MAX_FRAME_BYTES];
-        if let Some(sample) = info.sample(station.dimsart.engine().data_base())
-            && let Ok(bytes) = encode_sample(&sample, &mut frame)
-        {
-            say(line, bytes, dropped);
+        for sample in info.samples(station.dimsart.engine().data_base()) {
+            if let Ok(bytes) = encode_sample(&sample, &mut frame) {
+                say(line, bytes, dropped);
+            }
         }
         *ticks = ticks.wrapping_add(1);
         if ticks.is_multiple_of(*heartbeat_ticks) {

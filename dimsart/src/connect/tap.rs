@@ -1,0 +1,151 @@
+//! Every tick's signals, as a device sends them: what a scope or a recording takes.
+
+use std::io::{Read, Write};
+use std::time::{Duration, Instant};
+
+use dimsart_core::protocol::{MAX_TELEMETRY_WORDS, Sample};
+use dimsart_core::{Format, TypeRef};
+use serde::Serialize;
+
+use super::live::Followed;
+use super::streams::Streams;
+use super::{ConnectError, Device};
+
+/// Without anything for so long the scheme has other signals, or the device was restarted.
+const SILENCE: Duration = Duration::from_millis(500);
+/// Well before the device takes the client for gone.
+const KEEP_ALIVE: Duration = Duration::from_secs(1);
+
+/// A signal of a [`Tap`].
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct TapSignal {
+    /// Its name.
+    pub name: String,
+    /// Unit of its values; empty for a pure number.
+    pub unit: String,
+    /// How many values it has, one behind the other in a row.
+    pub words: usize,
+    #[serde(skip)]
+    format: Format,
+}
+
+/// All signals in one tick.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TapRow {
+    /// Number of the tick; it wraps.
+    pub tick: u32,
+    /// The values of every signal; what was lost on the way is no number.
+    pub values: Vec<f32>,
+}
+
+/// Signals in every so many ticks.
+#[derive(Debug)]
+pub struct Tap {
+    every_ticks: u32,
+    signals: Vec<TapSignal>,
+    streams: Option<Streams>,
+    lost: u64,
+    /// Of the tick that is coming in, and how many streams of it are there.
+    row: Option<(TapRow, usize)>,
+    asked: Instant,
+    heard: Instant,
+}
+
+impl Tap {
+    /// Of every so many ticks.
+    #[must_use]
+    pub fn new(every_ticks: u32) -> Self {
+        let now = Instant::now();
+        Self { every_ticks, signals: Vec::new(), streams: None, lost: 0, row: None, asked: now, heard: now }
+    }
+
+    /// The signals that it has, in the order of a row's values; none while the device does not send them.
+    #[must_use]
+    pub fn signals(&self) -> &[TapSignal] {
+        &self.signals
+    }
+
+    /// Samples so far that the line had no room for.
+    #[must_use]
+    pub fn lost(&self) -> u64 {
+        self.lost
+    }
+
+    fn put(&mut self, sample: &Sample, rows: &mut Vec<TapRow>) {
+        let Some(streams) = &mut self.streams else { return };
+        let Some(first) = streams.place(sample, &mut self.lost) else { return };
+        let count = streams.len();
+        self.heard = Instant::now();
+        if self.row.as_ref().is_some_and(|(row, _)| row.tick != sample.tick) {
+            rows.extend(self.row.take().map(|(row, _)| row));
+        }
+        let width = self.signals.iter().map(|signal| signal.words).sum();
+        let (row, streams) =
+            self.row.get_or_insert_with(|| (TapRow { tick: sample.tick, values: vec![f32::NAN; width] }, 0));
+        let formats = self.signals.iter().flat_map(|signal| std::iter::repeat_n(signal.format, signal.words));
+        for ((value, format), word) in row.values.iter_mut().zip(formats).skip(first).zip(&sample.words) {
+            *value = value_of(*word, format);
+        }
+        *streams += 1;
+        if *streams == count {
+            rows.extend(self.row.take().map(|(row, _)| row));
+        }
+    }
+}
+
+/// A word as a number to be drawn.
+#[expect(clippy::cast_precision_loss, reason = "to be drawn")]
+fn value_of(word: u32, format: Format) -> f32 {
+    match format {
+        Format::F32 => f32::from_bits(word),
+        Format::I32 => word.cast_signed() as f32,
+        Format::U32 => word as f32,
+        Format::Bool => f32::from(u8::from(word != 0)),
+    }
+}
+
+impl<S: Read + Write> Device<S> {
+    /// Listens for some time, and gives the rows that have come. Where a device has not enough streams for all signals, it
+    /// is asked for the first ones.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the line has ended.
+    pub fn tap(&mut self, tap: &mut Tap, time: Duration) -> Result<Vec<TapRow>, ConnectError> {
+        let is_silent = tap.heard.elapsed() > SILENCE;
+        if is_silent || (tap.streams.is_none() && tap.signals.is_empty()) {
+            self.open_tap(tap)?;
+        } else if tap.asked.elapsed() > KEEP_ALIVE {
+            tap.asked = Instant::now();
+            self.lease_status()?;
+        }
+        self.listen(time)?;
+        let mut rows = Vec::new();
+        let samples: Vec<Sample> = self.line_mut().unsolicited_mut().samples().collect();
+        samples.iter().for_each(|sample| tap.put(sample, &mut rows));
+        Ok(rows)
+    }
+
+    fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+        let mut signals = self.followed(&[])?;
+        signals.retain(|Followed { format, report, .. }| {
+            format.is_some() && report.values.len() <= MAX_TELEMETRY_WORDS
+        });
+        let mut wanted: Vec<(TypeRef, usize)> =
+            signals.iter().map(|Followed { signal, report, .. }| (*signal, report.values.len())).collect();
+        (tap.streams, tap.row) = (None, None);
+        while tap.streams.is_none() && !wanted.is_empty() {
+            tap.streams = self.subscribe(&wanted, tap.every_ticks)?;
+            if tap.streams.is_none() {
+                wanted.pop();
+            }
+        }
+        let signals =
+            signals.into_iter().take(wanted.len()).filter_map(|Followed { format, report, .. }| {
+                let words = report.values.len();
+                Some(TapSignal { name: report.name, unit: report.unit, words, format: format? })
+            });
+        tap.signals = signals.collect();
+        (tap.asked, tap.heard) = (Instant::now(), Instant::now());
+        Ok(())
+    }
+}
