@@ -46,6 +46,6 @@ pub use live::Live;
 pub use measured::{Measured, MeasuredRow};
 pub use recorder::{Recorded, RecordedRow};
 pub use scheme::Sent;
-pub use show::{InstanceReport, Overview, ParameterReport, StatusReport};
+pub use show::{InstanceReport, KindReport, Overview, ParameterReport, PortReport, StatusReport};
 pub use signals::SignalReport;
 pub use tap::{Tap, TapRow, TapSignal};

@@ -18,6 +18,7 @@ pub mod cli;
 pub mod connect;
 pub mod cycles;
 pub mod dbc;
+pub mod page;
 pub mod pictures;
 pub mod report;
 pub mod stamp;

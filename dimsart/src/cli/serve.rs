@@ -1,7 +1,7 @@
 //! `dimsart serve`: has a port, or simulates what is behind one, and lets everybody in.
 
 use std::error::Error;
-use std::io::Write;
+use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -13,16 +13,17 @@ use super::Ending;
 use super::run::{rig, stop_on_interrupt};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
+use crate::page::{OpenLine, Page, Station};
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
 
 /// What is simulated when nothing is named.
 const DEFAULT_RIG: &str = "joint";
 
-/// Simulate a rig in real time, or have a board's port, for any number of `dimsart connect`.
+/// Simulate a rig in real time, or have a board's port, for a page in the browser and any number of `dimsart connect`.
 ///
-/// A simulated controller is what a board is: `dimsart connect sim:NAME` looks at it, tunes it, changes its scheme and lets
-/// it move. What the rig's experiment moves is moved again and again.
+/// The page shows schemes, modules and signals, tunes them, and lets devices move. A simulated controller is what a board is:
+/// `dimsart connect sim:NAME` does the same from a terminal. What the rig's experiment moves is moved again and again.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Serve {
@@ -32,7 +33,16 @@ pub(super) struct Serve {
     /// Bits per second of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]
     baud: u32,
+    /// Where on this computer the page is, 0 for any port that is free; 8060, or a free one, when left out.
+    #[arg(long, value_name = "PORT")]
+    page_port: Option<u16>,
+    /// Serves no page.
+    #[arg(long, conflicts_with = "page_port")]
+    no_page: bool,
 }
+
+/// Where the page is when nothing is said.
+const PAGE_PORT: u16 = 8060;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -52,7 +62,7 @@ impl Serve {
             self.share(&name, out)?;
         } else {
             let no_rig = || format!("{name} is no rig: it has no [[device]] (docs/rigs.md)");
-            simulate(&rig::read(Some(&self.what), &[])?.ok_or_else(no_rig)?, out)?;
+            self.simulate(&rig::read(Some(&self.what), &[])?.ok_or_else(no_rig)?, out)?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -61,7 +71,7 @@ impl Serve {
         let stop = stop_on_interrupt()?;
         let mut line = broker::open(port, self.baud).map_err(ConnectError::from)?;
         writeln!(out, "{port} is shared until Ctrl-C: dimsart connect {port}")?;
-        out.flush()?;
+        let _page = self.page(&[(port.to_owned(), port.to_owned())], out)?;
         let mut buffer = [0; 1024];
         while !stop.load(Ordering::Relaxed) {
             if matches!(line.read(&mut buffer), Ok(0)) {
@@ -70,18 +80,42 @@ impl Serve {
         }
         Ok(())
     }
-}
 
-fn simulate(file: &RigFile, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
-    let stop = stop_on_interrupt()?;
-    let (live, lines) = LiveRig::new(file)?;
-    let mut shared = Vec::new();
-    for (name, line) in lines {
-        let port = format!("{SIMULATED}{name}");
-        shared.push(SharedPort::new(&port, Box::new(line))?);
-        writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
+    fn simulate(&self, file: &RigFile, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+        let stop = stop_on_interrupt()?;
+        let (live, lines) = LiveRig::new(file)?;
+        let (mut shared, mut ports) = (Vec::new(), Vec::new());
+        for (name, line) in lines {
+            let port = format!("{SIMULATED}{name}");
+            shared.push(SharedPort::new(&port, Box::new(line))?);
+            writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
+            ports.push((name, port));
+        }
+        let _page = self.page(&ports, out)?;
+        live.run(&stop, |news| eprintln!("dimsart: {news}"));
+        Ok(())
     }
-    out.flush()?;
-    live.run(&stop, |news| eprintln!("dimsart: {news}"));
-    Ok(())
+
+    /// Serves the page of controllers, each with its name and port, and says where it is.
+    fn page(&self, ports: &[(String, String)], out: &mut impl Write) -> Result<Option<Page>, Box<dyn Error>> {
+        if self.no_page {
+            out.flush()?;
+            return Ok(None);
+        }
+        let listener = match (self.page_port, Page::listen(self.page_port.unwrap_or(PAGE_PORT))) {
+            (None, Err(error)) if error.kind() == ErrorKind::AddrInUse => Page::listen(0),
+            (_, listener) => listener,
+        };
+        let listener =
+            listener.map_err(|error| format!("no page: {error}; try another --page-port, or 0"))?;
+        let stations = (0..).zip(ports).map(|(number, (name, port))| {
+            let (port, baud) = (port.clone(), self.baud);
+            let open: OpenLine = Box::new(move || Ok(broker::open(&port, baud)?));
+            Station::new(number, name, open)
+        });
+        let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
+        writeln!(out, "page: {}", page.url())?;
+        out.flush()?;
+        Ok(Some(page))
+    }
 }

@@ -160,6 +160,11 @@ pub(super) fn summary(kind: &str, parameter: &str) -> &'static str {
     found.map_or("", |found| found.summary.text())
 }
 
+/// This program's help text for a kind of module; empty for one that it does not know.
+pub(super) fn kind_summary(kind: &str) -> &'static str {
+    Standard::KINDS.iter().find(|found| found.name == kind).map_or("", |found| found.summary.text())
+}
+
 /// What a parameter takes, in words, and how many of it.
 pub(crate) fn range_text(parameter: &ParameterText<'_>) -> String {
     let takes = match &parameter.accepts {

@@ -4,7 +4,7 @@ use std::fmt;
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::{FirstFault, Request, Response, SafetyReport};
-use dimsart_core::{Command, CommandError, Reason};
+use dimsart_core::{Command, CommandError, Finding, ModuleRef, Party, Reason, TypeRef};
 use serde::Serialize;
 
 use super::device::take;
@@ -18,6 +18,10 @@ pub struct FindingText {
     pub is_fault: bool,
     /// What, where, what to do next.
     pub text: String,
+    /// The module that it is about; none for the device itself.
+    pub module: Option<String>,
+    /// The signal that it is about.
+    pub signal: Option<String>,
 }
 
 impl fmt::Display for FindingText {
@@ -195,8 +199,34 @@ impl<S: Read + Write> Device<S> {
         for index in 0..=u8::MAX {
             let Some((finding, faults)) = self.ask(&Request::Finding { index }, take)? else { break };
             in_all = faults;
-            found.push(FindingText { is_fault: finding.is_fault(), text: self.finding_text(finding)? });
+            let (module, signal) = subject(finding);
+            found.push(FindingText {
+                is_fault: finding.is_fault(),
+                text: self.finding_text(finding)?,
+                module: module.map(|module| self.module_name(module)).transpose()?,
+                signal: signal.map(|signal| self.signal_name(signal)).transpose()?,
+            });
         }
         Ok((in_all, found))
+    }
+}
+
+/// Whom a finding is about, as far as it is a module and a signal.
+fn subject(finding: Finding) -> (Option<ModuleRef>, Option<TypeRef>) {
+    let of = |party| match party {
+        Party::Module(module) => Some(module),
+        Party::Frame => None,
+    };
+    match finding {
+        Finding::NoProvider { signal, reader } | Finding::Delay { signal, reader, .. } => {
+            (of(reader), Some(signal))
+        }
+        Finding::TwoProviders { signal, second, .. } => (of(second), Some(signal)),
+        Finding::Mismatch { module, signal, .. } | Finding::UnitsDiffer { module, signal, .. } => {
+            (Some(module), Some(signal))
+        }
+        Finding::LinkTaken { second, .. } => (Some(second), None),
+        Finding::Held { signal, writer, .. } => (Some(writer), Some(signal)),
+        _ => (None, None),
     }
 }

@@ -3,11 +3,12 @@
 use std::fmt;
 use std::io::{Read, Write};
 
-use dimsart_core::protocol::{Accepted, InstanceText, LeaseStatus, NOBODY, Request, Response};
+use dimsart_core::protocol::{Accepted, InstanceText, LeaseStatus, NOBODY, PortText, Request, Response};
+use dimsart_core::scheme::{PORT_PREFIX, SWITCH};
 use dimsart_core::{Direction, EVERY_TICKS, Entries, ModuleRef, Usage, Vocabulary};
 use serde::Serialize;
 
-use super::description::{Identity, ValueText, axis_name, joined, range_text, summary};
+use super::description::{Identity, ValueText, axis_name, joined, kind_summary, range_text, summary};
 use super::device::take;
 use super::faults::FirstFaultText;
 use super::kept::{KeptReport, TimingText};
@@ -31,6 +32,32 @@ pub struct ParameterReport {
     pub range: String,
     /// What it is for.
     pub summary: String,
+    /// Value of each entry after `init`; none for a list, which starts empty.
+    pub default: Option<ValueText>,
+    /// The names that it can have; empty where it takes something else.
+    pub choices: Vec<String>,
+    /// Whether it is set only while the module is not plugged in.
+    pub is_structural: bool,
+}
+
+/// A kind of module.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct KindReport {
+    /// Its name.
+    pub name: String,
+    /// What it is for; empty for one that this program does not know.
+    pub summary: String,
+}
+
+/// A port that reads or writes a signal.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct PortReport {
+    /// What `set` binds it by, such as `PORT_FORCE`.
+    pub name: String,
+    /// Whether it writes.
+    pub writes: bool,
+    /// The signal it is bound to.
+    pub signal: String,
 }
 
 impl ParameterReport {
@@ -64,6 +91,8 @@ pub struct InstanceReport {
     pub reads: Vec<String>,
     /// Signals it writes.
     pub writes: Vec<String>,
+    /// Its ports, in their order.
+    pub ports: Vec<PortReport>,
     /// Parameters.
     pub parameters: Vec<ParameterReport>,
 }
@@ -201,6 +230,31 @@ impl<S: Read + Write> Device<S> {
         Ok(Overview { identity: self.identity().clone(), status, modules, signals })
     }
 
+    /// The kinds of modules that the image has, and what each is for.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn kinds(&mut self) -> Result<Vec<KindReport>, ConnectError> {
+        let mut kinds = Vec::new();
+        for kind in 0..=u8::MAX {
+            let found = self.ask(&Request::Module { kind }, |response| match response {
+                Response::Module(found) => Some(KindReport {
+                    name: found.name.to_owned(),
+                    summary: kind_summary(found.name).to_owned(),
+                }),
+                _ => None,
+            });
+            match found {
+                Ok(Some(found)) => kinds.push(found),
+                Ok(None) => break,
+                // Left out of the image.
+                Err(ConnectError::Refused(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(kinds)
+    }
+
     fn status_report(&mut self) -> Result<StatusReport, ConnectError> {
         let status = self.status()?;
         let first_fault = self.first_fault_text(status.first_fault)?;
@@ -223,15 +277,19 @@ impl<S: Read + Write> Device<S> {
 
     fn instance_report(&mut self, instance: InstanceText) -> Result<InstanceReport, ConnectError> {
         let InstanceText { module, place } = instance;
-        let (mut reads, mut writes) = (Vec::new(), Vec::new());
-        let ports = self.know(|known| {
-            let bound = known.port_texts(module).filter_map(|port| Some((port.direction, port.bound?)));
-            bound.map(|(direction, signal)| (direction, known.name_of_signal(signal).to_string())).collect()
-        });
-        let ports: Vec<_> = ports?;
-        for (direction, signal) in ports {
-            if direction == Direction::Read { reads.push(signal) } else { writes.push(signal) }
-        }
+        let ports: Vec<PortReport> = self.know(|known| {
+            let report = |port: PortText<'_>| PortReport {
+                name: format!("{PORT_PREFIX}{}", port.name),
+                writes: port.direction != Direction::Read,
+                signal: port.bound.map(|signal| known.name_of_signal(signal).to_string()).unwrap_or_default(),
+            };
+            known.port_texts(module).filter(|port| port.bound.is_some()).map(report).collect()
+        })?;
+        let signals = |writes: bool| {
+            let wanted = ports.iter().filter(|port| port.writes == writes);
+            wanted.map(|port| port.signal.clone()).collect::<Vec<_>>()
+        };
+        let (reads, writes) = (signals(false), signals(true));
         let count = self.know(|known| known.parameter_texts(module.kind).count())?;
         let parameters = (0..).take(count).map(|parameter| self.parameter_report(module, parameter, None));
         let mut parameters = parameters.collect::<Result<Vec<_>, _>>()?;
@@ -240,7 +298,7 @@ impl<S: Read + Write> Device<S> {
             parameters.extend(Some(rate).filter(|rate| rate.values != [ValueText::Name("1".into())]));
         }
         let place = place.map(|place| u16::from(place) + 1);
-        Ok(InstanceReport { name: self.module_name(module)?, place, reads, writes, parameters })
+        Ok(InstanceReport { name: self.module_name(module)?, place, reads, writes, ports, parameters })
     }
 
     /// The value at one place, or all of them.
@@ -284,9 +342,21 @@ impl<S: Read + Write> Device<S> {
                 },
                 range: range_text(&found),
                 summary: summary(known.kind_name(module.kind)?, found.name).to_owned(),
+                default: found.default.map(|value| known.value_text(value, &found.accepts)),
+                choices: choices(&found.accepts),
+                is_structural: found.is_structural,
             })
         })?;
         report.ok_or(ConnectError::OtherAnswer)
+    }
+}
+
+/// The names that a parameter can have.
+fn choices(accepts: &Accepted<'_>) -> Vec<String> {
+    match accepts {
+        Accepted::Choice(names) => names.iter().map(|name| (*name).to_owned()).collect(),
+        Accepted::Flag => SWITCH.iter().map(|name| (*name).to_owned()).collect(),
+        _ => Vec::new(),
     }
 }
 
@@ -303,6 +373,9 @@ mod tests {
             unit: "N/m".to_owned(),
             range: "0 to 9, 2 × 2".to_owned(),
             summary: "Stiffness.".to_owned(),
+            default: None,
+            choices: Vec::new(),
+            is_structural: false,
         };
         assert_eq!(parameter.to_string(), "K = 1  2\n    3  4 N/m   (0 to 9, 2 × 2) Stiffness.");
         assert_eq!(parameter.values_text(), "1  2  3  4 N/m");

@@ -1,0 +1,165 @@
+//! The page: controllers seen, tuned and moved from a browser on this computer.
+//!
+//! ```text
+//! browser ◀─WebSocket─▶ client ◀──▶ Station: three lines to one controller, as `dimsart connect` has one
+//! ```
+//! Nothing here is in the way of a tick: a station is a client of the broker like any other one. Motion needs the lease, and
+//! the lease is given back when its browser is gone or silent.
+//!
+//! It listens on this computer alone. A request needs the token of the printed address, and a WebSocket the page's own
+//! origin, so that no other site's page and no other user's program gets in.
+
+mod action;
+mod client;
+mod news;
+mod station;
+
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr, TcpListener};
+use std::sync::Arc;
+use std::thread;
+
+use axum::Router;
+use axum::extract::{Query, Request, State, WebSocketUpgrade};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::middleware::{self, Next};
+use axum::response::{IntoResponse, Response};
+use axum::routing::get;
+use serde::Deserialize;
+
+pub use station::{OpenLine, Station};
+
+/// What the page is made of: path, type, content.
+const ASSETS: [(&str, &str, &str); 9] = [
+    ("/page.css", "text/css", include_str!("page/assets/page.css")),
+    ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
+    ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
+    ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
+    ("/modules.js", "text/javascript", include_str!("page/assets/modules.js")),
+    ("/scheme.js", "text/javascript", include_str!("page/assets/scheme.js")),
+    ("/scope.js", "text/javascript", include_str!("page/assets/scope.js")),
+    ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
+    ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),
+];
+const INDEX: &str = include_str!("page/assets/index.html");
+/// Nothing of the page comes from elsewhere.
+const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:";
+
+/// A page that is served, until this goes.
+#[derive(Debug)]
+pub struct Page {
+    address: SocketAddr,
+    token: String,
+}
+
+/// What every request is answered from.
+#[derive(Debug)]
+struct Site {
+    token: String,
+    port: u16,
+    stations: Vec<Station>,
+}
+
+impl Page {
+    /// Listens on a port of this computer, 0 for any that is free.
+    ///
+    /// # Errors
+    /// Whatever the system says, as that the port is in use.
+    pub fn listen(port: u16) -> io::Result<TcpListener> {
+        TcpListener::bind((Ipv4Addr::LOCALHOST, port))
+    }
+
+    /// Serves the page of some controllers where it is [listened](Self::listen) to.
+    ///
+    /// # Errors
+    /// Whatever the system says.
+    pub fn serve(stations: Vec<Station>, listener: TcpListener) -> io::Result<Self> {
+        listener.set_nonblocking(true)?;
+        let address = listener.local_addr()?;
+        let mut token = [0; 16];
+        getrandom::fill(&mut token).map_err(io::Error::other)?;
+        let token: String = token.iter().map(|byte| format!("{byte:02x}")).collect();
+        let site = Arc::new(Site { token: token.clone(), port: address.port(), stations });
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        thread::spawn(move || {
+            runtime.block_on(async move {
+                let listener = tokio::net::TcpListener::from_std(listener)?;
+                axum::serve(listener, router(site)).await
+            })
+        });
+        Ok(Self { address, token })
+    }
+
+    /// The address to open, with the token.
+    #[must_use]
+    pub fn url(&self) -> String {
+        format!("http://{}/?token={}", self.address, self.token)
+    }
+}
+
+fn router(site: Arc<Site>) -> Router {
+    let mut router = Router::new().route("/", get(index)).route("/socket", get(socket));
+    for (path, kind, content) in ASSETS {
+        router = router.route(path, get(move || async move { ([(header::CONTENT_TYPE, kind)], content) }));
+    }
+    router.layer(middleware::from_fn_with_state(Arc::clone(&site), guard)).with_state(site)
+}
+
+/// Lets nobody in by another name than this computer's: a page elsewhere whose name is made to lead here sends that name.
+async fn guard(State(site): State<Arc<Site>>, request: Request, next: Next) -> Response {
+    let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
+    if !host.is_some_and(|host| site.names().iter().any(|name| name == host)) {
+        return (StatusCode::FORBIDDEN, "this page is for 127.0.0.1 alone").into_response();
+    }
+    let mut response = next.run(request).await;
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY));
+    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    headers.insert(header::REFERRER_POLICY, HeaderValue::from_static("no-referrer"));
+    response
+}
+
+#[derive(Deserialize)]
+struct Entry {
+    token: Option<String>,
+}
+
+async fn index(State(site): State<Arc<Site>>, Query(entry): Query<Entry>) -> Response {
+    match site.lets_in(&entry) {
+        true => ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], INDEX).into_response(),
+        false => no_token(),
+    }
+}
+
+async fn socket(
+    State(site): State<Arc<Site>>,
+    Query(entry): Query<Entry>,
+    headers: HeaderMap,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    let origin = headers.get(header::ORIGIN).and_then(|origin| origin.to_str().ok());
+    let is_ours = origin.and_then(|origin| origin.strip_prefix("http://"));
+    if !is_ours.is_some_and(|origin| site.names().iter().any(|name| name == origin)) {
+        return (StatusCode::FORBIDDEN, "another page has no business here").into_response();
+    }
+    if !site.lets_in(&entry) {
+        return no_token();
+    }
+    upgrade.on_upgrade(move |socket| async move { client::talk(socket, &site.stations).await })
+}
+
+fn no_token() -> Response {
+    let text = "open the address that `dimsart serve` has printed: it ends with a token";
+    (StatusCode::UNAUTHORIZED, text).into_response()
+}
+
+impl Site {
+    /// What this computer is called in an address.
+    fn names(&self) -> [String; 2] {
+        ["127.0.0.1", "localhost"].map(|name| format!("{name}:{}", self.port))
+    }
+
+    fn lets_in(&self, entry: &Entry) -> bool {
+        entry.token.as_deref() == Some(self.token.as_str())
+    }
+}

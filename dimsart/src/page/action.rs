@@ -1,0 +1,117 @@
+//! What a browser asks of a controller.
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+use super::station::PageDevice;
+use crate::connect::{ConnectError, FindingText};
+
+/// Something to be done, or to be looked at.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(tag = "do", rename_all = "snake_case")]
+pub(super) enum Action {
+    /// A change at once, as `dimsart connect PORT set`.
+    Edit(Edit),
+    /// Changes that take effect together, or, only tried, not at all: what the check says of them.
+    Transaction {
+        edits: Vec<Edit>,
+        commit: bool,
+    },
+    /// Takes the lease and holds it, as long as the browser says that it is there.
+    Arm,
+    /// Gives it back.
+    Disarm,
+    Reset,
+    Check,
+    Events,
+    Recorder {
+        name: String,
+    },
+    Save,
+    Confirm,
+    RollBack,
+    /// The scheme as rows.
+    Rows,
+}
+
+/// A change of the scheme.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(tag = "edit", rename_all = "snake_case")]
+pub(super) enum Edit {
+    Set { module: String, parameter: String, value: String },
+    On { module: String, before: Option<String> },
+    Off { module: String },
+}
+
+/// What the check says of changes that were only tried.
+#[derive(Debug, Serialize)]
+struct Tried {
+    faults: u32,
+    findings: Vec<FindingText>,
+}
+
+impl Action {
+    /// Does it.
+    pub(super) fn run(self, device: &mut PageDevice) -> Result<Value, ConnectError> {
+        Ok(match self {
+            Self::Edit(edit) => text(edit.run(device)?),
+            Self::Transaction { edits, commit } => transaction(device, edits, commit)?,
+            Self::Arm => {
+                device.hold_lease()?;
+                text("this page holds the lease")
+            }
+            Self::Disarm => {
+                device.give_lease_back()?;
+                text("the lease is given back: the device is at rest")
+            }
+            Self::Reset => text(device.reset(None)?),
+            Self::Check => json(&device.check()?),
+            Self::Events => json(&device.events()?),
+            Self::Recorder { name } => json(&device.recorded(Some(&name))?),
+            Self::Save => text(device.save()?),
+            Self::Confirm => text(device.confirm()?),
+            Self::RollBack => text(device.roll_back()?),
+            Self::Rows => text(device.scheme_rows(None)?),
+        })
+    }
+}
+
+impl Edit {
+    fn run(self, device: &mut PageDevice) -> Result<String, ConnectError> {
+        let outcome = match self {
+            Self::Set { module, parameter, value } => device.set(&module, &parameter, &value)?,
+            Self::On { module, before } => device.on(&module, before.as_deref())?,
+            Self::Off { module } => device.off(&module)?,
+        };
+        Ok(outcome.to_string())
+    }
+}
+
+fn transaction(device: &mut PageDevice, edits: Vec<Edit>, commit: bool) -> Result<Value, ConnectError> {
+    device.begin()?;
+    let done = edits.into_iter().try_for_each(|edit| edit.run(device).map(drop));
+    let done = done.and_then(|()| match commit {
+        true => device.commit().map(text),
+        false => {
+            let check = device.check()?;
+            Ok(json(&Tried { faults: check.faults, findings: check.findings }))
+        }
+    });
+    if !commit || done.is_err() {
+        // Of two errors the first one says more.
+        let aborted = device.abort();
+        if done.is_ok() {
+            aborted?;
+        }
+    }
+    done
+}
+
+fn text(text: impl ToString) -> Value {
+    Value::String(text.to_string())
+}
+
+fn json(value: &impl Serialize) -> Value {
+    // The reports are made of what JSON has.
+    serde_json::to_value(value).unwrap_or_default()
+}

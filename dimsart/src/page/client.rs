@@ -1,0 +1,126 @@
+//! A browser: what it asks, and what it is told.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use axum::extract::ws::{Message, WebSocket};
+use serde::{Deserialize, Serialize};
+use tokio::sync::broadcast::error::RecvError;
+use tokio::sync::mpsc;
+
+use super::action::Action;
+use super::news::News;
+use super::station::{Answer, Station};
+
+/// Messages that wait to go out; beyond them a browser misses news.
+const ROOM: usize = 64;
+
+/// A message of a browser.
+#[derive(Debug, Deserialize)]
+#[serde(tag = "say", rename_all = "snake_case")]
+enum Said {
+    /// That it is there: what it says while it moves a device.
+    Here,
+    /// To be stopped, at once.
+    Stop { id: u32, station: usize },
+    /// To be done.
+    Do {
+        id: u32,
+        station: usize,
+        #[serde(flatten)]
+        action: Action,
+    },
+}
+
+#[derive(Serialize)]
+struct Answered {
+    kind: &'static str,
+    id: u32,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    done: Option<serde_json::Value>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    refused: Option<String>,
+}
+
+/// Talks to a browser until it goes. What it moved comes to rest then.
+pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
+    static NEXT: AtomicU64 = AtomicU64::new(0);
+    let client = NEXT.fetch_add(1, Ordering::Relaxed);
+    let (out, mut outgoing) = mpsc::channel::<Message>(ROOM);
+    let names: Vec<&str> = stations.iter().map(Station::name).collect();
+    let hello =
+        serde_json::json!({ "kind": "hello", "stations": names, "version": env!("CARGO_PKG_VERSION") });
+    if socket.send(Message::text(hello.to_string())).await.is_err() {
+        return;
+    }
+    for (number, station) in stations.iter().enumerate() {
+        let (last, mut news) = station.board().read();
+        for text in last {
+            if socket.send(Message::text(text.as_ref())).await.is_err() {
+                return;
+            }
+        }
+        let out = out.clone();
+        tokio::spawn(async move {
+            loop {
+                let message = match news.recv().await {
+                    Ok(News::Text(text)) => Message::text(text.as_ref()),
+                    Ok(News::Rows(rows)) => Message::binary(rows.to_vec()),
+                    Err(RecvError::Lagged(missed)) => Message::text(
+                        serde_json::json!({ "kind": "missed", "station": number, "content": missed })
+                            .to_string(),
+                    ),
+                    Err(RecvError::Closed) => return,
+                };
+                if out.send(message).await.is_err() {
+                    return;
+                }
+            }
+        });
+    }
+    loop {
+        tokio::select! {
+            said = socket.recv() => match said {
+                Some(Ok(Message::Text(text))) => hear(&text, client, stations, &out),
+                Some(Ok(Message::Close(_)) | Err(_)) | None => break,
+                Some(Ok(_)) => {}
+            },
+            Some(message) = outgoing.recv() => if socket.send(message).await.is_err() { break },
+        }
+    }
+    stations.iter().for_each(|station| station.hear(client, false));
+}
+
+fn hear(text: &str, client: u64, stations: &[Station], out: &mpsc::Sender<Message>) {
+    let (id, answered) = match serde_json::from_str(text) {
+        Ok(Said::Here) => return stations.iter().for_each(|station| station.hear(client, true)),
+        Ok(Said::Stop { id, station }) => (id, stations.get(station).map(Station::stop)),
+        Ok(Said::Do { id, station, action }) => {
+            (id, stations.get(station).map(|station| station.ask(client, action)))
+        }
+        Err(error) => {
+            let refused = Err(format!("not understood: {error}"));
+            let out = out.clone();
+            tokio::spawn(async move { answer(&out, 0, refused).await });
+            return;
+        }
+    };
+    let out = out.clone();
+    tokio::spawn(async move {
+        let done = match answered {
+            Some(answered) => answered.await.unwrap_or_else(|_| Err("no line to the device".to_owned())),
+            None => Err("there is no such station".to_owned()),
+        };
+        answer(&out, id, done).await;
+    });
+}
+
+async fn answer(out: &mpsc::Sender<Message>, id: u32, answer: Answer) {
+    let (done, refused) = match answer {
+        Ok(done) => (Some(done), None),
+        Err(refused) => (None, Some(refused)),
+    };
+    if let Ok(text) = serde_json::to_string(&Answered { kind: "answer", id, done, refused }) {
+        // The browser may be gone.
+        let _ = out.send(Message::text(text)).await;
+    }
+}

@@ -1,0 +1,89 @@
+//! What a station tells every browser, and the last of it for one that comes later.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use serde::Serialize;
+use tokio::sync::broadcast::{Receiver, Sender};
+
+use crate::connect::{TapRow, TapSignal};
+
+/// Pieces that wait for a browser that is slow; it is told how many it has missed.
+const ROOM: usize = 1024;
+
+/// A piece of news.
+#[derive(Debug, Clone)]
+pub(super) enum News {
+    /// JSON.
+    Text(Arc<str>),
+    /// Rows of signals: see [`Board::rows`].
+    Rows(Arc<[u8]>),
+}
+
+/// Where news are put up.
+#[derive(Debug)]
+pub(super) struct Board {
+    /// Number of the station.
+    station: u8,
+    sender: Sender<News>,
+    /// By kind.
+    last: Mutex<Vec<(&'static str, Arc<str>)>>,
+}
+
+#[derive(Serialize)]
+struct Message<'a, T> {
+    kind: &'static str,
+    station: u8,
+    content: &'a T,
+}
+
+impl Board {
+    pub(super) fn new(station: u8) -> Self {
+        Self { station, sender: Sender::new(ROOM), last: Mutex::default() }
+    }
+
+    /// All that is told from now on, and the last of every kind until now.
+    pub(super) fn read(&self) -> (Vec<Arc<str>>, Receiver<News>) {
+        let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        (last.iter().map(|(_, text)| Arc::clone(text)).collect(), self.sender.subscribe())
+    }
+
+    /// Tells something, unless it is what was told last of its kind.
+    pub(super) fn tell(&self, kind: &'static str, content: &impl Serialize) {
+        let message = Message { kind, station: self.station, content };
+        // The reports are made of what JSON has.
+        let Ok(text) = serde_json::to_string(&message) else { return };
+        let text: Arc<str> = text.into();
+        let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
+        match last.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, known)) if *known == text => return,
+            Some((_, known)) => *known = Arc::clone(&text),
+            None => last.push((kind, Arc::clone(&text))),
+        }
+        // Nobody may be there.
+        let _ = self.sender.send(News::Text(text));
+    }
+
+    /// Tells what rows are made of from now on.
+    pub(super) fn layout(&self, number: u32, signals: &[TapSignal]) {
+        #[derive(Serialize)]
+        struct Layout<'a> {
+            number: u32,
+            signals: &'a [TapSignal],
+        }
+        self.tell("layout", &Layout { number, signals });
+    }
+
+    /// Tells rows: station `u8`, 0 `u8`, values of a row `u16`, number of the layout `u32`; then each row, its tick `u32`
+    /// and its values `f32`. Little endian.
+    pub(super) fn rows(&self, layout: u32, rows: &[TapRow]) {
+        let Some(width) = rows.first().and_then(|row| u16::try_from(row.values.len()).ok()) else { return };
+        let mut bytes = vec![self.station, 0];
+        bytes.extend(width.to_le_bytes());
+        bytes.extend(layout.to_le_bytes());
+        for row in rows {
+            bytes.extend(row.tick.to_le_bytes());
+            row.values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+        }
+        let _ = self.sender.send(News::Rows(bytes.into()));
+    }
+}
