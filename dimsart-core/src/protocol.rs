@@ -108,7 +108,7 @@ pub use serve::{answer, serve};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 9;
+pub const PROTOCOL_VERSION: u16 = 10;
 
 /// Oldest version that a host of this one understands: before it, effects and states had other fields.
 pub const OLDEST_PROTOCOL_VERSION: u16 = 9;

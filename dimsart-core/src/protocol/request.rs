@@ -129,6 +129,11 @@ pub enum Request {
         /// How many happened since.
         back: u8,
     },
+    /// A type that the device measures or takes.
+    DeviceType {
+        /// Place in the list of both, those that it measures first.
+        index: u8,
+    },
 }
 
 impl Request {

@@ -84,6 +84,13 @@ pub enum Response<'a> {
     Safety(SafetyReport),
     /// Something that happened.
     Event(Event),
+    /// A type that the device measures or takes.
+    DeviceType {
+        /// The type's first signal, which the frame writes or reads.
+        signal: TypeRef,
+        /// Whether the device takes it.
+        is_taken: bool,
+    },
 }
 
 /// Why a request was refused.

@@ -117,6 +117,11 @@ fn respond<M: ModuleList, const WORDS: usize>(
         }
         Request::Safety => Response::Safety(dimsart.safety().into()),
         Request::Event { back } => Response::Event(found(info.events.and_then(|events| events.get(back)))?),
+        Request::DeviceType { index } => {
+            let DeviceDescriptor { outputs, inputs, .. } = engine.device();
+            let found = found(outputs.iter().chain(inputs.iter()).nth(usize::from(index)))?;
+            Response::DeviceType { signal: found.first(), is_taken: usize::from(index) >= outputs.len() }
+        }
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {

@@ -11,7 +11,7 @@ use serde::Serialize;
 use super::description::{Identity, ValueText, axis_name, joined, kind_summary, range_text, summary};
 use super::device::take;
 use super::faults::FirstFaultText;
-use super::kept::{KeptReport, TimingText};
+use super::kept::{KeptReport, TimingText, known};
 use super::key::KeyReport;
 use super::signals::SignalReport;
 use super::{ConnectError, Device};
@@ -157,11 +157,15 @@ pub struct Overview {
     pub modules: Vec<InstanceReport>,
     /// What is in its Data Base.
     pub signals: Vec<SignalReport>,
+    /// Names of the signals that the device measures.
+    pub measured: Vec<String>,
+    /// Names of those that it takes.
+    pub taken: Vec<String>,
 }
 
 impl fmt::Display for Overview {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { identity, status, modules, signals } = self;
+        let Self { identity, status, modules, signals, .. } = self;
         let axes: Vec<_> = identity.axes.iter().map(|axis| axis_name(*axis)).collect();
         writeln!(f, "{}, image {}, protocol {}", identity.device, identity.image, identity.protocol_version)?;
         writeln!(
@@ -227,7 +231,24 @@ impl<S: Read + Write> Device<S> {
         let modules = instances.into_iter().map(|instance| self.instance_report(instance));
         let modules = modules.collect::<Result<_, _>>()?;
         let signals = self.signals(&[])?;
-        Ok(Overview { identity: self.identity().clone(), status, modules, signals })
+        let [measured, taken] = self.device_types()?;
+        Ok(Overview { identity: self.identity().clone(), status, modules, signals, measured, taken })
+    }
+
+    /// What the device measures, and what it takes; nothing where it cannot tell.
+    fn device_types(&mut self) -> Result<[Vec<String>; 2], ConnectError> {
+        let mut names = [Vec::new(), Vec::new()];
+        for index in 0..=u8::MAX {
+            let found = self.ask(&Request::DeviceType { index }, |response| match response {
+                Response::DeviceType { signal, is_taken } => Some((signal, is_taken)),
+                _ => None,
+            });
+            let Some((signal, is_taken)) = known(found)? else { break };
+            let name = self.signal_name(signal)?;
+            let [measured, taken] = &mut names;
+            if is_taken { taken.push(name) } else { measured.push(name) }
+        }
+        Ok(names)
     }
 
     /// The kinds of modules that the image has, and what each is for.

@@ -1,0 +1,91 @@
+// The device as it moves: a dial for each axis that turns, a slide for each that slides, with where it is wanted and its force.
+
+const SVG = "http://www.w3.org/2000/svg";
+
+function make(name, attributes, text) {
+  const element = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+  if (text !== undefined) element.textContent = text;
+  return element;
+}
+
+/** Four digits of a number. */
+export function digits(value) {
+  if (value === undefined || Number.isNaN(value)) return "–";
+  if (value === 0) return "0";
+  const size = Math.abs(value);
+  return size >= 1e5 || size < 1e-3 ? value.toExponential(2) : String(Number(value.toPrecision(4)));
+}
+
+const SIZE = 120;
+
+export class DevicePicture {
+  constructor(place) {
+    this.place = place;
+    this.axes = [];
+    this.largest = [];
+  }
+
+  /** Draws the axes of a device; nothing where its kind has not changed. */
+  show({ identity }) {
+    const key = identity.device + identity.axes.join();
+    if (this.key === key) return;
+    this.key = key;
+    this.largest = identity.axes.map(() => ({ position: 1e-3, force: 1e-6 }));
+    const columns = Math.min(3, identity.axes.length);
+    const rows = Math.ceil(identity.axes.length / columns);
+    const svg = make("svg", { viewBox: `0 0 ${SIZE * columns} ${(SIZE + 34) * rows}`, role: "img" });
+    this.axes = identity.axes.map((kind, axis) => {
+      const group = make("g", {
+        transform: `translate(${SIZE * (axis % columns)} ${(SIZE + 34) * Math.floor(axis / columns)})`,
+      });
+      const isTurning = kind === "rotary";
+      group.append(isTurning
+        ? make("circle", { cx: 60, cy: 60, r: 50, fill: "none", stroke: "var(--rule)", "stroke-width": 2 })
+        : make("line", { x1: 10, x2: 110, y1: 60, y2: 60, stroke: "var(--rule)", "stroke-width": 4 }));
+      const hand = (color, width) => (isTurning
+        ? make("line", { x1: 60, y1: 60, x2: 108, y2: 60, stroke: color, "stroke-width": width, "stroke-linecap": "round" })
+        : make("rect", { x: 55, y: 42, width: 10, height: 36, rx: 3, fill: color }));
+      const wanted = hand("var(--warn)", 3), is = hand("var(--link)", 6);
+      const force = make("path", { fill: "none", stroke: "var(--good)", "stroke-width": 4 });
+      const text = make("text", { x: 60, y: SIZE + 8, "text-anchor": "middle", "font-size": 11, fill: "var(--text)" });
+      const strength = make("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)" });
+      group.append(wanted, is, force, text, strength);
+      svg.append(group);
+      return { isTurning, wanted, is, force, text, strength };
+    });
+    this.place.replaceChildren(svg);
+  }
+
+  /** Moves it to what the last tick left: values and units by the names of signals. */
+  move(signals) {
+    if (!signals) return;
+    const is = signals.get("POSITION"), wanted = signals.get("DES_POSITION"), force = signals.get("DES_FORCE");
+    this.axes.forEach((drawn, axis) => {
+      const position = is?.values[axis], goal = wanted?.values[axis], strength = force?.values[axis];
+      const largest = this.largest[axis];
+      largest.position = Math.max(largest.position, Math.abs(position ?? 0), Math.abs(goal ?? 0));
+      largest.force = Math.max(largest.force, Math.abs(strength ?? 0));
+      const turn = (hand, value) => {
+        hand.setAttribute("visibility", Number.isFinite(value) ? "visible" : "hidden");
+        if (!Number.isFinite(value)) return;
+        hand.setAttribute("transform", drawn.isTurning
+          ? `rotate(${(-value * 180) / Math.PI} 60 60)` : `translate(${(45 * value) / largest.position} 0)`);
+      };
+      turn(drawn.is, position);
+      turn(drawn.wanted, goal);
+      const share = (strength ?? 0) / largest.force;
+      const start = Number.isFinite(position) ? position : 0;
+      drawn.force.setAttribute("d", drawn.isTurning ? arc(start, start + 1.6 * share)
+        : `M ${60 + (45 * start) / largest.position} 34 h ${40 * share}`);
+      drawn.text.textContent = `${digits(position)} ${is?.unit ?? ""}`;
+      drawn.strength.textContent = force ? `${digits(strength)} ${force.unit}` : "";
+    });
+  }
+}
+
+/** An arc around a dial from one angle to another, rad. */
+function arc(from, to) {
+  const at = (angle) => `${60 + 36 * Math.cos(angle)} ${60 - 36 * Math.sin(angle)}`;
+  return `M ${at(from)} A 36 36 0 ${Math.abs(to - from) > Math.PI ? 1 : 0} ${to > from ? 0 : 1} ${at(to)}`;
+}
