@@ -2,6 +2,8 @@
 
 const by = (id) => document.getElementById(id);
 const TRY_MS = 350;
+// So many modules are shown with all their parameters.
+const FEW = 3;
 
 function node(name, properties = {}, ...children) {
   const element = Object.assign(document.createElement(name), properties);
@@ -11,7 +13,7 @@ function node(name, properties = {}, ...children) {
 
 export class Modules {
   constructor(ask, say) {
-    Object.assign(this, { ask, say, edits: new Map(), key: "" });
+    Object.assign(this, { ask, say, edits: new Map(), open: new Map(), key: "" });
     by("module-filter").oninput = () => this.filter();
     by("drop").onclick = () => this.drop();
     by("apply").onclick = () => this.apply();
@@ -53,8 +55,11 @@ export class Modules {
       isOn ? { edit: "off", module: module.name } : { edit: "on", module: module.name, before: null },
       `plug ${module.name} ${isOn ? "out" : "in"}`);
     const place = isOn ? `${module.place}. ${module.name}` : `${module.name}, not plugged in`;
-    const card = node("article", { className: `module ${isOn ? "" : "off"} ${isWrong ? "wrong" : ""}` },
-      node("h3", {}, node("span", { textContent: place }), toggle));
+    const card = node("details", {
+      className: `module ${isOn ? "" : "off"} ${isWrong ? "wrong" : ""}`,
+      open: this.open.get(module.name) ?? (isWrong || this.overview.modules.length <= FEW),
+    }, node("summary", {}, node("span", { textContent: place }), toggle));
+    card.ontoggle = () => this.open.set(module.name, card.open);
     card.dataset.name = `${module.name} ${module.parameters.map(({ name }) => name).join(" ")}`.toLowerCase();
     for (const parameter of module.parameters) card.append(this.parameter(module, parameter));
     for (const port of module.ports) card.append(this.port(module, port));
@@ -168,7 +173,10 @@ export class Modules {
 
   filter() {
     const wanted = by("module-filter").value.trim().toLowerCase();
-    for (const card of by("modules").children) card.hidden = !card.dataset.name.includes(wanted);
+    for (const card of by("modules").children) {
+      card.hidden = !card.dataset.name.includes(wanted);
+      if (wanted && !card.hidden) card.open = true;
+    }
   }
 }
 

@@ -1,0 +1,158 @@
+//! What browsers want to be done, one after another, and the lease of the one that moves the device.
+
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde::Serialize;
+use tokio::sync::oneshot;
+
+use super::super::action::Action;
+use super::super::news::Board;
+use super::{Answer, OpenLine, PAUSE, PageDevice, greet};
+use crate::connect::{ConnectError, LiveReport};
+
+/// Longest wait for something to do before the device is looked at again.
+const A_MOMENT: Duration = Duration::from_millis(15);
+/// From one look at how the device is doing to the next.
+const LOOK: Duration = Duration::from_millis(100);
+/// A browser that holds the lease and says nothing for so long is gone.
+const SILENCE: Duration = Duration::from_millis(500);
+
+/// What a browser has for the thread.
+#[derive(Debug)]
+pub(super) enum Ask {
+    Do { client: u64, action: Action, answer: oneshot::Sender<Answer> },
+    IsHere { client: u64 },
+    IsGone { client: u64 },
+}
+
+/// How a device is doing.
+#[derive(Serialize)]
+struct Status {
+    live: LiveReport,
+    /// Whether this page moves it.
+    is_held_here: bool,
+}
+
+/// The thread.
+pub(super) struct Asking {
+    news: Arc<Board>,
+    open: Arc<OpenLine>,
+    /// Wakes who looks at the scheme.
+    looked: Sender<()>,
+    /// The browser that holds the lease, and when it was heard last.
+    holder: Option<(u64, Instant)>,
+}
+
+impl Asking {
+    pub(super) fn new(news: Arc<Board>, open: Arc<OpenLine>, looked: Sender<()>) -> Self {
+        Self { news, open, looked, holder: None }
+    }
+
+    pub(super) fn run(mut self, asks: &Receiver<Ask>) {
+        loop {
+            let ended = match greet(&self.open) {
+                Ok(mut device) => {
+                    self.news.tell("gone", &None::<String>);
+                    self.serve(&mut device, asks)
+                }
+                Err(error) => Err(error),
+            };
+            match ended {
+                Ok(()) => return,
+                Err(error) => self.news.tell("gone", &Some(error.to_string())),
+            }
+            self.holder = None;
+            thread::sleep(PAUSE);
+        }
+    }
+
+    /// Until the line ends, or the page does.
+    fn serve(&mut self, device: &mut PageDevice, asks: &Receiver<Ask>) -> Result<(), ConnectError> {
+        let mut looked: Option<Instant> = None;
+        loop {
+            if looked.is_none_or(|looked| looked.elapsed() > LOOK) {
+                let live = device.live()?;
+                self.news.tell("status", &Status { live, is_held_here: self.holder.is_some() });
+                looked = Some(Instant::now());
+            }
+            match asks.recv_timeout(A_MOMENT) {
+                Ok(ask) => {
+                    if self.take(device, ask) {
+                        looked = None;
+                        // It ends with the page alone.
+                        let _ = self.looked.send(());
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+            device.listen(Duration::from_millis(1))?;
+            self.watch_holder(device)?;
+        }
+    }
+
+    /// True when something was done that may have changed the device.
+    fn take(&mut self, device: &mut PageDevice, ask: Ask) -> bool {
+        match ask {
+            Ask::IsHere { client } => {
+                if let Some((holder, heard)) = &mut self.holder
+                    && *holder == client
+                {
+                    *heard = Instant::now();
+                }
+                false
+            }
+            Ask::IsGone { client } => {
+                if self.holder.is_some_and(|(holder, _)| holder == client) {
+                    self.let_go(device);
+                }
+                true
+            }
+            Ask::Do { client, action, answer } => {
+                let is_other = self.holder.is_some_and(|(holder, _)| holder != client);
+                let done = match &action {
+                    Action::Arm | Action::Disarm if is_other => {
+                        Err("another page holds the lease: stop the device from here, or give it back there"
+                            .to_owned())
+                    }
+                    _ => {
+                        let moves = matches!(action, Action::Arm).then(|| (client, Instant::now()));
+                        let is_lease = matches!(action, Action::Arm | Action::Disarm);
+                        let done = action.run(device).map_err(|error| error.to_string());
+                        if is_lease {
+                            self.holder = moves.filter(|_| done.is_ok());
+                        }
+                        done
+                    }
+                };
+                // The browser may be gone.
+                let _ = answer.send(done);
+                true
+            }
+        }
+    }
+
+    /// Ends motion when the browser that moves the device is gone, or somebody has taken the lease away.
+    fn watch_holder(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
+        let Some((_, heard)) = self.holder else { return Ok(()) };
+        if heard.elapsed() > SILENCE {
+            self.let_go(device);
+        } else if let Err(error) = device.renew_in_time() {
+            match error {
+                ConnectError::Line(_) => return Err(error),
+                // A fault, or another client: it is not ours any more.
+                _ => self.holder = None,
+            }
+        }
+        Ok(())
+    }
+
+    fn let_go(&mut self, device: &mut PageDevice) {
+        self.holder = None;
+        // If it cannot be given back, it ends by itself.
+        let _ = device.give_lease_back();
+    }
+}

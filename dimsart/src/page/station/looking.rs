@@ -1,0 +1,41 @@
+//! The whole scheme, what is wrong with it, and what happened.
+
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::thread;
+use std::time::Duration;
+
+use super::super::news::Board;
+use super::{OpenLine, PAUSE, PageDevice, greet};
+use crate::connect::ConnectError;
+
+/// From one look to the next: another client may have changed something.
+const LOOK: Duration = Duration::from_secs(2);
+
+/// The thread; it is woken when something was changed from here.
+pub(super) fn look(news: &Board, open: &OpenLine, wakes: &Receiver<()>) {
+    loop {
+        // What is wrong with the line is told by the thread that asks.
+        if let Ok(mut device) = greet(open)
+            && serve(news, &mut device, wakes).is_ok()
+        {
+            return;
+        }
+        thread::sleep(PAUSE);
+    }
+}
+
+/// Until the line ends, or the page does.
+fn serve(news: &Board, device: &mut PageDevice, wakes: &Receiver<()>) -> Result<(), ConnectError> {
+    news.tell("overview", &device.overview()?);
+    news.tell("kinds", &device.kinds()?);
+    loop {
+        news.tell("faults", &device.faults()?);
+        news.tell("events", &device.events()?);
+        match wakes.recv_timeout(LOOK) {
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            // What has come meanwhile is seen by the same look.
+            _ => while wakes.try_recv().is_ok() {},
+        }
+        news.tell("overview", &device.overview()?);
+    }
+}

@@ -1,0 +1,30 @@
+//! The signals of every tick.
+
+use std::thread;
+use std::time::Duration;
+
+use super::super::news::Board;
+use super::{OpenLine, PAUSE, greet};
+use crate::connect::Tap;
+
+/// How often the rows of ticks go out: a screen's picture.
+const PICTURE: Duration = Duration::from_millis(20);
+
+/// The thread.
+pub(super) fn tap(news: &Board, open: &OpenLine) {
+    let mut number = 0;
+    loop {
+        if let Ok(mut device) = greet(open) {
+            let (mut tap, mut told) = (Tap::new(1), Vec::new());
+            while let Ok(rows) = device.tap(&mut tap, PICTURE) {
+                if told != tap.signals() {
+                    number += 1;
+                    tap.signals().clone_into(&mut told);
+                    news.layout(number, &told);
+                }
+                news.rows(number, &rows);
+            }
+        }
+        thread::sleep(PAUSE);
+    }
+}
