@@ -47,6 +47,8 @@ pub struct Tap {
     lost: u64,
     /// Of the tick that is coming in, and how many streams of it are there.
     row: Option<(TapRow, usize)>,
+    /// Whether a row was whole: before, not every stream has begun.
+    has_begun: bool,
     asked: Instant,
     heard: Instant,
 }
@@ -56,7 +58,16 @@ impl Tap {
     #[must_use]
     pub fn new(every_ticks: u32) -> Self {
         let now = Instant::now();
-        Self { every_ticks, signals: Vec::new(), streams: None, lost: 0, row: None, asked: now, heard: now }
+        Self {
+            every_ticks,
+            signals: Vec::new(),
+            streams: None,
+            lost: 0,
+            row: None,
+            has_begun: false,
+            asked: now,
+            heard: now,
+        }
     }
 
     /// The signals that it has, in the order of a row's values; none while the device does not send them.
@@ -77,7 +88,7 @@ impl Tap {
         let count = streams.len();
         self.heard = Instant::now();
         if self.row.as_ref().is_some_and(|(row, _)| row.tick != sample.tick) {
-            rows.extend(self.row.take().map(|(row, _)| row));
+            rows.extend(self.row.take().map(|(row, _)| row).filter(|_| self.has_begun));
         }
         let width = self.signals.iter().map(|signal| signal.words).sum();
         let (row, streams) =
@@ -88,6 +99,7 @@ impl Tap {
         }
         *streams += 1;
         if *streams == count {
+            self.has_begun = true;
             rows.extend(self.row.take().map(|(row, _)| row));
         }
     }
@@ -132,7 +144,7 @@ impl<S: Read + Write> Device<S> {
         });
         let mut wanted: Vec<(TypeRef, usize)> =
             signals.iter().map(|Followed { signal, report, .. }| (*signal, report.values.len())).collect();
-        (tap.streams, tap.row) = (None, None);
+        (tap.streams, tap.row, tap.has_begun) = (None, None, false);
         while tap.streams.is_none() && !wanted.is_empty() {
             tap.streams = self.subscribe(&wanted, tap.every_ticks)?;
             if tap.streams.is_none() {

@@ -72,46 +72,45 @@ export class Modules {
     const isMany = parameter.values.length > 1;
     const inputs = parameter.values.map((value, place) => {
       const name = isMany ? `${parameter.name}[${place}]` : parameter.name;
-      return this.input(module.name, name, flag(value), parameter.choices, `${module.name} ${name}`);
+      return this.input(module.name, name, flag(value), parameter.choices, parameter.is_structural);
     });
     const unit = parameter.unit ? node("span", { className: "unit", textContent: parameter.unit }) : "";
     const fallback = parameter.default === null ? "" : `, default ${flag(parameter.default)}${parameter.unit ? ` ${parameter.unit}` : ""}`;
-    const plugged = parameter.is_structural && module.place != null ? "; set it while the module is plugged out" : "";
     return node("div", { className: "parameter" },
       node("span", { className: isChanged ? "from-default" : "", title: parameter.summary, textContent: parameter.name }),
       node("span", { className: "values" }, ...inputs, unit),
-      node("span", { className: "range", textContent: `${parameter.summary} ${parameter.range}${fallback}${plugged}` }));
+      node("span", { className: "range", textContent: `${parameter.summary} ${parameter.range}${fallback}` }));
   }
 
   port(module, port) {
     const signals = this.overview.signals.map(({ name }) => name);
     if (!signals.includes(port.signal)) signals.unshift(port.signal);
-    const input = this.input(module.name, port.name, port.signal, signals, `${module.name} ${port.name}`);
+    const input = this.input(module.name, port.name, port.signal, signals, true);
     return node("div", { className: "parameter" },
       node("span", { textContent: port.name }), node("span", { className: "values" }, input),
       node("span", { className: "range", textContent: port.writes ? "writes this signal" : "reads this signal" }));
   }
 
-  input(module, parameter, value, choices, label) {
+  input(module, parameter, value, choices, structural) {
     const key = `${module} ${parameter}`;
     const edited = this.edits.get(key);
     const shown = edited?.edit.value ?? String(value);
     const input = choices?.length
       ? node("select", {}, ...choices.map((choice) => node("option", { value: choice, textContent: choice, selected: choice === shown })))
       : node("input", { type: "text", inputMode: "decimal", value: shown, size: Math.max(5, shown.length) });
-    input.setAttribute("aria-label", label);
+    input.setAttribute("aria-label", key);
     input.dataset.edit = key;
     input.classList.toggle("edited", Boolean(edited));
     input.onchange = () => {
       if (input.value.trim() === String(value)) return this.forget(key);
-      this.edit(key, { edit: "set", module, parameter, value: input.value.trim() }, `${key}: ${value} → ${input.value.trim()}`);
+      this.edit(key, { edit: "set", module, parameter, value: input.value.trim() }, `${key}: ${value} → ${input.value.trim()}`, structural);
     };
     return input;
   }
 
-  edit(key, edit, text) {
+  edit(key, edit, text, structural = false) {
     if (edit.edit !== "set" && this.edits.has(key)) return this.forget(key);
-    this.edits.set(key, { edit, text });
+    this.edits.set(key, { edit, text, structural });
     this.showPending();
   }
 
@@ -137,10 +136,21 @@ export class Modules {
     if (this.edits.size) this.timer = setTimeout(() => this.try(), TRY_MS);
   }
 
-  /** Parameters before what plugs in, so that a module begins with them. */
+  /** The edits as the device takes them, module by module: what is set only while a module is plugged out has it out
+      meanwhile, and back in its place. */
   ordered() {
-    const order = { off: 0, set: 1, on: 2 };
-    return [...this.edits.values()].map(({ edit }) => edit).sort((a, b) => order[a.edit] - order[b.edit]);
+    const edits = [...this.edits.values()].map(({ edit, structural }) => ({ edit, structural }));
+    const names = [...new Set(edits.map(({ edit }) => edit.module))];
+    const plugged = this.overview.modules.filter((module) => module.place != null).map(({ name }) => name);
+    return names.flatMap((module) => {
+      const its = edits.filter(({ edit }) => edit.module === module);
+      const sets = its.filter(({ edit }) => edit.edit === "set").map(({ edit }) => edit);
+      const plug = its.find(({ edit }) => edit.edit !== "set")?.edit;
+      const place = plugged.indexOf(module);
+      if (plug) return plug.edit === "off" ? [plug, ...sets] : [...sets, plug];
+      if (place < 0 || !its.some(({ structural }) => structural)) return sets;
+      return [{ edit: "off", module }, ...sets, { edit: "on", module, before: plugged[place + 1] ?? null }];
+    });
   }
 
   /** Has the device check the changes, which have no effect by that. */

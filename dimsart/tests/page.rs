@@ -1,0 +1,329 @@
+//! The page's server, without a browser: who gets in, what ends motion, and that no tick is missing.
+#![cfg(unix)]
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use std::fmt::Write as _;
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use dimsart::broker::{self, SharedPort};
+use dimsart::connect::{Device, Patience};
+use dimsart::page::{OpenLine, Page, Station};
+use hil_sim::link::Stream;
+use hil_sim::response::LiveRig;
+use hil_sim::rig_file::RigFile;
+use serde_json::{Value, json};
+use tungstenite::client::IntoClientRequest;
+use tungstenite::stream::MaybeTlsStream;
+use tungstenite::{Message, WebSocket};
+
+const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
+const LONG: Duration = Duration::from_secs(20);
+
+/// A simulated rig of one controller, and its page.
+struct Served {
+    port: String,
+    url: String,
+    stop: Arc<AtomicBool>,
+    running: Option<JoinHandle<()>>,
+    _shared: SharedPort,
+}
+
+impl Served {
+    fn start(name: &str, text: &str) -> Self {
+        let file = RigFile::read(text, name, PathBuf::new(), &[]).unwrap();
+        let (live, mut lines) = LiveRig::new(&file).unwrap();
+        let port = format!("sim:page-{name}-{}", std::process::id());
+        let shared = SharedPort::new(&port, Box::new(lines.remove(0).1)).unwrap();
+        let at = port.clone();
+        let open: OpenLine = Box::new(move || Ok(broker::open(&at, 0)?));
+        let stations = vec![Station::new(0, "joint", open).unwrap()];
+        let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let running = Some(thread::spawn(move || live.run(&flag, |_| ())));
+        Self { port, url: page.url(), stop, running, _shared: shared }
+    }
+
+    fn joint(name: &str) -> Self {
+        Self::start(name, RigFile::shipped("joint").unwrap())
+    }
+
+    fn host(&self) -> &str {
+        self.url.split('/').nth(2).unwrap()
+    }
+
+    fn token(&self) -> &str {
+        self.url.split_once("token=").unwrap().1
+    }
+
+    fn device(&self) -> Device<Box<dyn Stream>> {
+        Device::greet(broker::open(&self.port, 0).unwrap(), PATIENCE).unwrap()
+    }
+
+    /// The status line of an answer.
+    fn get(&self, path: &str, host: &str) -> String {
+        let mut stream = TcpStream::connect(self.host()).unwrap();
+        write!(stream, "GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer.lines().next().unwrap().to_owned()
+    }
+
+    fn socket(&self, origin: &str, token: &str) -> Result<Browser, tungstenite::Error> {
+        let mut request = format!("ws://{}/socket?token={token}", self.host()).into_client_request().unwrap();
+        request.headers_mut().insert("Origin", origin.parse().unwrap());
+        let (socket, _) = tungstenite::connect(request)?;
+        if let MaybeTlsStream::Plain(stream) = socket.get_ref() {
+            stream.set_read_timeout(Some(Duration::from_millis(50))).unwrap();
+        }
+        Ok(Browser { socket, next: 1 })
+    }
+
+    fn browser(&self) -> Browser {
+        self.socket(&format!("http://{}", self.host()), self.token()).unwrap()
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        let _ = self.running.take().map(JoinHandle::join);
+    }
+}
+
+struct Browser {
+    socket: WebSocket<MaybeTlsStream<TcpStream>>,
+    next: u32,
+}
+
+impl Browser {
+    fn say(&mut self, what: &Value) {
+        self.socket.send(Message::text(what.to_string())).unwrap();
+    }
+
+    /// Hears messages until one is what is waited for.
+    fn wait<T>(&mut self, mut wanted: impl FnMut(&Message) -> Option<T>) -> T {
+        let deadline = Instant::now() + LONG;
+        while Instant::now() < deadline {
+            if let Ok(message) = self.socket.read()
+                && let Some(found) = wanted(&message)
+            {
+                return found;
+            }
+        }
+        panic!("it never came");
+    }
+
+    fn news(&mut self, kind: &str, is_it: impl Fn(&Value) -> bool) -> Value {
+        self.wait(|message| {
+            let value: Value = serde_json::from_str(message.to_text().ok()?).ok()?;
+            (value["kind"] == kind && is_it(&value["content"])).then(|| value["content"].clone())
+        })
+    }
+
+    /// What an action comes to.
+    fn ask(&mut self, mut what: Value) -> Result<Value, String> {
+        self.next += 1;
+        (what["id"], what["station"]) = (self.next.into(), 0.into());
+        if what["say"].is_null() {
+            what["say"] = "do".into();
+        }
+        self.say(&what);
+        let id = self.next;
+        let answer: Value = self.wait(|message| {
+            let value: Value = serde_json::from_str(message.to_text().ok()?).ok()?;
+            (value["kind"] == "answer" && value["id"] == id).then_some(value)
+        });
+        match answer["refused"].as_str() {
+            Some(refused) => Err(refused.to_owned()),
+            None => Ok(answer["done"].clone()),
+        }
+    }
+}
+
+/// How long it takes until nobody holds the lease.
+fn time_to_rest(device: &mut Device<Box<dyn Stream>>) -> Duration {
+    let start = Instant::now();
+    while device.live().unwrap().holder.is_some() {
+        assert!(start.elapsed() < LONG, "it never came to rest");
+        device.listen(Duration::from_millis(2)).unwrap();
+    }
+    start.elapsed()
+}
+
+#[test]
+fn nobody_gets_in_without_the_token_from_another_page_or_by_another_name() {
+    let served = Served::joint("entry");
+    let (host, token) = (served.host().to_owned(), served.token().to_owned());
+    let with_token = format!("/?token={token}");
+    assert!(served.get(&with_token, &host).contains("200"));
+    assert!(served.get("/", &host).contains("401"));
+    assert!(served.get("/?token=", &host).contains("401"));
+    assert!(served.get(&with_token, "rebound.example").contains("403"));
+    let own = format!("http://{host}");
+    for (origin, token) in [("http://evil.example", token.as_str()), ("null", token.as_str()), (&own, "0")] {
+        assert!(served.socket(origin, token).is_err(), "{origin} {token}");
+    }
+    assert!(served.socket(&own, &token).is_ok());
+}
+
+#[test]
+fn a_page_moves_a_device_until_it_closes_falls_silent_or_somebody_stops() {
+    let served = Served::joint("lease");
+    let mut device = served.device();
+    let mut browser = served.browser();
+    let hold = |browser: &mut Browser| {
+        browser.ask(json!({ "do": "arm" })).unwrap();
+        for _ in 0..5 {
+            browser.say(&json!({ "say": "here" }));
+            thread::sleep(Duration::from_millis(100));
+        }
+        browser.news("status", |status| {
+            status["live"]["is_commanded"] == true && status["is_held_here"] == true
+        });
+    };
+    // Another page looks on, and cannot take over.
+    let mut other = served.browser();
+    hold(&mut browser);
+    assert!(other.ask(json!({ "do": "arm" })).unwrap_err().contains("another page"));
+    // Closed.
+    drop(browser);
+    assert!(time_to_rest(&mut device) < Duration::from_millis(500));
+    // Asleep: it says nothing any more.
+    let mut browser = served.browser();
+    hold(&mut browser);
+    assert!(time_to_rest(&mut device) < Duration::from_millis(1200));
+    // Stopped by the one that only looks on.
+    hold(&mut browser);
+    other.ask(json!({ "say": "stop" })).unwrap();
+    assert!(!device.live().unwrap().is_commanded);
+}
+
+#[test]
+fn stopping_waits_for_nobody_on_the_page() {
+    let served = Served::joint("stop");
+    let mut browser = served.browser();
+    browser.news("overview", |_| true);
+    let mut times: Vec<Duration> = (0..20)
+        .map(|_| {
+            let start = Instant::now();
+            browser.ask(json!({ "say": "stop" })).unwrap();
+            start.elapsed()
+        })
+        .collect();
+    times.sort();
+    // The device itself stops within its next tick; on a busy machine threads are late now and then.
+    assert!(times[10] < Duration::from_millis(20), "{times:?}");
+}
+
+#[test]
+fn edits_are_tried_without_effect_and_take_effect_together_or_not_at_all() {
+    let served = Served::joint("edits");
+    let mut browser = served.browser();
+    let set = |parameter: &str, value: &str| json!({ "edit": "set", "module": "PIDCTRL_MOD", "parameter": parameter, "value": value });
+    let gain = |device: &mut Device<Box<dyn Stream>>| {
+        device.get("PIDCTRL_MOD", "K_PARAM").unwrap().values[0].to_string()
+    };
+    let mut device = served.device();
+    let before = gain(&mut device);
+    // Tried.
+    let edits = json!([set("K_PARAM", "123"), set("I_PARAM", "7")]);
+    let tried = browser.ask(json!({ "do": "transaction", "edits": edits, "commit": false })).unwrap();
+    assert_eq!((tried["faults"].as_u64(), gain(&mut device)), (Some(0), before.clone()));
+    // What does not match is named with its module and its signal, and nothing has changed.
+    let plug = |edit: &str| json!({ "edit": edit, "module": "PIDCTRL_MOD", "before": null });
+    let wrong = json!([plug("off"), set("K_PARAM", "123"), set("PORT_DES_FORCE", "POSITION"), plug("on")]);
+    let tried = browser.ask(json!({ "do": "transaction", "edits": wrong, "commit": false })).unwrap();
+    assert!(tried["faults"].as_u64().unwrap() > 0, "{tried}");
+    assert!(tried["findings"].to_string().contains("PIDCTRL_MOD"), "{tried}");
+    browser.ask(json!({ "do": "transaction", "edits": wrong, "commit": true })).unwrap_err();
+    // Beyond its range.
+    let wild = json!([set("I_PARAM", "7"), set("K_PARAM", "1e30")]);
+    browser.ask(json!({ "do": "transaction", "edits": wild, "commit": true })).unwrap_err();
+    assert_eq!(gain(&mut device), before);
+    assert!(!device.overview().unwrap().status.is_in_transaction);
+    // Together.
+    browser.ask(json!({ "do": "transaction", "edits": edits, "commit": true })).unwrap();
+    assert_eq!(gain(&mut device), "123");
+    // The page is told.
+    browser.news("overview", |overview| overview["modules"].to_string().contains("123"));
+}
+
+/// As many signals as a Data Base has room for: a loop, eight receivers that nobody sends to, and generators.
+fn wide_scheme() -> String {
+    let mut rows = String::new();
+    for number in 1..=8 {
+        let of = |name: &str| if number == 1 { name.to_owned() } else { format!("{name}.{number}") };
+        let module = of("COMM_RXMOD");
+        let _ = writeln!(
+            rows,
+            "all {module} CRX_ADD_DATA {}\nall {module} CRX_LINK {}",
+            of("DES_VELOCITY"),
+            number - 1
+        );
+        for port in ["AGE", "LOST", "ROUND_TRIP", "REFUSED", "STATE", "JITTER"] {
+            let _ = writeln!(rows, "all {module} PORT_{port} {}", of(&format!("LINK_{port}")));
+        }
+        let _ = writeln!(rows, "all MOD_ENG MOD_ON {module}");
+    }
+    for number in 1..6 {
+        let of = |name: &str| if number == 1 { name.to_owned() } else { format!("{name}.{number}") };
+        let module = of("SIGGEN_MOD");
+        let _ = writeln!(
+            rows,
+            "all {module} FORM SINE\nall {module} AMPLITUDE 1\nall {module} PORT_SIGNAL_OUT {}\nall MOD_ENG MOD_ON {module}",
+            of("SIGNAL_OUT")
+        );
+    }
+    rows + "all PIDCTRL_MOD K_PARAM 10\nall MOD_ENG MOD_ON PIDCTRL_MOD\nall MOD_ENG MATCHING_CHECK\n"
+}
+
+#[test]
+fn every_tick_of_64_types_reaches_eight_pages() {
+    let folder = tempfile::tempdir().unwrap();
+    let scheme = folder.path().join("wide.scheme");
+    std::fs::write(&scheme, wide_scheme()).unwrap();
+    let rig = format!(
+        "duration_s = 1.0\n[[device]]\nname = \"joint\"\nmeasures = [\"POSITION\", \"DES_POSITION\"]\n\
+         [[device.axis]]\nplant.load.inertia = 0.02\n[[controller]]\ndevice = \"joint\"\nscheme = {scheme:?}\n\
+         [[experiment.move]]\ndevice = \"joint\"\non = \"DES_POSITION\"\nstep = {{ at_s = 0.1, size = 0.1 }}\n"
+    );
+    let served = Served::start("wide", &rig);
+    let listen = |mut browser: Browser| {
+        let layout =
+            browser.news("layout", |layout| layout["signals"].as_array().is_some_and(|all| all.len() == 64));
+        let (mut ticks, mut missed) = (Vec::new(), 0);
+        browser.wait(|message| {
+            if let Message::Binary(bytes) = message {
+                let width = usize::from(u16::from_le_bytes([bytes[2], bytes[3]]));
+                assert_eq!(width, 64);
+                for row in bytes[8..].chunks(4 + 4 * width) {
+                    ticks.push(u32::from_le_bytes(row[..4].try_into().unwrap()));
+                    assert!(
+                        row[4..]
+                            .chunks(4)
+                            .all(|value| f32::from_le_bytes(value.try_into().unwrap()).is_finite())
+                    );
+                }
+            } else if let Ok(text) = message.to_text() {
+                missed += usize::from(text.contains("\"missed\""));
+            }
+            (ticks.len() >= 2000).then_some(())
+        });
+        assert_eq!(missed, 0);
+        assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "a tick is missing");
+        layout
+    };
+    let browsers: Vec<_> = (0..8).map(|_| served.browser()).collect();
+    let listening: Vec<_> =
+        browsers.into_iter().map(|browser| thread::spawn(move || listen(browser))).collect();
+    for one in listening {
+        one.join().unwrap();
+    }
+}
