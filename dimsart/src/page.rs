@@ -13,6 +13,7 @@ mod action;
 mod client;
 mod news;
 mod station;
+mod token;
 
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr, TcpListener};
@@ -76,9 +77,7 @@ impl Page {
     pub fn serve(stations: Vec<Station>, listener: TcpListener) -> io::Result<Self> {
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let mut token = [0; 16];
-        getrandom::fill(&mut token).map_err(io::Error::other)?;
-        let token: String = token.iter().map(|byte| format!("{byte:02x}")).collect();
+        let token = token::token()?;
         let site = Arc::new(Site { token: token.clone(), port: address.port(), stations });
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         thread::spawn(move || {

@@ -1,5 +1,8 @@
 //! A port that is this program's alone, where the system has no sockets with paths.
 
+use std::io::{self, ErrorKind};
+use std::path::PathBuf;
+
 use hil_sim::link::{PortError, Stream};
 use hil_sim::pipe::Pipe;
 
@@ -31,4 +34,12 @@ impl SharedPort {
     pub fn join(&self) -> Option<Pipe> {
         self.0.join()
     }
+}
+
+/// A folder of this user's own: there is none here.
+///
+/// # Errors
+/// [`Unsupported`](ErrorKind::Unsupported), always.
+pub fn private_folder() -> io::Result<PathBuf> {
+    Err(ErrorKind::Unsupported.into())
 }

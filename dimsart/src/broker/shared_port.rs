@@ -237,7 +237,22 @@ fn place_of(port: &str) -> io::Result<PathBuf> {
         // A link such as those in /dev/serial/by-id; of a port that is not there, opening it says more.
         None => fs::canonicalize(port).unwrap_or_else(|_| port.into()).display().to_string(),
     };
-    let folder = folder();
+    let folder = private_folder()?;
+    let plain = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' });
+    let plain: Vec<char> = plain.collect();
+    let last = plain.len().saturating_sub(LONGEST_NAME);
+    Ok(folder.join(plain.get(last..).unwrap_or_default().iter().collect::<String>()))
+}
+
+/// A folder of this user's own, for as long as the computer runs.
+///
+/// # Errors
+/// Whatever the system says; [`PermissionDenied`](ErrorKind::PermissionDenied) when others can get in.
+pub fn private_folder() -> io::Result<PathBuf> {
+    let folder = match std::env::var_os("XDG_RUNTIME_DIR").filter(|folder| !folder.is_empty()) {
+        Some(folder) => PathBuf::from(folder).join("dimsart"),
+        None => std::env::temp_dir().join(format!("dimsart-{}", rustix::process::getuid().as_raw())),
+    };
     fs::DirBuilder::new().recursive(true).mode(0o700).create(&folder)?;
     // In a folder that others can write, anybody could say to be the broker.
     let found = fs::metadata(&folder)?;
@@ -245,16 +260,5 @@ fn place_of(port: &str) -> io::Result<PathBuf> {
         let message = format!("{} is not this user's alone", folder.display());
         return Err(io::Error::new(ErrorKind::PermissionDenied, message));
     }
-    let plain = name.chars().map(|letter| if letter.is_ascii_alphanumeric() { letter } else { '_' });
-    let plain: Vec<char> = plain.collect();
-    let last = plain.len().saturating_sub(LONGEST_NAME);
-    Ok(folder.join(plain.get(last..).unwrap_or_default().iter().collect::<String>()))
-}
-
-/// This user's own.
-fn folder() -> PathBuf {
-    match std::env::var_os("XDG_RUNTIME_DIR").filter(|folder| !folder.is_empty()) {
-        Some(folder) => PathBuf::from(folder).join("dimsart"),
-        None => std::env::temp_dir().join(format!("dimsart-{}", rustix::process::getuid().as_raw())),
-    }
+    Ok(folder)
 }

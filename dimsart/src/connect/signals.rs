@@ -63,7 +63,7 @@ impl<S: Read + Write> Device<S> {
         wanted.into_iter().map(|signal| self.signal(signal)).collect()
     }
 
-    fn entries(&mut self) -> Result<Vec<TypeRef>, ConnectError> {
+    pub(super) fn entries(&mut self) -> Result<Vec<TypeRef>, ConnectError> {
         let mut found = Vec::new();
         for index in 0..=u8::MAX {
             let Some(signal) = self.ask(&Request::Entry { index }, take!(Entry))? else { break };

@@ -51,6 +51,9 @@ pub struct Tap {
     has_begun: bool,
     asked: Instant,
     heard: Instant,
+    /// What is in the Data Base, as far as it was asked for, and how many events there had been then.
+    entries: Vec<TypeRef>,
+    events: u32,
 }
 
 impl Tap {
@@ -59,6 +62,8 @@ impl Tap {
     pub fn new(every_ticks: u32) -> Self {
         let now = Instant::now();
         Self {
+            entries: Vec::new(),
+            events: 0,
             every_ticks,
             signals: Vec::new(),
             streams: None,
@@ -123,8 +128,14 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError`] when the line has ended.
     pub fn tap(&mut self, tap: &mut Tap, time: Duration) -> Result<Vec<TapRow>, ConnectError> {
+        // An event says that the scheme may have other signals, though those that are sent are still there.
+        let events = self.line().unsolicited().heartbeat().map_or(0, |heartbeat| heartbeat.events);
+        let is_other = events != tap.events && {
+            tap.events = events;
+            self.entries()? != tap.entries
+        };
         let is_silent = tap.heard.elapsed() > SILENCE;
-        if is_silent || (tap.streams.is_none() && tap.signals.is_empty()) {
+        if is_other || is_silent || (tap.streams.is_none() && tap.signals.is_empty()) {
             self.open_tap(tap)?;
         } else if tap.asked.elapsed() > KEEP_ALIVE {
             tap.asked = Instant::now();
@@ -138,6 +149,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+        tap.entries = self.entries()?;
         let mut signals = self.followed(&[])?;
         signals.retain(|Followed { format, report, .. }| {
             format.is_some() && report.values.len() <= MAX_TELEMETRY_WORDS

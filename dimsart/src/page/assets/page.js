@@ -10,8 +10,7 @@ import { Scope } from "/scope.js";
 
 export const by = (id) => document.getElementById(id);
 
-const token = new URLSearchParams(location.search).get("token") ?? sessionStorage.getItem("token") ?? "";
-sessionStorage.setItem("token", token);
+const token = new URLSearchParams(location.search).get("token") ?? "";
 
 // How often a page that moves a device says that it is there: the server waits for half a second.
 const HERE_MS = 100;
@@ -148,10 +147,11 @@ function showState(here) {
   by("arm").classList.toggle("on", Boolean(is_held_here));
   by("arm").textContent = is_held_here ? "Armed by this page" : "Arm";
   by("disarm").disabled = !is_held_here;
+  by("start").disabled = !live || isOther || Boolean(here.overview?.status.is_running && !live.state.includes("stopped"));
   const status = here.overview?.status, identity = here.overview?.identity;
   const cycles = (count) => (count == null ? null : `${count} cycles`);
   const facts = [
-    ["device", identity && `${identity.device}, ${identity.axes.length} axes (${identity.axes.join(", ")})`],
+    ["device", identity && `${identity.device}, ${identity.axes.length === 1 ? "1 axis" : `${identity.axes.length} axes`} (${identity.axes.join(", ")})`],
     ["image", identity?.image],
     ["tick", live && `${live.ticks}, every ${1000 * (identity?.sample_period_s ?? 0)} ms`],
     ["drive", status?.drive],
@@ -204,6 +204,7 @@ by("stop").onclick = stopAll;
 addEventListener("keydown", (event) => { if (event.key === "Escape") stopAll(); });
 by("arm").onclick = () => told(ask({ do: "arm" }));
 by("disarm").onclick = () => told(ask({ do: "disarm" }));
+by("start").onclick = () => told(ask({ do: "check" }).then(({ state }) => state));
 by("reset").onclick = () => told(ask({ do: "reset" }));
 by("save").onclick = () => told(ask({ do: "save" }));
 // A page that is hidden is throttled by its browser to a beat a second: a device does not move unseen.

@@ -1,0 +1,197 @@
+"""The page in a real browser: what a user does with it, step by step. `cargo xtask page` runs it.
+
+usage: page.py DIMSART FOLDER    the command, and where the pictures go
+"""
+
+import atexit
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from playwright.sync_api import expect, sync_playwright
+
+DIMSART, FOLDER = sys.argv[1], Path(sys.argv[2])
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+         "--disable-component-update", "--disable-sync"]
+PORT = 8471
+
+
+class Server:
+    """`dimsart serve`, until it is killed."""
+
+    def __init__(self, rig="joint"):
+        command = [DIMSART, "serve", rig, "--page-port", str(PORT)]
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        atexit.register(self.kill)
+        for line in self.process.stdout:
+            found = re.search(r"http://\S+", line)
+            if found:
+                self.url = found.group()
+                return
+        raise SystemExit("the server said no address")
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
+def connect(*words):
+    subprocess.run([DIMSART, "connect", "sim:joint", *words], check=True, stdout=subprocess.DEVNULL)
+
+
+def step(text):
+    print(f"  {text}", flush=True)
+
+
+def drawn(page):
+    """Whether something is drawn in the first plot."""
+    script = """() => { const c = document.querySelector('#plots canvas'); const d = c.getContext('2d')
+        .getImageData(0, 0, c.width, c.height).data; let n = 0;
+        for (let i = 0; i < d.length; i += 4) n += d[i + 2] > 120 && d[i] < 60 && d[i + 3] > 0; return n }"""
+    return page.evaluate(script)
+
+
+def joint(browser, errors):
+    server = Server()
+    page = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
+    page.on("pageerror", lambda error: errors.append(str(error)))
+
+    step("it is there: modules, scheme and a moving plot")
+    start = time.monotonic()
+    page.goto(server.url)
+    page.wait_for_selector(".module")
+    usable_s = time.monotonic() - start
+    expect(page.locator("#scheme text", has_text="PIDCTRL_MOD").first).to_be_visible()
+    page.wait_for_function("() => document.querySelector('#plots canvas')")
+    page.wait_for_timeout(500)
+    assert drawn(page) > 50, "nothing is drawn"
+    expect(page.locator("#state-text")).to_contain_text("nobody holds the lease")
+
+    step("it moves the device, and says so")
+    page.click("#arm")
+    expect(page.locator("#state-text")).to_contain_text("commands the device")
+    page.wait_for_timeout(3000)
+    page.screenshot(path=FOLDER / "page.png")
+
+    step("an edit is tried, then applied")
+    gain = page.get_by_label("PIDCTRL_MOD K_PARAM")
+    gain.fill("120")
+    gain.press("Tab")
+    expect(page.locator("#pending-check")).to_have_text("checked: it matches")
+    page.click("#apply")
+    expect(page.locator("#pending")).to_be_hidden()
+    expect(gain).to_have_value("120")
+    expect(page.locator("#state-text")).to_contain_text("commands the device")
+
+    step("what is out of range is refused, with its range, and nothing changes")
+    gain.fill("1e12")
+    gain.press("Tab")
+    expect(page.locator("#pending-check")).to_contain_text("1000000")
+    expect(page.locator("#apply")).to_be_disabled()
+    page.click("#drop")
+    expect(gain).to_have_value("120")
+
+    step("plugging out what the device needs is told before it happens")
+    page.get_by_role("button", name="Plug out").click()
+    expect(page.locator("#pending-check")).to_contain_text("DES_FORCE")
+    expect(page.locator("#apply")).to_be_disabled()
+    page.click("#drop")
+
+    step("a module is plugged in and out again")
+    page.select_option("#plug", "SIGGEN_MOD")
+    expect(page.locator("#pending-check")).to_have_text("checked: it matches")
+    page.click("#apply")
+    expect(page.locator(".module", has_text="SIGGEN_MOD")).to_be_visible()
+    expect(page.locator("#signals label", has_text="SIGNAL_OUT")).to_be_visible()
+    page.locator(".module", has_text="SIGGEN_MOD").get_by_role("button").click()
+    expect(page.locator("#pending-check")).to_have_text("checked: it matches")
+    page.click("#apply")
+    expect(page.locator(".module", has_text="SIGGEN_MOD, not plugged in")).to_be_visible()
+
+    step("the trigger holds a step of the reference")
+    page.select_option("#trigger-source", "DES_POSITION")
+    page.fill("#trigger-level", "0.25")
+    page.select_option("#window", "1")
+    page.select_option("#trigger-mode", "single")
+    expect(page.locator("#trigger-state")).to_contain_text("fired at tick", timeout=15000)
+    expect(page.locator("#run")).to_have_text("Held")
+    page.screenshot(path=FOLDER / "page-trigger.png")
+    page.select_option("#trigger-mode", "off")
+    page.click("#run")
+    for view in ["spectrum", "xy", "time"]:
+        page.select_option("#view", view)
+        page.wait_for_timeout(300)
+
+    step("Esc stops it")
+    page.keyboard.press("Escape")
+    expect(page.locator("#state-text")).to_contain_text("stopped")
+
+    step("a scheme that another client breaks is drawn with its reason")
+    page.click("#disarm")
+    connect("off", "PIDCTRL_MOD")
+    expect(page.locator("#findings .fault")).to_contain_text("DES_FORCE", timeout=8000)
+    expect(page.locator("#scheme text.wrong", has_text="DES_FORCE")).to_be_visible()
+    page.screenshot(path=FOLDER / "page-fault.png")
+    connect("on", "PIDCTRL_MOD")
+    page.click("#start")
+    expect(page.locator("#findings .fault")).to_have_count(0, timeout=8000)
+
+    step("the server is killed and comes back")
+    server.kill()
+    expect(page.locator("#line")).to_contain_text("no line")
+    server = Server()
+    expect(page.locator("#line")).to_have_text("connected", timeout=8000)
+    expect(page.locator("#state-text")).to_contain_text("nobody holds the lease", timeout=8000)
+    page.wait_for_timeout(500)
+    assert drawn(page) > 50, "nothing is drawn after the restart"
+
+    step("a page that is closed moves nothing")
+    page.click("#arm")
+    expect(page.locator("#state-text")).to_contain_text("commands the device")
+    page.close()
+    onlooker = browser.new_page(viewport={"width": 390, "height": 840}, color_scheme="dark")
+    onlooker.on("pageerror", lambda error: errors.append(str(error)))
+    onlooker.goto(server.url)
+    expect(onlooker.locator("#state-text")).to_contain_text("nobody holds the lease")
+    wide = onlooker.evaluate("() => document.documentElement.scrollWidth")
+    assert wide <= 390, f"a phone is pushed sideways: {wide} px"
+    onlooker.wait_for_timeout(1500)
+    onlooker.screenshot(path=FOLDER / "page-phone.png")
+    onlooker.close()
+    server.kill()
+    return usable_s
+
+
+def arm(browser, errors):
+    step("seven controllers, dark")
+    server = Server("arm_bus")
+    page = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="dark")
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.goto(server.url)
+    expect(page.locator("#stations button")).to_have_count(7)
+    page.wait_for_selector(".module")
+    for name in ["base", "elbow"]:
+        page.get_by_role("button", name=name).click()
+        page.wait_for_selector(".module summary:has-text('PIDCTRL_MOD')", timeout=15000)
+    page.wait_for_timeout(1500)
+    page.screenshot(path=FOLDER / "page-dark.png")
+    page.close()
+    server.kill()
+
+
+def main():
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    errors = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path="/usr/bin/chromium", args=FLAGS)
+        usable_s = joint(browser, errors)
+        arm(browser, errors)
+        browser.close()
+    assert not errors, errors
+    print(f"page: usable {usable_s:.2f} s after it was opened")
+    print("1 passed, 0 failed")
+
+
+main()
