@@ -12,6 +12,7 @@ mod flash;
 mod fuzz;
 mod long;
 mod module_groups;
+mod page;
 mod panic_free;
 mod project;
 mod setup;
@@ -40,6 +41,7 @@ usage: cargo xtask COMMAND
   faults      how soon faults are noticed in the shipped scheme (docs/fault-latency.md); takes seconds
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
+  page        try the page of `dimsart serve` in a browser; its pictures go to target/page
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
   long        for the night: tests that ci runs short, at their full length, what ci leaves out, then
               fuzz 1000000000; says how long they take
@@ -68,6 +70,7 @@ fn main() -> ExitCode {
             Ok(inputs) => fuzz::fuzz(inputs),
             Err(error) => Err(format!("'{inputs}' is no number of inputs: {error}")),
         },
+        ["page"] => page::page(),
         ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),
         ["stack"] => stack::run(),

@@ -62,6 +62,14 @@ pub(crate) fn emulator() -> Outcome {
     }
 }
 
+/// A browser for the page's tests.
+pub(crate) fn browser() -> Outcome {
+    match succeeds(&mut command("/usr/bin/chromium", ["--version"])) {
+        true => Ok(()),
+        false => install(&["chromium"], "trying the page in a browser"),
+    }
+}
+
 fn is_root() -> bool {
     command("id", ["-u"]).output().is_ok_and(|output| output.stdout.trim_ascii() == b"0")
 }

@@ -4,7 +4,9 @@ use crate::boards::Image;
 use crate::shell::{Outcome, cargo, command, run, top};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, budgets, cycle_table, fuzz, panic_free, project, setup, stack, two_engines};
+use crate::{
+    bench, boards, budgets, cycle_table, fuzz, page, panic_free, project, setup, stack, two_engines,
+};
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
 pub(crate) fn quick() -> Outcome {
@@ -95,6 +97,7 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
     steps.step("two engines, emulated", two_engines::run)?;
     steps.step("a project of one's own", project::project)?;
+    steps.step("the page in a browser", page::page)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {
         for name in ["two_sided_loop", "joint", "arm", "phantom"] {

@@ -47,9 +47,9 @@ export class DevicePicture {
         ? make("line", { x1: 60, y1: 60, x2: 108, y2: 60, stroke: color, "stroke-width": width, "stroke-linecap": "round" })
         : make("rect", { x: 55, y: 42, width: 10, height: 36, rx: 3, fill: color }));
       const wanted = hand("var(--warn)", 3), is = hand("var(--link)", 6);
-      const force = make("path", { fill: "none", stroke: "var(--good)", "stroke-width": 4 });
+      const force = make("path", { class: "force", fill: "none", stroke: "var(--good)", "stroke-width": 4 });
       const text = make("text", { x: 60, y: SIZE + 8, "text-anchor": "middle", "font-size": 11, fill: "var(--text)" });
-      const strength = make("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)" });
+      const strength = make("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)", class: "force" });
       group.append(wanted, is, force, text, strength);
       svg.append(group);
       return { isTurning, wanted, is, force, text, strength };
@@ -57,9 +57,11 @@ export class DevicePicture {
     this.place.replaceChildren(svg);
   }
 
-  /** Moves it to what the last tick left: values and units by the names of signals. */
-  move(signals) {
+  /** Moves it to what the last tick left: values and units by the names of signals. A force that the scheme wants and the device
+      does not get is faint. */
+  move(signals, isCommanded) {
     if (!signals) return;
+    this.place.classList.toggle("idle", !isCommanded);
     const is = signals.get("POSITION"), wanted = signals.get("DES_POSITION"), force = signals.get("DES_FORCE");
     this.axes.forEach((drawn, axis) => {
       const position = is?.values[axis], goal = wanted?.values[axis], strength = force?.values[axis];
@@ -79,7 +81,7 @@ export class DevicePicture {
       drawn.force.setAttribute("d", drawn.isTurning ? arc(start, start + 1.6 * share)
         : `M ${60 + (45 * start) / largest.position} 34 h ${40 * share}`);
       drawn.text.textContent = `${digits(position)} ${is?.unit ?? ""}`;
-      drawn.strength.textContent = force ? `${digits(strength)} ${force.unit}` : "";
+      drawn.strength.textContent = force ? `${digits(strength)} ${force.unit}${isCommanded ? "" : ", not given"}` : "";
     });
   }
 }

@@ -91,7 +91,7 @@ function hear({ kind, station, content, ...message }) {
 
 function takeRows(data) {
   const station = scope.rows(data);
-  if (station === shown) device.move(scope.last(station));
+  if (station === shown) device.move(scope.last(station), stations[station].status?.live.is_commanded);
 }
 
 function show(kind, station = shown) {
@@ -146,7 +146,8 @@ function showState(here) {
   by("arm").disabled = !live || isOther || is_held_here;
   by("arm").classList.toggle("on", Boolean(is_held_here));
   by("arm").textContent = is_held_here ? "Armed by this page" : "Arm";
-  by("disarm").disabled = !is_held_here;
+  by("arm-all").hidden = stations.length < 2;
+  by("disarm").disabled = !stations.some((station) => station.status?.is_held_here);
   by("start").disabled = !live || isOther || Boolean(here.overview?.status.is_running && !live.state.includes("stopped"));
   const status = here.overview?.status, identity = here.overview?.identity;
   const cycles = (count) => (count == null ? null : `${count} cycles`);
@@ -203,7 +204,10 @@ function stopAll() {
 by("stop").onclick = stopAll;
 addEventListener("keydown", (event) => { if (event.key === "Escape") stopAll(); });
 by("arm").onclick = () => told(ask({ do: "arm" }));
-by("disarm").onclick = () => told(ask({ do: "disarm" }));
+by("arm-all").onclick = () => stations.forEach((_, station) => told(ask({ do: "arm" }, station)));
+by("disarm").onclick = () => stations.forEach((here, station) => {
+  if (here.status?.is_held_here) told(ask({ do: "disarm" }, station));
+});
 by("start").onclick = () => told(ask({ do: "check" }).then(({ state }) => state));
 by("reset").onclick = () => told(ask({ do: "reset" }));
 by("save").onclick = () => told(ask({ do: "save" }));

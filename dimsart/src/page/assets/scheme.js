@@ -1,7 +1,7 @@
 // The scheme as a picture: columns are the frame and the modules in their order, rows are the types of the Data Base. A type is
 // a wire from who writes it to those who read it; one that is read before it is written in a tick is dashed.
 
-const COLUMN = 96, ROW = 24, LEFT = 190, TOP = 118;
+const COLUMN = 88, ROW = 20, LEFT = 180, TOP = 92;
 const SVG = "http://www.w3.org/2000/svg";
 
 function make(name, attributes, text) {
@@ -30,7 +30,7 @@ export function drawScheme(place, overview, faults) {
     const isWrong = wrongModules.has(column.name);
     const isFrame = number === 0 || number === columns.length - 1;
     svg.append(make("text", {
-      x: x(number) - 4, y: TOP - 12, transform: `rotate(-40 ${x(number) - 4} ${TOP - 12})`,
+      x: x(number) - 4, y: TOP - 12, transform: `rotate(-32 ${x(number) - 4} ${TOP - 12})`,
       class: isWrong ? "wrong" : isFrame ? "quiet" : "",
     }, column.name));
   });
