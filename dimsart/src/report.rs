@@ -16,6 +16,7 @@ mod figure;
 mod html;
 mod mcap;
 mod plot;
+mod plots;
 mod signals;
 mod simplify;
 mod tick_map;
@@ -40,6 +41,7 @@ use figure::FigurePicture;
 use hil_sim::recording::Recording;
 use html::PageImage;
 use plot::Picture;
+use plots::PagePlot;
 use tick_map::TimelinePicture;
 
 const PAGE_FILE: &str = "report.html";
@@ -183,9 +185,12 @@ pub fn write(
     make_folder(folder)?;
     let images = images(report);
     bar.set_length(1 + 2 * images.len() as u64);
-    let pictures = write_pictures(folder, report, stop, bar)?;
+    let figures = report.figures.iter().map(|figure| FigurePicture::new(figure, report.recording));
+    let figures: Vec<FigurePicture<'_>> = figures.collect();
+    let pictures = write_pictures(folder, report, &figures, stop, bar)?;
     let page = folder.join(PAGE_FILE);
-    let text = html::page(report, &images).map_err(|error| content(&page, &error))?;
+    let plots: Vec<PagePlot> = figures.iter().map(FigurePicture::plot).collect();
+    let text = html::page(report, &images, &plots).map_err(|error| content(&page, &error))?;
     write_file(page.clone(), text.as_bytes(), bar)?;
     Ok(Written { page, pictures })
 }
@@ -196,16 +201,19 @@ fn images(report: &Report<'_>) -> Vec<PageImage> {
         stem: figure.file_stem.clone(),
         title: figure.title.clone(),
         alt: figure.description(),
+        is_plot: true,
     });
     let timeline = (!report.tick_maps.is_empty()).then(|| PageImage {
         stem: TIMELINE_STEM.to_owned(),
         title: "Data Base timeline".to_owned(),
         alt: tick_map::description(&report.tick_maps),
+        is_plot: false,
     });
     let bus = report.bus.as_ref().map(|bus| PageImage {
         stem: BUS_STEM.to_owned(),
         title: "Bus timeline".to_owned(),
         alt: bus.description(),
+        is_plot: false,
     });
     figures.chain(bus).chain(timeline).collect()
 }
@@ -213,16 +221,16 @@ fn images(report: &Report<'_>) -> Vec<PageImage> {
 fn write_pictures(
     folder: &Path,
     report: &Report<'_>,
+    figures: &[FigurePicture<'_>],
     stop: &AtomicBool,
     bar: &ProgressBar,
 ) -> Result<Vec<PathBuf>, ReportError> {
     let mut written = Vec::new();
-    for figure in &report.figures {
+    for (figure, picture) in report.figures.iter().zip(figures) {
         if is_stopped(stop) {
             return Err(ReportError::Stopped { folder: folder.to_owned() });
         }
-        let picture = FigurePicture::new(figure, report.recording);
-        written.extend(write_picture(folder, &figure.file_stem, &picture, bar)?);
+        written.extend(write_picture(folder, &figure.file_stem, picture, bar)?);
     }
     if let Some(bus) = &report.bus {
         written.extend(write_picture(folder, BUS_STEM, bus, bar)?);

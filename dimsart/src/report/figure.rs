@@ -9,11 +9,14 @@ use plotters::series::DashedLineSeries;
 use plotters::style::Color;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use serde::Serialize;
+
 use super::decimate::{Point, decimate};
 use super::plot::{
     Area, BLACK, Drawn, GREY, GRID, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
     width,
 };
+use super::plots::{PageCurve, PagePanel, PagePlot};
 use super::simplify::simplify;
 use hil_sim::recording::Recording;
 
@@ -44,7 +47,7 @@ pub struct Panel {
 }
 
 /// A constant to compare a signal with.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Level {
     /// Its name, written on it: `wall`.
     pub label: String,
@@ -64,7 +67,7 @@ pub struct Curve {
 }
 
 /// A named stretch of time.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Span {
     /// Where it begins, `s`.
     pub start_s: f64,
@@ -126,6 +129,21 @@ impl<'a> FigurePicture<'a> {
         let time_s = time_range(recording.time_s());
         let panels = figure.panels.iter().map(|panel| PanelData::new(panel, recording, &time_s)).collect();
         Self { figure, time_s, panels }
+    }
+
+    /// The figure for the page to draw.
+    pub(super) fn plot(&self) -> PagePlot {
+        let panels = self.panels.iter().map(|data| PagePanel {
+            title: data.panel.title.clone(),
+            y_label: data.panel.y_label.clone(),
+            curves: data.panel.curves.iter().zip(&data.lines).map(page_curve).collect(),
+            levels: data.panel.levels.clone(),
+        });
+        PagePlot {
+            stem: self.figure.file_stem.clone(),
+            panels: panels.collect(),
+            spans: self.figure.spans.clone(),
+        }
     }
 
     /// Draws shaded phases, axes and lines of one panel on `part`.
@@ -281,6 +299,27 @@ impl<'a> PanelData<'a> {
         let lines = lines.iter().map(|line| line.iter().map(|points| simplify(points, tolerance)).collect());
         Self { panel, lines: lines.collect(), values }
     }
+}
+
+/// Stretches of a curve one behind the other, with no value between two.
+fn page_curve((curve, stretches): (&Curve, &Vec<Vec<Point>>)) -> PageCurve {
+    let mut found = PageCurve { label: curve.label.clone(), time_s: Vec::new(), values: Vec::new() };
+    for stretch in stretches {
+        if let (Some(last), Some(first)) = (found.time_s.last().copied(), stretch.first()) {
+            found.time_s.push(f64::midpoint(last, first.0));
+            found.values.push(None);
+        }
+        for (time_s, value) in stretch {
+            found.time_s.push(rounded(*time_s));
+            found.values.push(Some(rounded(*value)));
+        }
+    }
+    found
+}
+
+/// Seven digits: what a page can show, and no more bytes.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.6e}").parse().unwrap_or(value)
 }
 
 /// Shown width of line `index` of `count`: the last one is thin, each one before it shows on both sides of the next.

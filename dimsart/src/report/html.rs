@@ -1,11 +1,15 @@
-//! The page of a run: `page.html` filled in, everything escaped, no script, no network.
+//! The page of a run: `page.html` filled in, everything escaped, no network. Its scripts and the figures' points are in it.
 
-use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment, UndefinedBehavior};
+use minijinja::value::{Serde, Value};
+use minijinja::{AutoEscape, Environment, Error, ErrorKind, UndefinedBehavior};
 use serde::Serialize;
 
+use super::plots::{self, PagePlot};
 use super::{Fact, Report, Table};
 
+const UPLOT_JS: &str = include_str!("../page/assets/uPlot.iife.min.js");
+const UPLOT_CSS: &str = include_str!("../page/assets/uPlot.min.css");
+const PLOTS_JS: &str = include_str!("plots.js");
 const TEMPLATE: &str = include_str!("page.html");
 
 /// A picture as the page names it.
@@ -17,6 +21,8 @@ pub(super) struct PageImage {
     pub(super) title: String,
     /// What somebody who cannot see it is told.
     pub(super) alt: String,
+    /// Whether the page draws it itself, where it may run a script.
+    pub(super) is_plot: bool,
 }
 
 /// What the template reads.
@@ -31,13 +37,20 @@ struct Page<'a> {
     signals_file: &'a str,
     rows: usize,
     columns: usize,
+    /// Safe as they are: made by this program.
+    plots: Option<Value>,
+    uplot_js: Value,
+    uplot_css: Value,
+    plots_js: Value,
 }
 
 /// The page as HTML text; the signals' file and the pictures lie beside it.
 ///
 /// # Errors
 /// A mistake in the template, with its line.
-pub(super) fn page(report: &Report<'_>, images: &[PageImage]) -> Result<String, minijinja::Error> {
+pub(super) fn page(report: &Report<'_>, images: &[PageImage], plots: &[PagePlot]) -> Result<String, Error> {
+    let json =
+        plots::json(plots).map_err(|error| Error::new(ErrorKind::BadSerialization, error.to_string()))?;
     let mut environment = Environment::new();
     environment.set_auto_escape_callback(|_| AutoEscape::Html);
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -54,6 +67,10 @@ pub(super) fn page(report: &Report<'_>, images: &[PageImage]) -> Result<String, 
             signals_file: report.signals.file_name(),
             rows: report.recording.time_s().len(),
             columns: report.recording.columns().len() + 1,
+            plots: (!plots.is_empty()).then(|| Value::from_safe_string(json)),
+            uplot_js: Value::from_safe_string(UPLOT_JS.to_owned()),
+            uplot_css: Value::from_safe_string(UPLOT_CSS.to_owned()),
+            plots_js: Value::from_safe_string(PLOTS_JS.to_owned()),
         }),
     )
 }

@@ -314,6 +314,7 @@ export class Scope {
       const x = plot.valToPos(at, "x", true), { top, height } = plot.bbox;
       plot.ctx.save();
       plot.ctx.strokeStyle = plot.ctx.fillStyle = number ? "#d55e00" : "#009e73";
+      plot.ctx.textAlign = "left";
       plot.ctx.setLineDash([6, 4]);
       plot.ctx.beginPath();
       plot.ctx.moveTo(x, top);
