@@ -21,6 +21,9 @@ catalogue! {
      1 POSITION           Position  F32 Vector "Measured position.";
      2 VELOCITY           Velocity  F32 Vector "Measured or observed velocity.";
      3 FORCE              Force     F32 Vector "Measured force between device and world.";
+     4 MOTOR_CURRENT      Ampere    F32 Vector "Measured current of the motor; of three phases the one that makes the torque.";
+     5 MOTOR_VOLTAGE      Volt      F32 Vector "Measured voltage at the motor.";
+     6 WINDING_TEMPERATURE Celsius  F32 Vector "Measured temperature of the motor's winding.";
      8 DES_POSITION       Position  F32 Vector "Desired position.";
      9 DES_VELOCITY       Velocity  F32 Vector "Desired velocity.";
     10 DES_FORCE          Force     F32 Vector "Force to command to the device.";

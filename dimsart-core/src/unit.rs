@@ -45,6 +45,12 @@ pub enum Unit {
     Hertz,
     /// Whole ticks of the sample period.
     Tick,
+    /// `A`.
+    Ampere,
+    /// `V`.
+    Volt,
+    /// `°C`.
+    Celsius,
 }
 
 impl Unit {
@@ -71,6 +77,9 @@ impl Unit {
             (Self::Second, _) => "s",
             (Self::Hertz, _) => "Hz",
             (Self::Tick, _) => "ticks",
+            (Self::Ampere, _) => "A",
+            (Self::Volt, _) => "V",
+            (Self::Celsius, _) => "°C",
         }
     }
 
@@ -108,6 +117,7 @@ impl Unit {
     pub const fn largest(self) -> f32 {
         match self {
             Self::Position | Self::Velocity | Self::Force | Self::Wave => 1e9,
+            Self::Ampere | Self::Volt | Self::Celsius => 1e9,
             Self::Stiffness | Self::Damping | Self::IntegralGain | Self::Energy => 1e12,
             Self::Any | Self::One | Self::Second | Self::Hertz | Self::Tick => f32::MAX,
         }

@@ -170,8 +170,14 @@ impl LimitsSection {
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordSection {
+    #[serde(default = "every_tick")]
     pub every_ticks: u32,
+    #[serde(default)]
     pub signals: Vec<String>,
+}
+
+fn every_tick() -> u32 {
+    1
 }
 
 /// How far a slave is thought to be pressed at most, `m`: the surface of what it meets is then exact to 1e-12 m.

@@ -141,6 +141,9 @@ fn units() {
         Unit::Second,
         Unit::Hertz,
         Unit::Tick,
+        Unit::Ampere,
+        Unit::Volt,
+        Unit::Celsius,
     ];
     for (number, unit) in (0..).zip(units) {
         assert_eq!(postcard::to_slice(&unit, &mut [0; 4]).unwrap(), [number]);

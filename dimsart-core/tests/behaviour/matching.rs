@@ -281,6 +281,9 @@ fn what_is_an_integral_one_way_is_a_derivative_the_other() {
         Unit::Second,
         Unit::Hertz,
         Unit::Tick,
+        Unit::Ampere,
+        Unit::Volt,
+        Unit::Celsius,
     ];
     for (unit, other) in units.into_iter().flat_map(|unit| units.map(|other| (unit, other))) {
         assert_eq!(unit.integral() == Some(other), other.derivative() == Some(unit), "{unit:?}, {other:?}");

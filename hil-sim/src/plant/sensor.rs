@@ -27,6 +27,9 @@ pub struct SensorParameters {
     pub jump: f64,
     /// From this time on it shows what it showed before, `s`; `inf` for never.
     pub stuck_from_s: f64,
+    /// Where an incremental encoder has its index, unit: until the truth has passed it, it shows the way from where it was
+    /// switched on. None for an absolute one.
+    pub index: Option<f64>,
 }
 
 impl Default for SensorParameters {
@@ -41,6 +44,7 @@ impl Default for SensorParameters {
             jump_at_s: f64::INFINITY,
             jump: 0.0,
             stuck_from_s: f64::INFINITY,
+            index: None,
         }
     }
 }
@@ -58,6 +62,7 @@ impl SensorParameters {
         not_negative("noise_deviation", self.noise_deviation)?;
         time("jump_at_s", self.jump_at_s)?;
         finite("jump", self.jump)?;
+        self.index.map_or(Ok(()), |index| finite("index", index))?;
         time("stuck_from_s", self.stuck_from_s)
     }
 
@@ -67,7 +72,7 @@ impl SensorParameters {
     /// As [`check`](Self::check).
     pub fn build(&self) -> Result<Sensor, ParameterError> {
         self.check()?;
-        Ok(Sensor { parameters: self.clone(), noise: Random::new(self.seed), shown: None })
+        Ok(Sensor { parameters: self.clone(), noise: Random::new(self.seed), shown: None, switched_on: None })
     }
 }
 
@@ -78,6 +83,8 @@ pub struct Sensor {
     noise: Random,
     /// What it showed last.
     shown: Option<f64>,
+    /// The truth where it was switched on, and whether the index has passed since.
+    switched_on: Option<(f64, bool)>,
 }
 
 impl Sensor {
@@ -95,8 +102,13 @@ impl Sensor {
     }
 
     fn read(&mut self, time_s: f64, truth: f64) -> f64 {
-        let Self { parameters, noise, .. } = self;
-        let mut seen = parameters.gain * truth + parameters.offset;
+        let Self { parameters, noise, switched_on, .. } = self;
+        let (start, has_passed) = switched_on.get_or_insert((truth, false));
+        let way = parameters.index.map_or(0.0, |index| {
+            *has_passed |= (*start - index) * (truth - index) <= 0.0;
+            if *has_passed { 0.0 } else { *start }
+        });
+        let mut seen = parameters.gain * (truth - way) + parameters.offset;
         if parameters.noise_deviation > 0.0 {
             seen += parameters.noise_deviation * noise.normal();
         }
@@ -164,6 +176,22 @@ mod tests {
         );
         assert_eq!(seen, run(&parameters));
         assert_ne!(seen, run(&SensorParameters { seed: 8, ..parameters }));
+    }
+
+    #[test]
+    fn an_incremental_encoder_knows_where_it_is_once_its_index_has_passed() {
+        let mut encoder = sensor(SensorParameters { index: Some(0.5), ..SensorParameters::default() });
+        for (truth, shown) in [(0.2, 0.0), (0.4, 0.2), (0.1, -0.1), (0.6, 0.6), (0.1, 0.1), (-3.0, -3.0)] {
+            assert!((encoder.show(0.0, truth) - shown).abs() < 1e-7, "{truth}");
+        }
+        let mut other = sensor(SensorParameters { index: Some(-0.5), ..SensorParameters::default() });
+        assert!(
+            [0.2, -0.4, -0.6]
+                .map(|truth| other.show(0.0, truth))
+                .iter()
+                .zip([0.0, -0.6, -0.6])
+                .all(|(a, b)| (a - b).abs() < 1e-6)
+        );
     }
 
     #[test]

@@ -148,9 +148,13 @@ impl Plant for Instrumented {
 
 /// What a sensor shows of an axis.
 fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
+    let [current_a, voltage_v, winding_c] = state.motor.unwrap_or_default();
     match data_type.id {
         id if id == types::VELOCITY.id => state.velocity,
         id if id == types::FORCE.id => state.force,
+        id if id == types::MOTOR_CURRENT.id => current_a,
+        id if id == types::MOTOR_VOLTAGE.id => voltage_v,
+        id if id == types::WINDING_TEMPERATURE.id => winding_c,
         _ => state.position,
     }
 }

@@ -14,7 +14,16 @@ const MOST_DELAY_TICKS: f64 = 3.0;
 /// Most ticks of a rig to one of a controller.
 const MOST_EVERY_TICKS: u32 = 1000;
 /// What a device has sensors for.
-pub(super) const SENSED: [&DataType; 3] = [types::POSITION, types::VELOCITY, types::FORCE];
+pub(super) const SENSED: [&DataType; 6] = [
+    types::POSITION,
+    types::VELOCITY,
+    types::FORCE,
+    types::MOTOR_CURRENT,
+    types::MOTOR_VOLTAGE,
+    types::WINDING_TEMPERATURE,
+];
+/// Those of its motor.
+const OF_MOTOR: [&DataType; 3] = [types::MOTOR_CURRENT, types::MOTOR_VOLTAGE, types::WINDING_TEMPERATURE];
 
 impl RigFile {
     pub(super) fn problems(&self) -> Vec<String> {
@@ -122,6 +131,17 @@ impl RigFile {
                 problems.push(format!("{at}: it has no plant: give it plant.load.inertia, at least"));
             }
             check_axis(&at, measures, section, problems);
+            let of_motor =
+                OF_MOTOR.iter().find(|data_type| measures.iter().any(|name| name == data_type.name));
+            if let Some(data_type) = of_motor
+                && !section.plant.as_ref().is_some_and(|plant| plant.motor.has_winding())
+            {
+                problems.push(format!(
+                    "{at}: it measures {}, and has no motor to measure it at: give it plant.motor.kind = \"brushed\" or \
+                     \"three_phase\"",
+                    data_type.name
+                ));
+            }
         }
     }
 

@@ -17,7 +17,7 @@ pub struct TypeSection {
 }
 
 /// Those that a type can have, as they are written.
-const UNITS: [Unit; 12] = [
+const UNITS: [Unit; 15] = [
     Unit::One,
     Unit::Position,
     Unit::Velocity,
@@ -30,6 +30,9 @@ const UNITS: [Unit; 12] = [
     Unit::Second,
     Unit::Hertz,
     Unit::Tick,
+    Unit::Ampere,
+    Unit::Volt,
+    Unit::Celsius,
 ];
 
 fn written(unit: Unit) -> &'static str {

@@ -48,6 +48,12 @@ impl JointMotorParameters {
         }
     }
 
+    /// Whether there is a winding, with a current, a voltage and a temperature.
+    #[must_use]
+    pub fn has_winding(&self) -> bool {
+        !matches!(self, Self::Ideal {})
+    }
+
     /// `kg m²`.
     pub(super) fn rotor_inertia_kg_m2(&self) -> f64 {
         match self {
