@@ -61,10 +61,11 @@ impl Swings {
 
     /// Adds the present tick.
     pub fn add(&mut self, rig: &Rig) {
+        let time_s = rig.time_s();
         for (station, axis, swing) in &mut self.axes {
             let Some(station) = rig.stations().get(*station) else { continue };
             let plant = &station.plant;
-            swing.add(rig.time_s(), plant.position(*axis), || plant.is_touching(*axis));
+            swing.add(time_s, plant.position(*axis), || plant.is_touching(*axis));
         }
     }
 
@@ -193,7 +194,12 @@ impl Width {
     const NONE: Self = Self { least: f64::INFINITY, most: f64::NEG_INFINITY };
 
     fn add(&mut self, value: f64) {
-        (self.least, self.most) = (self.least.min(value), self.most.max(value));
+        if value < self.least {
+            self.least = value;
+        }
+        if value > self.most {
+            self.most = value;
+        }
     }
 
     fn length(self) -> f64 {

@@ -88,15 +88,8 @@ pub trait Plant: core::fmt::Debug + Send {
         position
     }
 
-    /// What the actuator of an axis applies, `N` or `N m`; none where nothing is known of it.
-    fn actuator_force_n(&self, _axis: usize) -> Option<f64> {
-        None
-    }
-
-    /// Whether that is held for a whole period, as by an ideal source; the force of a motor changes.
-    fn holds_force(&self, _axis: usize) -> bool {
-        true
-    }
+    /// Adds what its actuators do now, by axis; of a plant without any, nothing.
+    fn add_actuations(&self, _actuations: &mut Vec<Actuation>) {}
 
     /// Whether an axis pushes against a wall or a stop.
     fn is_touching(&self, axis: usize) -> bool;
@@ -113,6 +106,17 @@ pub trait Plant: core::fmt::Debug + Send {
             *entry = value;
         }
     }
+}
+
+/// What an actuator does.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Actuation {
+    /// Position of its axis, `m` or `rad`.
+    pub position: f64,
+    /// What it applies, `N` or `N m`.
+    pub force: f64,
+    /// Whether that is held for a whole period, as by an ideal source; the force of a motor changes.
+    pub is_held: bool,
 }
 
 /// Most quantities that are known of an axis.

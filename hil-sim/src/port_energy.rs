@@ -4,13 +4,15 @@
 //! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
 //! [channel](crate::bilateral::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
 
-use crate::rig::Rig;
+use crate::plant::Actuation;
+use crate::rig::{Rig, Station};
 
 /// Adds up what goes through the ports, tick by tick.
 #[derive(Debug, Default)]
 pub struct PortEnergy {
-    /// Of each axis of each station, from the tick before: force and position.
-    before: Vec<(f64, f64)>,
+    /// Of each axis of each station, from the tick before.
+    before: Vec<Actuation>,
+    now: Vec<Actuation>,
     /// By axis, `J`.
     energy_j: Vec<f64>,
     smallest_j: f64,
@@ -19,25 +21,23 @@ pub struct PortEnergy {
 impl PortEnergy {
     /// Adds what has happened since the tick before.
     pub fn add(&mut self, rig: &Rig) {
-        let mut place = 0;
-        for station in rig.stations() {
-            self.energy_j.resize(self.energy_j.len().max(station.plant.dof()), 0.0);
-            for (axis, energy_j) in self.energy_j.iter_mut().enumerate() {
-                let Some(now_n) = station.plant.actuator_force_n(axis) else { continue };
-                let now_m = station.plant.position(axis);
-                match self.before.get_mut(place) {
-                    Some((force_n, position_m)) => {
-                        // An ideal source has held its force all the time, a motor's has changed.
-                        let from_n = if station.plant.holds_force(axis) { now_n } else { *force_n };
-                        *energy_j -= 0.5 * (from_n + now_n) * (now_m - *position_m);
-                        (*force_n, *position_m) = (now_n, now_m);
-                    }
-                    None => self.before.push((now_n, now_m)),
-                }
-                place += 1;
+        let Self { before, now, energy_j, smallest_j } = self;
+        now.clear();
+        for Station { plant, .. } in rig.stations() {
+            let first = now.len();
+            plant.add_actuations(now);
+            let (before, now) = (before.iter().skip(first), now.iter().skip(first));
+            if energy_j.len() < now.len() {
+                energy_j.resize(now.len(), 0.0);
+            }
+            for (energy_j, (before, now)) in energy_j.iter_mut().zip(before.zip(now)) {
+                // An ideal source has held its force all the time, a motor's has changed.
+                let from = if now.is_held { now.force } else { before.force };
+                *energy_j -= 0.5 * (from + now.force) * (now.position - before.position);
             }
         }
-        self.smallest_j = self.energy_j.iter().copied().fold(self.smallest_j, f64::min);
+        core::mem::swap(before, now);
+        *smallest_j = energy_j.iter().copied().fold(*smallest_j, f64::min);
     }
 
     /// Smallest energy of any axis so far, `J`, never above the 0 that each starts with.

@@ -44,8 +44,8 @@ enum Source {
     Energy(Option<usize>),
     /// A signal of a station's Data Base.
     Signal { station: usize, signal: TypeRef, slot: Option<u8>, words: usize, format: Format },
-    /// Those of the [quantities](crate::plant::Plant::quantities) that are kept.
-    Truth { station: usize, axis: usize, kept: [bool; MAX_QUANTITIES] },
+    /// Those of the [quantities](crate::plant::Plant::quantities) that are kept; none says that it is all of them.
+    Truth { station: usize, axis: usize, columns: usize, kept: Option<[bool; MAX_QUANTITIES]> },
 }
 
 /// Name of the columns with the energy in the channel: of all axes together, and by axis.
@@ -183,30 +183,35 @@ impl Source {
             Self::Signal { station, slot, words: columns, format, .. } => {
                 let station = rig.stations().get(station).zip(slot);
                 let words = station.map(|(station, slot)| station.dimsart.engine().data_base().words(slot));
-                fill(row, columns, words.unwrap_or_default().iter().map(|word| number(Word(*word), format)))
-            }
-            Self::Truth { station, axis, kept } => {
-                let mut values = [f64::NAN; MAX_QUANTITIES];
-                if let Some(station) = rig.stations().get(station) {
-                    station.plant.look(axis, &mut values);
+                let words = words.unwrap_or_default().iter().map(|word| Word(*word));
+                match format {
+                    Format::F32 => fill(row, columns, words.map(number::<f32>)),
+                    Format::I32 => fill(row, columns, words.map(number::<i32>)),
+                    Format::U32 => fill(row, columns, words.map(number::<u32>)),
+                    Format::Bool => fill(row, columns, words.map(number::<bool>)),
                 }
-                let columns = kept.iter().filter(|is_kept| **is_kept).count();
-                let kept =
-                    values.into_iter().zip(kept).filter_map(|(value, is_kept)| is_kept.then_some(value));
-                fill(row, columns, kept)
+            }
+            Self::Truth { station, axis, columns, ref kept } => {
+                let (own, rest) = row.split_at_mut_checked(columns).unwrap_or_default();
+                let Some(station) = rig.stations().get(station) else { return rest };
+                match kept {
+                    None => station.plant.look(axis, own),
+                    Some(kept) => {
+                        let mut values = [f64::NAN; MAX_QUANTITIES];
+                        station.plant.look(axis, &mut values);
+                        let kept = values.iter().zip(kept).filter(|(_, is_kept)| **is_kept);
+                        own.iter_mut().zip(kept).for_each(|(cell, (value, _))| *cell = *value);
+                    }
+                }
+                rest
             }
         }
     }
 }
 
 /// A word as what it is: every one has its `f64`; a switch is 0 or 1.
-fn number(word: Word, format: Format) -> f64 {
-    match format {
-        Format::F32 => f32::from_word(word).into(),
-        Format::I32 => i32::from_word(word).into(),
-        Format::U32 => word.0.into(),
-        Format::Bool => bool::from_word(word).into(),
-    }
+fn number<T: Scalar + Into<f64>>(word: Word) -> f64 {
+    T::from_word(word).into()
 }
 
 /// Puts `values` into the first `columns` of a row; gives the rest of it.
@@ -242,8 +247,10 @@ fn truth(number: usize, station: &Station, axis: usize, selection: &Selection) -
     for (is_kept, column) in kept.iter_mut().zip(&columns) {
         *is_kept = selection.holds(&column.name());
     }
+    let all = columns.len();
     columns.retain(|column| selection.holds(&column.name()));
-    (Source::Truth { station: number, axis, kept }, columns)
+    let kept = (columns.len() < all).then_some(kept);
+    (Source::Truth { station: number, axis, columns: columns.len(), kept }, columns)
 }
 
 /// The energy in the channel, if there are waves in it.
@@ -299,19 +306,15 @@ mod tests {
     #[test]
     fn a_word_is_the_number_that_its_format_makes_of_it() {
         let numbers = [
-            (u32::MAX, Format::I32, -1.0),
-            (u32::MAX, Format::U32, 4_294_967_295.0),
-            (u32::MAX, Format::Bool, 1.0),
-            (0, Format::Bool, 0.0),
-            (0x7FC0_0000, Format::I32, 2_143_289_344.0),
-            (0x3FC0_0000, Format::F32, 1.5),
+            (number::<i32>(Word(u32::MAX)), -1.0),
+            (number::<u32>(Word(u32::MAX)), 4_294_967_295.0),
+            (number::<bool>(Word(u32::MAX)), 1.0),
+            (number::<bool>(Word(0)), 0.0),
+            (number::<i32>(Word(0x7FC0_0000)), 2_143_289_344.0),
+            (number::<f32>(Word(0x3FC0_0000)), 1.5),
         ];
-        for (word, format, expected) in numbers {
-            assert_eq!(
-                number(Word(word), format).to_bits(),
-                f64::to_bits(expected),
-                "{word:x} as {format:?}"
-            );
+        for (found, expected) in numbers {
+            assert_eq!(found.to_bits(), f64::to_bits(expected), "{found} for {expected}");
         }
     }
 }

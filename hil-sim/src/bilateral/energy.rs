@@ -39,15 +39,14 @@ impl ChannelEnergy {
     pub fn add(&mut self, rig: &Rig) {
         let Self { ports, grains: sums, smallest, .. } = self;
         let mut there = ports.iter_mut().zip(rig.stations());
-        if there.any(|((out, into), station)| out.words(station).is_empty() || into.words(station).is_empty())
-        {
+        if !there.all(|((out, into), station)| out.finds(station) && into.finds(station)) {
             return;
         }
         for ((outgoing, incoming), station) in ports.iter_mut().zip(rig.stations()) {
             let waves = outgoing.values(station).zip(incoming.values(station));
             sums.resize(sums.len().max(waves.len()), 0);
             for (sum, (sent, received)) in sums.iter_mut().zip(waves) {
-                *sum = sum.saturating_add(grains(sent)).saturating_sub(grains(received));
+                *sum = sum.saturating_add(grains(sent) - grains(received));
             }
         }
         *smallest = sums.iter().copied().fold(*smallest, i128::min);

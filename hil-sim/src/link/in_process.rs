@@ -64,8 +64,13 @@ impl InProcess {
     }
 
     fn take_off(&mut self, arrival: u64, carried: Carried) {
-        let place = self.in_flight.partition_point(|other| other.arrival <= arrival);
-        self.in_flight.insert(place, Flight { arrival, carried });
+        let flight = Flight { arrival, carried };
+        if self.in_flight.back().is_none_or(|last| last.arrival <= arrival) {
+            self.in_flight.push_back(flight);
+        } else {
+            let place = self.in_flight.partition_point(|other| other.arrival <= arrival);
+            self.in_flight.insert(place, flight);
+        }
     }
 }
 

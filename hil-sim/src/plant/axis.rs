@@ -12,7 +12,7 @@ use super::parameter::ParameterError;
 use super::scene::{Regime, Scene, Slide};
 use super::transition::Motion;
 use super::transitions::{Span, Transitions};
-use super::{AxisTruth, DeviceParameters, SUB_STEPS_MIN};
+use super::{Actuation, AxisTruth, DeviceParameters, SUB_STEPS_MIN};
 
 /// How often a sub-step may be halved.
 const HALVINGS_MAX: u8 = 10;
@@ -166,14 +166,10 @@ impl Axis {
         self.motion.position_m
     }
 
-    /// What its actuator applies now, `N`.
-    pub(super) fn actuator_force_n(&self) -> f64 {
-        self.motion.actuator_n
-    }
-
-    /// Whether that is held for a whole period.
-    pub(super) fn holds_force(&self) -> bool {
-        self.scene.motor.is_none()
+    /// What its actuator does now.
+    pub(super) fn actuation(&self) -> Actuation {
+        let Motion { position_m: position, actuator_n: force, .. } = self.motion;
+        Actuation { position, force, is_held: self.scene.motor.is_none() }
     }
 
     /// Whether a wall pushes it now.

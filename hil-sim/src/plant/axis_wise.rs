@@ -1,7 +1,7 @@
 //! A plant of independent axes.
 
 use super::axis::Axis;
-use super::{AxisTruth, Plant};
+use super::{Actuation, AxisTruth, Plant};
 
 /// Axes that share a period and nothing else.
 #[derive(Debug)]
@@ -43,12 +43,8 @@ impl Plant for AxisWise {
         self.axes.get(axis).map_or(f64::NAN, Axis::position_m)
     }
 
-    fn actuator_force_n(&self, axis: usize) -> Option<f64> {
-        self.axes.get(axis).map(Axis::actuator_force_n)
-    }
-
-    fn holds_force(&self, axis: usize) -> bool {
-        self.axes.get(axis).is_none_or(Axis::holds_force)
+    fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
+        actuations.extend(self.axes.iter().map(Axis::actuation));
     }
 
     fn is_touching(&self, axis: usize) -> bool {

@@ -7,7 +7,7 @@ use dimsart_core::{DataType, types};
 use super::body::AxisState;
 use super::machine::Machine;
 use super::motion::{Motion, sum_at};
-use crate::plant::{AxisTruth, Plant, Sensor};
+use crate::plant::{Actuation, AxisTruth, Plant, Sensor};
 use crate::rig_file::AxisUnit;
 
 /// The axes of a machine that one controller has, behind the frame of its device.
@@ -91,13 +91,13 @@ impl Plant for Instrumented {
         self.axis(axis).map_or(f64::NAN, |axis| self.machine().state(axis).position)
     }
 
-    fn actuator_force_n(&self, axis: usize) -> Option<f64> {
-        let axis = self.axis(axis).filter(|_| self.moves)?;
-        Some(self.machine().state(axis).force)
-    }
-
-    fn holds_force(&self, axis: usize) -> bool {
-        self.axis(axis).is_some_and(|axis| self.machine().holds_force(axis))
+    fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
+        let machine = self.machine();
+        let actuation = |axis: &usize| {
+            let AxisState { position, force, .. } = machine.state(*axis);
+            Actuation { position, force, is_held: machine.holds_force(*axis) }
+        };
+        actuations.extend(self.axes.iter().filter(|_| self.moves).map(actuation));
     }
 
     fn is_touching(&self, axis: usize) -> bool {

@@ -1,27 +1,29 @@
 //! Counts packets that come together: of several in a tick a controller takes the newest.
 
-use dimsart_core::limits::MAX_LINKS;
-
 use crate::link::Carried;
 
 /// What came in the present tick.
 #[derive(Debug, Default)]
 pub(super) struct Arrivals {
-    /// The last packet by link.
-    last: [Option<Carried>; MAX_LINKS],
+    /// The last packet of each link that one came over.
+    last: Vec<(usize, Carried)>,
     superseded: u32,
 }
 
 impl Arrivals {
     pub(super) fn begin_tick(&mut self) {
-        self.last.iter_mut().for_each(|last| *last = None);
+        self.last.clear();
     }
 
     /// One that is the same as the one before it is a duplicate, and takes nobody's place.
     pub(super) fn add(&mut self, link: usize, carried: Carried) {
-        let Some(last) = self.last.get_mut(link) else { return };
-        self.superseded += u32::from(last.as_ref().is_some_and(|last| *last != carried));
-        *last = Some(carried);
+        match self.last.iter_mut().find(|(other, _)| *other == link) {
+            Some((_, last)) => {
+                self.superseded += u32::from(*last != carried);
+                *last = carried;
+            }
+            None => self.last.push((link, carried)),
+        }
     }
 
     pub(super) fn superseded(&self) -> u32 {

@@ -19,18 +19,29 @@ impl Probe {
         Self { signal, found: None }
     }
 
+    /// Whether the signal is in the Data Base now.
+    pub fn finds(&mut self, station: &Station) -> bool {
+        self.slot(station).is_some()
+    }
+
     /// The signal's words now; empty when it is not in the Data Base.
+    #[inline]
     pub fn words<'a>(&mut self, station: &'a Station) -> &'a [u32] {
+        let slot = self.slot(station);
+        slot.map(|slot| station.dimsart.engine().data_base().words(slot)).unwrap_or_default()
+    }
+
+    #[inline]
+    fn slot(&mut self, station: &Station) -> Option<u8> {
         let data_base = station.dimsart.engine().data_base();
-        let slot = match self.found {
+        match self.found {
             Some((revision, slot)) if revision == data_base.revision() => slot,
             _ => {
                 let slot = data_base.slot(self.signal);
                 self.found = Some((data_base.revision(), slot));
                 slot
             }
-        };
-        slot.map(|slot| data_base.words(slot)).unwrap_or_default()
+        }
     }
 
     /// The signal's values now, for one of format f32.
