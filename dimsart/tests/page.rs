@@ -1,6 +1,11 @@
 //! The page's server, without a browser: who gets in, what ends motion, and that no tick is missing.
 #![cfg(unix)]
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "in helpers of tests as in tests"
+)]
 
 use std::fmt::Write as _;
 use std::io::{Read, Write};
