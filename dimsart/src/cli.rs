@@ -9,6 +9,7 @@ mod doctor;
 mod modules;
 mod new_module;
 mod new_project;
+mod record;
 mod run;
 mod scheme;
 mod serve;
@@ -42,7 +43,8 @@ Examples:
   dimsart bus --joints 6             whether a robot's joints fit on a CAN bus
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
-  dimsart serve                      a simulated joint to tune, in real time
+  dimsart serve                      a simulated joint to tune, in real time, and its page
+  dimsart record sim:joint           every tick of it into a file
   dimsart new-project gripper        a project of your own: laws, tests, images
 
 `dimsart COMMAND --help` has more. Exit status: 0 done, 1 an error, 2 wrong usage.";
@@ -59,6 +61,7 @@ enum Command {
     Dbc(dbc::Dbc),
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
+    Record(record::Record),
     Scheme(scheme::Scheme),
     Serve(serve::Serve),
     Stamp(stamp::Stamp),
@@ -89,6 +92,7 @@ pub fn main() -> ExitCode {
         Command::Dbc(dbc) => dbc.execute(&mut out),
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
+        Command::Record(record) => record.execute(&mut out),
         Command::Scheme(scheme) => scheme.execute(&mut out),
         Command::Serve(serve) => serve.execute(&mut out),
         Command::Stamp(stamp) => stamp.execute(&mut out),

@@ -202,3 +202,35 @@ fn every_tick_reaches_all_who_listen() {
         assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
     }
 }
+
+#[test]
+fn a_record_has_every_tick_and_the_scheme() {
+    let served = Served::start("record", &[]);
+    let folder = tempfile::tempdir().unwrap();
+    let record = |kind: &str| {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command
+            .args(["record", &served.port, "--duration-s", "1", "--signals", kind, "--out"])
+            .arg(folder.path());
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    assert!(record("csv").contains("3 signals, 0 samples lost"));
+    let text = std::fs::read_to_string(folder.path().join("signals.csv")).unwrap();
+    let mut lines = text.lines();
+    assert_eq!(
+        lines.next(),
+        Some("time_s (s),joint.POSITION (rad),joint.DES_POSITION (rad),joint.DES_FORCE (N·m)")
+    );
+    let ticks: Vec<f64> =
+        lines.map(|line| (1e3 * line.split(',').next().unwrap().parse::<f64>().unwrap()).round()).collect();
+    assert!(ticks.len() > 500, "{}", ticks.len());
+    assert!(ticks.windows(2).all(|pair| (pair[1] - pair[0] - 1.0).abs() < 1e-9), "a tick is missing");
+    record("mcap");
+    assert!(!folder.path().join("signals.csv").exists(), "the older record is not beside the new one");
+    let bytes = std::fs::read(folder.path().join("signals.mcap")).unwrap();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    assert!(summary.stats.unwrap().message_count > 500);
+    assert_eq!(summary.attachment_indexes.len(), 2, "what was recorded, and its scheme");
+}

@@ -144,7 +144,7 @@ fn help() -> String {
     format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", lines.collect::<String>())
 }
 
-fn seconds(text: &str) -> Result<Duration, String> {
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
     Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
 }

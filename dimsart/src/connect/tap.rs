@@ -29,13 +29,21 @@ pub struct TapSignal {
     format: Format,
 }
 
+impl TapSignal {
+    /// Format of its words in the Data Base.
+    #[must_use]
+    pub fn format(&self) -> Format {
+        self.format
+    }
+}
+
 /// All signals in one tick.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TapRow {
     /// Number of the tick; it wraps.
     pub tick: u32,
     /// The values of every signal; what was lost on the way is no number.
-    pub values: Vec<f32>,
+    pub values: Vec<f64>,
 }
 
 /// Signals in every so many ticks.
@@ -97,7 +105,7 @@ impl Tap {
         }
         let width = self.signals.iter().map(|signal| signal.words).sum();
         let (row, streams) =
-            self.row.get_or_insert_with(|| (TapRow { tick: sample.tick, values: vec![f32::NAN; width] }, 0));
+            self.row.get_or_insert_with(|| (TapRow { tick: sample.tick, values: vec![f64::NAN; width] }, 0));
         let formats = self.signals.iter().flat_map(|signal| std::iter::repeat_n(signal.format, signal.words));
         for ((value, format), word) in row.values.iter_mut().zip(formats).skip(first).zip(&sample.words) {
             *value = value_of(*word, format);
@@ -110,14 +118,13 @@ impl Tap {
     }
 }
 
-/// A word as a number to be drawn.
-#[expect(clippy::cast_precision_loss, reason = "to be drawn")]
-fn value_of(word: u32, format: Format) -> f32 {
+/// A word as a number, which holds every format exactly.
+fn value_of(word: u32, format: Format) -> f64 {
     match format {
-        Format::F32 => f32::from_bits(word),
-        Format::I32 => word.cast_signed() as f32,
-        Format::U32 => word as f32,
-        Format::Bool => f32::from(u8::from(word != 0)),
+        Format::F32 => f32::from_bits(word).into(),
+        Format::I32 => word.cast_signed().into(),
+        Format::U32 => word.into(),
+        Format::Bool => f64::from(u8::from(word != 0)),
     }
 }
 

@@ -82,7 +82,8 @@ impl Board {
         bytes.extend(layout.to_le_bytes());
         for row in rows {
             bytes.extend(row.tick.to_le_bytes());
-            row.values.iter().for_each(|value| bytes.extend(value.to_le_bytes()));
+            #[expect(clippy::cast_possible_truncation, reason = "to be drawn")]
+            row.values.iter().for_each(|value| bytes.extend((*value as f32).to_le_bytes()));
         }
         let _ = self.sender.send(News::Rows(bytes.into()));
     }
