@@ -19,6 +19,7 @@ pub mod connect;
 pub mod cycles;
 pub mod dbc;
 pub mod pictures;
+pub mod recorder_files;
 pub mod report;
 pub mod stamp;
 pub mod sweep;

@@ -5,6 +5,7 @@ use minijinja::{AutoEscape, Environment, UndefinedBehavior};
 use serde::Serialize;
 
 use super::{Fact, Report, Table};
+use crate::recorder_files::RecorderFile;
 
 const TEMPLATE: &str = include_str!("page.html");
 
@@ -29,6 +30,7 @@ struct Page<'a> {
     images: &'a [PageImage],
     settings_toml: &'a str,
     signals_file: &'a str,
+    recorders: &'a [RecorderFile],
     rows: usize,
     columns: usize,
 }
@@ -52,6 +54,7 @@ pub(super) fn page(report: &Report<'_>, images: &[PageImage]) -> Result<String, 
             images,
             settings_toml: &report.settings_toml,
             signals_file: report.signals.file_name(),
+            recorders: &report.recorders,
             rows: report.recording.time_s().len(),
             columns: report.recording.columns().len() + 1,
         }),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
+use super::{Ending, Run, print_written, progress_bar, stop_on_interrupt, style, write_recorders};
 use crate::cli::summary;
 use crate::pictures::response::{figures, file_stems};
 use crate::report::{self, BusTimeline, Fact, Report, SignalsFile, Table};
@@ -93,12 +93,13 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
         signals = Some(written);
     }
     let bar = progress_bar(file.duration_s);
-    let run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
+    let mut run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
     bar.finish_and_clear();
     stop.store(false, Ordering::Relaxed);
     command.say(out, |text| print(text, &run.outcome))?;
     if let Some(signals) = signals {
         signals.finish()?;
+        let recorders = write_recorders(&folder, &mut run.rig)?;
         let names: Vec<&str> = file.devices.iter().map(|device| device.name.as_str()).collect();
         let report = Report {
             title: format!("Response of {}", names.join(", ")),
@@ -111,13 +112,14 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
             settings_toml: file.to_toml(),
             recording: &run.recording,
             signals: command.signals,
+            recorders,
         };
         let bar = ProgressBar::new(0);
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
         let written = report::write(&folder, &report, &stop, &bar);
         bar.finish_and_clear();
-        let page = written?.page;
-        command.say(out, |text| writeln!(text, "report: {}", page.display()))?;
+        let written = written?;
+        command.say(out, |text| print_written(text, &folder, &written))?;
     }
     if command.json {
         writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
