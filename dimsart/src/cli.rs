@@ -101,7 +101,7 @@ pub fn main() -> ExitCode {
         }
         eprintln!("dimsart: {error}");
         let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
-            || matches!(error.downcast_ref(), Some(RigFileError::Set { .. }))
+            || error.downcast_ref().is_some_and(RigFileError::is_usage)
             || error.is::<GridError>();
         if is_usage { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }
     })

@@ -10,6 +10,7 @@ mod file;
 mod grid;
 mod map;
 
+use std::error::Error;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -43,6 +44,29 @@ pub enum Subject<'a> {
 pub type Figures = Vec<(String, String)>;
 
 impl Subject<'_> {
+    /// Whether it can take `sets`, and then every value of the grid: a sweep need not begin to find that out.
+    ///
+    /// # Errors
+    /// [`ScenarioError`] or [`RigFileError`] when file or `sets` are wrong; [`GridError`] when a key or value of the grid
+    /// is.
+    pub fn check(&self, sets: &[String], grid: &Grid) -> Result<(), Box<dyn Error>> {
+        let read = |sets: &[String]| match self {
+            Self::Scenario(path) => Scenario::load(*path, sets).map(drop).map_err(Box::<dyn Error>::from),
+            Self::Rig { name, text, folder } => {
+                RigFile::read(text, name, (*folder).to_owned(), sets).map(drop).map_err(Box::from)
+            }
+        };
+        read(sets)?;
+        for point in grid.samples() {
+            let settings = grid.settings(point);
+            read(&[sets, &settings].concat()).map_err(|error| GridError {
+                text: format!("--vary, at {}", settings.join(" ")),
+                reason: error.to_string(),
+            })?;
+        }
+        Ok(())
+    }
+
     /// Runs it with these settings.
     ///
     /// # Errors

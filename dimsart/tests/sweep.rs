@@ -114,3 +114,36 @@ fn the_shipped_map_says_what_it_runs_and_has_the_loops_growth() {
         .collect();
     assert!(verdicts.contains(&true) && verdicts.contains(&false), "{verdicts:?}");
 }
+
+/// Neither a run nor a folder comes of it.
+#[test]
+fn a_wrong_setting_or_key_is_wrong_usage_and_said_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, expected) in [
+        (
+            &["--set", "link.los=3", "--vary", "dof=1:3:1"][..],
+            "dimsart: --set link.los=3: there is no key `link.los`; did you mean `link.loss`?\n",
+        ),
+        (
+            &["--vary", "link.loss=0:2:0.5"],
+            "dimsart: --vary, at link.loss=1.5: --set link.loss=1.5: `link.loss` cannot be",
+        ),
+        (
+            &["joint", "--set", "duration_s=-1", "--vary", "seed=1:2:1"],
+            "dimsart: joint with --set duration_s=-1 cannot be run:\n  duration_s is -1: give it a number > 0\n",
+        ),
+        (
+            &["joint", "--vary", "sed=1:2:1"],
+            "--vary, at sed=1: --set sed=1: there is no key `sed`; did you mean 'seed'?",
+        ),
+        (&["joint", "--vary", "seed=1,2", "--vary", "duration_s=1,-1"], "--vary, at seed=1 duration_s=-1: "),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        let out = folder.path().join("sweep");
+        let output = command.arg("sweep").args(arguments).arg("--out").arg(&out).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(!out.exists());
+    }
+}

@@ -79,10 +79,23 @@ impl Sweep {
             writeln!(out, "the shipped map: dimsart sweep {}\n", words.join(" "))?;
         }
         let grid = Grid::new(self.vary.clone())?;
-        report::make_folder(&self.out)?;
         if self.merge {
             return self.merge(&grid, out);
         }
+        let shipped = self.file.as_deref().filter(|path| !path.exists());
+        let shipped = shipped.and_then(|path| Some((path.to_str()?, RigFile::shipped(path.to_str()?)?)));
+        let text = self.text();
+        let folder = self.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        let subject = match (&shipped, &text) {
+            (Some((name, text)), _) => Subject::Rig { name, text, folder: Path::new("") },
+            (None, Some(text)) if RigFile::is_one(text) => {
+                let name = self.file.as_deref().and_then(Path::to_str).unwrap_or_default();
+                Subject::Rig { name, text, folder }
+            }
+            _ => Subject::Scenario(self.file.as_deref()),
+        };
+        subject.check(&self.sets, &grid)?;
+        report::make_folder(&self.out)?;
         let shard = self.shard.unwrap_or(Shard::WHOLE);
         let name = match self.shard {
             Some(Shard { number, of }) => format!("sweep-{number}-of-{of}.csv"),
@@ -96,18 +109,6 @@ impl Sweep {
         bar.set_style(style("sweeping   [{bar:40}] {pos}/{len} points, {eta} left"));
         bar.set_position((count - todo) as u64);
         let stop = stop_on_interrupt()?;
-        let shipped = self.file.as_deref().filter(|path| !path.exists());
-        let shipped = shipped.and_then(|path| Some((path.to_str()?, RigFile::shipped(path.to_str()?)?)));
-        let text = self.text();
-        let folder = self.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-        let subject = match (&shipped, &text) {
-            (Some((name, text)), _) => Subject::Rig { name, text, folder: Path::new("") },
-            (None, Some(text)) if RigFile::is_one(text) => {
-                let name = self.file.as_deref().and_then(Path::to_str).unwrap_or_default();
-                Subject::Rig { name, text, folder }
-            }
-            _ => Subject::Scenario(self.file.as_deref()),
-        };
         let swept = sweep(&subject, &self.sets, &grid, shard, &mut file, &stop, || bar.inc(1));
         let was_stopped = stop.swap(false, Ordering::Relaxed);
         bar.finish_and_clear();
