@@ -1,5 +1,4 @@
 //! Of a rig file or a `--set` that is wrong, everything is said at once, with its place.
-#![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
 
 use std::path::PathBuf;
 
