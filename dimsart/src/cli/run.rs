@@ -14,6 +14,7 @@ use std::time::Duration;
 use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::output::say;
 use super::{Ending, NOT_STABLE, summary};
 use crate::pictures::bilateral::{FILE_STEMS, figures};
 use crate::recorder_files::{self, RecorderFile};
@@ -212,7 +213,7 @@ impl Run {
             self.write_report(&folder, &scenario, &run, recorders, &stop)
         };
         let written = signals.map(report).transpose();
-        self.say(out, |text| {
+        say(self.json, out, |text| {
             summary::print(text, &run.outcome)?;
             match &written {
                 Ok(Some(written)) => print_written(text, &folder, written),
@@ -224,15 +225,6 @@ impl Run {
         }
         written?;
         run.broken.map_or(Ok(self.status(run.outcome.stable)), |broken| Err(broken.into()))
-    }
-
-    /// Writes what people read, beside JSON to standard error.
-    fn say(
-        &self,
-        out: &mut impl Write,
-        text: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-    ) -> std::io::Result<()> {
-        if self.json { text(&mut std::io::stderr().lock()) } else { text(out) }
     }
 
     /// What a run ends with.

@@ -7,6 +7,8 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use super::{Ending, Run, print_written, progress_bar, stop_on_interrupt, style, write_recorders};
+use crate::cli::UsageError;
+use crate::cli::output::say;
 use crate::cli::summary;
 use crate::pictures::response::{figures, file_stems};
 use crate::report::{self, BusTimeline, Fact, Report, SignalsFile, Table};
@@ -52,9 +54,9 @@ pub(in crate::cli) fn read_rig(path: &Path) -> Result<Option<RigFile>, RigFileEr
 
 pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending {
     if command.side.is_some() || command.target_side.is_some() {
-        return Err("--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
-                    with --target all of them as firmware"
-            .into());
+        let reason = "--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
+                      with --target all of them as firmware";
+        return Err(UsageError(reason.to_owned()).into());
     }
     let folder = command.folder();
     if !command.no_report {
@@ -96,7 +98,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
     let mut run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
     bar.finish_and_clear();
     stop.store(false, Ordering::Relaxed);
-    command.say(out, |text| print(text, &run.outcome))?;
+    say(command.json, out, |text| print(text, &run.outcome))?;
     if let Some(signals) = signals {
         signals.finish()?;
         let recorders = write_recorders(&folder, &mut run.rig)?;
@@ -119,7 +121,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
         let written = report::write(&folder, &report, &stop, &bar);
         bar.finish_and_clear();
         let written = written?;
-        command.say(out, |text| print_written(text, &folder, &written))?;
+        say(command.json, out, |text| print_written(text, &folder, &written))?;
     }
     if command.json {
         writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;
