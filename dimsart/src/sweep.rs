@@ -44,27 +44,34 @@ pub enum Subject<'a> {
 pub type Figures = Vec<(String, String)>;
 
 impl Subject<'_> {
-    /// Whether it can take `sets`, and then every value of the grid: a sweep need not begin to find that out.
+    /// Whether it can take `sets`, with every value of the grid: a sweep need not begin to find that out.
     ///
     /// # Errors
-    /// [`ScenarioError`] or [`RigFileError`] when file or `sets` are wrong; [`GridError`] when a key or value of the grid
-    /// is.
+    /// [`ScenarioError`](hil_sim::scenario::ScenarioError) or [`RigFileError`](hil_sim::rig_file::RigFileError) when file
+    /// or `sets` are wrong; [`GridError`] when a key or value of the grid is.
     pub fn check(&self, sets: &[String], grid: &Grid) -> Result<(), Box<dyn Error>> {
-        let read = |sets: &[String]| match self {
-            Self::Scenario(path) => Scenario::load(*path, sets).map(drop).map_err(Box::<dyn Error>::from),
-            Self::Rig { name, text, folder } => {
-                RigFile::read(text, name, (*folder).to_owned(), sets).map(drop).map_err(Box::from)
-            }
-        };
-        read(sets)?;
         for point in grid.samples() {
             let settings = grid.settings(point);
-            read(&[sets, &settings].concat()).map_err(|error| GridError {
-                text: format!("--vary, at {}", settings.join(" ")),
-                reason: error.to_string(),
-            })?;
+            if let Err(error) = self.settings_toml(&[sets, &settings].concat()) {
+                self.settings_toml(sets)?;
+                let text = format!("--vary, at {}", settings.join(" "));
+                return Err(GridError { text, reason: error.to_string() }.into());
+            }
         }
         Ok(())
+    }
+
+    /// What it runs with these settings, as a file.
+    ///
+    /// # Errors
+    /// What is wrong with file or settings.
+    pub fn settings_toml(&self, sets: &[String]) -> Result<String, Box<dyn Error>> {
+        Ok(match self {
+            Self::Scenario(path) => Scenario::load(*path, sets)?.to_toml(),
+            Self::Rig { name, text, folder } => {
+                RigFile::read(text, name, (*folder).to_owned(), sets)?.to_toml()
+            }
+        })
     }
 
     /// Runs it with these settings.

@@ -147,3 +147,32 @@ fn a_wrong_setting_or_key_is_wrong_usage_and_said_before_anything_runs() {
         assert!(!out.exists());
     }
 }
+
+#[test]
+fn rows_of_other_settings_are_not_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |subject: &str, duration: &str, seeds: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command.args(["sweep", subject, "--set", duration, "--vary", seeds, "--out"]).arg(folder.path());
+        command.output().unwrap()
+    };
+    assert!(sweep("joint", "duration_s=0.2", "seed=1,2").status.success());
+    for other in
+        [sweep("joint", "duration_s=0.3", "seed=1,2"), sweep("rokviss", "duration_s=0.2", "seed=1,2")]
+    {
+        let message = String::from_utf8_lossy(&other.stderr);
+        let is_refused = message.contains("are of other settings; give another folder with --out");
+        assert!(other.status.code() == Some(1) && is_refused, "{message}");
+    }
+    let more = sweep("joint", "duration_s=0.2", "seed=1,2,3");
+    assert!(String::from_utf8_lossy(&more.stdout).contains("3 of 3 points are in"), "{more:?}");
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_not_merged() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output =
+        command.args(["sweep", "--vary", "seed=1,2", "--merge", "--out", "not/here"]).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("cannot read the folder not/here: ") && !Path::new("not").exists(), "{message}");
+}
