@@ -9,6 +9,7 @@ mod doctor;
 mod modules;
 mod new_module;
 mod new_project;
+mod output;
 mod record;
 mod run;
 mod scheme;
@@ -73,6 +74,11 @@ const WRONG_USAGE: u8 = 2;
 /// Exit status of a run that was not stable, where that was asked for.
 const NOT_STABLE: u8 = 3;
 
+/// Arguments that do not go together.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+struct UsageError(String);
+
 /// What a sub-command ends with: its exit status, or what went wrong.
 type Ending = Result<ExitCode, Box<dyn Error>>;
 
@@ -105,8 +111,9 @@ pub fn main() -> ExitCode {
         }
         eprintln!("dimsart: {error}");
         let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
-            || matches!(error.downcast_ref(), Some(RigFileError::Set { .. }))
-            || error.is::<GridError>();
+            || error.downcast_ref().is_some_and(RigFileError::is_usage)
+            || error.is::<GridError>()
+            || error.is::<UsageError>();
         if is_usage { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }
     })
 }

@@ -20,6 +20,7 @@ pub mod cycles;
 pub mod dbc;
 pub mod page;
 pub mod pictures;
+pub mod recorder_files;
 pub mod report;
 pub mod stamp;
 pub mod sweep;

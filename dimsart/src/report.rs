@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! folder/report.html ── shows ──▶ positions.svg, forces.svg, ..., timeline.svg (each with its .png)
-//!                    └─ links ──▶ signals.csv, or signals.mcap
+//!                    └─ links ──▶ signals.csv, or signals.mcap; recorder_….csv
 //! ```
 
 mod bitmap;
@@ -37,6 +37,7 @@ pub use figure::{Curve, Figure, Level, Panel, Span};
 pub use signals::{RunFacts, SignalsFile, SignalsFormat, SignalsKind};
 pub use tick_map::{TickMap, TypeRow};
 
+use crate::recorder_files::RecorderFile;
 use figure::FigurePicture;
 use hil_sim::recording::Recording;
 use html::PageImage;
@@ -73,6 +74,8 @@ pub struct Report<'a> {
     pub recording: &'a Recording,
     /// Which file has them.
     pub signals: SignalsKind,
+    /// What the controllers' recorders have kept; empty without any.
+    pub recorders: Vec<RecorderFile>,
 }
 
 /// One row of the summary, ready to read.
@@ -104,6 +107,8 @@ pub struct Written {
     pub page: PathBuf,
     /// SVG and PNG of each picture, in the order of the page.
     pub pictures: Vec<PathBuf>,
+    /// What recorders have kept, a file each.
+    pub recorders: Vec<RecorderFile>,
 }
 
 /// Why a report could not be written.
@@ -192,7 +197,7 @@ pub fn write(
     let plots: Vec<PagePlot> = figures.iter().map(FigurePicture::plot).collect();
     let text = html::page(report, &images, &plots).map_err(|error| content(&page, &error))?;
     write_file(page.clone(), text.as_bytes(), bar)?;
-    Ok(Written { page, pictures })
+    Ok(Written { page, pictures, recorders: report.recorders.clone() })
 }
 
 /// The pictures as the page names them, in its order.

@@ -10,6 +10,7 @@ mod file;
 mod grid;
 mod map;
 
+use std::error::Error;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -43,6 +44,36 @@ pub enum Subject<'a> {
 pub type Figures = Vec<(String, String)>;
 
 impl Subject<'_> {
+    /// Whether it can take `sets`, with every value of the grid: a sweep need not begin to find that out.
+    ///
+    /// # Errors
+    /// [`ScenarioError`](hil_sim::scenario::ScenarioError) or [`RigFileError`](hil_sim::rig_file::RigFileError) when file
+    /// or `sets` are wrong; [`GridError`] when a key or value of the grid is.
+    pub fn check(&self, sets: &[String], grid: &Grid) -> Result<(), Box<dyn Error>> {
+        for point in grid.samples() {
+            let settings = grid.settings(point);
+            if let Err(error) = self.settings_toml(&[sets, &settings].concat()) {
+                self.settings_toml(sets)?;
+                let text = format!("--vary, at {}", settings.join(" "));
+                return Err(GridError { text, reason: error.to_string() }.into());
+            }
+        }
+        Ok(())
+    }
+
+    /// What it runs with these settings, as a file.
+    ///
+    /// # Errors
+    /// What is wrong with file or settings.
+    pub fn settings_toml(&self, sets: &[String]) -> Result<String, Box<dyn Error>> {
+        Ok(match self {
+            Self::Scenario(path) => Scenario::load(*path, sets)?.to_toml(),
+            Self::Rig { name, text, folder } => {
+                RigFile::read(text, name, (*folder).to_owned(), sets)?.to_toml()
+            }
+        })
+    }
+
     /// Runs it with these settings.
     ///
     /// # Errors

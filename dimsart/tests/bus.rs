@@ -234,10 +234,10 @@ fn a_full_bus_is_a_no_with_what_to_do() {
     let out = folder.path().to_str().unwrap();
     let output =
         dimsart(&["bus", "--joints", "6", "--rate-hz", "1000", "--carrier", "can", "--out", out, "--json"]);
-    let text = String::from_utf8(output.stdout).unwrap();
+    let text = String::from_utf8(output.stderr).unwrap();
     assert_eq!(output.status.code(), Some(1), "{text}");
     assert!(text.contains("does NOT fit") && text.contains("  - send at most"), "{text}");
-    let figures: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    let figures: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(
         (&figures["fits"], figures["packets"].as_array().unwrap().len()),
         (&serde_json::json!(false), 12)

@@ -323,9 +323,9 @@ fn a_rig_is_checked_controller_by_controller() {
     let rig = hil_sim::rig_file::RigFile::shipped("joint").unwrap();
     fs::write(&path, rig.replace("builtin:joint", "builtin:three")).unwrap();
     let output = dimsart(&["check", path.to_str().unwrap()]);
-    let message = String::from_utf8(output.stderr).unwrap();
+    let out = String::from_utf8(output.stdout).unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(message.contains("builtin:three does not run on the controller 'joint'"), "{message}");
+    assert!(out.contains("on the joint: does NOT match\n  fault: "), "{out}");
 }
 
 #[test]

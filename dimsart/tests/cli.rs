@@ -366,7 +366,8 @@ fn the_printed_keys_are_a_scenario_file() {
 
 #[test]
 fn the_modules_are_readable_on_a_terminal_of_100_columns() {
-    let out = out(&["modules"]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let out = text(&command.env("COLUMNS", "100").arg("modules").output().unwrap().stdout);
     let widest = out.lines().map(|line| line.chars().count()).max().unwrap();
     assert!(widest <= 100, "{widest} columns");
     for expected in

@@ -114,3 +114,65 @@ fn the_shipped_map_says_what_it_runs_and_has_the_loops_growth() {
         .collect();
     assert!(verdicts.contains(&true) && verdicts.contains(&false), "{verdicts:?}");
 }
+
+/// Neither a run nor a folder comes of it.
+#[test]
+fn a_wrong_setting_or_key_is_wrong_usage_and_said_before_anything_runs() {
+    let folder = tempfile::tempdir().unwrap();
+    for (arguments, expected) in [
+        (
+            &["--set", "link.los=3", "--vary", "dof=1:3:1"][..],
+            "dimsart: --set link.los=3: there is no key `link.los`; did you mean `link.loss`?\n",
+        ),
+        (
+            &["--vary", "link.loss=0:2:0.5"],
+            "dimsart: --vary, at link.loss=1.5: --set link.loss=1.5: `link.loss` cannot be",
+        ),
+        (
+            &["joint", "--set", "duration_s=-1", "--vary", "seed=1:2:1"],
+            "dimsart: joint with --set duration_s=-1 cannot be run:\n  duration_s is -1: give it a number > 0\n",
+        ),
+        (
+            &["joint", "--vary", "sed=1:2:1"],
+            "--vary, at sed=1: --set sed=1: there is no key `sed`; did you mean 'seed'?",
+        ),
+        (&["joint", "--vary", "seed=1,2", "--vary", "duration_s=1,-1"], "--vary, at seed=1 duration_s=-1: "),
+    ] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        let out = folder.path().join("sweep");
+        let output = command.arg("sweep").args(arguments).arg("--out").arg(&out).output().unwrap();
+        let message = String::from_utf8_lossy(&output.stderr);
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+        assert_eq!(output.status.code(), Some(2), "{message}");
+        assert!(!out.exists());
+    }
+}
+
+#[test]
+fn rows_of_other_settings_are_not_gone_on_with() {
+    let folder = tempfile::tempdir().unwrap();
+    let sweep = |subject: &str, duration: &str, seeds: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command.args(["sweep", subject, "--set", duration, "--vary", seeds, "--out"]).arg(folder.path());
+        command.output().unwrap()
+    };
+    assert!(sweep("joint", "duration_s=0.2", "seed=1,2").status.success());
+    for other in
+        [sweep("joint", "duration_s=0.3", "seed=1,2"), sweep("rokviss", "duration_s=0.2", "seed=1,2")]
+    {
+        let message = String::from_utf8_lossy(&other.stderr);
+        let is_refused = message.contains("are of other settings; give another folder with --out");
+        assert!(other.status.code() == Some(1) && is_refused, "{message}");
+    }
+    let more = sweep("joint", "duration_s=0.2", "seed=1,2,3");
+    assert!(String::from_utf8_lossy(&more.stdout).contains("3 of 3 points are in"), "{more:?}");
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_not_merged() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output =
+        command.args(["sweep", "--vary", "seed=1,2", "--merge", "--out", "not/here"]).output().unwrap();
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(message.contains("cannot read the folder not/here: ") && !Path::new("not").exists(), "{message}");
+}

@@ -24,7 +24,7 @@ use dimsart_core::{DataType, types};
 
 pub use error::ExperimentError;
 pub use side::Side;
-pub use station::device;
+pub use station::{device, settings};
 
 use guards::{board_key, guard_both};
 use one_side::Alone;

@@ -28,6 +28,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::time::Instant;
 
+pub use build::{LoadedController, loaded_controllers};
 pub use error::ResponseError;
 pub use live::LiveRig;
 pub use loop_gain::LoopFigures;

@@ -31,6 +31,7 @@ mod data_type;
 mod device;
 mod error;
 mod moves;
+mod read;
 mod set;
 
 use std::path::{Path, PathBuf};
@@ -140,29 +141,22 @@ impl RigFile {
     /// # Errors
     /// As [`load`](Self::load).
     pub fn read(text: &str, name: &str, folder: PathBuf, sets: &[String]) -> Result<Self, RigFileError> {
-        let wrong = |error: toml::de::Error| RigFileError::NotOne {
-            name: name.to_owned(),
-            message: error.to_string().trim_end().to_owned(),
-        };
-        let mut file: Self = toml::from_str(text).map_err(wrong)?;
-        if !sets.is_empty() {
-            let mut table: Table = toml::from_str(text).map_err(wrong)?;
-            for argument in sets {
-                set::apply(&mut table, argument)?;
-                file = table.clone().try_into().map_err(|error: toml::de::Error| RigFileError::Set {
-                    argument: argument.clone(),
-                    reason: error.message().to_owned(),
-                })?;
-            }
-        }
-        file.folder = folder;
-        file.devices.iter_mut().for_each(DeviceSection::complete);
+        let own = read::read(text, name)?.completed(folder.clone());
+        let is_sound = own.problems().is_empty();
+        let file = if sets.is_empty() { own } else { set::apply_all(text, own, sets)?.completed(folder) };
         let problems = file.problems();
         if problems.is_empty() {
-            Ok(file)
-        } else {
-            Err(RigFileError::Wrong { name: name.to_owned(), problems })
+            return Ok(file);
         }
+        let at_fault = if is_sound { sets.to_vec() } else { Vec::new() };
+        Err(RigFileError::Wrong { name: name.to_owned(), sets: at_fault, problems })
+    }
+
+    /// With everything that follows from what the file says.
+    fn completed(mut self, folder: PathBuf) -> Self {
+        self.folder = folder;
+        self.devices.iter_mut().for_each(DeviceSection::complete);
+        self
     }
 
     /// The settings in effect, as a file that gives the same run again.

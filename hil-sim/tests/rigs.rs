@@ -257,7 +257,10 @@ fn one_setting_goes_over_a_file_by_names_and_numbers() {
     for (set, expected) in [
         ("duration_s", "write it KEY=VALUE"),
         ("device.arm.delay_ticks=1", "say which one, by number or name: joint"),
-        ("device.joint.delay_tick=1", "unknown field `delay_tick`"),
+        (
+            "device.joint.delay_tick=1",
+            "there is no key `device.joint.delay_tick`; did you mean 'delay_ticks'?",
+        ),
         ("duration_s.x=1", "`duration_s` is a value"),
         ("duration_s=long", "--set duration_s=long"),
     ] {
@@ -414,7 +417,10 @@ fn what_does_not_go_together_in_coupled_axes_is_named() {
         ("device.phantom.axis.1.hand.inertia=1", "its tip is held by one hand"),
         ("device.phantom.phantom.coulomb_nm=-1", "phantom.coulomb_nm is -1"),
         ("device.robot.axis.2.wall.stiffness=-5", "a stiffness > 0"),
-        ("device.robot.axis.0.hand.damping=-1", "missing field"),
+        (
+            "device.robot.axis.0.hand.damping=-1",
+            "`device.robot.axis.0.hand.damping` cannot be without `inertia`",
+        ),
         ("experiment.move.0.device=robot", "has no hand with a stiffness"),
     ] {
         let error =

@@ -11,7 +11,7 @@ use super::Broker;
 /// Opens a port: a serial port by its name or `tcp:HOST:PORT`. It is not shared with other programs.
 ///
 /// # Errors
-/// As [`connect::open`](hil_sim::link::open).
+/// As [`open_port`](hil_sim::link::open_port).
 pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     hil_sim::link::open_port(port, baud)
 }

@@ -31,7 +31,7 @@ const LONGEST_NAME: usize = 48;
 /// simulated controller that a `dimsart serve` has, `sim:NAME`. `baud` counts for whoever opens it first.
 ///
 /// # Errors
-/// As [`connect::open`](hil_sim::link::open), and [`PortError::NotServed`].
+/// As [`open_port`](hil_sim::link::open_port), and [`PortError::NotServed`].
 pub fn open(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     let end = End::open(port, baud)?;
     Ok(Box::new(SharedLine { port: port.to_owned(), baud, end }))

@@ -5,10 +5,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
-use comfy_table::{Table, presets};
 use serde::Serialize;
 
 use super::Ending;
+use super::output::{say, text_table};
 use crate::report::{self, BusTimeline};
 use hil_sim::bilateral::Experiment;
 use hil_sim::bus::can::{CanParameters, Format};
@@ -46,7 +46,7 @@ pub(super) struct Bus {
     /// Draws no picture.
     #[arg(long)]
     no_picture: bool,
-    /// Prints the figures as one JSON object, the last line of standard output.
+    /// Prints the figures as one JSON object, all that goes to standard output; the table goes to standard error.
     #[arg(long)]
     json: bool,
 }
@@ -91,12 +91,12 @@ impl Bus {
         let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
         let plan = self.plan(&scenario)?;
         let (figures, medium) = plan.look()?;
-        print(out, &plan, &figures)?;
+        say(self.json, out, |text| print(text, &plan, &figures))?;
         if !self.no_picture
             && let Some(picture) = BusTimeline::of(&[medium], plan.period_ns())
         {
             let [svg, _] = report::write_bus(&self.out, &picture)?;
-            writeln!(out, "picture: {}", svg.display())?;
+            say(self.json, out, |text| writeln!(text, "picture: {}", svg.display()))?;
         }
         if self.json {
             let BusPlan { joints, rate_hz, words_to_joint, words_from_joint, .. } = plan;
@@ -135,7 +135,7 @@ impl Bus {
     }
 }
 
-fn print(out: &mut impl Write, plan: &BusPlan, figures: &BusFigures) -> std::io::Result<()> {
+fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::Result<()> {
     let CanParameters { bits_per_s, data_bits_per_s, .. } = plan.parameters;
     let bus = match plan.format {
         Format::Classic => format!("classic CAN at {} kbit/s", bits_per_s / 1000),
@@ -150,8 +150,8 @@ fn print(out: &mut impl Write, plan: &BusPlan, figures: &BusFigures) -> std::io:
     )?;
     let milliseconds =
         |time_s: Option<f64>| time_s.map_or("never".to_owned(), |time_s| format!("{:.3}", 1e3 * time_s));
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED).set_header([
+    let mut table = text_table();
+    table.set_header([
         "packet",
         "identifier",
         "frames",

@@ -1,30 +1,30 @@
 //! `dimsart check`: whether a scheme matches, without running it.
 
+mod target;
+
+use std::error::Error;
 use std::io::Write;
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use boards::BOARDS;
-use boards::catalogue::Tooling;
 use clap::Args;
-use dimsart_core::limits::{BOARD_LINKS, MAX_LINKS};
+use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
-use dimsart_core::{Costs, Dimsart, Usage, limits};
+use dimsart_core::{DeviceDescriptor, Dimsart, Usage, limits};
 use serde::Serialize;
+use target::Target;
 
-use super::Ending;
-use crate::budget::{Budget, BudgetError};
-use crate::cycles::Firmware;
-use crate::stamp::StampedImage;
-use hil_sim::bilateral::{Side, device};
+use super::{Ending, UsageError};
+use hil_sim::bilateral::{Side, device, settings};
 use hil_sim::first_packet::first_packet;
-use hil_sim::response::{Experiment, ResponseError};
-use hil_sim::rig::{SimulatedDimsart, Station};
+use hil_sim::response::{Experiment, LoadedController, loaded_controllers};
+use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
-use hil_sim::schemes::{self, SchemeText};
+use hil_sim::scenario::Scenario;
+use hil_sim::schemes::{self, Loaded, SchemeText, Setting};
 
-/// Check a scheme against a device, or those of a rig against its devices: exit status 0 when it matches, 1 when not.
+/// Check a scheme against a device, or those of a scenario or rig against its devices: exit status 0 when it matches, 1 when not.
 ///
 /// Names every fault at once: a type that nobody provides or that two modules provide, a port bound to a type of
 /// another unit, a word that does not exist, a module that does not fit any more. A type that is read before it is
@@ -33,7 +33,7 @@ use hil_sim::schemes::{self, SchemeText};
 #[command(after_help = EXAMPLES)]
 pub(super) struct Check {
     /// Scheme file, or one that is built in: `builtin:bilateral`, `builtin:position_position`,
-    /// `builtin:table1`; or a rig: a TOML file, or a shipped one such as `arm_bus`.
+    /// `builtin:table1`; a scenario (TOML), for its two schemes; or a rig: a TOML file, or a shipped one such as `arm_bus`.
     scheme: String,
     /// Side whose rows are checked; both when left out.
     #[arg(long, value_parser = super::side::side())]
@@ -41,9 +41,9 @@ pub(super) struct Check {
     /// Degrees of freedom of the device, 1 to 8; those of the board, or 3, when left out.
     #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
     dof: Option<usize>,
-    /// Sample period of the device, s.
-    #[arg(long, default_value_t = 1e-3, value_name = "SECONDS", allow_negative_numbers = true)]
-    sample_period_s: f64,
+    /// Sample period of the device, s; 0.001, or the scenario's, when left out.
+    #[arg(long, value_name = "SECONDS", allow_negative_numbers = true)]
+    sample_period_s: Option<f64>,
     /// Board whose axes and memory it is checked for, such as `nucleo-g474re`, and whose limit of cycles per tick holds, by
     /// the stamp of its image; none when left out.
     #[arg(long, value_name = "BOARD")]
@@ -77,6 +77,8 @@ struct Verdict {
 
 /// Axes where nothing says how many.
 const DOF: usize = 3;
+/// The period where nothing says otherwise, s.
+const PERIOD_S: f64 = 1e-3;
 
 const EXAMPLES: &str = "\
 Examples:
@@ -91,14 +93,16 @@ A scheme is a text of `dest module command value` rows; the built-in ones are in
 
 impl Check {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let verdicts = match super::run::rig::read_rig(Path::new(&self.scheme))? {
-            Some(file) => check_rig(file)?,
-            None => {
-                let scheme = SchemeText::read(&self.scheme)?;
-                let sides = self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side]);
-                sides.into_iter().map(|side| self.check(&scheme, side)).collect::<Result<_, _>>()?
+        let target =
+            self.board.as_deref().map(|board| Target::find(board, self.image.as_deref())).transpose()?;
+        let path = Path::new(&self.scheme);
+        let verdicts = match super::run::rig::read_rig(path)? {
+            Some(file) => self.check_rig(file, target.as_ref()),
+            None if path.extension().is_some_and(|extension| extension == "toml") => {
+                self.check_scenario(target.as_ref())
             }
-        };
+            None => self.check_scheme(target.as_ref()),
+        }?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&verdicts)?)?;
         } else {
@@ -130,104 +134,122 @@ impl Check {
         Ok(())
     }
 
-    fn check(&self, scheme: &SchemeText, side: Side) -> Result<Verdict, Box<dyn std::error::Error>> {
-        let board = self.board.as_deref().map(board).transpose()?;
-        let dof = self.dof.or(board.map(|board| board.axes)).unwrap_or(DOF);
-        let words = board.map_or(limits::DEFAULT_WORDS, |board| board.words);
-        let device = device(side.name(), dof, self.sample_period_s)?;
-        if board.is_none() {
-            // As large as on a board of the usual size: what passes here fits there.
-            let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
-            return self.check_on(&mut dimsart, words, scheme, side);
-        }
-        // More than there is on any board, so that it is known how much too much a scheme takes.
-        let dimsart = SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?;
-        self.check_on(&mut Box::new(dimsart), words, scheme, side)
+    /// The schemes of a scenario's two sides, or of one of them, with what the scenario sets.
+    fn check_scenario(&self, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
+        let scenario = Scenario::load(Some(Path::new(&self.scheme)), &[])?;
+        let check = |side: Side| {
+            let scheme = SchemeText::read(&side.section(&scenario).scheme)?;
+            let dof = self.dof.unwrap_or(scenario.dof);
+            let period_s = self.sample_period_s.unwrap_or(scenario.sample_period_s);
+            check(&scheme, side, device(side.name(), dof, period_s)?, &settings(&scenario, side), target)
+        };
+        self.sides().into_iter().map(check).collect()
     }
 
-    fn check_on<const WORDS: usize>(
-        &self,
-        dimsart: &mut Dimsart<Standard, WORDS>,
-        most_words: usize,
-        scheme: &SchemeText,
-        side: Side,
-    ) -> Result<Verdict, Box<dyn std::error::Error>> {
-        let limit = self.board.as_deref().map(|board| self.limit(board)).transpose()?;
-        if let Some(Ok(limit)) = &limit {
-            dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit.cycles));
-            dimsart.engine_mut().set_costs(Some(limit.costs));
+    fn check_scheme(&self, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
+        let scheme = SchemeText::read(&self.scheme)?;
+        let dof = self.dof.or(target.map(|target| target.board.axes)).unwrap_or(DOF);
+        let period_s = self.sample_period_s.unwrap_or(PERIOD_S);
+        let check = |side: Side| check(&scheme, side, device(side.name(), dof, period_s)?, &[], target);
+        self.sides().into_iter().map(check).collect()
+    }
+
+    /// The controllers of a rig.
+    fn check_rig(&self, mut file: RigFile, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
+        if self.side.is_some() || self.dof.is_some() || self.sample_period_s.is_some() {
+            let reason = "--side, --dof and --sample-period-s are for schemes; a rig says itself which controllers, axes and \
+                          period it has";
+            return Err(UsageError(reason.to_owned()).into());
         }
-        let loaded = schemes::load(scheme, side.name(), &[], dimsart);
-        let Usage { modules, slots, words, .. } = dimsart.engine().usage();
-        let mut faults: Vec<String> = loaded.problems().map(|problem| problem.to_string()).collect();
-        if words > most_words {
-            let place = self.board.as_deref().unwrap_or("a board of the usual size");
-            faults.push(format!(
-                "it takes {words} words of the Data Base, and {place} has {most_words}: shorten a delay, keep fewer rows, or \
-                 leave a module out"
-            ));
-        }
-        if let Some(board) = &self.board {
-            let uses =
-                |link: &usize| dimsart.listening_channel(*link) > 0 || first_packet(dimsart, *link).is_some();
-            let mut uses = uses;
-            faults.extend(
-                (BOARD_LINKS..MAX_LINKS)
-                    .filter(|link| uses(link))
-                    .map(|link| format!("it uses link {link}, and {board} has {BOARD_LINKS}, from 0")),
-            );
-        }
-        let matches = loaded.is_sound() && faults.is_empty();
-        let time = match (limit, dimsart.engine().tick_cycles()) {
-            (Some(Ok(limit)), Some(cycles)) => Some(limit.time_text(cycles)),
-            (Some(Err(reason)), _) => Some(format!("how long a tick takes is not known: {reason}")),
-            _ => None,
+        let judge = |mut controller: LoadedController| {
+            let LoadedController { name, dimsart, loaded, .. } = &mut controller;
+            let most_words = target.map(|target| target.board.words);
+            if let Some(Ok(limit)) = target.map(|target| &target.limit) {
+                dimsart.engine_mut().set_costs(Some(limit.costs));
+            }
+            verdict(name, dimsart, loaded, most_words, target)
         };
-        let notes = match matches {
-            true => (0..MAX_LINKS).filter_map(|link| note(dimsart, link)).collect(),
-            false => Vec::new(),
-        };
-        Ok(Verdict {
-            controller: side.name().to_owned(),
-            matches,
-            faults,
-            delays: loaded.delays,
-            notes,
-            modules,
-            slots,
-            words,
-            most_words: Some(most_words),
-            time,
-        })
+        let verdicts: Vec<Verdict> = loaded_controllers(&file)?.into_iter().map(judge).collect();
+        if verdicts.iter().all(|verdict| verdict.matches) {
+            // What is between the controllers.
+            file.experiment.margins = false;
+            Experiment::new(&file)?;
+        }
+        Ok(verdicts)
+    }
+
+    fn sides(&self) -> Vec<Side> {
+        self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side])
     }
 }
 
-/// The controllers of a rig, all of whose schemes run on their devices; else why not is the error.
-fn check_rig(mut file: RigFile) -> Result<Vec<Verdict>, ResponseError> {
-    file.experiment.margins = false;
-    let mut experiment = Experiment::new(&file)?;
-    let verdict = |station: &Station| {
-        let Usage { modules, slots, words, .. } = station.dimsart.engine().usage();
-        Verdict {
-            controller: station.name.clone(),
-            matches: true,
-            faults: Vec::new(),
-            delays: Vec::new(),
-            notes: Vec::new(),
-            modules,
-            slots,
-            words,
-            most_words: None,
-            time: None,
-        }
+fn check(
+    scheme: &SchemeText,
+    side: Side,
+    device: DeviceDescriptor,
+    settings: &[Setting],
+    target: Option<&Target>,
+) -> Result<Verdict, Box<dyn Error>> {
+    let Some(found) = target else {
+        // As large as on a board of the usual size: what passes here fits there.
+        let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+        return Ok(check_on(&mut dimsart, scheme, side, settings, limits::DEFAULT_WORDS, target));
     };
-    Ok(experiment.rig_mut().stations().iter().map(verdict).collect())
+    // More than there is on any board, so that it is known how much too much a scheme takes.
+    let dimsart = SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+    Ok(check_on(&mut Box::new(dimsart), scheme, side, settings, found.board.words, target))
 }
 
-/// A board by its name.
-fn board(name: &str) -> Result<&'static Tooling, BudgetError> {
-    let found = BOARDS.iter().find(|board| board.name == name).map(|board| &board.tooling);
-    found.ok_or_else(|| BudgetError::Unknown { name: name.to_owned() })
+fn check_on<const WORDS: usize>(
+    dimsart: &mut Dimsart<Standard, WORDS>,
+    scheme: &SchemeText,
+    side: Side,
+    settings: &[Setting],
+    most_words: usize,
+    target: Option<&Target>,
+) -> Verdict {
+    if let Some(Ok(limit)) = target.map(|target| &target.limit) {
+        dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit.cycles));
+        dimsart.engine_mut().set_costs(Some(limit.costs));
+    }
+    let loaded = schemes::load(scheme, side.name(), settings, dimsart);
+    let mut verdict = verdict(side.name(), dimsart, &loaded, Some(most_words), target);
+    if verdict.matches {
+        verdict.notes = (0..MAX_LINKS).filter_map(|link| note(dimsart, link)).collect();
+    }
+    verdict
+}
+
+/// What is to be said of a controller that has its scheme.
+fn verdict<const WORDS: usize>(
+    name: &str,
+    dimsart: &mut Dimsart<Standard, WORDS>,
+    loaded: &Loaded,
+    most_words: Option<usize>,
+    target: Option<&Target>,
+) -> Verdict {
+    let Usage { modules, slots, words, .. } = dimsart.engine().usage();
+    let mut faults: Vec<String> = loaded.problems().collect();
+    if let Some(most) = most_words.filter(|most| words > *most) {
+        let place = target.map_or("a board of the usual size", |target| &target.name);
+        faults.push(format!(
+            "it takes {words} words of the Data Base, and {place} has {most}: shorten a delay, keep fewer rows, or \
+             leave a module out"
+        ));
+    }
+    faults.extend(target.into_iter().flat_map(|target| target.faults(dimsart)));
+    Verdict {
+        controller: name.to_owned(),
+        matches: faults.is_empty(),
+        faults,
+        delays: loaded.delays.clone(),
+        notes: Vec::new(),
+        modules,
+        slots,
+        words,
+        most_words,
+        time: target.and_then(|target| target.time(dimsart)),
+    }
 }
 
 /// What the scheme hears over a link on some lines, and should not.
@@ -247,44 +269,4 @@ fn note<const WORDS: usize>(dimsart: &mut Dimsart<Standard, WORDS>, link: usize)
         "over link {link} it {what}; give each direction a channel above 0 of its own (CTX_CHANNEL here is CRX_CHANNEL on \
          the other side)"
     ))
-}
-
-/// What a tick may take on a board, by the stamp of an image.
-struct Limit {
-    cycles: u32,
-    period_cycles: u32,
-    costs: Costs,
-}
-
-impl Check {
-    /// Of the board's image; without a stamped one, the reason.
-    fn limit(&self, board: &str) -> Result<Result<Limit, String>, Box<dyn std::error::Error>> {
-        let period_cycles = Budget::of(board)?.period_cycles();
-        let firmware = match Firmware::find(self.image.as_deref(), Some(board)) {
-            Ok(firmware) => firmware,
-            Err(error) if self.image.is_some() => return Err(error.into()),
-            Err(error) => return Ok(Err(error.to_string())),
-        };
-        let image = StampedImage::read(&firmware.path)?;
-        let Some(costs) = image.costs() else {
-            let path = firmware.path.display();
-            return Ok(Err(format!("{path} is not stamped; `dimsart stamp {path}` does that")));
-        };
-        // Once for each side of a scheme.
-        let costs = Costs::new(costs.leak());
-        Ok(Ok(Limit { cycles: image.limit_cycles(), period_cycles, costs }))
-    }
-}
-
-impl Limit {
-    /// How long a tick can be, and how much of what it may take and of all its time that is.
-    fn time_text(&self, cycles: u32) -> String {
-        let share = |whole: u32| 100.0 * f64::from(cycles) / f64::from(whole);
-        format!(
-            "a tick takes up to {cycles} of {} cycles ({:.1} %), {:.1} % of the time to the next one",
-            self.cycles,
-            share(self.cycles),
-            share(self.period_cycles)
-        )
-    }
 }

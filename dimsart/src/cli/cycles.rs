@@ -10,11 +10,12 @@ use std::time::Duration;
 use ::cycles::timing::{Column, Timing};
 use attach::Attached;
 use clap::{Args, ValueEnum};
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::CellAlignment;
 use dimsart_core::protocol::DEFAULT_BAUD;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::Ending;
+use super::output::{say, text_table};
 use crate::cycles::{Figures, Firmware, Memory, Row, Setup, UNIT, measure};
 use crate::report;
 use hil_sim::bilateral::Side;
@@ -66,7 +67,7 @@ pub(super) struct Cycles {
     /// Draws no picture.
     #[arg(long)]
     no_picture: bool,
-    /// Prints the figures as one JSON object, the last line of standard output.
+    /// Prints the figures as one JSON object, all that goes to standard output; the table goes to standard error.
     #[arg(long)]
     json: bool,
 }
@@ -127,14 +128,17 @@ impl Cycles {
         bar.finish_and_clear();
         let figures = figures?;
         if let Some(attached) = attached {
-            let holds = attached.print(out, &figures, self.json)?;
+            let holds = match self.json {
+                true => attached.print(&mut std::io::stderr().lock(), Some(out), &figures),
+                false => attached.print(out, None, &figures),
+            }?;
             let ending = if holds { ExitCode::SUCCESS } else { ExitCode::FAILURE };
             return figures.no_bound.map_or(Ok(ending), |reason| Err(reason.into()));
         }
-        print(out, &figures)?;
+        say(self.json, out, |text| print(text, &figures))?;
         if !self.no_picture {
             let [svg, _] = report::write_cycles(&self.out, &figures.bars())?;
-            writeln!(out, "picture: {}", svg.display())?;
+            say(self.json, out, |text| writeln!(text, "picture: {}", svg.display()))?;
         }
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&figures)?)?;
@@ -152,15 +156,15 @@ fn progress_bar() -> ProgressBar {
     bar
 }
 
-fn print(out: &mut impl Write, figures: &Figures) -> std::io::Result<()> {
+fn print(out: &mut dyn Write, figures: &Figures) -> std::io::Result<()> {
     let Figures { image, side, scheme, dof, ticks, profile, column, budget_cycles, .. } = figures;
     writeln!(
         out,
         "{scheme} on the {side}, {dof} axes, {ticks} ticks of `{image}`: the same bits as on the host.\n\
          {UNIT} (memory {profile}, column {column}); a tick has {budget_cycles}"
     )?;
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED).set_header([
+    let mut table = text_table();
+    table.set_header([
         "",
         "least",
         "mean",

@@ -4,7 +4,6 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::Args;
-use comfy_table::{ContentArrangement, Table, presets};
 use dimsart_core::modules::Standard;
 use dimsart_core::protocol::ParameterText;
 use dimsart_core::scheme::switch;
@@ -15,6 +14,7 @@ use dimsart_core::{
 use serde::Serialize;
 
 use super::Ending;
+use super::output::text_table;
 use crate::connect::range_text;
 use hil_sim::bilateral::device;
 use hil_sim::schemes::suggestion;
@@ -40,9 +40,6 @@ In a scheme:
   all  SUM_MOD       PORT_A         DES_FORCE      binds a port to another type of the same unit and shape
   all  MOD_ENG       MOD_ON         PDCTRL_MOD     plugs the module in
   all  MOD_ENG       MOD_ON         PDCTRL_MOD.2   plugs a second one in";
-
-/// Columns of a terminal that everything fits into.
-const WIDTH: u16 = 100;
 
 /// Head of the page.
 const MARKDOWN_HEAD: &str = "\
@@ -224,10 +221,7 @@ fn print_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMNS>)
     if rows.is_empty() {
         return Ok(());
     }
-    let mut table = Table::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
-    writeln!(out, "{}", table.set_header(header).add_rows(rows))
+    writeln!(out, "{}", text_table().set_header(header).add_rows(rows))
 }
 
 fn markdown_table<const COLUMNS: usize>(out: &mut impl Write, rows: &Rows<COLUMNS>) -> io::Result<()> {

@@ -14,8 +14,10 @@ use std::time::Duration;
 use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::output::say;
 use super::{Ending, NOT_STABLE, summary};
 use crate::pictures::bilateral::{FILE_STEMS, figures};
+use crate::recorder_files::{self, RecorderFile};
 use crate::report::{
     self, BusTimeline, Report, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind, Written,
 };
@@ -201,19 +203,20 @@ impl Run {
             signals = Some(file);
         }
         let bar = progress_bar(experiment.duration_s());
-        let run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
+        let mut run = experiment.run(&stop, |time_s| bar.set_position(milliseconds(time_s)));
         bar.finish_and_clear();
         // The run has ended; the next Ctrl-C is meant for the report.
         stop.store(false, Ordering::Relaxed);
         let report = |signals: SignalsFile| {
             signals.finish()?;
-            self.write_report(&folder, &scenario, &run, &stop)
+            let recorders = write_recorders(&folder, &mut run.rig)?;
+            self.write_report(&folder, &scenario, &run, recorders, &stop)
         };
         let written = signals.map(report).transpose();
-        self.say(out, |text| {
+        say(self.json, out, |text| {
             summary::print(text, &run.outcome)?;
             match &written {
-                Ok(Some(written)) => writeln!(text, "report: {}", written.page.display()),
+                Ok(Some(written)) => print_written(text, &folder, written),
                 _ => Ok(()),
             }
         })?;
@@ -222,15 +225,6 @@ impl Run {
         }
         written?;
         run.broken.map_or(Ok(self.status(run.outcome.stable)), |broken| Err(broken.into()))
-    }
-
-    /// Writes what people read, beside JSON to standard error.
-    fn say(
-        &self,
-        out: &mut impl Write,
-        text: impl FnOnce(&mut dyn Write) -> std::io::Result<()>,
-    ) -> std::io::Result<()> {
-        if self.json { text(&mut std::io::stderr().lock()) } else { text(out) }
     }
 
     /// What a run ends with.
@@ -296,6 +290,7 @@ impl Run {
         folder: &Path,
         scenario: &Scenario,
         run: &bilateral::Run,
+        recorders: Vec<RecorderFile>,
         stop: &AtomicBool,
     ) -> Result<Written, ReportError> {
         let sides = self.side.map_or("both sides", Side::name);
@@ -310,6 +305,7 @@ impl Run {
             settings_toml: scenario.to_toml(),
             recording: &run.recording,
             signals: self.signals,
+            recorders,
         };
         let bar = ProgressBar::new(0);
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
@@ -317,6 +313,19 @@ impl Run {
         bar.finish_and_clear();
         written
     }
+}
+
+/// Writes what the controllers' recorders have kept; what cannot be read is a note.
+fn write_recorders(folder: &Path, rig: &mut Rig) -> Result<Vec<RecorderFile>, ReportError> {
+    recorder_files::write(folder, rig, |note| eprintln!("dimsart: note: {note}"))
+}
+
+/// Says where what a run has left is.
+fn print_written(out: &mut dyn Write, folder: &Path, written: &Written) -> std::io::Result<()> {
+    for RecorderFile { name, content } in &written.recorders {
+        writeln!(out, "recorder: {}: {content}", folder.join(name).display())?;
+    }
+    writeln!(out, "report: {}", written.page.display())
 }
 
 /// The scheme of every controller as rows of text.

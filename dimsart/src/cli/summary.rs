@@ -2,8 +2,9 @@
 
 use std::io::{self, Write};
 
-use comfy_table::{CellAlignment, ContentArrangement, Table as TextTable, presets};
+use comfy_table::{CellAlignment, Table as TextTable};
 
+use super::output::text_table;
 use crate::report::{Fact, Table};
 use hil_sim::bus::Traffic;
 use hil_sim::limit_cycle::LimitCycle;
@@ -11,8 +12,6 @@ use hil_sim::outcome::{AxisOutcome, Outcome, RealTime, Received};
 
 /// Stands for a figure that is not there.
 const NONE: &str = "-";
-/// Columns where there is no terminal to ask.
-const WIDTH: u16 = 120;
 
 /// Prints both tables and the faults.
 pub(super) fn print(out: &mut dyn Write, outcome: &Outcome) -> io::Result<()> {
@@ -40,14 +39,6 @@ pub(super) fn print_tables(out: &mut dyn Write, facts: Vec<Fact>, axes: Table) -
         writeln!(out, "{}", right_aligned(table, 0..columns))?;
     }
     Ok(())
-}
-
-fn text_table() -> TextTable {
-    let width = terminal_size::terminal_size().map_or(WIDTH, |(width, _)| width.0);
-    let mut table = TextTable::new();
-    table.load_style(presets::UTF8_FULL_CONDENSED);
-    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(width);
-    table
 }
 
 fn right_aligned(mut table: TextTable, columns: std::ops::Range<usize>) -> TextTable {

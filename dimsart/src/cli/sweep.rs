@@ -7,8 +7,10 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use indicatif::ProgressBar;
+use serde::Serialize;
 
 use super::Ending;
+use super::output::say;
 use super::run::{stop_on_interrupt, style};
 use crate::report;
 use crate::sweep::{Grid, Shard, Subject, SweepFile, SweepTable, Values, map, sweep};
@@ -39,6 +41,21 @@ pub(super) struct Sweep {
     /// Figure that the map shows: a column of the CSV.
     #[arg(long, value_name = "FIGURE", default_value = "stable")]
     map: String,
+    /// Prints what was done as one JSON object, all that goes to standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was done, for programs.
+#[derive(Serialize)]
+struct Done<'a> {
+    /// The rows that there are.
+    file: &'a Path,
+    /// Points that are in it, of how many.
+    points: usize,
+    of: usize,
+    /// The picture; none of a part, or of one key.
+    map: Option<PathBuf>,
 }
 
 const EXAMPLES: &str = "\
@@ -48,10 +65,13 @@ Examples:
   dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --shard 3/16      on one of 16 machines
   dimsart sweep joint --vary device.joint.delay_ticks=0:3:0.25 --merge           when all are done
 
-A row is written when its point is done: a sweep that was ended goes on where it was. Under Slurm:
+A row is written when its point is done: a sweep that was ended goes on where it was, if its settings are the
+same still (settings.toml). Under Slurm:
   sbatch --array=1-16 --wrap 'dimsart sweep ... --shard $SLURM_ARRAY_TASK_ID/16'";
 
 const WHOLE_FILE: &str = "sweep.csv";
+/// What all points have in common.
+const SETTINGS_FILE: &str = "settings.toml";
 
 /// What is varied without `--vary`: a loop that hardly any damping holds together, over its round trip and the wall.
 const STABILITY_MAP: [&str; 2] = [
@@ -76,12 +96,31 @@ impl Sweep {
             let settings = self.sets.iter().flat_map(|set| ["--set", set]);
             let vary = STABILITY_MAP.iter().flat_map(|values| ["--vary", values]);
             let words: Vec<&str> = vary.chain(settings).collect();
-            writeln!(out, "the shipped map: dimsart sweep {}\n", words.join(" "))?;
+            say(self.json, out, |text| {
+                writeln!(text, "the shipped map: dimsart sweep {}\n", words.join(" "))
+            })?;
         }
         let grid = Grid::new(self.vary.clone())?;
-        report::make_folder(&self.out)?;
         if self.merge {
             return self.merge(&grid, out);
+        }
+        let shipped = self.file.as_deref().filter(|path| !path.exists());
+        let shipped = shipped.and_then(|path| Some((path.to_str()?, RigFile::shipped(path.to_str()?)?)));
+        let text = self.text();
+        let folder = self.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
+        let subject = match (&shipped, &text) {
+            (Some((name, text)), _) => Subject::Rig { name, text, folder: Path::new("") },
+            (None, Some(text)) if RigFile::is_one(text) => {
+                let name = self.file.as_deref().and_then(Path::to_str).unwrap_or_default();
+                Subject::Rig { name, text, folder }
+            }
+            _ => Subject::Scenario(self.file.as_deref()),
+        };
+        subject.check(&self.sets, &grid)?;
+        report::make_folder(&self.out)?;
+        // What only the grid completes has no settings of its own.
+        if let Ok(settings) = subject.settings_toml(&self.sets) {
+            self.keep_settings(&settings)?;
         }
         let shard = self.shard.unwrap_or(Shard::WHOLE);
         let name = match self.shard {
@@ -96,28 +135,39 @@ impl Sweep {
         bar.set_style(style("sweeping   [{bar:40}] {pos}/{len} points, {eta} left"));
         bar.set_position((count - todo) as u64);
         let stop = stop_on_interrupt()?;
-        let shipped = self.file.as_deref().filter(|path| !path.exists());
-        let shipped = shipped.and_then(|path| Some((path.to_str()?, RigFile::shipped(path.to_str()?)?)));
-        let text = self.text();
-        let folder = self.file.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
-        let subject = match (&shipped, &text) {
-            (Some((name, text)), _) => Subject::Rig { name, text, folder: Path::new("") },
-            (None, Some(text)) if RigFile::is_one(text) => {
-                let name = self.file.as_deref().and_then(Path::to_str).unwrap_or_default();
-                Subject::Rig { name, text, folder }
-            }
-            _ => Subject::Scenario(self.file.as_deref()),
-        };
         let swept = sweep(&subject, &self.sets, &grid, shard, &mut file, &stop, || bar.inc(1));
         let was_stopped = stop.swap(false, Ordering::Relaxed);
         bar.finish_and_clear();
         swept?;
-        writeln!(out, "{} of {count} points are in {}", file.len().min(count), path.display())?;
-        if was_stopped {
-            writeln!(out, "stopped; the same command goes on")?;
+        let points = file.len().min(count);
+        say(self.json, out, |text| {
+            writeln!(text, "{points} of {count} points are in {}", path.display())?;
+            if was_stopped { writeln!(text, "stopped; the same command goes on") } else { Ok(()) }
+        })?;
+        let map = match self.shard {
+            Some(_) => None,
+            None => self.finish(&grid, SweepTable::read(&path)?.0, out)?,
+        };
+        self.tell(&Done { file: &path, points, of: count, map }, out)
+    }
+
+    /// Writes down what all points have in common; rows that are there must have the same in common.
+    fn keep_settings(&self, settings_toml: &str) -> Result<(), String> {
+        let path = self.out.join(SETTINGS_FILE);
+        match std::fs::read_to_string(&path) {
+            Ok(text) if text == settings_toml => Ok(()),
+            Ok(_) => Err(format!(
+                "{}: the rows in this folder are of other settings; give another folder with --out, or remove this one",
+                path.display()
+            )),
+            Err(_) => std::fs::write(&path, settings_toml)
+                .map_err(|error| format!("cannot write {}: {error}", path.display())),
         }
-        if self.shard.is_none() {
-            self.finish(&grid, SweepTable::read(&path)?.0, out)?;
+    }
+
+    fn tell(&self, done: &Done<'_>, out: &mut impl Write) -> Ending {
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(done)?)?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -127,8 +177,16 @@ impl Sweep {
     }
 
     fn merge(&self, grid: &Grid, out: &mut impl Write) -> Ending {
-        let mut paths: Vec<PathBuf> =
-            std::fs::read_dir(&self.out)?.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        let unreadable = |error| {
+            format!(
+                "cannot read the folder {}: {error}; give the one of the shards with --out",
+                self.out.display()
+            )
+        };
+        let mut paths: Vec<PathBuf> = std::fs::read_dir(&self.out)
+            .map_err(unreadable)?
+            .filter_map(|entry| Some(entry.ok()?.path()))
+            .collect();
         paths.retain(|path| {
             let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
             name.starts_with("sweep-") && name.ends_with(".csv")
@@ -149,22 +207,23 @@ impl Sweep {
         }
         let merged =
             merged.ok_or_else(|| format!("there is no sweep-N-of-M.csv in {}", self.out.display()))?;
-        writeln!(out, "{} of {} points, of {} shards", merged.rows.len(), grid.points(), paths.len())?;
-        self.finish(grid, merged, out)?;
-        Ok(ExitCode::SUCCESS)
+        let (points, of) = (merged.rows.len(), grid.points());
+        say(self.json, out, |text| writeln!(text, "{points} of {of} points, of {} shards", paths.len()))?;
+        let map = self.finish(grid, merged, out)?;
+        self.tell(&Done { file: &self.out.join(WHOLE_FILE), points, of, map }, out)
     }
 
-    /// Writes the rows in their order, and the map.
+    /// Writes the rows in their order, and the map of more than one key.
     fn finish(
         &self,
         grid: &Grid,
         mut table: SweepTable,
         out: &mut impl Write,
-    ) -> Result<(), Box<dyn std::error::Error>> {
+    ) -> Result<Option<PathBuf>, Box<dyn std::error::Error>> {
         table.sort(grid);
         table.write(&self.out.join(WHOLE_FILE))?;
         if grid.axes().len() < 2 {
-            return Ok(());
+            return Ok(None);
         }
         let map = map(grid, &table, &self.map).ok_or_else(|| {
             let known = table.header.iter().skip(grid.axes().len()).cloned().collect::<Vec<_>>();
@@ -172,7 +231,7 @@ impl Sweep {
             format!("--map {}: no column is called that; {near}. The rows are in {WHOLE_FILE}", self.map)
         })?;
         let [svg, _] = report::write_map(&self.out, &map)?;
-        writeln!(out, "map: {}", svg.display())?;
-        Ok(())
+        say(self.json, out, |text| writeln!(text, "map: {}", svg.display()))?;
+        Ok(Some(svg))
     }
 }

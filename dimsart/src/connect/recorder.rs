@@ -177,6 +177,23 @@ impl<S: Read + Write> Device<S> {
         Ok(Recorded { recorder: name, signal, columns, rows, overwritten })
     }
 
+    /// Names of the recorders that are plugged in.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer, or knows no recorders.
+    pub fn recorders(&mut self) -> Result<Vec<String>, ConnectError> {
+        let recorder = self.module(RECORDER)?;
+        let recorders = self.plugged_in(recorder)?;
+        recorders.into_iter().map(|recorder| self.module_name(recorder)).collect()
+    }
+
+    /// The modules of the same kind that are plugged in.
+    fn plugged_in(&mut self, module: ModuleRef) -> Result<Vec<ModuleRef>, ConnectError> {
+        let instances = self.instances()?;
+        let plugged_in = instances.iter().filter(|found| found.place.is_some()).map(|found| found.module);
+        Ok(plugged_in.filter(|found| found.kind == module.kind).collect())
+    }
+
     /// The recorder of this name, or the only one; it is plugged in.
     fn recorder(&mut self, name: Option<&str>) -> Result<ModuleRef, ConnectError> {
         let recorder = self.module(RECORDER)?;
@@ -185,13 +202,8 @@ impl<S: Read + Write> Device<S> {
             let left_out = CommandError::UnknownModule(recorder);
             return Err(ConnectError::Word(self.refusal_text(left_out)?));
         }
-        let instances = self.instances()?;
-        let plugged_in = instances.iter().filter(|found| found.place.is_some()).map(|found| found.module);
-        let recorders: Vec<_> = plugged_in.filter(|module| module.kind == recorder.kind).collect();
-        let mut names = Vec::new();
-        for recorder in &recorders {
-            names.push(self.module_name(*recorder)?);
-        }
+        let recorders = self.plugged_in(recorder)?;
+        let names = self.recorders()?;
         let there = match names.is_empty() {
             true => {
                 format!(

@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::plots::{self, PagePlot};
 use super::{Fact, Report, Table};
+use crate::recorder_files::RecorderFile;
 
 const UPLOT_JS: &str = include_str!("../page/assets/uPlot.iife.min.js");
 const UPLOT_CSS: &str = include_str!("../page/assets/uPlot.min.css");
@@ -35,6 +36,7 @@ struct Page<'a> {
     images: &'a [PageImage],
     settings_toml: &'a str,
     signals_file: &'a str,
+    recorders: &'a [RecorderFile],
     rows: usize,
     columns: usize,
     /// Safe as they are: made by this program.
@@ -65,6 +67,7 @@ pub(super) fn page(report: &Report<'_>, images: &[PageImage], plots: &[PagePlot]
             images,
             settings_toml: &report.settings_toml,
             signals_file: report.signals.file_name(),
+            recorders: &report.recorders,
             rows: report.recording.time_s().len(),
             columns: report.recording.columns().len() + 1,
             plots: (!plots.is_empty()).then(|| Value::from_safe_string(json)),

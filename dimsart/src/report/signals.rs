@@ -9,6 +9,7 @@ use std::thread::JoinHandle;
 use clap::ValueEnum;
 
 use super::{BUS_STEM, PAGE_FILE, ReportError, TIMELINE_STEM, csv, make_folder, mcap, picture_files};
+use crate::recorder_files;
 use hil_sim::recording::Piece;
 
 /// Pieces of 64 rows at most that may wait for a slow disk before the run waits for it, too.
@@ -92,6 +93,7 @@ impl SignalsFile {
                 _ => {}
             }
         }
+        recorder_files::remove_old(folder)?;
         let path = folder.join(format.kind().file_name());
         let file = File::create(&path).map_err(|source| ReportError::File { path: path.clone(), source })?;
         let (sender, pieces) = sync_channel(MOST_WAITING);

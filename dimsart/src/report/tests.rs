@@ -58,6 +58,7 @@ fn report(recording: &Recording) -> Report<'_> {
         settings_toml: text("name = \"</pre><b>\""),
         recording,
         signals: SignalsKind::Csv,
+        recorders: Vec::new(),
     }
 }
 

@@ -18,7 +18,7 @@ pub struct GridError {
     /// What was given.
     pub text: String,
     /// What is wrong, and how to write it.
-    pub reason: &'static str,
+    pub reason: String,
 }
 
 /// Most points of a grid.
@@ -29,7 +29,7 @@ impl FromStr for Values {
 
     /// `key=1,2,5`, `key=0:100:10` from, to, step, or `key=log:1:1000:7` from, to and how many, evenly on a logarithmic scale.
     fn from_str(text: &str) -> Result<Self, GridError> {
-        let refuse = |reason| GridError { text: text.to_owned(), reason };
+        let refuse = |reason: &str| GridError { text: text.to_owned(), reason: reason.to_owned() };
         let usage = "write it KEY=A,B,C or KEY=FROM:TO:STEP or KEY=log:FROM:TO:COUNT";
         let (key, values) = text.split_once('=').ok_or_else(|| refuse(usage))?;
         let numbers = |parts: &str| parts.split(':').map(f64::from_str).collect::<Result<Vec<_>, _>>();
@@ -87,7 +87,8 @@ impl Grid {
     /// # Errors
     /// [`GridError`] for none, for a key that comes twice, or for more than ten million points.
     pub fn new(axes: Vec<Values>) -> Result<Self, GridError> {
-        let refuse = |text: &str, reason| Err(GridError { text: text.to_owned(), reason });
+        let refuse =
+            |text: &str, reason: &str| Err(GridError { text: text.to_owned(), reason: reason.to_owned() });
         if axes.is_empty() {
             return refuse("--vary", "give at least one key with its values");
         }
@@ -126,6 +127,19 @@ impl Grid {
         }
         values.reverse();
         values
+    }
+
+    /// Points that have every value of every key once, beside the first values of the other keys.
+    pub fn samples(&self) -> impl Iterator<Item = usize> {
+        let mut step = 1;
+        self.axes.iter().rev().flat_map(move |axis| {
+            let points = (0..axis.values.len()).map({
+                let step = step;
+                move |place| place * step
+            });
+            step *= axis.values.len();
+            points
+        })
     }
 
     /// The settings of a point, as `--set` takes them.
@@ -167,7 +181,7 @@ impl FromStr for Shard {
         let reason = "write it NUMBER/COUNT, from 1/16 to 16/16";
         match parts {
             Some((number, of)) if (1..=of).contains(&number) => Ok(Self { number, of }),
-            _ => Err(GridError { text: text.to_owned(), reason }),
+            _ => Err(GridError { text: text.to_owned(), reason: reason.to_owned() }),
         }
     }
 }

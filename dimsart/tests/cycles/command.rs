@@ -20,7 +20,7 @@ fn refused_with(status: i32, arguments: &[&str]) -> String {
 }
 
 #[test]
-fn the_last_line_is_json_with_every_figure_and_a_picture_is_drawn() {
+fn standard_output_is_json_with_every_figure_and_a_picture_is_drawn() {
     let Some(firmware) = firmware() else { return };
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().to_str().unwrap();
@@ -28,9 +28,10 @@ fn the_last_line_is_json_with_every_figure_and_a_picture_is_drawn() {
     let short = ["--set", "duration_s=0.2", "--random-ticks", "100", "--dof", "1"];
     let output = dimsart(&[&["cycles", elf, "--json", "--out", out], short.as_slice()].concat());
     let text = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success(), "{}", String::from_utf8(output.stderr).unwrap());
-    assert!(text.contains("TRM-model cycles") && text.contains("the same bits as on the host"), "{text}");
-    let figures: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+    assert!(output.status.success(), "{text}");
+    let table = String::from_utf8(output.stderr).unwrap();
+    assert!(table.contains("TRM-model cycles") && table.contains("the same bits as on the host"), "{table}");
+    let figures: serde_json::Value = serde_json::from_str(&text).unwrap();
     let modules = figures["modules"].as_array().unwrap();
     assert_eq!(modules.len(), 5);
     let interrupt = figures["interrupt"].as_array().unwrap();

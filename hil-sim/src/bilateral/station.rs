@@ -69,7 +69,8 @@ pub fn device(
 }
 
 /// What the scenario was given to put over the schemes' parameters.
-fn settings(scenario: &Scenario, side: Side) -> Vec<Setting> {
+#[must_use]
+pub fn settings(scenario: &Scenario, side: Side) -> Vec<Setting> {
     let Scenario { link, wave, .. } = scenario;
     let section = side.section(scenario);
     let form = wave.form.map(|form| match form {

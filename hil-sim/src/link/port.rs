@@ -116,7 +116,7 @@ pub fn open_port(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
 /// The same, with reads that wait for a byte no longer than `wait`, more than 0.
 ///
 /// # Errors
-/// As [`open`].
+/// As [`open_port`].
 pub fn open_waiting(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
     if let Some(address) = port.strip_prefix("tcp:") {
         return open_tcp(port, address, wait);

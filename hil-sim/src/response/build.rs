@@ -14,7 +14,7 @@ use super::probe::Disturbance;
 use crate::link::{Buses, InProcess, Link, Route};
 use crate::rig::{End, Rig, SimulatedDimsart, Station};
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
-use crate::schemes::{self, SIDES, SchemeText};
+use crate::schemes::{self, Loaded, SIDES, SchemeText};
 
 /// Odd, with bits all over: neighbouring numbers become seeds that have nothing in common.
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
@@ -82,18 +82,44 @@ fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), Resp
     Ok(())
 }
 
-/// A controller, joined to its axes of a machine.
-fn station(file: &RigFile, part: &Part<'_>, machine: Arc<Mutex<Machine>>) -> Result<Station, ResponseError> {
-    let Part { controller, device, axes } = part;
-    let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves());
+/// A controller of a rig, and what came of its scheme.
+#[derive(Debug)]
+pub struct LoadedController {
+    /// The controller's name.
+    pub name: String,
+    /// The scheme's.
+    pub scheme: String,
+    /// The controller, as far as its scheme was understood.
+    pub dimsart: Box<SimulatedDimsart>,
+    /// What is wrong with the scheme, if anything.
+    pub loaded: Loaded,
+}
+
+/// All controllers of a rig with their schemes, whether these match or not.
+///
+/// # Errors
+/// [`ResponseError`] for a device that cannot be, or a scheme that cannot be read.
+pub fn loaded_controllers(file: &RigFile) -> Result<Vec<LoadedController>, ResponseError> {
+    Part::of_all(file).iter().map(|part| loaded_controller(file, part)).collect()
+}
+
+fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController, ResponseError> {
     let mut dimsart =
         Box::new(SimulatedDimsart::new(descriptor(file, part)?).map_err(ResponseError::Storage)?);
     let sides: Vec<&str> =
         file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
-    let scheme = SchemeText::read_from(&controller.scheme, &file.folder)?;
-    let loaded = schemes::load_for(&scheme, controller.side(), &sides, &[], &mut dimsart);
+    let scheme = SchemeText::read_from(&part.controller.scheme, &file.folder)?;
+    let loaded = schemes::load_for(&scheme, part.controller.side(), &sides, &[], &mut dimsart);
+    Ok(LoadedController { name: part.name().to_owned(), scheme: scheme.name, dimsart, loaded })
+}
+
+/// A controller, joined to its axes of a machine.
+fn station(file: &RigFile, part: &Part<'_>, machine: Arc<Mutex<Machine>>) -> Result<Station, ResponseError> {
+    let Part { controller, device, axes } = part;
+    let plant = Instrumented::new(machine, axes.clone(), outputs_of(file, part)?, device.moves());
+    let LoadedController { name, scheme, dimsart, loaded } = loaded_controller(file, part)?;
     if !loaded.is_sound() {
-        return Err(ResponseError::Scheme { name: scheme.name, controller: part.name().to_owned(), loaded });
+        return Err(ResponseError::Scheme { name: scheme, controller: name, loaded });
     }
     let mut station = Station::new(part.name(), dimsart, Box::new(plant));
     station.step_every(controller.every_ticks);

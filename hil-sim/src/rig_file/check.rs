@@ -25,6 +25,16 @@ pub(super) const SENSED: [&DataType; 6] = [
 /// Those of its motor.
 const OF_MOTOR: [&DataType; 3] = [types::MOTOR_CURRENT, types::MOTOR_VOLTAGE, types::WINDING_TEMPERATURE];
 
+/// Whether it can stand in the names of columns and files.
+fn is_name(name: &str) -> bool {
+    let is_allowed = |letter: char| letter.is_alphanumeric() || ['_', '-'].contains(&letter);
+    !name.is_empty() && name.chars().all(is_allowed) && name != "world"
+}
+
+fn no_name(name: &str) -> String {
+    format!("'{name}' is no name: give it one word of letters, digits, _ and -, and not 'world'")
+}
+
 impl RigFile {
     pub(super) fn problems(&self) -> Vec<String> {
         let mut problems = Vec::new();
@@ -48,6 +58,9 @@ impl RigFile {
             if self.controllers.iter().take(place).any(|other| other.name() == controller.name()) {
                 let name = controller.name();
                 problems.push(format!("there are two controllers '{name}': give each a `name` of its own"));
+            }
+            if !is_name(controller.name()) && controller.name() != controller.device {
+                problems.push(format!("controller {place}: {}", no_name(controller.name())));
             }
             if !(1..=MOST_EVERY_TICKS).contains(&controller.every_ticks) {
                 let (name, every) = (controller.name(), controller.every_ticks);
@@ -86,8 +99,8 @@ impl RigFile {
     fn check_device(&self, place: usize, device: &DeviceSection, problems: &mut Vec<String>) {
         let DeviceSection { name, measures, takes, delay_ticks, position_limit, force_limit, axes, .. } =
             device;
-        if name.is_empty() || name.contains(['.', ' ', '[']) || name == "world" {
-            problems.push(format!("device {place}: '{name}' is no name: give it one word, and not 'world'"));
+        if !is_name(name) {
+            problems.push(format!("device {place}: {}", no_name(name)));
         }
         if self.devices.iter().take(place).any(|other| other.name == *name) {
             problems.push(format!("there are two devices '{name}': give each a name of its own"));

@@ -21,7 +21,7 @@ pub enum RigFileError {
         /// What is there.
         near: String,
     },
-    /// It is no TOML, or a key does not exist, is missing or does not take its value.
+    /// It is no TOML.
     #[error("{name}: {message}")]
     NotOne {
         /// The file.
@@ -37,12 +37,33 @@ pub enum RigFileError {
         /// What is wrong with it.
         reason: String,
     },
-    /// It does not go together.
-    #[error("{name} cannot be run:\n  {}", problems.join("\n  "))]
+    /// Several arguments of `--set`.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Sets(Vec<RigFileError>),
+    /// It has keys that do not exist, are missing or do not take their values, or does not go together.
+    #[error("{name}{} cannot be run:\n  {}", with(sets), problems.join("\n  "))]
     Wrong {
         /// The file.
         name: String,
+        /// The arguments of `--set` without which it can be run.
+        sets: Vec<String>,
         /// Everything that is wrong, a line each.
         problems: Vec<String>,
     },
+}
+
+impl RigFileError {
+    /// Whether it is an argument of the command line that is wrong, not a file.
+    #[must_use]
+    pub fn is_usage(&self) -> bool {
+        match self {
+            Self::Set { .. } | Self::Sets(_) => true,
+            Self::Wrong { sets, .. } => !sets.is_empty(),
+            Self::Unreadable { .. } | Self::NotShipped { .. } | Self::NotOne { .. } => false,
+        }
+    }
+}
+
+fn with(sets: &[String]) -> String {
+    sets.iter().map(|argument| format!(" with --set {argument}")).collect()
 }

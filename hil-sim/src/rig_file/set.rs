@@ -1,12 +1,40 @@
 //! `--set` on a rig file: one value by its way from the top.
 
+use serde::Deserialize;
 use toml::{Table, Value};
 
-use super::RigFileError;
+use super::{RigFile, RigFileError, read};
+
+/// The rig of `text`, `file`, with each of `sets` over it, or all that is wrong with them.
+pub(super) fn apply_all(text: &str, mut file: RigFile, sets: &[String]) -> Result<RigFile, RigFileError> {
+    // It was read once already.
+    let mut table: Table = toml::from_str(text).unwrap_or_default();
+    let (mut errors, mut unfinished) = (Vec::new(), None);
+    for argument in sets {
+        let refused = |error: toml::de::Error| {
+            let way = argument.split('=').next().unwrap_or_default().trim();
+            RigFileError::Set { argument: argument.clone(), reason: read::in_words(way, error.message()) }
+        };
+        let mut with = table.clone();
+        match apply(&mut with, argument).map(|()| RigFile::deserialize(with.clone())) {
+            Ok(Ok(found)) => (table, file, unfinished) = (with, found, None),
+            // What goes with it can come with the next argument.
+            Ok(Err(error)) if read::is_missing(&error) => (table, unfinished) = (with, Some(refused(error))),
+            Ok(Err(error)) => errors.push(refused(error)),
+            Err(error) => errors.push(error),
+        }
+    }
+    errors.extend(unfinished);
+    match errors.len() {
+        0 => Ok(file),
+        1 => Err(errors.remove(0)),
+        _ => Err(RigFileError::Sets(errors)),
+    }
+}
 
 /// Puts `argument` (`device.joint.axis.0.plant.load.inertia=0.02`) over a file. In a list, an entry goes by its number
 /// from 0, or by its `name` or `device`.
-pub(super) fn apply(table: &mut Table, argument: &str) -> Result<(), RigFileError> {
+fn apply(table: &mut Table, argument: &str) -> Result<(), RigFileError> {
     let refuse = |reason: String| RigFileError::Set { argument: argument.to_owned(), reason };
     let (key, text) = argument
         .split_once('=')

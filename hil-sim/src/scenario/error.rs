@@ -1,7 +1,7 @@
 //! What can be wrong with a scenario, and where it was written.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Where a setting was written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub enum ScenarioError {
         source: std::io::Error,
     },
     /// The file is not TOML.
-    #[error("{}: not a TOML file: {message}", path.display())]
+    #[error("{}: not a TOML file: {message}{}", path.display(), scheme_hint(path))]
     NotToml {
         /// The file as it was named.
         path: PathBuf,
@@ -82,12 +82,12 @@ pub enum ScenarioError {
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     Several(Vec<ScenarioError>),
     /// No such key.
-    #[error("{origin}: there is no key `{key}`; did you mean `{nearest}`?")]
+    #[error("{origin}: there is no key `{key}`; {}", key_hint(nearest.as_deref()))]
     UnknownKey {
         /// The key as written.
         key: String,
-        /// The valid key most like it.
-        nearest: String,
+        /// The valid key most like it, if one is like it at all.
+        nearest: Option<String>,
         /// Where it was written.
         origin: Origin,
     },
@@ -103,4 +103,22 @@ pub enum ScenarioError {
         /// Where it was written.
         origin: Origin,
     },
+}
+
+/// Who gives a scheme to what takes scenarios.
+fn scheme_hint(path: &Path) -> String {
+    match path.extension() {
+        Some(extension) if extension == "scheme" => {
+            let path = path.display();
+            format!(
+                "\nIf it is a scheme: `dimsart check {path}` checks it, `dimsart run --set master.scheme={path}` runs it"
+            )
+        }
+        _ => String::new(),
+    }
+}
+
+fn key_hint(nearest: Option<&str>) -> String {
+    nearest
+        .map_or("`dimsart run --keys` prints all".to_owned(), |nearest| format!("did you mean `{nearest}`?"))
 }

@@ -87,11 +87,14 @@ pub(super) fn find<'a>(table: &'a Table, path: &[String]) -> Option<&'a Value> {
     parents.iter().try_fold(table, |table, part| table.get(part)?.as_table())?.get(last)
 }
 
-/// The valid key most like `wrong`: a mistyped one, or the last part of one.
-pub(super) fn nearest(wrong: &str) -> String {
+/// Below it, of 2, a key is like another one by chance.
+const LEAST_LIKENESS: f64 = 1.2;
+
+/// The valid key most like `wrong`: a mistyped one, or the last part of one; none where nothing is like it.
+pub(super) fn nearest(wrong: &str) -> Option<String> {
     let last = |path: &str| path.rsplit('.').next().unwrap_or_default().to_owned();
     let like = |a: &str, b: &str| strsim::jaro_winkler(a, b) + strsim::normalized_damerau_levenshtein(a, b);
     let likeness = |key: &Key| like(wrong, &key.path).max(0.9 * like(&last(wrong), &last(&key.path)));
     let best = keys().into_iter().max_by(|a, b| likeness(a).total_cmp(&likeness(b)));
-    best.map(|key| key.path).unwrap_or_default()
+    best.filter(|key| likeness(key) >= LEAST_LIKENESS).map(|key| key.path)
 }

@@ -180,6 +180,8 @@ fn an_unknown_key_names_the_nearest_one() {
         let message = refused(&format!("{wrong}=1"));
         assert_eq!(message, format!("--set {wrong}=1: there is no key `{wrong}`; did you mean `{right}`?"));
     }
+    let message = refused("nonesuch.a=1");
+    assert_eq!(message, "--set nonesuch.a=1: there is no key `nonesuch.a`; `dimsart run --keys` prints all");
 }
 
 #[test]

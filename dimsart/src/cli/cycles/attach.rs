@@ -4,12 +4,13 @@ use std::error::Error;
 use std::io::Write;
 use std::time::Duration;
 
-use comfy_table::{CellAlignment, Table, presets};
+use comfy_table::CellAlignment;
 use dimsart_core::Command;
 use dimsart_core::stamp::UNSTAMPED;
 use serde::Serialize;
 
 use crate::broker;
+use crate::cli::output::text_table;
 use crate::connect::{ConnectError, Device, Measured, MeasuredRow, Patience};
 use crate::cycles::{Figures, Row};
 
@@ -118,12 +119,13 @@ impl Attached {
         self.measured.is_instructions
     }
 
-    /// Prints measured beside model, and warns where the bound does not hold. Gives whether it holds everywhere.
+    /// Prints measured beside model, warns where the bound does not hold, and writes it all as JSON if asked to. Gives
+    /// whether it holds everywhere.
     pub(super) fn print(
         self,
-        out: &mut impl Write,
+        out: &mut dyn Write,
+        json: Option<&mut dyn Write>,
         figures: &Figures,
-        as_json: bool,
     ) -> Result<bool, Box<dyn Error>> {
         let Self { port, board, image, dof, measured, .. } = &self;
         if measured.calls.len() != figures.steps.len() {
@@ -156,8 +158,8 @@ impl Attached {
                 "measured are the processor's cycles; emulated and bound {unit} (memory {profile}, column {column})"
             )?;
         }
-        let mut table = Table::new();
-        table.load_style(presets::UTF8_FULL_CONDENSED).set_header([
+        let mut table = text_table();
+        table.set_header([
             "",
             "measured",
             "least",
@@ -185,7 +187,7 @@ impl Attached {
                 row.name, row.measured_max
             )?;
         }
-        if as_json {
+        if let Some(json) = json {
             let emulated_unit = if measured.is_instructions { measured_unit } else { unit };
             let comparisons = Comparisons {
                 image,
@@ -198,7 +200,7 @@ impl Attached {
                 tick: &tick,
                 modules: &modules,
             };
-            writeln!(out, "{}", serde_json::to_string(&comparisons)?)?;
+            writeln!(json, "{}", serde_json::to_string(&comparisons)?)?;
         }
         Ok(holds)
     }
@@ -257,10 +259,10 @@ mod tests {
         let measured = Measured { tick: row(100.0), calls: vec![row(greatest)], is_instructions: false };
         let [port, board, image] = ["port", "board", "image"].map(str::to_owned);
         let attached = Attached { port, board, image, dof: 1, commands: Vec::new(), measured };
-        let mut out = Vec::new();
-        let holds = attached.print(&mut out, figures, true).unwrap();
+        let (mut out, mut json) = (Vec::new(), Vec::new());
+        let holds = attached.print(&mut out, Some(&mut json), figures).unwrap();
         let text = String::from_utf8(out).unwrap();
-        let json: serde_json::Value = serde_json::from_str(text.lines().last().unwrap()).unwrap();
+        let json: serde_json::Value = serde_json::from_slice(&json).unwrap();
         (holds, json["holds"].as_bool().unwrap(), text)
     }
 

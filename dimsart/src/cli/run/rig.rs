@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-use super::{Ending, Run, progress_bar, stop_on_interrupt, style};
+use super::{Ending, Run, print_written, progress_bar, stop_on_interrupt, style, write_recorders};
+use crate::cli::UsageError;
+use crate::cli::output::say;
 use crate::cli::summary;
 use crate::pictures::response::{figures, file_stems};
 use crate::report::{self, BusTimeline, Fact, Report, SignalsFile, Table};
@@ -52,9 +54,9 @@ pub(in crate::cli) fn read_rig(path: &Path) -> Result<Option<RigFile>, RigFileEr
 
 pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending {
     if command.side.is_some() || command.target_side.is_some() {
-        return Err("--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
-                    with --target all of them as firmware"
-            .into());
+        let reason = "--side and --target-side are for scenarios of two sides; of a rig, all controllers run here, or \
+                      with --target all of them as firmware";
+        return Err(UsageError(reason.to_owned()).into());
     }
     let folder = command.folder();
     if !command.no_report {
@@ -93,12 +95,13 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
         signals = Some(written);
     }
     let bar = progress_bar(file.duration_s);
-    let run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
+    let mut run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
     bar.finish_and_clear();
     stop.store(false, Ordering::Relaxed);
-    command.say(out, |text| print(text, &run.outcome))?;
+    say(command.json, out, |text| print(text, &run.outcome))?;
     if let Some(signals) = signals {
         signals.finish()?;
+        let recorders = write_recorders(&folder, &mut run.rig)?;
         let names: Vec<&str> = file.devices.iter().map(|device| device.name.as_str()).collect();
         let report = Report {
             title: format!("Response of {}", names.join(", ")),
@@ -111,13 +114,14 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
             settings_toml: file.to_toml(),
             recording: &run.recording,
             signals: command.signals,
+            recorders,
         };
         let bar = ProgressBar::new(0);
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
         let written = report::write(&folder, &report, &stop, &bar);
         bar.finish_and_clear();
-        let page = written?.page;
-        command.say(out, |text| writeln!(text, "report: {}", page.display()))?;
+        let written = written?;
+        say(command.json, out, |text| print_written(text, &folder, &written))?;
     }
     if command.json {
         writeln!(out, "{}", serde_json::to_string(&run.outcome)?)?;

@@ -1,0 +1,93 @@
+//! What the recorders of a simulated run have kept, as CSV beside its signals.
+
+use std::fs::{self, File};
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::connect::{ConnectError, Device, InProcess, Patience, Recorded};
+use crate::report::ReportError;
+use hil_sim::rig::{Rig, Station};
+
+/// How the names of the files begin and end.
+const PREFIX: &str = "recorder_";
+const EXTENSION: &str = ".csv";
+/// What stands in each of them behind the controller's name.
+const KIND: &str = "_RECORDER_MOD";
+
+/// The file of one recorder.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RecorderFile {
+    /// Its name in the run's folder.
+    pub name: String,
+    /// What is in it, as a sentence.
+    pub content: String,
+}
+
+/// Writes a file for every recorder that is plugged in, whatever it has kept. What cannot be read is told to `note`.
+///
+/// # Errors
+/// [`ReportError::File`] names the file that cannot be written.
+pub fn write(
+    folder: &Path,
+    rig: &mut Rig,
+    mut note: impl FnMut(String),
+) -> Result<Vec<RecorderFile>, ReportError> {
+    let mut files = Vec::new();
+    for station in rig.stations_mut() {
+        let found = read(station).unwrap_or_else(|error| vec![Err(error)]);
+        let is_on_board = station.board_mut().is_some();
+        let controller = &station.name;
+        if is_on_board && !found.is_empty() {
+            // The copy here has the board's signals, and none of its memories.
+            note(format!(
+                "{controller} ran on the emulated board, whose recorders are not read: run without --target"
+            ));
+            continue;
+        }
+        for recorded in found {
+            match recorded {
+                Ok(recorded) => files.push(write_rows(folder, controller, &recorded)?),
+                Err(error) => note(format!("a recorder of {controller} is not read: {error}")),
+            }
+        }
+    }
+    Ok(files)
+}
+
+/// Removes those that a run before has left in `folder`.
+///
+/// # Errors
+/// [`ReportError::File`] names the one that stays.
+pub fn remove_old(folder: &Path) -> Result<(), ReportError> {
+    let failed = |path: &Path, source| ReportError::File { path: path.to_owned(), source };
+    for entry in fs::read_dir(folder).map_err(|source| failed(folder, source))? {
+        let path = entry.map_err(|source| failed(folder, source))?.path();
+        if is_one(&path) {
+            fs::remove_file(&path).map_err(|source| failed(&path, source))?;
+        }
+    }
+    Ok(())
+}
+
+fn is_one(path: &Path) -> bool {
+    let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+    name.starts_with(PREFIX) && name.ends_with(EXTENSION) && name.contains(KIND)
+}
+
+type Read<T> = Result<T, ConnectError>;
+
+fn read(station: &mut Station) -> Read<Vec<Read<Recorded>>> {
+    let mut device = Device::greet(InProcess::new(&mut station.dimsart), Patience::default())?;
+    let names = device.recorders()?;
+    Ok(names.iter().map(|name| device.recorded(Some(name))).collect())
+}
+
+fn write_rows(folder: &Path, controller: &str, recorded: &Recorded) -> Result<RecorderFile, ReportError> {
+    let name = format!("{PREFIX}{controller}_{}{EXTENSION}", recorded.recorder);
+    let path: PathBuf = folder.join(&name);
+    let written = File::create(&path).map(io::BufWriter::new).and_then(|file| recorded.write_csv(file));
+    written.map_err(|source| ReportError::File { path, source })?;
+    Ok(RecorderFile { name, content: recorded.to_string() })
+}

@@ -1,0 +1,120 @@
+//! `dimsart check` of scenarios and rigs: their own axes, types, settings and paths count, and those of a board.
+#![expect(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use hil_sim::rig_file::RigFile;
+
+/// Exit status, standard output and standard error of a check.
+fn check(path: &Path, more: &[&str]) -> (Option<i32>, [String; 2]) {
+    let output =
+        Command::new(env!("CARGO_BIN_EXE_dimsart")).arg("check").arg(path).args(more).output().unwrap();
+    (output.status.code(), [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()))
+}
+
+const TYPED_RIG: &str = r#"
+    duration_s = 0.1
+    [[type]]
+    name = "GRIP_WIDTH"
+    unit = "m"
+    [[device]]
+    name = "gripper"
+    measures = ["POSITION", "GRIP_WIDTH"]
+    [[device.axis]]
+    unit = "m"
+    plant.load.inertia = 0.1
+    [[controller]]
+    device = "gripper"
+    scheme = "my.scheme"
+    [[experiment.move]]
+    device = "gripper"
+    on = "GRIP_WIDTH"
+    step = { at_s = 0.1, size = 0.5 }
+"#;
+
+#[test]
+fn a_rig_with_a_type_of_its_own_is_checked_and_every_fault_of_it_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    fs::write(&path, TYPED_RIG).unwrap();
+    let rows = "all PDCTRL_MOD PORT_DES_POSITION GRIP_WIDTH\nall MOD_ENG MOD_ON PDCTRL_MOD\nall MOD_ENG MATCHING_CHECK\n";
+    fs::write(folder.path().join("my.scheme"), rows).unwrap();
+    let (status, [out, _]) = check(&path, &[]);
+    assert!(status == Some(0) && out.contains("on the gripper: matches"), "{out}");
+    fs::write(folder.path().join("my.scheme"), rows.replace("GRIP_", "GRP_")).unwrap();
+    let (status, [out, _]) = check(&path, &["--json"]);
+    let found: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((status, &found[0]["matches"]), (Some(1), &false.into()));
+    let faults = found[0]["faults"].to_string();
+    let expected =
+        ["'GRP_WIDTH' is not a data type; did you mean 'GRIP_WIDTH'?", "reads DES_POSITION and nobody"];
+    assert!(expected.iter().all(|fault| faults.contains(fault)), "{faults}");
+}
+
+#[test]
+fn a_rig_is_checked_for_the_axes_links_and_memory_of_a_board() {
+    let (status, [out, _]) = check(Path::new("joint"), &["--board", "b-g431b-esc1"]);
+    assert!(status == Some(0) && out.contains("20 of 640 words"), "{out}");
+    let (status, [out, _]) = check(Path::new("arm_bus"), &["--board", "nucleo-g474re"]);
+    assert_eq!(status, Some(1));
+    for fault in
+        ["it is for 6 axes, and nucleo-g474re has 3", "it uses link 2, and nucleo-g474re has 2, from 0"]
+    {
+        assert!(out.contains(&format!("  fault: {fault}\n")), "{out}");
+    }
+    let (status, [out, _]) =
+        check(Path::new("builtin:bilateral"), &["--board", "b-g431b-esc1", "--dof", "7", "--side", "slave"]);
+    assert!(status == Some(1) && out.contains("it is for 7 axes, and b-g431b-esc1 has 1"), "{out}");
+    let (status, [_, message]) = check(Path::new("joint"), &["--board", "nucleo"]);
+    assert!(status == Some(1) && message.contains("'nucleo' is not a board"), "{message}");
+}
+
+#[test]
+fn what_a_rig_says_itself_is_no_argument() {
+    for argument in [["--side", "slave"], ["--dof", "2"], ["--sample-period-s", "0.01"]] {
+        let (status, [_, message]) = check(Path::new("joint"), &argument);
+        assert!(status == Some(2) && message.contains("a rig says itself"), "{message}");
+    }
+}
+
+/// One side needs nothing of the other one.
+#[test]
+fn a_scenarios_schemes_are_checked_with_its_axes_and_settings() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    let scheme = include_str!("../../schemes/bilateral.scheme");
+    fs::write(folder.path().join("my.scheme"), scheme).unwrap();
+    let write = |text: &str| fs::write(&path, text).unwrap();
+    write("dof = 1\n[master]\nscheme = \"my.scheme\"\n[slave]\nscheme = \"not/here.scheme\"\n");
+    let (status, [out, _]) = check(&path, &["--side", "master", "--json"]);
+    let one: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!(status, Some(0), "{out}");
+    let (status, [_, message]) = check(&path, &["--side", "slave"]);
+    assert!(status == Some(1) && message.contains("cannot read the scheme file"), "{message}");
+    write("[master]\ntime_delay_ticks = 20\n");
+    let (status, [out, _]) = check(&path, &["--json"]);
+    let three: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert_eq!((status, three[1]["controller"].as_str()), (Some(0), Some("slave")));
+    let words = |found: &serde_json::Value| found[0]["words"].as_u64().unwrap();
+    assert!(words(&three) > words(&one) + 20, "{one} {three}");
+    write(
+        "[master]\nstiffness_n_per_m = 3000\nscheme = \"builtin:table1\"\n[slave]\nscheme = \"builtin:table1\"\n",
+    );
+    let (status, [out, _]) = check(&path, &[]);
+    assert!(status == Some(1) && out.contains("on the slave: does NOT match"), "{out}");
+    write("los = 1\n");
+    let (status, [_, message]) = check(&path, &[]);
+    assert!(status == Some(1) && message.contains("my.toml:1:1: there is no key `los`"), "{message}");
+}
+
+/// Every shipped rig's schemes match their devices.
+#[test]
+fn every_shipped_rig_matches() {
+    for name in ["arm", "joint", "phantom", "rokviss", "three"] {
+        assert!(RigFile::shipped(name).is_some());
+        let (status, [out, message]) = check(Path::new(name), &[]);
+        assert_eq!(status, Some(0), "{name}: {out}{message}");
+    }
+}
