@@ -43,7 +43,7 @@ pub struct RequestLine<S> {
 }
 
 impl<S: Read + Write> RequestLine<S> {
-    /// A line over an open stream without a buffer whose reads end soon; see [`Stream`](super::Stream).
+    /// A line over an open stream without a buffer whose reads end soon; see [`Stream`](hil_sim::link::Stream).
     pub fn new(stream: S, patience: Patience) -> Self {
         Self {
             stream,
