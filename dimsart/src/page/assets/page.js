@@ -78,6 +78,10 @@ function hear({ kind, station, content, ...message }) {
     case "missed":
       missed += content;
       break;
+    case "lost":
+      // What is told of the time before this page was there is old.
+      if (stations[station].status) say(`${stations[station].name}: ${content.reason}`, true);
+      break;
     case "layout":
       stations[station].layout = content;
       scope.layout(station, content, stations[station].overview?.identity.sample_period_s);

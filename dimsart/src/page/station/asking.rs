@@ -36,6 +36,13 @@ struct Status {
     is_held_here: bool,
 }
 
+/// Why motion has ended.
+#[derive(Serialize)]
+struct Lost<'a> {
+    number: u32,
+    reason: &'a str,
+}
+
 /// The thread.
 pub(super) struct Asking {
     news: Arc<Board>,
@@ -44,11 +51,13 @@ pub(super) struct Asking {
     looked: Sender<()>,
     /// The browser that holds the lease, and when it was heard last.
     holder: Option<(u64, Instant)>,
+    /// How often motion has ended without being told to.
+    losses: u32,
 }
 
 impl Asking {
     pub(super) fn new(news: Arc<Board>, open: Arc<OpenLine>, looked: Sender<()>) -> Self {
-        Self { news, open, looked, holder: None }
+        Self { news, open, looked, holder: None, losses: 0 }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
@@ -140,14 +149,26 @@ impl Asking {
         let Some((_, heard)) = self.holder else { return Ok(()) };
         if heard.elapsed() > SILENCE {
             self.let_go(device);
+            self.tell_lost(
+                "the page that moved the device said nothing for half a second: the device is at rest",
+            );
         } else if let Err(error) = device.renew_in_time() {
             match error {
                 ConnectError::Line(_) => return Err(error),
-                // A fault, or another client: it is not ours any more.
-                _ => self.holder = None,
+                // A fault, another client, or this computer was too busy to renew it: it is not ours any more.
+                _ => {
+                    self.holder = None;
+                    self.tell_lost(&format!("the lease is lost: {error}"));
+                }
             }
         }
         Ok(())
+    }
+
+    /// Says why motion has ended, each time anew.
+    fn tell_lost(&mut self, reason: &str) {
+        self.losses += 1;
+        self.news.tell("lost", &Lost { number: self.losses, reason });
     }
 
     fn let_go(&mut self, device: &mut PageDevice) {
