@@ -47,7 +47,7 @@ impl Served {
         let shared = SharedPort::new(&port, Box::new(lines.remove(0).1)).unwrap();
         let at = port.clone();
         let open: OpenLine = Box::new(move || Ok(broker::open(&at, 0)?));
-        let stations = vec![Station::new(0, "joint", open).unwrap()];
+        let stations = vec![Station::new(0, "joint", open, None).unwrap()];
         let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);

@@ -30,7 +30,7 @@ use std::time::Instant;
 
 pub use build::{LoadedController, loaded_controllers};
 pub use error::ResponseError;
-pub use live::LiveRig;
+pub use live::{Hold, LiveRig};
 pub use loop_gain::LoopFigures;
 pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome, PerceivedStiffness};

@@ -54,6 +54,8 @@ pub struct Station {
     trace: Option<TickTrace>,
     arrivals: Arrivals,
     sensed: Vec<f32>,
+    /// Places of the frame that show what somebody holds, in place of what is measured there.
+    held: Vec<(usize, f32)>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
     command: Vec<f32>,
@@ -77,6 +79,7 @@ impl Station {
             trace: None,
             arrivals: Arrivals::default(),
             sensed: vec![0.0; words_in],
+            held: Vec::new(),
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
             command: vec![0.0; words_out],
@@ -98,6 +101,12 @@ impl Station {
     #[must_use]
     pub fn is_due(&self, tick: u64) -> bool {
         tick.is_multiple_of(self.every_ticks)
+    }
+
+    /// Has a place of the frame show a value from now on, or again what is measured there.
+    pub fn hold(&mut self, place: usize, value: Option<f32>) {
+        self.held.retain(|(held, _)| *held != place);
+        self.held.extend(value.map(|value| (place, value)));
     }
 
     /// Lets a board that was [started](Board::start) with this station's controller be the controller, and the guard
@@ -216,6 +225,9 @@ impl Station {
 
     fn tick(&mut self) {
         self.plant.sense(&mut self.sensed);
+        for (place, value) in &self.held {
+            self.sensed.iter_mut().skip(*place).take(1).for_each(|word| *word = *value);
+        }
         for (word, sensed) in self.measured.iter_mut().zip(&self.sensed) {
             *word = Word::from(*sensed);
         }

@@ -5,6 +5,7 @@ use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
+use std::sync::mpsc::Sender;
 
 use clap::Args;
 use dimsart_core::protocol::DEFAULT_BAUD;
@@ -13,8 +14,8 @@ use super::Ending;
 use super::run::{rig, stop_on_interrupt};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
-use crate::page::{OpenLine, Page, Station};
-use hil_sim::response::LiveRig;
+use crate::page::{Hand, OpenLine, Page, Station};
+use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
 
 /// What is simulated when nothing is named.
@@ -71,7 +72,7 @@ impl Serve {
         let stop = stop_on_interrupt()?;
         let mut line = broker::open(port, self.baud).map_err(ConnectError::from)?;
         writeln!(out, "{port} is shared until Ctrl-C: dimsart connect {port}")?;
-        let _page = self.page(&[(port.to_owned(), port.to_owned())], out)?;
+        let _page = self.page(&[(port.to_owned(), port.to_owned())], None, out)?;
         let mut buffer = [0; 1024];
         while !stop.load(Ordering::Relaxed) {
             if matches!(line.read(&mut buffer), Ok(0)) {
@@ -91,13 +92,18 @@ impl Serve {
             writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
             ports.push((name, port));
         }
-        let _page = self.page(&ports, out)?;
+        let _page = self.page(&ports, Some(live.hand()), out)?;
         live.run(&stop, |news| eprintln!("dimsart: {news}"));
         Ok(())
     }
 
     /// Serves the page of controllers, each with its name and port, and says where it is.
-    fn page(&self, ports: &[(String, String)], out: &mut impl Write) -> Result<Option<Page>, Box<dyn Error>> {
+    fn page(
+        &self,
+        ports: &[(String, String)],
+        hand: Option<Sender<Hold>>,
+        out: &mut impl Write,
+    ) -> Result<Option<Page>, Box<dyn Error>> {
         if self.no_page {
             out.flush()?;
             return Ok(None);
@@ -111,7 +117,12 @@ impl Serve {
         let stations = (0..).zip(ports).map(|(number, (name, port))| {
             let (port, baud) = (port.clone(), self.baud);
             let open: OpenLine = Box::new(move || Ok(broker::open(&port, baud)?));
-            Station::new(number, name, open)
+            let hand = hand.clone().map(|hand| -> Hand {
+                let station = usize::from(number);
+                // The rig ends with the page.
+                Box::new(move |signal, axis, value| drop(hand.send(Hold { station, signal, axis, value })))
+            });
+            Station::new(number, name, open, hand)
         });
         let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
         writeln!(out, "page: {}", page.url())?;

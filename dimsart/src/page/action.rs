@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use super::station::PageDevice;
+use super::station::{Hand, PageDevice};
 use crate::connect::{ConnectError, FindingText};
 
 /// Something to be done, or to be looked at.
@@ -32,6 +32,13 @@ pub(super) enum Action {
     RollBack,
     /// The scheme as rows.
     Rows,
+    /// Holds a reference of a simulated device by hand, or lets it go.
+    Hold {
+        signal: String,
+        axis: usize,
+        /// A number as text: as an edit's value, and because serde reads no fractions in tagged enums.
+        value: Option<String>,
+    },
 }
 
 /// A change of the scheme.
@@ -52,7 +59,7 @@ struct Tried {
 
 impl Action {
     /// Does it.
-    pub(super) fn run(self, device: &mut PageDevice) -> Result<Value, ConnectError> {
+    pub(super) fn run(self, device: &mut PageDevice, hand: Option<&Hand>) -> Result<Value, ConnectError> {
         Ok(match self {
             Self::Edit(edit) => text(edit.run(device)?),
             Self::Transaction { edits, commit } => transaction(device, edits, commit)?,
@@ -72,6 +79,14 @@ impl Action {
             Self::Confirm => text(device.confirm()?),
             Self::RollBack => text(device.roll_back()?),
             Self::Rows => text(device.scheme_rows(None)?),
+            Self::Hold { signal, axis, value } => {
+                let no_hand =
+                    || ConnectError::Word("a reference is held by hand in a simulation alone".to_owned());
+                let no_number = |_| ConnectError::Word("a reference is held at a number".to_owned());
+                let value = value.map(|value| value.parse().map_err(no_number)).transpose()?;
+                hand.ok_or_else(no_hand)?(signal, axis, value);
+                Value::Null
+            }
         })
     }
 }

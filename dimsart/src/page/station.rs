@@ -35,6 +35,9 @@ pub(super) type PageDevice = Device<Box<dyn Stream>>;
 /// Makes a line to the controller.
 pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn Stream>, ConnectError> + Send + Sync>;
 
+/// Holds a reference of a simulated device: its name, the axis, and where; or lets it go.
+pub type Hand = Box<dyn Fn(String, usize, Option<f32>) + Send>;
+
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
 /// Before a line that has ended is opened again.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -52,11 +55,12 @@ pub struct Station {
 pub(super) type Answer = Result<Value, String>;
 
 impl Station {
-    /// The `number`th controller of a page, by a name. Lines to it are opened, and opened again when they end.
+    /// The `number`th controller of a page, by a name. Lines to it are opened, and opened again when they end; a simulated one
+    /// has a hand for its references.
     ///
     /// # Errors
     /// Whatever the system says when there is no thread left.
-    pub fn new(number: u8, name: &str, open: OpenLine) -> io::Result<Self> {
+    pub fn new(number: u8, name: &str, open: OpenLine, hand: Option<Hand>) -> io::Result<Self> {
         let (asking, asks) = channel();
         let (stopping, stops) = channel();
         let (board, open) = (Arc::new(Board::new(number)), Arc::new(open));
@@ -65,7 +69,7 @@ impl Station {
         };
         let (looked, wakes) = channel();
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
-        start("asking", Box::new(move || Asking::new(news, line, looked).run(&asks)))?;
+        start("asking", Box::new(move || Asking::new(news, line, looked, hand).run(&asks)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
         start("looking", Box::new(move || look(&news, &line, &wakes)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));

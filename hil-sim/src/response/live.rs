@@ -3,11 +3,13 @@
 //! ```text
 //! line ──requests──▶ Answering ──▶ Dimsart ◀─▶ plant, as in any rig
 //! line ◀──answers, heartbeats, samples──┘
+//! hand ──Hold──▶ a reference, in place of what the experiment moves
 //! ```
 
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver as Holding, Sender, channel};
 use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{
@@ -38,6 +40,21 @@ pub struct LiveRig {
     file: RigFile,
     rig: Rig,
     answering: Vec<Answering>,
+    hand: Sender<Hold>,
+    holds: Holding<Hold>,
+}
+
+/// A reference that somebody holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hold {
+    /// The controller that it is of, by its place in the rig.
+    pub station: usize,
+    /// Name of the reference, such as `DES_POSITION`. What a sensor shows is never held.
+    pub signal: String,
+    /// Axis of the controller.
+    pub axis: usize,
+    /// Where it is held; none: what the experiment moves again.
+    pub value: Option<f32>,
 }
 
 /// What a simulated controller has beside it, as a board's firmware.
@@ -73,7 +90,30 @@ impl LiveRig {
             answering.push(Answering::new(here, period_s, part.device.position_limit));
             lines.push((station.name.clone(), client));
         }
-        Ok((Self { file: file.clone(), rig, answering }, lines))
+        let (hand, holds) = channel();
+        Ok((Self { file: file.clone(), rig, answering, hand, holds }, lines))
+    }
+
+    /// Takes what somebody holds, while the rig runs.
+    #[must_use]
+    pub fn hand(&self) -> Sender<Hold> {
+        self.hand.clone()
+    }
+
+    /// Holds what is to be held, from the next tick on. What is no reference of an axis stays as it is.
+    fn take_holds(&mut self) {
+        while let Ok(Hold { station, signal, axis, value }) = self.holds.try_recv() {
+            let parts = Part::of_all(&self.file);
+            let Some(part) = parts.get(station).filter(|part| axis < part.axes.len()) else { continue };
+            let is_reference = |name: &String| {
+                *name == signal && self.file.data_type(name).is_some_and(|found| !RigFile::is_sensed(found))
+            };
+            let place = part.device.measures.iter().position(is_reference);
+            let place = place.map(|place| place * part.axes.len() + axis);
+            if let (Some(place), Some(station)) = (place, self.rig.stations_mut().get_mut(station)) {
+                station.hold(place, value.filter(|value| value.is_finite()));
+            }
+        }
     }
 
     /// Runs until `stop` is set. `tell` hears what a user should know.
@@ -81,6 +121,7 @@ impl LiveRig {
         let mut pace = Pace::new(SystemClock, Instant::now(), self.rig.period_s());
         while !stop.load(Ordering::Relaxed) {
             pace.wait_for(self.rig.time_s());
+            self.take_holds();
             let (tick, late_ticks) = (self.rig.ticks(), pace.late_ticks());
             let mut is_due = Vec::new();
             for (station, answering) in self.rig.stations_mut().iter_mut().zip(&mut self.answering) {

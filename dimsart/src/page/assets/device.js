@@ -20,10 +20,28 @@ export function digits(value) {
 const SIZE = 120;
 
 export class DevicePicture {
-  constructor(place) {
-    this.place = place;
-    this.axes = [];
-    this.largest = [];
+  /** `hold(axis, value)` is called while somebody drags an axis, with null when it is let go. */
+  constructor(place, hold) {
+    Object.assign(this, { place, hold, axes: [], largest: [] });
+  }
+
+  /** Lets the pointer drag the reference of an axis: around a dial, or along a slide. */
+  drag(group, axis, isTurning) {
+    let last = null;
+    const at = (event) => {
+      const box = group.firstChild.getBoundingClientRect();
+      const [x, y] = [event.clientX - (box.left + box.right) / 2, (box.top + box.bottom) / 2 - event.clientY];
+      if (!isTurning) return (2 * x * this.largest[axis].position) / box.width;
+      const angle = Math.atan2(y, x);
+      // On from where it was, so that it goes around more than once.
+      return last === null ? angle : last + Math.atan2(Math.sin(angle - last), Math.cos(angle - last));
+    };
+    const go = (event) => { last = at(event); this.hold(axis, last); };
+    group.addEventListener("pointerdown", (event) => { group.setPointerCapture(event.pointerId); last = null; go(event); });
+    group.addEventListener("pointermove", (event) => { if (last !== null) go(event); });
+    for (const end of ["pointerup", "pointercancel"]) {
+      group.addEventListener(end, () => { if (last !== null) { last = null; this.hold(axis, null); } });
+    }
   }
 
   /** Draws the axes of a device; nothing where its kind has not changed. */
@@ -41,8 +59,8 @@ export class DevicePicture {
       });
       const isTurning = kind === "rotary";
       group.append(isTurning
-        ? make("circle", { cx: 60, cy: 60, r: 50, fill: "none", stroke: "var(--rule)", "stroke-width": 2 })
-        : make("line", { x1: 10, x2: 110, y1: 60, y2: 60, stroke: "var(--rule)", "stroke-width": 4 }));
+        ? make("circle", { cx: 60, cy: 60, r: 50, fill: "transparent", stroke: "var(--rule)", "stroke-width": 2 })
+        : make("line", { x1: 10, x2: 110, y1: 60, y2: 60, stroke: "var(--rule)", "stroke-width": 4, "pointer-events": "all" }));
       const hand = (color, width) => (isTurning
         ? make("line", { x1: 60, y1: 60, x2: 108, y2: 60, stroke: color, "stroke-width": width, "stroke-linecap": "round" })
         : make("rect", { x: 55, y: 42, width: 10, height: 36, rx: 3, fill: color }));
@@ -51,6 +69,10 @@ export class DevicePicture {
       const text = make("text", { x: 60, y: SIZE + 8, "text-anchor": "middle", "font-size": 11, fill: "var(--text)" });
       const strength = make("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)", class: "force" });
       group.append(wanted, is, force, text, strength);
+      if (this.hold) {
+        group.append(make("title", {}, "drag: holds the reference of this axis until you let go"));
+        this.drag(group, axis, isTurning);
+      }
       svg.append(group);
       return { isTurning, wanted, is, force, text, strength };
     });

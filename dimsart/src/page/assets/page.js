@@ -21,7 +21,13 @@ let shown = 0, socket = null, next = 1, missed = 0;
 const waiting = new Map();
 
 const scope = new Scope();
-const device = new DevicePicture(by("device"));
+// However fast the pointer is, a reference goes out at most every 20 ms; the last one always does.
+let waits = null, sent = 0;
+const device = new DevicePicture(by("device"), (axis, value) => {
+  const go = () => ask({ do: "hold", signal: "DES_POSITION", axis, value: value === null ? null : String(value) }).catch((error) => say(error.message, true));
+  clearTimeout(waits);
+  waits = setTimeout(() => { sent = performance.now(); go(); }, Math.max(0, sent + 20 - performance.now()));
+});
 const modules = new Modules(ask, say);
 
 export function ask(what, station = shown) {
@@ -69,6 +75,7 @@ function hear({ kind, station, content, ...message }) {
       show();
       break;
     case "answer": {
+      if (message.id === 0) say(message.refused, true);
       const { resolve, reject } = waiting.get(message.id) ?? {};
       waiting.delete(message.id);
       if (message.refused === undefined) resolve?.(message.done);

@@ -10,7 +10,7 @@ use tokio::sync::oneshot;
 
 use super::super::action::Action;
 use super::super::news::Board;
-use super::{Answer, OpenLine, PAUSE, PageDevice, greet};
+use super::{Answer, Hand, OpenLine, PAUSE, PageDevice, greet};
 use crate::connect::{ConnectError, LiveReport};
 
 /// Longest wait for something to do before the device is looked at again.
@@ -51,13 +51,16 @@ pub(super) struct Asking {
     looked: Sender<()>,
     /// The browser that holds the lease, and when it was heard last.
     holder: Option<(u64, Instant)>,
+    hand: Option<Hand>,
+    /// References that browsers hold by it.
+    held: Vec<(u64, String, usize)>,
     /// How often motion has ended without being told to.
     losses: u32,
 }
 
 impl Asking {
-    pub(super) fn new(news: Arc<Board>, open: Arc<OpenLine>, looked: Sender<()>) -> Self {
-        Self { news, open, looked, holder: None, losses: 0 }
+    pub(super) fn new(news: Arc<Board>, open: Arc<OpenLine>, looked: Sender<()>, hand: Option<Hand>) -> Self {
+        Self { news, open, looked, holder: None, hand, held: Vec::new(), losses: 0 }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
@@ -115,12 +118,21 @@ impl Asking {
                 false
             }
             Ask::IsGone { client } => {
+                let (gone, held) = self.held.drain(..).partition(|(holder, ..)| *holder == client);
+                self.held = held;
+                for ((_, signal, axis), hand) in Vec::into_iter(gone).zip(self.hand.iter().cycle()) {
+                    hand(signal, axis, None);
+                }
                 if self.holder.is_some_and(|(holder, _)| holder == client) {
                     self.let_go(device);
                 }
                 true
             }
             Ask::Do { client, action, answer } => {
+                if let Action::Hold { signal, axis, value } = &action {
+                    self.held.retain(|(_, held, at)| (held, at) != (signal, axis));
+                    self.held.extend(value.iter().map(|_| (client, signal.clone(), *axis)));
+                }
                 let is_other = self.holder.is_some_and(|(holder, _)| holder != client);
                 let done = match &action {
                     Action::Arm | Action::Disarm if is_other => {
@@ -130,7 +142,7 @@ impl Asking {
                     _ => {
                         let moves = matches!(action, Action::Arm).then(|| (client, Instant::now()));
                         let is_lease = matches!(action, Action::Arm | Action::Disarm);
-                        let done = action.run(device).map_err(|error| error.to_string());
+                        let done = action.run(device, self.hand.as_ref()).map_err(|error| error.to_string());
                         if is_lease {
                             self.holder = moves.filter(|_| done.is_ok());
                         }
