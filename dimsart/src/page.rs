@@ -28,7 +28,7 @@ use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use serde::Deserialize;
 
-pub use station::{Hand, OpenLine, Station};
+pub use station::{Access, Hand, OpenLine, Station};
 
 /// What the page is made of: path, type, content.
 const ASSETS: [(&str, &str, &str); 9] = [

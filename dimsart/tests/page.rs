@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
 use dimsart::connect::{Device, Patience};
-use dimsart::page::{OpenLine, Page, Station};
+use dimsart::page::{Access, OpenLine, Page, Station};
 use hil_sim::link::Stream;
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
@@ -47,7 +47,7 @@ impl Served {
         let shared = SharedPort::new(&port, Box::new(lines.remove(0).1)).unwrap();
         let at = port.clone();
         let open: OpenLine = Box::new(move || Ok(broker::open(&at, 0)?));
-        let stations = vec![Station::new(0, "joint", open, None).unwrap()];
+        let stations = vec![Station::new(0, "joint", Access { open, every_ticks: 1, hand: None }).unwrap()];
         let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
@@ -215,6 +215,8 @@ fn stopping_waits_for_nobody_on_the_page() {
     let served = Served::joint("stop");
     let mut browser = served.browser();
     browser.news("overview", |_| true);
+    // Long enough for a line that nobody reads to be full.
+    thread::sleep(Duration::from_secs(3));
     let mut times: Vec<Duration> = (0..20)
         .map(|_| {
             let start = Instant::now();
@@ -222,6 +224,7 @@ fn stopping_waits_for_nobody_on_the_page() {
             start.elapsed()
         })
         .collect();
+    assert!(times[0] < Duration::from_millis(250), "the first one: {times:?}");
     times.sort();
     // The device itself stops within its next tick; on a busy machine threads are late now and then.
     assert!(times[10] < Duration::from_millis(20), "{times:?}");

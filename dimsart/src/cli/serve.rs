@@ -14,7 +14,7 @@ use super::Ending;
 use super::run::{rig, stop_on_interrupt};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
-use crate::page::{Hand, OpenLine, Page, Station};
+use crate::page::{Access, Hand, OpenLine, Page, Station};
 use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
 
@@ -42,6 +42,9 @@ pub(super) struct Serve {
     no_page: bool,
 }
 
+/// Ticks from one row of signals to the next from a port: at 1 kHz and 921 600 baud a fifth of the line, and the rest is for
+/// questions, answers and heartbeats.
+const PORT_TICKS: u32 = 4;
 /// Where the page is when nothing is said.
 const PAGE_PORT: u16 = 8060;
 
@@ -122,7 +125,8 @@ impl Serve {
                 // The rig ends with the page.
                 Box::new(move |signal, axis, value| drop(hand.send(Hold { station, signal, axis, value })))
             });
-            Station::new(number, name, open, hand)
+            let every_ticks = if hand.is_some() { 1 } else { PORT_TICKS };
+            Station::new(number, name, Access { open, every_ticks, hand })
         });
         let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
         writeln!(out, "page: {}", page.url())?;

@@ -40,6 +40,13 @@ impl Streams {
     }
 }
 
+/// Leaves out the signals of the last stream that all would take.
+pub(super) fn without_last_stream(signals: &mut Vec<(TypeRef, usize)>) {
+    let words: Vec<usize> = signals.iter().map(|(_, words)| *words).collect();
+    let last = parts(&words).and_then(|parts| parts.last()?.first().copied());
+    signals.truncate(last.unwrap_or_default());
+}
+
 /// Which signals go into a stream together: numbers of them, in their order. None where one is too wide for any.
 fn parts(words: &[usize]) -> Option<Vec<Vec<usize>>> {
     let mut parts: Vec<Vec<usize>> = Vec::new();

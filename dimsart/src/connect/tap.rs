@@ -8,7 +8,7 @@ use dimsart_core::{Format, TypeRef};
 use serde::Serialize;
 
 use super::live::Followed;
-use super::streams::Streams;
+use super::streams::{Streams, without_last_stream};
 use super::{ConnectError, Device};
 
 /// Without anything for so long the scheme has other signals, or the device was restarted.
@@ -55,6 +55,8 @@ pub struct Tap {
     lost: u64,
     /// Of the tick that is coming in, and how many streams of it are there.
     row: Option<(TapRow, usize)>,
+    /// Whether the device was asked for them, and may have refused.
+    is_open: bool,
     /// Whether a row was whole: before, not every stream has begun.
     has_begun: bool,
     asked: Instant,
@@ -77,6 +79,7 @@ impl Tap {
             streams: None,
             lost: 0,
             row: None,
+            is_open: false,
             has_begun: false,
             asked: now,
             heard: now,
@@ -142,7 +145,7 @@ impl<S: Read + Write> Device<S> {
             self.entries()? != tap.entries
         };
         let is_silent = tap.heard.elapsed() > SILENCE;
-        if is_other || is_silent || (tap.streams.is_none() && tap.signals.is_empty()) {
+        if is_other || is_silent || !tap.is_open {
             self.open_tap(tap)?;
         } else if tap.asked.elapsed() > KEEP_ALIVE {
             tap.asked = Instant::now();
@@ -156,6 +159,7 @@ impl<S: Read + Write> Device<S> {
     }
 
     fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+        tap.is_open = true;
         tap.entries = self.entries()?;
         let mut signals = self.followed(&[])?;
         signals.retain(|Followed { format, report, .. }| {
@@ -167,7 +171,7 @@ impl<S: Read + Write> Device<S> {
         while tap.streams.is_none() && !wanted.is_empty() {
             tap.streams = self.subscribe(&wanted, tap.every_ticks)?;
             if tap.streams.is_none() {
-                wanted.pop();
+                without_last_stream(&mut wanted);
             }
         }
         let signals =

@@ -64,13 +64,14 @@ impl Board {
     }
 
     /// Tells what rows are made of from now on.
-    pub(super) fn layout(&self, number: u32, signals: &[TapSignal]) {
+    pub(super) fn layout(&self, number: u32, every_ticks: u32, signals: &[TapSignal]) {
         #[derive(Serialize)]
         struct Layout<'a> {
             number: u32,
+            every_ticks: u32,
             signals: &'a [TapSignal],
         }
-        self.tell("layout", &Layout { number, signals });
+        self.tell("layout", &Layout { number, every_ticks, signals });
     }
 
     /// Tells rows: station `u8`, 0 `u8`, values of a row `u16`, number of the layout `u32`; then each row, its tick `u32`

@@ -38,6 +38,16 @@ pub type OpenLine = Box<dyn Fn() -> Result<Box<dyn Stream>, ConnectError> + Send
 /// Holds a reference of a simulated device: its name, the axis, and where; or lets it go.
 pub type Hand = Box<dyn Fn(String, usize, Option<f32>) + Send>;
 
+/// How a controller is reached.
+pub struct Access {
+    /// Opens a line to it.
+    pub open: OpenLine,
+    /// Ticks from one row of signals to the next, as its line can carry them.
+    pub every_ticks: u32,
+    /// What a simulated one has.
+    pub hand: Option<Hand>,
+}
+
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
 /// Before a line that has ended is opened again.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -55,12 +65,12 @@ pub struct Station {
 pub(super) type Answer = Result<Value, String>;
 
 impl Station {
-    /// The `number`th controller of a page, by a name. Lines to it are opened, and opened again when they end; a simulated one
-    /// has a hand for its references.
+    /// The `number`th controller of a page, by a name. Lines to it are opened again when they end.
     ///
     /// # Errors
     /// Whatever the system says when there is no thread left.
-    pub fn new(number: u8, name: &str, open: OpenLine, hand: Option<Hand>) -> io::Result<Self> {
+    pub fn new(number: u8, name: &str, access: Access) -> io::Result<Self> {
+        let Access { open, every_ticks, hand } = access;
         let (asking, asks) = channel();
         let (stopping, stops) = channel();
         let (board, open) = (Arc::new(Board::new(number)), Arc::new(open));
@@ -73,7 +83,7 @@ impl Station {
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
         start("looking", Box::new(move || look(&news, &line, &wakes)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
-        start("tapping", Box::new(move || tap(&news, &line)))?;
+        start("tapping", Box::new(move || tap(&news, &line, every_ticks)))?;
         start("stopping", Box::new(move || stop(&open, &stops)))?;
         Ok(Self { name: name.to_owned(), asking, stopping, board })
     }

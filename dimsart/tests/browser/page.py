@@ -143,8 +143,8 @@ def joint(browser, errors):
     page.mouse.move(x + 40, y - 70, steps=8)
     wanted = page.locator("#signals label", has_text="DES_POSITION").locator(".value")
     expect(wanted).to_contain_text(re.compile(r"1\.0[45]"))
-    page.wait_for_timeout(600)
-    expect(page.locator("#device text").first).to_contain_text(re.compile(r"^1\.0"))
+    # Where it was not armed for a while, its load has turned it far.
+    expect(page.locator("#device text").first).to_contain_text(re.compile(r"^1\.0"), timeout=20000)
     page.mouse.up()
     expect(wanted).to_contain_text("0.5")
 

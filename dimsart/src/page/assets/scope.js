@@ -12,11 +12,13 @@ const HEIGHT = 190;
 /** The ticks of a station: a ring, from the oldest to the newest. */
 class Ring {
   constructor(layout, period_s) {
+    this.signals = layout.signals;
     this.columns = layout.signals.flatMap(({ name, unit, words }) => Array.from({ length: words },
       (_, place) => ({ signal: name, place, unit, name: words > 1 ? `${name}[${place}]` : name })));
     this.number = layout.number;
-    this.period_s = period_s;
-    this.size = Math.round(Math.min(SECONDS / period_s, 60000));
+    this.step = layout.every_ticks;
+    this.period_s = period_s * this.step;
+    this.size = Math.round(Math.min(SECONDS / this.period_s, 60000));
     this.values = this.columns.map(() => new Float32Array(this.size));
     this.ticks = new Float64Array(this.size);
     this.count = 0;
@@ -25,9 +27,10 @@ class Ring {
 
   push(tick, view, at) {
     const place = this.count % this.size;
-    const last = this.count ? this.ticks[(this.count - 1) % this.size] : tick - 1;
+    const last = this.count ? this.ticks[(this.count - 1) % this.size] : tick - this.step;
     // A gap of a minute is another start of the device.
-    if (tick !== last + 1 && tick > last && tick - last < this.size) this.gaps += tick - last - 1;
+    const missing = (tick - last) / this.step - 1;
+    if (missing > 0 && missing < this.size) this.gaps += Math.round(missing);
     this.ticks[place] = tick;
     for (let i = 0; i < this.values.length; i++) this.values[i][place] = view.getFloat32(at + 4 * i, true);
     this.count++;
@@ -69,9 +72,10 @@ export class Scope {
 
   period(station, period_s) {
     const ring = this.rings[station];
-    if (ring && Math.abs(ring.period_s - period_s) > 1e-9 * period_s) {
-      ring.period_s = period_s;
-      ring.size = Math.round(Math.min(SECONDS / period_s, 60000));
+    if (ring && Math.abs(ring.period_s - period_s * ring.step) > 1e-9 * period_s) {
+      // What came before the period was known goes: its place in the ring is another one.
+      const layout = { number: ring.number, every_ticks: ring.step, signals: ring.signals };
+      this.rings[station] = new Ring(layout, period_s);
     }
   }
 
@@ -344,7 +348,7 @@ export class Scope {
     const head = ["tick", "time (s)", ...columns.map(({ name, unit }) => `${name} (${unit})`)].join(",");
     const rows = Array.from({ length: end - start }, (_, i) => {
       const tick = ring.ticks[(start + i) % ring.size];
-      return [tick, tick * ring.period_s, ...columns.map(({ column }) => ring.at(column, start + i))].join(",");
+      return [tick, (tick * ring.period_s) / ring.step, ...columns.map(({ column }) => ring.at(column, start + i))].join(",");
     });
     const link = document.createElement("a");
     link.href = URL.createObjectURL(new Blob([[head, ...rows].join("\n")], { type: "text/csv" }));

@@ -2,12 +2,14 @@
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::super::news::Board;
 use super::{OpenLine, PAUSE, PageDevice, greet};
 use crate::connect::ConnectError;
 
+/// Longest time that the line is not read: what its device says to everybody must not fill it up.
+const A_MOMENT: Duration = Duration::from_millis(15);
 /// From one look to the next: another client may have changed something.
 const LOOK: Duration = Duration::from_secs(2);
 
@@ -31,11 +33,16 @@ fn serve(news: &Board, device: &mut PageDevice, wakes: &Receiver<()>) -> Result<
     loop {
         news.tell("faults", &device.faults()?);
         news.tell("events", &device.events()?);
-        match wakes.recv_timeout(LOOK) {
-            Err(RecvTimeoutError::Disconnected) => return Ok(()),
-            // What has come meanwhile is seen by the same look.
-            _ => while wakes.try_recv().is_ok() {},
+        let looked = Instant::now();
+        while looked.elapsed() < LOOK {
+            match wakes.recv_timeout(A_MOMENT) {
+                Err(RecvTimeoutError::Disconnected) => return Ok(()),
+                Err(RecvTimeoutError::Timeout) => device.listen(Duration::from_millis(1))?,
+                Ok(()) => break,
+            }
         }
+        // What has come meanwhile is seen by the same look.
+        while wakes.try_recv().is_ok() {}
         news.tell("overview", &device.overview()?);
     }
 }

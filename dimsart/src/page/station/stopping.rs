@@ -1,37 +1,52 @@
 //! STOP, which waits for no other question.
 
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::time::Duration;
 
 use serde_json::Value;
 use tokio::sync::oneshot;
 
-use super::{Answer, OpenLine, greet};
+use super::{Answer, OpenLine, PageDevice, greet};
+
+/// Longest time that the line is not read: what its device says to everybody must not fill it up.
+const A_MOMENT: Duration = Duration::from_millis(5);
 
 /// The thread. Its line is open before it is needed.
 pub(super) fn stop(open: &OpenLine, stops: &Receiver<oneshot::Sender<Answer>>) {
     let mut device = greet(open).ok();
-    for answer in stops {
-        let mut done = Err("no line to the device".to_owned());
-        // A line that has ended shows it only when it is used.
-        for _ in 0..2 {
-            if device.is_none() {
-                match greet(open) {
-                    Ok(greeted) => device = Some(greeted),
-                    Err(error) => done = Err(error.to_string()),
-                }
-            }
-            let Some(here) = &mut device else { break };
-            match here.stop() {
-                Ok(outcome) => {
-                    done = Ok(Value::String(outcome.to_string()));
-                    break;
-                }
-                Err(error) => {
-                    done = Err(error.to_string());
+    loop {
+        match stops.recv_timeout(A_MOMENT) {
+            // The browser may be gone.
+            Ok(answer) => drop(answer.send(stop_now(open, &mut device))),
+            Err(RecvTimeoutError::Timeout) => {
+                // A line that has ended is opened again when it is needed.
+                if device.as_mut().is_some_and(|device| device.listen(Duration::from_millis(1)).is_err()) {
                     device = None;
                 }
             }
+            Err(RecvTimeoutError::Disconnected) => return,
         }
-        let _ = answer.send(done);
     }
+}
+
+/// A line that has ended shows it only when it is used: then another one is opened.
+fn stop_now(open: &OpenLine, device: &mut Option<PageDevice>) -> Answer {
+    let mut done = Err("no line to the device".to_owned());
+    for _ in 0..2 {
+        if device.is_none() {
+            match greet(open) {
+                Ok(greeted) => *device = Some(greeted),
+                Err(error) => done = Err(error.to_string()),
+            }
+        }
+        let Some(here) = device.as_mut() else { break };
+        match here.stop() {
+            Ok(outcome) => return Ok(Value::String(outcome.to_string())),
+            Err(error) => {
+                done = Err(error.to_string());
+                *device = None;
+            }
+        }
+    }
+    done
 }

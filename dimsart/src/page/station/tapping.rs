@@ -11,16 +11,16 @@ use crate::connect::Tap;
 const PICTURE: Duration = Duration::from_millis(20);
 
 /// The thread.
-pub(super) fn tap(news: &Board, open: &OpenLine) {
+pub(super) fn tap(news: &Board, open: &OpenLine, every_ticks: u32) {
     let mut number = 0;
     loop {
         if let Ok(mut device) = greet(open) {
-            let (mut tap, mut told) = (Tap::new(1), Vec::new());
+            let (mut tap, mut told) = (Tap::new(every_ticks), Vec::new());
             while let Ok(rows) = device.tap(&mut tap, PICTURE) {
                 if told != tap.signals() {
                     number += 1;
                     tap.signals().clone_into(&mut told);
-                    news.layout(number, &told);
+                    news.layout(number, every_ticks, &told);
                 }
                 news.rows(number, &rows);
             }
