@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 9);
+    assert_eq!(PROTOCOL_VERSION, 10);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -33,6 +33,7 @@ fn requests() {
         Request::Safety,
         Request::Memory { module: MODULE, port: 4, from: 300 },
         Request::Event { back: 3 },
+        Request::DeviceType { index: 9 },
     ];
     let expected = [
         "00",
@@ -62,6 +63,7 @@ fn requests() {
         "13",
         "14 03 02 04 ac 02",
         "15 03",
+        "16 09",
     ];
     assert_bytes(&requests, &expected);
 }

@@ -115,6 +115,7 @@ fn responses() {
             word: 2,
             detail: 300,
         }),
+        Response::DeviceType { signal: SIGNAL, is_taken: true },
     ];
     let expected = [
         "00 01",
@@ -157,6 +158,7 @@ fn responses() {
         "13 ac 02 01 02 ac 02 00",
         "14 10 02 10 ac 02 60 01",
         "15 ac 02 09 28 01 03 02 01 ac 02 01 02 ac 02",
+        "16 ac 02 01 01",
     ];
     assert_bytes(&responses, &expected);
 }
