@@ -87,7 +87,12 @@ fn command(rig: &mut Rig, rows: &str) {
 /// What a listener was told.
 fn told(pieces: &Receiver<Piece>) -> Recording {
     pieces.iter().fold(Recording::default(), |mut recording, piece| match piece {
-        Piece::Columns(columns) => Recording::new(columns),
+        Piece::Columns(columns) => {
+            let known = recording.columns().len();
+            recording.add_columns(columns[known..].to_vec());
+            recording
+        }
+        Piece::Inputs(_) => recording,
         Piece::Rows(values) => {
             for row in values.chunks_exact(1 + recording.columns().len()) {
                 recording.add_row(row[0]).copy_from_slice(&row[1..]);

@@ -11,6 +11,7 @@ mod new_module;
 mod new_project;
 mod output;
 mod record;
+mod replay;
 mod run;
 mod scheme;
 mod serve;
@@ -63,6 +64,7 @@ enum Command {
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
     Record(record::Record),
+    Replay(replay::Replay),
     Scheme(scheme::Scheme),
     Serve(serve::Serve),
     Stamp(stamp::Stamp),
@@ -71,7 +73,7 @@ enum Command {
 
 /// Exit status where the command line is wrong.
 const WRONG_USAGE: u8 = 2;
-/// Exit status of a run that was not stable, where that was asked for.
+/// Exit status of a run that was not stable, where that was asked for, and of a recording that differs.
 const NOT_STABLE: u8 = 3;
 
 /// Arguments that do not go together.
@@ -99,6 +101,7 @@ pub fn main() -> ExitCode {
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
         Command::Record(record) => record.execute(&mut out),
+        Command::Replay(replay) => replay.execute(&mut out),
         Command::Scheme(scheme) => scheme.execute(&mut out),
         Command::Serve(serve) => serve.execute(&mut out),
         Command::Stamp(stamp) => stamp.execute(&mut out),

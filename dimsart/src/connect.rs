@@ -50,4 +50,5 @@ pub use recorder::{Recorded, RecordedRow};
 pub use scheme::Sent;
 pub use show::{InstanceReport, KindReport, Overview, ParameterReport, PortReport, StatusReport};
 pub use signals::SignalReport;
+pub(crate) use tap::value_of;
 pub use tap::{Tap, TapRow, TapSignal};

@@ -3,6 +3,7 @@
 //! ```text
 //!  hil_sim: Run { Outcome, Recording, Rig } ──▶ pictures ──▶ report: HTML, PNG, SVG, CSV, MCAP
 //!  cycles:  image ──▶ cycles, stamp: what a tick and a module take
+//!  a recording: signals.mcap ──▶ replay: the same bits, or where they part
 //!  a board: Port ──▶ connect: questions, commands, telemetry; broker: one port for many clients
 //! ```
 //!
@@ -21,6 +22,7 @@ pub mod dbc;
 pub mod page;
 pub mod pictures;
 pub mod recorder_files;
+pub mod replay;
 pub mod report;
 pub mod stamp;
 pub mod sweep;

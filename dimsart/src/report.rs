@@ -34,7 +34,10 @@ pub use contour::{Piece, contour};
 pub use cycle_bars::{CycleBar, CycleBars};
 pub use field_map::{Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
-pub use signals::{RunFacts, SignalsFile, SignalsFormat, SignalsKind};
+pub(crate) use mcap::{
+    CDR_LITTLE_ENDIAN, DEVICE_END, Field as SignalField, INPUTS_TOPIC, InputsMessage, PacketMessage, SCHEME_END,
+};
+pub use signals::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
 pub use tick_map::{TickMap, TypeRow};
 
 use crate::recorder_files::RecorderFile;

@@ -11,7 +11,7 @@ use std::sync::mpsc::SyncSender;
 use dimsart_core::{DataType, Format, Scalar, TypeRef, Word, types};
 
 use crate::plant::MAX_QUANTITIES;
-use crate::recording::{Column, Piece, Recording, indices};
+use crate::recording::{Column, Piece, Recording, TickInputs, indices};
 use crate::rig::{Rig, Station};
 use crate::scenario::RecordSection;
 use selection::Selection;
@@ -33,8 +33,11 @@ pub struct Recorder {
     every_ticks: u64,
     /// Told of what is recorded, every [`TOLD_TICKS`].
     listener: Option<SyncSender<Piece>>,
+    /// Whether it is waited for.
+    is_in_a_hurry: bool,
     /// Rows that it is to be told.
     untold: Vec<f64>,
+    untold_inputs: Vec<TickInputs>,
 }
 
 /// What fills one or several columns.
@@ -68,7 +71,9 @@ impl Recorder {
             revisions: revisions(rig),
             every_ticks: u64::from(settings.every_ticks.max(1)),
             listener: None,
+            is_in_a_hurry: false,
             untold: Vec::new(),
+            untold_inputs: Vec::new(),
         };
         recorder.add_new(wanted);
         Ok(recorder)
@@ -87,16 +92,26 @@ impl Recorder {
         self.recording.thin_beyond(PICTURE_ROWS);
     }
 
-    /// Tells `listener` what was recorded, and from now on every row, 64 ticks after it at most. Waits while `listener` is
-    /// full; one that is gone is told nothing.
-    pub fn tell(&mut self, listener: SyncSender<Piece>) {
-        self.listener = Some(listener);
-        self.tell_all();
+    /// For a rig in real time: keeps no row, and waits for no listener. One that takes nothing for some thousand rows is told
+    /// nothing more.
+    #[must_use]
+    pub fn in_a_hurry(mut self) -> Self {
+        self.recording.thin_beyond(0);
+        Self { is_in_a_hurry: true, ..self }
     }
 
-    fn tell_all(&mut self) {
-        let Some(listener) = &self.listener else { return };
-        let _ = listener.send(Piece::Columns(self.recording.columns().to_vec()));
+    /// Whether there is nobody that is told: no listener, one that is gone, or one that was too slow.
+    #[must_use]
+    pub fn is_alone(&self) -> bool {
+        self.listener.is_none()
+    }
+
+    /// Tells `listener` what was recorded, and from now on every row, 64 ticks after it at most, and the
+    /// [inputs](crate::rig::Station::keep_inputs) of those ticks. Waits while `listener` is full; one that is gone is told
+    /// nothing.
+    pub fn tell(&mut self, listener: SyncSender<Piece>) {
+        self.listener = Some(listener);
+        self.say(Piece::Columns(self.recording.columns().to_vec()));
         self.untold.clear();
         for (time_s, row) in self.recording.time_s().iter().zip(self.recording.rows()) {
             self.untold.push(*time_s);
@@ -106,10 +121,25 @@ impl Recorder {
     }
 
     fn tell_rows(&mut self) {
-        let room = Vec::with_capacity(self.untold.len());
-        let rows = std::mem::replace(&mut self.untold, room);
-        if let Some(listener) = self.listener.as_ref().filter(|_| !rows.is_empty()) {
-            let _ = listener.send(Piece::Rows(rows));
+        if !self.untold_inputs.is_empty() {
+            let inputs = std::mem::take(&mut self.untold_inputs);
+            self.say(Piece::Inputs(inputs));
+        }
+        if !self.untold.is_empty() {
+            let room = Vec::with_capacity(self.untold.len());
+            let rows = std::mem::replace(&mut self.untold, room);
+            self.say(Piece::Rows(rows));
+        }
+    }
+
+    fn say(&mut self, piece: Piece) {
+        let Some(listener) = &self.listener else { return };
+        let is_told = match self.is_in_a_hurry {
+            true => listener.try_send(piece).is_ok(),
+            false => listener.send(piece).is_ok(),
+        };
+        if !is_told {
+            self.listener = None;
         }
     }
 
@@ -117,6 +147,9 @@ impl Recorder {
     pub fn record(&mut self, rig: &Rig, channel_energy_j: &[f64]) {
         if rig.ticks().is_multiple_of(TOLD_TICKS) {
             self.tell_rows();
+        }
+        if self.listener.is_some() {
+            self.take_inputs(rig);
         }
         if !rig.ticks().is_multiple_of(self.every_ticks) {
             return;
@@ -133,6 +166,14 @@ impl Recorder {
             self.untold.push(rig.time_s());
             self.untold.extend_from_slice(row);
         }
+    }
+
+    fn take_inputs(&mut self, rig: &Rig) {
+        let due = rig.stations().iter().enumerate().filter(|(_, station)| station.is_due(rig.ticks()));
+        let inputs = due.filter_map(|(station, of)| {
+            of.inputs().map(|inputs| TickInputs { time_s: rig.time_s(), station, inputs: inputs.clone() })
+        });
+        self.untold_inputs.extend(inputs);
     }
 
     /// What was recorded.
@@ -162,9 +203,11 @@ impl Recorder {
         };
         let (sources, columns): (Vec<_>, Vec<_>) = wanted.into_iter().filter(is_new).unzip();
         if !sources.is_empty() {
+            // Rows so far have the columns so far.
+            self.tell_rows();
             self.sources.extend(sources);
             self.recording.add_columns(columns.into_iter().flatten().collect());
-            self.tell_all();
+            self.say(Piece::Columns(self.recording.columns().to_vec()));
         }
     }
 }

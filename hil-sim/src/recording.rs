@@ -2,6 +2,8 @@
 
 use dimsart_core::{Format, Shape};
 
+use crate::rig::Inputs;
+
 /// One column of a [`Recording`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Column {
@@ -53,10 +55,23 @@ pub fn in_brackets(indices: &[usize]) -> String {
 /// What a [`Recording`] takes, told to somebody else while it goes on.
 #[derive(Debug, Clone)]
 pub enum Piece {
-    /// It begins with these columns; a second time when there are more, and all rows follow again.
+    /// Columns of the rows that follow: first of all, and again when there are more behind those there were.
     Columns(Vec<Column>),
+    /// What went into controllers, before the rows of the same ticks.
+    Inputs(Vec<TickInputs>),
     /// Whole rows, one behind the other: time, `s`, and values, one per column.
     Rows(Vec<f64>),
+}
+
+/// What went into a controller for one tick.
+#[derive(Debug, Clone)]
+pub struct TickInputs {
+    /// Time of the tick, `s`.
+    pub time_s: f64,
+    /// The controller, by its place in the rig.
+    pub station: usize,
+    /// What went into it.
+    pub inputs: Inputs,
 }
 
 /// Columns and rows of a run, row-major. Numbers of every Data Base format are exact in `f64`.

@@ -9,9 +9,11 @@
 
 mod arrivals;
 mod guarded;
+mod inputs;
 mod probe;
 mod trace;
 
+pub use inputs::Inputs;
 pub use probe::Probe;
 pub use trace::TickTrace;
 
@@ -52,6 +54,7 @@ pub struct Station {
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
     trace: Option<TickTrace>,
+    inputs: Option<Inputs>,
     arrivals: Arrivals,
     sensed: Vec<f32>,
     /// Places of the frame that show what somebody holds, in place of what is measured there.
@@ -77,6 +80,7 @@ impl Station {
             guarded: None,
             is_tagged: false,
             trace: None,
+            inputs: None,
             arrivals: Arrivals::default(),
             sensed: vec![0.0; words_in],
             held: Vec::new(),
@@ -134,6 +138,30 @@ impl Station {
         self.trace.as_ref()
     }
 
+    /// Keeps what goes into the controller from now on. Not of a board that authenticates its links by itself: what comes
+    /// in there is opened by nobody else.
+    pub fn keep_inputs(&mut self) {
+        let is_open = !self.board.as_ref().is_some_and(|board| board.is_authenticated());
+        self.inputs = is_open.then(Inputs::default);
+    }
+
+    /// What went into the controller for the last tick; none unless they are [kept](Self::keep_inputs).
+    #[must_use]
+    pub fn inputs(&self) -> Option<&Inputs> {
+        self.inputs.as_ref()
+    }
+
+    /// The same, for who gives the controller commands.
+    pub fn inputs_mut(&mut self) -> Option<&mut Inputs> {
+        self.inputs.as_mut()
+    }
+
+    /// [Allows motion](Dimsart::allow_motion) from the next tick on, or forbids it.
+    pub fn allow_motion(&mut self, is_allowed: bool) {
+        self.dimsart.allow_motion(is_allowed);
+        self.inputs.iter_mut().for_each(|inputs| inputs.is_motion_allowed = is_allowed);
+    }
+
     /// Has a link authenticate what goes over it. Its clock are the ticks of a controller that is stepped every
     /// `period_s`.
     pub fn guard(&mut self, link: usize, guard: Guard, period_s: f64) {
@@ -177,13 +205,13 @@ impl Station {
     /// Whether the controller takes a packet, and nobody looks at its bytes.
     fn takes_packet(&self, link: usize, packet: &Packet) -> bool {
         let is_guarded = self.guarded.as_ref().is_some_and(|guarded| guarded.link == link);
-        let is_looked_at = is_guarded || self.board.is_some() || self.trace.is_some();
+        let is_looked_at = is_guarded || self.board.is_some() || self.trace.is_some() || self.inputs.is_some();
         !is_looked_at && packet.channel == self.dimsart.listening_channel(link) && packet.counter != 0
     }
 
     fn receive_bytes(&mut self, link: usize, bytes: &[u8]) {
-        let Self { guarded, board, dimsart, is_tagged, trace, .. } = self;
-        let mut deliver = |content: &[u8]| match board {
+        let Self { guarded, board, dimsart, is_tagged, trace, inputs, .. } = self;
+        let mut give = |content: &[u8]| match board {
             Some(board) => board.receive(link, content),
             // What is refused is counted by the controller.
             None => {
@@ -194,6 +222,10 @@ impl Station {
                     *is_tagged |= found >= HANDSHAKE;
                 }
             }
+        };
+        let mut deliver = |content: &[u8]| {
+            inputs.iter_mut().for_each(|inputs| inputs.packets.push((link, content.to_vec())));
+            give(content);
         };
         match guarded.as_mut().filter(|guarded| guarded.link == link) {
             Some(guarded) => guarded.open(bytes, deliver),
@@ -231,6 +263,7 @@ impl Station {
         for (word, sensed) in self.measured.iter_mut().zip(&self.sensed) {
             *word = Word::from(*sensed);
         }
+        self.inputs.iter_mut().for_each(|inputs| self.measured.clone_into(&mut inputs.measured));
         self.last_tick = match &mut self.board {
             None => match &mut self.trace {
                 None => self.dimsart.tick(&self.measured, &mut self.commanded),
@@ -420,6 +453,9 @@ impl Rig {
         let start_s = self.seconds(self.repeat_ticks.map_or(self.tick, |ticks| self.tick % ticks));
         for station in &mut self.stations {
             station.plant.advance(start_s, self.period_s, &station.command);
+            if station.is_due(self.tick) {
+                station.inputs.iter_mut().for_each(Inputs::clear);
+            }
         }
         self.tick += 1;
     }

@@ -13,7 +13,7 @@ use super::Ending;
 use super::run::stop_on_interrupt;
 use crate::broker;
 use crate::connect::{ConnectError, Device, Patience, Tap, TapSignal};
-use crate::report::{RunFacts, SignalsFile, SignalsFormat, SignalsKind};
+use crate::report::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
 use hil_sim::link::Stream;
 use hil_sim::recording::{Column, Piece};
 
@@ -116,8 +116,9 @@ impl Record {
                     identity.sample_period_s,
                     self.every_ticks
                 );
-                let schemes = vec![(identity.device, device.scheme_rows(None)?)];
-                SignalsFormat::Mcap(RunFacts { settings_toml, schemes })
+                let (name, scheme) = (identity.device, device.scheme_rows(None)?);
+                let controllers = vec![ControllerFacts { name, scheme, device_json: None }];
+                SignalsFormat::Mcap(RunFacts { settings_toml, controllers })
             }
         })
     }

@@ -29,7 +29,6 @@ use hil_sim::key_file;
 use hil_sim::rig::{Rig, Station};
 use hil_sim::rig_file::RigFile;
 use hil_sim::scenario::{self, CarrierKind, LinkSection, Scenario};
-use hil_sim::schemes;
 
 /// Run a scenario: both sides against simulated plants, or one side in real time.
 #[derive(Debug, Args)]
@@ -236,7 +235,10 @@ impl Run {
     fn signals_format(&self, settings_toml: String, rig: &mut Rig) -> SignalsFormat {
         match self.signals {
             SignalsKind::Csv => SignalsFormat::Csv,
-            SignalsKind::Mcap => SignalsFormat::Mcap(RunFacts { settings_toml, schemes: schemes(rig) }),
+            SignalsKind::Mcap => {
+                rig.stations_mut().iter_mut().for_each(Station::keep_inputs);
+                SignalsFormat::Mcap(RunFacts::new(settings_toml, rig))
+            }
         }
     }
 
@@ -326,15 +328,6 @@ fn print_written(out: &mut dyn Write, folder: &Path, written: &Written) -> std::
         writeln!(out, "recorder: {}: {content}", folder.join(name).display())?;
     }
     writeln!(out, "report: {}", written.page.display())
-}
-
-/// The scheme of every controller as rows of text.
-fn schemes(rig: &mut Rig) -> Vec<(String, String)> {
-    let rows = |station: &mut Station| {
-        let commands: Vec<_> = station.dimsart.engine_mut().commands().collect();
-        (station.name.clone(), schemes::rows(&commands, &station.name, station.dimsart.engine()))
-    };
-    rig.stations_mut().iter_mut().map(rows).collect()
 }
 
 /// Whether a link does nothing to packets but to delay them.

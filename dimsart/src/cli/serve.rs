@@ -2,7 +2,7 @@
 
 use std::error::Error;
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
@@ -10,11 +10,12 @@ use std::sync::mpsc::Sender;
 use clap::Args;
 use dimsart_core::protocol::DEFAULT_BAUD;
 
-use super::Ending;
+use super::{Ending, UsageError};
 use super::run::{rig, stop_on_interrupt};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
 use crate::page::{Access, Hand, OpenLine, Page, Station};
+use crate::report::{RunFacts, SignalsFile, SignalsFormat};
 use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
 
@@ -37,6 +38,10 @@ pub(super) struct Serve {
     /// Where on this computer the page is, 0 for any port that is free; 8060, or a free one, when left out.
     #[arg(long, value_name = "PORT")]
     page_port: Option<u16>,
+    /// Records every tick of a rig's controllers into this folder, with all that goes into them, from the first one on: what
+    /// `dimsart replay` takes.
+    #[arg(long, value_name = "FOLDER")]
+    record: Option<PathBuf>,
     /// Serves no page.
     #[arg(long, conflicts_with = "page_port")]
     no_page: bool,
@@ -55,6 +60,7 @@ Examples:
   dimsart connect sim:joint watch --arm               the same, and shows how it goes
   dimsart connect sim:joint stop                      from anybody, always
   dimsart serve three                                 three controllers: sim:master, sim:left, sim:right
+  dimsart serve joint --record runs/tuning            and every tick of it into runs/tuning/signals.mcap
   dimsart serve /dev/ttyACM0                          keeps a board's port, for many clients";
 
 impl Serve {
@@ -63,6 +69,10 @@ impl Serve {
         let is_file = self.what.extension().is_some_and(|extension| extension == "toml");
         let is_port = !is_file && (name.contains([':', '/', '\\']) || name.starts_with("COM"));
         if is_port {
+            if self.record.is_some() {
+                let reason = "--record is for a rig, whose controllers run here; `dimsart record PORT` records what a port says";
+                return Err(UsageError(reason.to_owned()).into());
+            }
             self.share(&name, out)?;
         } else {
             let no_rig = || format!("{name} is no rig: it has no [[device]] (docs/rigs.md)");
@@ -87,7 +97,8 @@ impl Serve {
 
     fn simulate(&self, file: &RigFile, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
         let stop = stop_on_interrupt()?;
-        let (live, lines) = LiveRig::new(file)?;
+        let (mut live, lines) = LiveRig::new(file)?;
+        let recording = self.record.as_deref().map(|folder| record(&mut live, file, folder)).transpose()?;
         let (mut shared, mut ports) = (Vec::new(), Vec::new());
         for (name, line) in lines {
             let port = format!("{SIMULATED}{name}");
@@ -97,6 +108,9 @@ impl Serve {
         }
         let _page = self.page(&ports, Some(live.hand()), out)?;
         live.run(&stop, |news| eprintln!("dimsart: {news}"));
+        if let Some(recording) = recording {
+            writeln!(out, "recorded: {}", recording.finish()?.display())?;
+        }
         Ok(())
     }
 
@@ -133,4 +147,12 @@ impl Serve {
         out.flush()?;
         Ok(Some(page))
     }
+}
+
+/// Has a rig recorded into a folder.
+fn record(live: &mut LiveRig, file: &RigFile, folder: &Path) -> Result<SignalsFile, Box<dyn Error>> {
+    let facts = RunFacts::new(file.to_toml(), live.rig_mut());
+    let (recording, listener) = SignalsFile::create(folder, &[], SignalsFormat::Mcap(facts))?;
+    live.tell(listener)?;
+    Ok(recording)
 }

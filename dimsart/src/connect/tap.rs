@@ -122,7 +122,7 @@ impl Tap {
 }
 
 /// A word as a number, which holds every format exactly.
-fn value_of(word: u32, format: Format) -> f64 {
+pub(crate) fn value_of(word: u32, format: Format) -> f64 {
     match format {
         Format::F32 => f32::from_bits(word).into(),
         Format::I32 => word.cast_signed().into(),

@@ -4,7 +4,7 @@
 //! as `f64` is written as the `f32` it is (`0.1`, not `0.10000000149011612`).
 
 use std::fs::File;
-use std::io::{self, Seek as _, Write as _};
+use std::io::{self, Read as _, Seek as _, Write as _};
 use std::sync::mpsc::Receiver;
 
 use hil_sim::recording::{Column, Piece};
@@ -37,9 +37,11 @@ fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) 
     for piece in pieces {
         match piece {
             Piece::Columns(columns) => {
-                begin(file, &columns)?;
+                let new = (1 + columns.len()).saturating_sub(width);
+                widen(file, &columns, new)?;
                 width = 1 + columns.len();
             }
+            Piece::Inputs(_) => {}
             Piece::Rows(values) => {
                 text.clear();
                 for row in values.chunks_exact(width) {
@@ -54,6 +56,17 @@ fn write_rows(pieces: &Receiver<Piece>, mut file: &File, whole_bytes: &mut u64) 
         *whole_bytes = file.stream_position()?;
     }
     Ok(())
+}
+
+/// Gives the rows so far the `new` last ones of these columns; nothing was there in them.
+fn widen(mut file: &File, columns: &[Column], new: usize) -> io::Result<()> {
+    let mut rows = String::new();
+    file.rewind()?;
+    file.read_to_string(&mut rows)?;
+    begin(file, columns)?;
+    let nothing = ",NaN".repeat(new);
+    let lines = rows.split_inclusive('\n').skip(1).map(|row| format!("{}{nothing}\n", row.trim_end()));
+    file.write_all(lines.collect::<String>().as_bytes())
 }
 
 /// Begins the file anew, with the names of these columns.

@@ -10,7 +10,10 @@ use clap::ValueEnum;
 
 use super::{BUS_STEM, PAGE_FILE, ReportError, TIMELINE_STEM, csv, make_folder, mcap, picture_files};
 use crate::recorder_files;
+use crate::replay::DeviceFacts;
 use hil_sim::recording::Piece;
+use hil_sim::rig::{Rig, Station};
+use hil_sim::schemes;
 
 /// Pieces of 64 rows at most that may wait for a slow disk before the run waits for it, too.
 const MOST_WAITING: usize = 64;
@@ -39,8 +42,35 @@ pub enum SignalsKind {
 pub struct RunFacts {
     /// The settings that repeat it, as TOML.
     pub settings_toml: String,
-    /// The controllers' schemes as rows of text at its begin, by name.
-    pub schemes: Vec<(String, String)>,
+    /// The controllers, in the order of the rig.
+    pub controllers: Vec<ControllerFacts>,
+}
+
+/// What a controller was when a recording began.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ControllerFacts {
+    /// Its name.
+    pub name: String,
+    /// Its scheme as rows of text.
+    pub scheme: String,
+    /// Its device, as [`DeviceFacts`](crate::replay::DeviceFacts), for who runs it again.
+    pub device_json: Option<String>,
+}
+
+impl RunFacts {
+    /// What a rig is made of, before its first tick.
+    pub fn new(settings_toml: String, rig: &mut Rig) -> Self {
+        let facts = |station: &mut Station| {
+            let engine = station.dimsart.engine_mut();
+            let commands: Vec<_> = engine.commands().collect();
+            ControllerFacts {
+                name: station.name.clone(),
+                scheme: schemes::rows(&commands, &station.name, engine),
+                device_json: serde_json::to_string_pretty(&DeviceFacts::from(engine.device())).ok(),
+            }
+        };
+        Self { settings_toml, controllers: rig.stations_mut().iter_mut().map(facts).collect() }
+    }
 }
 
 impl SignalsKind {
@@ -95,7 +125,8 @@ impl SignalsFile {
         }
         recorder_files::remove_old(folder)?;
         let path = folder.join(format.kind().file_name());
-        let file = File::create(&path).map_err(|source| ReportError::File { path: path.clone(), source })?;
+        let options = File::options().read(true).write(true).create(true).truncate(true).open(&path);
+        let file = options.map_err(|source| ReportError::File { path: path.clone(), source })?;
         let (sender, pieces) = sync_channel(MOST_WAITING);
         let thread = std::thread::spawn(move || match format {
             SignalsFormat::Csv => csv::write(&pieces, &file),

@@ -9,11 +9,12 @@
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver as Holding, Sender, channel};
+use std::sync::mpsc::{Receiver as Holding, Sender, SyncSender, channel};
 use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{
-    DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, answer, encode_heartbeat, encode_sample,
+    DecodeError, DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Refusal, Response, decode_request,
+    encode_heartbeat, encode_response, encode_sample, serve,
 };
 use dimsart_core::{EventLog, Timing};
 
@@ -22,6 +23,8 @@ use super::build;
 use super::part::Part;
 use crate::pace::{Pace, SystemClock};
 use crate::pipe::{Pipe, pair};
+use crate::recorder::Recorder;
+use crate::recording::Piece;
 use crate::rig::{Rig, Station};
 use crate::rig_file::RigFile;
 
@@ -42,6 +45,7 @@ pub struct LiveRig {
     answering: Vec<Answering>,
     hand: Sender<Hold>,
     holds: Holding<Hold>,
+    recorder: Option<Recorder>,
 }
 
 /// A reference that somebody holds.
@@ -91,7 +95,25 @@ impl LiveRig {
             lines.push((station.name.clone(), client));
         }
         let (hand, holds) = channel();
-        Ok((Self { file: file.clone(), rig, answering, hand, holds }, lines))
+        Ok((Self { file: file.clone(), rig, answering, hand, holds, recorder: None }, lines))
+    }
+
+    /// Tells `listener` every tick from the first one on: the signals that the file's `[record]` names, and all that went into
+    /// the controllers. A listener that is thousands of ticks behind is told nothing more: the rig waits for nobody.
+    ///
+    /// # Errors
+    /// [`ResponseError`] for a signal that nothing has.
+    pub fn tell(&mut self, listener: SyncSender<Piece>) -> Result<(), ResponseError> {
+        self.rig.stations_mut().iter_mut().for_each(Station::keep_inputs);
+        let mut recorder = Recorder::new(&self.rig, &self.file.record)?.in_a_hurry();
+        recorder.tell(listener);
+        self.recorder = Some(recorder);
+        Ok(())
+    }
+
+    /// The rig, to look at or to change before it runs.
+    pub fn rig_mut(&mut self) -> &mut Rig {
+        &mut self.rig
     }
 
     /// Takes what somebody holds, while the rig runs.
@@ -116,8 +138,8 @@ impl LiveRig {
         }
     }
 
-    /// Runs until `stop` is set. `tell` hears what a user should know.
-    pub fn run(mut self, stop: &AtomicBool, mut tell: impl FnMut(String)) {
+    /// Runs until `stop` is set. `say` hears what a user should know.
+    pub fn run(mut self, stop: &AtomicBool, mut say: impl FnMut(String)) {
         let mut pace = Pace::new(SystemClock, Instant::now(), self.rig.period_s());
         while !stop.load(Ordering::Relaxed) {
             pace.wait_for(self.rig.time_s());
@@ -128,22 +150,35 @@ impl LiveRig {
                 is_due.push(station.is_due(tick));
                 if station.is_due(tick) {
                     answering.answer(station);
-                    station.dimsart.allow_motion(answering.info.begin_tick());
+                    station.allow_motion(answering.info.begin_tick());
                 }
             }
             self.rig.tick();
+            if let Some(recorder) = &mut self.recorder {
+                recorder.record(&self.rig, &[]);
+            }
             let due = self.rig.stations().iter().zip(&mut self.answering).zip(is_due);
             for ((station, answering), _) in due.filter(|(_, is_due)| *is_due) {
                 answering.end_tick(station, late_ticks);
             }
             self.rig.advance();
-            self.put_back(&mut tell);
+            self.put_back(&mut say);
+            self.drop_slow_listener(&mut say);
+        }
+        // Which tells what it has not told yet.
+        let _ = self.recorder.map(Recorder::finish);
+    }
+
+    fn drop_slow_listener(&mut self, say: &mut impl FnMut(String)) {
+        if self.recorder.as_ref().is_some_and(Recorder::is_alone) {
+            self.recorder = None;
+            say(format!("the recording ends at {:.3} s: its disk does not take as much", self.rig.time_s()));
         }
     }
 
     /// Puts a rig back to where it began whose axes have left every range: a gain that is too high does that, and it is
     /// there to be tried.
-    fn put_back(&mut self, tell: &mut impl FnMut(String)) {
+    fn put_back(&mut self, say: &mut impl FnMut(String)) {
         let has_left = |(station, answering): &(&Station, &Answering)| {
             let mut positions = (0..station.plant.dof()).map(|axis| station.plant.position(axis));
             positions.any(|position| position.is_nan() || position.abs() > answering.position_limit)
@@ -151,7 +186,7 @@ impl LiveRig {
         let Some((station, _)) = self.rig.stations().iter().zip(&self.answering).find(has_left) else {
             return;
         };
-        tell(format!(
+        say(format!(
             "{} has left its range at {:.3} s, and is put back to where it began",
             station.name,
             self.rig.time_s()
@@ -199,7 +234,9 @@ impl Answering {
             });
         }
         for content in waiting.drain(..waiting.len().min(ANSWERS_PER_TICK)) {
-            if let Ok(Some(answer)) = answer(&content, &mut station.dimsart, info, &mut frame) {
+            // What is no request needs no answer.
+            let Some((id, response)) = respond(&content, station, info) else { continue };
+            if let Ok(answer) = encode_response(&response, id, &mut frame) {
                 say(line, answer, dropped);
             }
         }
@@ -223,6 +260,23 @@ impl Answering {
                 say(line, bytes, dropped);
             }
         }
+    }
+}
+
+/// Carries out a request; none for what is none.
+fn respond(
+    content: &[u8],
+    station: &mut Station,
+    info: &mut DeviceInfo,
+) -> Option<(u16, Response<'static>)> {
+    match decode_request(content) {
+        Ok((id, request)) => {
+            let response = serve(id, &request, &mut station.dimsart, info);
+            station.inputs_mut().into_iter().for_each(|kept| kept.add_request(content, &request, &response));
+            Some((id, response))
+        }
+        Err(DecodeError::NotUnderstood { id }) => Some((id, Response::Refused(Refusal::NotUnderstood))),
+        Err(DecodeError::OtherClass) => None,
     }
 }
 

@@ -1,0 +1,154 @@
+//! A recording run through the core again: the same inputs must make the same signals, bit by bit.
+//!
+//! ```text
+//! signals.mcap ─▶ NAME.device.json, NAME.scheme ─▶ ReplayedController
+//!                 /NAME/inputs, tick by tick    ─▶   commands, packets, frame ─▶ Dimsart::tick
+//!                 /NAME                         ─▶   compared, word by word   ─▶ Divergence
+//! ```
+
+mod controller;
+mod device;
+mod divergence;
+mod error;
+mod layout;
+mod records;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::Path;
+
+use mcap::records::{Channel, Record};
+use serde::Serialize;
+
+pub use device::DeviceFacts;
+pub use divergence::Divergence;
+pub use error::ReplayError;
+
+use crate::report::{DEVICE_END, INPUTS_TOPIC, InputsMessage, SCHEME_END};
+use controller::ReplayedController;
+use layout::Layout;
+use records::Records;
+
+/// Messages between two looks at the progress.
+const PROGRESS_MESSAGES: u64 = 4096;
+
+/// What a recording came to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Replay {
+    /// Of each controller whose inputs are in the file, by name.
+    pub controllers: Vec<Replayed>,
+    /// Whether the file ends before its end, as that of a run that was killed.
+    pub is_cut: bool,
+}
+
+/// What came of one controller.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Replayed {
+    /// Its name.
+    pub name: String,
+    /// Ticks that were run again.
+    pub ticks: u64,
+    /// Commands that were carried out again.
+    pub commands: u64,
+    /// Words that were compared.
+    pub words: u64,
+    /// Rows of signals with another word in them.
+    pub differing_rows: u64,
+    /// The first of these words, where its module computes it.
+    pub divergence: Option<Divergence>,
+}
+
+impl Replay {
+    /// Whether something differs.
+    #[must_use]
+    pub fn diverges(&self) -> bool {
+        self.controllers.iter().any(|controller| controller.divergence.is_some())
+    }
+}
+
+/// What the messages of a channel are.
+enum Meaning {
+    Inputs(String),
+    Signals(String, Layout),
+}
+
+/// Runs a recording again. `progress` hears the time of the recording, `s`, now and then.
+///
+/// # Errors
+/// [`ReplayError`] when the file cannot be read, or holds no inputs; a divergence is no error.
+pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, ReplayError> {
+    let file = File::open(path).map_err(|source| ReplayError::File { path: path.to_owned(), source })?;
+    let mut records = Records::new(file);
+    let (mut devices, mut schemes) = (BTreeMap::new(), BTreeMap::new());
+    let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
+    let mut controllers: BTreeMap<String, ReplayedController> = BTreeMap::new();
+    let mut messages = 0_u64;
+    while let Some(record) = records.next().map_err(|error| error.of(path))? {
+        match record {
+            Record::Attachment { header, data, .. } => {
+                let text = String::from_utf8_lossy(&data).into_owned();
+                if let Some(name) = header.name.strip_suffix(DEVICE_END) {
+                    devices.insert(name.to_owned(), text);
+                } else if let Some(name) = header.name.strip_suffix(SCHEME_END) {
+                    schemes.insert(name.to_owned(), text);
+                }
+            }
+            Record::Schema { header, data } => {
+                schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+            }
+            Record::Channel(channel) => {
+                let meaning = meaning(&channel, schemas.get(&channel.schema_id));
+                channels.extend(meaning.map(|meaning| (channel.id, meaning)));
+            }
+            Record::Message { header, data } => {
+                messages += 1;
+                if messages % PROGRESS_MESSAGES == 0 {
+                    progress(seconds(header.log_time));
+                }
+                match channels.get(&header.channel_id) {
+                    Some(Meaning::Inputs(name)) => {
+                        let found = InputsMessage::from_cdr(&data).ok_or(ReplayError::OtherInputs)?;
+                        if !controllers.contains_key(name) {
+                            let (device, scheme) = (devices.get(name), schemes.get(name));
+                            controllers.insert(name.clone(), ReplayedController::new(name, device, scheme)?);
+                        }
+                        if let Some(controller) = controllers.get_mut(name) {
+                            controller.expect(header.log_time, found);
+                        }
+                    }
+                    Some(Meaning::Signals(name, layout)) => {
+                        if let Some(controller) = controllers.get_mut(name) {
+                            controller.compare(header.log_time, &data, layout)?;
+                        }
+                    }
+                    None => {}
+                }
+            }
+            _ => {}
+        }
+    }
+    if controllers.is_empty() {
+        return Err(ReplayError::NoInputs { path: path.to_owned() });
+    }
+    let controllers = controllers.into_values().map(ReplayedController::finish).collect::<Result<_, _>>()?;
+    Ok(Replay { controllers, is_cut: records.is_cut() })
+}
+
+/// What comes over a channel: inputs of `/NAME/inputs`, signals of `/NAME` and of `/NAME/2`.
+fn meaning(channel: &Channel, schema: Option<&String>) -> Option<Meaning> {
+    let topic = channel.topic.strip_prefix('/')?;
+    if let Some(name) = topic.strip_suffix(INPUTS_TOPIC) {
+        return Some(Meaning::Inputs(name.to_owned()));
+    }
+    let name = match topic.rsplit_once('/') {
+        Some((name, number)) if number.parse::<u32>().is_ok() => name,
+        _ => topic,
+    };
+    Some(Meaning::Signals(name.to_owned(), Layout::of_schema(schema?)))
+}
+
+fn seconds(time_ns: u64) -> f64 {
+    #[expect(clippy::cast_precision_loss, reason = "for people")]
+    let time_ns = time_ns as f64;
+    time_ns / 1e9
+}

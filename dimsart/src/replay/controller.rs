@@ -1,0 +1,136 @@
+//! A recorded controller that is run again.
+
+use std::collections::VecDeque;
+
+use dimsart_core::protocol::{Request, decode_request};
+use dimsart_core::{Command, Word};
+
+use super::device::DeviceFacts;
+use super::divergence::Divergence;
+use super::layout::Layout;
+use super::{ReplayError, Replayed, seconds};
+use crate::report::{InputsMessage, PacketMessage};
+use dimsart_core::limits::MAX_LINKS;
+use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::{SchemeText, load_for};
+
+/// A controller as it began, and what has been given to it since.
+pub(super) struct ReplayedController {
+    dimsart: Box<SimulatedDimsart>,
+    /// Inputs of ticks that are still to be run, with their times, ns.
+    waiting: VecDeque<(u64, InputsMessage)>,
+    measured: Vec<Word>,
+    commanded: Vec<Word>,
+    row: Vec<f64>,
+    message: Vec<u8>,
+    replayed: Replayed,
+}
+
+impl ReplayedController {
+    pub(super) fn new(
+        name: &str,
+        device_json: Option<&String>,
+        scheme: Option<&String>,
+    ) -> Result<Self, ReplayError> {
+        let controller = || name.to_owned();
+        let lacking = |what| ReplayError::Lacking { controller: controller(), what };
+        let json = device_json.ok_or_else(|| lacking("the device"))?;
+        let text = scheme.ok_or_else(|| lacking("the scheme"))?.clone();
+        let facts: DeviceFacts = serde_json::from_str(json)
+            .map_err(|source| ReplayError::Device { controller: controller(), source })?;
+        let device = facts
+            .descriptor()
+            .map_err(|error| ReplayError::Descriptor { controller: controller(), error })?;
+        let dimsart = SimulatedDimsart::new(device);
+        let dimsart = dimsart.map_err(|error| ReplayError::Storage { controller: controller(), error })?;
+        let mut dimsart = Box::new(dimsart);
+        let scheme = SchemeText { name: format!("{name}.scheme"), text };
+        let loaded = load_for(&scheme, name, &[name], &[], &mut dimsart);
+        if !loaded.is_sound() {
+            let problems = loaded.problems().collect::<Vec<_>>().join("\n  ");
+            return Err(ReplayError::Scheme { controller: controller(), problems });
+        }
+        let commanded = vec![Word(0); dimsart.frame().input_words()];
+        let replayed = Replayed {
+            name: controller(),
+            ticks: 0,
+            commands: 0,
+            words: 0,
+            differing_rows: 0,
+            divergence: None,
+        };
+        let (waiting, measured) = (VecDeque::new(), Vec::new());
+        Ok(Self { dimsart, waiting, measured, commanded, row: Vec::new(), message: Vec::new(), replayed })
+    }
+
+    /// Takes what went into a tick.
+    pub(super) fn expect(&mut self, time_ns: u64, inputs: InputsMessage) {
+        self.waiting.push_back((time_ns, inputs));
+    }
+
+    /// Runs all ticks up to a time, and compares what the Data Base holds then with what it held.
+    pub(super) fn compare(
+        &mut self,
+        time_ns: u64,
+        recorded: &[u8],
+        layout: &Layout,
+    ) -> Result<(), ReplayError> {
+        self.run(time_ns)?;
+        layout.fill(&self.dimsart, &mut self.row, &mut self.message);
+        self.replayed.words += layout.words() as u64;
+        if self.message != recorded {
+            self.replayed.differing_rows += 1;
+            if self.replayed.divergence.is_none() {
+                let others = layout.others(recorded, &self.row);
+                let tick = self.replayed.ticks.saturating_sub(1);
+                self.replayed.divergence =
+                    Divergence::first(&self.dimsart, tick, seconds(time_ns), others);
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs what is left, with nothing to compare it with.
+    pub(super) fn finish(mut self) -> Result<Replayed, ReplayError> {
+        self.run(u64::MAX)?;
+        Ok(self.replayed)
+    }
+
+    fn run(&mut self, until_ns: u64) -> Result<(), ReplayError> {
+        while self.waiting.front().is_some_and(|(time_ns, _)| *time_ns <= until_ns) {
+            let Some((time_ns, inputs)) = self.waiting.pop_front() else { break };
+            self.tick(time_ns, &inputs)?;
+        }
+        Ok(())
+    }
+
+    fn tick(&mut self, time_ns: u64, inputs: &InputsMessage) -> Result<(), ReplayError> {
+        for command in &inputs.commands {
+            self.command(&command.request).map_err(|reason| ReplayError::Command {
+                controller: self.replayed.name.clone(),
+                time_s: seconds(time_ns),
+                reason,
+            })?;
+            self.replayed.commands += 1;
+        }
+        self.dimsart.allow_motion(inputs.is_motion_allowed);
+        for PacketMessage { link, bytes } in &inputs.packets {
+            // What is refused was refused there.
+            let _ = self.dimsart.receive(usize::from(*link), bytes);
+        }
+        self.measured.clear();
+        self.measured.extend(inputs.measured.iter().copied().map(Word));
+        self.dimsart.tick(&self.measured, &mut self.commanded);
+        (0..MAX_LINKS).for_each(|link| drop(self.dimsart.outgoing(link)));
+        self.replayed.ticks += 1;
+        Ok(())
+    }
+
+    fn command(&mut self, request: &[u8]) -> Result<(), String> {
+        let command: Command = match decode_request(request) {
+            Ok((_, Request::Command(command))) => command,
+            _ => return Err("it is not understood".to_owned()),
+        };
+        self.dimsart.command(command).map_err(|error| error.to_string())
+    }
+}

@@ -1,0 +1,67 @@
+//! A device as a recording keeps it.
+
+use dimsart_core::{AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, Shape, Summary, Unit, types};
+use serde::{Deserialize, Serialize};
+
+/// What a controller needs to know of a device without limits: every simulated one is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DeviceFacts {
+    name: String,
+    axes: Vec<AxisKind>,
+    sample_period_s: f32,
+    measures: Vec<TypeFacts>,
+    takes: Vec<TypeFacts>,
+}
+
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct TypeFacts {
+    id: u16,
+    name: String,
+    unit: Unit,
+    format: Format,
+    shape: Shape,
+}
+
+impl From<&DeviceDescriptor> for DeviceFacts {
+    fn from(device: &DeviceDescriptor) -> Self {
+        let facts = |types: &[&DataType]| types.iter().map(|data_type| TypeFacts::from(*data_type)).collect();
+        Self {
+            name: device.name().to_owned(),
+            axes: device.axes().to_vec(),
+            sample_period_s: device.sample_period_s(),
+            measures: facts(device.outputs),
+            takes: facts(device.inputs),
+        }
+    }
+}
+
+impl From<&DataType> for TypeFacts {
+    fn from(&DataType { id, name, unit, format, shape, .. }: &DataType) -> Self {
+        Self { id, name: name.to_owned(), unit, format, shape }
+    }
+}
+
+impl DeviceFacts {
+    /// The device. Its names and types stay in memory until the program ends.
+    ///
+    /// # Errors
+    /// [`DescriptorError`] for facts that no device has.
+    pub fn descriptor(self) -> Result<DeviceDescriptor, DescriptorError> {
+        let types = |facts: Vec<TypeFacts>| -> &'static [&'static DataType] {
+            Vec::leak(facts.into_iter().map(TypeFacts::data_type).collect())
+        };
+        let Self { name, axes, sample_period_s, measures, takes } = self;
+        DeviceDescriptor::new(String::leak(name), &axes, sample_period_s, types(measures), types(takes))
+    }
+}
+
+impl TypeFacts {
+    fn data_type(self) -> &'static DataType {
+        if let Some(standard) = types::by_id(self.id).filter(|standard| Self::from(*standard) == self) {
+            return standard;
+        }
+        let Self { id, name, unit, format, shape } = self;
+        let summary = Summary::new("Of the recorded device.");
+        Box::leak(Box::new(DataType { id, name: String::leak(name), unit, format, shape, summary }))
+    }
+}

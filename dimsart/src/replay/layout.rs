@@ -1,0 +1,102 @@
+//! What is where in a message of signals, read from its schema.
+
+use dimsart_core::TypeRef;
+use hil_sim::rig::SimulatedDimsart;
+
+use crate::connect::value_of;
+use crate::report::{CDR_LITTLE_ENDIAN, SignalField as Field};
+
+/// The signals of a message, in order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Layout {
+    fields: Vec<(String, Field)>,
+    words: usize,
+}
+
+/// A word of a message that is another one here.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Other {
+    pub(super) signal: String,
+    /// Place in the signal.
+    pub(super) word: usize,
+    pub(super) recorded: f64,
+    pub(super) replayed: f64,
+}
+
+impl Layout {
+    /// Reads lines such as `float32[3] position # POSITION (m)`.
+    pub(super) fn of_schema(definition: &str) -> Self {
+        let mut layout = Self::default();
+        for (format, rest) in definition.lines().filter_map(|line| line.split_once(' ')) {
+            let Some((_, signal)) = rest.split_once(" # ") else { continue };
+            let signal = signal.split(" (").next().unwrap_or_default();
+            let (format, count) = match format.split_once('[') {
+                Some((format, count)) => (format, count.trim_end_matches(']').parse().unwrap_or(1)),
+                None => (format, 1),
+            };
+            let columns = (layout.words..layout.words + count).collect();
+            let field = Field { columns, is_single: format == "float32" };
+            layout.fields.push((signal.to_owned(), field));
+            layout.words += count;
+        }
+        layout
+    }
+
+    pub(super) fn words(&self) -> usize {
+        self.words
+    }
+
+    /// The row of values that a controller makes of these signals, into `row`, and the message of them into `message`.
+    pub(super) fn fill(&self, dimsart: &SimulatedDimsart, row: &mut Vec<f64>, message: &mut Vec<u8>) {
+        row.clear();
+        message.clear();
+        message.extend(CDR_LITTLE_ENDIAN);
+        let data_base = dimsart.engine().data_base();
+        for (name, field) in &self.fields {
+            let found = self.signal(dimsart, name).and_then(|signal| {
+                data_base.signals().find(|(_, entry)| entry.signal == signal)
+            });
+            let start = row.len();
+            if let Some((slot, entry)) = found {
+                let format = entry.data_type.format;
+                row.extend(data_base.words(slot).iter().map(|word| value_of(*word, format)));
+            }
+            // As the recorder does where a signal is not there.
+            row.resize(start + field.columns.len(), f64::NAN);
+            field.add(message, row);
+        }
+    }
+
+    fn signal(&self, dimsart: &SimulatedDimsart, name: &str) -> Option<TypeRef> {
+        dimsart.engine().device().signal(name)
+    }
+
+    /// The words of a recorded message that are other ones in `row`.
+    pub(super) fn others(&self, recorded: &[u8], row: &[f64]) -> Vec<Other> {
+        let (mut place, mut others, mut expected) = (CDR_LITTLE_ENDIAN.len(), Vec::new(), Vec::new());
+        expected.extend(CDR_LITTLE_ENDIAN);
+        for (signal, field) in &self.fields {
+            field.add(&mut expected, row);
+            let size = if field.is_single { size_of::<f32>() } else { size_of::<f64>() };
+            place = expected.len() - size * field.columns.len();
+            for (word, column) in field.columns.iter().enumerate() {
+                let at = place + size * word;
+                let [there, here] = [recorded, &expected].map(|message| message.get(at..at + size));
+                if there != here {
+                    let recorded = there.map_or(f64::NAN, |bytes| number(bytes));
+                    let replayed = row.get(*column).copied().unwrap_or(f64::NAN);
+                    others.push(Other { signal: signal.clone(), word, recorded, replayed });
+                }
+            }
+        }
+        let _ = place;
+        others
+    }
+}
+
+fn number(bytes: &[u8]) -> f64 {
+    if let Ok(single) = bytes.try_into() {
+        return f32::from_le_bytes(single).into();
+    }
+    bytes.try_into().map_or(f64::NAN, f64::from_le_bytes)
+}

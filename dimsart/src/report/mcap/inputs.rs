@@ -1,0 +1,78 @@
+//! What went into a controller for one tick, as a message.
+
+use serde::{Deserialize, Serialize};
+
+use super::CDR_LITTLE_ENDIAN;
+use hil_sim::rig::Inputs;
+
+/// The same as a ROS 2 message.
+pub(super) const DEFINITION: &str = "\
+bool is_motion_allowed # whether the device may move in this tick
+Command[] commands # carried out before it, in order
+Packet[] packets # that came in over links before it, in order
+uint32[] measured # words of the frame from the device, as in memory
+================================================================================
+MSG: dimsart/Command
+uint8[] request # as it came over the command line, without its frame
+================================================================================
+MSG: dimsart/Packet
+uint8 link
+uint8[] bytes
+";
+
+/// Name of the schema.
+pub(super) const SCHEMA: &str = "dimsart/msg/Inputs";
+
+/// End of the topic, behind the controller's.
+pub(crate) const TOPIC: &str = "/inputs";
+
+/// Inputs as they are written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct InputsMessage {
+    pub(crate) is_motion_allowed: bool,
+    pub(crate) commands: Vec<CommandMessage>,
+    pub(crate) packets: Vec<PacketMessage>,
+    pub(crate) measured: Vec<u32>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct CommandMessage {
+    pub(crate) request: Vec<u8>,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct PacketMessage {
+    pub(crate) link: u8,
+    pub(crate) bytes: Vec<u8>,
+}
+
+impl From<Inputs> for InputsMessage {
+    fn from(Inputs { commands, is_motion_allowed, packets, measured }: Inputs) -> Self {
+        let packets = packets.into_iter().map(|(link, bytes)| PacketMessage {
+            // A controller has fewer of them.
+            link: u8::try_from(link).unwrap_or(u8::MAX),
+            bytes,
+        });
+        Self {
+            is_motion_allowed,
+            commands: commands.into_iter().map(|request| CommandMessage { request }).collect(),
+            packets: packets.collect(),
+            measured: measured.into_iter().map(|word| word.0).collect(),
+        }
+    }
+}
+
+impl InputsMessage {
+    /// The message, with the mark of its encoding.
+    pub(super) fn to_cdr(&self) -> Result<Vec<u8>, cdr_encoding::Error> {
+        let mut message = CDR_LITTLE_ENDIAN.to_vec();
+        message.extend(cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self)?);
+        Ok(message)
+    }
+
+    /// Reads one; none for what is not one.
+    pub(crate) fn from_cdr(message: &[u8]) -> Option<Self> {
+        let content = message.strip_prefix(&CDR_LITTLE_ENDIAN)?;
+        Some(cdr_encoding::from_bytes::<Self, byteorder::LittleEndian>(content).ok()?.0)
+    }
+}
