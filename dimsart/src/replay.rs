@@ -39,6 +39,8 @@ pub struct Replay {
     pub controllers: Vec<Replayed>,
     /// Whether the file ends before its end, as that of a run that was killed.
     pub is_cut: bool,
+    /// From its first tick to its last one, `s`.
+    pub recorded_s: f64,
 }
 
 /// What came of one controller.
@@ -82,7 +84,7 @@ pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, Repl
     let (mut devices, mut schemes) = (BTreeMap::new(), BTreeMap::new());
     let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
     let mut controllers: BTreeMap<String, ReplayedController> = BTreeMap::new();
-    let mut messages = 0_u64;
+    let (mut messages, mut last_ns) = (0_u64, 0);
     while let Some(record) = records.next().map_err(|error| error.of(path))? {
         match record {
             Record::Attachment { header, data, .. } => {
@@ -102,6 +104,7 @@ pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, Repl
             }
             Record::Message { header, data } => {
                 messages += 1;
+                last_ns = last_ns.max(header.log_time);
                 if messages % PROGRESS_MESSAGES == 0 {
                     progress(seconds(header.log_time));
                 }
@@ -131,7 +134,7 @@ pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, Repl
         return Err(ReplayError::NoInputs { path: path.to_owned() });
     }
     let controllers = controllers.into_values().map(ReplayedController::finish).collect::<Result<_, _>>()?;
-    Ok(Replay { controllers, is_cut: records.is_cut() })
+    Ok(Replay { controllers, is_cut: records.is_cut(), recorded_s: seconds(last_ns) })
 }
 
 /// What comes over a channel: inputs of `/NAME/inputs`, signals of `/NAME` and of `/NAME/2`.

@@ -35,7 +35,8 @@ pub use cycle_bars::{CycleBar, CycleBars};
 pub use field_map::{Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
 pub(crate) use mcap::{
-    CDR_LITTLE_ENDIAN, DEVICE_END, Field as SignalField, INPUTS_TOPIC, InputsMessage, PacketMessage, SCHEME_END,
+    CDR_LITTLE_ENDIAN, DEVICE_END, Field as SignalField, INPUTS_TOPIC, InputsMessage, PacketMessage,
+    SCHEME_END,
 };
 pub use signals::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
 pub use tick_map::{TickMap, TypeRow};

@@ -205,7 +205,8 @@ impl Station {
     /// Whether the controller takes a packet, and nobody looks at its bytes.
     fn takes_packet(&self, link: usize, packet: &Packet) -> bool {
         let is_guarded = self.guarded.as_ref().is_some_and(|guarded| guarded.link == link);
-        let is_looked_at = is_guarded || self.board.is_some() || self.trace.is_some() || self.inputs.is_some();
+        let is_looked_at =
+            is_guarded || self.board.is_some() || self.trace.is_some() || self.inputs.is_some();
         !is_looked_at && packet.channel == self.dimsart.listening_channel(link) && packet.counter != 0
     }
 

@@ -39,11 +39,9 @@ impl Replay {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let bar = ProgressBar::new_spinner();
         bar.enable_steady_tick(Duration::from_millis(100));
-        let (start, mut recorded_s) = (Instant::now(), 0.0);
-        let replayed = replay::replay(&self.file, |time_s| {
-            recorded_s = time_s;
-            bar.set_message(format!("{time_s:.1} s replayed"));
-        });
+        let start = Instant::now();
+        let replayed =
+            replay::replay(&self.file, |time_s| bar.set_message(format!("{time_s:.1} s replayed")));
         bar.finish_and_clear();
         let replayed = replayed?;
         let took_s = start.elapsed().as_secs_f64();
@@ -54,8 +52,9 @@ impl Replay {
             if replayed.is_cut {
                 writeln!(out, "the file ends before its end, as that of a run that was killed")?;
             }
+            let recorded_s = replayed.recorded_s;
             let times = recorded_s / took_s;
-            writeln!(out, "{recorded_s:.1} s of recording in {took_s:.2} s: {times:.0} times real time")?;
+            writeln!(out, "{recorded_s:.3} s of recording in {took_s:.3} s: {times:.0} times real time")?;
         }
         Ok(if replayed.diverges() { ExitCode::from(NOT_STABLE) } else { ExitCode::SUCCESS })
     }

@@ -10,8 +10,8 @@ use std::sync::mpsc::Sender;
 use clap::Args;
 use dimsart_core::protocol::DEFAULT_BAUD;
 
-use super::{Ending, UsageError};
 use super::run::{rig, stop_on_interrupt};
+use super::{Ending, UsageError};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
 use crate::page::{Access, Hand, OpenLine, Page, Station};

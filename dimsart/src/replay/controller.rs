@@ -83,8 +83,7 @@ impl ReplayedController {
             if self.replayed.divergence.is_none() {
                 let others = layout.others(recorded, &self.row);
                 let tick = self.replayed.ticks.saturating_sub(1);
-                self.replayed.divergence =
-                    Divergence::first(&self.dimsart, tick, seconds(time_ns), others);
+                self.replayed.divergence = Divergence::first(&self.dimsart, tick, seconds(time_ns), others);
             }
         }
         Ok(())

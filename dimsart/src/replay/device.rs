@@ -1,6 +1,8 @@
 //! A device as a recording keeps it.
 
-use dimsart_core::{AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, Shape, Summary, Unit, types};
+use dimsart_core::{
+    AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, Shape, Summary, Unit, types,
+};
 use serde::{Deserialize, Serialize};
 
 /// What a controller needs to know of a device without limits: every simulated one is.

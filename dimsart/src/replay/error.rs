@@ -34,7 +34,9 @@ pub enum ReplayError {
         path: PathBuf,
     },
     /// A message of inputs is of another form.
-    #[error("the inputs are of a version of dimsart that writes them otherwise: replay with the one that recorded them")]
+    #[error(
+        "the inputs are of a version of dimsart that writes them otherwise: replay with the one that recorded them"
+    )]
     OtherInputs,
     /// What a controller was is not in it.
     #[error("the file lacks {what} of the controller {controller}")]
@@ -45,7 +47,9 @@ pub enum ReplayError {
         what: &'static str,
     },
     /// Its device cannot be understood.
-    #[error("the device of {controller} is not understood: {source}; replay with the version that recorded it")]
+    #[error(
+        "the device of {controller} is not understood: {source}; replay with the version that recorded it"
+    )]
     Device {
         /// The controller.
         controller: String,

@@ -1,6 +1,5 @@
 //! What is where in a message of signals, read from its schema.
 
-use dimsart_core::TypeRef;
 use hil_sim::rig::SimulatedDimsart;
 
 use crate::connect::value_of;
@@ -53,9 +52,8 @@ impl Layout {
         message.extend(CDR_LITTLE_ENDIAN);
         let data_base = dimsart.engine().data_base();
         for (name, field) in &self.fields {
-            let found = self.signal(dimsart, name).and_then(|signal| {
-                data_base.signals().find(|(_, entry)| entry.signal == signal)
-            });
+            let signal = dimsart.engine().device().signal(name);
+            let found = data_base.signals().find(|(_, entry)| Some(entry.signal) == signal);
             let start = row.len();
             if let Some((slot, entry)) = found {
                 let format = entry.data_type.format;
@@ -67,29 +65,23 @@ impl Layout {
         }
     }
 
-    fn signal(&self, dimsart: &SimulatedDimsart, name: &str) -> Option<TypeRef> {
-        dimsart.engine().device().signal(name)
-    }
-
     /// The words of a recorded message that are other ones in `row`.
     pub(super) fn others(&self, recorded: &[u8], row: &[f64]) -> Vec<Other> {
-        let (mut place, mut others, mut expected) = (CDR_LITTLE_ENDIAN.len(), Vec::new(), Vec::new());
-        expected.extend(CDR_LITTLE_ENDIAN);
+        let (mut others, mut expected) = (Vec::new(), CDR_LITTLE_ENDIAN.to_vec());
         for (signal, field) in &self.fields {
             field.add(&mut expected, row);
             let size = if field.is_single { size_of::<f32>() } else { size_of::<f64>() };
-            place = expected.len() - size * field.columns.len();
+            let place = expected.len() - size * field.columns.len();
             for (word, column) in field.columns.iter().enumerate() {
                 let at = place + size * word;
                 let [there, here] = [recorded, &expected].map(|message| message.get(at..at + size));
                 if there != here {
-                    let recorded = there.map_or(f64::NAN, |bytes| number(bytes));
+                    let recorded = there.map_or(f64::NAN, number);
                     let replayed = row.get(*column).copied().unwrap_or(f64::NAN);
                     others.push(Other { signal: signal.clone(), word, recorded, replayed });
                 }
             }
         }
-        let _ = place;
         others
     }
 }

@@ -81,7 +81,9 @@ impl<'a> Recording<'a> {
                 Ok(())
             }
             Piece::Inputs(inputs) => inputs.into_iter().try_for_each(|inputs| self.add_inputs(inputs)),
-            Piece::Rows(values) => values.chunks_exact(1 + self.columns).try_for_each(|row| self.add_row(row)),
+            Piece::Rows(values) => {
+                values.chunks_exact(1 + self.columns).try_for_each(|row| self.add_row(row))
+            }
         }
     }
 
@@ -136,7 +138,8 @@ fn attach(mcap: &mut McapFile<'_>, facts: &RunFacts) -> Result<(), McapError> {
     for ControllerFacts { name, scheme, device_json } in &facts.controllers {
         metadata.insert(format!("scheme of {name}"), scheme_file(name));
         files.push((scheme_file(name), "text/plain", scheme));
-        files.extend(device_json.iter().map(|json| (format!("{name}{DEVICE_END}"), "application/json", json)));
+        files
+            .extend(device_json.iter().map(|json| (format!("{name}{DEVICE_END}"), "application/json", json)));
     }
     mcap.write_metadata(&Metadata { name: "dimsart".to_owned(), metadata })?;
     for (name, media_type, text) in files {

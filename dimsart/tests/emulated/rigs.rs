@@ -1,8 +1,10 @@
 //! Rigs of any devices on emulated boards: what the firmware does is what the controllers here do.
 
+use dimsart::replay::replay;
 use hil_sim::response::{Experiment, Run};
 use hil_sim::rig_file::RigFile;
 use std::path::PathBuf;
+use std::process::Command;
 use std::sync::atomic::AtomicBool;
 
 use crate::common::image;
@@ -33,5 +35,25 @@ fn a_rig_is_the_same_on_emulated_boards() {
             (0..columns).map(column).collect()
         };
         assert_eq!(rows(&here), rows(&there), "{name}");
+    }
+}
+
+/// What emulated firmware made of its inputs is what the core here makes of them, over a link that loses packets, too.
+#[test]
+fn what_emulated_firmware_recorded_replays_the_same() {
+    let Some(image) = image() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [
+        &["joint", "--set", "duration_s=0.3", "--set", "experiment.margins=false"][..],
+        &["--set", "duration_s=1", "--set", "link.loss=0.1"],
+    ] {
+        let always = ["run", "--target", "mps2-an386", "--image", image.path().to_str().unwrap()];
+        let mut run = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        let run =
+            run.current_dir(&folder).args(always).args(["--signals", "mcap", "--out", "."]).args(arguments);
+        assert!(run.output().unwrap().status.success(), "{arguments:?}");
+        let replay = replay(&folder.path().join("signals.mcap"), |_| ()).unwrap();
+        assert!(!replay.diverges(), "{replay:?}");
+        assert!(replay.controllers.iter().all(|of| of.ticks >= 300 && of.words >= 900), "{replay:?}");
     }
 }

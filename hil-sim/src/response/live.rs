@@ -264,11 +264,7 @@ impl Answering {
 }
 
 /// Carries out a request; none for what is none.
-fn respond(
-    content: &[u8],
-    station: &mut Station,
-    info: &mut DeviceInfo,
-) -> Option<(u16, Response<'static>)> {
+fn respond(content: &[u8], station: &mut Station, info: &mut DeviceInfo) -> Option<(u16, Response<'static>)> {
     match decode_request(content) {
         Ok((id, request)) => {
             let response = serve(id, &request, &mut station.dimsart, info);

@@ -105,6 +105,7 @@ fn more_signals_go_on_under_another_topic_and_what_made_the_run_comes_first() {
         }
     }
     let scheme = facts.controllers[0].scheme.clone();
-    let expected = [("settings.toml", facts.settings_toml), ("knee.scheme", scheme), ("knee.device.json", "{}".into())];
+    let expected =
+        [("settings.toml", facts.settings_toml), ("knee.scheme", scheme), ("knee.device.json", "{}".into())];
     assert!(attached.into_iter().eq(expected.map(|(name, text)| (name.to_owned(), text))));
 }
