@@ -1,9 +1,13 @@
 //! What the board measures of its modules is what the machine of `dimsart cycles` counts.
 
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
 
 use cycles::timing::{Column, Profile, Timing};
-use dimsart::connect::{ConnectError, Device, Measured};
+use dimsart::broker::{self, SharedPort};
+use dimsart::connect::{ConnectError, Device, Measured, Tap};
 use dimsart::cycles::{Controller, Firmware as Image};
 use dimsart_core::protocol::Refusal;
 use dimsart_core::{AxisKind, Command as SchemeCommand, DeviceDescriptor, Dimsart, saved_scheme, types};
@@ -80,6 +84,38 @@ fn every_call_takes_the_instructions_that_the_machine_counts() {
     let [least, greatest] = [around(tick.0, measured.tick.least), around(tick.1, measured.tick.greatest)];
     assert!((0.0..=80.0).contains(&least), "{least}: {tick:?} {measured:?}");
     assert!((greatest - least).abs() < 1.5, "{least} {greatest}: {tick:?} {measured:?}");
+}
+
+/// Eight programs that want every tick of all signals, at one port: what the board computes in a tick costs the same.
+#[test]
+fn eight_clients_cost_a_tick_nothing() {
+    let Some(firmware) = Firmware::start_measuring() else { return };
+    let port = format!("sim:eight-{}", std::process::id());
+    let _shared = SharedPort::new(&port, firmware.uart()).unwrap();
+    let connect = || greet(broker::open(&port, 0).unwrap());
+    let mut device = connect();
+    device.measure_anew().unwrap();
+    let alone = measured(&mut device).unwrap().tick;
+    let is_over = AtomicBool::new(false);
+    let watched = thread::scope(|scope| {
+        for _ in 0..8 {
+            scope.spawn(|| {
+                let (mut client, mut tap) = (connect(), Tap::new(1));
+                while !is_over.load(Ordering::Relaxed) {
+                    // Where another client has the board's stream, it asks again and again.
+                    let _ = client.tap(&mut tap, Duration::from_millis(20));
+                    client.signals(&[]).unwrap();
+                }
+            });
+        }
+        device.measure_anew().unwrap();
+        let watched = measured(&mut device).unwrap().tick;
+        is_over.store(true, Ordering::Relaxed);
+        watched
+    });
+    println!("instructions of a tick: {alone:?} alone, {watched:?} with eight clients");
+    assert!(watched.mean <= 1.02 * alone.mean, "{alone:?} {watched:?}");
+    assert!(watched.greatest <= 1.02 * alone.greatest, "{alone:?} {watched:?}");
 }
 
 /// A device's scheme as bytes to keep.
