@@ -176,6 +176,54 @@ fn a_recorder_keeps_the_last_rows_of_every_few_ticks() {
     }
 }
 
+/// Against rows kept in a plain list: the edge of the second word, in whatever tick it comes.
+#[test]
+fn a_recorder_keeps_the_rows_around_an_edge() {
+    let recorder = Engine::<Standard>::module("RECORDER_MOD").unwrap();
+    for (trigger, sign) in [("RISING", 1.0), ("FALLING", -1.0)] {
+        for (every, after, edge) in [(1, 0, 6_u8), (1, 3, 25), (1, 5, 7), (3, 2, 40), (4, 5, 41)] {
+            let mut bench: Bench = Bench::of(2, &[types::FORCE], &[]);
+            bench.run(&format!(
+                "RECORDER_MOD LENGTH 6\nRECORDER_MOD EVERY {every}\nRECORDER_MOD TRIGGER {trigger}\n\
+                 RECORDER_MOD LEVEL {}\nRECORDER_MOD WORD 1\nRECORDER_MOD AFTER {after}\n\
+                 RECORDER_MOD PORT_SIGNAL_IN FORCE\nMOD_ENG MOD_ON RECORDER_MOD",
+                0.5 * sign
+            ));
+            // At first it is beyond the level: that is no edge.
+            let level = |tick: u8| if (5..edge).contains(&tick) { 0.5 * sign } else { sign };
+            let row = |tick: u8| [f32::from(tick), level(tick)];
+            for _ in 0..2 {
+                let (mut taken, mut caught, mut left) = (Vec::new(), 0, None);
+                for tick in 0..100_u8 {
+                    bench.tick(&row(tick));
+                    if tick == edge {
+                        (caught, left) = (taken.len() + 1, Some(after + 1));
+                    }
+                    if tick % every == 0 && left != Some(0) {
+                        taken.push(row(tick));
+                        left = left.map(|left: usize| left - 1);
+                    }
+                    let expected = u32::try_from(taken.len()).unwrap();
+                    assert_eq!(
+                        bench.bits("RECORDED_ROWS"),
+                        [expected],
+                        "{trigger} {every} {after} {edge} {tick}"
+                    );
+                }
+                assert_eq!(taken.len(), caught + after);
+                let memory = bench.dimsart.engine().memory(recorder).unwrap();
+                for (number, row) in taken.iter().enumerate().rev().take(6) {
+                    let place = 2 * (number % 6);
+                    assert_eq!(memory[place..place + 2], row.map(f32::to_bits));
+                }
+                assert!(taken[caught - 1][0] >= f32::from(edge) && taken[caught - 1][1] == sign);
+                // A reset arms it again.
+                bench.rows("MOD_ENG MOD_RESET RECORDER_MOD");
+            }
+        }
+    }
+}
+
 /// Every bit of every signal of the bilateral scheme, for ticks with a packet of its own now and then.
 fn bits_of_a_run(form: &str) -> Vec<u32> {
     let mut bench: Bench = Bench::of(3, &[types::POSITION], &[types::DES_FORCE]);
