@@ -1,5 +1,6 @@
 //! The `dimsart` command: what it can do, one file per sub-command.
 
+mod bridge;
 mod bus;
 mod check;
 mod connect;
@@ -54,6 +55,7 @@ Examples:
 #[derive(Debug, Subcommand)]
 enum Command {
     Run(run::Run),
+    Bridge(bridge::Bridge),
     Bus(bus::Bus),
     Check(check::Check),
     Modules(modules::Modules),
@@ -91,6 +93,7 @@ pub fn main() -> ExitCode {
     let mut out = io::stdout().lock();
     let ending = match command {
         Command::Run(run) => run.execute(&mut out),
+        Command::Bridge(bridge) => bridge.execute(&mut out),
         Command::Bus(bus) => bus.execute(&mut out),
         Command::Check(check) => check.execute(&mut out),
         Command::Modules(modules) => modules.execute(&mut out),

@@ -32,6 +32,7 @@ mod tap;
 mod transaction;
 mod unsolicited;
 
+pub(crate) use command::ANY_SIDE;
 pub use command::CommandOutcome;
 pub(crate) use description::range_text;
 pub use description::{Identity, ValueText};

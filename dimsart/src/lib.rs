@@ -13,6 +13,8 @@
 //! | a picture | a [`Figure`](report::Figure) in [`pictures`] | nowhere else: the report draws what it is given |
 #![forbid(unsafe_code)]
 
+#[cfg(feature = "zenoh")]
+pub mod bridge;
 pub mod broker;
 pub mod budget;
 pub mod cli;

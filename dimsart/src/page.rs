@@ -9,10 +9,10 @@
 //! It listens on this computer alone. A request needs the token of the printed address, and a WebSocket the page's own
 //! origin, so that no other site's page and no other user's program gets in.
 
-mod action;
+pub(crate) mod action;
 mod client;
-mod news;
-mod station;
+pub(crate) mod news;
+pub(crate) mod station;
 mod token;
 
 use std::io;

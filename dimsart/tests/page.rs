@@ -47,7 +47,8 @@ impl Served {
         let shared = SharedPort::new(&port, Box::new(lines.remove(0).1)).unwrap();
         let at = port.clone();
         let open: OpenLine = Box::new(move || Ok(broker::open(&at, 0)?));
-        let stations = vec![Station::new(0, "joint", Access { open, every_ticks: 1, hand: None }).unwrap()];
+        let access = Access { open, every_ticks: 1, hand: None, is_exclusive: false };
+        let stations = vec![Station::new(0, "joint", access).unwrap()];
         let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);

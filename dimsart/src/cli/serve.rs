@@ -49,7 +49,7 @@ pub(super) struct Serve {
 
 /// Ticks from one row of signals to the next from a port: at 1 kHz and 921 600 baud a fifth of the line, and the rest is for
 /// questions, answers and heartbeats.
-const PORT_TICKS: u32 = 4;
+pub(super) const PORT_TICKS: u32 = 4;
 /// Where the page is when nothing is said.
 const PAGE_PORT: u16 = 8060;
 
@@ -140,7 +140,7 @@ impl Serve {
                 Box::new(move |signal, axis, value| drop(hand.send(Hold { station, signal, axis, value })))
             });
             let every_ticks = if hand.is_some() { 1 } else { PORT_TICKS };
-            Station::new(number, name, Access { open, every_ticks, hand })
+            Station::new(number, name, Access { open, every_ticks, hand, is_exclusive: false })
         });
         let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
         writeln!(out, "page: {}", page.url())?;

@@ -13,7 +13,7 @@ use super::show::ParameterReport;
 use super::{ConnectError, Device};
 
 /// Destination of a row that is for the device at hand.
-pub(super) const ANY_SIDE: &str = "all";
+pub(crate) const ANY_SIDE: &str = "all";
 
 /// What an accepted command came to.
 #[derive(Debug, Clone, PartialEq, Serialize)]

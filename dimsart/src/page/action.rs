@@ -4,12 +4,13 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::station::{Hand, PageDevice};
-use crate::connect::{ConnectError, FindingText};
+use crate::connect::{ANY_SIDE, ConnectError, FindingText};
+use hil_sim::schemes::SchemeText;
 
 /// Something to be done, or to be looked at.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "do", rename_all = "snake_case")]
-pub(super) enum Action {
+pub(crate) enum Action {
     /// A change at once, as `dimsart connect PORT set`.
     Edit(Edit),
     /// Changes that take effect together, or, only tried, not at all: what the check says of them.
@@ -17,8 +18,16 @@ pub(super) enum Action {
         edits: Vec<Edit>,
         commit: bool,
     },
-    /// Takes the lease and holds it, as long as the browser says that it is there.
+    /// Rows of a scheme as one transaction, upon what is there or in its place.
+    Scheme {
+        rows: String,
+        #[serde(default)]
+        replace: bool,
+    },
+    /// Takes the lease and holds it, as long as the client says that it is there.
     Arm,
+    /// Says so, and whether it still holds it.
+    Renew,
     /// Gives it back.
     Disarm,
     Reset,
@@ -44,7 +53,7 @@ pub(super) enum Action {
 /// A change of the scheme.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "edit", rename_all = "snake_case")]
-pub(super) enum Edit {
+pub(crate) enum Edit {
     Set { module: String, parameter: String, value: String },
     On { module: String, before: Option<String> },
     Off { module: String },
@@ -63,9 +72,20 @@ impl Action {
         Ok(match self {
             Self::Edit(edit) => text(edit.run(device)?),
             Self::Transaction { edits, commit } => transaction(device, edits, commit)?,
+            Self::Scheme { rows, replace } => {
+                let scheme = SchemeText { name: "rows".to_owned(), text: rows };
+                json(&match replace {
+                    true => device.replace_scheme(&scheme, ANY_SIDE)?,
+                    false => device.send_scheme(&scheme, ANY_SIDE)?,
+                })
+            }
             Self::Arm => {
                 device.hold_lease()?;
-                text("this page holds the lease")
+                text("the lease is held as long as it is renewed")
+            }
+            Self::Renew => {
+                device.renew_in_time()?;
+                text("the lease is renewed")
             }
             Self::Disarm => {
                 device.give_lease_back()?;
@@ -88,6 +108,13 @@ impl Action {
                 Value::Null
             }
         })
+    }
+}
+
+impl Action {
+    /// Whether it is for the one that moves the device, while there is one.
+    pub(super) fn changes(&self) -> bool {
+        !matches!(self, Self::Events | Self::Recorder { .. } | Self::Rows)
     }
 }
 

@@ -64,7 +64,10 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
             loop {
                 let message = match news.recv().await {
                     Ok(News::Text(text)) => Message::text(text.as_ref()),
-                    Ok(News::Rows(rows)) => Message::binary(rows.to_vec()),
+                    Ok(News::Rows(rows)) => match rows.bytes() {
+                        Some(bytes) => Message::binary(bytes),
+                        None => continue,
+                    },
                     Err(RecvError::Lagged(missed)) => Message::text(
                         serde_json::json!({ "kind": "missed", "station": number, "content": missed })
                             .to_string(),

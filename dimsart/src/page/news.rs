@@ -12,16 +12,46 @@ const ROOM: usize = 1024;
 
 /// A piece of news.
 #[derive(Debug, Clone)]
-pub(super) enum News {
+pub(crate) enum News {
     /// JSON.
     Text(Arc<str>),
-    /// Rows of signals: see [`Board::rows`].
-    Rows(Arc<[u8]>),
+    /// Signals, tick by tick.
+    Rows(Arc<Rows>),
+}
+
+/// Rows of signals, one after the other.
+#[derive(Debug)]
+pub(crate) struct Rows {
+    /// Number of the station.
+    pub(crate) station: u8,
+    /// Number of the layout, as [`Board::layout`] told it.
+    pub(crate) layout: u32,
+    /// What a row's values are of.
+    pub(crate) signals: Arc<[TapSignal]>,
+    /// At least one.
+    pub(crate) rows: Vec<TapRow>,
+}
+
+impl Rows {
+    /// As the page reads them: station `u8`, 0 `u8`, values of a row `u16`, number of the layout `u32`; then each row, its
+    /// tick `u32` and its values `f32`. Little endian. None for more values than that.
+    pub(super) fn bytes(&self) -> Option<Vec<u8>> {
+        let width = u16::try_from(self.rows.first()?.values.len()).ok()?;
+        let mut bytes = vec![self.station, 0];
+        bytes.extend(width.to_le_bytes());
+        bytes.extend(self.layout.to_le_bytes());
+        for row in &self.rows {
+            bytes.extend(row.tick.to_le_bytes());
+            #[expect(clippy::cast_possible_truncation, reason = "to be drawn")]
+            row.values.iter().for_each(|value| bytes.extend((*value as f32).to_le_bytes()));
+        }
+        Some(bytes)
+    }
 }
 
 /// Where news are put up.
 #[derive(Debug)]
-pub(super) struct Board {
+pub(crate) struct Board {
     /// Number of the station.
     station: u8,
     sender: Sender<News>,
@@ -42,7 +72,7 @@ impl Board {
     }
 
     /// All that is told from now on, and the last of every kind until now.
-    pub(super) fn read(&self) -> (Vec<Arc<str>>, Receiver<News>) {
+    pub(crate) fn read(&self) -> (Vec<Arc<str>>, Receiver<News>) {
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         (last.iter().map(|(_, text)| Arc::clone(text)).collect(), self.sender.subscribe())
     }
@@ -74,18 +104,12 @@ impl Board {
         self.tell("layout", &Layout { number, every_ticks, signals });
     }
 
-    /// Tells rows: station `u8`, 0 `u8`, values of a row `u16`, number of the layout `u32`; then each row, its tick `u32`
-    /// and its values `f32`. Little endian.
-    pub(super) fn rows(&self, layout: u32, rows: &[TapRow]) {
-        let Some(width) = rows.first().and_then(|row| u16::try_from(row.values.len()).ok()) else { return };
-        let mut bytes = vec![self.station, 0];
-        bytes.extend(width.to_le_bytes());
-        bytes.extend(layout.to_le_bytes());
-        for row in rows {
-            bytes.extend(row.tick.to_le_bytes());
-            #[expect(clippy::cast_possible_truncation, reason = "to be drawn")]
-            row.values.iter().for_each(|value| bytes.extend((*value as f32).to_le_bytes()));
+    /// Tells rows, if there are any.
+    pub(super) fn rows(&self, layout: u32, signals: &Arc<[TapSignal]>, rows: Vec<TapRow>) {
+        if rows.is_empty() {
+            return;
         }
-        let _ = self.sender.send(News::Rows(bytes.into()));
+        let rows = Rows { station: self.station, layout, signals: Arc::clone(signals), rows };
+        let _ = self.sender.send(News::Rows(rows.into()));
     }
 }

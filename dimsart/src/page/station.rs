@@ -46,6 +46,8 @@ pub struct Access {
     pub every_ticks: u32,
     /// What a simulated one has.
     pub hand: Option<Hand>,
+    /// Whether, while a client moves it, others look and stop alone.
+    pub is_exclusive: bool,
 }
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
@@ -62,7 +64,7 @@ pub struct Station {
 }
 
 /// What an action came to: its result, or why it was refused.
-pub(super) type Answer = Result<Value, String>;
+pub(crate) type Answer = Result<Value, String>;
 
 impl Station {
     /// The `number`th controller of a page, by a name. Lines to it are opened again when they end.
@@ -70,7 +72,7 @@ impl Station {
     /// # Errors
     /// Whatever the system says when there is no thread left.
     pub fn new(number: u8, name: &str, access: Access) -> io::Result<Self> {
-        let Access { open, every_ticks, hand } = access;
+        let Access { open, every_ticks, hand, is_exclusive } = access;
         let (asking, asks) = channel();
         let (stopping, stops) = channel();
         let (board, open) = (Arc::new(Board::new(number)), Arc::new(open));
@@ -79,7 +81,7 @@ impl Station {
         };
         let (looked, wakes) = channel();
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
-        start("asking", Box::new(move || Asking::new(news, line, looked, hand).run(&asks)))?;
+        start("asking", Box::new(move || Asking::new(news, line, looked, hand, is_exclusive).run(&asks)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
         start("looking", Box::new(move || look(&news, &line, &wakes)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
@@ -88,16 +90,16 @@ impl Station {
         Ok(Self { name: name.to_owned(), asking, stopping, board })
     }
 
-    pub(super) fn name(&self) -> &str {
+    pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    pub(super) fn board(&self) -> &Board {
+    pub(crate) fn board(&self) -> &Board {
         &self.board
     }
 
     /// Does something for a browser; what came of it.
-    pub(super) fn ask(&self, client: u64, action: Action) -> oneshot::Receiver<Answer> {
+    pub(crate) fn ask(&self, client: u64, action: Action) -> oneshot::Receiver<Answer> {
         let (answer, answered) = oneshot::channel();
         // Where the thread is gone, the answer never comes.
         let _ = self.asking.send(Ask::Do { client, action, answer });
@@ -105,14 +107,14 @@ impl Station {
     }
 
     /// Stops the device, whoever says so.
-    pub(super) fn stop(&self) -> oneshot::Receiver<Answer> {
+    pub(crate) fn stop(&self) -> oneshot::Receiver<Answer> {
         let (answer, answered) = oneshot::channel();
         let _ = self.stopping.send(answer);
         answered
     }
 
     /// A browser is there, or has gone.
-    pub(super) fn hear(&self, client: u64, is_here: bool) {
+    pub(crate) fn hear(&self, client: u64, is_here: bool) {
         let _ = self.asking.send(if is_here { Ask::IsHere { client } } else { Ask::IsGone { client } });
     }
 }

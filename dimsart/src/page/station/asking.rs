@@ -17,7 +17,7 @@ use crate::connect::{ConnectError, LiveReport};
 const A_MOMENT: Duration = Duration::from_millis(15);
 /// From one look at how the device is doing to the next.
 const LOOK: Duration = Duration::from_millis(100);
-/// A browser that holds the lease and says nothing for so long is gone.
+/// A client that holds the lease and says nothing for so long is gone.
 const SILENCE: Duration = Duration::from_millis(500);
 
 /// What a browser has for the thread.
@@ -49,9 +49,10 @@ pub(super) struct Asking {
     open: Arc<OpenLine>,
     /// Wakes who looks at the scheme.
     looked: Sender<()>,
-    /// The browser that holds the lease, and when it was heard last.
+    /// The client that holds the lease, and when it was heard last.
     holder: Option<(u64, Instant)>,
     hand: Option<Hand>,
+    is_exclusive: bool,
     /// References that browsers hold by it.
     held: Vec<(u64, String, usize)>,
     /// How often motion has ended without being told to.
@@ -59,8 +60,14 @@ pub(super) struct Asking {
 }
 
 impl Asking {
-    pub(super) fn new(news: Arc<Board>, open: Arc<OpenLine>, looked: Sender<()>, hand: Option<Hand>) -> Self {
-        Self { news, open, looked, holder: None, hand, held: Vec::new(), losses: 0 }
+    pub(super) fn new(
+        news: Arc<Board>,
+        open: Arc<OpenLine>,
+        looked: Sender<()>,
+        hand: Option<Hand>,
+        is_exclusive: bool,
+    ) -> Self {
+        Self { news, open, looked, holder: None, hand, is_exclusive, held: Vec::new(), losses: 0 }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
@@ -74,7 +81,10 @@ impl Asking {
             };
             match ended {
                 Ok(()) => return,
-                Err(error) => self.news.tell("gone", &Some(error.to_string())),
+                Err(error) => {
+                    self.news.tell("gone", &Some(error.to_string()));
+                    refuse(asks, &error);
+                }
             }
             self.holder = None;
             thread::sleep(PAUSE);
@@ -110,11 +120,7 @@ impl Asking {
     fn take(&mut self, device: &mut PageDevice, ask: Ask) -> bool {
         match ask {
             Ask::IsHere { client } => {
-                if let Some((holder, heard)) = &mut self.holder
-                    && *holder == client
-                {
-                    *heard = Instant::now();
-                }
+                self.hear(client);
                 false
             }
             Ask::IsGone { client } => {
@@ -134,18 +140,24 @@ impl Asking {
                     self.held.extend(value.iter().map(|_| (client, signal.clone(), *axis)));
                 }
                 let is_other = self.holder.is_some_and(|(holder, _)| holder != client);
+                let is_lease = matches!(action, Action::Arm | Action::Disarm | Action::Renew);
                 let done = match &action {
-                    Action::Arm | Action::Disarm if is_other => {
-                        Err("another page holds the lease: stop the device from here, or give it back there"
+                    _ if is_other && (is_lease || self.is_exclusive && action.changes()) => {
+                        Err("another client holds the lease: stop the device, or have it give it back"
                             .to_owned())
+                    }
+                    Action::Renew if self.holder.is_none() => {
+                        Err("the lease is over: `arm` takes it anew".to_owned())
                     }
                     _ => {
                         let moves = matches!(action, Action::Arm).then(|| (client, Instant::now()));
-                        let is_lease = matches!(action, Action::Arm | Action::Disarm);
+                        let is_other_then = matches!(action, Action::Arm | Action::Disarm);
                         let done = action.run(device, self.hand.as_ref()).map_err(|error| error.to_string());
-                        if is_lease {
+                        if is_other_then {
                             self.holder = moves.filter(|_| done.is_ok());
                         }
+                        // What has taken long kept it from being heard.
+                        self.hear(client);
                         done
                     }
                 };
@@ -156,13 +168,21 @@ impl Asking {
         }
     }
 
-    /// Ends motion when the browser that moves the device is gone, or somebody has taken the lease away.
+    fn hear(&mut self, client: u64) {
+        if let Some((holder, heard)) = &mut self.holder
+            && *holder == client
+        {
+            *heard = Instant::now();
+        }
+    }
+
+    /// Ends motion when the client that moves the device is gone, or somebody has taken the lease away.
     fn watch_holder(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
         let Some((_, heard)) = self.holder else { return Ok(()) };
         if heard.elapsed() > SILENCE {
             self.let_go(device);
             self.tell_lost(
-                "the page that moved the device said nothing for half a second: the device is at rest",
+                "the client that moved the device said nothing for half a second: the device is at rest",
             );
         } else if let Err(error) = device.renew_in_time() {
             match error {
@@ -187,5 +207,14 @@ impl Asking {
         self.holder = None;
         // If it cannot be given back, it ends by itself.
         let _ = device.give_lease_back();
+    }
+}
+
+/// Refuses what waits: when the line is there again, nobody may want it any more.
+fn refuse(asks: &Receiver<Ask>, error: &ConnectError) {
+    for ask in asks.try_iter() {
+        if let Ask::Do { answer, .. } = ask {
+            let _ = answer.send(Err(error.to_string()));
+        }
     }
 }

@@ -1,5 +1,6 @@
 //! The signals of every tick.
 
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
@@ -15,14 +16,14 @@ pub(super) fn tap(news: &Board, open: &OpenLine, every_ticks: u32) {
     let mut number = 0;
     loop {
         if let Ok(mut device) = greet(open) {
-            let (mut tap, mut told) = (Tap::new(every_ticks), Vec::new());
+            let (mut tap, mut told) = (Tap::new(every_ticks), Arc::from([]));
             while let Ok(rows) = device.tap(&mut tap, PICTURE) {
-                if told != tap.signals() {
+                if *told != *tap.signals() {
                     number += 1;
-                    tap.signals().clone_into(&mut told);
+                    told = tap.signals().into();
                     news.layout(number, every_ticks, &told);
                 }
-                news.rows(number, &rows);
+                news.rows(number, &told, rows);
             }
         }
         thread::sleep(PAUSE);

@@ -1,0 +1,121 @@
+//! `dimsart bridge`: stations over Zenoh.
+
+use std::io::Write;
+
+use clap::Args;
+use dimsart_core::protocol::DEFAULT_BAUD;
+
+use super::Ending;
+
+/// Publish stations over Zenoh, and take commands for them from there under the lease, until Ctrl-C.
+///
+/// A fleet is any number of stations here, and any number of these commands at one router. ROS 2 reads `JointState` and
+/// diagnostics by `rmw_zenoh_cpp`. Keys, forms and commands: docs/commands.md, "A fleet over Zenoh". Zenoh is a feature of
+/// the build: `cargo build --release -p dimsart --features zenoh`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+#[cfg_attr(not(feature = "zenoh"), expect(dead_code, reason = "to be told how to build what reads them"))]
+pub(super) struct Bridge {
+    /// Stations: ports such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`; each by its
+    /// device's name, or by the one that stands before it.
+    #[arg(value_name = "[NAME=]PORT", required = true)]
+    ports: Vec<String>,
+    /// The router.
+    #[arg(long, value_name = "tcp/HOST:PORT", default_value = "tcp/localhost:7447")]
+    router: String,
+    /// First part of every key.
+    #[arg(long, value_name = "NAME", default_value = "dimsart")]
+    prefix: String,
+    /// `ROS_DOMAIN_ID` of who reads `JointState` and diagnostics.
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    ros_domain: u32,
+    /// Bits per second of a serial port.
+    #[arg(long, default_value_t = DEFAULT_BAUD)]
+    baud: u32,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart serve joint                                        in one terminal; and a router: zenohd
+  dimsart bridge sim:joint                                   as dimsart/joint/state, /signals, /command and others
+  dimsart bridge left=/dev/ttyACM0 right=/dev/ttyACM1 --prefix robot7 --router tcp/10.0.0.1:7447";
+
+#[cfg(not(feature = "zenoh"))]
+impl Bridge {
+    #[expect(clippy::unused_self, reason = "as the other one")]
+    pub(super) fn execute(self, _out: &mut impl Write) -> Ending {
+        Err("this `dimsart` was built without Zenoh, which takes minutes to build; build it with \
+             `cargo build --release -p dimsart --features zenoh`"
+            .into())
+    }
+}
+
+#[cfg(feature = "zenoh")]
+mod with_zenoh {
+    use std::process::ExitCode;
+    use std::sync::atomic::Ordering;
+    use std::thread;
+    use std::time::Duration;
+
+    use super::{Bridge, Ending, Write};
+    use crate::bridge::{self, Place};
+    use crate::broker::{self, SIMULATED};
+    use crate::cli::run::stop_on_interrupt;
+    use crate::cli::serve::PORT_TICKS;
+    use crate::connect::{ConnectError, Device, Patience};
+    use crate::page::{Access, OpenLine, Station};
+
+    /// How soon a router that is gone is seen.
+    const A_MOMENT: Duration = Duration::from_millis(20);
+
+    impl Bridge {
+        pub(in crate::cli) fn execute(self, out: &mut impl Write) -> Ending {
+            let stop = stop_on_interrupt()?;
+            let stations = self.ports.iter().map(|port| self.station(port));
+            let stations = stations.collect::<Result<Vec<_>, String>>()?;
+            let Self { router, prefix, ros_domain, ports, .. } = self;
+            let bridge =
+                bridge::Bridge::open(&Place { router: router.clone(), prefix, ros_domain }, stations)?;
+            for (port, key) in ports.iter().zip(bridge.keys()) {
+                writeln!(out, "{port} is {key} at {router} until Ctrl-C")?;
+            }
+            out.flush()?;
+            let mut had_router = true;
+            while !stop.load(Ordering::Relaxed) {
+                let has_router = bridge.has_router();
+                if had_router && !has_router {
+                    bridge.let_go();
+                    eprintln!(
+                        "dimsart: the router at {router} is gone: what was moved from there is at rest"
+                    );
+                } else if has_router && !had_router {
+                    eprintln!("dimsart: the router at {router} is there again");
+                }
+                had_router = has_router;
+                thread::sleep(A_MOMENT);
+            }
+            bridge.let_go();
+            Ok(ExitCode::SUCCESS)
+        }
+
+        /// A station that is there now: one that goes later is waited for.
+        fn station(&self, text: &str) -> Result<Station, String> {
+            let (name, port) = match text.split_once('=') {
+                Some((name, port)) => (Some(name.to_owned()), port.to_owned()),
+                None => (None, text.to_owned()),
+            };
+            let is_wrong = |error: ConnectError| format!("{port}: {error}");
+            let line = broker::open(&port, self.baud).map_err(|error| is_wrong(error.into()))?;
+            let device = Device::greet(line, Patience::default()).map_err(is_wrong)?;
+            let name = name.unwrap_or_else(|| device.identity().device.clone());
+            let every_ticks = if port.starts_with(SIMULATED) { 1 } else { PORT_TICKS };
+            let baud = self.baud;
+            let open: OpenLine = Box::new({
+                let port = port.clone();
+                move || Ok(broker::open(&port, baud)?)
+            });
+            let access = Access { open, every_ticks, hand: None, is_exclusive: true };
+            Station::new(0, &name, access).map_err(|error| format!("{port}: {error}"))
+        }
+    }
+}
