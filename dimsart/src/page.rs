@@ -1,13 +1,14 @@
 //! The page: controllers seen, tuned and moved from a browser on this computer.
 //!
 //! ```text
-//! browser ◀─WebSocket─▶ client ◀──▶ Station: three lines to one controller, as `dimsart connect` has one
+//! browser ◀─WebSocket─▶ client ◀──▶ Station: four lines to one controller, as `dimsart connect` has one
 //! ```
 //! Nothing here is in the way of a tick: a station is a client of the broker like any other one. Motion needs the lease, and
-//! the lease is given back when its browser is gone or silent.
+//! the lease is renewed no more when its browser is gone or silent, whatever its line waits for.
 //!
 //! It listens on this computer alone. A request needs the token of the printed address, and a WebSocket the page's own
-//! origin, so that no other site's page and no other user's program gets in.
+//! origin, so that no other site's page and no other user's program gets in. A page that is still open sends its token to
+//! whoever has the port when the server has ended: where other users are on the computer, close it first.
 
 pub(crate) mod action;
 mod client;
@@ -46,7 +47,7 @@ const INDEX: &str = include_str!("page/assets/index.html");
 /// Nothing of the page comes from elsewhere.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:";
 
-/// A page that is served, until this goes.
+/// A page that is served until the program ends.
 #[derive(Debug)]
 pub struct Page {
     address: SocketAddr,

@@ -12,7 +12,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -37,6 +37,45 @@ struct Served {
     stop: Arc<AtomicBool>,
     running: Option<JoinHandle<()>>,
     _shared: SharedPort,
+    trouble: Arc<Trouble>,
+}
+
+/// What is wrong with the page's lines.
+#[derive(Debug, Default)]
+struct Trouble {
+    /// Nothing comes from the device.
+    is_deaf: AtomicBool,
+    /// Nothing goes to it.
+    is_mute: AtomicBool,
+    /// How much later everything comes, ms.
+    delay_ms: AtomicU64,
+}
+
+/// A line of the page.
+#[derive(Debug)]
+struct Troubled(Box<dyn Stream>, Arc<Trouble>);
+
+impl Read for Troubled {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.0.read(buffer);
+        if self.1.is_deaf.load(Ordering::Relaxed) && matches!(read, Ok(1..)) {
+            return Err(std::io::ErrorKind::WouldBlock.into());
+        }
+        if matches!(read, Ok(1..)) {
+            thread::sleep(Duration::from_millis(self.1.delay_ms.load(Ordering::Relaxed)));
+        }
+        read
+    }
+}
+
+impl Write for Troubled {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        if self.1.is_mute.load(Ordering::Relaxed) { Ok(bytes.len()) } else { self.0.write(bytes) }
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush()
+    }
 }
 
 impl Served {
@@ -46,14 +85,17 @@ impl Served {
         let port = format!("sim:page-{name}-{}", std::process::id());
         let shared = SharedPort::new(&port, Box::new(lines.remove(0).1)).unwrap();
         let at = port.clone();
-        let open: OpenLine = Box::new(move || Ok(broker::open(&at, 0)?));
-        let access = Access { open, every_ticks: 1, hand: None, is_exclusive: false };
+        let trouble = Arc::new(Trouble::default());
+        let of_lines = Arc::clone(&trouble);
+        let open: OpenLine =
+            Box::new(move || Ok(Box::new(Troubled(broker::open(&at, 0)?, Arc::clone(&of_lines)))));
+        let access = Access { open, baud: None, hand: None };
         let stations = vec![Station::new(0, "joint", access).unwrap()];
         let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let running = Some(thread::spawn(move || live.run(&flag, |_| ())));
-        Self { port, url: page.url(), stop, running, _shared: shared }
+        Self { port, url: page.url(), stop, running, _shared: shared, trouble }
     }
 
     fn joint(name: &str) -> Self {
@@ -179,36 +221,113 @@ fn nobody_gets_in_without_the_token_from_another_page_or_by_another_name() {
     assert!(served.socket(&own, &token).is_ok());
 }
 
+/// Moves the device from a page, for a while.
+fn hold(browser: &mut Browser) {
+    browser.ask(json!({ "do": "arm" })).unwrap();
+    for _ in 0..5 {
+        browser.say(&json!({ "say": "here" }));
+        thread::sleep(Duration::from_millis(100));
+    }
+    browser.news("status", |status| status["live"]["is_commanded"] == true && status["holder"].is_number());
+}
+
 #[test]
 fn a_page_moves_a_device_until_it_closes_falls_silent_or_somebody_stops() {
     let served = Served::joint("lease");
     let mut device = served.device();
     let mut browser = served.browser();
-    let hold = |browser: &mut Browser| {
-        browser.ask(json!({ "do": "arm" })).unwrap();
-        for _ in 0..5 {
-            browser.say(&json!({ "say": "here" }));
-            thread::sleep(Duration::from_millis(100));
-        }
-        browser.news("status", |status| {
-            status["live"]["is_commanded"] == true && status["is_held_here"] == true
-        });
-    };
-    // Another page looks on, and cannot take over.
+    // Another page looks on, and cannot take over, nor change anything.
     let mut other = served.browser();
     hold(&mut browser);
-    assert!(other.ask(json!({ "do": "arm" })).unwrap_err().contains("another page"));
+    let set =
+        json!({ "do": "edit", "edit": "set", "module": "PIDCTRL_MOD", "parameter": "K_PARAM", "value": "1" });
+    for action in [json!({ "do": "arm" }), json!({ "do": "disarm" }), json!({ "do": "reset" }), set] {
+        assert!(other.ask(action).unwrap_err().contains("another client"));
+    }
     // Closed.
+    assert!(device.live().unwrap().is_commanded);
     drop(browser);
     assert!(time_to_rest(&mut device) < Duration::from_millis(500));
     // Asleep: it says nothing any more.
     let mut browser = served.browser();
     hold(&mut browser);
     assert!(time_to_rest(&mut device) < Duration::from_millis(1200));
+    other.news("lost", |lost| lost["reason"].as_str().unwrap().contains("half a second"));
     // Stopped by the one that only looks on.
     hold(&mut browser);
     other.ask(json!({ "say": "stop" })).unwrap();
     assert!(!device.live().unwrap().is_commanded);
+}
+
+#[test]
+fn a_lease_that_was_told_to_be_lost_is_lost() {
+    let served = Served::joint("gap");
+    let (mut device, mut browser) = (served.device(), served.browser());
+    hold(&mut browser);
+    // Renewals arrive, and their answers do not: it may be over for all that the page can tell.
+    served.trouble.is_deaf.store(true, Ordering::Relaxed);
+    for _ in 0..8 {
+        browser.say(&json!({ "say": "here" }));
+        thread::sleep(Duration::from_millis(50));
+    }
+    served.trouble.is_deaf.store(false, Ordering::Relaxed);
+    browser.news("lost", |_| true);
+    // It still says that it is there.
+    for _ in 0..10 {
+        browser.say(&json!({ "say": "here" }));
+        thread::sleep(Duration::from_millis(50));
+    }
+    time_to_rest(&mut device);
+    // And it can begin anew.
+    hold(&mut browser);
+}
+
+#[test]
+fn what_waits_when_the_line_comes_back_moves_nothing() {
+    let served = Served::joint("outage");
+    let (mut device, mut browser) = (served.device(), served.browser());
+    browser.news("status", |_| true);
+    served.trouble.is_mute.store(true, Ordering::Relaxed);
+    // At first the page does not know; then it tries to reach the device again and again.
+    for id in [900, 901] {
+        browser.say(&json!({ "say": "do", "id": id, "station": 0, "do": "arm" }));
+        browser.say(&json!({ "say": "stop", "id": id + 10, "station": 0 }));
+        thread::sleep(Duration::from_millis(1700));
+    }
+    served.trouble.is_mute.store(false, Ordering::Relaxed);
+    let mut refused = Vec::new();
+    browser.wait(|message| {
+        let answer: Value = serde_json::from_str(message.to_text().ok()?).ok()?;
+        if answer["kind"] == "answer" && answer["id"].as_u64() < Some(910) {
+            refused.push(answer["refused"].as_str().expect("it was carried out").to_owned());
+        }
+        (refused.len() == 2).then_some(())
+    });
+    let deadline = Instant::now() + Duration::from_secs(2);
+    while Instant::now() < deadline {
+        browser.say(&json!({ "say": "here" }));
+        assert_eq!(device.live().unwrap().holder, None);
+        device.listen(Duration::from_millis(20)).unwrap();
+    }
+}
+
+#[test]
+fn a_page_that_closes_in_the_middle_of_a_long_change_moves_nothing_any_more() {
+    let served = Served::joint("long");
+    let (mut device, mut browser) = (served.device(), served.browser());
+    browser.news("overview", |_| true);
+    hold(&mut browser);
+    served.trouble.delay_ms.store(20, Ordering::Relaxed);
+    let set = json!({ "edit": "set", "module": "PIDCTRL_MOD", "parameter": "K_PARAM", "value": "120" });
+    let edits = vec![set; 30];
+    browser.say(
+        &json!({ "say": "do", "id": 7, "station": 0, "do": "transaction", "edits": edits, "commit": false }),
+    );
+    thread::sleep(Duration::from_millis(100));
+    assert!(device.live().unwrap().is_commanded);
+    drop(browser);
+    let time = time_to_rest(&mut device);
+    assert!(time < Duration::from_millis(1200), "{time:?}");
 }
 
 #[test]

@@ -13,6 +13,7 @@ use dimsart::connect::{ConnectError, Device, Live, Patience, Tap};
 use hil_sim::link::{PortError, Stream};
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
+use hil_sim::schemes::SchemeText;
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
 
@@ -201,6 +202,33 @@ fn every_tick_reaches_all_who_listen() {
         assert!(rows.windows(2).all(|pair| pair[1].tick == pair[0].tick + 1), "a tick is missing");
         assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
     }
+}
+
+/// More signals than one stream has, not in every tick: all of a row are of the same one.
+#[test]
+fn rows_of_every_tenth_tick_are_whole() {
+    let served = Served::start("tenth", &[]);
+    let mut device = served.connect();
+    let rows: String = (2..8)
+        .map(|number| {
+            let module = format!("SIGGEN_MOD.{number}");
+            format!("all {module} PORT_SIGNAL_OUT SIGNAL_OUT.{number}\nall MOD_ENG MOD_ON {module}\n")
+        })
+        .collect();
+    let scheme = SchemeText { name: "more".to_owned(), text: rows + "all MOD_ENG MATCHING_CHECK" };
+    device.send_scheme(&scheme, "joint").unwrap();
+    let (mut tap, mut rows) = (Tap::new(10), Vec::new());
+    let deadline = Instant::now() + Duration::from_secs(20);
+    while rows.len() < 50 {
+        assert!(Instant::now() < deadline, "{} rows", rows.len());
+        rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
+    }
+    assert!(tap.signals().len() > 4, "{:?}", tap.signals());
+    assert!(rows.iter().all(|row| row.tick.is_multiple_of(10)));
+    assert!(rows.windows(2).all(|pair| pair[1].tick == pair[0].tick + 10));
+    assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
+    // What it does not want any more, another client gets at once.
+    device.end_tap(&mut tap).unwrap();
 }
 
 #[test]

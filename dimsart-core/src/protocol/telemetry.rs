@@ -128,8 +128,6 @@ struct Subscription {
     signals: [Option<TypeRef>; MAX_TELEMETRY_SIGNALS],
     words: u8,
     every_ticks: u32,
-    /// Until the next sample.
-    wait_ticks: u32,
     counter: u16,
     /// Until the client counts as gone.
     patience_ticks: u32,
@@ -141,7 +139,6 @@ impl Subscription {
         signals: [None; MAX_TELEMETRY_SIGNALS],
         words: 0,
         every_ticks: 0,
-        wait_ticks: 0,
         counter: 0,
         patience_ticks: 0,
     };
@@ -175,7 +172,7 @@ impl Subscription {
         *self = if every_ticks == 0 {
             Self::NONE
         } else {
-            Self { id, words, every_ticks, wait_ticks: 0, counter: 0, patience_ticks, ..next }
+            Self { id, words, every_ticks, counter: 0, patience_ticks, ..next }
         };
         Ok(self.words)
     }
@@ -197,11 +194,10 @@ impl Subscription {
             return None;
         };
         self.patience_ticks = patience;
-        if let Some(wait) = self.wait_ticks.checked_sub(1) {
-            self.wait_ticks = wait;
+        // By the number of the tick: the streams of a client are of the same ticks.
+        if !tick.is_multiple_of(self.every_ticks) {
             return None;
         }
-        self.wait_ticks = self.every_ticks.saturating_sub(1);
         let mut words = Vec::new();
         for signal in self.signals.iter().flatten() {
             let found = data_base.slot(*signal).map(|slot| data_base.words(slot)).unwrap_or_default();

@@ -65,7 +65,7 @@ impl Taking {
 
     /// The last news of each kind that is asked for.
     fn last(&self, query: &Query) {
-        let (last, _) = self.member.station.board().read();
+        let last = self.member.station.board().last();
         for told in last.iter().filter_map(|text| Told::read(text)) {
             let key = format!("{}/{}", self.member.key, told.key());
             let is_asked = zenoh::key_expr::KeyExpr::try_from(key.as_str())

@@ -61,7 +61,7 @@ mod with_zenoh {
     use crate::bridge::{self, Place};
     use crate::broker::{self, SIMULATED};
     use crate::cli::run::stop_on_interrupt;
-    use crate::cli::serve::PORT_TICKS;
+    use crate::cli::serve::line_baud;
     use crate::connect::{ConnectError, Device, Patience};
     use crate::page::{Access, OpenLine, Station};
 
@@ -108,13 +108,12 @@ mod with_zenoh {
             let line = broker::open(&port, self.baud).map_err(|error| is_wrong(error.into()))?;
             let device = Device::greet(line, Patience::default()).map_err(is_wrong)?;
             let name = name.unwrap_or_else(|| device.identity().device.clone());
-            let every_ticks = if port.starts_with(SIMULATED) { 1 } else { PORT_TICKS };
-            let baud = self.baud;
+            let (baud, of_line) = (self.baud, line_baud(&port, self.baud));
             let open: OpenLine = Box::new({
                 let port = port.clone();
                 move || Ok(broker::open(&port, baud)?)
             });
-            let access = Access { open, every_ticks, hand: None, is_exclusive: true };
+            let access = Access { open, baud: of_line, hand: None };
             Station::new(0, &name, access).map_err(|error| format!("{port}: {error}"))
         }
     }

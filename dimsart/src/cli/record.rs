@@ -20,13 +20,15 @@ use hil_sim::recording::{Column, Piece};
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
 /// How often rows go to the file.
 const A_MOMENT: Duration = Duration::from_millis(50);
+/// Until the device sends something.
+const TO_BEGIN: Duration = Duration::from_secs(10);
 /// From one line about the progress to the next.
 const PROGRESS: Duration = Duration::from_secs(1);
 
 /// Record a controller's signals, tick by tick, with its scheme, until Ctrl-C.
 ///
-/// A simulated controller sends every tick of all its signals; a board those that its one stream takes (4 signals, 12 words).
-/// What the line had no room for is counted, and is no number in the file.
+/// A simulated controller sends every tick of all its signals; a board those that its one stream takes (4 signals, 12 words),
+/// to one client at a time. What the line had no room for is counted: it is no number in the file, or has no row there.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Record {
@@ -70,7 +72,26 @@ impl Record {
         let is_over = || self.duration_s.is_some_and(|duration| start.elapsed() >= duration);
         let mut why = "";
         while !stop.load(Ordering::Relaxed) && !is_over() {
-            let found = device.tap(&mut tap, A_MOMENT)?;
+            let found = match device.tap(&mut tap, A_MOMENT) {
+                Ok(found) => found,
+                Err(error) => {
+                    // What there is stays.
+                    drop(pieces);
+                    file.finish()?;
+                    return Err(error.into());
+                }
+            };
+            if tap.signals().is_empty() {
+                if start.elapsed() > TO_BEGIN {
+                    let port = &self.port;
+                    let reason = format!(
+                        "{port} sends no signals: another client has what it can send, as a page or another `record`; end \
+                         it, and begin again 5 s later"
+                    );
+                    return Err(reason.into());
+                }
+                continue;
+            }
             if columns.is_empty() {
                 tap.signals().clone_into(&mut columns);
                 // It ends when its disk does not take it, and says so when it is asked.

@@ -47,9 +47,6 @@ pub(super) struct Serve {
     no_page: bool,
 }
 
-/// Ticks from one row of signals to the next from a port: at 1 kHz and 921 600 baud a fifth of the line, and the rest is for
-/// questions, answers and heartbeats.
-pub(super) const PORT_TICKS: u32 = 4;
 /// Where the page is when nothing is said.
 const PAGE_PORT: u16 = 8060;
 
@@ -132,15 +129,15 @@ impl Serve {
         let listener =
             listener.map_err(|error| format!("no page: {error}; try another --page-port, or 0"))?;
         let stations = (0..).zip(ports).map(|(number, (name, port))| {
-            let (port, baud) = (port.clone(), self.baud);
+            let (port_name, port, baud) = (port.clone(), port.clone(), self.baud);
             let open: OpenLine = Box::new(move || Ok(broker::open(&port, baud)?));
             let hand = hand.clone().map(|hand| -> Hand {
                 let station = usize::from(number);
                 // The rig ends with the page.
                 Box::new(move |signal, axis, value| drop(hand.send(Hold { station, signal, axis, value })))
             });
-            let every_ticks = if hand.is_some() { 1 } else { PORT_TICKS };
-            Station::new(number, name, Access { open, every_ticks, hand, is_exclusive: false })
+            let baud = line_baud(&port_name, self.baud);
+            Station::new(number, name, Access { open, baud, hand })
         });
         let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
         writeln!(out, "page: {}", page.url())?;
@@ -155,4 +152,9 @@ fn record(live: &mut LiveRig, file: &RigFile, folder: &Path) -> Result<SignalsFi
     let (recording, listener) = SignalsFile::create(folder, &[], SignalsFormat::Mcap(facts))?;
     live.tell(listener)?;
     Ok(recording)
+}
+
+/// Bits per second of the line behind a port; none for a simulated controller.
+pub(super) fn line_baud(port: &str, baud: u32) -> Option<u32> {
+    (!port.starts_with(SIMULATED)).then_some(baud)
 }

@@ -34,6 +34,11 @@ pub enum ConnectError {
          bytes, or the device has too little time for it"
     )]
     LeaseOver,
+    /// The one for whom the lease was held is gone.
+    #[error(
+        "nobody was there for half a second: the lease is renewed no more, and the device gets its safe input"
+    )]
+    NobodyThere,
     /// An image without authentication, or an older one.
     #[error(
         "this image has no authentication; flash the `auth` variant, such as `cargo xtask flash nucleo-g474re,auth`"

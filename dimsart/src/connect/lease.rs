@@ -7,7 +7,7 @@ use std::time::Duration;
 use dimsart_core::protocol::{Blocked, LeaseAction, LeaseStatus, NOBODY, Refusal, Request, Response};
 use serde::Serialize;
 
-use super::{ConnectError, Device, LineError, Patience};
+use super::{ConnectError, Device, LineError, Patience, Presence};
 
 /// A device that says nothing for so long is told to be silent: three heartbeats.
 const SILENCE: Duration = Duration::from_millis(300);
@@ -87,8 +87,24 @@ impl<S: Read + Write> Device<S> {
     /// [`renew_lease`](Self::renew_lease).
     pub fn hold_lease(&mut self) -> Result<LeaseStatus, ConnectError> {
         let taken = self.take_lease()?;
-        self.line_mut().hold_lease(true);
+        self.line_mut().hold_lease(None);
         Ok(taken)
+    }
+
+    /// The same for somebody, and only as long as he is there: the lease ends 200 ms after the last renewal.
+    ///
+    /// # Errors
+    /// As [`hold_lease`](Self::hold_lease), and [`ConnectError::NobodyThere`] later.
+    pub fn hold_lease_for(&mut self, presence: &Presence) -> Result<LeaseStatus, ConnectError> {
+        let taken = self.take_lease()?;
+        self.line_mut().hold_lease(Some(presence.clone()));
+        Ok(taken)
+    }
+
+    /// Whether a lease is [held](Self::hold_lease): not any more after something has said that it is over.
+    #[must_use]
+    pub fn holds_lease(&self) -> bool {
+        self.line().holds_lease()
     }
 
     /// Renews the lease if it is held and time to.
@@ -119,7 +135,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`take_lease`](Self::take_lease).
     pub fn give_lease_back(&mut self) -> Result<(), ConnectError> {
-        self.line_mut().hold_lease(false);
+        self.line_mut().let_lease_go();
         self.has_taken_lease = false;
         self.lease(LeaseAction::GiveBack).map(drop)
     }

@@ -12,9 +12,9 @@ use dimsart_core::protocol::{
     client_of, decode_response, encode_request, request_id,
 };
 
-use super::ConnectError;
 use super::renewal::Renewal;
 use super::unsolicited::Unsolicited;
+use super::{ConnectError, Presence};
 pub use error::{LineError, Patience};
 use error::{failed, is_nothing_yet, too_long};
 use request::{answers, any_id, is_renewal, may_repeat};
@@ -79,15 +79,30 @@ impl<S: Read + Write> RequestLine<S> {
         (self.is_number_taken, self.renewal) = (false, None);
     }
 
-    /// Renews the lease from now on, or no more.
-    pub(super) fn hold_lease(&mut self, is_held: bool) {
-        self.renewal = is_held.then(|| Renewal::new(self.client()));
+    /// Renews the lease from now on, as long as somebody is there if it is for somebody.
+    pub(super) fn hold_lease(&mut self, presence: Option<Presence>) {
+        self.renewal = Some(Renewal::new(self.client(), presence));
     }
 
-    /// Renews the lease if it is held and time to, and says whether it still is.
+    /// Renews it no more.
+    pub(super) fn let_lease_go(&mut self) {
+        self.renewal = None;
+    }
+
+    /// Whether a lease is renewed.
+    pub(super) fn holds_lease(&self) -> bool {
+        self.renewal.is_some()
+    }
+
+    /// Renews the lease if it is held and time to. One that is over is told once, and renewed no more: late answers must not
+    /// bring it back.
     pub(super) fn renew(&mut self) -> Result<(), ConnectError> {
         self.send_renewal()?;
-        self.renewal.as_ref().map_or(Ok(()), Renewal::check)
+        let held = self.renewal.as_ref().map_or(Ok(()), Renewal::check);
+        if held.is_err() {
+            self.renewal = None;
+        }
+        held
     }
 
     fn send_renewal(&mut self) -> Result<(), LineError> {

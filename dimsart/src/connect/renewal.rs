@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{Refusal, Response, decode_response, request_id};
 
-use super::ConnectError;
+use super::{ConnectError, Presence};
 
 /// A quarter of what the lease lasts.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -20,18 +20,20 @@ pub(super) struct Renewal {
     due: Instant,
     unanswered: u32,
     refusal: Option<Refusal>,
+    /// For whom it is held; none: for this program.
+    presence: Option<Presence>,
 }
 
 impl Renewal {
-    /// Of a lease that this client has just taken.
-    pub(super) fn new(client: u8) -> Self {
-        Self { client, number: 1, due: Instant::now() + PERIOD, unanswered: 0, refusal: None }
+    /// Of a lease that this client has just taken, for somebody or for itself.
+    pub(super) fn new(client: u8, presence: Option<Presence>) -> Self {
+        Self { client, number: 1, due: Instant::now() + PERIOD, unanswered: 0, refusal: None, presence }
     }
 
-    /// The id of a renewal that is to be sent now, if so.
+    /// The id of a renewal that is to be sent now, if so: none any more for a lease that is over.
     pub(super) fn due(&mut self) -> Option<u16> {
         let now = Instant::now();
-        if now < self.due {
+        if now < self.due || self.check().is_err() {
             return None;
         }
         self.due = now + PERIOD;
@@ -59,6 +61,9 @@ impl Renewal {
     pub(super) fn check(&self) -> Result<(), ConnectError> {
         match self.refusal {
             Some(refusal) => Err(ConnectError::Refused(refusal)),
+            None if self.presence.as_ref().is_some_and(|presence| !presence.is_there()) => {
+                Err(ConnectError::NobodyThere)
+            }
             None if self.unanswered > MAX_UNANSWERED => Err(ConnectError::LeaseOver),
             None => Ok(()),
         }

@@ -16,6 +16,8 @@ pub(super) struct Streams(Vec<Stream>);
 #[derive(Debug, Clone)]
 struct Stream {
     id: u16,
+    /// On the device.
+    number: usize,
     first: usize,
     words: usize,
     /// Of the last sample.
@@ -25,6 +27,10 @@ struct Stream {
 impl Streams {
     pub(super) fn len(&self) -> usize {
         self.0.len()
+    }
+
+    fn numbers(&self) -> impl Iterator<Item = usize> {
+        self.0.iter().map(|stream| stream.number)
     }
 
     /// The place of a sample's words among all words; none for one of nobody's, or of another scheme's.
@@ -87,13 +93,15 @@ impl<S: Read + Write> Device<S> {
                     // Another client's.
                     Opened::Taken => number += 1,
                     Opened::Refused => {
-                        self.unsubscribe(&streams, signals.first().copied())?;
+                        // It may have been begun.
+                        let begun = streams.numbers().chain([number]).collect();
+                        self.end_streams(begun, signals.first().copied())?;
                         return Ok(None);
                     }
                 }
             }
             let words = part.iter().filter_map(|place| words.get(*place)).sum();
-            streams.0.push(Stream { id: self.line().last_id(), first, words, counter: None });
+            streams.0.push(Stream { id: self.line().last_id(), number, first, words, counter: None });
             first += words;
             number += 1;
         }
@@ -124,12 +132,15 @@ impl<S: Read + Write> Device<S> {
         Ok(Opened::Sent)
     }
 
-    /// Ends what this client has begun; `signal` is any that there is.
-    fn unsubscribe(&mut self, streams: &Streams, signal: Option<TypeRef>) -> Result<(), ConnectError> {
-        let Some(signal) = signal else { return Ok(()) };
+    /// Ends what this client was sent, for another one to have it; `signal` is any that there is.
+    pub(super) fn unsubscribe(&mut self, streams: &Streams, signal: TypeRef) -> Result<(), ConnectError> {
         debug_assert!(streams.0.iter().all(|stream| client_of(stream.id) == self.client()));
-        // One more than were opened: the last one may have been begun.
-        for number in 0..=streams.len() {
+        self.end_streams(streams.numbers().collect(), Some(signal))
+    }
+
+    fn end_streams(&mut self, numbers: Vec<usize>, signal: Option<TypeRef>) -> Result<(), ConnectError> {
+        let Some(signal) = signal else { return Ok(()) };
+        for number in numbers {
             let Ok(place) = u8::try_from(number * MAX_TELEMETRY_SIGNALS) else { break };
             match self.ask(&Request::Telemetry { place, signal, every_ticks: 0 }, |_| Some(())) {
                 Ok(_) | Err(ConnectError::Refused(_)) => {}

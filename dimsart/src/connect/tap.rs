@@ -13,6 +13,8 @@ use super::{ConnectError, Device};
 
 /// Without anything for so long the scheme has other signals, or the device was restarted.
 const SILENCE: Duration = Duration::from_millis(500);
+/// Where another client has what the device can send.
+const ANOTHER_TRY: Duration = Duration::from_secs(2);
 /// Well before the device takes the client for gone.
 const KEEP_ALIVE: Duration = Duration::from_secs(1);
 
@@ -144,7 +146,8 @@ impl<S: Read + Write> Device<S> {
             tap.events = events;
             self.entries()? != tap.entries
         };
-        let is_silent = tap.heard.elapsed() > SILENCE;
+        let patience = if tap.streams.is_some() { SILENCE } else { ANOTHER_TRY };
+        let is_silent = tap.heard.elapsed() > patience;
         if is_other || is_silent || !tap.is_open {
             self.open_tap(tap)?;
         } else if tap.asked.elapsed() > KEEP_ALIVE {
@@ -156,6 +159,17 @@ impl<S: Read + Write> Device<S> {
         let samples: Vec<Sample> = self.line_mut().unsolicited_mut().samples().collect();
         samples.iter().for_each(|sample| tap.put(sample, &mut rows));
         Ok(rows)
+    }
+
+    /// Has the device send nothing more, so that another client can have its streams.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn end_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+        match (tap.streams.take(), tap.entries.first()) {
+            (Some(streams), Some(signal)) => self.unsubscribe(&streams, *signal),
+            _ => Ok(()),
+        }
     }
 
     fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {

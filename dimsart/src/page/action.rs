@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use super::station::{Hand, PageDevice};
-use crate::connect::{ANY_SIDE, ConnectError, FindingText};
+use crate::connect::{ANY_SIDE, ConnectError, FindingText, Presence};
 use hil_sim::schemes::SchemeText;
 
 /// Something to be done, or to be looked at.
@@ -30,6 +30,8 @@ pub(crate) enum Action {
     Renew,
     /// Gives it back.
     Disarm,
+    /// Drops the change of many commands that is open.
+    Abort,
     Reset,
     Check,
     Events,
@@ -68,7 +70,12 @@ struct Tried {
 
 impl Action {
     /// Does it.
-    pub(super) fn run(self, device: &mut PageDevice, hand: Option<&Hand>) -> Result<Value, ConnectError> {
+    pub(super) fn run(
+        self,
+        device: &mut PageDevice,
+        hand: Option<&Hand>,
+        presence: &Presence,
+    ) -> Result<Value, ConnectError> {
         Ok(match self {
             Self::Edit(edit) => text(edit.run(device)?),
             Self::Transaction { edits, commit } => transaction(device, edits, commit)?,
@@ -80,7 +87,7 @@ impl Action {
                 })
             }
             Self::Arm => {
-                device.hold_lease()?;
+                device.hold_lease_for(presence)?;
                 text("the lease is held as long as it is renewed")
             }
             Self::Renew => {
@@ -91,6 +98,7 @@ impl Action {
                 device.give_lease_back()?;
                 text("the lease is given back: the device is at rest")
             }
+            Self::Abort => text(device.abort()?),
             Self::Reset => text(device.reset(None)?),
             Self::Check => json(&device.check()?),
             Self::Events => json(&device.events()?),
@@ -115,6 +123,11 @@ impl Action {
     /// Whether it is for the one that moves the device, while there is one.
     pub(super) fn changes(&self) -> bool {
         !matches!(self, Self::Events | Self::Recorder { .. } | Self::Rows)
+    }
+
+    /// Whether the device may begin to move by it.
+    pub(super) fn moves(&self) -> bool {
+        matches!(self, Self::Arm | Self::Reset | Self::Check)
     }
 }
 

@@ -1,8 +1,10 @@
 //! A browser: what it asks, and what it is told.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use axum::extract::ws::{Message, WebSocket};
+use futures_util::{SinkExt as _, StreamExt as _};
 use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
@@ -47,13 +49,15 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
     let client = NEXT.fetch_add(1, Ordering::Relaxed);
     let (out, mut outgoing) = mpsc::channel::<Message>(ROOM);
     let names: Vec<&str> = stations.iter().map(Station::name).collect();
+    let version = env!("CARGO_PKG_VERSION");
     let hello =
-        serde_json::json!({ "kind": "hello", "stations": names, "version": env!("CARGO_PKG_VERSION") });
+        serde_json::json!({ "kind": "hello", "stations": names, "client": client, "version": version });
     if socket.send(Message::text(hello.to_string())).await.is_err() {
         return;
     }
     for (number, station) in stations.iter().enumerate() {
-        let (last, mut news) = station.board().read();
+        let board = Arc::clone(station.board());
+        let (last, mut news) = board.read();
         for text in last {
             if socket.send(Message::text(text.as_ref())).await.is_err() {
                 return;
@@ -68,10 +72,17 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
                         Some(bytes) => Message::binary(bytes),
                         None => continue,
                     },
-                    Err(RecvError::Lagged(missed)) => Message::text(
-                        serde_json::json!({ "kind": "missed", "station": number, "content": missed })
-                            .to_string(),
-                    ),
+                    Err(RecvError::Lagged(missed)) => {
+                        for text in board.last() {
+                            if out.send(Message::text(text.as_ref())).await.is_err() {
+                                return;
+                            }
+                        }
+                        Message::text(
+                            serde_json::json!({ "kind": "missed", "station": number, "content": missed })
+                                .to_string(),
+                        )
+                    }
                     Err(RecvError::Closed) => return,
                 };
                 if out.send(message).await.is_err() {
@@ -80,16 +91,23 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
             }
         });
     }
-    loop {
-        tokio::select! {
-            said = socket.recv() => match said {
-                Some(Ok(Message::Text(text))) => hear(&text, client, stations, &out),
-                Some(Ok(Message::Close(_)) | Err(_)) | None => break,
-                Some(Ok(_)) => {}
-            },
-            Some(message) = outgoing.recv() => if socket.send(message).await.is_err() { break },
+    // A browser that does not read is heard all the same: it may say STOP.
+    let (mut sending, mut receiving) = socket.split();
+    let telling = tokio::spawn(async move {
+        while let Some(message) = outgoing.recv().await {
+            if sending.send(message).await.is_err() {
+                return;
+            }
+        }
+    });
+    while let Some(Ok(said)) = receiving.next().await {
+        match said {
+            Message::Text(text) => hear(&text, client, stations, &out),
+            Message::Close(_) => break,
+            _ => {}
         }
     }
+    telling.abort();
     stations.iter().for_each(|station| station.hear(client, false));
 }
 

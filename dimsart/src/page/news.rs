@@ -66,6 +66,10 @@ struct Message<'a, T> {
     content: &'a T,
 }
 
+fn texts(last: &[(&'static str, Arc<str>)]) -> Vec<Arc<str>> {
+    last.iter().map(|(_, text)| Arc::clone(text)).collect()
+}
+
 impl Board {
     pub(super) fn new(station: u8) -> Self {
         Self { station, sender: Sender::new(ROOM), last: Mutex::default() }
@@ -74,15 +78,35 @@ impl Board {
     /// All that is told from now on, and the last of every kind until now.
     pub(crate) fn read(&self) -> (Vec<Arc<str>>, Receiver<News>) {
         let last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
-        (last.iter().map(|(_, text)| Arc::clone(text)).collect(), self.sender.subscribe())
+        (texts(&last), self.sender.subscribe())
+    }
+
+    /// The last of every kind until now, for who has missed something.
+    pub(crate) fn last(&self) -> Vec<Arc<str>> {
+        texts(&self.last.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Tells something that has just happened: who comes later is not told.
+    pub(super) fn tell_once(&self, kind: &'static str, content: &impl Serialize) {
+        if let Some(text) = self.text(kind, content) {
+            let _ = self.sender.send(News::Text(text));
+        }
+    }
+
+    /// Whether anybody hears it.
+    pub(super) fn is_heard(&self) -> bool {
+        self.sender.receiver_count() > 0
+    }
+
+    fn text(&self, kind: &'static str, content: &impl Serialize) -> Option<Arc<str>> {
+        // The reports are made of what JSON has.
+        let message = Message { kind, station: self.station, content };
+        serde_json::to_string(&message).ok().map(Into::into)
     }
 
     /// Tells something, unless it is what was told last of its kind.
     pub(super) fn tell(&self, kind: &'static str, content: &impl Serialize) {
-        let message = Message { kind, station: self.station, content };
-        // The reports are made of what JSON has.
-        let Ok(text) = serde_json::to_string(&message) else { return };
-        let text: Arc<str> = text.into();
+        let Some(text) = self.text(kind, content) else { return };
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         match last.iter_mut().find(|(known, _)| *known == kind) {
             Some((_, known)) if *known == text => return,

@@ -12,19 +12,21 @@ mod looking;
 mod stopping;
 mod tapping;
 
+use std::collections::BTreeMap;
 use std::io;
-use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tokio::sync::oneshot;
 
 use super::action::Action;
 use super::news::Board;
-use crate::connect::{ConnectError, Device, Patience};
-use asking::{Ask, Asking};
+use crate::connect::{ConnectError, Device, Patience, Presence};
+use asking::{Ask, Asked, Asking};
 use hil_sim::link::Stream;
 use looking::look;
 use stopping::stop;
@@ -42,12 +44,10 @@ pub type Hand = Box<dyn Fn(String, usize, Option<f32>) + Send>;
 pub struct Access {
     /// Opens a line to it.
     pub open: OpenLine,
-    /// Ticks from one row of signals to the next, as its line can carry them.
-    pub every_ticks: u32,
+    /// Bits per second of its line, by which rows of signals come; none where it carries all of them.
+    pub baud: Option<u32>,
     /// What a simulated one has.
     pub hand: Option<Hand>,
-    /// Whether, while a client moves it, others look and stop alone.
-    pub is_exclusive: bool,
 }
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
@@ -61,6 +61,10 @@ pub struct Station {
     asking: Sender<Ask>,
     stopping: Sender<oneshot::Sender<Answer>>,
     board: Arc<Board>,
+    /// Of clients that have said something.
+    presences: Mutex<BTreeMap<u64, Presence>>,
+    /// How often it was stopped from here.
+    stops: Arc<AtomicU64>,
 }
 
 /// What an action came to: its result, or why it was refused.
@@ -72,50 +76,69 @@ impl Station {
     /// # Errors
     /// Whatever the system says when there is no thread left.
     pub fn new(number: u8, name: &str, access: Access) -> io::Result<Self> {
-        let Access { open, every_ticks, hand, is_exclusive } = access;
+        let Access { open, baud, hand } = access;
         let (asking, asks) = channel();
-        let (stopping, stops) = channel();
+        let (stopping, to_stop) = channel();
+        let stops = Arc::new(AtomicU64::new(0));
         let (board, open) = (Arc::new(Board::new(number)), Arc::new(open));
         let start = |what: &str, run: Box<dyn FnOnce() + Send>| {
             thread::Builder::new().name(format!("{name} {what}")).spawn(run).map(drop)
         };
         let (looked, wakes) = channel();
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
-        start("asking", Box::new(move || Asking::new(news, line, looked, hand, is_exclusive).run(&asks)))?;
+        let stopped = Arc::clone(&stops);
+        start("asking", Box::new(move || Asking::new(news, line, looked, hand, stopped).run(&asks)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
         start("looking", Box::new(move || look(&news, &line, &wakes)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
-        start("tapping", Box::new(move || tap(&news, &line, every_ticks)))?;
-        start("stopping", Box::new(move || stop(&open, &stops)))?;
-        Ok(Self { name: name.to_owned(), asking, stopping, board })
+        start("tapping", Box::new(move || tap(&news, &line, baud)))?;
+        start("stopping", Box::new(move || stop(&open, &to_stop)))?;
+        let presences = Mutex::default();
+        Ok(Self { name: name.to_owned(), asking, stopping, board, presences, stops })
     }
 
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    pub(crate) fn board(&self) -> &Board {
+    pub(crate) fn board(&self) -> &Arc<Board> {
         &self.board
     }
 
     /// Does something for a browser; what came of it.
     pub(crate) fn ask(&self, client: u64, action: Action) -> oneshot::Receiver<Answer> {
         let (answer, answered) = oneshot::channel();
+        let (presence, stops) = (self.presence(client), self.stops.load(Ordering::Relaxed));
+        let ask = Asked { client, presence, action, asked: Instant::now(), stops, answer };
         // Where the thread is gone, the answer never comes.
-        let _ = self.asking.send(Ask::Do { client, action, answer });
+        let _ = self.asking.send(Ask::Do(ask));
         answered
     }
 
-    /// Stops the device, whoever says so.
+    /// Stops the device, whoever says so. What was asked before and would move it is refused from now on.
     pub(crate) fn stop(&self) -> oneshot::Receiver<Answer> {
+        self.stops.fetch_add(1, Ordering::Relaxed);
         let (answer, answered) = oneshot::channel();
         let _ = self.stopping.send(answer);
         answered
     }
 
-    /// A browser is there, or has gone.
+    /// A client is there, or has gone. It counts at once, whatever the line waits for.
     pub(crate) fn hear(&self, client: u64, is_here: bool) {
-        let _ = self.asking.send(if is_here { Ask::IsHere { client } } else { Ask::IsGone { client } });
+        let presence = self.presence(client);
+        if !is_here {
+            presence.leave();
+            self.presences.lock().unwrap_or_else(PoisonError::into_inner).remove(&client);
+            let _ = self.asking.send(Ask::IsGone { client });
+        }
+    }
+
+    /// Of a client that is there.
+    fn presence(&self, client: u64) -> Presence {
+        let mut presences = self.presences.lock().unwrap_or_else(PoisonError::into_inner);
+        let presence = presences.entry(client).or_default();
+        presence.beat();
+        presence.clone()
     }
 }
 

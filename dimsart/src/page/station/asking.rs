@@ -1,6 +1,7 @@
-//! What browsers want to be done, one after another, and the lease of the one that moves the device.
+//! What clients want to be done, one after another, and the lease of the one that moves the device.
 
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -11,36 +12,40 @@ use tokio::sync::oneshot;
 use super::super::action::Action;
 use super::super::news::Board;
 use super::{Answer, Hand, OpenLine, PAUSE, PageDevice, greet};
-use crate::connect::{ConnectError, LiveReport};
+use crate::connect::{ConnectError, LiveReport, Presence};
 
 /// Longest wait for something to do before the device is looked at again.
 const A_MOMENT: Duration = Duration::from_millis(15);
 /// From one look at how the device is doing to the next.
 const LOOK: Duration = Duration::from_millis(100);
-/// A client that holds the lease and says nothing for so long is gone.
-const SILENCE: Duration = Duration::from_millis(500);
+/// What would move a device and has waited for so long is done no more: whoever asked may think that it was lost.
+const TOO_LATE: Duration = Duration::from_secs(1);
 
-/// What a browser has for the thread.
+/// What a client has for the thread.
 #[derive(Debug)]
 pub(super) enum Ask {
-    Do { client: u64, action: Action, answer: oneshot::Sender<Answer> },
-    IsHere { client: u64 },
+    Do(Asked),
     IsGone { client: u64 },
+}
+
+/// What a client has asked for.
+#[derive(Debug)]
+pub(super) struct Asked {
+    pub(super) client: u64,
+    pub(super) presence: Presence,
+    pub(super) action: Action,
+    pub(super) asked: Instant,
+    /// How often the device had been stopped then.
+    pub(super) stops: u64,
+    pub(super) answer: oneshot::Sender<Answer>,
 }
 
 /// How a device is doing.
 #[derive(Serialize)]
 struct Status {
     live: LiveReport,
-    /// Whether this page moves it.
-    is_held_here: bool,
-}
-
-/// Why motion has ended.
-#[derive(Serialize)]
-struct Lost<'a> {
-    number: u32,
-    reason: &'a str,
+    /// The client of this program that moves it.
+    holder: Option<u64>,
 }
 
 /// The thread.
@@ -49,14 +54,15 @@ pub(super) struct Asking {
     open: Arc<OpenLine>,
     /// Wakes who looks at the scheme.
     looked: Sender<()>,
-    /// The client that holds the lease, and when it was heard last.
-    holder: Option<(u64, Instant)>,
+    /// The client that holds the lease.
+    holder: Option<u64>,
     hand: Option<Hand>,
-    is_exclusive: bool,
-    /// References that browsers hold by it.
+    /// References that clients hold by it.
     held: Vec<(u64, String, usize)>,
-    /// How often motion has ended without being told to.
-    losses: u32,
+    /// How often the device was stopped.
+    stops: Arc<AtomicU64>,
+    /// Whether a line has ended within a change of several commands.
+    has_left_open: bool,
 }
 
 impl Asking {
@@ -65,9 +71,9 @@ impl Asking {
         open: Arc<OpenLine>,
         looked: Sender<()>,
         hand: Option<Hand>,
-        is_exclusive: bool,
+        stops: Arc<AtomicU64>,
     ) -> Self {
-        Self { news, open, looked, holder: None, hand, is_exclusive, held: Vec::new(), losses: 0 }
+        Self { news, open, looked, holder: None, hand, held: Vec::new(), stops, has_left_open: false }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
@@ -93,20 +99,26 @@ impl Asking {
 
     /// Until the line ends, or the page does.
     fn serve(&mut self, device: &mut PageDevice, asks: &Receiver<Ask>) -> Result<(), ConnectError> {
+        if std::mem::take(&mut self.has_left_open) {
+            // Nothing may be open any more.
+            let _ = device.abort();
+        }
         let mut looked: Option<Instant> = None;
         loop {
             if looked.is_none_or(|looked| looked.elapsed() > LOOK) {
                 let live = device.live()?;
-                self.news.tell("status", &Status { live, is_held_here: self.holder.is_some() });
+                self.news.tell("status", &Status { live, holder: self.holder });
                 looked = Some(Instant::now());
             }
             match asks.recv_timeout(A_MOMENT) {
                 Ok(ask) => {
-                    if self.take(device, ask) {
-                        looked = None;
-                        // It ends with the page alone.
-                        let _ = self.looked.send(());
+                    match ask {
+                        Ask::Do(asked) => self.take(device, asked),
+                        Ask::IsGone { client } => self.forget(device, client),
                     }
+                    looked = None;
+                    // It ends with the page alone.
+                    let _ = self.looked.send(());
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
@@ -116,91 +128,92 @@ impl Asking {
         }
     }
 
-    /// True when something was done that may have changed the device.
-    fn take(&mut self, device: &mut PageDevice, ask: Ask) -> bool {
-        match ask {
-            Ask::IsHere { client } => {
-                self.hear(client);
-                false
-            }
-            Ask::IsGone { client } => {
-                let (gone, held) = self.held.drain(..).partition(|(holder, ..)| *holder == client);
-                self.held = held;
-                for ((_, signal, axis), hand) in Vec::into_iter(gone).zip(self.hand.iter().cycle()) {
-                    hand(signal, axis, None);
-                }
-                if self.holder.is_some_and(|(holder, _)| holder == client) {
-                    self.let_go(device);
-                }
-                true
-            }
-            Ask::Do { client, action, answer } => {
-                if let Action::Hold { signal, axis, value } = &action {
-                    self.held.retain(|(_, held, at)| (held, at) != (signal, axis));
-                    self.held.extend(value.iter().map(|_| (client, signal.clone(), *axis)));
-                }
-                let is_other = self.holder.is_some_and(|(holder, _)| holder != client);
-                let is_lease = matches!(action, Action::Arm | Action::Disarm | Action::Renew);
-                let done = match &action {
-                    _ if is_other && (is_lease || self.is_exclusive && action.changes()) => {
-                        Err("another client holds the lease: stop the device, or have it give it back"
-                            .to_owned())
-                    }
-                    Action::Renew if self.holder.is_none() => {
-                        Err("the lease is over: `arm` takes it anew".to_owned())
-                    }
-                    _ => {
-                        let moves = matches!(action, Action::Arm).then(|| (client, Instant::now()));
-                        let is_other_then = matches!(action, Action::Arm | Action::Disarm);
-                        let done = action.run(device, self.hand.as_ref()).map_err(|error| error.to_string());
-                        if is_other_then {
-                            self.holder = moves.filter(|_| done.is_ok());
-                        }
-                        // What has taken long kept it from being heard.
-                        self.hear(client);
-                        done
-                    }
-                };
-                // The browser may be gone.
-                let _ = answer.send(done);
-                true
-            }
-        }
+    fn take(&mut self, device: &mut PageDevice, asked: Asked) {
+        let Asked { client, presence, action, asked, stops, answer } = asked;
+        let is_other = self.holder.is_some_and(|holder| holder != client);
+        let is_void =
+            action.moves() && (asked.elapsed() > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
+        let done = if is_other && action.changes() {
+            Err("another client holds the lease: stop the device, or have it give it back".to_owned())
+        } else if is_void {
+            Err("the device was stopped, or did not answer, since this was asked: ask again".to_owned())
+        } else if matches!(action, Action::Renew) && self.holder.is_none() {
+            Err("the lease is over: `arm` takes it anew".to_owned())
+        } else {
+            self.carry_out(device, client, &presence, action)
+        };
+        // The client may be gone.
+        let _ = answer.send(done);
     }
 
-    fn hear(&mut self, client: u64) {
-        if let Some((holder, heard)) = &mut self.holder
-            && *holder == client
-        {
-            *heard = Instant::now();
+    fn carry_out(
+        &mut self,
+        device: &mut PageDevice,
+        client: u64,
+        presence: &Presence,
+        action: Action,
+    ) -> Answer {
+        if let Action::Hold { signal, axis, value } = &action {
+            self.held.retain(|(_, held, at)| (held, at) != (signal, axis));
+            self.held.extend(value.iter().map(|_| (client, signal.clone(), *axis)));
         }
+        let (arms, disarms) = (matches!(action, Action::Arm), matches!(action, Action::Disarm));
+        let opens = matches!(action, Action::Transaction { .. } | Action::Scheme { .. });
+        let done = action.run(device, self.hand.as_ref(), presence);
+        if arms || disarms {
+            self.holder = (arms && done.is_ok()).then_some(client);
+        }
+        self.has_left_open |= opens && matches!(done, Err(ConnectError::Line(_)));
+        done.map_err(|error| error.to_string())
     }
 
-    /// Ends motion when the client that moves the device is gone, or somebody has taken the lease away.
-    fn watch_holder(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
-        let Some((_, heard)) = self.holder else { return Ok(()) };
-        if heard.elapsed() > SILENCE {
+    /// Ends what a client has begun that is gone.
+    fn forget(&mut self, device: &mut PageDevice, client: u64) {
+        let (gone, held) = self.held.drain(..).partition(|(holder, ..)| *holder == client);
+        self.held = held;
+        for ((_, signal, axis), hand) in Vec::into_iter(gone).zip(self.hand.iter().cycle()) {
+            hand(signal, axis, None);
+        }
+        if self.holder == Some(client) {
             self.let_go(device);
-            self.tell_lost(
-                "the client that moved the device said nothing for half a second: the device is at rest",
-            );
-        } else if let Err(error) = device.renew_in_time() {
-            match error {
-                ConnectError::Line(_) => return Err(error),
-                // A fault, another client, or this computer was too busy to renew it: it is not ours any more.
-                _ => {
-                    self.holder = None;
-                    self.tell_lost(&format!("the lease is lost: {error}"));
-                }
+        }
+    }
+
+    /// Takes note when the client that moves the device is gone, or the lease is over. Its renewals have ended then, while
+    /// something else was waited for, too.
+    fn watch_holder(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
+        if self.holder.is_none() {
+            return Ok(());
+        }
+        match device.renew_in_time() {
+            Ok(()) if device.holds_lease() => {}
+            Err(ConnectError::Line(error)) => return Err(error.into()),
+            Err(ConnectError::NobodyThere) => {
+                self.let_go(device);
+                self.tell_lost(
+                    "the client that moved the device said nothing for half a second: the device is at rest",
+                );
+            }
+            // A fault, another client, or this computer was too busy to renew it: it is not ours any more.
+            Err(error) => {
+                self.holder = None;
+                self.tell_lost(&format!("the lease is lost: {error}"));
+            }
+            Ok(()) => {
+                self.holder = None;
+                self.tell_lost("the lease is lost");
             }
         }
         Ok(())
     }
 
-    /// Says why motion has ended, each time anew.
-    fn tell_lost(&mut self, reason: &str) {
-        self.losses += 1;
-        self.news.tell("lost", &Lost { number: self.losses, reason });
+    /// Says why motion has ended.
+    fn tell_lost(&self, reason: &str) {
+        #[derive(Serialize)]
+        struct Lost<'a> {
+            reason: &'a str,
+        }
+        self.news.tell_once("lost", &Lost { reason });
     }
 
     fn let_go(&mut self, device: &mut PageDevice) {
@@ -213,7 +226,7 @@ impl Asking {
 /// Refuses what waits: when the line is there again, nobody may want it any more.
 fn refuse(asks: &Receiver<Ask>, error: &ConnectError) {
     for ask in asks.try_iter() {
-        if let Ask::Do { answer, .. } = ask {
+        if let Ask::Do(Asked { answer, .. }) = ask {
             let _ = answer.send(Err(error.to_string()));
         }
     }

@@ -1,27 +1,30 @@
 //! STOP, which waits for no other question.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 use tokio::sync::oneshot;
 
-use super::{Answer, OpenLine, PageDevice, greet};
+use super::{Answer, OpenLine, PAUSE, PageDevice, greet};
 
 /// Longest time that the line is not read: what its device says to everybody must not fill it up.
 const A_MOMENT: Duration = Duration::from_millis(5);
 
 /// The thread. Its line is open before it is needed.
 pub(super) fn stop(open: &OpenLine, stops: &Receiver<oneshot::Sender<Answer>>) {
-    let mut device = greet(open).ok();
+    let (mut device, mut tried) = (greet(open).ok(), Instant::now());
     loop {
         match stops.recv_timeout(A_MOMENT) {
             // The browser may be gone.
             Ok(answer) => drop(answer.send(stop_now(open, &mut device))),
             Err(RecvTimeoutError::Timeout) => {
-                // A line that has ended is opened again when it is needed.
                 if device.as_mut().is_some_and(|device| device.listen(Duration::from_millis(1)).is_err()) {
                     device = None;
+                }
+                if device.is_none() && tried.elapsed() > PAUSE {
+                    device = greet(open).ok();
+                    tried = Instant::now();
                 }
             }
             Err(RecvTimeoutError::Disconnected) => return,
