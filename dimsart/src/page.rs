@@ -32,16 +32,18 @@ use serde::Deserialize;
 pub use station::{Access, Hand, OpenLine, Station};
 
 /// What the page is made of: path, type, content.
-const ASSETS: [(&str, &str, &str); 9] = [
+const ASSETS: [(&str, &str, &str); 11] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
     ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
     ("/modules.js", "text/javascript", include_str!("page/assets/modules.js")),
+    ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
     ("/scheme.js", "text/javascript", include_str!("page/assets/scheme.js")),
     ("/scope.js", "text/javascript", include_str!("page/assets/scope.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
     ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),
+    ("/xy.js", "text/javascript", include_str!("page/assets/xy.js")),
 ];
 const INDEX: &str = include_str!("page/assets/index.html");
 /// Nothing of the page comes from elsewhere.

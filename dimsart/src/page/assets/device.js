@@ -18,16 +18,26 @@ export function digits(value) {
 }
 
 const SIZE = 120;
+const HINT = "drag: holds the reference of this axis until you let go";
 
 export class DevicePicture {
-  /** `hold(axis, value)` is called while somebody drags an axis, with null when it is let go. */
+  /** `hold(station, axis, value)` is called while somebody drags an axis, with null when it is let go. */
   constructor(place, hold) {
-    Object.assign(this, { place, hold, axes: [], largest: [] });
+    Object.assign(this, { place, hold, axes: [], largest: [], why: "" });
+  }
+
+  /** Lets it be dragged, or says why not. */
+  allow(why) {
+    if (this.why === why) return;
+    this.why = why;
+    this.place.classList.toggle("still", Boolean(why));
+    for (const { hint } of this.axes) hint.textContent = why || HINT;
   }
 
   /** Lets the pointer drag the reference of an axis: around a dial, or along a slide. */
   drag(group, axis, isTurning) {
-    let last = null;
+    // The station whose axis it is when it is taken.
+    let last = null, station = null;
     const at = (event) => {
       const box = group.firstChild.getBoundingClientRect();
       const [x, y] = [event.clientX - (box.left + box.right) / 2, (box.top + box.bottom) / 2 - event.clientY];
@@ -36,19 +46,31 @@ export class DevicePicture {
       // On from where it was, so that it goes around more than once.
       return last === null ? angle : last + Math.atan2(Math.sin(angle - last), Math.cos(angle - last));
     };
-    const go = (event) => { last = at(event); this.hold(axis, last); };
-    group.addEventListener("pointerdown", (event) => { group.setPointerCapture(event.pointerId); last = null; go(event); });
+    const go = (event) => { last = at(event); this.hold(station, axis, last); };
+    const end = () => {
+      if (last === null) return;
+      last = null;
+      this.hold(station, axis, null);
+    };
+    group.addEventListener("pointerdown", (event) => {
+      if (this.why) return;
+      group.setPointerCapture(event.pointerId);
+      [last, station] = [null, this.station];
+      go(event);
+    });
     group.addEventListener("pointermove", (event) => { if (last !== null) go(event); });
-    for (const end of ["pointerup", "pointercancel"]) {
-      group.addEventListener(end, () => { if (last !== null) { last = null; this.hold(axis, null); } });
-    }
+    for (const kind of ["pointerup", "pointercancel"]) group.addEventListener(kind, end);
+    return end;
   }
 
-  /** Draws the axes of a device; nothing where its kind has not changed. */
-  show({ identity }) {
-    const key = identity.device + identity.axes.join();
+  /** Draws the axes of a station's device, or none; does nothing where its kind has not changed. */
+  show(station, identity) {
+    const key = identity && `${station} ${identity.device} ${identity.axes.join()}`;
     if (this.key === key) return;
-    this.key = key;
+    // A picture that goes cannot be let go of any more.
+    for (const { end } of this.axes) end();
+    Object.assign(this, { key, station, axes: [] });
+    if (!identity) return this.place.replaceChildren();
     this.largest = identity.axes.map(() => ({ position: 1e-3, force: 1e-6 }));
     const columns = Math.min(3, identity.axes.length);
     const rows = Math.ceil(identity.axes.length / columns);
@@ -69,12 +91,10 @@ export class DevicePicture {
       const text = make("text", { x: 60, y: SIZE + 8, "text-anchor": "middle", "font-size": 11, fill: "var(--text)" });
       const strength = make("text", { x: 60, y: SIZE + 22, "text-anchor": "middle", "font-size": 11, fill: "var(--good)", class: "force" });
       group.append(wanted, is, force, text, strength);
-      if (this.hold) {
-        group.append(make("title", {}, "drag: holds the reference of this axis until you let go"));
-        this.drag(group, axis, isTurning);
-      }
+      const hint = make("title", {}, this.why || HINT);
+      group.append(hint);
       svg.append(group);
-      return { isTurning, wanted, is, force, text, strength };
+      return { end: this.drag(group, axis, isTurning), hint, isTurning, wanted, is, force, text, strength };
     });
     this.place.replaceChildren(svg);
   }

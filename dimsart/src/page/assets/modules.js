@@ -12,27 +12,57 @@ function node(name, properties = {}, ...children) {
 }
 
 export class Modules {
+  /** `ask(station, what)` has a station do something. */
   constructor(ask, say) {
-    Object.assign(this, { ask, say, edits: new Map(), open: new Map(), key: "" });
+    Object.assign(this, { ask, say, drafts: new Map(), draft: null, why: "", key: "" });
     by("module-filter").oninput = () => this.filter();
     by("drop").onclick = () => this.drop();
     by("apply").onclick = () => this.apply();
     by("plug").onchange = () => {
       const module = by("plug").value;
       by("plug").value = "";
-      if (module) this.edit(`${module} on`, { edit: "on", module, before: null }, `plug ${module} in`);
+      if (module) this.edit(this.draft, `${module} on`, { edit: "on", module, before: null }, `plug ${module} in`);
     };
     by("modules").addEventListener("keydown", (event) => {
       if (event.key === "Enter" && event.ctrlKey) this.apply();
     });
   }
 
-  show(overview, faults, kinds) {
-    this.overview = overview;
+  /** Shows a station: `here` is what it has told. */
+  show(station, here) {
+    if (!this.drafts.has(station)) {
+      // What waits to be applied to this one, what the device's check says of it, and which cards are open.
+      this.drafts.set(station, { station, edits: new Map(), open: new Map(), text: "", isGood: false });
+    }
+    const draft = this.drafts.get(station);
+    draft.here = here;
+    if (this.draft !== draft) {
+      this.draft = draft;
+      this.showPending();
+    }
+    this.showCards();
+  }
+
+  /** A station that another one has taken the place of. */
+  forget(station) {
+    clearTimeout(this.drafts.get(station)?.timer);
+    this.drafts.delete(station);
+  }
+
+  /** Lets the shown station be changed, or says why not. */
+  allow(why) {
+    if (this.why === why) return;
+    this.why = why;
+    for (const id of ["modules", "plug"]) Object.assign(by(id), { disabled: Boolean(why), title: why });
+    this.showCheck();
+  }
+
+  showCards() {
+    const { station, here: { overview, faults, kinds = [] }, edits } = this.draft;
     const wrong = new Set((faults?.findings ?? []).filter((finding) => finding.is_fault).map((finding) => finding.module));
     // What is being edited must not be taken away under the user's hands.
-    const { signals, modules } = overview;
-    const key = JSON.stringify([modules, [...wrong], signals.map(({ name }) => name), kinds, [...this.edits.keys()]]);
+    const { signals, modules } = overview ?? { signals: [], modules: [] };
+    const key = JSON.stringify([station, modules, [...wrong], signals.map(({ name }) => name), kinds, [...edits.keys()]]);
     if (key === this.key) return;
     this.key = key;
     const focused = document.activeElement?.dataset?.edit;
@@ -49,17 +79,18 @@ export class Modules {
   }
 
   card(module, isWrong) {
+    const { draft } = this;
     const isOn = module.place != null;
     const toggle = node("button", { textContent: isOn ? "Plug out" : "Plug in" });
-    toggle.onclick = () => this.edit(`${module.name} on`,
+    toggle.onclick = () => this.edit(draft, `${module.name} on`,
       isOn ? { edit: "off", module: module.name } : { edit: "on", module: module.name, before: null },
       `plug ${module.name} ${isOn ? "out" : "in"}`);
     const place = isOn ? `${module.place}. ${module.name}` : `${module.name}, not plugged in`;
     const card = node("details", {
       className: `module ${isOn ? "" : "off"} ${isWrong ? "wrong" : ""}`,
-      open: this.open.get(module.name) ?? (isWrong || this.overview.modules.length <= FEW),
+      open: draft.open.get(module.name) ?? (isWrong || draft.here.overview.modules.length <= FEW),
     }, node("summary", {}, node("span", { textContent: place }), toggle));
-    card.ontoggle = () => this.open.set(module.name, card.open);
+    card.ontoggle = () => draft.open.set(module.name, card.open);
     card.dataset.name = `${module.name} ${module.parameters.map(({ name }) => name).join(" ")}`.toLowerCase();
     for (const parameter of module.parameters) card.append(this.parameter(module, parameter));
     for (const port of module.ports) card.append(this.port(module, port));
@@ -83,7 +114,7 @@ export class Modules {
   }
 
   port(module, port) {
-    const signals = this.overview.signals.map(({ name }) => name);
+    const signals = this.draft.here.overview.signals.map(({ name }) => name);
     if (!signals.includes(port.signal)) signals.unshift(port.signal);
     const input = this.input(module.name, port.name, port.signal, signals, true);
     return node("div", { className: "parameter" },
@@ -92,8 +123,8 @@ export class Modules {
   }
 
   input(module, parameter, value, choices, structural) {
-    const key = `${module} ${parameter}`;
-    const edited = this.edits.get(key);
+    const key = `${module} ${parameter}`, { draft } = this;
+    const edited = draft.edits.get(key);
     const shown = edited?.edit.value ?? String(value);
     const input = choices?.length
       ? node("select", {}, ...choices.map((choice) => node("option", { value: choice, textContent: choice, selected: choice === shown })))
@@ -102,46 +133,59 @@ export class Modules {
     input.dataset.edit = key;
     input.classList.toggle("edited", Boolean(edited));
     input.onchange = () => {
-      if (input.value.trim() === String(value)) return this.forget(key);
-      this.edit(key, { edit: "set", module, parameter, value: input.value.trim() }, `${key}: ${value} → ${input.value.trim()}`, structural);
+      if (input.value.trim() === String(value)) return this.undo(draft, key);
+      this.edit(draft, key, { edit: "set", module, parameter, value: input.value.trim() }, `${key}: ${value} → ${input.value.trim()}`, structural);
     };
     return input;
   }
 
-  edit(key, edit, text, structural = false) {
-    if (edit.edit !== "set" && this.edits.has(key)) return this.forget(key);
-    this.edits.set(key, { edit, text, structural });
-    this.showPending();
+  edit(draft, key, edit, text, structural = false) {
+    if (edit.edit !== "set" && draft.edits.has(key)) return this.undo(draft, key);
+    draft.edits.set(key, { edit, text, structural });
+    this.changed(draft);
   }
 
-  forget(key) {
-    this.edits.delete(key);
-    this.showPending();
+  undo(draft, key) {
+    draft.edits.delete(key);
+    this.changed(draft);
   }
 
   drop() {
-    this.edits.clear();
+    this.draft.edits.clear();
+    this.changed(this.draft);
+  }
+
+  /** What the check said is of other changes: it is asked again. */
+  changed(draft) {
+    Object.assign(draft, { text: "", isGood: false });
+    clearTimeout(draft.timer);
+    if (draft.edits.size) draft.timer = setTimeout(() => this.try(draft), TRY_MS);
     this.showPending();
   }
 
   showPending() {
+    const { edits } = this.draft;
     this.key = "";
-    by("pending").hidden = this.edits.size === 0;
-    by("pending-count").textContent = `${this.edits.size} change${this.edits.size === 1 ? "" : "s"}, not applied yet`;
-    by("pending-list").replaceChildren(...[...this.edits.values()].map(({ text }) => node("li", { textContent: text })));
-    by("apply").disabled = true;
-    by("pending-check").textContent = "";
-    if (this.overview) this.show(this.overview, this.faults, this.kinds ?? []);
-    clearTimeout(this.timer);
-    if (this.edits.size) this.timer = setTimeout(() => this.try(), TRY_MS);
+    by("pending").hidden = edits.size === 0;
+    by("pending-count").textContent = `${edits.size} change${edits.size === 1 ? "" : "s"}, not applied yet`;
+    by("pending-list").replaceChildren(...[...edits.values()].map(({ text }) => node("li", { textContent: text })));
+    this.showCheck();
+    this.showCards();
+  }
+
+  showCheck() {
+    const { text, isGood } = this.draft ?? { text: "", isGood: false };
+    by("pending-check").textContent = text;
+    by("pending-check").className = isGood ? "good" : "bad";
+    Object.assign(by("apply"), { disabled: !isGood || Boolean(this.why), title: this.why });
   }
 
   /** The edits as the device takes them, module by module: what is set only while a module is plugged out has it out
       meanwhile, and back in its place. */
-  ordered() {
-    const edits = [...this.edits.values()].map(({ edit, structural }) => ({ edit, structural }));
+  ordered({ edits: made, here }) {
+    const edits = [...made.values()].map(({ edit, structural }) => ({ edit, structural }));
     const names = [...new Set(edits.map(({ edit }) => edit.module))];
-    const plugged = this.overview.modules.filter((module) => module.place != null).map(({ name }) => name);
+    const plugged = (here.overview?.modules ?? []).filter((module) => module.place != null).map(({ name }) => name);
     return names.flatMap((module) => {
       const its = edits.filter(({ edit }) => edit.module === module);
       const sets = its.filter(({ edit }) => edit.edit === "set").map(({ edit }) => edit);
@@ -154,16 +198,15 @@ export class Modules {
   }
 
   /** Has the device check the changes, which have no effect by that. */
-  async try() {
-    const tried = this.ordered();
+  async try(draft) {
+    const tried = this.ordered(draft);
     const show = (text, isGood) => {
-      if (JSON.stringify(tried) !== JSON.stringify(this.ordered())) return;
-      by("pending-check").textContent = text;
-      by("pending-check").className = isGood ? "good" : "bad";
-      by("apply").disabled = !isGood;
+      if (JSON.stringify(tried) !== JSON.stringify(this.ordered(draft))) return;
+      Object.assign(draft, { text, isGood });
+      if (draft === this.draft) this.showCheck();
     };
     try {
-      const { faults, findings } = await this.ask({ do: "transaction", edits: tried, commit: false });
+      const { faults, findings } = await this.ask(draft.station, { do: "transaction", edits: tried, commit: false });
       const texts = findings.filter((finding) => finding.is_fault).map((finding) => finding.text);
       show(faults ? `does not match: ${texts.join("; ")}` : "checked: it matches", !faults);
     } catch (error) {
@@ -172,13 +215,20 @@ export class Modules {
   }
 
   async apply() {
-    if (!this.edits.size || by("apply").disabled) return;
+    const { draft } = this;
+    if (!draft?.edits.size || by("apply").disabled) return;
+    const applied = [...draft.edits], edits = this.ordered(draft);
+    // Not twice.
+    draft.isGood = false;
+    this.showCheck();
     try {
-      this.say(String(await this.ask({ do: "transaction", edits: this.ordered(), commit: true })));
-      this.drop();
+      this.say(String(await this.ask(draft.station, { do: "transaction", edits, commit: true })));
+      // What was changed again meanwhile is still to be applied.
+      for (const [key, edit] of applied) if (draft.edits.get(key) === edit) draft.edits.delete(key);
     } catch (error) {
       this.say(error.message, true);
     }
+    this.changed(draft);
   }
 
   filter() {

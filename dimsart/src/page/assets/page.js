@@ -17,26 +17,37 @@ const HERE_MS = 100;
 const PAUSE_MS = 500;
 
 const stations = [];
-let shown = 0, socket = null, next = 1, missed = 0;
+// `client` is what the server calls this page, as long as there is a line to it.
+let shown = 0, socket = null, client = null, next = 1, missed = 0;
 const waiting = new Map();
 
 const scope = new Scope();
-// However fast the pointer is, a reference goes out at most every 20 ms; the last one always does.
-let waits = null, sent = 0;
-const device = new DevicePicture(by("device"), (axis, value) => {
-  const go = () => ask({ do: "hold", signal: "DES_POSITION", axis, value: value === null ? null : String(value) }).catch((error) => say(error.message, true));
-  clearTimeout(waits);
-  waits = setTimeout(() => { sent = performance.now(); go(); }, Math.max(0, sent + 20 - performance.now()));
-});
+const device = new DevicePicture(by("device"), hold);
 const modules = new Modules(ask, say);
 
-export function ask(what, station = shown) {
+const isOpen = () => socket?.readyState === WebSocket.OPEN;
+const isMine = (here) => isOpen() && !here.gone && client !== null && here.status?.holder === client;
+
+function ask(station, what) {
   return new Promise((resolve, reject) => {
-    if (socket?.readyState !== WebSocket.OPEN) return reject(new Error("no line to the server"));
+    if (!isOpen()) return reject(new Error("no line to the server"));
     const id = next++;
     waiting.set(id, { resolve, reject });
-    socket.send(JSON.stringify({ say: "do", ...what, id, station }));
+    socket.send(JSON.stringify({ ...what, say: what.say ?? "do", id, station }));
   });
+}
+
+// However fast the pointer is, the reference of an axis goes out at most every 20 ms; the last one always does.
+const HOLD_MS = 20;
+const holds = new Map();
+
+function hold(station, axis, value) {
+  const key = `${station} ${axis}`, last = holds.get(key);
+  const go = () => ask(station, { do: "hold", signal: "DES_POSITION", axis, value: value === null ? null : String(value) })
+    .catch((error) => say(error.message, true));
+  clearTimeout(last?.timer);
+  const now = performance.now(), at = value === null ? now : Math.max(now, (last?.at ?? 0) + HOLD_MS);
+  holds.set(key, { at, timer: setTimeout(go, at - now) });
 }
 
 function say(text, isBad = false) {
@@ -56,6 +67,10 @@ function connect() {
   socket.onclose = () => {
     for (const { reject } of waiting.values()) reject(new Error("the line to the server has ended"));
     waiting.clear();
+    // How the devices are doing is not known any more.
+    client = null;
+    for (const here of stations) here.status = null;
+    show();
     showLine("no line to `dimsart serve`: is it running?", true);
     setTimeout(connect, PAUSE_MS);
   };
@@ -69,9 +84,17 @@ function showLine(text, isBad = false) {
 function hear({ kind, station, content, ...message }) {
   switch (kind) {
     case "hello":
-      message.stations.forEach((name, number) => { stations[number] ??= { name, faults: null, events: [] }; });
+      client = message.client;
+      for (let number = 0; number < Math.max(stations.length, message.stations.length); number++) {
+        const name = message.stations[number];
+        if (stations[number]?.name === name) continue;
+        // What was there is not there any more, or another one is.
+        scope.forget(number);
+        modules.forget(number);
+        stations[number] = { name, faults: null, events: [] };
+      }
       stations.length = message.stations.length;
-      shown = Math.min(shown, stations.length - 1);
+      shown = Math.max(0, Math.min(shown, stations.length - 1));
       show();
       break;
     case "answer": {
@@ -86,8 +109,7 @@ function hear({ kind, station, content, ...message }) {
       missed += content;
       break;
     case "lost":
-      // What is told of the time before this page was there is old.
-      if (stations[station].status) say(`${stations[station].name}: ${content.reason}`, true);
+      say(`${stations[station].name}: ${content.reason}`, true);
       break;
     case "layout":
       stations[station].layout = content;
@@ -111,18 +133,18 @@ function show(kind, station = shown) {
   const here = stations[shown];
   scope.show(shown, here.name);
   if (!kind || kind === "status" || kind === "gone" || kind === "overview") showState(here);
-  if (!kind || kind === "overview" || kind === "faults") {
-    if (here.overview) {
-      drawScheme(by("scheme"), here.overview, here.faults);
-      modules.show(here.overview, here.faults, here.kinds ?? []);
-      device.show(here.overview);
-    }
+  if (!kind || kind === "overview" || kind === "faults" || kind === "kinds") {
+    // Of one that has told nothing yet there is nothing, rather than what another one has.
+    drawScheme(by("scheme"), here.overview, here.faults);
+    modules.show(shown, here);
+    device.show(shown, here.overview?.identity);
     showFindings(here.faults);
   }
   if (!kind || kind === "events") showEvents(here.events);
 }
 
 function health(here) {
+  if (!isOpen()) return "";
   if (here.gone) return "bad";
   if (!here.status) return "";
   if (here.status.live.is_commanded) return "good";
@@ -148,18 +170,44 @@ function showStations() {
   }
 }
 
+/** Why a controller cannot be changed from here; empty where it can. */
+function refusal(here) {
+  if (!isOpen()) return "no line to the server";
+  if (here.gone) return `no line to the controller: ${here.gone}`;
+  if (!here.status) return "nothing was heard of the controller yet";
+  if (here.status.holder != null && !isMine(here)) return "another page has armed it: STOP it, or have it given back there";
+  return "";
+}
+
+/** Lets a button be pressed, or says why not. */
+function allow(id, why) {
+  const button = by(id);
+  button.dataset.title ??= button.title;
+  button.title = why || button.dataset.title;
+  button.disabled = Boolean(why);
+}
+
 function showState(here) {
-  const { live, is_held_here } = here.status ?? {};
+  const live = here.status?.live, isHeld = isMine(here), why = refusal(here);
+  const isOtherPage = here.status?.holder != null && !isHeld;
+  const isOther = live?.holder != null && !isHeld && `client ${live.holder} holds the lease`;
   const text = by("state-text");
   text.className = `verdict ${health(here)}`;
-  text.textContent = here.gone ? `no line: ${here.gone}` : (live?.state ?? "…");
-  const isOther = live?.holder != null && !is_held_here;
-  by("arm").disabled = !live || isOther || is_held_here;
-  by("arm").classList.toggle("on", Boolean(is_held_here));
-  by("arm").textContent = is_held_here ? "Armed by this page" : "Arm";
+  text.textContent = !isOpen() ? "no line to the server: how it is doing is not known"
+    : here.gone ? `no line: ${here.gone}` : (live?.state ?? "…");
+  allow("arm", why || isOther || (isHeld && "it is armed by this page"));
+  by("arm").classList.toggle("on", isHeld);
+  by("arm").textContent = isHeld ? "Armed by this page" : isOtherPage ? "Armed by another page" : "Arm";
   by("arm-all").hidden = stations.length < 2;
-  by("disarm").disabled = !stations.some((station) => station.status?.is_held_here);
-  by("start").disabled = !live || isOther || Boolean(here.overview?.status.is_running && !live.state.includes("stopped"));
+  allow("arm-all", isOpen() ? "" : why);
+  allow("disarm", stations.some(isMine) ? "" : isOtherPage ? why : "this page has armed nothing");
+  const isRunning = here.overview?.status.is_running && !live?.state.includes("stopped");
+  allow("start", why || isOther || (isRunning && "it is running"));
+  for (const id of ["reset", "save"]) allow(id, why);
+  by("transaction").hidden = !here.overview?.status.is_in_transaction;
+  allow("abort", why);
+  modules.allow(why);
+  device.allow(why);
   const status = here.overview?.status, identity = here.overview?.identity;
   const cycles = (count) => (count == null ? null : `${count} cycles`);
   const facts = [
@@ -167,7 +215,7 @@ function showState(here) {
     ["image", identity?.image],
     ["tick", live && `${live.ticks}, every ${1000 * (identity?.sample_period_s ?? 0)} ms`],
     ["drive", status?.drive],
-    ["lease", live && (live.holder == null ? "nobody" : is_held_here ? "this page" : `client ${live.holder}`)],
+    ["lease", live && (isHeld ? "this page" : isOtherPage ? "another page" : live.holder == null ? "nobody" : `client ${live.holder}`)],
     ["first fault", status?.first_fault && `tick ${status.first_fault.tick}: ${status.first_fault.reason}`],
     ["cut out", status?.cut_out],
     ["last tick", cycles(status?.timing?.last_cycles)],
@@ -204,28 +252,30 @@ function showEvents(events) {
 
 const told = (promise) => promise.then((done) => say(String(done)), (error) => say(error.message, true));
 
-function stopAll() {
-  stations.forEach((_, station) => {
-    const id = next++;
-    waiting.set(id, { resolve: (done) => say(String(done)), reject: (error) => say(error.message, true) });
-    socket.send(JSON.stringify({ say: "stop", id, station }));
-  });
+/** Stops every device; that it is stopped is said when all of them have answered. */
+async function stopAll() {
+  if (!isOpen()) return say("NOT STOPPED: no line to the server", true);
+  say("STOP: waits for the answer …", true);
+  const answers = await Promise.allSettled(stations.map((_, station) => ask(station, { say: "stop" })));
+  const wrong = answers.flatMap(({ reason }, station) => (reason ? [`${stations[station]?.name ?? ""}: ${reason.message}`] : []));
+  if (wrong.length) say(`NOT STOPPED, as far as is known: ${wrong.join("; ")}`, true);
+  else say([...new Set(answers.map(({ value }) => String(value)))].join("; "));
 }
 
 by("stop").onclick = stopAll;
 addEventListener("keydown", (event) => { if (event.key === "Escape") stopAll(); });
-by("arm").onclick = () => told(ask({ do: "arm" }));
-by("arm-all").onclick = () => stations.forEach((_, station) => told(ask({ do: "arm" }, station)));
+by("arm").onclick = () => told(ask(shown, { do: "arm" }));
+by("arm-all").onclick = () => stations.forEach((_, station) => told(ask(station, { do: "arm" })));
 by("disarm").onclick = () => stations.forEach((here, station) => {
-  if (here.status?.is_held_here) told(ask({ do: "disarm" }, station));
+  if (isMine(here)) told(ask(station, { do: "disarm" }));
 });
-by("start").onclick = () => told(ask({ do: "check" }).then(({ state }) => state));
-by("reset").onclick = () => told(ask({ do: "reset" }));
-by("save").onclick = () => told(ask({ do: "save" }));
+by("start").onclick = () => told(ask(shown, { do: "check" }).then(({ state }) => state));
+by("reset").onclick = () => told(ask(shown, { do: "reset" }));
+by("save").onclick = () => told(ask(shown, { do: "save" }));
+by("abort").onclick = () => told(ask(shown, { do: "abort" }));
 // A page that is hidden is throttled by its browser to a beat a second: a device does not move unseen.
 setInterval(() => {
-  const isHeld = stations.some((here) => here.status?.is_held_here);
-  if (isHeld && socket?.readyState === WebSocket.OPEN && !document.hidden) socket.send('{"say":"here"}');
+  if (stations.some(isMine) && !document.hidden) socket.send('{"say":"here"}');
 }, HERE_MS);
 
 connect();

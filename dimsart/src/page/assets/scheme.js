@@ -12,6 +12,10 @@ function make(name, attributes, text) {
 }
 
 export function drawScheme(place, overview, faults) {
+  if (!overview) {
+    delete place.dataset.key;
+    return place.replaceChildren();
+  }
   const plugged = overview.modules.filter((module) => module.place != null);
   const columns = [{ name: "device measures", reads: [], writes: overview.measured ?? [] },
     ...plugged, { name: "device takes", reads: overview.taken ?? [], writes: [] }];

@@ -3,57 +3,30 @@
 
 import { digits } from "/device.js";
 import { spectrum } from "/fourier.js";
+import { Ring } from "/ring.js";
+import { drawXy } from "/xy.js";
 
 const by = (id) => document.getElementById(id);
-const SECONDS = 60, COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#8c564b", "#7f7f7f"];
+const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b58900", "#56b4e9", "#8c564b", "#7f7f7f"];
 const dark = matchMedia("(prefers-color-scheme: dark)");
 const HEIGHT = 190;
-
-/** The ticks of a station: a ring, from the oldest to the newest. */
-class Ring {
-  constructor(layout, period_s) {
-    this.signals = layout.signals;
-    this.columns = layout.signals.flatMap(({ name, unit, words }) => Array.from({ length: words },
-      (_, place) => ({ signal: name, place, unit, name: words > 1 ? `${name}[${place}]` : name })));
-    this.number = layout.number;
-    this.step = layout.every_ticks;
-    this.period_s = period_s * this.step;
-    this.size = Math.round(Math.min(SECONDS / this.period_s, 60000));
-    this.values = this.columns.map(() => new Float32Array(this.size));
-    this.ticks = new Float64Array(this.size);
-    this.count = 0;
-    this.gaps = 0;
-  }
-
-  push(tick, view, at) {
-    const place = this.count % this.size;
-    const last = this.count ? this.ticks[(this.count - 1) % this.size] : tick - this.step;
-    // A gap of a minute is another start of the device.
-    const missing = (tick - last) / this.step - 1;
-    if (missing > 0 && missing < this.size) this.gaps += Math.round(missing);
-    this.ticks[place] = tick;
-    for (let i = 0; i < this.values.length; i++) this.values[i][place] = view.getFloat32(at + 4 * i, true);
-    this.count++;
-  }
-
-  at(column, number) { return this.values[column][number % this.size]; }
-
-  oldest() { return Math.max(0, this.count - this.size); }
-}
 
 export class Scope {
   constructor() {
     this.rings = [];
+    // What the user holds of the stations that are not shown.
+    this.kept = [];
     this.chosen = [];
     this.plots = [];
     this.isRunning = true;
-    this.held = null;
     this.cursors = [null, null];
+    this.rearm();
     by("run").onclick = () => this.setRunning(!this.isRunning);
     by("fit").onclick = () => { this.zoom = null; this.draw(true); };
     by("export").onclick = () => this.export();
-    for (const id of ["window", "view", "trigger-mode", "trigger-source", "trigger-edge", "trigger-level", "trigger-before"]) {
-      by(id).onchange = () => { this.held = null; this.armed = this.ring()?.count ?? 0; this.rebuild(); };
+    by("view").onchange = () => this.rebuild();
+    for (const id of ["window", "trigger-mode", "trigger-source", "trigger-edge", "trigger-level", "trigger-before"]) {
+      by(id).onchange = () => { this.rearm(); this.rebuild(); };
     }
     by("signal-filter").oninput = () => this.filter();
     dark.onchange = () => this.rebuild();
@@ -65,18 +38,31 @@ export class Scope {
 
   gaps(station) { return this.rings[station]?.gaps ?? 0; }
 
+  /** What a station's rows are made of from now on; being told again changes nothing. */
   layout(station, layout, period_s) {
-    this.rings[station] = new Ring(layout, period_s ?? 0.001);
-    if (station === this.station) this.list();
+    const ring = this.rings[station];
+    if (ring && JSON.stringify(ring.layout) === JSON.stringify(layout)) return;
+    this.replace(station, new Ring(layout, period_s ?? ring?.tick_s ?? 0.001));
   }
 
   period(station, period_s) {
     const ring = this.rings[station];
-    if (ring && Math.abs(ring.period_s - period_s * ring.step) > 1e-9 * period_s) {
-      // What came before the period was known goes: its place in the ring is another one.
-      const layout = { number: ring.number, every_ticks: ring.step, signals: ring.signals };
-      this.rings[station] = new Ring(layout, period_s);
-    }
+    // What came before the period was known goes: its place in the ring is another one.
+    if (ring && Math.abs(ring.tick_s - period_s) > 1e-9 * period_s) this.replace(station, new Ring(ring.layout, period_s));
+  }
+
+  /** A station that another one has taken the place of. */
+  forget(station) {
+    delete this.kept[station];
+    if (station === this.station) this.setRunning(true);
+    this.replace(station, undefined);
+  }
+
+  replace(station, ring) {
+    this.rings[station] = ring;
+    if (station !== this.station) return;
+    this.rearm();
+    if (this.isRunning) this.list();
   }
 
   /** Takes a message of rows; the station that it is of. */
@@ -84,7 +70,7 @@ export class Scope {
     const view = new DataView(data);
     const station = view.getUint8(0), width = view.getUint16(2, true), number = view.getUint32(4, true);
     const ring = this.rings[station];
-    if (!ring || ring.number !== number || ring.columns.length !== width) return station;
+    if (!ring || ring.layout.number !== number || ring.columns.length !== width) return station;
     for (let at = 8; at + 4 + 4 * width <= data.byteLength; at += 4 + 4 * width) {
       ring.push(view.getUint32(at, true), view, at + 4);
     }
@@ -105,24 +91,33 @@ export class Scope {
 
   show(station) {
     if (station === this.station) return;
+    this.kept[this.station ?? station] = this.isRunning ? null : this.held;
     this.station = station;
     this.chosen = [];
-    this.list();
+    this.setRunning(true);
+    const kept = this.kept[station];
+    if (kept) {
+      this.held = kept;
+      this.setRunning(false);
+      this.list();
+    }
   }
 
   /** The list of signals to choose from. */
   list() {
-    const ring = this.ring();
-    this.held = null;
-    if (!ring) return;
-    const names = ring.columns.map(({ name }) => name);
+    const rows = this.held?.rows ?? this.ring();
+    if (!rows) {
+      by("signals").replaceChildren();
+      return this.rebuild();
+    }
+    const names = rows.columns.map(({ name }) => name);
     this.chosen = this.chosen.filter((name) => names.includes(name));
     if (!this.chosen.length) {
       const liked = ["POSITION", "POSITION[0]", "DES_POSITION", "DES_POSITION[0]", "DES_FORCE", "DES_FORCE[0]"];
       this.chosen = liked.filter((name) => names.includes(name));
       if (!this.chosen.length) this.chosen = names.slice(0, 1);
     }
-    by("signals").replaceChildren(...ring.columns.map(({ name, unit }) => {
+    by("signals").replaceChildren(...rows.columns.map(({ name, unit }) => {
       const label = document.createElement("label");
       label.dataset.name = name.toLowerCase();
       const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: this.chosen.includes(name) });
@@ -134,13 +129,12 @@ export class Scope {
       parts[1].textContent = name;
       parts[1].title = name;
       label.append(box, ...parts);
-      label.value = parts[2];
-      label.unit = unit;
-      label.key = parts[0];
+      Object.assign(label, { key: parts[0], value: parts[2], name, unit });
       return label;
     }));
+    const source = by("trigger-source").value;
     by("trigger-source").replaceChildren(...names.map((name) => Object.assign(document.createElement("option"), { value: name, textContent: name })));
-    if (this.chosen.length) by("trigger-source").value = this.chosen[0];
+    by("trigger-source").value = names.includes(source) ? source : this.chosen[0];
     this.filter();
     this.rebuild();
   }
@@ -151,39 +145,50 @@ export class Scope {
   }
 
   setRunning(isRunning) {
+    const ring = this.ring();
+    if (!isRunning && !this.held) {
+      if (!ring?.count) return;
+      this.held = { rows: ring.copy(ring.oldest(), ring.count), zero: null };
+    }
     this.isRunning = isRunning;
     by("run").textContent = isRunning ? "Running" : "Held";
     by("run").setAttribute("aria-pressed", isRunning);
-    if (isRunning) { this.held = null; this.armed = this.ring()?.count ?? 0; }
-    else this.held ??= this.ring()?.count ?? 0;
+    if (!isRunning) return;
+    this.rearm();
+    this.list();
   }
 
-  ticks() { return Math.max(2, Math.round(Number(by("window").value) / this.ring().period_s)); }
+  /** The trigger looks at what comes from now on. What the user holds stays. */
+  rearm() {
+    this.armed = this.ring()?.count ?? 0;
+    this.fired = null;
+    if (this.isRunning) this.held = null;
+  }
+
+  /** The window, in ticks. */
+  span(rows) { return Math.max(2 * rows.step, Math.round(Number(by("window").value) / rows.tick_s)); }
+
+  /** What of it is before the trigger, in ticks. */
+  before(rows) { return Math.round((this.span(rows) * Number(by("trigger-before").value)) / 100); }
 
   /** Looks for the trigger in what is new; holds the picture when it is whole. */
   watchTrigger(ring) {
     const mode = by("trigger-mode").value;
     if (mode === "off" || !this.isRunning) return;
-    const source = ring.columns.findIndex(({ name }) => name === by("trigger-source").value);
-    if (source < 0) return;
+    const source = ring.numbers.get(by("trigger-source").value);
+    if (source === undefined) return;
     by("trigger-unit").textContent = ring.columns[source].unit;
-    const level = Number(by("trigger-level").value), edge = by("trigger-edge").value;
-    const ticks = this.ticks(), before = Math.round((ticks * Number(by("trigger-before").value)) / 100);
-    if (this.fired === undefined || this.fired === null) {
-      for (let i = Math.max(this.armed ?? 0, ring.oldest() + 1); i < ring.count; i++) {
-        const [past, now] = [ring.at(source, i - 1), ring.at(source, i)];
-        const rises = past < level && now >= level, falls = past > level && now <= level;
-        if ((rises && edge !== "fall") || (falls && edge !== "rise")) { this.fired = i; break; }
-      }
-      this.armed = Math.max(this.armed ?? 0, ring.count);
-    }
-    if (this.fired != null && ring.count >= this.fired - before + ticks) {
-      this.held = this.fired - before + ticks;
+    this.fired ??= this.edge(ring, source);
+    const start = this.fired && this.fired.time - this.before(ring), span = this.span(ring);
+    if (this.fired && ring.time(ring.count - 1) + ring.step >= start + span) {
+      // A copy: the ring goes on. What is kept for good can be looked at in other windows, too.
+      const first = mode === "single" ? ring.oldest() : ring.find(start);
+      this.held = { rows: ring.copy(first, ring.count), zero: this.fired.time };
       this.shownAt = performance.now();
-      by("trigger-state").textContent = `fired at tick ${ring.ticks[this.fired % ring.size]}`;
+      by("trigger-state").textContent = `fired at tick ${this.fired.tick}`;
       this.fired = null;
       if (mode === "single") this.setRunning(false);
-    } else if (mode === "auto" && performance.now() - (this.shownAt ?? 0) > 1000 + 1000 * ticks * ring.period_s) {
+    } else if (mode === "auto" && performance.now() - (this.shownAt ?? 0) > 1000 + 1000 * span * ring.tick_s) {
       this.held = null;
       by("trigger-state").textContent = "waits, and goes on meanwhile";
     } else if (this.held === null) {
@@ -191,33 +196,59 @@ export class Scope {
     }
   }
 
+  /** The first edge in what is new. Over a gap it is not known whether there was one. */
+  edge(ring, source) {
+    const level = Number(by("trigger-level").value), edge = by("trigger-edge").value;
+    const first = Math.max(this.armed, ring.oldest() + 1);
+    this.armed = ring.count;
+    for (let i = first; i < ring.count; i++) {
+      const [past, now] = [ring.at(source, i - 1), ring.at(source, i)];
+      const rises = past < level && now >= level, falls = past > level && now <= level;
+      const isWanted = (rises && edge !== "fall") || (falls && edge !== "rise");
+      if (isWanted && ring.follows(i)) return { time: ring.time(i), tick: ring.tick(i) };
+    }
+    return null;
+  }
+
   frame() {
     const ring = this.ring();
     if (!ring?.count || document.hidden) return;
     this.watchTrigger(ring);
     const colored = new Map(this.chosen.map((name, place) => [name, COLORS[place % COLORS.length]]));
-    [...by("signals").children].forEach((label, column) => {
-      label.value.textContent = `${digits(ring.at(column, ring.count - 1))} ${label.unit}`;
-      label.key.style.background = colored.get(ring.columns[column].name) ?? "transparent";
-    });
+    for (const { key, value, name, unit } of by("signals").children) {
+      value.textContent = `${digits(ring.numbers.has(name) ? ring.at(ring.numbers.get(name), ring.count - 1) : undefined)} ${unit}`;
+      key.style.background = colored.get(name) ?? "transparent";
+    }
     if (!(by("trigger-mode").value === "normal" && this.held === null && this.drawn)) this.draw();
   }
 
-  /** The shown part: places of the ring, and times from its end or from the trigger. */
-  part(ring) {
-    const end = Math.min(this.held ?? ring.count, ring.count), ticks = this.ticks();
-    const start = Math.max(end - ticks, ring.oldest());
-    const isTriggered = this.held !== null && by("trigger-mode").value !== "off";
-    const zero = isTriggered ? end - ticks + Math.round((ticks * Number(by("trigger-before").value)) / 100) : end - 1;
-    const times = [];
-    for (let i = start; i < end; i++) times.push((i - zero) * ring.period_s);
-    return { start, end, times };
+  /** What is shown: rows of what is held or of what goes on, and the time that counts as zero, in ticks. */
+  part() {
+    const rows = this.held?.rows ?? this.ring();
+    if (!rows?.count) return null;
+    const span = this.span(rows), last = rows.time(rows.count - 1), zero = this.held?.zero ?? last;
+    const from = this.held?.zero == null ? last - span + 1 : zero - this.before(rows);
+    return { rows, start: rows.find(from), end: rows.find(from + span), zero };
   }
 
-  columns(ring) {
-    return this.chosen.map((name, place) => ({ column: ring.columns.findIndex((one) => one.name === name), color: COLORS[place % COLORS.length] }))
-      .filter(({ column }) => column >= 0)
-      .map((one) => ({ ...one, ...ring.columns[one.column] }));
+  /** Its rows by number, and their times in seconds. Where something is missing, a row of nothing keeps the line from being joined. */
+  line({ rows, start, end, zero }) {
+    const numbers = [], times = [];
+    for (let i = start; i < end; i++) {
+      if (i > start && !rows.follows(i)) {
+        numbers.push(null);
+        times.push(((rows.time(i - 1) + rows.time(i)) / 2 - zero) * rows.tick_s);
+      }
+      numbers.push(i);
+      times.push((rows.time(i) - zero) * rows.tick_s);
+    }
+    return { numbers, times };
+  }
+
+  columns(rows) {
+    return this.chosen.map((name, place) => ({ column: rows.numbers.get(name), color: COLORS[place % COLORS.length] }))
+      .filter(({ column }) => column !== undefined)
+      .map((one) => ({ ...one, ...rows.columns[one.column] }));
   }
 
   /** A plot for each unit: values of different units share no axis. */
@@ -225,9 +256,10 @@ export class Scope {
     for (const plot of this.plots) plot.destroy?.();
     by("plots").replaceChildren();
     this.plots = [];
-    const ring = this.ring();
-    if (!ring) return;
-    const view = by("view").value, columns = this.columns(ring);
+    by("scope-note").textContent = "";
+    const rows = this.held?.rows ?? this.ring();
+    if (!rows) return;
+    const view = by("view").value, columns = this.columns(rows);
     if (view === "xy") {
       const canvas = Object.assign(document.createElement("canvas"), { className: "xy", height: 420 });
       canvas.width = by("plots").clientWidth;
@@ -264,47 +296,40 @@ export class Scope {
   }
 
   draw(always = false) {
-    const ring = this.ring();
-    if (!ring?.count || !this.plots.length) return;
-    const { start, end, times } = this.part(ring);
-    if (!always && this.drawn === `${start} ${end}`) return;
-    this.drawn = `${start} ${end}`;
-    const view = by("view").value;
-    const valuesOf = (column) => Array.from({ length: end - start }, (_, i) => {
-      const value = ring.at(column, start + i);
+    const part = this.part();
+    if (!part || !this.plots.length) return;
+    const { rows, start, end } = part, drawn = this.drawn;
+    if (!always && drawn?.rows === rows && drawn.start === start && drawn.end === end) return;
+    this.drawn = part;
+    const view = by("view").value, { numbers, times } = this.line(part);
+    const valuesOf = (column) => numbers.map((row) => {
+      const value = row === null ? NaN : rows.at(column, row);
       return Number.isFinite(value) ? value : null;
     });
-    if (view === "xy") return this.drawXy(valuesOf);
-    for (const plot of this.plots) {
-      const data = view === "spectrum" ? this.spectra(plot, valuesOf, ring) : [times, ...plot.shown.map(({ column }) => valuesOf(column))];
-      plot.setData(data, !this.zoom);
+    if (view === "xy") {
+      const [{ canvas, columns }] = this.plots;
+      return drawXy(canvas, columns, ...columns.slice(0, 2).map(({ column }) => valuesOf(column)));
     }
-    this.showCursors(ring);
+    if (view === "spectrum") this.drawSpectra(valuesOf, rows, numbers.includes(null));
+    else for (const plot of this.plots) plot.setData([times, ...plot.shown.map(({ column }) => valuesOf(column))], !this.zoom);
+    this.showCursors();
   }
 
-  spectra(plot, valuesOf, ring) {
-    const all = plot.shown.map(({ column }) => spectrum(valuesOf(column).map((value) => value ?? 0), ring.period_s));
-    return [all[0]?.frequencies ?? [], ...all.map(({ amplitudes }) => amplitudes)];
-  }
-
-  drawXy(valuesOf) {
-    const [{ canvas, columns }] = this.plots, context = canvas.getContext("2d");
-    context.clearRect(0, 0, canvas.width, canvas.height);
-    context.fillStyle = getComputedStyle(document.body).getPropertyValue("--quiet");
-    context.font = "13px system-ui";
-    if (columns.length < 2) return context.fillText("choose two signals: the second one is drawn over the first", 20, 30);
-    const [x, y] = [valuesOf(columns[0].column), valuesOf(columns[1].column)];
-    const range = (values) => {
-      const [low, high] = [Math.min(...values), Math.max(...values)];
-      return high > low ? [low, high] : [low - 1, high + 1];
-    };
-    const [left, right] = range(x), [low, high] = range(y), [w, h] = [canvas.width - 90, canvas.height - 60];
-    context.strokeStyle = columns[1].color;
-    context.beginPath();
-    x.forEach((value, i) => context.lineTo(70 + (w * (value - left)) / (right - left), 20 + h - (h * (y[i] - low)) / (high - low)));
-    context.stroke();
-    context.fillText(`${columns[0].name} (${columns[0].unit}): ${digits(left)} to ${digits(right)}`, 70, canvas.height - 12);
-    context.fillText(`${columns[1].name} (${columns[1].unit}): ${digits(low)} to ${digits(high)}`, 10, 14);
+  /** A spectrum is of values that are all there: of others it would be another signal's. */
+  drawSpectra(valuesOf, rows, hasGap) {
+    const wrong = [];
+    for (const plot of this.plots) {
+      const all = plot.shown.map(({ name, column }) => {
+        const values = valuesOf(column);
+        if (!hasGap && !values.includes(null)) return spectrum(values, rows.step * rows.tick_s);
+        if (!hasGap) wrong.push(name);
+        return null;
+      });
+      const frequencies = all.find((one) => one)?.frequencies ?? [];
+      plot.setData([frequencies, ...all.map((one) => one?.amplitudes ?? frequencies.map(() => null))], !this.zoom);
+    }
+    by("scope-note").textContent = hasGap ? "No spectrum: ticks are missing in this window. Take one without a gap."
+      : wrong.length ? `No spectrum of ${wrong.join(", ")}: there are values in this window that are no numbers.` : "";
   }
 
   setCursor(plot, event) {
@@ -335,23 +360,24 @@ export class Scope {
     const nearest = (plot, at) => plot.data[0].reduce((best, x, i) => (Math.abs(x - at) < Math.abs(plot.data[0][best] - at) ? i : best), 0);
     const deltas = this.plots.flatMap((plot) => {
       const [i, j] = [nearest(plot, a), nearest(plot, b)];
-      return plot.shown.map(({ name, unit }, k) => `${name} ${digits(plot.data[k + 1][j] - plot.data[k + 1][i])} ${unit}`);
+      // Null where there is nothing: that has no difference.
+      return plot.shown.map(({ name, unit }, k) => `${name} ${digits((plot.data[k + 1][j] ?? NaN) - (plot.data[k + 1][i] ?? NaN))} ${unit}`);
     });
     const unit = by("view").value === "time" ? `s (${digits(1 / Math.abs(b - a))} Hz)` : "Hz";
     by("cursors").textContent = `B − A: ${digits(b - a)} ${unit}; ${deltas.join(", ")}`;
   }
 
   export() {
-    const ring = this.ring();
-    if (!ring?.count) return;
-    const { start, end } = this.part(ring), columns = this.columns(ring);
+    const part = this.part();
+    if (!part) return;
+    const { rows, start, end } = part, columns = this.columns(rows);
     const head = ["tick", "time (s)", ...columns.map(({ name, unit }) => `${name} (${unit})`)].join(",");
-    const rows = Array.from({ length: end - start }, (_, i) => {
-      const tick = ring.ticks[(start + i) % ring.size];
-      return [tick, (tick * ring.period_s) / ring.step, ...columns.map(({ column }) => ring.at(column, start + i))].join(",");
+    const lines = Array.from({ length: end - start }, (_, i) => {
+      const row = start + i, tick = rows.tick(row);
+      return [tick, tick * rows.tick_s, ...columns.map(({ column }) => rows.at(column, row))].join(",");
     });
     const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([[head, ...rows].join("\n")], { type: "text/csv" }));
+    link.href = URL.createObjectURL(new Blob([[head, ...lines].join("\n")], { type: "text/csv" }));
     link.download = "scope.csv";
     link.click();
     URL.revokeObjectURL(link.href);
