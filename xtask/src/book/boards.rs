@@ -35,7 +35,7 @@ fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
         .map(|(handler, priority)| format!("| `{handler}` | {priority} |\n"))
         .collect();
     let text = format!(
-        "# {name}\n\n{says}\n## In figures\n\n| | |\n|---|---|\n{rows}\n\
+        "# {name}\n\n{says}\n## In figures\n\n| What | Is |\n|---|---|\n{rows}\n\
          ## Interrupts\n\nSmaller is more urgent.\n\n| Handler | Priority |\n|---|---:|\n{handlers}\n\
          ## What it may take\n\nWhat it does take: [figures](../firmware.md).\n\n```toml\n{}\n```\n\n\
          ## Memory map\n\n```text\n{}\n```\n",

@@ -107,7 +107,7 @@ pub(super) fn pages_of_docs() -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::markdown::anchors;
+    use crate::markdown::{anchors, blocks, code_spans};
 
     #[test]
     fn every_page_is_in_the_summary() {
@@ -151,6 +151,21 @@ mod tests {
             }
         }
         assert!(wrong.is_empty(), "these links lead nowhere:\n{}", wrong.join("\n"));
+    }
+
+    #[test]
+    fn every_chore_that_is_named_is_one() {
+        for path in pages_of_docs().iter().map(String::as_str).chain(["README.md", "ARCHITECTURE.md"]) {
+            let text = read_text(path).unwrap();
+            let code = blocks(&text).into_iter().map(|block| block.text).chain(code_spans(&text));
+            for code in code {
+                let named =
+                    code.split("cargo xtask ").skip(1).filter_map(|rest| rest.split_whitespace().next());
+                for chore in named.map(|chore| chore.trim_end_matches('`')) {
+                    assert!(crate::USAGE.contains(&format!("\n  {chore} ")), "{path}: cargo xtask {chore}");
+                }
+            }
+        }
     }
 
     #[test]
