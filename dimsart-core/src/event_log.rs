@@ -58,8 +58,10 @@ macro_rules! kinds {
 
 kinds! {
     128 Started "started"
-        "The board began, and why: its supply came (also after a brown-out), its reset pin, its own program, its watchdog."
-        "After a watchdog: ticks did not keep their time, or the communication stood still. `dimsart connect PORT show` counts late ticks.";
+        "The board began, and why: its supply came (also after a brown-out), its reset pin, its own \
+         program, its watchdog."
+        "After a watchdog: ticks did not keep their time, or the communication stood still. `dimsart \
+         connect PORT show` counts late ticks.";
     129 Reset "reset"
         "A client has reset all modules, and ended a fault if there was one."
         "";
@@ -73,8 +75,10 @@ kinds! {
         "The program found itself in a state that cannot be. Its tick is that of the event before it."
         "Build with the feature `panic-text`, which logs the place, and report it.";
     133 Exception "exception"
-        "A stack overflow, a bad access or an unknown instruction; the detail is the processor's CFSR. Its tick is that of the event before it."
-        "As 132. Bits 0 to 7 are memory protection (a stack overflow), 8 to 15 the bus, 16 to 31 the instruction.";
+        "A stack overflow, a bad access or an unknown instruction; the detail is the processor's CFSR. Its \
+         tick is that of the event before it."
+        "As 132. Bits 0 to 7 are memory protection (a stack overflow), 8 to 15 the bus, 16 to 31 the \
+         instruction.";
 }
 
 /// Why a board has started: the detail of [`EventKind::Started`].

@@ -3,7 +3,7 @@
 //! In a block marked `console`, a line that begins with `$ ` is a command. The lines behind it have to come of it, in this
 //! order, among others: `...` in them stands for anything, and so does the space between words. Every command must
 //! succeed, or in a block marked `console fails` every one fail. One that ends in ` &` goes on beside the others, from when
-//! it has said something. A block marked `diff` is made to the files that it names, and one marked with a language and a file's
+//! it has said as many lines as are shown. A block marked `diff` is made to the files that it names, and one marked with a language and a file's
 //! name is that file.
 
 use std::fmt::Write;
@@ -62,10 +62,12 @@ impl Step {
     fn script(&self) -> String {
         let Self { command, fails, .. } = self;
         match command.strip_suffix(" &") {
-            // It has come so far that it can be talked to when it has said so.
+            // It has come so far that it can be talked to when it has said as much as is shown.
             Some(command) => format!(
                 "said=$(mktemp)\n{command} > \"$said\" 2>&1 &\n\
-                 until [ -s \"$said\" ]; do kill -0 $!; sleep 0.1; done\ncat \"$said\"\n"
+                 until [ $(wc -l < \"$said\") -ge {lines} ]; do kill -0 $!; sleep 0.1; done\n\
+                 cat \"$said\"; rm \"$said\"\n",
+                lines = self.shown.len().max(1)
             ),
             None if *fails => format!("if {command}\nthen echo 'This was to fail.'; exit 1; fi\n"),
             None => format!("{command}\n"),
@@ -176,8 +178,9 @@ $ cat file; echo \"$x  is it\"
 three
 $ cat other
 five
-$ (echo ready; exec sleep 60) &
+$ (echo ready; sleep 0.3; echo steady; exec sleep 60) &
 ready
+steady
 $ kill %1
 ```
 ```console fails

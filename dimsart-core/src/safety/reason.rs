@@ -59,16 +59,20 @@ reasons! {
         "The scheme runs, and nobody holds the lease that motion needs."
         "`arm` takes and holds it.";
     32 MeasurementRefused "measurement refused"
-        "A measured number is not finite, is beyond what its sensor can show, or changed faster than that; or the frame has another length. Nothing was computed."
+        "A measured number is not finite, is beyond what its sensor can show, or changed faster than that; \
+         or the frame has another length. Nothing was computed."
         "`faults` names signal and word: see to that sensor and its cable, then `reset`.";
     36 CommandRefused "command refused"
         "The caller's frame for the device has another length."
         "Mend the program that calls the tick, then `reset`.";
     40 ModuleFailed "module failed"
-        "A module wrote what its signal cannot be, or took too long, and an input of the device depends on it."
-        "`faults` names module, signal, word and value: lower its gains, see to what it reads, or put another one in its place; then `reset`.";
+        "A module wrote what its signal cannot be, or took too long, and an input of the device depends on \
+         it."
+        "`faults` names module, signal, word and value: lower its gains, see to what it reads, or put \
+         another one in its place; then `reset`.";
     44 CommandsLate "commands late"
-        "Nothing new has come for too long from another engine that commands this one (`dimsart-core/src/coupling.rs`)."
+        "Nothing new has come for too long from another engine that commands this one \
+         (`dimsart-core/src/coupling.rs`)."
         "See why that one stands still, then `reset`.";
     48 LinkLost "link lost"
         "Nothing has come over a link for `TIMEOUT_TICKS`."
@@ -77,7 +81,8 @@ reasons! {
         "The scheme runs; a command was outside its input's range and was cut."
         "Lower the gains, or declare the range that the actuator really has.";
     100 RateLimited "rate limited"
-        "An input changes as fast as it may: it follows the scheme, or is on its way to or from its safe value."
+        "An input changes as fast as it may: it follows the scheme, or is on its way to or from its safe \
+         value."
         "Nothing, if it lasts for a few ticks. Otherwise as 96.";
 }
 
