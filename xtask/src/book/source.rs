@@ -36,7 +36,8 @@ pub(super) fn files() -> Result<Files, String> {
             files.insert(path.clone(), text.clone().into_bytes());
         }
     }
-    for path in wanted {
+    // A page that the summary does not name would be none in the book.
+    for path in wanted.into_iter().filter(|path| !path.ends_with(".md")) {
         if !files.contains_key(&path) && top().join(&path).is_file() {
             files.insert(path.clone(), read(&path)?);
         }
