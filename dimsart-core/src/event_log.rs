@@ -15,7 +15,7 @@ use crate::safety::Reason;
 pub const MAX_EVENTS: usize = 64;
 
 macro_rules! kinds {
-    ($($number:literal $kind:ident $name:literal $meaning:literal;)*) => {
+    ($($number:literal $kind:ident $name:literal $meaning:literal $next_step:literal;)*) => {
         /// What happened, beside a change of the [`Reason`] why the device gets what it gets. The numbers go on behind
         /// those of reasons and are never reused.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,20 +36,52 @@ macro_rules! kinds {
                     $(Self::$kind => $name,)*
                 }
             }
+
+            /// What it means, in sentences.
+            #[must_use]
+            pub const fn meaning(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $meaning,)*
+                }
+            }
+
+            /// What to do next, in sentences; empty where nothing is to be done.
+            #[must_use]
+            pub const fn next_step(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $next_step,)*
+                }
+            }
         }
     };
 }
 
 kinds! {
-    128 Started      "started"        "The board has started; the detail is a [`StartCause`].";
-    129 Reset        "reset"          "A client has reset all modules, and ended a fault if there was one.";
-    130 SchemeChange "scheme changed" "A transaction has been committed.";
-    131 ModuleCutOut "module cut out" "A module has failed that the device does not depend on.";
-    132 Panic        "panic"          "The program found itself in a state that cannot be; a start follows.";
-    133 Exception    "exception"      "The processor could not go on; the detail is its CFSR. A start follows.";
+    128 Started "started"
+        "The board began, and why: its supply came (also after a brown-out), its reset pin, its own \
+         program, its watchdog."
+        "After a watchdog: ticks did not keep their time, or the communication stood still. `dimsart \
+         connect PORT show` counts late ticks.";
+    129 Reset "reset"
+        "A client has reset all modules, and ended a fault if there was one."
+        "";
+    130 SchemeChange "scheme changed"
+        "A transaction was committed."
+        "";
+    131 ModuleCutOut "module cut out"
+        "A module failed that the device does not depend on; it is named as for 40."
+        "As 40, though the device goes on.";
+    132 Panic "panic"
+        "The program found itself in a state that cannot be. Its tick is that of the event before it."
+        "Build with the feature `panic-text`, which logs the place, and report it.";
+    133 Exception "exception"
+        "A stack overflow, a bad access or an unknown instruction; the detail is the processor's CFSR. Its \
+         tick is that of the event before it."
+        "As 132. Bits 0 to 7 are memory protection (a stack overflow), 8 to 15 the bus, 16 to 31 the \
+         instruction.";
 }
 
-/// Why a board has started.
+/// Why a board has started: the detail of [`EventKind::Started`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum StartCause {

@@ -5,8 +5,8 @@
 
 use dimsart_core::{
     AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState,
-    FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word, limits::MAX_LIMITED_WORDS,
-    modules::Standard, scheme, types,
+    EventKind, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
+    limits::MAX_LIMITED_WORDS, modules::Standard, scheme, types,
 };
 
 const AXES: usize = 3;
@@ -422,8 +422,13 @@ const NUMBERS: [(u8, &str); 10] = [
     (100, "rate limited"),
 ];
 
+/// Of the page's tables.
+fn row(number: u8, cells: [&str; 3]) -> String {
+    format!("\n| {number} | {} |\n", cells.join(" | ").trim_end())
+}
+
 #[test]
-fn numbers_and_names_stay_and_the_page_of_faults_has_them_all() {
+fn numbers_and_names_stay_and_the_page_of_faults_has_them_all_in_the_same_words() {
     let page = include_str!("../../docs/faults.md");
     let all = core::iter::once(&Reason::None).chain(Reason::ALL);
     assert_eq!(all.map(|reason| (reason.number(), reason.name())).collect::<Vec<_>>(), NUMBERS);
@@ -434,7 +439,12 @@ fn numbers_and_names_stay_and_the_page_of_faults_has_them_all() {
         let Some(reason) = found else { continue };
         assert_eq!(reason.is_fault(), (32..96).contains(&number));
         assert_eq!(reason.is_limit(), number >= 96);
-        assert!(page.contains(&format!("\n| {number} | {} |", reason.name())), "{reason:?}");
+        let row = row(number, [reason.name(), reason.meaning(), reason.next_step()]);
+        assert!(page.contains(&row), "docs/faults.md lacks: {row}");
+    }
+    for kind in EventKind::ALL {
+        let row = row(*kind as u8, [kind.name(), kind.meaning(), kind.next_step()]);
+        assert!(page.contains(&row), "docs/faults.md lacks: {row}");
     }
 }
 

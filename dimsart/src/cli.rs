@@ -7,6 +7,8 @@ mod connect;
 mod cycles;
 mod dbc;
 mod doctor;
+#[cfg(test)]
+mod documented;
 mod modules;
 mod new_module;
 mod new_project;

@@ -97,3 +97,8 @@ pub mod scenario;
 pub mod schemes;
 mod settled_contact;
 pub mod watch;
+
+/// The page whose lines of Rust are tests of this crate.
+#[cfg(doctest)]
+#[doc = include_str!("../../docs/howto/test-a-rig.md")]
+struct TestARig;

@@ -2,8 +2,10 @@
 
 mod bench;
 mod boards;
+mod book;
 mod budget_file;
 mod budgets;
+mod console;
 mod cycle_table;
 mod emulator;
 mod example;
@@ -11,10 +13,10 @@ mod figures;
 mod flash;
 mod fuzz;
 mod long;
+mod markdown;
 mod module_groups;
 mod page;
 mod panic_free;
-mod project;
 mod setup;
 mod shell;
 mod stack;
@@ -22,6 +24,7 @@ mod steps;
 mod table;
 mod test;
 mod toolchain;
+mod tutorial;
 mod two_engines;
 
 use std::process::ExitCode;
@@ -42,6 +45,9 @@ usage: cargo xtask COMMAND
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   page        try the page of `dimsart serve` in a browser; its pictures go to target/page
+  book        build the book of docs/, with a page per module, board and fault, to target/book; sets up mdBook first
+  tutorial    follow docs/tutorial.md, command by command
+  how-tos     the same with docs/howto/; takes seconds
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
   long        for the night: tests that ci runs short, at their full length, what ci leaves out, then
               fuzz 1000000000; says how long they take
@@ -70,6 +76,9 @@ fn main() -> ExitCode {
             Ok(inputs) => fuzz::fuzz(inputs),
             Err(error) => Err(format!("'{inputs}' is no number of inputs: {error}")),
         },
+        ["book"] => book::book(),
+        ["tutorial"] => tutorial::follow(),
+        ["how-tos"] => tutorial::follow_how_tos(),
         ["page"] => page::page(),
         ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),

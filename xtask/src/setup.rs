@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-use crate::shell::{Outcome, command, run, succeeds, top};
+use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
+
+/// The version of mdBook that builds the book.
+const MDBOOK: &str = "0.5.4";
 
 /// Installs Debian packages when this is a Debian machine and we may; else says what to do.
 pub(crate) fn install(packages: &[&str], purpose: &str) -> Outcome {
@@ -68,6 +71,20 @@ pub(crate) fn browser() -> Outcome {
         true => Ok(()),
         false => install(&["chromium"], "trying the page in a browser"),
     }
+}
+
+/// mdBook, in `target/tools`; building it takes minutes.
+pub(crate) fn mdbook() -> Result<PathBuf, String> {
+    let folder = target().join("tools");
+    let mdbook = folder.join("bin/mdbook");
+    let said = command(&mdbook, ["--version"]).output();
+    if said.is_ok_and(|output| String::from_utf8_lossy(&output.stdout).trim() == format!("mdbook v{MDBOOK}"))
+    {
+        return Ok(mdbook);
+    }
+    let install = ["install", "mdbook", "--version", MDBOOK, "--locked", "--no-default-features"];
+    run(cargo(&install).args(["--features", "search", "--root"]).arg(folder))?;
+    Ok(mdbook)
 }
 
 fn is_root() -> bool {

@@ -5,7 +5,7 @@ use crate::shell::{Outcome, cargo, command, run, top};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
 use crate::{
-    bench, boards, budgets, cycle_table, fuzz, page, panic_free, project, setup, stack, two_engines,
+    bench, boards, budgets, cycle_table, fuzz, page, panic_free, setup, stack, tutorial, two_engines,
 };
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
@@ -96,7 +96,8 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("budgets of a tick", || budgets::hold(toolchain))?;
     steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
     steps.step("two engines, emulated", two_engines::run)?;
-    steps.step("a project of one's own", project::project)?;
+    steps.step("the tutorial", tutorial::follow)?;
+    steps.step("the how-to pages", tutorial::follow_how_tos)?;
     steps.step("the page in a browser", page::page)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {

@@ -1,7 +1,7 @@
-//! Why a device does not get what the scheme commands: every reason has a number and a name.
+//! Why a device does not get what the scheme commands: every reason has a number, a name, a meaning and a next step.
 
 macro_rules! reasons {
-    ($($number:literal $reason:ident $name:literal $meaning:literal;)*) => {
+    ($($number:literal $reason:ident $name:literal $meaning:literal $next_step:literal;)*) => {
         /// Why a device does not get what the scheme commands.
         ///
         /// The numbers stand in logs and on the wire: they have gaps for further ones and are never reused. Up to 31
@@ -29,20 +29,61 @@ macro_rules! reasons {
                     $(Self::$reason => $name,)*
                 }
             }
+
+            /// What it means, in sentences.
+            #[must_use]
+            pub const fn meaning(self) -> &'static str {
+                match self {
+                    Self::None => "The device gets what the scheme commands.",
+                    $(Self::$reason => $meaning,)*
+                }
+            }
+
+            /// What to do next, in sentences; empty where nothing is to be done.
+            #[must_use]
+            pub const fn next_step(self) -> &'static str {
+                match self {
+                    Self::None => "",
+                    $(Self::$reason => $next_step,)*
+                }
+            }
         }
     };
 }
 
 reasons! {
-     8 Stopped            "stopped"             "The scheme does not run.";
-    16 Disarmed           "disarmed"            "Motion is not allowed: nobody holds the lease.";
-    32 MeasurementRefused "measurement refused" "The measured frame was refused, and nothing was computed.";
-    36 CommandRefused     "command refused"     "The frame for the device has another length.";
-    40 ModuleFailed       "module failed"       "A module wrote what its signal cannot be; the device depends on it.";
-    44 CommandsLate       "commands late"       "What the scheme is commanded by from outside is too old.";
-    48 LinkLost           "link lost"           "Nothing has come over a link for too long.";
-    96 RangeLimited       "range limited"       "The scheme's command is outside the range of the input.";
-   100 RateLimited        "rate limited"        "The input changes as fast as it may.";
+    8 Stopped "stopped"
+        "The scheme does not run: nothing is plugged in, it does not match, or it was stopped."
+        "`faults` says what does not match; `check` starts it.";
+    16 Disarmed "disarmed"
+        "The scheme runs, and nobody holds the lease that motion needs."
+        "`arm` takes and holds it.";
+    32 MeasurementRefused "measurement refused"
+        "A measured number is not finite, is beyond what its sensor can show, or changed faster than that; \
+         or the frame has another length. Nothing was computed."
+        "`faults` names signal and word: see to that sensor and its cable, then `reset`.";
+    36 CommandRefused "command refused"
+        "The caller's frame for the device has another length."
+        "Mend the program that calls the tick, then `reset`.";
+    40 ModuleFailed "module failed"
+        "A module wrote what its signal cannot be, or took too long, and an input of the device depends on \
+         it."
+        "`faults` names module, signal, word and value: lower its gains, see to what it reads, or put \
+         another one in its place; then `reset`.";
+    44 CommandsLate "commands late"
+        "Nothing new has come for too long from another engine that commands this one \
+         (`dimsart-core/src/coupling.rs`)."
+        "See why that one stands still, then `reset`.";
+    48 LinkLost "link lost"
+        "Nothing has come over a link for `TIMEOUT_TICKS`."
+        "See to the other side and the line, then `reset`.";
+    96 RangeLimited "range limited"
+        "The scheme runs; a command was outside its input's range and was cut."
+        "Lower the gains, or declare the range that the actuator really has.";
+    100 RateLimited "rate limited"
+        "An input changes as fast as it may: it follows the scheme, or is on its way to or from its safe \
+         value."
+        "Nothing, if it lasts for a few ticks. Otherwise as 96.";
 }
 
 impl Reason {

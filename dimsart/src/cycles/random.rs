@@ -28,6 +28,7 @@ pub(super) type Template = (usize, u16, Packet);
 #[derive(Debug)]
 pub(super) struct RandomInputs<'a> {
     random: Random,
+    device: DeviceDescriptor,
     dimsart: Box<SimulatedDimsart>,
     scheme: &'a [u8],
     template: Option<Template>,
@@ -43,9 +44,9 @@ impl<'a> RandomInputs<'a> {
         template: Option<Template>,
         seed: u64,
     ) -> Result<Self, CyclesError> {
-        let dimsart = SimulatedDimsart::new(device).map_err(ExperimentError::Storage)?;
+        let dimsart = Box::new(SimulatedDimsart::new(device.clone()).map_err(ExperimentError::Storage)?);
         let (random, trace) = (Random::new(seed), TickTrace::default());
-        Ok(Self { random, dimsart: Box::new(dimsart), scheme, template, silence_ticks: 0, trace, ticks: 0 })
+        Ok(Self { random, device, dimsart, scheme, template, silence_ticks: 0, trace, ticks: 0 })
     }
 
     /// The next tick, with all that came of it here, and whether the scheme started anew before it.
@@ -58,7 +59,10 @@ impl<'a> RandomInputs<'a> {
         }
         let is_new = place <= STARTS;
         if is_new {
-            // It ran before.
+            // Without a fault of the last start, which outlasts a scheme; both could be made before.
+            if let Ok(dimsart) = SimulatedDimsart::new(self.device.clone()) {
+                *self.dimsart = dimsart;
+            }
             let _ = saved_scheme::load(self.scheme, fingerprint_of(self.scheme), &mut self.dimsart);
             self.silence_ticks = 0;
         }

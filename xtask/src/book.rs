@@ -1,0 +1,98 @@
+//! The book: what is in `docs/`, with a page per module, board and fault, made from what these say of themselves.
+
+mod boards;
+mod faults;
+mod modules;
+mod source;
+
+use std::fs;
+use std::path::Path;
+
+use crate::setup;
+use crate::shell::{Outcome, command, run, target, top};
+
+/// A page that is made, and stands in no repository.
+struct Page {
+    title: String,
+    /// From the top of the repository, as if it stood there.
+    path: String,
+    text: String,
+}
+
+/// Builds it to `target/book`.
+pub(crate) fn book() -> Outcome {
+    let mdbook = setup::mdbook()?;
+    let (folder, book) = (target().join("book-source"), target().join("book"));
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    for (path, bytes) in source::files()? {
+        write(&folder.join("pages").join(path), &bytes)?;
+    }
+    for file in ["book.toml", "book.css"] {
+        write(&folder.join(file), &read(&format!("docs/{file}"))?)?;
+    }
+    run(command(mdbook, ["build", "--dest-dir"]).arg(&book).arg(&folder))?;
+    println!("the book: {}", book.join("index.html").display());
+    Ok(())
+}
+
+/// A file, from the top of the repository.
+fn read(path: &str) -> Result<Vec<u8>, String> {
+    fs::read(top().join(path)).map_err(|error| format!("cannot read {path}: {error}"))
+}
+
+fn read_text(path: &str) -> Result<String, String> {
+    String::from_utf8(read(path)?).map_err(|error| format!("{path}: {error}"))
+}
+
+fn write(path: &Path, bytes: &[u8]) -> Outcome {
+    let written = path.parent().map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes));
+    written.map_err(|error| format!("cannot write {}: {error}", path.display()))
+}
+
+/// What a Rust file says of itself at its top, as Markdown.
+fn head_of(source: &str) -> String {
+    let lines = source.lines().map_while(|line| line.strip_prefix("//!"));
+    // Links to items are for rustdoc: here their text stays.
+    lines.fold(String::new(), |text, line| {
+        text + &without_item_links(line.strip_prefix(' ').unwrap_or(line)) + "\n"
+    })
+}
+
+/// `[text](crate::Item)` and ``[`Item`]`` as their texts.
+fn without_item_links(line: &str) -> String {
+    let (mut text, mut rest) = (String::new(), line);
+    while let Some((before, (label, after))) =
+        rest.split_once('[').and_then(|(before, from)| Some((before, from.split_once(']')?)))
+    {
+        text += before;
+        let target = after.strip_prefix('(').and_then(|from| from.split_once(')'));
+        match target {
+            Some((target, after)) if target.contains("::") => {
+                text += label;
+                rest = after;
+            }
+            None if label.starts_with('`') => {
+                text += label;
+                rest = after;
+            }
+            _ => {
+                text = text + "[" + label + "]";
+                rest = after;
+            }
+        }
+    }
+    text + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_head_of_a_source_file_is_markdown_without_links_to_items() {
+        let source = "//! A law: see [`Pd`] and [content](crate::Content).\n//!\n//! `e[k-1]`, [web](https://a.b)\n\nuse x;\n//! no\n";
+        assert_eq!(head_of(source), "A law: see `Pd` and content.\n\n`e[k-1]`, [web](https://a.b)\n");
+    }
+}

@@ -1,0 +1,60 @@
+//! The tutorial and the how-to pages, followed command by command: a project outside the workspace is made, builds, knows
+//! its law, passes its tests, and runs as firmware on the emulated board.
+
+use std::ffi::OsString;
+use std::fs;
+use std::path::Path;
+
+use crate::console;
+use crate::setup;
+use crate::shell::{Outcome, cargo, run, target, top};
+
+/// Follows `docs/tutorial.md`.
+pub(crate) fn follow() -> Outcome {
+    setup::emulator()?;
+    build()?;
+    let folder = target().join("tutorial");
+    if folder.exists() {
+        fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    // What its project builds is kept from run to run.
+    let built = target().join("tutorial-built");
+    page(&top().join("docs/tutorial.md"), &folder, &[("CARGO_TARGET_DIR", &built)])
+}
+
+/// Follows those of `docs/howto/` that have commands for a desk, each in a folder of its own.
+pub(crate) fn follow_how_tos() -> Outcome {
+    build()?;
+    let folder = top().join("docs/howto");
+    let entries = fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    let mut pages: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
+    pages.sort_unstable();
+    for path in pages {
+        page(&path, temporary()?.path(), &[])?;
+    }
+    Ok(())
+}
+
+fn build() -> Outcome {
+    run(&mut cargo(&["build", "--quiet", "--package", "dimsart"]))
+}
+
+/// Follows a page with the `dimsart` of this repository.
+fn page(path: &Path, folder: &Path, environment: &[(&str, &Path)]) -> Outcome {
+    let shown = path.strip_prefix(top()).unwrap_or(path).display();
+    let page = fs::read_to_string(path).map_err(|error| format!("cannot read {shown}: {error}"))?;
+    let mut programs = OsString::from(target().join("debug"));
+    programs.push(":");
+    programs.push(std::env::var_os("PATH").unwrap_or_default());
+    // Ports that are shared are those of this page, not of the user.
+    let ports = temporary()?;
+    let mut all = vec![("PATH", Path::new(&programs)), ("XDG_RUNTIME_DIR", ports.path())];
+    all.extend(environment);
+    println!("{shown}");
+    console::follow(&page, folder, &all).map_err(|error| format!("{shown}: {error}"))
+}
+
+fn temporary() -> Result<tempfile::TempDir, String> {
+    tempfile::tempdir().map_err(|error| format!("no temporary folder: {error}"))
+}
