@@ -2,12 +2,7 @@
 //!
 //! `cargo xtask bridge` runs it; the build takes minutes.
 #![cfg(unix)]
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    reason = "in helpers of tests as in tests"
-)]
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::net::TcpListener;

@@ -2,6 +2,7 @@
 
 mod bench;
 mod boards;
+mod bridge;
 mod budget_file;
 mod budgets;
 mod cycle_table;
@@ -42,6 +43,7 @@ usage: cargo xtask COMMAND
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   page        try the page of `dimsart serve` in a browser; its pictures go to target/page
+  bridge      build `dimsart bridge`, which takes minutes, and try it with a Zenoh router
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
   long        for the night: tests that ci runs short, at their full length, what ci leaves out, then
               fuzz 1000000000; says how long they take
@@ -70,6 +72,7 @@ fn main() -> ExitCode {
             Ok(inputs) => fuzz::fuzz(inputs),
             Err(error) => Err(format!("'{inputs}' is no number of inputs: {error}")),
         },
+        ["bridge"] => bridge::bridge(),
         ["page"] => page::page(),
         ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),
