@@ -197,7 +197,7 @@ fn a_page_moves_a_device_until_it_closes_falls_silent_or_somebody_stops() {
     // Another page looks on, and cannot take over.
     let mut other = served.browser();
     hold(&mut browser);
-    assert!(other.ask(json!({ "do": "arm" })).unwrap_err().contains("another page"));
+    assert!(other.ask(json!({ "do": "arm" })).unwrap_err().contains("another client holds the lease"));
     // Closed.
     drop(browser);
     assert!(time_to_rest(&mut device) < Duration::from_millis(500));
