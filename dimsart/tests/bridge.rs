@@ -2,12 +2,7 @@
 //!
 //! `cargo xtask bridge` runs it; the build takes minutes.
 #![cfg(unix)]
-#![expect(
-    clippy::unwrap_used,
-    clippy::panic,
-    clippy::indexing_slicing,
-    reason = "in helpers of tests as in tests"
-)]
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::io::{BufRead as _, BufReader, Read as _};
 use std::net::TcpListener;
@@ -462,6 +457,30 @@ fn one_of_a_fleet_comes_to_rest_when_its_commander_is_silent_and_another_one_may
     });
     assert!(command(&session, "right", &json!({"client": "planner", "do": "arm"})).is_err());
     command(&session, "left", &json!({"client": "planner", "do": "arm"})).unwrap();
+}
+
+/// Nothing closes then: the bridge hears no more of its commander, and that is enough.
+#[test]
+fn a_router_that_hangs_ends_motion_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut router, served) = (Router::start(), Served::start("hangs", folder.path()));
+    let _bridge = router.bridge(std::slice::from_ref(&served.port));
+    let (session, mut onlooker) = (router.session(), served.device());
+    command(&session, "axis", &json!({"client": "planner", "do": "arm"})).unwrap();
+    let renewing = Renewing::start(&session, "axis");
+    wait_until("motion", || onlooker.state().unwrap().contains("commands the device"));
+    // Longer than it may be silent.
+    let start = Instant::now();
+    wait_until("a second of motion", || {
+        assert!(onlooker.state().unwrap().contains("commands the device"), "it is renewed");
+        start.elapsed() > Duration::from_secs(1)
+    });
+    let process = &router.process.as_ref().unwrap().0;
+    let process = rustix::process::Pid::from_raw(i32::try_from(process.id()).unwrap()).unwrap();
+    rustix::process::kill_process(process, rustix::process::Signal::STOP).unwrap();
+    wait_until("rest", || onlooker.state().unwrap().contains("nobody holds the lease"));
+    router.kill();
+    drop(renewing);
 }
 
 #[test]

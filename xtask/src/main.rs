@@ -3,6 +3,7 @@
 mod bench;
 mod boards;
 mod book;
+mod bridge;
 mod budget_file;
 mod budgets;
 mod console;
@@ -48,6 +49,7 @@ usage: cargo xtask COMMAND
   book        build the book of docs/, with a page per module, board and fault, to target/book; sets up mdBook first
   tutorial    follow docs/tutorial.md, command by command
   how-tos     the same with docs/howto/; takes seconds
+  bridge      build `dimsart bridge`, which takes minutes, and try it with a Zenoh router
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
   long        for the night: tests that ci runs short, at their full length, what ci leaves out, then
               fuzz 1000000000; says how long they take
@@ -79,6 +81,7 @@ fn main() -> ExitCode {
         ["book"] => book::book(),
         ["tutorial"] => tutorial::follow(),
         ["how-tos"] => tutorial::follow_how_tos(),
+        ["bridge"] => bridge::bridge(),
         ["page"] => page::page(),
         ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),

@@ -171,3 +171,84 @@ fn cdr(message: &impl Serialize) -> Option<Vec<u8>> {
     let body = cdr_encoding::to_vec::<_, LittleEndian>(message).ok()?;
     Some([LITTLE_ENDIAN.as_slice(), &body].concat())
 }
+
+#[cfg(test)]
+mod tests {
+    use serde_json::json;
+
+    use super::*;
+    use dimsart_core::Format;
+
+    const SINCE: Duration = Duration::new(1_700_000_000, 250_000_000);
+
+    fn now() -> SystemTime {
+        SystemTime::UNIX_EPOCH + SINCE
+    }
+
+    fn hexadecimal(bytes: &[u8]) -> String {
+        bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    fn signals(named: &[(&str, usize)]) -> Vec<TapSignal> {
+        named.iter().map(|(name, words)| TapSignal::new(name, "rad", *words, Format::F32)).collect()
+    }
+
+    /// The bytes are those of `rosbags` 0.11, which reads the same values from them.
+    #[test]
+    fn a_joint_state_has_the_bytes_that_another_writer_gives_it() {
+        let arm = signals(&[("DES_FORCE", 2), ("POSITION", 2), ("VELOCITY", 2)]);
+        let row = TapRow { tick: 7, values: vec![9.0, 9.0, 0.5, -1.25, 0.125, 2.0] };
+        let message = joint_state("left-arm", &arm, &row, now()).unwrap();
+        assert_eq!(
+            hexadecimal(&message),
+            "0001000000f1536580b2e60e0100000000000000020000000b0000006c6566742d61726d5f3000000b000000\
+         6c6566742d61726d5f31000002000000000000000000e03f000000000000f4bf020000000000000000000000\
+         0000c03f000000000000004000000000"
+        );
+        let axis = signals(&[("POSITION", 1), ("FORCE", 1)]);
+        let row = TapRow { tick: 7, values: vec![0.5, 3.0] };
+        let message = joint_state("axis", &axis, &row, now()).unwrap();
+        assert_eq!(
+            hexadecimal(&message),
+            "0001000000f1536580b2e60e0100000000000000010000000500000061786973000000000100000000000000\
+         000000000000e03f00000000010000000000000000000840"
+        );
+        assert_eq!(joint_state("motor", &signals(&[("FORCE", 1)]), &row, now()), None);
+    }
+
+    /// As above.
+    #[test]
+    fn diagnostics_have_the_bytes_that_another_writer_gives_them() {
+        let faults = json!({
+            "state": "the device is NOT commanded: \"x\"", "ticks": 1000, "refused_ticks": 2, "drive": "fault",
+            "cut_out": null, "first_fault": {"tick": 17, "reason": "word 0 of POSITION is not a finite number"},
+            "faults": 0, "findings": [{"is_fault": false, "text": "FORCE is a tick old"}],
+        });
+        assert_eq!(
+            hexadecimal(&diagnostics("left-arm", Ok(&faults), now()).unwrap()),
+            "0001000000f1536580b2e60e01000000000000000100000001000000090000006c6566742d61726d00000000\
+         2100000074686520646576696365206973204e4f5420636f6d6d616e6465643a202278220000000009000000\
+         6c6566742d61726d0000000005000000060000006472697665000000060000006661756c7400000006000000\
+         7469636b730000000500000031303030000000000e000000726566757365645f7469636b7300000002000000\
+         320000000c00000066697273745f6661756c7400330000007469636b2031373a20776f72642030206f662050\
+         4f534954494f4e206973206e6f7420612066696e697465206e756d62657200000800000066696e64696e6700\
+         14000000464f5243452069732061207469636b206f6c6400"
+        );
+        assert_eq!(
+            hexadecimal(&diagnostics("left-arm", Err("no answer"), now()).unwrap()),
+            "0001000000f1536580b2e60e01000000000000000100000003000000090000006c6566742d61726d00000000\
+         0a0000006e6f20616e73776572000000090000006c6566742d61726d0000000000000000"
+        );
+    }
+
+    #[test]
+    fn what_is_to_be_repaired_is_an_error_and_what_was_once_a_warning() {
+        let of = |faults, cut_out, first| {
+            level(&json!({"faults": faults, "cut_out": cut_out, "first_fault": first})) as u8
+        };
+        assert_eq!(of(0, Value::Null, Value::Null), 0);
+        assert_eq!(of(0, Value::Null, json!({"tick": 1})), 1);
+        assert_eq!(of(0, json!("PDCTRL_MOD failed"), json!({"tick": 1})), 2);
+        assert_eq!(of(1, Value::Null, Value::Null), 2);
+    }
+}

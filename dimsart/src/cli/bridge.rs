@@ -9,12 +9,12 @@ use super::Ending;
 
 /// Publish stations over Zenoh, and take commands for them from there under the lease, until Ctrl-C.
 ///
-/// A fleet is any number of stations here, and any number of these commands at one router. ROS 2 reads `JointState` and
-/// diagnostics by `rmw_zenoh_cpp`. Keys, forms and commands: docs/commands.md, "A fleet over Zenoh". Zenoh is a feature of
-/// the build: `cargo build --release -p dimsart --features zenoh`.
+/// A fleet is any number of stations here, and any number of these commands at one router. `JointState` and diagnostics are
+/// published as `rmw_zenoh_cpp` of ROS 2 does it, which was not tried with ROS 2. Keys, forms and commands:
+/// docs/commands.md, "A fleet over Zenoh". Zenoh is a feature of the build:
+/// `cargo build --release -p dimsart --features zenoh`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-#[cfg_attr(not(feature = "zenoh"), expect(dead_code, reason = "to be told how to build what reads them"))]
 pub(super) struct Bridge {
     /// Stations: ports such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`; each by its
     /// device's name, or by the one that stands before it.
@@ -42,7 +42,6 @@ Examples:
 
 #[cfg(not(feature = "zenoh"))]
 impl Bridge {
-    #[expect(clippy::unused_self, reason = "as the other one")]
     pub(super) fn execute(self, _out: &mut impl Write) -> Ending {
         Err("this `dimsart` was built without Zenoh, which takes minutes to build; build it with \
              `cargo build --release -p dimsart --features zenoh`"

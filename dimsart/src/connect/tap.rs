@@ -32,6 +32,11 @@ pub struct TapSignal {
 }
 
 impl TapSignal {
+    #[cfg(all(test, feature = "zenoh"))]
+    pub(crate) fn new(name: &str, unit: &str, words: usize, format: Format) -> Self {
+        Self { name: name.to_owned(), unit: unit.to_owned(), words, format }
+    }
+
     /// Format of its words in the Data Base.
     #[must_use]
     pub fn format(&self) -> Format {
