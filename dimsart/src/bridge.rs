@@ -105,10 +105,8 @@ impl Bridge {
             let member = Arc::new(Member { key, station, kept: Mutex::default(), mover: Mutex::default() });
             let publishing = Publishing::new(&session, &node, &member)?;
             let taking = Taking::new(&session, &member)?;
-            let start = |what: &str, run: Box<dyn FnOnce() + Send>| {
-                thread::Builder::new().name(format!("{} {what}", member.key)).spawn(run).map(drop)
-            };
-            start("publishing", Box::new(move || publishing.run()))?;
+            let thread = thread::Builder::new().name(format!("{} publishing", member.key));
+            thread.spawn(move || publishing.run())?;
             taking.start()?;
             members.push(member);
         }

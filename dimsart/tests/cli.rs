@@ -459,3 +459,12 @@ fn a_project_has_its_law_and_takes_more() {
     let (status, said) = dimsart("", &["new-module", "approach"]);
     assert!(status == Some(1) && said.contains("dimsart new-project"), "{said}");
 }
+
+#[cfg(not(feature = "zenoh"))]
+#[test]
+fn a_build_without_zenoh_says_how_to_build_the_bridge() {
+    assert!(
+        refused(&["bridge", "sim:joint"], 1).contains("cargo build --release -p dimsart --features zenoh")
+    );
+    assert!(out(&["bridge", "--help"]).contains("--router"));
+}

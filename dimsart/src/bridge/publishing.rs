@@ -77,7 +77,7 @@ impl Publishing {
             _ => return,
         };
         let now = SystemTime::now();
-        if let Some(message) = diagnostics(self.member.station.name(), faults, now) {
+        if let Some(message) = diagnostics(&self.member.key, faults, now) {
             self.diagnostics.put(message, now);
         }
     }

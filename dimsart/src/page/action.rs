@@ -1,4 +1,4 @@
-//! What a browser asks of a controller.
+//! What a browser, or whoever commands over Zenoh, asks of a controller.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
