@@ -32,7 +32,7 @@ use serde::Deserialize;
 pub use station::{Access, Hand, OpenLine, Station};
 
 /// What the page is made of: path, type, content.
-const ASSETS: [(&str, &str, &str); 11] = [
+const ASSETS: [(&str, &str, &str); 12] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
@@ -41,6 +41,7 @@ const ASSETS: [(&str, &str, &str); 11] = [
     ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
     ("/scheme.js", "text/javascript", include_str!("page/assets/scheme.js")),
     ("/scope.js", "text/javascript", include_str!("page/assets/scope.js")),
+    ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
     ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),
     ("/xy.js", "text/javascript", include_str!("page/assets/xy.js")),

@@ -64,6 +64,86 @@ def arm(page):
     raise AssertionError("it cannot be armed")
 
 
+def shown_tick(page):
+    script = """() => parseInt([...document.querySelectorAll('#facts dt')]
+        .find((name) => name.textContent === 'tick')?.nextSibling.textContent)"""
+    return page.evaluate(script)
+
+
+def csv(page):
+    """What the scope shows, as CSV."""
+    with page.expect_download() as download:
+        page.click("#export")
+    return Path(download.value.path()).read_text()
+
+
+def short_ring(route):
+    """The page with a scope that keeps two seconds."""
+    answer = route.fetch()
+    assert "SECONDS = 60" in answer.text(), "the length of the ring is not found"
+    route.fulfill(response=answer, body=answer.text().replace("SECONDS = 60", "SECONDS = 2"))
+
+
+def held_picture(browser, url, errors):
+    step("a held picture stays when its ring has gone on")
+    page = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
+    page.on("pageerror", lambda error: errors.append(str(error)))
+    page.route("**/ring.js", short_ring)
+    page.goto(url)
+    page.wait_for_selector(".module")
+    page.select_option("#window", "1")
+    page.wait_for_function("() => document.querySelector('#plots canvas')")
+    start = shown_tick(page)
+    while shown_tick(page) < start + 1500:
+        page.wait_for_timeout(100)
+    page.click("#run")
+    held, tick = csv(page), shown_tick(page)
+    assert len(held.splitlines()) > 100, "hardly anything is held"
+    while shown_tick(page) < tick + 4000:
+        page.wait_for_timeout(100)
+    page.select_option("#view", "xy")
+    page.select_option("#view", "time")
+    assert csv(page) == held, "what was held is another picture, or none"
+    assert drawn(page) > 50, "what is held is not drawn"
+    page.click("#run")
+    assert csv(page) != held, "it does not go on"
+
+    step("ticks that are missing are a gap, ticks that wrap are not, and a restart is no line on")
+    found = page.evaluate("""async () => {
+        const { Ring } = await import('/ring.js');
+        const ring = new Ring({ number: 1, every_ticks: 2, signals: [{ name: 'A', unit: '', words: 1 }] }, 0.001);
+        const row = new DataView(new ArrayBuffer(4));
+        for (const tick of [4294967292, 4294967294, 0, 2, 10, 12, 0]) ring.push(tick, row, 0);
+        const rows = [...Array(ring.count).keys()];
+        return [rows.map((one) => ring.time(one)), rows.map((one) => ring.follows(one)), ring.gaps];
+    }""")
+    assert found == [[0, 2, 4, 6, 14, 16, 20], [False, True, True, True, False, True, False], 3], found
+    page.close()
+
+
+def two_pages(browser, page, url, errors):
+    step("of two pages the one that has armed says so, and the other one changes nothing")
+    other = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
+    other.on("pageerror", lambda error: errors.append(str(error)))
+    other.goto(url)
+    other.wait_for_selector(".module")
+    gain = other.get_by_label("PIDCTRL_MOD K_PARAM")
+    expect(gain).to_be_enabled()
+    arm(page)
+    expect(page.locator("#arm")).to_have_text("Armed by this page")
+    expect(page.locator("#disarm")).to_be_enabled()
+    expect(other.locator("#arm")).to_have_text("Armed by another page")
+    for id in ["#arm", "#disarm", "#reset", "#save"]:
+        expect(other.locator(id)).to_be_disabled()
+        expect(other.locator(id)).to_have_attribute("title", re.compile("another page has armed it"))
+    expect(gain).to_be_disabled()
+    expect(other.locator("#stop")).to_be_enabled()
+    page.click("#disarm")
+    expect(other.locator("#arm")).to_have_text("Arm")
+    expect(gain).to_be_enabled()
+    other.close()
+
+
 def joint(browser, errors):
     server = Server()
     page = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
@@ -162,14 +242,32 @@ def joint(browser, errors):
     page.click("#start")
     expect(page.locator("#findings .fault")).to_have_count(0, timeout=8000)
 
-    step("the server is killed and comes back")
+    step("a change of many commands that another client leaves open is dropped")
+    connect("begin")
+    expect(page.locator("#transaction")).to_be_visible(timeout=8000)
+    page.click("#abort")
+    expect(page.locator("#transaction")).to_be_hidden(timeout=8000)
+
+    step("without a line nothing is said to be armed, and STOP says that it is not heard")
+    arm(page)
     server.kill()
     expect(page.locator("#line")).to_contain_text("no line")
+    expect(page.locator("#state-text")).to_contain_text("not known")
+    expect(page.locator("#arm")).to_have_text("Arm")
+    for id in ["#arm", "#disarm", "#start", "#reset", "#save"]:
+        expect(page.locator(id)).to_be_disabled()
+    page.keyboard.press("Escape")
+    expect(page.locator("#toast")).to_contain_text("NOT STOPPED")
+
+    step("the server comes back")
     server = Server()
     expect(page.locator("#line")).to_have_text("connected", timeout=8000)
     expect(page.locator("#state-text")).to_contain_text("nobody holds the lease", timeout=8000)
     page.wait_for_timeout(500)
     assert drawn(page) > 50, "nothing is drawn after the restart"
+
+    two_pages(browser, page, server.url, errors)
+    held_picture(browser, server.url, errors)
 
     step("a page that is closed moves nothing")
     arm(page)
@@ -187,6 +285,34 @@ def joint(browser, errors):
     return usable_s
 
 
+def own_edits(page):
+    step("what is edited for one controller does not go to another one")
+    gain = page.get_by_label(re.compile(r"^PIDCTRL_MOD K_PARAM"))
+
+    def look_at(name):
+        page.get_by_role("button", name=name).click()
+        page.wait_for_selector(".module summary:has-text('PIDCTRL_MOD')", timeout=15000)
+
+    look_at("elbow")
+    of_elbow = gain.input_value()
+    look_at("base")
+    gain.fill("17")
+    gain.press("Tab")
+    # Before it has been checked.
+    look_at("elbow")
+    expect(page.locator("#pending")).to_be_hidden()
+    expect(page.locator("#apply")).to_be_disabled()
+    expect(gain).to_have_value(of_elbow)
+    look_at("base")
+    expect(page.locator("#pending-check")).to_have_text("checked: it matches", timeout=15000)
+    expect(gain).to_have_value("17")
+    page.click("#apply")
+    expect(page.locator("#pending")).to_be_hidden(timeout=15000)
+    expect(gain).to_have_value("17")
+    look_at("elbow")
+    expect(gain).to_have_value(of_elbow)
+
+
 def seven(browser, errors):
     step("seven controllers, dark")
     server = Server("arm_bus")
@@ -200,6 +326,7 @@ def seven(browser, errors):
         page.wait_for_selector(".module summary:has-text('PIDCTRL_MOD')", timeout=15000)
     page.wait_for_timeout(1500)
     page.screenshot(path=FOLDER / "page-dark.png")
+    own_edits(page)
     page.close()
     server.kill()
 

@@ -219,7 +219,7 @@ export class Modules {
     if (!draft?.edits.size || by("apply").disabled) return;
     const applied = [...draft.edits], edits = this.ordered(draft);
     // Not twice.
-    draft.isGood = false;
+    Object.assign(draft, { text: "is applied …", isGood: false });
     this.showCheck();
     try {
       this.say(String(await this.ask(draft.station, { do: "transaction", edits, commit: true })));

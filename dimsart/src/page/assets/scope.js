@@ -4,6 +4,7 @@
 import { digits } from "/device.js";
 import { spectrum } from "/fourier.js";
 import { Ring } from "/ring.js";
+import { Trigger } from "/trigger.js";
 import { drawXy } from "/xy.js";
 
 const by = (id) => document.getElementById(id);
@@ -20,14 +21,14 @@ export class Scope {
     this.plots = [];
     this.isRunning = true;
     this.cursors = [null, null];
+    const change = () => { this.rearm(); this.rebuild(); };
+    this.trigger = new Trigger(change);
     this.rearm();
     by("run").onclick = () => this.setRunning(!this.isRunning);
     by("fit").onclick = () => { this.zoom = null; this.draw(true); };
     by("export").onclick = () => this.export();
     by("view").onchange = () => this.rebuild();
-    for (const id of ["window", "trigger-mode", "trigger-source", "trigger-edge", "trigger-level", "trigger-before"]) {
-      by(id).onchange = () => { this.rearm(); this.rebuild(); };
-    }
+    by("window").onchange = change;
     by("signal-filter").oninput = () => this.filter();
     dark.onchange = () => this.rebuild();
     new ResizeObserver(() => this.rebuild()).observe(by("plots"));
@@ -94,13 +95,11 @@ export class Scope {
     this.kept[this.station ?? station] = this.isRunning ? null : this.held;
     this.station = station;
     this.chosen = [];
-    this.setRunning(true);
-    const kept = this.kept[station];
-    if (kept) {
-      this.held = kept;
-      this.setRunning(false);
-      this.list();
-    }
+    this.held = this.kept[station] ?? null;
+    this.setRunning(!this.held);
+    if (!this.held) return;
+    this.rearm();
+    this.list();
   }
 
   /** The list of signals to choose from. */
@@ -132,9 +131,7 @@ export class Scope {
       Object.assign(label, { key: parts[0], value: parts[2], name, unit });
       return label;
     }));
-    const source = by("trigger-source").value;
-    by("trigger-source").replaceChildren(...names.map((name) => Object.assign(document.createElement("option"), { value: name, textContent: name })));
-    by("trigger-source").value = names.includes(source) ? source : this.chosen[0];
+    this.trigger.offer(names, this.chosen[0]);
     this.filter();
     this.rebuild();
   }
@@ -160,54 +157,31 @@ export class Scope {
 
   /** The trigger looks at what comes from now on. What the user holds stays. */
   rearm() {
-    this.armed = this.ring()?.count ?? 0;
-    this.fired = null;
+    this.trigger.arm(this.ring());
     if (this.isRunning) this.held = null;
   }
 
   /** The window, in ticks. */
   span(rows) { return Math.max(2 * rows.step, Math.round(Number(by("window").value) / rows.tick_s)); }
 
-  /** What of it is before the trigger, in ticks. */
-  before(rows) { return Math.round((this.span(rows) * Number(by("trigger-before").value)) / 100); }
-
-  /** Looks for the trigger in what is new; holds the picture when it is whole. */
+  /** Holds the picture when the trigger says that it is whole. */
   watchTrigger(ring) {
-    const mode = by("trigger-mode").value;
+    const { mode } = this.trigger, span = this.span(ring);
     if (mode === "off" || !this.isRunning) return;
-    const source = ring.numbers.get(by("trigger-source").value);
-    if (source === undefined) return;
-    by("trigger-unit").textContent = ring.columns[source].unit;
-    this.fired ??= this.edge(ring, source);
-    const start = this.fired && this.fired.time - this.before(ring), span = this.span(ring);
-    if (this.fired && ring.time(ring.count - 1) + ring.step >= start + span) {
+    const fired = this.trigger.watch(ring, span);
+    if (fired) {
       // A copy: the ring goes on. What is kept for good can be looked at in other windows, too.
-      const first = mode === "single" ? ring.oldest() : ring.find(start);
-      this.held = { rows: ring.copy(first, ring.count), zero: this.fired.time };
+      const first = mode === "single" ? ring.oldest() : ring.find(fired.time - this.trigger.before(span));
+      this.held = { rows: ring.copy(first, ring.count), zero: fired.time };
       this.shownAt = performance.now();
-      by("trigger-state").textContent = `fired at tick ${this.fired.tick}`;
-      this.fired = null;
+      this.trigger.say(`fired at tick ${fired.tick}`);
       if (mode === "single") this.setRunning(false);
     } else if (mode === "auto" && performance.now() - (this.shownAt ?? 0) > 1000 + 1000 * span * ring.tick_s) {
       this.held = null;
-      by("trigger-state").textContent = "waits, and goes on meanwhile";
+      this.trigger.say("waits, and goes on meanwhile");
     } else if (this.held === null) {
-      by("trigger-state").textContent = "waits for the trigger";
+      this.trigger.say("waits for the trigger");
     }
-  }
-
-  /** The first edge in what is new. Over a gap it is not known whether there was one. */
-  edge(ring, source) {
-    const level = Number(by("trigger-level").value), edge = by("trigger-edge").value;
-    const first = Math.max(this.armed, ring.oldest() + 1);
-    this.armed = ring.count;
-    for (let i = first; i < ring.count; i++) {
-      const [past, now] = [ring.at(source, i - 1), ring.at(source, i)];
-      const rises = past < level && now >= level, falls = past > level && now <= level;
-      const isWanted = (rises && edge !== "fall") || (falls && edge !== "rise");
-      if (isWanted && ring.follows(i)) return { time: ring.time(i), tick: ring.tick(i) };
-    }
-    return null;
   }
 
   frame() {
@@ -219,7 +193,7 @@ export class Scope {
       value.textContent = `${digits(ring.numbers.has(name) ? ring.at(ring.numbers.get(name), ring.count - 1) : undefined)} ${unit}`;
       key.style.background = colored.get(name) ?? "transparent";
     }
-    if (!(by("trigger-mode").value === "normal" && this.held === null && this.drawn)) this.draw();
+    if (!(this.trigger.mode === "normal" && this.held === null && this.drawn)) this.draw();
   }
 
   /** What is shown: rows of what is held or of what goes on, and the time that counts as zero, in ticks. */
@@ -227,7 +201,7 @@ export class Scope {
     const rows = this.held?.rows ?? this.ring();
     if (!rows?.count) return null;
     const span = this.span(rows), last = rows.time(rows.count - 1), zero = this.held?.zero ?? last;
-    const from = this.held?.zero == null ? last - span + 1 : zero - this.before(rows);
+    const from = this.held?.zero == null ? last - span + 1 : zero - this.trigger.before(span);
     return { rows, start: rows.find(from), end: rows.find(from + span), zero };
   }
 
@@ -256,6 +230,7 @@ export class Scope {
     for (const plot of this.plots) plot.destroy?.();
     by("plots").replaceChildren();
     this.plots = [];
+    this.zoom = null;
     by("scope-note").textContent = "";
     const rows = this.held?.rows ?? this.ring();
     if (!rows) return;
