@@ -234,6 +234,7 @@ def joint(browser, errors):
 
     step("a scheme that another client breaks is drawn with its reason")
     page.click("#disarm")
+    expect(page.locator("#disarm")).to_be_disabled()
     connect("off", "PIDCTRL_MOD")
     expect(page.locator("#findings .fault")).to_contain_text("DES_FORCE", timeout=8000)
     expect(page.locator("#scheme text.wrong", has_text="DES_FORCE")).to_be_visible()
