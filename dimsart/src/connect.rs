@@ -7,6 +7,7 @@
 //! the symbols of units, are this program's. What a command came to is said by the device's answer: its state and what
 //! keeps it from moving.
 
+mod capture;
 mod command;
 mod commands;
 mod description;
@@ -33,6 +34,7 @@ mod tap;
 mod transaction;
 mod unsolicited;
 
+pub use capture::{Capture, Captured};
 pub(crate) use command::ANY_SIDE;
 pub use command::CommandOutcome;
 pub(crate) use description::range_text;

@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
-use dimsart::connect::{ConnectError, Device, Live, Patience, Tap};
+use dimsart::connect::{Capture, ConnectError, Device, Live, Patience, Tap, ValueText};
 use hil_sim::link::{PortError, Stream};
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
@@ -229,6 +229,68 @@ fn rows_of_every_tenth_tick_are_whole() {
     assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
     // What it does not want any more, another client gets at once.
     device.end_tap(&mut tap).unwrap();
+}
+
+/// The reference steps in one tick, at a moment that the client does not know.
+#[test]
+fn an_edge_is_caught_on_the_device() {
+    let served = Served::start("edge", &["duration_s=0.4"]);
+    let (mut device, mut other) = (served.connect(), served.connect());
+    let before = device.scheme_rows(None).unwrap();
+    let rising = Capture {
+        signal: "DES_POSITION".to_owned(),
+        word: 0,
+        level: 0.25,
+        is_falling: false,
+        rows_before: 20,
+        rows_after: 5,
+        every_ticks: 1,
+    };
+    // Two at a time, each with a recorder of its own.
+    let falling = Capture { is_falling: true, rows_before: 3, ..rising.clone() };
+    let deadline = Instant::now() + Duration::from_secs(20);
+    let is_over = || Instant::now() > deadline;
+    let (risen, fallen) = thread::scope(|scope| {
+        let fallen = scope.spawn(|| {
+            loop {
+                match other.capture(&falling, is_over) {
+                    // The other one's transaction is open.
+                    Err(ConnectError::Command(_)) if !is_over() => {}
+                    captured => return captured.unwrap(),
+                }
+            }
+        });
+        let risen = loop {
+            match device.capture(&rising, is_over) {
+                Err(ConnectError::Command(_)) if !is_over() => {}
+                captured => break captured.unwrap(),
+            }
+        };
+        (risen, fallen.join().unwrap())
+    });
+    for (captured, rows, is_beyond) in
+        [(risen, 26, (|value| value > 0.25) as fn(f32) -> bool), (fallen, 9, |value| value < 0.25)]
+    {
+        let recorded = captured.recorded.unwrap();
+        assert_eq!((recorded.rows.len(), recorded.overwritten), (rows, 0), "{recorded:?}");
+        let caught = recorded.caught.unwrap();
+        for row in &recorded.rows {
+            let ValueText::Real(value) = row.values[0] else { panic!("{row:?}") };
+            assert_eq!(is_beyond(value), row.number >= caught, "{caught}: {recorded:?}");
+        }
+        assert_eq!(recorded.rows.last().unwrap().number, caught + 5);
+        if let Some(stays) = captured.stays {
+            let name = stays.split_whitespace().next().unwrap();
+            device.off(name).unwrap();
+            device.close(Some(name)).unwrap();
+        }
+    }
+    assert_eq!(device.scheme_rows(None).unwrap(), before, "it is as it was");
+    let wrong = Capture { word: 1, ..rising.clone() };
+    assert!(device.capture(&wrong, || true).unwrap_err().to_string().contains("no value 1"));
+    let never = Capture { level: 1e6, ..rising };
+    assert_eq!(device.capture(&never, || true).unwrap().recorded, None);
+    assert_eq!(device.scheme_rows(None).unwrap(), before);
 }
 
 #[test]

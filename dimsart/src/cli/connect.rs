@@ -1,6 +1,7 @@
 //! `dimsart connect`: talks to a controller over a serial port or a socket.
 
 mod answer;
+mod capture;
 mod live;
 
 use std::io::Write;
@@ -63,6 +64,7 @@ Examples:
   dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
   dimsart connect tcp:localhost:4000 watch POSITION FORCE         live values of an emulated board
   dimsart connect tcp:localhost:4000 recorder --out rows.csv      what a recorder has kept
+  dimsart connect /dev/ttyACM0 capture FORCE --above 5            the rows around an edge, each of them
   dimsart connect tcp:localhost:4000 faults --json                what is wrong, for a program; every command takes it
   dimsart connect /dev/ttyACM0 events                             what happened, also before the last restart
 
@@ -166,6 +168,9 @@ enum Action {
         #[arg(long, value_name = "FILE")]
         out: Option<PathBuf>,
     },
+    /// Catch a fast event ON THE DEVICE and print the rows around it as CSV: a recorder waits for the edge in every tick,
+    /// whatever the line carries. Start it before `arm`: while somebody holds the lease, nobody else changes the scheme.
+    Capture(capture::CaptureArguments),
     /// Show signals live, until Ctrl-C.
     Watch {
         /// Signals, such as `POSITION`; all that are in the Data Base when none is named.
@@ -284,6 +289,7 @@ impl Action {
             Self::Recorder { recorder, out: file } => {
                 write_recorded(&device.recorded(recorder.as_deref())?, file.as_deref(), json, out)?;
             }
+            Self::Capture(arguments) => return capture::capture(arguments, device, json, out),
             Self::Watch { signals, once: true, .. } => {
                 json.print(out, &Look { live: None, signals: device.signals(&signals)? })?;
             }

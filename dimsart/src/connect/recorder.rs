@@ -35,6 +35,8 @@ pub struct Recorded {
     pub rows: Vec<RecordedRow>,
     /// Rows that the recorder wrote over while they were read: they are left out.
     pub overwritten: u32,
+    /// Number of the row that its trigger has caught, from 0; none before, or without a trigger.
+    pub caught: Option<u32>,
 }
 
 /// The signal as it was in one tick.
@@ -71,7 +73,7 @@ impl Recorded {
 
 impl fmt::Display for Recorded {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { recorder, signal, rows, overwritten, .. } = self;
+        let Self { recorder, signal, rows, overwritten, caught, .. } = self;
         match (rows.first(), rows.last()) {
             (Some(first), Some(last)) => {
                 let count = rows.len();
@@ -85,6 +87,9 @@ impl fmt::Display for Recorded {
                 )?;
             }
             _ => write!(f, "no rows of {signal}")?,
+        }
+        if let Some(caught) = caught {
+            write!(f, "; row {caught} is the one that the trigger has caught")?;
         }
         match overwritten {
             0 => Ok(()),
@@ -105,8 +110,9 @@ struct Layout {
     format: Format,
     /// Counts the rows.
     counter: TypeRef,
-    /// Number of the port that declares the memory.
+    /// Number of the port that declares the memory, and of the one with the number of the row that was caught, from 1.
     port: u8,
+    caught: Option<u8>,
     memory_words: usize,
     row_words: usize,
 }
@@ -121,6 +127,7 @@ impl Layout {
                 _ => None,
             });
         let (port, memory_words) = memories.next()?;
+        let caught = memories.next().map(|(port, _)| port);
         let found = known.type_of(signal)?;
         let axes = known.axes();
         let signal = known.name_of_signal(signal).to_string();
@@ -132,7 +139,7 @@ impl Layout {
             format!("{signal}{indices}{unit}")
         };
         let columns = (0..row_words).map(column).collect();
-        Some(Self { columns, signal, format: found.format, counter, port, memory_words, row_words })
+        Some(Self { columns, signal, format: found.format, counter, port, caught, memory_words, row_words })
     }
 }
 
@@ -173,8 +180,9 @@ impl<S: Read + Write> Device<S> {
         if self.layout(recorder)? != layout {
             return Err(was_changed());
         }
+        let caught = self.caught(recorder, &layout)?;
         let Layout { signal, columns, .. } = layout;
-        Ok(Recorded { recorder: name, signal, columns, rows, overwritten })
+        Ok(Recorded { recorder: name, signal, columns, rows, overwritten, caught })
     }
 
     /// Names of the recorders that are plugged in.
@@ -256,6 +264,32 @@ impl<S: Read + Write> Device<S> {
         let request = Request::Signal { signal: layout.counter, from: 0 };
         let words: Option<Vec<u32>> = self.ask(&request, words_of)?;
         Ok(words.and_then(|words| words.first().copied()))
+    }
+
+    /// Number of the row that its trigger has caught, from 0; none before, and on a device whose recorders have no trigger.
+    fn caught(&mut self, module: ModuleRef, layout: &Layout) -> Result<Option<u32>, ConnectError> {
+        let Some(port) = layout.caught else { return Ok(None) };
+        let words: Option<Vec<u32>> = self.ask(&Request::Memory { module, port, from: 0 }, words_of)?;
+        Ok(words.and_then(|words| words.first()?.checked_sub(1)))
+    }
+
+    /// Whether a recorder has caught an edge, and all rows behind it, of which there are so many.
+    pub(super) fn has_caught(&mut self, recorder: &str, rows_after: u32) -> Result<bool, ConnectError> {
+        let recorder = self.recorder(Some(recorder))?;
+        let layout = self.layout(recorder)?;
+        let (caught, taken) = (self.caught(recorder, &layout)?, self.rows_taken(&layout)?);
+        Ok(caught.zip(taken).is_some_and(|(caught, taken)| taken.saturating_sub(caught) > rows_after))
+    }
+
+    /// A recorder that is not there yet: its name, and its number.
+    pub(super) fn free_recorder(&mut self) -> Result<(String, u8), ConnectError> {
+        let recorder = self.module(RECORDER)?;
+        let instances = self.instances()?;
+        let is_free = |number: &u8| {
+            !instances.iter().any(|found| found.module == ModuleRef { number: *number, ..recorder })
+        };
+        let number = (1..=u8::MAX).find(is_free).unwrap_or(u8::MAX);
+        Ok((self.module_name(ModuleRef { number, ..recorder })?, number))
     }
 
     /// The words of so many rows one behind the other in the memory; none where they are not there any more.
