@@ -3,10 +3,12 @@
 mod bridge;
 mod bus;
 mod check;
+mod config;
 mod connect;
 mod cycles;
 mod dbc;
 mod doctor;
+mod line;
 mod modules;
 mod new_module;
 mod new_project;
@@ -47,6 +49,7 @@ Examples:
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
   dimsart serve                      a simulated joint to tune, in real time, and its page
+  dimsart config diff sim:joint      what a controller has that differs from the defaults
   dimsart record sim:joint           every tick of it into a file
   dimsart new-project gripper        a project of your own: laws, tests, images
 
@@ -58,6 +61,7 @@ enum Command {
     Bridge(bridge::Bridge),
     Bus(bus::Bus),
     Check(check::Check),
+    Config(config::Config),
     Modules(modules::Modules),
     NewModule(new_module::NewModule),
     NewProject(new_project::NewProject),
@@ -75,7 +79,7 @@ enum Command {
 
 /// Exit status where the command line is wrong.
 const WRONG_USAGE: u8 = 2;
-/// Exit status of a run that was not stable, where that was asked for, and of a recording that differs.
+/// Exit status of a run that was not stable, where that was asked for, and of a recording or configuration that differs.
 const NOT_STABLE: u8 = 3;
 
 /// Arguments that do not go together.
@@ -96,6 +100,7 @@ pub fn main() -> ExitCode {
         Command::Bridge(bridge) => bridge.execute(&mut out),
         Command::Bus(bus) => bus.execute(&mut out),
         Command::Check(check) => check.execute(&mut out),
+        Command::Config(config) => config.execute(&mut out),
         Command::Modules(modules) => modules.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
         Command::NewProject(new_project) => new_project.execute(&mut out),

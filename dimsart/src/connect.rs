@@ -9,6 +9,7 @@
 
 mod command;
 mod commands;
+mod configuration;
 mod description;
 mod device;
 mod error;
@@ -34,6 +35,7 @@ mod unsolicited;
 
 pub(crate) use command::ANY_SIDE;
 pub use command::CommandOutcome;
+pub use configuration::Exchange;
 pub(crate) use description::range_text;
 pub use description::{Identity, ValueText};
 pub use device::Device;

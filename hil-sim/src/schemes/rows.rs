@@ -26,7 +26,17 @@ fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
     let name = |module: ModuleRef| names.name_of_module(module).to_string();
     if let Command::Set { module, parameter, entry, value } = command {
         let text = names.parameter_text(module.kind, parameter)?;
-        let place = entry.map_or(String::new(), |entry| format!("[{entry}]"));
+        let (_, columns) = text.entries.size(names.dof());
+        let place = match entry {
+            None => String::new(),
+            Some(entry) if text.entries.are_matrix() => {
+                match (entry.checked_div(columns), entry.checked_rem(columns)) {
+                    (Some(row), Some(column)) => format!("[{row}][{column}]"),
+                    _ => String::new(),
+                }
+            }
+            Some(entry) => format!("[{entry}]"),
+        };
         return Some([
             name(module),
             format!("{}{place}", text.name),
@@ -45,7 +55,9 @@ fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
     Some(["MOD_ENG".to_owned(), word, module])
 }
 
-fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary) -> String {
+/// A value as a row has it.
+#[must_use]
+pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary) -> String {
     match value {
         Value::Real(value) => value.to_string(),
         Value::Count(value) => value.to_string(),
