@@ -86,14 +86,15 @@ fn what_does_not_match_is_saved_and_not_taken() {
 /// Two controllers in motion: one is given what it has, and moves on as the other does, bit for bit.
 #[test]
 fn modules_that_stay_go_on_with_their_state() {
-    let rigs: [(&dyn Fn() -> Box<SimulatedDimsart>, usize, usize); 2] =
+    let rigs: [(&dyn Fn() -> Box<SimulatedDimsart>, u16, usize); 2] =
         [(&|| of_rig("joint"), 2, 1), (&|| of_side("builtin:bilateral", "slave"), 3, 3)];
     for (make, measures, takes) in rigs {
         let (mut one, mut other) = (make(), make());
         let text = saved(&mut one);
         let tick = |dimsart: &mut SimulatedDimsart, number: u16| {
-            let measured: Vec<Word> =
-                (0..measures).map(|_| Word::from((0.05 * f32::from(number)).sin())).collect();
+            // Each word another one, so that there is something to control.
+            let value = |word: u16| (0.05 * f32::from(number) + f32::from(word)).sin();
+            let measured: Vec<Word> = (0..measures).map(|word| Word::from(value(word))).collect();
             let mut taken = vec![Word(0); takes];
             dimsart.tick(&measured, &mut taken);
             taken
