@@ -5,6 +5,7 @@ mod bus;
 mod check;
 mod config;
 mod connect;
+mod controllers;
 mod cycles;
 mod dbc;
 mod doctor;
@@ -29,7 +30,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::budget::BudgetError;
 use crate::sweep::GridError;
+use dimsart_core::DescriptorError;
 use hil_sim::rig_file::RigFileError;
 use hil_sim::scenario::ScenarioError;
 
@@ -123,6 +126,8 @@ pub fn main() -> ExitCode {
         eprintln!("dimsart: {error}");
         let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
             || error.downcast_ref().is_some_and(RigFileError::is_usage)
+            || matches!(error.downcast_ref(), Some(BudgetError::Unknown { .. }))
+            || error.is::<DescriptorError>()
             || error.is::<GridError>()
             || error.is::<UsageError>();
         if is_usage { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }
