@@ -83,14 +83,15 @@ fn what_does_not_match_is_saved_and_not_taken() {
     assert_eq!(saved(&mut fresh), before);
 }
 
-/// Two controllers in motion: one is given what it has, and moves on as the other does, bit for bit.
+/// Controllers in motion: one is given what it has, and moves on as another one does, bit for bit.
 #[test]
 fn modules_that_stay_go_on_with_their_state() {
-    let rigs: [(&dyn Fn() -> Box<SimulatedDimsart>, u16, usize); 2] =
+    type Make<'a> = &'a dyn Fn() -> Box<SimulatedDimsart>;
+    let rigs: [(Make<'_>, u16, usize); 2] =
         [(&|| of_rig("joint"), 2, 1), (&|| of_side("builtin:bilateral", "slave"), 3, 3)];
     for (make, measures, takes) in rigs {
-        let (mut one, mut other) = (make(), make());
-        let text = saved(&mut one);
+        let [mut one, mut other, mut replaced] = [make(), make(), make()];
+        let (text, mut differs) = (saved(&mut one), false);
         let tick = |dimsart: &mut SimulatedDimsart, number: u16| {
             // Each word another one, so that there is something to control.
             let value = |word: u16| (0.05 * f32::from(number) + f32::from(word)).sin();
@@ -102,10 +103,16 @@ fn modules_that_stay_go_on_with_their_state() {
         for number in 0..200 {
             if number == 100 {
                 exchanged(&mut one, &text, false).unwrap();
+                let scheme = SchemeText { name: "kept.scheme".to_owned(), text: text.clone() };
+                let mut device = Device::greet(InProcess::new(&mut replaced), QUICK).unwrap();
+                device.replace_scheme(&scheme, "all").unwrap();
             }
-            assert_eq!(tick(&mut one, number), tick(&mut other, number), "tick {number}");
+            let expected = tick(&mut other, number);
+            assert_eq!(tick(&mut one, number), expected, "tick {number}");
+            differs |= tick(&mut replaced, number) != expected;
         }
         assert_ne!(tick(&mut one, 200), vec![Word(0); takes]);
+        assert!(differs, "with new modules it does not move on so");
     }
 }
 
@@ -283,9 +290,8 @@ fn newer(robot: &mut Robot, content: &[u8]) -> Vec<u8> {
 fn robot_with_a_scheme() -> Robot {
     let mut robot = Robot::new();
     let text = SchemeText::read("builtin:bilateral").unwrap().text;
-    dimsart_core::scheme::load(&text, "master", schemes::SIDES, &mut robot.dimsart, |error| {
-        panic!("{error:?}")
-    });
+    let failed = dimsart_core::scheme::load(&text, "master", schemes::SIDES, &mut robot.dimsart, |_| ());
+    assert_eq!(failed, 0);
     robot
 }
 
