@@ -3,12 +3,15 @@
 mod bridge;
 mod bus;
 mod check;
+mod config;
 mod connect;
+mod controllers;
 mod cycles;
 mod dbc;
 mod doctor;
 #[cfg(test)]
 mod documented;
+mod line;
 mod modules;
 mod new_module;
 mod new_project;
@@ -29,7 +32,9 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+use crate::budget::BudgetError;
 use crate::sweep::GridError;
+use dimsart_core::DescriptorError;
 use hil_sim::rig_file::RigFileError;
 use hil_sim::scenario::ScenarioError;
 
@@ -49,6 +54,7 @@ Examples:
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
   dimsart serve                      a simulated joint to tune, in real time, and its page
+  dimsart config diff sim:joint      what a controller has that differs from the defaults
   dimsart record sim:joint           every tick of it into a file
   dimsart new-project gripper        a project of your own: laws, tests, images
 
@@ -60,6 +66,7 @@ enum Command {
     Bridge(bridge::Bridge),
     Bus(bus::Bus),
     Check(check::Check),
+    Config(config::Config),
     Modules(modules::Modules),
     NewModule(new_module::NewModule),
     NewProject(new_project::NewProject),
@@ -77,7 +84,7 @@ enum Command {
 
 /// Exit status where the command line is wrong.
 const WRONG_USAGE: u8 = 2;
-/// Exit status of a run that was not stable, where that was asked for, and of a recording that differs.
+/// Exit status of a run that was not stable, where that was asked for, and of a recording or configuration that differs.
 const NOT_STABLE: u8 = 3;
 
 /// Arguments that do not go together.
@@ -98,6 +105,7 @@ pub fn main() -> ExitCode {
         Command::Bridge(bridge) => bridge.execute(&mut out),
         Command::Bus(bus) => bus.execute(&mut out),
         Command::Check(check) => check.execute(&mut out),
+        Command::Config(config) => config.execute(&mut out),
         Command::Modules(modules) => modules.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
         Command::NewProject(new_project) => new_project.execute(&mut out),
@@ -120,6 +128,8 @@ pub fn main() -> ExitCode {
         eprintln!("dimsart: {error}");
         let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
             || error.downcast_ref().is_some_and(RigFileError::is_usage)
+            || matches!(error.downcast_ref(), Some(BudgetError::Unknown { .. }))
+            || error.is::<DescriptorError>()
             || error.is::<GridError>()
             || error.is::<UsageError>();
         if is_usage { ExitCode::from(WRONG_USAGE) } else { ExitCode::FAILURE }

@@ -10,6 +10,7 @@
 mod capture;
 mod command;
 mod commands;
+mod configuration;
 mod description;
 mod device;
 mod error;
@@ -37,6 +38,7 @@ mod unsolicited;
 pub use capture::{Capture, Captured};
 pub(crate) use command::ANY_SIDE;
 pub use command::CommandOutcome;
+pub use configuration::Exchange;
 pub(crate) use description::range_text;
 pub use description::{Identity, ValueText};
 pub use device::Device;

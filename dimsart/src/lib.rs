@@ -4,6 +4,7 @@
 //!  hil_sim: Run { Outcome, Recording, Rig } ──▶ pictures ──▶ report: HTML, PNG, SVG, CSV, MCAP
 //!  cycles:  image ──▶ cycles, stamp: what a tick and a module take
 //!  a recording: signals.mcap ──▶ replay: the same bits, or where they part
+//!  rows of a scheme ──▶ config: what differs from the defaults, or from another one
 //!  a board: Port ──▶ connect: questions, commands, telemetry; broker: one port for many clients
 //! ```
 //!
@@ -18,6 +19,7 @@ pub mod bridge;
 pub mod broker;
 pub mod budget;
 pub mod cli;
+pub mod config;
 pub mod connect;
 pub mod cycles;
 pub mod dbc;

@@ -111,8 +111,15 @@ fn a_device_that_cannot_be_is_refused() {
     ] {
         let output = dimsart(&["check", "builtin:bilateral", arguments[0], arguments[1]]);
         let message = String::from_utf8(output.stderr).unwrap();
-        assert_eq!(output.status.code(), Some(1), "{message}");
+        assert_eq!(output.status.code(), Some(2), "{message}");
         assert!(message.contains(expected), "{message}");
+    }
+    for command in ["scheme", "dbc"] {
+        assert_eq!(
+            dimsart(&[command, "builtin:bilateral", "--dof", "9"]).status.code(),
+            Some(2),
+            "{command}"
+        );
     }
 }
 
@@ -278,7 +285,7 @@ fn without_a_stamped_image_of_the_board_the_scheme_is_checked_and_how_long_it_ta
 fn a_board_that_does_not_exist_is_told_with_the_ones_that_do() {
     let output = dimsart(&["check", "builtin:bilateral", "--board", "nucleo"]);
     let message = String::from_utf8(output.stderr).unwrap();
-    assert!(!output.status.success() && message.contains("'nucleo' is not a board"), "{message}");
+    assert!(output.status.code() == Some(2) && message.contains("'nucleo' is not a board"), "{message}");
     assert!(boards::BOARDS.iter().all(|board| message.contains(board.name)), "{message}");
 }
 
@@ -363,4 +370,27 @@ fn a_printed_scheme_is_the_same_scheme() {
         "{rows}"
     );
     assert!(rows.ends_with("MATCHING_CHECK\n"), "{rows}");
+}
+
+#[test]
+fn what_a_controller_of_a_rig_has_is_printed() {
+    let joint = dimsart(&["scheme", "joint"]);
+    let rows = String::from_utf8(joint.stdout).unwrap();
+    assert!(
+        rows.lines().any(|row| row.split_whitespace().eq(["all", "PIDCTRL_MOD", "K_PARAM", "150"])),
+        "{rows}"
+    );
+    let one = dimsart(&["scheme", "arm_bus", "--controller", "coordinator"]);
+    let rows = String::from_utf8(one.stdout).unwrap();
+    assert!(rows.starts_with("coordinator  COMM_TXMOD"), "{rows}");
+    for (arguments, expected) in [
+        (&["arm_bus"][..], "arm_bus has several controllers: say which with --controller: coordinator, "),
+        (&["arm_bus", "--controller", "finger"], "arm_bus has no controller finger; it has coordinator, "),
+        (&["joint", "--side", "slave"], "--side and --dof are for schemes; a rig says itself"),
+        (&["builtin:bilateral", "--controller", "joint"], "--controller is for rigs"),
+    ] {
+        let output = dimsart(&[&["scheme"], arguments].concat());
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.code() == Some(2) && message.contains(expected), "{arguments:?}: {message}");
+    }
 }

@@ -68,7 +68,7 @@ fn a_rig_is_checked_for_the_axes_links_and_memory_of_a_board() {
         check(Path::new("builtin:bilateral"), &["--board", "b-g431b-esc1", "--dof", "7", "--side", "slave"]);
     assert!(status == Some(1) && out.contains("it is for 7 axes, and b-g431b-esc1 has 1"), "{out}");
     let (status, [_, message]) = check(Path::new("joint"), &["--board", "nucleo"]);
-    assert!(status == Some(1) && message.contains("'nucleo' is not a board"), "{message}");
+    assert!(status == Some(2) && message.contains("'nucleo' is not a board"), "{message}");
 }
 
 #[test]
@@ -91,8 +91,8 @@ fn a_scenarios_schemes_are_checked_with_its_axes_and_settings() {
     let (status, [out, _]) = check(&path, &["--side", "master", "--json"]);
     let one: serde_json::Value = serde_json::from_str(&out).unwrap();
     assert_eq!(status, Some(0), "{out}");
-    let (status, [_, message]) = check(&path, &["--side", "slave"]);
-    assert!(status == Some(1) && message.contains("cannot read the scheme file"), "{message}");
+    let (status, [out, _]) = check(&path, &["--side", "slave"]);
+    assert!(status == Some(1) && out.contains("fault: cannot read the scheme file"), "{out}");
     write("[master]\ntime_delay_ticks = 20\n");
     let (status, [out, _]) = check(&path, &["--json"]);
     let three: serde_json::Value = serde_json::from_str(&out).unwrap();
@@ -107,6 +107,52 @@ fn a_scenarios_schemes_are_checked_with_its_axes_and_settings() {
     write("los = 1\n");
     let (status, [_, message]) = check(&path, &[]);
     assert!(status == Some(1) && message.contains("my.toml:1:1: there is no key `los`"), "{message}");
+}
+
+#[test]
+fn every_fault_of_a_scenario_is_named_also_where_a_scheme_cannot_be_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    fs::write(&path, "[master]\nscheme = \"not/here.scheme\"\n[slave]\nscheme = \"builtin:table1\"\n")
+        .unwrap();
+    let (status, [out, _]) = check(&path, &[]);
+    assert_eq!(status, Some(1));
+    for fault in ["cannot read the scheme file", "COMM_TXMOD reads CH1_TD_WAVES and nobody provides it"] {
+        assert!(out.contains(&format!("  fault: {fault}")), "{out}");
+    }
+    fs::write(&path, "[master]\nscheme = \"a.scheme\"\n[slave]\nscheme = \"b.scheme\"\n").unwrap();
+    let (_, [out, _]) = check(&path, &["--json"]);
+    let found: serde_json::Value = serde_json::from_str(&out).unwrap();
+    assert!(found[0]["faults"][0].as_str().unwrap().contains("a.scheme"), "{out}");
+    assert!(found[1]["faults"][0].as_str().unwrap().contains("b.scheme"), "{out}");
+}
+
+#[test]
+fn a_scenario_is_checked_for_the_axes_of_a_board_that_has_fewer_and_that_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("my.toml");
+    fs::write(&path, "").unwrap();
+    let (status, [out, message]) = check(&path, &["--board", "b-g431b-esc1"]);
+    assert_eq!(status, Some(0), "{out}{message}");
+    let note = "  note: for the 1 axis of b-g431b-esc1, not for the scenario's 3\n";
+    assert_eq!(out.matches(note).count(), 2, "{out}");
+    for more in [&["--board", "nucleo-g474re"][..], &["--board", "b-g431b-esc1", "--dof", "1"]] {
+        let (status, [out, _]) = check(&path, more);
+        assert!(status == Some(0) && !out.contains("the scenario's"), "{out}");
+    }
+    let (status, [out, _]) = check(&path, &["--board", "b-g431b-esc1", "--dof", "2"]);
+    assert!(status == Some(1) && out.contains("it is for 2 axes, and b-g431b-esc1 has 1"), "{out}");
+}
+
+#[test]
+fn a_scheme_for_the_devices_of_a_rig_points_to_the_rig() {
+    for rig in ["joint", "arm"] {
+        let (status, [out, _]) = check(Path::new(&format!("builtin:{rig}")), &[]);
+        assert_eq!(status, Some(1));
+        assert!(out.contains(&format!("the rig {rig}: `dimsart check {rig}` checks it on these")), "{out}");
+    }
+    let (_, [out, _]) = check(Path::new("builtin:table1"), &[]);
+    assert!(!out.contains("the rig"), "{out}");
 }
 
 /// Every shipped rig's schemes match their devices.

@@ -201,3 +201,33 @@ fn the_command_writes_both_sides_and_says_what_is_missing() {
     let (is_done, [_, error]) = dimsart(&[path.to_str().unwrap()]);
     assert!(!is_done && error.contains("CTX_CHANNEL n`, n from 1 to 2047"), "{error}");
 }
+
+#[test]
+fn a_rigs_controllers_give_a_dbc_together_or_one_alone() {
+    let dbc = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_dimsart")).arg("dbc").args(arguments).output().unwrap()
+    };
+    let messages = |arguments: &[&str]| {
+        let output = dbc(arguments);
+        assert!(output.status.success(), "{output:?}");
+        let text = String::from_utf8(output.stdout).unwrap();
+        Dbc::try_from(text.as_str()).unwrap().messages.len()
+    };
+    assert_eq!(messages(&["arm_bus"]), 12, "the coordinator's to six joints, and one of each");
+    assert_eq!(messages(&["arm_bus", "--controller", "coordinator"]), 6);
+    for (arguments, status, expected) in [
+        (
+            &["arm_bus", "--controller", "finger"][..],
+            2,
+            "arm_bus has no controller finger; it has coordinator, ",
+        ),
+        (&["arm_bus", "--dof", "1"], 2, "a rig says itself"),
+        (&["builtin:bilateral", "--controller", "joint"], 2, "--controller is for rigs"),
+        (&["joint"], 1, "the scheme sends nothing on the joint"),
+    ] {
+        let output = dbc(arguments);
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(status), "{message}");
+        assert!(message.contains(expected), "{arguments:?}: {message}");
+    }
+}

@@ -18,6 +18,8 @@ fn tables_are_as_wide_as_the_terminal() {
         &["bus", "--no-picture"],
         &["modules", "PDCTRL_MOD"],
         &["modules", "COMM_RXMOD"],
+        &["config", "diff", "builtin:arm"],
+        &["config", "diff", "builtin:joint", "builtin:arm"],
     ] {
         let text = String::from_utf8(dimsart(folder.path(), arguments).stdout).unwrap();
         let rows: Vec<&str> = text.lines().filter(|line| line.starts_with(['│', '╞', '┌', '└'])).collect();
@@ -40,6 +42,8 @@ fn standard_output_is_json_alone() {
         &["modules", "--json"],
         &["dbc", "builtin:bilateral", "--json"],
         &["doctor", "--json"],
+        &["config", "diff", "builtin:joint", "--json"],
+        &["config", "diff", "builtin:joint", "builtin:arm", "--json"],
     ] {
         let takes_settings = ["run", "sweep"].iter().any(|command| arguments.contains(command));
         let output = dimsart(folder.path(), &[arguments, if takes_settings { &short } else { &[] }].concat());

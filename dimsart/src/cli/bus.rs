@@ -1,14 +1,14 @@
 //! `dimsart bus`: whether the joints of a robot fit on one CAN bus.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 
-use super::Ending;
 use super::output::{say, text_table};
+use super::{Ending, UsageError};
 use crate::report::{self, BusTimeline};
 use hil_sim::bilateral::Experiment;
 use hil_sim::bus::can::{CanParameters, Format};
@@ -88,6 +88,15 @@ fn rate(text: &str) -> Result<f64, String> {
 
 impl Bus {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        if let Some(path) = self.scenario.as_deref().filter(|path| is_rig(path)) {
+            let path = path.display();
+            return Err(UsageError(format!(
+                "{path} is a rig, and `bus` takes a scenario of two sides, for as many joints as --joints says: `dimsart \
+                 run {path}` runs the rig with its buses, and its report has their timeline; `dimsart check {path}` checks \
+                 its schemes"
+            ))
+            .into());
+        }
         let scenario = Scenario::load(self.scenario.as_deref(), &self.sets)?;
         let plan = self.plan(&scenario)?;
         let (figures, medium) = plan.look()?;
@@ -133,6 +142,11 @@ impl Bus {
             seed: scenario.seed,
         })
     }
+}
+
+/// Whether a path or name is of a rig, be it a right one or not.
+fn is_rig(path: &Path) -> bool {
+    !matches!(super::run::rig::read_rig(path), Ok(None))
 }
 
 fn print(out: &mut dyn Write, plan: &BusPlan, figures: &BusFigures) -> std::io::Result<()> {

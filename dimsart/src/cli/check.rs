@@ -20,9 +20,9 @@ use hil_sim::bilateral::{Side, device, settings};
 use hil_sim::first_packet::first_packet;
 use hil_sim::response::{Experiment, LoadedController, loaded_controllers};
 use hil_sim::rig::SimulatedDimsart;
-use hil_sim::rig_file::RigFile;
+use hil_sim::rig_file::{RigFile, SHIPPED};
 use hil_sim::scenario::Scenario;
-use hil_sim::schemes::{self, Loaded, SchemeText, Setting};
+use hil_sim::schemes::{self, Loaded, SchemeFileError, SchemeText, Setting};
 
 /// Check a scheme against a device, or those of a scenario or rig against its devices: exit status 0 when it matches, 1 when not.
 ///
@@ -57,7 +57,7 @@ pub(super) struct Check {
 }
 
 /// What was found of one controller.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 struct Verdict {
     /// Its side of the scheme, or its name in a rig.
     controller: String,
@@ -73,6 +73,14 @@ struct Verdict {
     most_words: Option<usize>,
     /// How long a tick can be, or why that is not known; none without a board.
     time: Option<String>,
+}
+
+impl Verdict {
+    /// Of a controller whose scheme cannot be read.
+    fn unreadable(controller: &str, error: &SchemeFileError) -> Self {
+        let faults = vec![error.to_string()];
+        Self { controller: controller.to_owned(), faults, ..Self::default() }
+    }
 }
 
 /// Axes where nothing says how many.
@@ -129,19 +137,30 @@ impl Check {
                 limits::MAX_SLOTS,
             )?;
             time.iter().try_for_each(|time| writeln!(out, "  {time}"))?;
-            notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))?;
         }
-        Ok(())
+        notes.iter().try_for_each(|note| writeln!(out, "  note: {note}"))
     }
 
     /// The schemes of a scenario's two sides, or of one of them, with what the scenario sets.
     fn check_scenario(&self, target: Option<&Target>) -> Result<Vec<Verdict>, Box<dyn Error>> {
         let scenario = Scenario::load(Some(Path::new(&self.scheme)), &[])?;
+        let board = target.filter(|target| target.board.motor.is_some() && target.board.axes < scenario.dof);
+        let board = board.filter(|_| self.dof.is_none());
+        let dof = self.dof.or(board.map(|target| target.board.axes)).unwrap_or(scenario.dof);
+        let period_s = self.sample_period_s.unwrap_or(scenario.sample_period_s);
+        let note = board.map(|Target { name, board, .. }| {
+            let axes = if board.axes == 1 { "axis" } else { "axes" };
+            format!("for the {} {axes} of {name}, not for the scenario's {}", board.axes, scenario.dof)
+        });
         let check = |side: Side| {
-            let scheme = SchemeText::read(&side.section(&scenario).scheme)?;
-            let dof = self.dof.unwrap_or(scenario.dof);
-            let period_s = self.sample_period_s.unwrap_or(scenario.sample_period_s);
-            check(&scheme, side, device(side.name(), dof, period_s)?, &settings(&scenario, side), target)
+            let device = device(side.name(), dof, period_s)?;
+            let mut verdict = match SchemeText::read(&side.section(&scenario).scheme) {
+                Ok(scheme) => check(&scheme, side, device, &settings(&scenario, side), target)?,
+                // The other side's faults are told, too.
+                Err(error) => Verdict::unreadable(side.name(), &error),
+            };
+            verdict.notes.extend(note.clone());
+            Ok(verdict)
         };
         self.sides().into_iter().map(check).collect()
     }
@@ -150,8 +169,26 @@ impl Check {
         let scheme = SchemeText::read(&self.scheme)?;
         let dof = self.dof.or(target.map(|target| target.board.axes)).unwrap_or(DOF);
         let period_s = self.sample_period_s.unwrap_or(PERIOD_S);
-        let check = |side: Side| check(&scheme, side, device(side.name(), dof, period_s)?, &[], target);
+        let rig = self.rig_of_scheme();
+        let check = |side: Side| {
+            let mut verdict = check(&scheme, side, device(side.name(), dof, period_s)?, &[], target)?;
+            verdict.notes.extend(rig.filter(|_| !verdict.matches).map(|rig| {
+                format!(
+                    "the scheme is for the devices of the rig {rig}: `dimsart check {rig}` checks it on these"
+                )
+            }));
+            Ok(verdict)
+        };
         self.sides().into_iter().map(check).collect()
+    }
+
+    /// The shipped rig that has this scheme.
+    fn rig_of_scheme(&self) -> Option<&'static str> {
+        let has_it = |text: &str, name: &str| {
+            let file = RigFile::read(text, name, PathBuf::new(), &[]);
+            file.is_ok_and(|file| file.controllers.iter().any(|controller| controller.scheme == self.scheme))
+        };
+        SHIPPED.iter().find(|(name, text)| has_it(text, name)).map(|(name, _)| *name)
     }
 
     /// The controllers of a rig.

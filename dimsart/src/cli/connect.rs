@@ -5,24 +5,18 @@ mod capture;
 mod live;
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use clap::{Args, Subcommand, value_parser};
-use dimsart_core::protocol::DEFAULT_BAUD;
+use clap::{Args, Subcommand};
 
 use answer::{Json, KeyState, Look, SchemeRows, SentFile, write_recorded};
 
 use super::Ending;
-use crate::broker;
-use crate::connect::{self, ConnectError, KeyReport, Patience};
+use super::line::{self, Device, LineOptions};
 use hil_sim::bilateral::Side;
-use hil_sim::key_file::{self, KeyFileError};
-use hil_sim::link::Stream;
 use hil_sim::schemes::SchemeText;
-
-type Device = connect::Device<Box<dyn Stream>>;
 
 /// Talk to a controller: look at it, tune it, change its scheme while it runs.
 ///
@@ -35,19 +29,8 @@ pub(super) struct Connect {
     port: String,
     #[command(subcommand)]
     action: Option<Action>,
-    /// Bits per second of a serial port.
-    #[arg(long, default_value_t = DEFAULT_BAUD, global = true)]
-    baud: u32,
-    /// How long each answer is waited for, s.
-    #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = seconds, global = true)]
-    timeout_s: Duration,
-    /// How often a request is sent before the device is given up; a command that cannot be repeated is sent once.
-    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
-    #[arg(global = true)]
-    tries: u32,
-    /// The key that the board holds: what a locked board would refuse is sealed with it.
-    #[arg(long, value_name = "FILE", global = true)]
-    key_file: Option<PathBuf>,
+    #[command(flatten)]
+    line: LineOptions,
     #[command(flatten)]
     json: Json,
 }
@@ -182,7 +165,7 @@ enum Action {
         #[arg(long, conflicts_with = "once")]
         arm: bool,
         /// Time between two looks, s.
-        #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = seconds)]
+        #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = line::seconds)]
         period_s: Duration,
     },
 }
@@ -199,33 +182,9 @@ enum KeyAction {
     Clear,
 }
 
-fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
-    if let Some(warning) = key_file::exposure(file) {
-        eprintln!("dimsart: warning: {warning}");
-    }
-    key_file::read(file)
-}
-
-fn seconds(text: &str) -> Result<Duration, String> {
-    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
-    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
-}
-
 impl Connect {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let stream = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
-        let patience = Patience { timeout: self.timeout_s, tries: self.tries };
-        let mut device =
-            Device::greet(stream, patience).map_err(|error| format!("{}: {error}", self.port))?;
-        if let Some(note) = device.version_note() {
-            eprintln!("dimsart: note: {note}");
-        }
-        if let Some(file) = &self.key_file {
-            let state = device.use_key(&read_key(file)?)?;
-            if state != KeyReport::Locked {
-                eprintln!("dimsart: note: {}: {state}", self.port);
-            }
-        }
+        let mut device = self.line.open(&self.port)?;
         let is_well = self.action.unwrap_or(Action::Show).execute(&mut device, &self.json, out)?;
         Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
@@ -283,7 +242,7 @@ impl Action {
             Self::Confirm => json.print(out, &device.confirm()?)?,
             Self::Rollback => json.print(out, &device.roll_back()?)?,
             Self::Key(KeyAction::Set { file }) => {
-                json.print(out, &KeyState { key: device.set_key(&read_key(&file)?)? })?;
+                json.print(out, &KeyState { key: device.set_key(&line::read_key(&file)?)? })?;
             }
             Self::Key(KeyAction::Clear) => json.print(out, &KeyState { key: device.clear_key()? })?,
             Self::Recorder { recorder, out: file } => {

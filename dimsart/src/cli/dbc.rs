@@ -1,31 +1,39 @@
 //! `dimsart dbc`: what a scheme says on a CAN bus, for CAN tools.
 
+use std::error::Error;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
 use dimsart_core::Dimsart;
 
 use super::Ending;
-use crate::dbc::{self, Frames};
+use super::controllers::{controllers, no_rig, rig_says_itself};
+use super::scheme::DOF;
+use crate::dbc::{self, DbcError, Frames, Message};
 use hil_sim::bilateral::{Side, device};
+use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::{self, SchemeText};
 
-/// Write the DBC file of what a scheme sends over CAN.
+/// Write the DBC file of what a scheme, or a rig's controllers, send over CAN.
 ///
 /// One message per `COMM_TXMOD`; its identifier is the module's `CTX_CHANNEL`, which must not be 0. A CAN tool shows every
 /// signal on every axis by it, in its unit.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Dbc {
-    /// Scheme file.
+    /// Scheme file; or a rig: a TOML file, or a shipped one such as `arm_bus`.
     scheme: String,
-    /// Side whose messages are written; both when left out.
+    /// Side of a scheme whose messages are written; both when left out.
     #[arg(long, value_parser = super::side::side())]
     side: Option<Side>,
-    /// Degrees of freedom of the devices, 1 to 8.
-    #[arg(long, default_value_t = 3, value_name = "COUNT", allow_negative_numbers = true)]
-    dof: usize,
+    /// Degrees of freedom of a scheme's devices, 1 to 8; 3 when left out.
+    #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
+    dof: Option<usize>,
+    /// Controller of a rig whose messages are written; all that send when left out.
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
     /// Frames that carry the packets.
     #[arg(long, value_enum, default_value_t = Frames::CanFd)]
     frames: Frames,
@@ -38,6 +46,7 @@ const EXAMPLES: &str = "\
 Examples:
   dimsart dbc my.scheme > my.dbc                 both sides, CAN FD
   dimsart dbc my.scheme --frames can --dof 1     classic CAN
+  dimsart dbc arm_bus > arm.dbc                  all controllers of a rig
 
 Rows that give a scheme its channels, above the MOD_ON rows of these modules:
   master   COMM_TXMOD   CTX_CHANNEL   16
@@ -45,18 +54,10 @@ Rows that give a scheme its channels, above the MOD_ON rows of these modules:
 
 impl Dbc {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let scheme = SchemeText::read(&self.scheme)?;
-        let sides = self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side]);
-        let mut messages = Vec::new();
-        for side in sides {
-            let device = device(side.name(), self.dof, 1e-3)?;
-            let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
-            let loaded = schemes::load(&scheme, side.name(), &[], &mut dimsart);
-            if let Some(problem) = loaded.problems().next() {
-                return Err(format!("{problem}; `dimsart check {}` names all faults", self.scheme).into());
-            }
-            messages.extend(dbc::messages(&mut dimsart, side.name(), self.frames)?);
-        }
+        let messages = match super::run::rig::read_rig(Path::new(&self.scheme))? {
+            Some(file) => self.of_rig(&file)?,
+            None => self.of_scheme()?,
+        };
         let dbc = dbc::Dbc::new(messages)?;
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&dbc)?)?;
@@ -64,5 +65,42 @@ impl Dbc {
             write!(out, "{dbc}")?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+    fn of_scheme(&self) -> Result<Vec<Message>, Box<dyn Error>> {
+        if self.controller.is_some() {
+            return Err(no_rig(&self.scheme).into());
+        }
+        let scheme = SchemeText::read(&self.scheme)?;
+        let sides = self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side]);
+        let mut messages = Vec::new();
+        for side in sides {
+            let device = device(side.name(), self.dof.unwrap_or(DOF), 1e-3)?;
+            let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
+            let loaded = schemes::load(&scheme, side.name(), &[], &mut dimsart);
+            if let Some(problem) = loaded.problems().next() {
+                return Err(format!("{problem}; `dimsart check {}` names all faults", self.scheme).into());
+            }
+            messages.extend(dbc::messages(&mut dimsart, side.name(), self.frames)?);
+        }
+        Ok(messages)
+    }
+
+    fn of_rig(&self, file: &RigFile) -> Result<Vec<Message>, Box<dyn Error>> {
+        if self.side.is_some() || self.dof.is_some() {
+            return Err(rig_says_itself("--side and --dof").into());
+        }
+        let (mut messages, mut silent) = (Vec::new(), None);
+        for mut controller in controllers(file, &self.scheme, self.controller.as_deref())? {
+            match dbc::messages(&mut controller.dimsart, &controller.name, self.frames) {
+                Ok(found) => messages.extend(found),
+                // Another one may send.
+                Err(error @ DbcError::NothingSent { .. }) => silent = Some(error),
+                Err(error) => return Err(error.into()),
+            }
+        }
+        match silent.filter(|_| messages.is_empty()) {
+            Some(error) => Err(error.into()),
+            None => Ok(messages),
+        }
     }
 }

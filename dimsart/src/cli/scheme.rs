@@ -1,47 +1,72 @@
 //! `dimsart scheme`: a scheme as a controller has it, as text.
 
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
 
 use super::Ending;
+use super::controllers::{no_rig, one_controller, rig_says_itself};
 use hil_sim::bilateral::{Side, device};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{self, SchemeText};
 
-/// Print a scheme of one side in the shortest form: modules in their order, what differs from the defaults, bindings.
+/// Print a scheme of one side, or of a rig's controller, in the shortest form: modules in their order, what differs from
+/// the defaults, bindings.
 ///
 /// Given to a controller, the rows build what the scheme's own rows build.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Scheme {
-    /// Scheme file, or one that is built in: `builtin:bilateral`.
+    /// Scheme file, or one that is built in: `builtin:bilateral`; or a rig: a TOML file, or a shipped one such as `joint`.
     scheme: String,
-    /// Side whose rows are taken.
-    #[arg(long, default_value = "master", value_parser = super::side::side())]
-    side: Side,
-    /// Degrees of freedom of the device, 1 to 8.
-    #[arg(long, default_value_t = 3, value_name = "COUNT", allow_negative_numbers = true)]
-    dof: usize,
+    /// Side of a scheme whose rows are taken; `master` when left out.
+    #[arg(long, value_parser = super::side::side())]
+    side: Option<Side>,
+    /// Degrees of freedom of a scheme's device, 1 to 8; 3 when left out.
+    #[arg(long, value_name = "COUNT", allow_negative_numbers = true)]
+    dof: Option<usize>,
+    /// Controller of a rig; the only one when left out.
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
 }
+
+/// Axes where nothing says how many.
+pub(super) const DOF: usize = 3;
 
 const EXAMPLES: &str = "\
 Examples:
   dimsart scheme builtin:bilateral                   what the master has of it
-  dimsart scheme my.scheme --side slave > slave.scheme";
+  dimsart scheme my.scheme --side slave > slave.scheme
+  dimsart scheme joint                               what the controller of a rig has
+  dimsart scheme arm_bus --controller coordinator";
 
 impl Scheme {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.name());
-        let device = device(side, self.dof, 1e-3)?;
+        if let Some(file) = super::run::rig::read_rig(Path::new(&self.scheme))? {
+            if self.side.is_some() || self.dof.is_some() {
+                return Err(rig_says_itself("--side and --dof").into());
+            }
+            let (mut found, side) = one_controller(&file, &self.scheme, self.controller.as_deref())?;
+            return print(&mut found.dimsart, &side, out);
+        }
+        if self.controller.is_some() {
+            return Err(no_rig(&self.scheme).into());
+        }
+        let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or(Side::Master).name());
+        let device = device(side, self.dof.unwrap_or(DOF), 1e-3)?;
         let mut dimsart = Box::new(SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?);
         let loaded = schemes::load(&scheme, side, &[], &mut dimsart);
         if let Some(problem) = loaded.problems().next() {
             return Err(format!("{problem}; `dimsart check {}` names all faults", self.scheme).into());
         }
-        let commands: Vec<_> = dimsart.engine_mut().commands().collect();
-        write!(out, "{}", schemes::rows(&commands, side, dimsart.engine()))?;
-        Ok(ExitCode::SUCCESS)
+        print(&mut dimsart, side, out)
     }
+}
+
+fn print(dimsart: &mut SimulatedDimsart, side: &str, out: &mut impl Write) -> Ending {
+    let commands: Vec<_> = dimsart.engine_mut().commands().collect();
+    write!(out, "{}", schemes::rows(&commands, side, dimsart.engine()))?;
+    Ok(ExitCode::SUCCESS)
 }

@@ -12,8 +12,10 @@ use dimsart_core::limits::MAX_DOF;
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Cost, ModuleList};
+use serde::Serialize;
 
 use super::Ending;
+use super::output::say;
 use crate::budget::{Budget, share};
 use crate::cycles::{Firmware, ImageCosts, Memory};
 use crate::stamp::StampedImage;
@@ -45,6 +47,23 @@ pub(super) struct Stamp {
     /// Writes to another file; into the image itself when left out.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// Prints what was put in as one JSON object.
+    #[arg(long)]
+    json: bool,
+}
+
+/// What was put in.
+#[derive(Serialize)]
+struct Stamped<'a> {
+    image: &'a Path,
+    scheme: &'a str,
+    side: &'static str,
+    /// What a tick may take, cycles.
+    limit_cycles: u32,
+    memory: &'static str,
+    compiler: String,
+    /// Modules without a bound, which the board will refuse, each with the reason.
+    unknown: &'a [(String, String)],
 }
 
 const EXAMPLES: &str = "\
@@ -71,17 +90,23 @@ impl Stamp {
         image.set_costs(&costs.lines, memory.name(), limit)?;
         let path = self.out.unwrap_or(firmware.path);
         image.write(&path)?;
-        writeln!(
-            out,
-            "{}: {scheme} as {}, at most {limit} cycles of memory {} in a tick, costs by rustc {} after {:.0} s",
-            path.display(),
-            self.side.name(),
-            memory.name(),
-            image.compiler(),
-            start.elapsed().as_secs_f32()
-        )?;
-        for (kind, reason) in &costs.unknown {
-            writeln!(out, "  {kind} has no bound, the board will refuse it: {reason}")?;
+        let (side, memory, compiler) = (self.side.name(), memory.name(), image.compiler());
+        say(self.json, out, |out| {
+            writeln!(
+                out,
+                "{}: {scheme} as {side}, at most {limit} cycles of memory {memory} in a tick, costs by rustc {compiler} after \
+                 {:.0} s",
+                path.display(),
+                start.elapsed().as_secs_f32()
+            )?;
+            costs.unknown.iter().try_for_each(|(kind, reason)| {
+                writeln!(out, "  {kind} has no bound, the board will refuse it: {reason}")
+            })
+        })?;
+        if self.json {
+            let (image, scheme, unknown) = (path.as_path(), scheme.as_str(), costs.unknown.as_slice());
+            let stamped = Stamped { image, scheme, side, limit_cycles: limit, memory, compiler, unknown };
+            writeln!(out, "{}", serde_json::to_string(&stamped)?)?;
         }
         Ok(ExitCode::SUCCESS)
     }

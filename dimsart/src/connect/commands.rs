@@ -5,14 +5,20 @@ use std::io::{Read, Write};
 use dimsart_core::protocol::{Request, Response};
 use dimsart_core::{Command, Cursor};
 
-use super::{ConnectError, Device};
+use super::{ConnectError, Device, LineError};
 
 impl<S: Read + Write> Device<S> {
     /// The commands that would build the scheme as it is.
     ///
     /// # Errors
-    /// [`ConnectError::Line`] when the device does not answer.
+    /// [`ConnectError::Line`] when the device does not answer, or a command is one of a newer version.
     pub fn commands(&mut self) -> Result<Vec<Command>, ConnectError> {
+        let commands: Option<Vec<Command>> = self.commands_known()?.into_iter().collect();
+        commands.ok_or(ConnectError::Line(LineError::NotUnderstood))
+    }
+
+    /// The same; none for a command that only a newer version knows.
+    pub(super) fn commands_known(&mut self) -> Result<Vec<Option<Command>>, ConnectError> {
         let take = |response: Response<'_>| match response {
             Response::SchemeCommand(command) => Some(command),
             _ => None,
@@ -20,7 +26,10 @@ impl<S: Read + Write> Device<S> {
         let (mut cursor, mut commands) = (Cursor::default(), Vec::new());
         loop {
             let (place, index) = cursor.place_and_index();
-            let command = self.ask(&Request::SchemeCommand { place, index }, take)?;
+            let command = match self.ask(&Request::SchemeCommand { place, index }, take) {
+                Err(ConnectError::Line(LineError::NotUnderstood)) => Some(None),
+                command => command?.map(Some),
+            };
             commands.extend(command);
             if !cursor.advance(command.is_some()) {
                 return Ok(commands);

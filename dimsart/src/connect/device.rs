@@ -9,7 +9,7 @@ use dimsart_core::scheme::{Place, Problem, SchemeError};
 use dimsart_core::{ModuleRef, TypeRef, Vocabulary};
 
 use super::description::{Description, Identity};
-use super::{ConnectError, Patience, RequestLine};
+use super::{ConnectError, LineError, Patience, RequestLine};
 use hil_sim::schemes::Explained;
 
 /// A device at the other end of a line, and what is known of it so far.
@@ -64,15 +64,25 @@ impl<S: Read + Write> Device<S> {
         &self.description.identity
     }
 
+    /// The protocol version of a device of a newer one, which is only looked at: what a command would come to there is
+    /// not known here.
+    fn newer_version(&self) -> Option<u16> {
+        let theirs = self.identity().protocol_version;
+        (theirs > PROTOCOL_VERSION).then_some(theirs)
+    }
+
+    pub(super) fn may_change(&self) -> Result<(), ConnectError> {
+        self.newer_version().map_or(Ok(()), |theirs| Err(ConnectError::LookOnly(theirs)))
+    }
+
     /// What is to be expected of a device of a newer protocol version; none when it is ours.
     #[must_use]
     pub fn version_note(&self) -> Option<String> {
-        let theirs = self.identity().protocol_version;
-        (theirs > PROTOCOL_VERSION).then(|| {
+        self.newer_version().map(|theirs| {
             format!(
-                "the device speaks protocol {theirs} and this command {PROTOCOL_VERSION}: what this command does not know \
-                 yet is refused or not shown, everything else works; to have all of it, use the `dimsart` that its image \
-                 was built with"
+                "the device speaks protocol {theirs} and this command {PROTOCOL_VERSION}: it is only looked at; what this \
+                 command does not know yet is not shown, and what would change or move something is refused, but for \
+                 `stop`; to have all of it, use the `dimsart` that its image was built with"
             )
         })
     }
@@ -86,12 +96,16 @@ impl<S: Read + Write> Device<S> {
         Ok(format!("tick {}: {}", status.ticks, self.state_text(status.blocked)?))
     }
 
-    /// Asks; none when nothing has that number. A lease that is held is renewed before, when it is time to.
+    /// Asks; none when nothing has that number. A lease that is held is renewed before, when it is time to. What would
+    /// change or move a device of a newer version is not sent.
     pub(super) fn ask<T>(
         &mut self,
         request: &Request,
         take: impl FnOnce(Response<'_>) -> Option<T>,
     ) -> Result<Option<T>, ConnectError> {
+        if request.needs_key() {
+            self.may_change()?;
+        }
         if !matches!(request, Request::Lease(_)) {
             self.renew_in_time()?;
         }
@@ -123,7 +137,7 @@ impl<S: Read + Write> Device<S> {
         loop {
             let seen = look(&self.description);
             let Some(request) = self.description.take_missing() else { return Ok(seen) };
-            let is_there = self.ask(&request, |response| {
+            let is_there = match self.ask(&request, |response| {
                 let is_it = matches!(
                     (request, response),
                     (Request::Module { .. }, Response::Module(_))
@@ -132,7 +146,11 @@ impl<S: Read + Write> Device<S> {
                         | (Request::DataType { .. }, Response::DataType(_))
                 );
                 is_it.then_some(())
-            })?;
+            }) {
+                // Of a newer version: to this program it is not there.
+                Err(ConnectError::Line(LineError::NotUnderstood)) => None,
+                is_there => is_there?,
+            };
             let content = is_there.map(|()| self.line.content().to_vec());
             self.description.learn(request, content);
         }

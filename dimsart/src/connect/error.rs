@@ -22,6 +22,12 @@ pub enum ConnectError {
          with, or flash an image of this version, `cargo xtask flash BOARD`"
     )]
     TooOld(u16),
+    /// What would change a device of a newer protocol version, which is only looked at.
+    #[error(
+        "it speaks protocol {0}, this program {PROTOCOL_VERSION}: look only, nothing has changed; update the program, \
+         that is, use the `dimsart` that its image was built with"
+    )]
+    LookOnly(u16),
     /// The device refused a question.
     #[error("{0}")]
     Refused(Refusal),

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::scheme::{self, Place, Row, SchemeError};
+use dimsart_core::scheme::{self, Place, Problem, Row, SchemeError};
 use dimsart_core::{Command, CommandError, protocol::Effect};
 use serde::Serialize;
 
@@ -17,6 +17,20 @@ pub struct Sent {
     pub rows: usize,
     /// Whether the scheme commands the device, with the first reason if it does not.
     pub state: String,
+    /// Rows that were left out because the device does not know them, each with its place.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub skipped: Vec<String>,
+}
+
+/// How rows are sent.
+#[derive(Debug, Default)]
+pub(super) struct Sending {
+    /// Commands before the rows; none: the rows go upon what is there.
+    pub(super) first: Vec<Command>,
+    /// Leaves out rows that the device does not know.
+    pub(super) skips_unknown: bool,
+    /// Has the device check the whole, and changes nothing.
+    pub(super) is_dry_run: bool,
 }
 
 impl<S: Read + Write> Device<S> {
@@ -27,7 +41,7 @@ impl<S: Read + Write> Device<S> {
     /// the whole is refused, or another transaction is open. Nothing has changed then. [`ConnectError::Line`] when the
     /// device does not answer.
     pub fn send_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
-        self.send(scheme, side, None)
+        self.send(scheme, side, Sending::default())
     }
 
     /// The same in place of what is there.
@@ -35,7 +49,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`send_scheme`](Self::send_scheme).
     pub fn replace_scheme(&mut self, scheme: &SchemeText, side: &str) -> Result<Sent, ConnectError> {
-        self.send(scheme, side, Some(Command::Close))
+        self.send(scheme, side, Sending { first: vec![Command::Close], ..Sending::default() })
     }
 
     /// The rows for `side`, or for any, that build the scheme as it is; [`rows`](hil_sim::schemes::rows).
@@ -43,56 +57,73 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Line`] when the device does not answer.
     pub fn scheme_rows(&mut self, side: Option<&str>) -> Result<String, ConnectError> {
-        let (commands, side) = (self.commands()?, side.unwrap_or(ANY_SIDE));
-        self.know(|known| rows(&commands, side, known))
+        let commands = self.commands()?;
+        self.rows_of(&commands, side.unwrap_or(ANY_SIDE))
     }
 
-    fn send(
+    pub(super) fn rows_of(&mut self, commands: &[Command], side: &str) -> Result<String, ConnectError> {
+        self.know(|known| rows(commands, side, known))
+    }
+
+    pub(super) fn send(
         &mut self,
         scheme: &SchemeText,
         side: &str,
-        first: Option<Command>,
+        sending: Sending,
     ) -> Result<Sent, ConnectError> {
+        self.may_change()?;
         self.begin()?;
-        let sent = self.send_rows(scheme, side, first).and_then(|rows| {
-            self.commit()?;
-            Ok(rows)
+        let is_dry_run = sending.is_dry_run;
+        let sent = self.send_rows(scheme, side, sending).and_then(|sent| {
+            if is_dry_run {
+                self.give(Command::Check)?;
+                self.abort()?;
+            } else {
+                self.commit()?;
+            }
+            Ok(sent)
         });
         // What cannot be aborted on a line that is gone, the next `begin` says.
-        let rows = sent.inspect_err(|_| drop(self.abort()))?;
+        let (rows, skipped) = sent.inspect_err(|_| drop(self.abort()))?;
         let blocked = self.status()?.blocked;
-        Ok(Sent { rows, state: self.state_text(blocked)? })
+        Ok(Sent { rows, state: self.state_text(blocked)?, skipped })
     }
 
     fn send_rows(
         &mut self,
         scheme: &SchemeText,
         side: &str,
-        first: Option<Command>,
-    ) -> Result<usize, ConnectError> {
+        sending: Sending,
+    ) -> Result<(usize, Vec<String>), ConnectError> {
+        let Sending { first, skips_unknown, .. } = sending;
         let hint = match self.instances()?.len() {
             0 => String::new(),
-            _ if first.is_some() => String::new(),
+            _ if !first.is_empty() => String::new(),
             count => {
                 format!(". {count} modules are on the device: `--replace` puts the scheme in their place")
             }
         };
-        if let Some(first) = first {
-            self.give(first)?;
+        for command in first {
+            self.give(command)?;
         }
-        let mut rows = 0;
+        let (mut rows, mut skipped) = (0, Vec::new());
         for row in scheme::rows_for(&scheme.text, side, SIDES) {
             let sent = match row {
                 Ok(row) => self.send_row(&row)?,
                 Err(error) => Err(self.misread(error)?),
             };
-            sent.map_err(|Misread { line, column, message }| {
-                let (name, hint) = (scheme.name.clone(), hint.clone());
-                ConnectError::Row { name, row: line, column, message, hint }
-            })?;
-            rows += 1;
+            let name = scheme.name.clone();
+            match sent {
+                Ok(()) => rows += 1,
+                Err(Misread { line, column, message, is_unknown: true }) if skips_unknown => {
+                    skipped.push(format!("{name}:{line}:{column}: {message}"));
+                }
+                Err(Misread { line, column, message, .. }) => {
+                    return Err(ConnectError::Row { name, row: line, column, message, hint });
+                }
+            }
         }
-        Ok(rows)
+        Ok((rows, skipped))
     }
 
     fn send_row(&mut self, row: &Row<'_>) -> Result<Result<(), Misread>, ConnectError> {
@@ -116,9 +147,15 @@ impl<S: Read + Write> Device<S> {
     }
 
     fn misread(&mut self, error: SchemeError<'_>) -> Result<Misread, ConnectError> {
-        let Place { line, column, .. } = error.place;
+        let Place { line, column, word } = error.place;
         let message = self.know(|known| Explained { error, known }.to_string())?;
-        Ok(Misread { line, column, message })
+        let is_unknown = match error.problem {
+            Problem::Destination | Problem::Surplus | Problem::Entry { .. } | Problem::Refused(_) => false,
+            // A choice may have another name; a number is wrong in every version.
+            Problem::Value { .. } => word.starts_with(|first: char| first.is_ascii_alphabetic()),
+            _ => !word.is_empty(),
+        };
+        Ok(Misread { line, column, message, is_unknown })
     }
 }
 
@@ -127,4 +164,6 @@ struct Misread {
     line: usize,
     column: usize,
     message: String,
+    /// Whether another version could know the word.
+    is_unknown: bool,
 }

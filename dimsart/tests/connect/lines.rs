@@ -158,12 +158,13 @@ fn an_answer_of_a_newer_version_is_not_taken_for_silence() {
     });
     let mut device = Device::greet(open_port(&port, 0).unwrap(), QUICK).unwrap();
     let note = device.version_note().unwrap();
-    assert!(note.contains("what this command does not know"), "{note}");
+    assert!(note.contains("it is only looked at"), "{note}");
     assert!(note.ends_with("use the `dimsart` that its image was built with"), "{note}");
     let error = device.overview().unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NotUnderstood)), "{error}");
     assert!(error.to_string().contains("use the `dimsart` that the image was built with"), "{error}");
-    assert!(device.on("PDCTRL_MOD", None).unwrap().state.contains("NOT commanded"), "the rest works");
+    assert!(matches!(device.on("PDCTRL_MOD", None), Err(ConnectError::LookOnly(_))));
+    assert_eq!(device.signals(&[]).unwrap()[0].name, "POSITION", "the rest is looked at");
 }
 
 #[test]

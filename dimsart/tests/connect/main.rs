@@ -3,6 +3,7 @@
 
 mod asking;
 mod board;
+mod config;
 mod emulated;
 mod events;
 mod kept;

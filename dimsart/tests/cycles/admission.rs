@@ -2,6 +2,7 @@
 
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use boards::BOARDS;
 use cycles::timing::{Column, Profile, Timing};
@@ -92,4 +93,24 @@ fn an_image_that_is_not_stamped_refuses_nothing() {
         image.write(&other).unwrap();
         load(&other, &scheme).unwrap();
     }
+}
+
+#[test]
+fn what_is_stamped_can_be_read_by_a_program() {
+    let missing =
+        Command::new(env!("CARGO_BIN_EXE_dimsart")).args(["stamp", "no.elf", "--json"]).output().unwrap();
+    assert!(missing.status.code() == Some(1) && missing.stdout.is_empty(), "{missing:?}");
+    let Some((_, path)) = images().into_iter().next() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("stamped.elf");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output = command.arg("stamp").arg(&path).arg("--out").arg(&out).arg("--json").output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&found["image"], &found["side"]), (&out.to_str().unwrap().into(), &"master".into()));
+    let image = StampedImage::read(&out).unwrap();
+    assert_eq!(found["limit_cycles"], image.limit_cycles());
+    assert!(
+        found["unknown"].is_array() && String::from_utf8(output.stderr).unwrap().contains("costs by rustc")
+    );
 }

@@ -26,7 +26,17 @@ fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
     let name = |module: ModuleRef| names.name_of_module(module).to_string();
     if let Command::Set { module, parameter, entry, value } = command {
         let text = names.parameter_text(module.kind, parameter)?;
-        let place = entry.map_or(String::new(), |entry| format!("[{entry}]"));
+        let (_, columns) = text.entries.size(names.dof());
+        let place = match entry {
+            None => String::new(),
+            Some(entry) if text.entries.are_matrix() => {
+                match (entry.checked_div(columns), entry.checked_rem(columns)) {
+                    (Some(row), Some(column)) => format!("[{row}][{column}]"),
+                    _ => String::new(),
+                }
+            }
+            Some(entry) => format!("[{entry}]"),
+        };
         return Some([
             name(module),
             format!("{}{place}", text.name),
@@ -45,7 +55,9 @@ fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
     Some(["MOD_ENG".to_owned(), word, module])
 }
 
-fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary) -> String {
+/// A value as a row has it.
+#[must_use]
+pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary) -> String {
     match value {
         Value::Real(value) => value.to_string(),
         Value::Count(value) => value.to_string(),
@@ -58,5 +70,60 @@ fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary) -> 
             _ => index.to_string(),
         },
         Value::Type(signal) => names.name_of_signal(signal).to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use dimsart_core::protocol::{DataTypeText, ParameterText, PortText};
+    use dimsart_core::{AxisKind, Entries, Unit, scheme};
+
+    use super::*;
+
+    /// A controller whose only module has a matrix.
+    struct WithMatrix;
+
+    impl Vocabulary for WithMatrix {
+        fn device_name(&self) -> &str {
+            "arm"
+        }
+
+        fn axes(&self) -> &[AxisKind] {
+            &[AxisKind::Rotary; 2]
+        }
+
+        fn kind_name(&self, kind: u8) -> Option<&str> {
+            (kind == 0).then_some("MATRIX_MOD")
+        }
+
+        fn parameter_text(&self, _kind: u8, index: u8) -> Option<ParameterText<'_>> {
+            (index == 0).then_some(ParameterText {
+                name: "K",
+                unit: Unit::One,
+                accepts: Accepted::Real { min: 0.0, max: 9.0 },
+                entries: Entries { rows: 0, columns: 3 },
+                default: Some(Value::Real(0.0)),
+                is_structural: false,
+            })
+        }
+
+        fn port_text(&self, _module: ModuleRef, _index: u8) -> Option<PortText<'_>> {
+            None
+        }
+
+        fn type_text(&self, _index: u16) -> Option<DataTypeText<'_>> {
+            None
+        }
+    }
+
+    #[test]
+    fn an_element_of_a_matrix_is_read_as_it_is_written() {
+        let module = ModuleRef { kind: 0, number: 1 };
+        let set = |entry| Command::Set { module, parameter: 0, entry, value: Value::Real(1.5) };
+        let commands = [set(None), set(Some(0)), set(Some(5))];
+        let text = rows(&commands, "all", &WithMatrix);
+        assert!(text.contains("K[1][2]"), "{text}");
+        let read: Vec<_> = scheme::rows(&text).map(|row| row.command(&WithMatrix).unwrap()).collect();
+        assert_eq!(read[..3], commands);
     }
 }

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use clap::{ArgGroup, Args, value_parser};
 
 use super::answer::{Json, write_recorded};
-use super::{Device, seconds};
-use crate::cli::run::stop_on_interrupt;
+use super::Device;
+use crate::cli::run::{seconds, stop_on_interrupt};
 use crate::connect::{Capture, Captured};
 
 #[derive(Debug, Args)]

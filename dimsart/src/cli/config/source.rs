@@ -1,0 +1,83 @@
+//! Where a configuration is read from.
+
+use std::error::Error;
+use std::path::Path;
+
+use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, types};
+
+use super::super::UsageError;
+use super::super::line::{Device, LineOptions};
+use crate::broker::SIMULATED;
+use crate::config::{Configuration, first_side};
+use crate::connect::ANY_SIDE;
+use hil_sim::bilateral::Side;
+use hil_sim::rig::SimulatedDimsart;
+use hil_sim::schemes::SchemeText;
+
+/// A controller, or rows.
+pub(super) enum Source {
+    Device(Box<Device>),
+    File(SchemeText),
+}
+
+impl Source {
+    /// Opens a port, or reads a file.
+    pub(super) fn open(name: &str, line: &LineOptions) -> Result<Self, Box<dyn Error>> {
+        if is_port(name) {
+            return Ok(Self::Device(Box::new(line.open(name)?)));
+        }
+        Ok(Self::File(SchemeText::read(name)?))
+    }
+
+    pub(super) fn read(&mut self, side: Option<Side>) -> Result<Configuration, Box<dyn Error>> {
+        match self {
+            Self::Device(device) => {
+                let (rows, _) = device.configuration_text()?;
+                Ok(device.read_configuration(&rows, ANY_SIDE)?)
+            }
+            Self::File(scheme) => without_a_device(scheme, side_of(scheme, side)?),
+        }
+    }
+}
+
+/// A serial port is a file, too, but none that is read.
+fn is_port(name: &str) -> bool {
+    let is_windows = name.strip_prefix("COM").is_some_and(|number| number.parse::<u16>().is_ok());
+    [SIMULATED, "tcp:", "unix:", "/dev/tty", "/dev/cu.", "/dev/serial/"]
+        .iter()
+        .any(|start| name.starts_with(start))
+        || is_windows
+        || is_device_file(Path::new(name))
+}
+
+#[cfg(unix)]
+fn is_device_file(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    path.metadata().is_ok_and(|found| found.file_type().is_char_device())
+}
+
+#[cfg(not(unix))]
+fn is_device_file(_path: &Path) -> bool {
+    false
+}
+
+/// The side whose rows are meant; rows that are for one side alone need one.
+pub(super) fn side_of(scheme: &SchemeText, side: Option<Side>) -> Result<&'static str, UsageError> {
+    match (side, first_side(&scheme.text)) {
+        (Some(side), _) => Ok(side.name()),
+        (None, None) => Ok(ANY_SIDE),
+        (None, Some((line, word))) => Err(UsageError(format!(
+            "{}:{line}: this row is for {word}, not for all: say with --side whose rows are meant",
+            scheme.name
+        ))),
+    }
+}
+
+/// Reads rows by the names of this program. A file does not say what its axes are, and how many: units are those of both
+/// kinds.
+fn without_a_device(scheme: &SchemeText, side: &str) -> Result<Configuration, Box<dyn Error>> {
+    let axes = [AxisKind::Linear, AxisKind::Rotary].repeat(4);
+    let device = DeviceDescriptor::new("any", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE])?;
+    let dimsart = Box::new(SimulatedDimsart::new(device).map_err(CommandError::from)?);
+    Ok(Configuration::read(&scheme.text, side, dimsart.engine()))
+}

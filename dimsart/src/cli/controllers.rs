@@ -1,0 +1,68 @@
+//! The controllers of a rig as an argument.
+
+use std::error::Error;
+
+use super::UsageError;
+use crate::connect::ANY_SIDE;
+use hil_sim::response::{LoadedController, loaded_controllers};
+use hil_sim::rig_file::RigFile;
+
+/// The controllers of a rig with their schemes, or the one that is wanted. All of them run.
+pub(super) fn controllers(
+    file: &RigFile,
+    rig: &str,
+    wanted: Option<&str>,
+) -> Result<Vec<LoadedController>, Box<dyn Error>> {
+    if let Some(wanted) = wanted.filter(|wanted| file.controllers.iter().all(|found| found.name() != *wanted))
+    {
+        let names = names(file);
+        return Err(UsageError(format!("{rig} has no controller {wanted}; it has {names}")).into());
+    }
+    let mut found = loaded_controllers(file)?;
+    found.retain(|controller| wanted.is_none_or(|wanted| controller.name == wanted));
+    match found
+        .iter()
+        .find_map(|controller| controller.loaded.problems().next().map(|first| (controller, first)))
+    {
+        None => Ok(found),
+        Some((controller, problem)) => {
+            let name = &controller.name;
+            Err(format!("the controller {name}: {problem}; `dimsart check {rig}` names all faults").into())
+        }
+    }
+}
+
+/// The only controller of a rig, or the one that is wanted, and whose rows its scheme has.
+pub(super) fn one_controller(
+    file: &RigFile,
+    rig: &str,
+    wanted: Option<&str>,
+) -> Result<(LoadedController, String), Box<dyn Error>> {
+    let is_one = file.controllers.len() == 1;
+    if wanted.is_none() && !is_one {
+        let names = names(file);
+        return Err(UsageError(format!(
+            "{rig} has several controllers: say which with --controller: {names}"
+        ))
+        .into());
+    }
+    let found = controllers(file, rig, wanted)?.into_iter().next();
+    let found = found.ok_or_else(|| format!("{rig} has no controller"))?;
+    let section = file.controllers.iter().find(|section| section.name() == found.name);
+    let side = section.filter(|_| !is_one).map_or(ANY_SIDE, |section| section.side()).to_owned();
+    Ok((found, side))
+}
+
+/// What is said where an argument is for schemes alone.
+pub(super) fn rig_says_itself(arguments: &str) -> UsageError {
+    UsageError(format!("{arguments} are for schemes; a rig says itself which controllers and axes it has"))
+}
+
+/// What is said where a scheme has no controllers to choose from.
+pub(super) fn no_rig(name: &str) -> UsageError {
+    UsageError(format!("--controller is for rigs, and {name} is a scheme: --side says whose rows are taken"))
+}
+
+fn names(file: &RigFile) -> String {
+    file.controllers.iter().map(|controller| controller.name()).collect::<Vec<_>>().join(", ")
+}

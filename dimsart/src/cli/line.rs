@@ -1,0 +1,67 @@
+//! The line to a controller, as options.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use clap::{Args, value_parser};
+use dimsart_core::protocol::DEFAULT_BAUD;
+
+use crate::broker;
+use crate::connect::{self, ConnectError, KeyReport, Patience};
+use hil_sim::key_file::{self, KeyFileError};
+use hil_sim::link::Stream;
+
+/// A controller behind a port.
+pub(super) type Device = connect::Device<Box<dyn Stream>>;
+
+/// How a controller is spoken to.
+#[derive(Debug, Args)]
+pub(super) struct LineOptions {
+    /// Bits per second of a serial port.
+    #[arg(long, default_value_t = DEFAULT_BAUD, global = true)]
+    baud: u32,
+    /// How long each answer is waited for, s.
+    #[arg(long, value_name = "SECONDS", default_value = "0.5", value_parser = seconds, global = true)]
+    timeout_s: Duration,
+    /// How often a request is sent before the device is given up; a command that cannot be repeated is sent once.
+    #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = value_parser!(u32).range(1..))]
+    #[arg(global = true)]
+    tries: u32,
+    /// The key that the board holds: what a locked board would refuse is sealed with it.
+    #[arg(long, value_name = "FILE", global = true)]
+    key_file: Option<PathBuf>,
+}
+
+impl LineOptions {
+    /// Opens a port and asks who is there.
+    pub(super) fn open(&self, port: &str) -> Result<Device, Box<dyn Error>> {
+        let stream = broker::open(port, self.baud).map_err(ConnectError::from)?;
+        let patience = Patience { timeout: self.timeout_s, tries: self.tries };
+        let mut device = Device::greet(stream, patience).map_err(|error| format!("{port}: {error}"))?;
+        if let Some(note) = device.version_note() {
+            eprintln!("dimsart: note: {note}");
+        }
+        if let Some(file) = &self.key_file {
+            let state = device.use_key(&read_key(file)?)?;
+            if state != KeyReport::Locked {
+                eprintln!("dimsart: note: {port}: {state}");
+            }
+        }
+        Ok(device)
+    }
+}
+
+/// Reads a key, and warns where others could read it, too.
+pub(super) fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
+    if let Some(warning) = key_file::exposure(file) {
+        eprintln!("dimsart: warning: {warning}");
+    }
+    key_file::read(file)
+}
+
+/// A time as an argument, s.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
+    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
+}

@@ -1,0 +1,96 @@
+//! Values of parameters and ports, as schemes write them.
+
+use dimsart_core::protocol::{Accepted, ParameterText};
+use dimsart_core::scheme::PORT_PREFIX;
+use dimsart_core::{Value, Vocabulary};
+use hil_sim::schemes;
+
+/// What was set of a parameter, or what a port was bound to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Setting {
+    /// Name, such as `K_PARAM` or `PORT_FORCE`.
+    pub name: String,
+    /// A value for each entry; of a list, as many as were added.
+    pub values: Vec<String>,
+    /// Value of each entry where nothing was set; none for a list, which starts empty.
+    pub default: Option<String>,
+    /// Unit; empty for a pure number.
+    pub unit: String,
+    /// Columns of a matrix; 0 where an entry has one index.
+    columns: usize,
+}
+
+impl Setting {
+    /// A parameter with these values; none: with its defaults.
+    pub(super) fn of_parameter(
+        found: &ParameterText<'_>,
+        values: &[Option<Value>],
+        known: &impl Vocabulary,
+    ) -> Self {
+        let word = |value| schemes::value_text(value, &found.accepts, known);
+        let default = found.default.map(word);
+        let value = |value: &Option<Value>| value.map(word).or_else(|| default.clone()).unwrap_or_default();
+        let (_, columns) = found.entries.size(known.dof());
+        Self {
+            name: found.name.to_owned(),
+            values: values.iter().map(value).collect(),
+            unit: match found.accepts {
+                Accepted::Types => String::new(),
+                _ => found.unit.on(known.axes()).to_string(),
+            },
+            default,
+            columns: if found.entries.are_matrix() { columns.into() } else { 0 },
+        }
+    }
+
+    /// A port that is bound to a signal, and what it is bound to where no row says so; empty where that is not known.
+    pub(super) fn of_port(name: &str, signal: &str, default: String) -> Self {
+        Self {
+            name: format!("{PORT_PREFIX}{name}"),
+            values: vec![signal.to_owned()],
+            default: Some(default),
+            unit: String::new(),
+            columns: 0,
+        }
+    }
+
+    /// Whether it is a port.
+    #[must_use]
+    pub fn is_port(&self) -> bool {
+        self.name.starts_with(PORT_PREFIX)
+    }
+
+    /// Where nothing was set.
+    #[must_use]
+    pub fn as_default(&self) -> Self {
+        let values = self.default.iter().flat_map(|value| vec![value.clone(); self.values.len()]);
+        Self { values: values.collect(), ..self.clone() }
+    }
+
+    /// Names and values of what differs from another setting of the same parameter: all entries as one where each has
+    /// the same value in both, and a list as a whole.
+    #[must_use]
+    pub fn differences(&self, other: &Self) -> Vec<(String, [String; 2])> {
+        if self.values == other.values {
+            return Vec::new();
+        }
+        if self.default.is_none() {
+            return vec![(self.name.clone(), [self.values.join(", "), other.values.join(", ")])];
+        }
+        let pairs: Vec<_> = self.values.iter().zip(&other.values).collect();
+        let is_uniform = pairs.windows(2).all(|two| two.first() == two.last());
+        let entries = pairs.iter().enumerate().filter(|(_, (one, other))| one != other);
+        let text = |(place, (one, other)): (usize, &(&String, &String))| {
+            let index = if is_uniform { String::new() } else { self.index(place) };
+            (format!("{}{index}", self.name), [(*one).clone(), (*other).clone()])
+        };
+        entries.map(text).take(if is_uniform { 1 } else { usize::MAX }).collect()
+    }
+
+    fn index(&self, place: usize) -> String {
+        match (place.checked_div(self.columns), place.checked_rem(self.columns)) {
+            (Some(row), Some(column)) => format!("[{row}][{column}]"),
+            _ => format!("[{place}]"),
+        }
+    }
+}
