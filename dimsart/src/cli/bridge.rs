@@ -58,7 +58,7 @@ mod with_zenoh {
 
     use super::{Bridge, Ending, Write};
     use crate::bridge::{self, Place};
-    use crate::broker::{self, SIMULATED};
+    use crate::broker;
     use crate::cli::run::stop_on_interrupt;
     use crate::cli::serve::line_baud;
     use crate::connect::{ConnectError, Device, Patience};
