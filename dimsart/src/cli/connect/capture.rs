@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use clap::{ArgGroup, Args, value_parser};
 
-use super::answer::{Json, write_recorded};
 use super::Device;
+use super::answer::{Json, write_recorded};
 use crate::cli::run::{seconds, stop_on_interrupt};
 use crate::connect::{Capture, Captured};
 
