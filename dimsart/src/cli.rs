@@ -3,10 +3,12 @@
 mod bridge;
 mod bus;
 mod check;
+mod completions;
 mod connect;
 mod cycles;
 mod dbc;
 mod doctor;
+mod man;
 mod modules;
 mod new_module;
 mod new_project;
@@ -20,6 +22,7 @@ mod side;
 mod stamp;
 mod summary;
 mod sweep;
+mod top;
 
 use std::error::Error;
 use std::io::{self, ErrorKind, Write};
@@ -47,6 +50,7 @@ Examples:
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
   dimsart serve                      a simulated joint to tune, in real time, and its page
+  dimsart top                        the same in this terminal
   dimsart record sim:joint           every tick of it into a file
   dimsart new-project gripper        a project of your own: laws, tests, images
 
@@ -71,6 +75,9 @@ enum Command {
     Serve(serve::Serve),
     Stamp(stamp::Stamp),
     Sweep(sweep::Sweep),
+    Top(top::Top),
+    Completions(completions::Completions),
+    Man(man::Man),
 }
 
 /// Exit status where the command line is wrong.
@@ -109,6 +116,9 @@ pub fn main() -> ExitCode {
         Command::Serve(serve) => serve.execute(&mut out),
         Command::Stamp(stamp) => stamp.execute(&mut out),
         Command::Sweep(sweep) => sweep.execute(&mut out),
+        Command::Top(top) => top.execute(),
+        Command::Completions(completions) => completions.execute(&mut out),
+        Command::Man(man) => man.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
         // The reader has seen enough, as `head` has: that is no failure of ours.

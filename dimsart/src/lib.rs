@@ -29,3 +29,4 @@ pub mod report;
 pub mod stamp;
 pub mod sweep;
 pub mod tick_map;
+mod top;
