@@ -57,7 +57,8 @@ impl Live {
             self.rows.push_back((tick, values));
         }
         let newest = self.rows.back().map_or(0, |(tick, _)| *tick);
-        let (period_s, is_old) = (self.period_s, |age: u32, period_s: f64| f64::from(age) * period_s > SHOWN_S);
+        let (period_s, is_old) =
+            (self.period_s, |age: u32, period_s: f64| f64::from(age) * period_s > SHOWN_S);
         while self.rows.front().is_some_and(|(tick, _)| is_old(newest.wrapping_sub(*tick), period_s)) {
             self.rows.pop_front();
         }

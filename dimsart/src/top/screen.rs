@@ -7,11 +7,20 @@ use super::seen::{Entry, ModuleLine, Seen, SignalLine};
 /// Something that a user wants done.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Wish {
-    Arm { station: usize },
-    Disarm { station: usize },
+    Arm {
+        station: usize,
+    },
+    Disarm {
+        station: usize,
+    },
     /// Every station.
     Stop,
-    Set { station: usize, module: String, parameter: String, value: String },
+    Set {
+        station: usize,
+        module: String,
+        parameter: String,
+        value: String,
+    },
     Quit,
 }
 
@@ -151,7 +160,9 @@ impl Screen {
         match std::mem::replace(&mut self.mode, Mode::Looking) {
             Mode::Looking => self.look(key.code),
             Mode::Help => None,
-            Mode::Arming => matches!(key.code, KeyCode::Char('y' | 'Y')).then_some(Wish::Arm { station: self.at }),
+            Mode::Arming => {
+                matches!(key.code, KeyCode::Char('y' | 'Y')).then_some(Wish::Arm { station: self.at })
+            }
             Mode::Editing(edited) => self.edit(edited, key.code),
             Mode::Filtering => {
                 self.type_filter(key.code);
@@ -173,7 +184,9 @@ impl Screen {
                 self.show(place.map_or(0, |place| place - 1));
             }
             KeyCode::Tab => self.show((self.at + 1) % self.stations.len().max(1)),
-            KeyCode::BackTab => self.show(self.at.checked_sub(1).unwrap_or(self.stations.len().saturating_sub(1))),
+            KeyCode::BackTab => {
+                self.show(self.at.checked_sub(1).unwrap_or(self.stations.len().saturating_sub(1)))
+            }
             KeyCode::Left => self.turn(PANES.len() - 1),
             KeyCode::Right => self.turn(1),
             KeyCode::Up => self.walk(-1),

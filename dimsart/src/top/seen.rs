@@ -101,9 +101,8 @@ impl Seen {
     /// Values of signals whose names have the filter in them.
     pub(super) fn signals(&self, filter: &str) -> Vec<SignalLine<'_>> {
         let signals = self.overview.iter().flat_map(|overview| &overview.signals);
-        let lines = signals.flat_map(|signal| {
-            (0..signal.values.len()).map(move |place| SignalLine { signal, place })
-        });
+        let lines = signals
+            .flat_map(|signal| (0..signal.values.len()).map(move |place| SignalLine { signal, place }));
         lines.filter(|line| has(&line.name(), filter)).collect()
     }
 
@@ -116,7 +115,8 @@ impl Seen {
     /// A signal's value now, with its unit: of a signal whose rows do not come, as it was at the last look.
     pub(super) fn signal_value(&self, line: SignalLine<'_>) -> String {
         let live = self.live.newest(&line.signal.name, line.place);
-        let value = live.unwrap_or_else(|| line.signal.values.get(line.place).map_or_else(String::new, text::value));
+        let value =
+            live.unwrap_or_else(|| line.signal.values.get(line.place).map_or_else(String::new, text::value));
         text::with_unit(&value, &line.signal.unit)
     }
 }

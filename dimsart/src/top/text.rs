@@ -72,7 +72,9 @@ mod tests {
 
     #[test]
     fn values_are_as_connect_writes_them() {
-        for (json, text) in [("150.0", "150"), ("true", "ON"), ("1e-7", "1e-7"), ("null", "not finite"), ("7", "7")] {
+        for (json, text) in
+            [("150.0", "150"), ("true", "ON"), ("1e-7", "1e-7"), ("null", "not finite"), ("7", "7")]
+        {
             assert_eq!(value(&serde_json::from_str(json).unwrap()), text);
         }
     }

@@ -22,7 +22,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, screen: &Screen, area: Rect) {
     let columns = Layout::horizontal([Constraint::Percentage(58), Constraint::Percentage(42)]);
     let [upper, lower] = halves.areas(area);
     let ([modules, signals], [plot, events]) = (columns.areas(upper), columns.areas(lower));
-    let panes = [(Pane::Modules, modules), (Pane::Signals, signals), (Pane::Chart, plot), (Pane::Events, events)];
+    let panes =
+        [(Pane::Modules, modules), (Pane::Signals, signals), (Pane::Chart, plot), (Pane::Events, events)];
     panes.into_iter().for_each(|(which, area)| pane(frame, screen, which, area));
 }
 
@@ -37,7 +38,8 @@ fn pane(frame: &mut Frame<'_>, screen: &Screen, which: Pane, area: Rect) {
     let title = if filter.is_empty() { title.to_owned() } else { format!("{title} /{filter}") };
     let (items, selected) = lines;
     let is_chosen = which == screen.pane;
-    let chosen = if is_chosen { Style::new().reversed() } else { Style::new().add_modifier(Modifier::UNDERLINED) };
+    let chosen =
+        if is_chosen { Style::new().reversed() } else { Style::new().add_modifier(Modifier::UNDERLINED) };
     let list = List::new(items).block(frame_of(screen, which, title)).highlight_style(chosen);
     let mut state = ListState::default().with_selected(selected);
     frame.render_stateful_widget(list, area, &mut state);

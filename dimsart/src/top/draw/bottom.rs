@@ -25,11 +25,16 @@ pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
         }
         (Mode::Editing(edited), _) => {
             let Edited { module, parameter, range, text } = edited;
-            (format!("{module} {parameter} ({range}) = {text}_  Enter sets it, Esc does not"), Style::new().bold())
+            (
+                format!("{module} {parameter} ({range}) = {text}_  Enter sets it, Esc does not"),
+                Style::new().bold(),
+            )
         }
         (Mode::Filtering, _) => (format!("/{}_", screen.filter(screen.pane)), Style::new().bold()),
         (Mode::Help, _) => (HELP.to_owned(), Style::new()),
-        (Mode::Looking, Some(Note { text, is_bad: true })) => (text.clone(), paint(screen, Color::Red).bold()),
+        (Mode::Looking, Some(Note { text, is_bad: true })) => {
+            (text.clone(), paint(screen, Color::Red).bold())
+        }
         (Mode::Looking, Some(Note { text, .. })) => (text.clone(), Style::new()),
         (Mode::Looking, None) => (chosen(screen).unwrap_or_default(), Style::new()),
     };

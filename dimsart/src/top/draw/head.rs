@@ -57,6 +57,7 @@ fn facts(seen: &Seen, live: &Live) -> String {
         (false, None) => "nobody holds the lease".to_owned(),
     };
     let drive = seen.faults.as_ref().map_or(String::new(), |faults| format!("drive: {}; ", faults.drive));
-    let silence = live.silence_s.map_or(String::new(), |silence_s| format!("; NO HEARTBEAT for {silence_s:.1} s"));
+    let silence =
+        live.silence_s.map_or(String::new(), |silence_s| format!("; NO HEARTBEAT for {silence_s:.1} s"));
     format!("{drive}{lease}; tick {}{silence}", live.ticks)
 }
