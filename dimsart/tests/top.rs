@@ -145,6 +145,13 @@ fn a_joint_is_seen_armed_tuned_stopped_and_left() {
     top.press(" ");
     top.wait_for_text("joint STOP:");
     top.wait_for_text("scheme is stopped");
+    // What is armed would move at once.
+    top.press("c");
+    top.wait_for_text("armed, it would move at once");
+    top.press("d");
+    top.wait_for_text("nobody holds the lease");
+    top.press("c");
+    top.wait_for_text("joint check: the device is NOT commanded: the scheme runs");
     top.press("q");
     assert_eq!(top.end(), 0);
 }

@@ -105,7 +105,8 @@ impl Running<'_> {
         let Self { awaited, screen, .. } = self;
         awaited.retain_mut(|(what, answer)| match answer.try_recv() {
             Ok(Ok(done)) => {
-                let done = done.as_str().unwrap_or_default();
+                // Of a check what it came to.
+                let done = done.get("state").unwrap_or(&done).as_str().unwrap_or_default();
                 screen.tell(format!("{what}: {done}"), false);
                 false
             }
@@ -131,6 +132,8 @@ impl Running<'_> {
             }
             Wish::Arm { station } => self.ask(station, "arm", Action::Arm),
             Wish::Disarm { station } => self.ask(station, "disarm", Action::Disarm),
+            Wish::Check { station } => self.ask(station, "check", Action::Check),
+            Wish::Reset { station } => self.ask(station, "reset", Action::Reset),
             Wish::Set { station, module, parameter, value } => {
                 self.ask(station, "set", Action::Edit(Edit::Set { module, parameter, value }));
             }

@@ -15,6 +15,14 @@ pub(super) enum Wish {
     },
     /// Every station.
     Stop,
+    /// Starts the scheme, if it is sound, of a device at rest.
+    Check {
+        station: usize,
+    },
+    /// Ends its fault.
+    Reset {
+        station: usize,
+    },
     Set {
         station: usize,
         module: String,
@@ -35,7 +43,7 @@ pub(super) enum Pane {
 
 /// In the order of the keys ← and →.
 const PANES: [Pane; 4] = [Pane::Modules, Pane::Signals, Pane::Chart, Pane::Events];
-/// Lines of PgUp and PgDn.
+/// Lines of `PgUp` and `PgDn`.
 const PAGE: isize = 10;
 
 /// What keys are for now.
@@ -176,6 +184,14 @@ impl Screen {
             KeyCode::Char('q') => return Some(Wish::Quit),
             KeyCode::Char('s') => return Some(Wish::Stop),
             KeyCode::Char('d') => return Some(Wish::Disarm { station: self.at }),
+            KeyCode::Char('c' | 'r') if self.seen().is_some_and(Seen::is_held_here) => {
+                self.tell(
+                    "armed, it would move at once: `d` disarms it, then `c` or `r`, then `a`".to_owned(),
+                    true,
+                );
+            }
+            KeyCode::Char('c') => return Some(Wish::Check { station: self.at }),
+            KeyCode::Char('r') => return Some(Wish::Reset { station: self.at }),
             KeyCode::Char('a') => self.mode = Mode::Arming,
             KeyCode::Char('/') => self.mode = Mode::Filtering,
             KeyCode::Char('?') => self.mode = Mode::Help,

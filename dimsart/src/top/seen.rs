@@ -112,12 +112,10 @@ impl Seen {
         self.events.iter().rev().filter(has_it).collect()
     }
 
-    /// A signal's value now, with its unit: of a signal whose rows do not come, as it was at the last look.
+    /// A signal's value now, without its unit: of a signal whose rows do not come, as it was at the last look.
     pub(super) fn signal_value(&self, line: SignalLine<'_>) -> String {
         let live = self.live.newest(&line.signal.name, line.place);
-        let value =
-            live.unwrap_or_else(|| line.signal.values.get(line.place).map_or_else(String::new, text::value));
-        text::with_unit(&value, &line.signal.unit)
+        live.unwrap_or_else(|| line.signal.values.get(line.place).map_or_else(String::new, text::value))
     }
 }
 
@@ -140,9 +138,13 @@ impl Entry<'_> {
         self.default_text().is_some_and(|default| default != self.text())
     }
 
-    /// What it takes.
+    /// What it takes: the unit is that of the numbers, before how many they are.
     pub(super) fn range(&self) -> String {
-        text::with_unit(&self.parameter.range, &self.parameter.unit)
+        let Parameter { range, unit, .. } = self.parameter;
+        match range.split_once(", ") {
+            Some((numbers, rest)) if !unit.is_empty() => format!("{numbers} {unit}, {rest}"),
+            _ => text::with_unit(range, unit),
+        }
     }
 }
 

@@ -29,7 +29,7 @@ fn known() -> Screen {
     let mut screen = Screen::new(&["joint", "wrist"], true);
     status(&mut screen, "the device is NOT commanded: the scheme is stopped", false);
     let parameter = |name: &str, value: f64, unit: &str| {
-        json!({ "name": name, "values": [value], "unit": unit, "range": "0 to 1000", "summary": "A gain.",
+        json!({ "name": name, "values": [value], "unit": unit, "range": "0 to 1000, per axis", "summary": "A gain.",
             "default": 6.0, "choices": [], "is_structural": false })
     };
     let parameters = [parameter("K_PARAM", 150.0, "N·m/rad"), parameter("D_PARAM", 6.0, "N·m·s/rad")];
@@ -101,7 +101,7 @@ fn the_smallest_terminal_is_no_error() {
 #[test]
 fn a_value_has_its_unit_and_its_default_and_is_marked_where_it_differs() {
     let text = words(&drawn(&known(), (160, 50)));
-    assert!(text.contains("*K_PARAM 150 N·m/rad 0 to 1000 N·m/rad, default 6 N·m/rad"), "{text}");
+    assert!(text.contains("*K_PARAM 150 N·m/rad 0 to 1000 N·m/rad, per axis, default 6 N·m/rad"), "{text}");
     assert!(text.contains(" D_PARAM 6 N·m·s/rad"), "{text}");
     assert!(!text.contains("*D_PARAM"), "{text}");
     for signal in ["POSITION 0.25 rad", "DES_FORCE[0] 1.5 N·m", "DES_FORCE[1] -1.5 N·m", "7 tick 12 STARTED"]
@@ -160,6 +160,26 @@ fn arming_is_asked_for_and_only_yes_is_yes() {
 }
 
 #[test]
+fn what_is_armed_is_not_started() {
+    let mut screen = known();
+    assert_eq!(press(&mut screen, "cr"), [Wish::Check { station: 0 }, Wish::Reset { station: 0 }]);
+    status(&mut screen, "the device is NOT commanded: the scheme is stopped", true);
+    assert_eq!(press(&mut screen, "c"), []);
+    assert!(words(&drawn(&screen, (80, 24))).contains("armed, it would move at once"));
+}
+
+#[test]
+fn help_is_whole_and_leaves_the_keys() {
+    for size in SIZES {
+        let mut screen = known();
+        press(&mut screen, "?");
+        let text = words(&drawn(&screen, size));
+        assert!(text.contains("Space STOPS every station") && text.contains("Space STOP a arm"), "{text}");
+        assert!(size.0 < 80 || text.contains("q: quit, at rest."), "{text}");
+    }
+}
+
+#[test]
 fn space_stops_whatever_is_being_typed() {
     for before in ["", "a", "/posi", "\n12", "?"] {
         let mut screen = known();
@@ -176,7 +196,7 @@ fn the_parameter_that_is_found_is_edited() {
     assert!(!words(&drawn(&screen, (80, 24))).contains("*K_PARAM"));
     press(&mut screen, "\n7.5");
     let text = words(&drawn(&screen, (80, 24)));
-    assert!(text.contains("PIDCTRL_MOD D_PARAM (0 to 1000 N·m·s/rad) = 7.5_"), "{text}");
+    assert!(text.contains("PIDCTRL_MOD D_PARAM (0 to 1000 N·m·s/rad, per axis) = 7.5_"), "{text}");
     let set = Wish::Set {
         station: 0,
         module: "PIDCTRL_MOD".to_owned(),

@@ -1,5 +1,7 @@
 //! What a station tells, as far as it is shown here: the reports of [`connect`](crate::connect) behind their JSON.
 
+use std::fmt;
+
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -95,6 +97,13 @@ pub(super) struct Event {
     pub(super) tick: u32,
     pub(super) name: String,
     pub(super) text: String,
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} tick {} {}", self.number, self.tick, self.name)?;
+        if self.text.is_empty() { Ok(()) } else { write!(f, ": {}", self.text) }
+    }
 }
 
 #[derive(Debug, Clone, Deserialize)]

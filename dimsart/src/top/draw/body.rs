@@ -8,7 +8,8 @@ use ratatui::widgets::{Block, List, ListItem, ListState};
 
 use super::{chart, paint};
 use crate::top::screen::{Pane, Screen};
-use crate::top::seen::{Entry, ModuleLine};
+use crate::top::seen::{Entry, ModuleLine, SignalLine};
+use crate::top::told::Event;
 
 /// Smallest size for all of them.
 const WIDE: u16 = 72;
@@ -86,17 +87,16 @@ fn parameter(screen: &Screen, entry: &Entry<'_>) -> Line<'static> {
 
 fn signals(screen: &Screen) -> Lines<'_> {
     let (seen, lines) = (screen.seen(), screen.signals());
-    let value = |line| seen.map_or_else(String::new, |seen| seen.signal_value(line));
-    let items = lines.iter().map(|line| ListItem::new(format!("{:<16} {}", line.name(), value(*line))));
-    (items.collect(), Some(screen.selected(Pane::Signals)))
+    let item = |line: &SignalLine<'_>| {
+        let value = seen.map_or_else(String::new, |seen| seen.signal_value(*line));
+        ListItem::new(format!("{:<14} {value:>10} {}", line.name(), line.signal.unit))
+    };
+    (lines.iter().map(item).collect(), Some(screen.selected(Pane::Signals)))
 }
 
 fn events(screen: &Screen, which: Pane) -> Lines<'_> {
     let events = screen.seen().map(|seen| seen.events(screen.filter(which))).unwrap_or_default();
-    let item = |event: &&crate::top::told::Event| {
-        let about = if event.text.is_empty() { String::new() } else { format!(": {}", event.text) };
-        ListItem::new(format!("{} tick {} {}{about}", event.number, event.tick, event.name))
-    };
+    let item = |event: &&Event| ListItem::new(event.to_string());
     let selected = (which == screen.pane).then(|| screen.selected(which));
     (events.iter().map(item).collect(), selected)
 }

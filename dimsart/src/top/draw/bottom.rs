@@ -7,17 +7,18 @@ use super::paint;
 use crate::top::screen::{Edited, Mode, Note, Pane, Screen};
 use crate::top::text::wrapped;
 
-/// Lines of a sentence at most.
-const MOST: usize = 4;
 const KEYS: &str = " s/Space STOP  a arm  d disarm  Enter edit  / filter  ? help  q quit";
 /// Where the others have no room.
 const FEW_KEYS: &str = " Space STOP  a arm  d disarm  ? help  q";
-const HELP: &str = "Space STOPS every station, always; s too, unless you type. 1-9, Tab: station. ← →: modules, signals, chart, \
-                    events. ↑ ↓ PgUp PgDn: line. Enter: edit the parameter. /: filter, Esc ends it. a: arm, d: disarm. \
-                    q, Ctrl-C: quit, the device at rest. A parameter with * differs from its default.";
+const HELP: &str = "Space STOPS every station, always; s too, unless you type. a: arm, d: disarm; c: check, which starts the \
+                    scheme, r: reset, both of a device at rest. ← →: modules, signals, chart, events; ↑ ↓: line. Enter: \
+                    edit a parameter; * differs from its default. /: filter, Esc ends it. 1-9, Tab: station. q: quit, at \
+                    rest.";
 
 /// Down to the bottom.
-pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
+pub(super) fn lines(screen: &Screen, width: usize, height: usize) -> Vec<Line<'static>> {
+    // Only help, which goes with the next key, may hide how the device is doing.
+    let most = if screen.mode == Mode::Help { height / 2 } else { height / 5 };
     let name = screen.seen().map_or("", |seen| seen.name.as_str());
     let (text, style) = match (&screen.mode, &screen.note) {
         (Mode::Arming, _) => {
@@ -39,14 +40,18 @@ pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
         (Mode::Looking, None) => (chosen(screen).unwrap_or_default(), Style::new()),
     };
     let mut lines: Vec<Line<'_>> =
-        wrapped(&text, width, MOST).into_iter().map(|line| Line::styled(line, style)).collect();
+        wrapped(&text, width, most.max(1)).into_iter().map(|line| Line::styled(line, style)).collect();
     let keys = if width < KEYS.chars().count() { FEW_KEYS } else { KEYS };
     lines.push(Line::from(Span::styled(keys, Style::new().reversed())));
     lines
 }
 
-/// All of a parameter, whose line may be too short for it.
+/// All of what is chosen, whose line may be too short for it.
 fn chosen(screen: &Screen) -> Option<String> {
+    if screen.pane == Pane::Events {
+        let events = screen.seen()?.events(screen.filter(Pane::Events));
+        return events.get(screen.selected(Pane::Events)).map(ToString::to_string);
+    }
     let entry = screen.entry().filter(|_| screen.pane == Pane::Modules)?;
     let default = entry.default_text().map_or(String::new(), |default| format!(", default {default}"));
     let (name, value, range) = (entry.name(), entry.text(), entry.range());

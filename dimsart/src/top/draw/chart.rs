@@ -21,7 +21,8 @@ pub(super) fn draw(frame: &mut Frame<'_>, screen: &Screen, block: Block<'_>, are
     let Some((seen, line)) = screen.seen().zip(screen.signal()) else {
         return frame.render_widget(Paragraph::new("no signal").block(block), area);
     };
-    let block = block.title(format!("{} {}", line.name(), seen.signal_value(line)));
+    let block =
+        block.title(format!("{} {}", line.name(), with_unit(&seen.signal_value(line), &line.signal.unit)));
     let points = seen.live.points(&line.signal.name, line.place);
     let stretches = decimate(points.into_iter(), &(-SHOWN_S..0.0), u32::from(area.width.max(1) * POINTS));
     let values = || stretches.iter().flatten().map(|(_, value)| *value);
