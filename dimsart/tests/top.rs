@@ -4,7 +4,7 @@
 
 use std::io::{BufRead as _, BufReader, Read, Write};
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,25 +16,31 @@ const DIMSART: &str = env!("CARGO_BIN_EXE_dimsart");
 const LONG: Duration = Duration::from_secs(60);
 const PORT: &str = "sim:joint";
 
-/// A joint that is served to programs that have their sockets in the same folder: nobody else's tests do.
-struct Served(Child);
+/// A rig that is served to programs that have their sockets in the same folder: nobody else's tests do.
+struct Served {
+    child: Child,
+    _said: BufReader<ChildStdout>,
+}
 
 impl Served {
-    fn start(folder: &Path) -> Self {
+    fn start(folder: &Path, rig: &str, controllers: usize) -> Self {
         let mut command = Command::new(DIMSART);
-        command.args(["serve", "joint", "--no-page"]).env("XDG_RUNTIME_DIR", folder);
+        command.args(["serve", rig, "--no-page"]).env("XDG_RUNTIME_DIR", folder);
         let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
-        let mut line = String::new();
-        BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        assert!(line.contains(PORT), "{line}");
-        Self(child)
+        let mut said = BufReader::new(child.stdout.take().unwrap());
+        for _ in 0..controllers {
+            let mut line = String::new();
+            said.read_line(&mut line).unwrap();
+            assert!(line.contains("sim:"), "{line}");
+        }
+        Self { child, _said: said }
     }
 }
 
 impl Drop for Served {
     fn drop(&mut self) {
-        let _ = self.0.kill();
-        let _ = self.0.wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
     }
 }
 
@@ -44,7 +50,7 @@ struct Terminal {
     keys: Box<dyn Write + Send>,
     shown: Receiver<Vec<u8>>,
     screen: vt100::Parser,
-    _terminal: Box<dyn portable_pty::MasterPty + Send>,
+    terminal: Box<dyn portable_pty::MasterPty + Send>,
 }
 
 impl Terminal {
@@ -70,12 +76,17 @@ impl Terminal {
         });
         let keys = pair.master.take_writer().unwrap();
         let screen = vt100::Parser::new(24.try_into().unwrap(), 80.try_into().unwrap(), 0);
-        Self { child, keys, shown, screen, _terminal: pair.master }
+        Self { child, keys, shown, screen, terminal: pair.master }
     }
 
     fn press(&mut self, keys: &str) {
         self.keys.write_all(keys.as_bytes()).unwrap();
         self.keys.flush().unwrap();
+    }
+
+    fn resize(&mut self, rows: u16, cols: u16) {
+        self.terminal.resize(PtySize { rows, cols, pixel_width: 0, pixel_height: 0 }).unwrap();
+        self.screen.screen_mut().set_size(rows.try_into().unwrap(), cols.try_into().unwrap());
     }
 
     /// Takes in what is shown until it is as it is wanted.
@@ -112,16 +123,16 @@ impl Terminal {
 }
 
 /// What `dimsart connect` says.
-fn connect(folder: &Path, words: &[&str]) -> String {
+fn connect(folder: &Path, port: &str, words: &[&str]) -> String {
     let mut command = Command::new(DIMSART);
-    let output = command.args(["connect", PORT]).args(words).env("XDG_RUNTIME_DIR", folder).output().unwrap();
+    let output = command.args(["connect", port]).args(words).env("XDG_RUNTIME_DIR", folder).output().unwrap();
     String::from_utf8(output.stdout).unwrap()
 }
 
 #[test]
 fn a_joint_is_seen_armed_tuned_stopped_and_left() {
     let folder = tempfile::tempdir().unwrap();
-    let _served = Served::start(folder.path());
+    let _served = Served::start(folder.path(), "joint", 1);
     // Named by nobody: what is served is found.
     let mut top = Terminal::start(folder.path(), &[]);
     top.wait_for_text("nobody holds the lease");
@@ -137,7 +148,7 @@ fn a_joint_is_seen_armed_tuned_stopped_and_left() {
     top.wait_for_text("PIDCTRL_MOD K_PARAM (");
     top.press("80\r");
     top.wait_for_text("*K_PARAM 80 N·m/rad");
-    assert!(connect(folder.path(), &["get", "PIDCTRL_MOD", "K_PARAM"]).contains("80"));
+    assert!(connect(folder.path(), PORT, &["get", "PIDCTRL_MOD", "K_PARAM"]).contains("80"));
     top.press("\r-5\r");
     top.wait_for("refusal with its reason", |words| {
         words.contains("joint set:") && words.contains("stays 80")
@@ -157,9 +168,30 @@ fn a_joint_is_seen_armed_tuned_stopped_and_left() {
 }
 
 #[test]
+fn stop_is_of_every_station_and_the_terminal_may_become_smaller() {
+    const PORTS: [&str; 3] = ["sim:master", "sim:left", "sim:right"];
+    let folder = tempfile::tempdir().unwrap();
+    let _served = Served::start(folder.path(), "three", 3);
+    let mut top = Terminal::start(folder.path(), &PORTS);
+    top.wait_for_text("1 master 2 left 3 right");
+    top.resize(15, 40);
+    top.wait_for_text("nobody holds the lease");
+    top.press("s");
+    top.wait_for_text("the device is NOT commanded: the scheme is stopped");
+    let deadline = Instant::now() + LONG;
+    for port in PORTS {
+        while !connect(folder.path(), port, &[]).contains("the scheme is stopped") {
+            assert!(Instant::now() < deadline, "{port} is not stopped");
+        }
+    }
+    top.press("\x03");
+    assert_eq!(top.end(), 0);
+}
+
+#[test]
 fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
     let folder = tempfile::tempdir().unwrap();
-    let _served = Served::start(folder.path());
+    let _served = Served::start(folder.path(), "joint", 1);
     let mut top = Terminal::start(folder.path(), &[PORT]);
     top.wait_for_text("nobody holds the lease");
     top.press("ay");
@@ -168,7 +200,7 @@ fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
     rustix::process::kill_process(rustix::process::Pid::from_raw(id).unwrap(), rustix::process::Signal::TERM)
         .unwrap();
     assert_eq!(top.end(), 0);
-    assert!(connect(folder.path(), &[]).contains("nobody holds the lease"));
+    assert!(connect(folder.path(), PORT, &[]).contains("nobody holds the lease"));
 }
 
 #[test]

@@ -14,7 +14,6 @@ use super::Ending;
 /// the build: `cargo build --release -p dimsart --features zenoh`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
-#[cfg_attr(not(feature = "zenoh"), expect(dead_code, reason = "to be told how to build what reads them"))]
 pub(super) struct Bridge {
     /// Stations: ports such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`; each by its
     /// device's name, or by the one that stands before it.

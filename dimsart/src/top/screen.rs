@@ -116,8 +116,11 @@ impl Screen {
         }
     }
 
-    /// Says what came of something.
+    /// Says what came of something. What went wrong stays until the next key: of several stations one may have failed.
     pub(super) fn tell(&mut self, text: String, is_bad: bool) {
+        if !is_bad && self.note.as_ref().is_some_and(|note| note.is_bad) {
+            return;
+        }
         self.note = Some(Note { text, is_bad });
     }
 

@@ -214,6 +214,8 @@ fn a_line_that_is_gone_and_motion_that_is_lost_are_told() {
     for size in SIZES {
         let text = words(&drawn(&screen, size));
         assert!(text.contains("NO LINE to the device: the device closed the line"), "{text}");
-        assert!(text.contains("joint: the lease is lost"), "{text}");
+        assert!(text.contains("1 joint!") && text.contains("joint: the lease is lost"), "{text}");
     }
+    screen.tell("wrist STOP: stopped".to_owned(), false);
+    assert!(words(&drawn(&screen, (80, 24))).contains("joint: the lease is lost"), "what went wrong stays");
 }

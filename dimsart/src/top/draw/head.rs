@@ -40,10 +40,14 @@ pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
     lines
 }
 
-/// A tab for each station: its number is the key that shows it, and `*` says that it is moved from here.
+/// A tab for each station: its number is the key that shows it; `*` says that it is moved from here, `!` that it is gone.
 fn tabs(screen: &Screen) -> Line<'static> {
     let tab = |(place, seen): (usize, &Seen)| {
-        let mark = if seen.is_held_here() { "*" } else { "" };
+        let mark = match seen.is_held_here() {
+            true => "*",
+            false if seen.gone.is_some() => "!",
+            false => "",
+        };
         let text = format!(" {} {}{mark} ", place + 1, seen.name);
         if place == screen.at { Span::styled(text, Style::new().reversed()) } else { Span::raw(text) }
     };
