@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{MAX_FRAME_BYTES, decode_response};
 
-pub use shared_port::{SharedPort, open, private_folder};
+pub use shared_port::{SharedPort, open, private_folder, shared_ports};
 
 use hil_sim::link::Stream;
 use hil_sim::pipe::{Pipe, pair};

@@ -3,6 +3,7 @@
 mod bridge;
 mod bus;
 mod check;
+mod completions;
 mod config;
 mod connect;
 mod controllers;
@@ -12,6 +13,7 @@ mod doctor;
 #[cfg(test)]
 mod documented;
 mod line;
+mod man;
 mod modules;
 mod new_module;
 mod new_project;
@@ -23,8 +25,10 @@ mod scheme;
 mod serve;
 mod side;
 mod stamp;
+mod station;
 mod summary;
 mod sweep;
+mod top;
 
 use std::error::Error;
 use std::io::{self, ErrorKind, Write};
@@ -55,6 +59,7 @@ Examples:
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
   dimsart serve                      a simulated joint to tune, in real time, and its page
   dimsart config diff sim:joint      what a controller has that differs from the defaults
+  dimsart top                        the same in this terminal
   dimsart record sim:joint           every tick of it into a file
   dimsart new-project gripper        a project of your own: laws, tests, images
 
@@ -80,6 +85,9 @@ enum Command {
     Serve(serve::Serve),
     Stamp(stamp::Stamp),
     Sweep(sweep::Sweep),
+    Top(top::Top),
+    Completions(completions::Completions),
+    Man(man::Man),
 }
 
 /// Exit status where the command line is wrong.
@@ -119,6 +127,9 @@ pub fn main() -> ExitCode {
         Command::Serve(serve) => serve.execute(&mut out),
         Command::Stamp(stamp) => stamp.execute(&mut out),
         Command::Sweep(sweep) => sweep.execute(&mut out),
+        Command::Top(top) => top.execute(),
+        Command::Completions(completions) => completions.execute(&mut out),
+        Command::Man(man) => man.execute(&mut out),
     };
     ending.and_then(|code| Ok(out.flush().map(|()| code)?)).unwrap_or_else(|error| {
         // The reader has seen enough, as `head` has: that is no failure of ours.

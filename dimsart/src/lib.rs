@@ -31,3 +31,4 @@ pub mod report;
 pub mod stamp;
 pub mod sweep;
 pub mod tick_map;
+mod top;

@@ -32,6 +32,7 @@ use serde::Serialize;
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use contour::{Piece, contour};
 pub use cycle_bars::{CycleBar, CycleBars};
+pub(crate) use decimate::decimate;
 pub use field_map::{Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
 pub(crate) use mcap::{

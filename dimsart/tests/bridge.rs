@@ -137,7 +137,7 @@ impl Router {
 
     fn run(&mut self) {
         let mut command = Command::new(std::env::current_exe().unwrap());
-        command.args(["--ignored", "--exact", "a_router", "--nocapture"]).env(ROUTER, &self.endpoint);
+        command.args(["--exact", "a_router", "--nocapture"]).env(ROUTER, &self.endpoint);
         self.process = Some(Process::start(command, "listens"));
     }
 
@@ -158,9 +158,8 @@ impl Router {
     }
 }
 
-/// What other tests start as a process of their own.
+/// What other tests start as a process of their own: a router, until it is killed. Otherwise nothing.
 #[test]
-#[ignore = "a router for the others, until it is killed"]
 fn a_router() {
     let Ok(endpoint) = std::env::var(ROUTER) else { return };
     let mut config = Config::default();
@@ -436,14 +435,14 @@ fn one_of_a_fleet_comes_to_rest_when_its_commander_is_silent_and_another_one_may
     let diagnostics = subscribe(&session, "0/diagnostics/**");
     let state = |device: &str| ask(&session, &format!("fleet/{device}/state"), "").and_then(Result::ok);
     wait_until("both states", || ["left", "right"].into_iter().all(|device| state(device).is_some()));
+    let lost = session.declare_subscriber("fleet/left/lost").wait().unwrap();
     command(&session, "left", &json!({"client": "planner", "do": "arm"})).unwrap();
     // Seen on its own line: it may be over before it is published.
     let mut onlooker = left.device();
     wait_until("rest", || onlooker.state().unwrap().contains("nobody holds the lease"));
-    wait_until("why", || {
-        let lost = ask(&session, "fleet/left/lost", "").and_then(Result::ok);
-        lost.is_some_and(|lost| lost["reason"].as_str().unwrap().contains("said nothing for half a second"))
-    });
+    let lost = lost.recv_timeout(LONG).unwrap().expect("it is told why");
+    let lost: Value = serde_json::from_slice(&lost.payload().to_bytes()).unwrap();
+    assert!(lost["reason"].as_str().unwrap().contains("said nothing for half a second"), "{lost}");
     right.end();
     wait_until("that it is gone", || {
         ask(&session, "fleet/right/gone", "").is_some_and(|gone| gone.is_ok_and(|gone| gone.is_string()))

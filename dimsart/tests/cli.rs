@@ -468,3 +468,48 @@ fn a_build_without_zenoh_says_how_to_build_the_bridge() {
     );
     assert!(out(&["bridge", "--help"]).contains("--router"));
 }
+
+#[cfg(unix)]
+#[test]
+fn bash_completes_commands() {
+    let folder = tempfile::tempdir().unwrap();
+    let script = folder.path().join("dimsart.bash");
+    fs::write(&script, out(&["completions", "bash"])).unwrap();
+    // As bash does when a user presses Tab behind `dimsart rep`.
+    let asked = "source \"$1\"; COMP_WORDS=(dimsart rep); COMP_CWORD=1; _dimsart dimsart rep dimsart; echo \"${COMPREPLY[@]}\"";
+    let Ok(output) = Command::new("bash").args(["-c", asked, "bash"]).arg(&script).output() else {
+        eprintln!("no bash: its completion was not tried");
+        return;
+    };
+    assert_eq!(text(&output.stdout).trim(), "replay", "{}", text(&output.stderr));
+    assert!(refused(&["completions", "cmd"], 2).contains("bash"));
+}
+
+#[test]
+fn every_command_has_a_page_of_the_manual_with_its_options() {
+    let folder = tempfile::tempdir().unwrap();
+    let pages = folder.path().join("man1");
+    out(&["man", "--out", pages.to_str().unwrap()]);
+    let help = out(&["help"]);
+    let (_, commands) = help.split_once("Commands:\n").unwrap();
+    let names = commands.lines().take_while(|line| !line.is_empty()).filter(|line| !line.starts_with("   "));
+    let names: Vec<&str> =
+        names.filter_map(|line| line.split_whitespace().next()).filter(|name| *name != "help").collect();
+    assert!(names.len() > 15, "{names:?}");
+    for name in names {
+        let page = fs::read_to_string(pages.join(format!("dimsart-{name}.1"))).unwrap().replace('\\', "");
+        let help = out(&[name, "--help"]);
+        let options = help.lines().filter(|line| line.trim_start().starts_with('-'));
+        let long = options.flat_map(str::split_whitespace).filter(|word| word.starts_with("--"));
+        for option in long.map(|word| word.trim_end_matches(|end: char| !end.is_ascii_alphanumeric())) {
+            assert!(page.contains(option), "{option} is not in the page of {name}");
+        }
+    }
+    assert!(
+        fs::read_to_string(pages.join("dimsart-run.1"))
+            .unwrap()
+            .replace('\\', "")
+            .contains("--fail-if-unstable")
+    );
+    assert!(pages.join("dimsart-connect-arm.1").exists());
+}

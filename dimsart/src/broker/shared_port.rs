@@ -59,7 +59,7 @@ impl SharedPort {
         let place = place_of(port).map_err(failed)?;
         let lock = lock(&place).map_err(failed)?;
         let lock = lock.ok_or_else(|| PortError::Served { port: port.to_owned() })?;
-        Self::listen(Broker::new(stream), place, lock).map_err(failed)
+        Self::listen(port, Broker::new(stream), place, lock).map_err(failed)
     }
 
     /// A line of one's own; none when the port is gone.
@@ -68,7 +68,10 @@ impl SharedPort {
         self.broker.join()
     }
 
-    fn listen(broker: Broker, place: PathBuf, lock: File) -> io::Result<Self> {
+    fn listen(port: &str, broker: Broker, place: PathBuf, mut lock: File) -> io::Result<Self> {
+        // For who asks what there is: the names of files are not those of ports.
+        lock.set_len(0)?;
+        lock.write_all(port.as_bytes())?;
         let socket = place.with_extension("sock");
         match fs::remove_file(&socket) {
             Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
@@ -174,7 +177,7 @@ impl End {
                     return Err(PortError::NotServed { port: port.to_owned() });
                 }
                 let broker = Broker::new(open_waiting(port, baud, PORT_WAIT)?);
-                let port = SharedPort::listen(broker, place, lock).map_err(failed)?;
+                let port = SharedPort::listen(port, broker, place, lock).map_err(failed)?;
                 let line = port.join().ok_or_else(|| failed(ErrorKind::BrokenPipe.into()))?;
                 return Ok(Self::Here { line, _port: port });
             }
@@ -242,6 +245,20 @@ fn place_of(port: &str) -> io::Result<PathBuf> {
     let plain: Vec<char> = plain.collect();
     let last = plain.len().saturating_sub(LONGEST_NAME);
     Ok(folder.join(plain.get(last..).unwrap_or_default().iter().collect::<String>()))
+}
+
+/// The ports that programs of this user share now, in the order of their names, which [`open`] takes.
+///
+/// # Errors
+/// Whatever the system says of the folder that they are in.
+pub fn shared_ports() -> io::Result<Vec<String>> {
+    let files = fs::read_dir(private_folder()?)?.filter_map(|entry| Some(entry.ok()?.path()));
+    let locks = files.filter(|file| file.extension().is_some_and(|extension| extension == "lock"));
+    // To try the lock would be in the way of who wants it.
+    let shared = locks.filter(|lock| UnixStream::connect(lock.with_extension("sock")).is_ok());
+    let mut ports: Vec<String> = shared.filter_map(|lock| fs::read_to_string(lock).ok()).collect();
+    ports.sort();
+    Ok(ports)
 }
 
 /// A folder of this user's own, for as long as the computer runs.

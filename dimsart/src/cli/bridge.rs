@@ -58,11 +58,9 @@ mod with_zenoh {
 
     use super::{Bridge, Ending, Write};
     use crate::bridge::{self, Place};
-    use crate::broker;
     use crate::cli::run::stop_on_interrupt;
-    use crate::cli::serve::line_baud;
-    use crate::connect::{ConnectError, Device, Patience};
-    use crate::page::{Access, OpenLine, Station};
+    use crate::cli::station::station;
+    use crate::page::Station;
 
     /// How soon a router that is gone is seen.
     const A_MOMENT: Duration = Duration::from_millis(20);
@@ -97,23 +95,12 @@ mod with_zenoh {
             Ok(ExitCode::SUCCESS)
         }
 
-        /// A station that is there now: one that goes later is waited for.
         fn station(&self, text: &str) -> Result<Station, String> {
             let (name, port) = match text.split_once('=') {
-                Some((name, port)) => (Some(name.to_owned()), port.to_owned()),
-                None => (None, text.to_owned()),
+                Some((name, port)) => (Some(name.to_owned()), port),
+                None => (None, text),
             };
-            let is_wrong = |error: ConnectError| format!("{port}: {error}");
-            let line = broker::open(&port, self.baud).map_err(|error| is_wrong(error.into()))?;
-            let device = Device::greet(line, Patience::default()).map_err(is_wrong)?;
-            let name = name.unwrap_or_else(|| device.identity().device.clone());
-            let (baud, of_line) = (self.baud, line_baud(&port, self.baud));
-            let open: OpenLine = Box::new({
-                let port = port.clone();
-                move || Ok(broker::open(&port, baud)?)
-            });
-            let access = Access { open, baud: of_line, hand: None };
-            Station::new(0, &name, access).map_err(|error| format!("{port}: {error}"))
+            station(0, name, port, self.baud)
         }
     }
 }

@@ -11,6 +11,7 @@ use clap::Args;
 use dimsart_core::protocol::DEFAULT_BAUD;
 
 use super::run::{rig, stop_on_interrupt};
+use super::station::line_baud;
 use super::{Ending, UsageError};
 use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
@@ -152,9 +153,4 @@ fn record(live: &mut LiveRig, file: &RigFile, folder: &Path) -> Result<SignalsFi
     let (recording, listener) = SignalsFile::create(folder, &[], SignalsFormat::Mcap(facts))?;
     live.tell(listener)?;
     Ok(recording)
-}
-
-/// Bits per second of the line behind a port; none for a simulated controller.
-pub(super) fn line_baud(port: &str, baud: u32) -> Option<u32> {
-    (!port.starts_with(SIMULATED)).then_some(baud)
 }

@@ -27,7 +27,6 @@ pub(crate) struct Rows {
     /// Number of the layout, as [`Board::layout`] told it.
     pub(crate) layout: u32,
     /// What a row's values are of.
-    #[cfg_attr(not(feature = "zenoh"), expect(dead_code, reason = "for the bridge"))]
     pub(crate) signals: Arc<[TapSignal]>,
     /// At least one.
     pub(crate) rows: Vec<TapRow>,

@@ -49,7 +49,7 @@ impl Bucket {
 
 /// Unbroken stretches of the signal over `time_s`, at most four points in each of `columns` pixel columns.
 /// A value that is not finite ends a stretch.
-pub(super) fn decimate(
+pub(crate) fn decimate(
     points: impl Iterator<Item = Point>,
     time_s: &Range<f64>,
     columns: u32,

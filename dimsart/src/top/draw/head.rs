@@ -1,0 +1,67 @@
+//! Which station, how it is doing, and what is wrong.
+
+use ratatui::style::{Color, Style};
+use ratatui::text::{Line, Span};
+
+use super::paint;
+use crate::top::screen::Screen;
+use crate::top::seen::Seen;
+use crate::top::text::wrapped;
+use crate::top::told::{Live, Status};
+
+/// Lines that a sentence takes at most.
+const MOST: usize = 3;
+
+/// From the top.
+pub(super) fn lines(screen: &Screen, width: usize) -> Vec<Line<'static>> {
+    let mut lines = vec![tabs(screen)];
+    let Some(seen) = screen.seen() else { return lines };
+    let paragraph = |text: &str, style: Style| {
+        wrapped(text, width, MOST).into_iter().map(move |line| Line::styled(line, style))
+    };
+    let bad = paint(screen, Color::Red).bold();
+    match (&seen.gone, &seen.status) {
+        (Some(reason), _) => {
+            lines.extend(paragraph(&format!("NO LINE to the device: {reason}"), bad));
+            return lines;
+        }
+        (None, None) => lines.push("asking the device …".into()),
+        (None, Some(Status { live, .. })) => {
+            let colour = if live.is_commanded { Color::Green } else { Color::Yellow };
+            lines.extend(paragraph(&live.state, paint(screen, colour).bold()));
+            lines.extend(paragraph(&facts(seen, live), Style::new()));
+        }
+    }
+    // The state may be this fault already.
+    let state = seen.status.as_ref().map_or("", |status| status.live.state.as_str());
+    let fault = seen.first_fault();
+    let fault = fault.filter(|fault| !state.contains(fault.trim_start_matches("fault: ")));
+    lines.extend(fault.iter().flat_map(|fault| paragraph(fault, bad)));
+    lines
+}
+
+/// A tab for each station: its number is the key that shows it; `*` says that it is moved from here, `!` that it is gone.
+fn tabs(screen: &Screen) -> Line<'static> {
+    let tab = |(place, seen): (usize, &Seen)| {
+        let mark = match seen.is_held_here() {
+            true => "*",
+            false if seen.gone.is_some() => "!",
+            false => "",
+        };
+        let text = format!(" {} {}{mark} ", place + 1, seen.name);
+        if place == screen.at { Span::styled(text, Style::new().reversed()) } else { Span::raw(text) }
+    };
+    screen.stations.iter().enumerate().map(tab).collect()
+}
+
+fn facts(seen: &Seen, live: &Live) -> String {
+    let lease = match (seen.is_held_here(), live.holder) {
+        (true, _) => "ARMED from here".to_owned(),
+        (false, Some(holder)) => format!("client {holder} holds the lease"),
+        (false, None) => "nobody holds the lease".to_owned(),
+    };
+    let drive = seen.faults.as_ref().map_or(String::new(), |faults| format!("drive: {}; ", faults.drive));
+    let silence =
+        live.silence_s.map_or(String::new(), |silence_s| format!("; NO HEARTBEAT for {silence_s:.1} s"));
+    format!("{drive}{lease}; tick {}{silence}", live.ticks)
+}

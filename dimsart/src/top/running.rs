@@ -1,0 +1,165 @@
+//! A terminal and stations, until the user has seen enough.
+
+use std::env;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use ratatui::DefaultTerminal;
+use ratatui::crossterm::event::{self, Event};
+use tokio::sync::broadcast::Receiver;
+use tokio::sync::broadcast::error::TryRecvError;
+use tokio::sync::oneshot;
+
+use super::draw::draw;
+use super::screen::{Screen, Wish};
+use crate::page::Station;
+use crate::page::action::{Action, Edit};
+use crate::page::news::News;
+use crate::page::station::Answer;
+
+/// The only client of these stations.
+const CLIENT: u64 = 0;
+/// From one picture to the next, and from one word that the user is there to the next.
+const PICTURE: Duration = Duration::from_millis(100);
+/// Longest wait for answers when it is over: the lease ends by itself in half a second, too.
+const PARTING: Duration = Duration::from_secs(1);
+
+/// Shows stations in the terminal and does what the user says, until that is to quit, or `stop` is set. The lease is given
+/// back and the terminal as it was then, whatever it ends with.
+///
+/// # Errors
+/// Whatever the terminal says.
+pub(crate) fn run(stations: Vec<Station>, stop: &AtomicBool) -> io::Result<()> {
+    let has_colours = env::var_os("NO_COLOR").is_none_or(|said| said.is_empty());
+    let names: Vec<&str> = stations.iter().map(Station::name).collect();
+    let screen = Screen::new(&names, has_colours);
+    let mut running = Running { screen, news: Vec::new(), awaited: Vec::new(), stations: &stations };
+    let ended = ratatui::try_init().and_then(|mut terminal| running.show(&mut terminal, stop));
+    // The lease first: a terminal may be gone.
+    running.let_go();
+    ended.and(ratatui::try_restore())
+}
+
+struct Running<'a> {
+    screen: Screen,
+    stations: &'a [Station],
+    news: Vec<Receiver<News>>,
+    /// What was asked, and its answer when it comes.
+    awaited: Vec<(String, oneshot::Receiver<Answer>)>,
+}
+
+impl Running<'_> {
+    fn show(&mut self, terminal: &mut DefaultTerminal, stop: &AtomicBool) -> io::Result<()> {
+        for (number, station) in self.stations.iter().enumerate() {
+            let (last, news) = station.board().read();
+            last.iter().for_each(|text| self.screen.hear(number, text));
+            self.news.push(news);
+        }
+        while !stop.load(Ordering::Relaxed) {
+            self.stations.iter().for_each(|station| station.hear(CLIENT, true));
+            self.read_news();
+            self.take_answers();
+            terminal.draw(|frame| draw(frame, &self.screen))?;
+            let next = Instant::now() + PICTURE;
+            // A key is seen at once; of many all that are there.
+            let mut wait = PICTURE;
+            while event::poll(wait)? {
+                if let Event::Key(key) = event::read()? {
+                    match self.screen.key(key) {
+                        Some(Wish::Quit) => return Ok(()),
+                        Some(wish) => self.grant(wish),
+                        None => {}
+                    }
+                    wait = Duration::ZERO;
+                } else {
+                    wait = next.saturating_duration_since(Instant::now());
+                }
+                if Instant::now() > next {
+                    break;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn read_news(&mut self) {
+        for ((number, news), station) in self.news.iter_mut().enumerate().zip(self.stations) {
+            loop {
+                match news.try_recv() {
+                    Ok(News::Text(text)) => self.screen.hear(number, &text),
+                    Ok(News::Rows(rows)) => {
+                        if let Some(seen) = self.screen.stations.get_mut(number) {
+                            seen.live.hear(&rows);
+                        }
+                    }
+                    // What this terminal was too slow for is told again, as far as it still holds.
+                    Err(TryRecvError::Lagged(_)) => {
+                        station.board().last().iter().for_each(|text| self.screen.hear(number, text));
+                    }
+                    Err(TryRecvError::Empty | TryRecvError::Closed) => break,
+                }
+            }
+        }
+    }
+
+    fn take_answers(&mut self) {
+        let Self { awaited, screen, .. } = self;
+        awaited.retain_mut(|(what, answer)| match answer.try_recv() {
+            Ok(Ok(done)) => {
+                // Of a check what it came to.
+                let done = done.get("state").unwrap_or(&done).as_str().unwrap_or_default();
+                screen.tell(format!("{what}: {done}"), false);
+                false
+            }
+            Ok(Err(reason)) => {
+                screen.tell(format!("{what}: {reason}"), true);
+                false
+            }
+            Err(oneshot::error::TryRecvError::Empty) => true,
+            Err(oneshot::error::TryRecvError::Closed) => {
+                screen.tell(format!("{what}: no line to the device"), true);
+                false
+            }
+        });
+    }
+
+    fn grant(&mut self, wish: Wish) {
+        match wish {
+            Wish::Stop => {
+                // All are told before one has answered.
+                for station in self.stations {
+                    self.awaited.push((format!("{} STOP", station.name()), station.stop()));
+                }
+            }
+            Wish::Arm { station } => self.ask(station, "arm", Action::Arm),
+            Wish::Disarm { station } => self.ask(station, "disarm", Action::Disarm),
+            Wish::Check { station } => self.ask(station, "check", Action::Check),
+            Wish::Reset { station } => self.ask(station, "reset", Action::Reset),
+            Wish::Set { station, module, parameter, value } => {
+                self.ask(station, "set", Action::Edit(Edit::Set { module, parameter, value }));
+            }
+            Wish::Quit => {}
+        }
+    }
+
+    fn ask(&mut self, station: usize, what: &str, action: Action) {
+        if let Some(station) = self.stations.get(station) {
+            self.awaited.push((format!("{} {what}", station.name()), station.ask(CLIENT, action)));
+        }
+    }
+
+    /// What is moved from here comes to rest.
+    fn let_go(&mut self) {
+        for station in self.stations {
+            station.hear(CLIENT, false);
+            // Its answer comes when that was done.
+            self.awaited.push((String::new(), station.ask(CLIENT, Action::Events)));
+        }
+        let deadline = Instant::now() + PARTING;
+        while !self.awaited.is_empty() && Instant::now() < deadline {
+            self.take_answers();
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+}
