@@ -297,15 +297,26 @@ fn an_edge_is_caught_on_the_device() {
 fn a_record_has_every_tick_and_the_scheme() {
     let served = Served::start("record", &[]);
     let folder = tempfile::tempdir().unwrap();
-    let record = |kind: &str| {
+    let record_of = |kind: &str, signals: &[&str]| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_dimsart"));
         command
-            .args(["record", &served.port, "--duration-s", "1", "--signals", kind, "--out"])
+            .args(["record", &served.port])
+            .args(signals)
+            .args(["--duration-s", "1", "--signals", kind, "--out"])
             .arg(folder.path());
         let output = command.output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
+        let errors = String::from_utf8(output.stderr).unwrap();
+        if output.status.success() { Ok(String::from_utf8(output.stdout).unwrap()) } else { Err(errors) }
     };
+    let record = |kind: &str| record_of(kind, &[]).unwrap();
+    // Those that are named, in the order of the names.
+    assert!(record_of("csv", &["DES_FORCE", "POSITION"]).unwrap().contains("2 signals, 0 samples lost"));
+    let text = std::fs::read_to_string(folder.path().join("signals.csv")).unwrap();
+    assert!(text.starts_with("time_s (s),joint.DES_FORCE (N·m),joint.POSITION (rad)\n"), "{text:.80}");
+    assert!(
+        record_of("csv", &["VELOCITY"]).unwrap_err().contains("VELOCITY is not in the Data Base of joint")
+    );
+    assert!(record_of("csv", &["POSITON"]).unwrap_err().contains("did you mean 'POSITION'?"));
     assert!(record("csv").contains("3 signals, 0 samples lost"));
     let text = std::fs::read_to_string(folder.path().join("signals.csv")).unwrap();
     let mut lines = text.lines();

@@ -34,6 +34,9 @@ const PROGRESS: Duration = Duration::from_secs(1);
 pub(super) struct Record {
     /// Serial port such as `/dev/ttyACM0`, `tcp:HOST:PORT`, `unix:PATH`, or `sim:NAME` of a `dimsart serve`.
     port: String,
+    /// Signals, such as `POSITION`; all, or the first ones that the device can send, when none is named.
+    #[arg(value_name = "SIGNAL")]
+    names: Vec<String>,
     /// Folder for the file.
     #[arg(long, value_name = "FOLDER", default_value = "runs/record")]
     out: PathBuf,
@@ -54,6 +57,7 @@ pub(super) struct Record {
 const EXAMPLES: &str = "\
 Examples:
   dimsart record sim:joint                                  all signals of every tick, with the scheme: runs/record/signals.mcap
+  dimsart record /dev/ttyACM0 POSITION DES_FORCE            those of them that matter, of a board
   dimsart record /dev/ttyACM0 --every-ticks 10 --signals csv
   dimsart record sim:joint --duration-s 60 --out runs/a-minute";
 
@@ -64,8 +68,14 @@ impl Record {
         let mut device = Device::greet(line, PATIENCE)?;
         let (name, period_s) =
             (device.identity().device.clone(), f64::from(device.identity().sample_period_s));
+        if !self.names.is_empty() {
+            let signals = device.signals(&self.names)?;
+            if let Some(missing) = signals.iter().find(|report| report.values.is_empty()) {
+                return Err(format!("{} is not in the Data Base of {name}", missing.name).into());
+            }
+        }
         let (file, pieces) = SignalsFile::create(&self.out, &[], self.format(&mut device)?)?;
-        let mut tap = Tap::new(self.every_ticks);
+        let mut tap = Tap::new(self.every_ticks).of(&self.names);
         let (start, mut told, mut rows) = (Instant::now(), Instant::now(), 0_u64);
         let mut columns: Vec<TapSignal> = Vec::new();
         let is_shown = std::io::stderr().is_terminal();

@@ -57,6 +57,8 @@ pub struct TapRow {
 #[derive(Debug)]
 pub struct Tap {
     every_ticks: u32,
+    /// Of the signals that are wanted; all where there is none.
+    names: Vec<String>,
     signals: Vec<TapSignal>,
     streams: Option<Streams>,
     lost: u64,
@@ -82,6 +84,7 @@ impl Tap {
             entries: Vec::new(),
             events: 0,
             every_ticks,
+            names: Vec::new(),
             signals: Vec::new(),
             streams: None,
             lost: 0,
@@ -91,6 +94,12 @@ impl Tap {
             asked: now,
             heard: now,
         }
+    }
+
+    /// Of these signals alone, as `POSITION`: a board can send a few of them. All when none is named.
+    #[must_use]
+    pub fn of(self, names: &[String]) -> Self {
+        Self { names: names.to_vec(), ..self }
     }
 
     /// The signals that it has, in the order of a row's values; none while the device does not send them.
@@ -180,7 +189,7 @@ impl<S: Read + Write> Device<S> {
     fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
         tap.is_open = true;
         tap.entries = self.entries()?;
-        let mut signals = self.followed(&[])?;
+        let mut signals = self.followed(&tap.names)?;
         signals.retain(|Followed { format, report, .. }| {
             format.is_some() && report.values.len() <= MAX_TELEMETRY_WORDS
         });

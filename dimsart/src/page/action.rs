@@ -122,7 +122,8 @@ impl Action {
 impl Action {
     /// Whether it is for the one that moves the device, while there is one.
     pub(super) fn changes(&self) -> bool {
-        !matches!(self, Self::Events | Self::Recorder { .. } | Self::Rows)
+        let lets_go = matches!(self, Self::Hold { value: None, .. });
+        !lets_go && !matches!(self, Self::Events | Self::Recorder { .. } | Self::Rows)
     }
 
     /// Whether the device may begin to move by it.
