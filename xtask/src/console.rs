@@ -103,7 +103,7 @@ fn matches(shown: &str, line: &str) -> bool {
 pub(crate) fn follow(page: &str, folder: &Path, environment: &[(&str, &Path)]) -> Result<(), String> {
     let steps = steps(page);
     let mut script =
-        "set -e\nexec 2>&1\ntrap 'kill $(jobs -p) 2> /dev/null || :' EXIT\nexport COLUMNS=100\n".to_owned();
+        "set -e\nexec 2>&1\ntrap 'kill $(jobs -p) 2> /dev/null || :' EXIT\nexport COLUMNS=120\n".to_owned();
     for step in &steps {
         let _ = writeln!(script, "printf '{MARK}\\n'");
         script += &step.script();
