@@ -82,16 +82,21 @@ fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
 #[test]
 fn arm_tells_a_program_every_change() {
     let board = running();
-    let child = spawn(&board, &["arm", "--json"]);
-    board.wait_for(Tick::Ran);
-    // Time to have told that.
-    thread::sleep(Duration::from_millis(300));
-    let mut other = board.connect();
-    // Whoever sees that it must rest may say so.
-    other.stop().unwrap();
-    board.wait_for(Tick::Idle);
-    thread::sleep(Duration::from_millis(400));
-    let out = interrupt(child);
+    // A host that is busy elsewhere loses the lease, which is over within 200 ms, and begins anew.
+    let out = (0..10).find_map(|_| {
+        board.connect().check().unwrap();
+        let mut child = spawn(&board, &["arm", "--json"]);
+        board.wait_for(Tick::Ran);
+        // Time to have told that.
+        thread::sleep(Duration::from_millis(300));
+        // Whoever sees that it must rest may say so.
+        board.connect().stop().unwrap();
+        board.wait_for(Tick::Idle);
+        thread::sleep(Duration::from_millis(400));
+        let is_over = child.try_wait().unwrap().is_some_and(|status| !status.success());
+        (!is_over).then(|| interrupt(child))
+    });
+    let out = out.expect("the lease was lost each time");
     let reports: Vec<serde_json::Value> =
         out.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     assert!(reports.iter().any(|report| report["is_commanded"] == true), "{out}");
