@@ -104,7 +104,7 @@ pub use safety::{MAX_REASONS, SafetyReport};
 pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};
 #[cfg(feature = "auth")]
 pub use sealed::RequestSealer;
-pub use serve::{answer, serve};
+pub use serve::{answer, serve, serve_content};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).

@@ -18,6 +18,7 @@
 pub mod bridge;
 pub mod broker;
 pub mod budget;
+mod cdr;
 pub mod cli;
 pub mod config;
 pub mod connect;

@@ -24,7 +24,8 @@ pub use device::DeviceFacts;
 pub use divergence::Divergence;
 pub use error::ReplayError;
 
-use crate::report::{DEVICE_END, INPUTS_TOPIC, InputsMessage, SCHEME_END};
+use crate::cdr;
+use crate::report::{DEVICE_END, INPUTS_TOPIC, SCHEME_END};
 use controller::ReplayedController;
 use layout::Layout;
 use records::Records;
@@ -110,7 +111,7 @@ pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, Repl
                 }
                 match channels.get(&header.channel_id) {
                     Some(Meaning::Inputs(name)) => {
-                        let found = InputsMessage::from_cdr(&data).ok_or(ReplayError::OtherInputs)?;
+                        let found = cdr::decode(&data).ok_or(ReplayError::OtherInputs)?;
                         if !controllers.contains_key(name) {
                             let (device, scheme) = (devices.get(name), schemes.get(name));
                             controllers.insert(name.clone(), ReplayedController::new(name, device, scheme)?);

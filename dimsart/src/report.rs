@@ -36,8 +36,7 @@ pub(crate) use decimate::decimate;
 pub use field_map::{Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
 pub(crate) use mcap::{
-    CDR_LITTLE_ENDIAN, DEVICE_END, Field as SignalField, INPUTS_TOPIC, InputsMessage, PacketMessage,
-    SCHEME_END,
+    DEVICE_END, Field as SignalField, INPUTS_TOPIC, InputsMessage, PacketMessage, SCHEME_END,
 };
 pub use signals::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
 pub use tick_map::{TickMap, TypeRow};

@@ -7,7 +7,7 @@ mod setting;
 
 pub use explain::Explained;
 pub use load::{Loaded, load, load_for};
-pub use rows::{rows, value_text};
+pub use rows::{entry_text, rows, value_text};
 pub use setting::Setting;
 
 use std::path::Path;

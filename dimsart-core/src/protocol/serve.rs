@@ -33,6 +33,20 @@ pub fn serve<M: ModuleList, const WORDS: usize>(
     respond(id, request, dimsart, info).unwrap_or_else(Response::Refused)
 }
 
+/// As [`serve`], of the content of a frame: the id and what is to be answered. None when it is not a request.
+#[must_use]
+pub fn serve_content<M: ModuleList, const WORDS: usize>(
+    content: &[u8],
+    dimsart: &mut Dimsart<M, WORDS>,
+    info: &mut DeviceInfo,
+) -> Option<(u16, Response<'static>)> {
+    match decode_request(content) {
+        Ok((id, request)) => Some((id, serve(id, &request, dimsart, info))),
+        Err(DecodeError::NotUnderstood { id }) => Some((id, Response::Refused(Refusal::NotUnderstood))),
+        Err(DecodeError::OtherClass) => None,
+    }
+}
+
 /// Content of a frame in, frame of the answer out, for a caller that has all of it at hand. None when
 /// the frame is not a request.
 ///
@@ -45,11 +59,7 @@ pub fn answer<'o, M: ModuleList, const WORDS: usize>(
     info: &mut DeviceInfo,
     out: &'o mut [u8],
 ) -> Result<Option<&'o [u8]>, NoRoom> {
-    let (id, response) = match decode_request(content) {
-        Ok((id, request)) => (id, serve(id, &request, dimsart, info)),
-        Err(DecodeError::NotUnderstood { id }) => (id, Response::Refused(Refusal::NotUnderstood)),
-        Err(DecodeError::OtherClass) => return Ok(None),
-    };
+    let Some((id, response)) = serve_content(content, dimsart, info) else { return Ok(None) };
     encode_response(&response, id, out).map(Some)
 }
 

@@ -2,14 +2,11 @@
 
 use std::time::{Duration, SystemTime};
 
-use byteorder::LittleEndian;
 use serde::Serialize;
 use serde_json::Value;
 
+use crate::cdr;
 use crate::connect::{TapRow, TapSignal};
-
-/// What a message in little endian begins with.
-const LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
 
 /// A type of messages: its name as DDS writes it, and the hash of its definition (REP 2016).
 #[derive(Debug, Clone, Copy)]
@@ -103,7 +100,7 @@ pub(super) fn joint_state(
         effort: values("FORCE").unwrap_or_default(),
         position,
     };
-    cdr(&state)
+    cdr::encode(&state)
 }
 
 /// How a device is doing as `DiagnosticArray`: what `dimsart connect PORT faults --json` says of it, or why it says nothing.
@@ -119,7 +116,7 @@ pub(super) fn diagnostics(device: &str, faults: Result<&Value, &str>, now: Syste
         hardware_id: device.to_owned(),
         values,
     };
-    cdr(&DiagnosticArray { header: header(now), status: vec![status] })
+    cdr::encode(&DiagnosticArray { header: header(now), status: vec![status] })
 }
 
 /// What is to be repaired is an error, what was once a warning.
@@ -164,12 +161,6 @@ fn header(now: SystemTime) -> Header {
     let stamp =
         Time { sec: i32::try_from(since.as_secs()).unwrap_or(i32::MAX), nanosec: since.subsec_nanos() };
     Header { stamp, frame_id: "" }
-}
-
-fn cdr(message: &impl Serialize) -> Option<Vec<u8>> {
-    // The messages are made of what CDR has.
-    let body = cdr_encoding::to_vec::<_, LittleEndian>(message).ok()?;
-    Some([LITTLE_ENDIAN.as_slice(), &body].concat())
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use dimsart_core::{DeviceDescriptor, Dimsart, Usage, limits};
 use serde::Serialize;
 use target::Target;
 
+use super::controllers::{DOF, PERIOD_S};
 use super::{Ending, UsageError};
 use hil_sim::bilateral::{Side, device, settings};
 use hil_sim::first_packet::first_packet;
@@ -82,11 +83,6 @@ impl Verdict {
         Self { controller: controller.to_owned(), faults, ..Self::default() }
     }
 }
-
-/// Axes where nothing says how many.
-const DOF: usize = 3;
-/// The period where nothing says otherwise, s.
-const PERIOD_S: f64 = 1e-3;
 
 const EXAMPLES: &str = "\
 Examples:

@@ -1,11 +1,35 @@
-//! The controllers of a rig as an argument.
+//! The controllers of a scheme or a rig that is an argument.
 
 use std::error::Error;
 
+use dimsart_core::{CommandError, Dimsart, modules::Standard};
+
 use super::UsageError;
 use crate::connect::ANY_SIDE;
+use hil_sim::bilateral::{Side, device};
 use hil_sim::response::{LoadedController, loaded_controllers};
 use hil_sim::rig_file::RigFile;
+use hil_sim::schemes::{self, SchemeText};
+
+/// Axes where nothing says how many.
+pub(super) const DOF: usize = 3;
+/// The period where nothing says otherwise, s.
+pub(super) const PERIOD_S: f64 = 1e-3;
+
+/// A controller of one side of a scheme, which runs, for a device of so many axes.
+pub(super) fn side_of_scheme<const WORDS: usize>(
+    scheme: &SchemeText,
+    side: Side,
+    dof: Option<usize>,
+) -> Result<Box<Dimsart<Standard, WORDS>>, Box<dyn Error>> {
+    let device = device(side.name(), dof.unwrap_or(DOF), PERIOD_S)?;
+    let mut dimsart = Box::new(Dimsart::new(device).map_err(CommandError::from)?);
+    let loaded = schemes::load(scheme, side.name(), &[], &mut dimsart);
+    match loaded.problems().next() {
+        None => Ok(dimsart),
+        Some(problem) => Err(format!("{problem}; `dimsart check {}` names all faults", scheme.name).into()),
+    }
+}
 
 /// The controllers of a rig with their schemes, or the one that is wanted. All of them run.
 pub(super) fn controllers(

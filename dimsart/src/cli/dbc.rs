@@ -6,15 +6,14 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::Dimsart;
+use dimsart_core::limits::DEFAULT_WORDS;
 
 use super::Ending;
-use super::controllers::{controllers, no_rig, rig_says_itself};
-use super::scheme::DOF;
+use super::controllers::{controllers, no_rig, rig_says_itself, side_of_scheme};
 use crate::dbc::{self, DbcError, Frames, Message};
-use hil_sim::bilateral::{Side, device};
+use hil_sim::bilateral::Side;
 use hil_sim::rig_file::RigFile;
-use hil_sim::schemes::{self, SchemeText};
+use hil_sim::schemes::SchemeText;
 
 /// Write the DBC file of what a scheme, or a rig's controllers, send over CAN.
 ///
@@ -66,6 +65,7 @@ impl Dbc {
         }
         Ok(ExitCode::SUCCESS)
     }
+
     fn of_scheme(&self) -> Result<Vec<Message>, Box<dyn Error>> {
         if self.controller.is_some() {
             return Err(no_rig(&self.scheme).into());
@@ -74,12 +74,7 @@ impl Dbc {
         let sides = self.side.map_or(vec![Side::Master, Side::Slave], |side| vec![side]);
         let mut messages = Vec::new();
         for side in sides {
-            let device = device(side.name(), self.dof.unwrap_or(DOF), 1e-3)?;
-            let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
-            let loaded = schemes::load(&scheme, side.name(), &[], &mut dimsart);
-            if let Some(problem) = loaded.problems().next() {
-                return Err(format!("{problem}; `dimsart check {}` names all faults", self.scheme).into());
-            }
+            let mut dimsart = side_of_scheme::<DEFAULT_WORDS>(&scheme, side, self.dof)?;
             messages.extend(dbc::messages(&mut dimsart, side.name(), self.frames)?);
         }
         Ok(messages)

@@ -47,7 +47,7 @@ pub(super) struct Record {
     #[arg(long, value_name = "TICKS", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
     every_ticks: u32,
     /// Ends by itself after so long, s.
-    #[arg(long, value_name = "SECONDS", value_parser = super::run::seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = super::line::seconds)]
     duration_s: Option<Duration>,
     /// Bits per second of a serial port.
     #[arg(long, default_value_t = DEFAULT_BAUD)]

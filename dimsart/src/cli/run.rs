@@ -14,6 +14,7 @@ use std::time::Duration;
 use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::line::seconds;
 use super::output::say;
 use super::{Ending, NOT_STABLE, summary};
 use crate::pictures::bilateral::{FILE_STEMS, figures};
@@ -145,11 +146,6 @@ fn help() -> String {
     format!("{EXAMPLES}\n\nUsual settings and their defaults; --keys has all:{}", lines.collect::<String>())
 }
 
-pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    let number = text.parse().map_err(|_| "give it a number of seconds".to_owned())?;
-    Duration::try_from_secs_f64(number).map_err(|error| error.to_string())
-}
-
 impl Default for Run {
     /// As without any argument.
     fn default() -> Self {
@@ -231,7 +227,8 @@ impl Run {
         if is_stable || !self.fail_if_unstable { ExitCode::SUCCESS } else { ExitCode::from(NOT_STABLE) }
     }
 
-    /// How signals are written, with what the run is made of where that goes with them.
+    /// How signals are written. Where what the run is made of goes with them, the rig keeps what goes into its controllers from
+    /// now on.
     fn signals_format(&self, settings_toml: String, rig: &mut Rig) -> SignalsFormat {
         match self.signals {
             SignalsKind::Csv => SignalsFormat::Csv,

@@ -7,8 +7,8 @@ use std::process::ExitCode;
 use clap::Args;
 
 use super::Ending;
-use super::controllers::{no_rig, one_controller, rig_says_itself};
-use hil_sim::bilateral::{Side, device};
+use super::controllers::{no_rig, one_controller, rig_says_itself, side_of_scheme};
+use hil_sim::bilateral::Side;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{self, SchemeText};
 
@@ -32,9 +32,6 @@ pub(super) struct Scheme {
     controller: Option<String>,
 }
 
-/// Axes where nothing says how many.
-pub(super) const DOF: usize = 3;
-
 const EXAMPLES: &str = "\
 Examples:
   dimsart scheme builtin:bilateral                   what the master has of it
@@ -54,14 +51,8 @@ impl Scheme {
         if self.controller.is_some() {
             return Err(no_rig(&self.scheme).into());
         }
-        let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or(Side::Master).name());
-        let device = device(side, self.dof.unwrap_or(DOF), 1e-3)?;
-        let mut dimsart = Box::new(SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?);
-        let loaded = schemes::load(&scheme, side, &[], &mut dimsart);
-        if let Some(problem) = loaded.problems().next() {
-            return Err(format!("{problem}; `dimsart check {}` names all faults", self.scheme).into());
-        }
-        print(&mut dimsart, side, out)
+        let (scheme, side) = (SchemeText::read(&self.scheme)?, self.side.unwrap_or(Side::Master));
+        print(&mut *side_of_scheme(&scheme, side, self.dof)?, side.name(), out)
     }
 }
 

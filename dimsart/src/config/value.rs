@@ -2,7 +2,7 @@
 
 use dimsart_core::protocol::{Accepted, ParameterText};
 use dimsart_core::scheme::PORT_PREFIX;
-use dimsart_core::{Value, Vocabulary};
+use dimsart_core::{Entries, Value, Vocabulary};
 use hil_sim::schemes;
 
 /// What was set of a parameter, or what a port was bound to.
@@ -16,8 +16,9 @@ pub struct Setting {
     pub default: Option<String>,
     /// Unit; empty for a pure number.
     pub unit: String,
-    /// Columns of a matrix; 0 where an entry has one index.
-    columns: usize,
+    /// How its entries are named, on a device of so many axes.
+    entries: Entries,
+    dof: u8,
 }
 
 impl Setting {
@@ -30,7 +31,6 @@ impl Setting {
         let word = |value| schemes::value_text(value, &found.accepts, known);
         let default = found.default.map(word);
         let value = |value: &Option<Value>| value.map(word).or_else(|| default.clone()).unwrap_or_default();
-        let (_, columns) = found.entries.size(known.dof());
         Self {
             name: found.name.to_owned(),
             values: values.iter().map(value).collect(),
@@ -39,7 +39,8 @@ impl Setting {
                 _ => found.unit.on(known.axes()).to_string(),
             },
             default,
-            columns: if found.entries.are_matrix() { columns.into() } else { 0 },
+            entries: found.entries,
+            dof: known.dof(),
         }
     }
 
@@ -50,7 +51,8 @@ impl Setting {
             values: vec![signal.to_owned()],
             default: Some(default),
             unit: String::new(),
-            columns: 0,
+            entries: Entries::ONE,
+            dof: 0,
         }
     }
 
@@ -81,16 +83,10 @@ impl Setting {
         let is_uniform = pairs.windows(2).all(|two| two.first() == two.last());
         let entries = pairs.iter().enumerate().filter(|(_, (one, other))| one != other);
         let text = |(place, (one, other)): (usize, &(&String, &String))| {
-            let index = if is_uniform { String::new() } else { self.index(place) };
+            let index =
+                if is_uniform { String::new() } else { schemes::entry_text(self.entries, place, self.dof) };
             (format!("{}{index}", self.name), [(*one).clone(), (*other).clone()])
         };
         entries.map(text).take(if is_uniform { 1 } else { usize::MAX }).collect()
-    }
-
-    fn index(&self, place: usize) -> String {
-        match (place.checked_div(self.columns), place.checked_rem(self.columns)) {
-            (Some(row), Some(column)) => format!("[{row}][{column}]"),
-            _ => format!("[{place}]"),
-        }
     }
 }

@@ -93,8 +93,9 @@ impl<S: Read + Write> Device<S> {
         rows_after: u32,
         is_over: &mut impl FnMut() -> bool,
     ) -> Result<bool, ConnectError> {
+        let watched = self.watched(recorder)?;
         while !is_over() {
-            if self.has_caught(recorder, rows_after)? {
+            if self.has_caught(&watched, rows_after)? {
                 return Ok(true);
             }
             self.listen(A_MOMENT)?;

@@ -117,6 +117,12 @@ struct Layout {
     row_words: usize,
 }
 
+/// A recorder whose trigger is waited for.
+pub(super) struct Watched {
+    module: ModuleRef,
+    layout: Layout,
+}
+
 impl Layout {
     fn of(known: &Description, recorder: ModuleRef) -> Option<Self> {
         let bound = |direction| known.port_texts(recorder).find(|port| port.direction == direction)?.bound;
@@ -273,12 +279,21 @@ impl<S: Read + Write> Device<S> {
         Ok(words.and_then(|words| words.first()?.checked_sub(1)))
     }
 
-    /// Whether a recorder has caught an edge, and all rows behind it, of which there are so many.
-    pub(super) fn has_caught(&mut self, recorder: &str, rows_after: u32) -> Result<bool, ConnectError> {
-        let recorder = self.recorder(Some(recorder))?;
-        let layout = self.layout(recorder)?;
-        let (caught, taken) = (self.caught(recorder, &layout)?, self.rows_taken(&layout)?);
-        Ok(caught.zip(taken).is_some_and(|(caught, taken)| taken.saturating_sub(caught) > rows_after))
+    /// A recorder to look at again and again: what is to be known of it is asked once.
+    pub(super) fn watched(&mut self, recorder: &str) -> Result<Watched, ConnectError> {
+        let module = self.recorder(Some(recorder))?;
+        Ok(Watched { module, layout: self.layout(module)? })
+    }
+
+    /// Whether it has caught an edge, and all rows behind it, of which there are so many.
+    pub(super) fn has_caught(&mut self, watched: &Watched, rows_after: u32) -> Result<bool, ConnectError> {
+        let Watched { module, layout } = watched;
+        let Some(taken) = self.rows_taken(layout)? else {
+            let reason = "the recorder was plugged out while its edge was waited for";
+            return Err(ConnectError::Word(reason.to_owned()));
+        };
+        let caught = self.caught(*module, layout)?;
+        Ok(caught.is_some_and(|caught| taken.saturating_sub(caught) > rows_after))
     }
 
     /// A recorder that is not there yet: its name, and its number.

@@ -1,15 +1,28 @@
 //! What is where in a message of signals, read from its schema.
 
+use std::cell::OnceCell;
+
+use dimsart_core::TypeRef;
 use hil_sim::rig::SimulatedDimsart;
 
+use crate::cdr;
 use crate::connect::value_of;
-use crate::report::{CDR_LITTLE_ENDIAN, SignalField as Field};
+use crate::report::SignalField as Field;
 
-/// The signals of a message, in order.
+/// The signals of a controller's messages, in order.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Layout {
-    fields: Vec<(String, Field)>,
+    fields: Vec<LayoutField>,
     words: usize,
+}
+
+/// A signal of a message.
+#[derive(Debug, Clone, PartialEq)]
+struct LayoutField {
+    name: String,
+    /// As its device numbers it, once that was looked up.
+    signal: OnceCell<Option<TypeRef>>,
+    field: Field,
 }
 
 /// A word of a message that is another one here.
@@ -35,7 +48,7 @@ impl Layout {
             };
             let columns = (layout.words..layout.words + count).collect();
             let field = Field { columns, is_single: format == "float32" };
-            layout.fields.push((signal.to_owned(), field));
+            layout.fields.push(LayoutField { name: signal.to_owned(), signal: OnceCell::new(), field });
             layout.words += count;
         }
         layout
@@ -49,10 +62,10 @@ impl Layout {
     pub(super) fn fill(&self, dimsart: &SimulatedDimsart, row: &mut Vec<f64>, message: &mut Vec<u8>) {
         row.clear();
         message.clear();
-        message.extend(CDR_LITTLE_ENDIAN);
+        message.extend(cdr::MARK);
         let data_base = dimsart.engine().data_base();
-        for (name, field) in &self.fields {
-            let signal = dimsart.engine().device().signal(name);
+        for LayoutField { name, signal, field } in &self.fields {
+            let signal = *signal.get_or_init(|| dimsart.engine().device().signal(name));
             let found = data_base.signals().find(|(_, entry)| Some(entry.signal) == signal);
             let start = row.len();
             if let Some((slot, entry)) = found {
@@ -67,8 +80,8 @@ impl Layout {
 
     /// The words of a recorded message that are other ones in `row`.
     pub(super) fn others(&self, recorded: &[u8], row: &[f64]) -> Vec<Other> {
-        let (mut others, mut expected) = (Vec::new(), CDR_LITTLE_ENDIAN.to_vec());
-        for (signal, field) in &self.fields {
+        let (mut others, mut expected) = (Vec::new(), cdr::MARK.to_vec());
+        for LayoutField { name, field, .. } in &self.fields {
             field.add(&mut expected, row);
             let size = if field.is_single { size_of::<f32>() } else { size_of::<f64>() };
             let place = expected.len() - size * field.columns.len();
@@ -78,7 +91,7 @@ impl Layout {
                 if there != here {
                     let recorded = there.map_or(f64::NAN, number);
                     let replayed = row.get(*column).copied().unwrap_or(f64::NAN);
-                    others.push(Other { signal: signal.clone(), word, recorded, replayed });
+                    others.push(Other { signal: name.clone(), word, recorded, replayed });
                 }
             }
         }

@@ -22,6 +22,7 @@ use mcap::{Attachment, Compression, McapError, WriteOptions, Writer};
 
 use super::RunFacts;
 use super::signals::ControllerFacts;
+use crate::cdr;
 use hil_sim::recording::{Piece, TickInputs};
 pub(crate) use inputs::{InputsMessage, PacketMessage, TOPIC as INPUTS_TOPIC};
 pub(crate) use signals::Field;
@@ -30,8 +31,6 @@ use signals::Source;
 /// What is lost at most when a run is killed: some hundred rows.
 const CHUNK_BYTES: u64 = 256 * 1024;
 const NS_PER_S: f64 = 1e9;
-/// What a CDR message in little endian begins with.
-pub(crate) const CDR_LITTLE_ENDIAN: [u8; 4] = [0, 1, 0, 0];
 const SETTINGS_FILE: &str = "settings.toml";
 /// Ends of the names of what is attached for each controller.
 pub(crate) const SCHEME_END: &str = ".scheme";
@@ -92,7 +91,7 @@ impl<'a> Recording<'a> {
         let Some((time_s, values)) = row.split_first() else { return Ok(()) };
         for source in &self.sources {
             self.message.clear();
-            self.message.extend(CDR_LITTLE_ENDIAN);
+            self.message.extend(cdr::MARK);
             source.fields.iter().for_each(|field| field.add(&mut self.message, values));
             let header = header(source.channel(), self.sequence, *time_s);
             self.mcap.write_to_known_channel(&header, &self.message)?;
@@ -106,8 +105,8 @@ impl<'a> Recording<'a> {
             Some(channel) => *channel,
             None => self.open_inputs(station)?,
         };
-        // Everything of it can be written.
-        let message = InputsMessage::from(inputs).to_cdr().unwrap_or_default();
+        // CDR has all that it is made of.
+        let message = cdr::encode(&InputsMessage::from(inputs)).unwrap_or_default();
         self.mcap.write_to_known_channel(&header(channel, self.sequence, time_s), &message)
     }
 

@@ -13,8 +13,8 @@ use std::sync::mpsc::{Receiver as Holding, Sender, SyncSender, channel};
 use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{
-    DecodeError, DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Refusal, Response, decode_request,
-    encode_heartbeat, encode_response, encode_sample, serve,
+    DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, encode_heartbeat, encode_response,
+    encode_sample, serve_content,
 };
 use dimsart_core::{EventLog, Timing};
 
@@ -235,7 +235,8 @@ impl Answering {
         }
         for content in waiting.drain(..waiting.len().min(ANSWERS_PER_TICK)) {
             // What is no request needs no answer.
-            let Some((id, response)) = respond(&content, station, info) else { continue };
+            let Some((id, response)) = serve_content(&content, &mut station.dimsart, info) else { continue };
+            station.inputs_mut().into_iter().for_each(|kept| kept.add_request(&content, &response));
             if let Ok(answer) = encode_response(&response, id, &mut frame) {
                 say(line, answer, dropped);
             }
@@ -260,19 +261,6 @@ impl Answering {
                 say(line, bytes, dropped);
             }
         }
-    }
-}
-
-/// Carries out a request; none for what is none.
-fn respond(content: &[u8], station: &mut Station, info: &mut DeviceInfo) -> Option<(u16, Response<'static>)> {
-    match decode_request(content) {
-        Ok((id, request)) => {
-            let response = serve(id, &request, &mut station.dimsart, info);
-            station.inputs_mut().into_iter().for_each(|kept| kept.add_request(content, &request, &response));
-            Some((id, response))
-        }
-        Err(DecodeError::NotUnderstood { id }) => Some((id, Response::Refused(Refusal::NotUnderstood))),
-        Err(DecodeError::OtherClass) => None,
     }
 }
 

@@ -1,7 +1,7 @@
 //! All that a controller's tick depends on, kept for who repeats it elsewhere.
 
 use dimsart_core::Word;
-use dimsart_core::protocol::{Request, Response};
+use dimsart_core::protocol::Response;
 
 /// What went into a controller from one of its ticks to the next. Given in this order to a controller that began as it did,
 /// it makes the same signals, bit by bit.
@@ -26,10 +26,9 @@ impl Default for Inputs {
 
 impl Inputs {
     /// Keeps a request, if it was a command that was carried out.
-    pub fn add_request(&mut self, content: &[u8], request: &Request, response: &Response<'_>) {
-        if let (Request::Command(_), Response::Effect(effect)) = (request, response)
-            && effect.refused.is_none()
-        {
+    pub fn add_request(&mut self, content: &[u8], response: &Response<'_>) {
+        // Nothing else has an effect.
+        if matches!(response, Response::Effect(effect) if effect.refused.is_none()) {
             self.commands.push(content.to_vec());
         }
     }

@@ -1,7 +1,7 @@
 //! A scheme that is in a controller, as rows of text.
 
 use dimsart_core::protocol::Accepted;
-use dimsart_core::{Command, ModuleRef, Value, Vocabulary};
+use dimsart_core::{Command, Entries, ModuleRef, Value, Vocabulary};
 
 /// The rows of these commands for `dest`, by these names; a command that schemes have no row for gives none.
 ///
@@ -26,17 +26,8 @@ fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
     let name = |module: ModuleRef| names.name_of_module(module).to_string();
     if let Command::Set { module, parameter, entry, value } = command {
         let text = names.parameter_text(module.kind, parameter)?;
-        let (_, columns) = text.entries.size(names.dof());
-        let place = match entry {
-            None => String::new(),
-            Some(entry) if text.entries.are_matrix() => {
-                match (entry.checked_div(columns), entry.checked_rem(columns)) {
-                    (Some(row), Some(column)) => format!("[{row}][{column}]"),
-                    _ => String::new(),
-                }
-            }
-            Some(entry) => format!("[{entry}]"),
-        };
+        let place =
+            entry.map_or_else(String::new, |entry| entry_text(text.entries, usize::from(entry), names.dof()));
         return Some([
             name(module),
             format!("{}{place}", text.name),
@@ -53,6 +44,17 @@ fn parts(command: Command, names: &impl Vocabulary) -> Option<[String; 3]> {
         _ => String::new(),
     };
     Some(["MOD_ENG".to_owned(), word, module])
+}
+
+/// An entry of a parameter as it stands behind the parameter's name: `[2]`, or `[0][2]` of a matrix.
+#[must_use]
+pub fn entry_text(entries: Entries, entry: usize, dof: u8) -> String {
+    let (_, columns) = entries.size(dof);
+    let columns = usize::from(columns);
+    match (entry.checked_div(columns), entry.checked_rem(columns)) {
+        (Some(row), Some(column)) if entries.are_matrix() => format!("[{row}][{column}]"),
+        _ => format!("[{entry}]"),
+    }
 }
 
 /// A value as a row has it.
@@ -76,7 +78,7 @@ pub fn value_text(value: Value, accepts: &Accepted<'_>, names: &impl Vocabulary)
 #[cfg(test)]
 mod tests {
     use dimsart_core::protocol::{DataTypeText, ParameterText, PortText};
-    use dimsart_core::{AxisKind, Entries, Unit, scheme};
+    use dimsart_core::{AxisKind, Unit, scheme};
 
     use super::*;
 

@@ -10,7 +10,8 @@ use clap::{ArgGroup, Args, value_parser};
 
 use super::Device;
 use super::answer::{Json, write_recorded};
-use crate::cli::run::{seconds, stop_on_interrupt};
+use crate::cli::line::seconds;
+use crate::cli::run::stop_on_interrupt;
 use crate::connect::{Capture, Captured};
 
 #[derive(Debug, Args)]

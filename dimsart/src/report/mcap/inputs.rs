@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::CDR_LITTLE_ENDIAN;
 use hil_sim::rig::Inputs;
 
 /// The same as a ROS 2 message.
@@ -59,20 +58,5 @@ impl From<Inputs> for InputsMessage {
             packets: packets.collect(),
             measured: measured.into_iter().map(|word| word.0).collect(),
         }
-    }
-}
-
-impl InputsMessage {
-    /// The message, with the mark of its encoding.
-    pub(super) fn to_cdr(&self) -> Result<Vec<u8>, cdr_encoding::Error> {
-        let mut message = CDR_LITTLE_ENDIAN.to_vec();
-        message.extend(cdr_encoding::to_vec::<_, byteorder::LittleEndian>(self)?);
-        Ok(message)
-    }
-
-    /// Reads one; none for what is not one.
-    pub(crate) fn from_cdr(message: &[u8]) -> Option<Self> {
-        let content = message.strip_prefix(&CDR_LITTLE_ENDIAN)?;
-        Some(cdr_encoding::from_bytes::<Self, byteorder::LittleEndian>(content).ok()?.0)
     }
 }

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use dimsart_core::Format;
 use mcap::McapError;
 
-use super::{CDR_LITTLE_ENDIAN, McapFile};
+use super::McapFile;
+use crate::cdr;
 use hil_sim::recording::Column;
 
 /// A signal, or what is recorded of it.
@@ -34,8 +35,8 @@ impl Field {
     pub(crate) fn add(&self, message: &mut Vec<u8>, row: &[f64]) {
         let values = self.columns.iter().map(|column| row.get(*column).copied().unwrap_or(f64::NAN));
         let size = if self.is_single { size_of::<f32>() } else { size_of::<f64>() };
-        let body = message.len() - CDR_LITTLE_ENDIAN.len();
-        message.resize(CDR_LITTLE_ENDIAN.len() + body.next_multiple_of(size), 0);
+        let body = message.len() - cdr::MARK.len();
+        message.resize(cdr::MARK.len() + body.next_multiple_of(size), 0);
         for value in values {
             if self.is_single {
                 #[expect(clippy::cast_possible_truncation, reason = "it is an f32")]

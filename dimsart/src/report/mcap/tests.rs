@@ -42,14 +42,14 @@ fn a_message_has_the_words_of_its_source_aligned_to_their_size() {
         "float32[2] position # POSITION (m)\nfloat64 link_lost # LINK_LOST (m)\nfloat64 on # ON (m)\n"
     );
     let expected = [
-        CDR_LITTLE_ENDIAN.as_slice(),
+        cdr::MARK.as_slice(),
         &0.5_f32.to_le_bytes(),
         &(-0.5_f32).to_le_bytes(),
         &3.0_f64.to_le_bytes(),
         &f64::NAN.to_le_bytes(),
     ];
     assert_eq!(knee.data, expected.concat());
-    assert_eq!(world.data, [CDR_LITTLE_ENDIAN.as_slice(), &7.0_f64.to_le_bytes()].concat());
+    assert_eq!(world.data, [cdr::MARK.as_slice(), &7.0_f64.to_le_bytes()].concat());
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn more_signals_go_on_under_another_topic_and_what_made_the_run_comes_first() {
     assert!(topics.iter().map(|(topic, count)| (topic.as_str(), *count)).eq(expected), "{topics:?}");
     let first = first.unwrap();
     assert_eq!((first.channel.topic.as_str(), first.log_time), ("/knee/inputs", 500_000_000));
-    assert_eq!(InputsMessage::from_cdr(&first.data), Some(message));
+    assert_eq!(cdr::decode(&first.data), Some(message));
     let mut attached = Vec::new();
     for record in mcap::read::LinearReader::new(&bytes).unwrap().map(Result::unwrap) {
         match record {
