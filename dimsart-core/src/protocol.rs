@@ -97,8 +97,8 @@ pub use lease::{Lease, LeaseAction, LeaseStatus, NOBODY};
 pub use receiver::{Counters, Receiver};
 pub use request::{Request, client_of, decode_request, encode_request, request_id};
 pub use response::{
-    Effect, MAX_SIGNAL_WORDS, Refusal, Response, SignalText, Status, TimingReport, decode_response,
-    encode_response,
+    BoundReport, Effect, MAX_SIGNAL_WORDS, Refusal, Response, SignalText, Status, TimingReport,
+    decode_response, encode_response,
 };
 pub use safety::{MAX_REASONS, SafetyReport};
 pub use schemes::{Fallback, Origin, SchemeAction, SchemeStatus, StoreError, Trial};
@@ -108,7 +108,7 @@ pub use serve::{answer, serve, serve_content};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 10;
+pub const PROTOCOL_VERSION: u16 = 11;
 
 /// Oldest version that a host of this one understands: before it, effects and states had other fields.
 pub const OLDEST_PROTOCOL_VERSION: u16 = 9;

@@ -6,6 +6,7 @@ use super::Engine;
 use crate::cost::Costs;
 use crate::counter::Counter;
 use crate::kind::ModuleList;
+use crate::protocol::BoundReport;
 use crate::wiring::{Plugged, Wiring};
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -33,6 +34,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[must_use]
     pub fn tick_cycles(&self) -> Option<u32> {
         self.cycles_with(&self.plans.running().wiring)
+    }
+
+    /// The same, and what it may take; none if it is not known.
+    pub(crate) fn bound(&self) -> Option<BoundReport> {
+        Some(BoundReport { cycles: self.tick_cycles()?, limit_cycles: self.limit_cycles })
     }
 
     pub(super) fn cycles_with(&self, wiring: &Wiring) -> Option<u32> {

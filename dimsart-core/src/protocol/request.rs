@@ -134,6 +134,8 @@ pub enum Request {
         /// Place in the list of both, those that it measures first.
         index: u8,
     },
+    /// What a tick takes at most.
+    Bound,
 }
 
 impl Request {

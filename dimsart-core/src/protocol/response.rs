@@ -1,5 +1,7 @@
 //! What a controller answers.
 
+use core::num::NonZeroU32;
+
 use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
@@ -91,6 +93,8 @@ pub enum Response<'a> {
         /// Whether the device takes it.
         is_taken: bool,
     },
+    /// What a tick takes at most.
+    Bound(BoundReport),
 }
 
 /// Why a request was refused.
@@ -232,6 +236,15 @@ impl From<Timing> for TimingReport {
         let cycles = duration.map(|found| [found.last_cycles, found.mean_cycles(), found.max_cycles]);
         Self { ticks, late, overruns, last_mean_max_cycles: cycles }
     }
+}
+
+/// What a tick of the scheme that runs takes at most, by the machine code of the image; see [`Cost`](crate::Cost).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct BoundReport {
+    /// Processor cycles.
+    pub cycles: u32,
+    /// What it may take: a module that could make it longer is not plugged in.
+    pub limit_cycles: Option<NonZeroU32>,
 }
 
 /// Writes the frame of a response to the start of `out` and gives it. A response that does not fit a

@@ -132,6 +132,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
             let found = found(outputs.iter().chain(inputs.iter()).nth(usize::from(index)))?;
             Response::DeviceType { signal: found.first(), is_taken: usize::from(index) >= outputs.len() }
         }
+        Request::Bound => Response::Bound(found(engine.bound())?),
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {

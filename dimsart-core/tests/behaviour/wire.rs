@@ -3,8 +3,8 @@
 
 use dimsart_core::carrier::{can, can_fd, stream};
 use dimsart_core::protocol::{
-    Gate, Heartbeat, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, Receiver, Request, RequestSealer, Sample,
-    encode_heartbeat, encode_request, encode_sample, request_id,
+    Gate, Heartbeat, LeaseAction, LeaseStatus, MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request,
+    RequestSealer, Sample, encode_heartbeat, encode_request, encode_sample, request_id,
 };
 use dimsart_core::{Packet, auth};
 
@@ -96,4 +96,6 @@ fn the_page_shows_the_bytes_that_travel() {
     let lines = examples().into_iter().map(|(name, bytes)| format!("{name:22} {}", hex(&bytes)));
     let missing: Vec<String> = lines.filter(|line| !page.lines().any(|found| found == line)).collect();
     assert!(missing.is_empty(), "docs/wire.md lacks the lines\n{}", missing.join("\n"));
+    let version = format!("Version of requests and responses: {PROTOCOL_VERSION} (");
+    assert!(page.contains(&version), "docs/wire.md does not say: {version}");
 }

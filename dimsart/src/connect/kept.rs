@@ -2,9 +2,11 @@
 
 use std::fmt;
 use std::io::{Read, Write};
+use std::num::NonZeroU32;
 
 use dimsart_core::protocol::{
-    Fallback, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError, TimingReport, Trial,
+    BoundReport, Fallback, Origin, Refusal, Request, Response, SchemeAction, SchemeStatus, StoreError,
+    TimingReport, Trial,
 };
 use dimsart_core::saved_scheme::LoadError;
 use serde::Serialize;
@@ -63,28 +65,38 @@ pub struct TimingText {
     pub mean_cycles: Option<u32>,
     /// Of the longest tick.
     pub max_cycles: Option<u32>,
+    /// What a tick of the scheme that runs takes at most, by the machine code of a stamped image.
+    pub bound_cycles: Option<u32>,
+    /// What it may take.
+    pub limit_cycles: Option<NonZeroU32>,
 }
 
-impl From<TimingReport> for TimingText {
-    fn from(found: TimingReport) -> Self {
+impl TimingText {
+    fn new(found: TimingReport, bound: Option<BoundReport>) -> Self {
         let TimingReport { ticks, late, overruns, last_mean_max_cycles } = found;
         let [last_cycles, mean_cycles, max_cycles] = match last_mean_max_cycles {
             Some(cycles) => cycles.map(Some),
             None => [None; 3],
         };
-        Self { ticks, late, overruns, last_cycles, mean_cycles, max_cycles }
+        let bound_cycles = bound.map(|bound| bound.cycles);
+        let limit_cycles = bound.and_then(|bound| bound.limit_cycles);
+        Self { ticks, late, overruns, last_cycles, mean_cycles, max_cycles, bound_cycles, limit_cycles }
     }
 }
 
 impl fmt::Display for TimingText {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} ticks began late, {} overran", self.late, self.overruns)?;
-        match (self.last_cycles, self.mean_cycles, self.max_cycles) {
-            (Some(last), Some(mean), Some(max)) => {
-                write!(f, "; a tick took {last} cycles last, {mean} on average, {max} at most")
-            }
-            _ => Ok(()),
+        if let (Some(last), Some(mean), Some(max)) = (self.last_cycles, self.mean_cycles, self.max_cycles) {
+            write!(f, "; a tick took {last} cycles last, {mean} on average, {max} at most")?;
         }
+        if let Some(bound) = self.bound_cycles {
+            write!(f, "; by its machine code it takes up to {bound} cycles")?;
+        }
+        if let Some(limit) = self.limit_cycles {
+            write!(f, ", and it may take {limit}")?;
+        }
+        Ok(())
     }
 }
 
@@ -120,7 +132,9 @@ impl<S: Read + Write> Device<S> {
 
     /// How well the ticks keep their time; none on a device that cannot tell.
     pub(super) fn timing(&mut self) -> Result<Option<TimingText>, ConnectError> {
-        known(self.ask(&Request::Timing, take!(Timing)))
+        let Some(timing) = known(self.ask(&Request::Timing, take!(Timing)))? else { return Ok(None) };
+        let bound = known(self.ask(&Request::Bound, take!(Bound)))?;
+        Ok(Some(TimingText::new(timing, bound)))
     }
 
     fn schemes(&mut self, action: SchemeAction) -> Result<KeptReport, ConnectError> {

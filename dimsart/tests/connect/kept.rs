@@ -1,5 +1,6 @@
 //! Kept schemes and timing, of devices that answer as a board does.
 
+use std::num::NonZeroU32;
 use std::sync::{Arc, Mutex};
 
 use dimsart_core::protocol::{
@@ -7,7 +8,7 @@ use dimsart_core::protocol::{
     Trial, decode_request, encode_response,
 };
 use dimsart_core::saved_scheme::LoadError;
-use dimsart_core::{CommandError, Timing};
+use dimsart_core::{CommandError, Cost, Costs, Timing};
 
 use crate::emulated::{Emulated, Robot, dimsart, listen, message};
 
@@ -18,6 +19,8 @@ fn keeping(answer: Result<SchemeStatus, Refusal>) -> (String, Arc<Mutex<Vec<Sche
     timing.count(true, false);
     timing.measure(4_000);
     robot.info.set_timing(timing);
+    robot.dimsart.engine_mut().set_costs(Some(Costs::new(const { &[Cost::new(700, 100)] })));
+    robot.dimsart.engine_mut().limit_cycles(NonZeroU32::new(9_000));
     let notes = Arc::clone(&asked);
     let port = listen(move |content| match decode_request(content) {
         Ok((id, Request::Schemes(action))) => {
@@ -113,12 +116,14 @@ fn what_a_board_refuses_is_told_with_what_to_do() {
 fn show_has_timing_and_schemes_where_the_device_has_them() {
     let (port, _) = keeping(Ok(status(Origin::Saved, None, Trial::None, true)));
     let text = out(&port, "show");
-    let lines = "1 ticks began late, 0 overran; a tick took 4000 cycles last, 4000 on average, 4000 at most\n\
+    let lines = "1 ticks began late, 0 overran; a tick took 4000 cycles last, 4000 on average, 4000 at most; \
+                 by its machine code it takes up to 1000 cycles, and it may take 9000\n\
                  started with the saved scheme\n";
     assert!(text.contains(lines), "{text}");
     let json = dimsart(&["connect", &port, "show", "--json"]);
     let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
     assert_eq!(json["status"]["timing"]["max_cycles"], 4000);
+    assert_eq!(json["status"]["timing"]["bound_cycles"], 1000);
     assert_eq!(json["status"]["schemes"]["origin"], "saved");
 
     let without = Emulated::start();

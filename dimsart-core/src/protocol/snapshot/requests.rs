@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 10);
+    assert_eq!(PROTOCOL_VERSION, 11);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -34,6 +34,7 @@ fn requests() {
         Request::Memory { module: MODULE, port: 4, from: 300 },
         Request::Event { back: 3 },
         Request::DeviceType { index: 9 },
+        Request::Bound,
     ];
     let expected = [
         "00",
@@ -64,6 +65,7 @@ fn requests() {
         "14 03 02 04 ac 02",
         "15 03",
         "16 09",
+        "17",
     ];
     assert_bytes(&requests, &expected);
 }

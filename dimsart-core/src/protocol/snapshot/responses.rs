@@ -1,5 +1,7 @@
 //! Responses.
 
+use core::num::NonZeroU32;
+
 use super::*;
 
 #[test]
@@ -116,6 +118,8 @@ fn responses() {
             detail: 300,
         }),
         Response::DeviceType { signal: SIGNAL, is_taken: true },
+        Response::Bound(BoundReport { cycles: 300, limit_cycles: NonZeroU32::new(2) }),
+        Response::Bound(BoundReport { cycles: 300, limit_cycles: None }),
     ];
     let expected = [
         "00 01",
@@ -159,6 +163,8 @@ fn responses() {
         "14 10 02 10 ac 02 60 01",
         "15 ac 02 09 28 01 03 02 01 ac 02 01 02 ac 02",
         "16 ac 02 01 01",
+        "17 ac 02 01 02",
+        "17 ac 02 00",
     ];
     assert_bytes(&responses, &expected);
 }

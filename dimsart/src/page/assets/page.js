@@ -209,6 +209,7 @@ function showState(here) {
   modules.allow(why);
   device.allow(why);
   const status = here.overview?.status, identity = here.overview?.identity;
+  const bound = status?.timing?.bound_cycles;
   const cycles = (count) => (count == null ? null : `${count} cycles`);
   const facts = [
     ["device", identity && `${identity.device}, ${identity.axes.length === 1 ? "1 axis" : `${identity.axes.length} axes`} (${identity.axes.join(", ")})`],
@@ -220,6 +221,7 @@ function showState(here) {
     ["cut out", status?.cut_out],
     ["last tick", cycles(status?.timing?.last_cycles)],
     ["mean, most", status?.timing?.mean_cycles != null ? `${status.timing.mean_cycles}, ${status.timing.max_cycles} cycles` : null],
+    ["bound, limit", bound && `${bound}, ${status.timing.limit_cycles ?? "no"} cycles`],
     ["late, overrun", status?.timing && `${status.timing.late}, ${status.timing.overruns} of ${status.timing.ticks} ticks`],
     ["scheme", status?.schemes && `started with: ${status.schemes.origin}; on trial: ${status.schemes.trial}`],
     ["missed", missed ? `${missed} pieces of news: this browser is too slow` : null],
