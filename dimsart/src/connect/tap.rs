@@ -105,6 +105,11 @@ impl Tap {
         Self { names: names.to_vec(), ..self }
     }
 
+    /// Has all signals from the next change of the Data Base on.
+    pub(crate) fn widen(&mut self) {
+        self.names.clear();
+    }
+
     /// The signals that it has, in the order of a row's values; none while the device does not send them.
     #[must_use]
     pub fn signals(&self) -> &[TapSignal] {

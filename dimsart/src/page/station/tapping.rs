@@ -127,6 +127,11 @@ impl Tapping {
             )));
         }
         self.names = names;
+        // Who has chosen all of them has left out none that comes later.
+        if tap.unsent().is_empty() {
+            self.names.clear();
+            tap.widen();
+        }
         let sent: Vec<&str> = tap.signals().iter().map(|signal| signal.name.as_str()).collect();
         Ok(Ok(format!("the device sends {}", sent.join(", "))))
     }
