@@ -31,5 +31,6 @@ pub mod replay;
 pub mod report;
 pub mod stamp;
 pub mod sweep;
+mod tap_file;
 pub mod tick_map;
 mod top;

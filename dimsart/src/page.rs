@@ -32,15 +32,17 @@ use serde::Deserialize;
 pub use station::{Access, Hand, OpenLine, Station};
 
 /// What the page is made of: path, type, content.
-const ASSETS: [(&str, &str, &str); 12] = [
+const ASSETS: [(&str, &str, &str); 14] = [
     ("/page.css", "text/css", include_str!("page/assets/page.css")),
     ("/page.js", "text/javascript", include_str!("page/assets/page.js")),
     ("/device.js", "text/javascript", include_str!("page/assets/device.js")),
     ("/fourier.js", "text/javascript", include_str!("page/assets/fourier.js")),
     ("/modules.js", "text/javascript", include_str!("page/assets/modules.js")),
+    ("/recording.js", "text/javascript", include_str!("page/assets/recording.js")),
     ("/ring.js", "text/javascript", include_str!("page/assets/ring.js")),
     ("/scheme.js", "text/javascript", include_str!("page/assets/scheme.js")),
     ("/scope.js", "text/javascript", include_str!("page/assets/scope.js")),
+    ("/sending.js", "text/javascript", include_str!("page/assets/sending.js")),
     ("/trigger.js", "text/javascript", include_str!("page/assets/trigger.js")),
     ("/uplot.css", "text/css", include_str!("page/assets/uPlot.min.css")),
     ("/uplot.js", "text/javascript", include_str!("page/assets/uPlot.iife.min.js")),
@@ -54,7 +56,7 @@ const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-
 #[derive(Debug)]
 pub struct Page {
     address: SocketAddr,
-    token: String,
+    site: Arc<Site>,
 }
 
 /// What every request is answered from.
@@ -82,21 +84,28 @@ impl Page {
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
         let token = token::token()?;
-        let site = Arc::new(Site { token: token.clone(), port: address.port(), stations });
+        let site = Arc::new(Site { token, port: address.port(), stations });
+        let served = Arc::clone(&site);
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         thread::spawn(move || {
             runtime.block_on(async move {
                 let listener = tokio::net::TcpListener::from_std(listener)?;
-                axum::serve(listener, router(site)).await
+                axum::serve(listener, router(served)).await
             })
         });
-        Ok(Self { address, token })
+        Ok(Self { address, site })
     }
 
     /// The address to open, with the token.
     #[must_use]
     pub fn url(&self) -> String {
-        format!("http://{}/?token={}", self.address, self.token)
+        format!("http://{}/?token={}", self.address, self.site.token)
+    }
+
+    /// Ends what is recorded, each with a file that is whole; what each came to. Called before the program ends.
+    #[must_use]
+    pub fn end_recordings(&self) -> Vec<String> {
+        self.site.stations.iter().filter_map(Station::end_recording).collect()
     }
 }
 

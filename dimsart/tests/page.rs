@@ -7,6 +7,11 @@
     reason = "in helpers of tests as in tests"
 )]
 
+#[path = "page/recording.rs"]
+mod recording;
+#[path = "page/sending.rs"]
+mod sending;
+
 use std::fmt::Write as _;
 use std::io::{Read, Write};
 use std::net::TcpStream;
@@ -23,6 +28,7 @@ use hil_sim::link::Stream;
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
 use serde_json::{Value, json};
+use tempfile::TempDir;
 use tungstenite::client::IntoClientRequest;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
@@ -34,6 +40,9 @@ const LONG: Duration = Duration::from_secs(20);
 struct Served {
     port: String,
     url: String,
+    page: Page,
+    /// Folder for what is recorded.
+    recordings: TempDir,
     stop: Arc<AtomicBool>,
     running: Option<JoinHandle<()>>,
     _shared: SharedPort,
@@ -89,13 +98,15 @@ impl Served {
         let of_lines = Arc::clone(&trouble);
         let open: OpenLine =
             Box::new(move || Ok(Box::new(Troubled(broker::open(&at, 0)?, Arc::clone(&of_lines)))));
-        let access = Access { open, baud: None, hand: None };
+        let recordings = tempfile::tempdir().unwrap();
+        let folder = Some(recordings.path().to_owned());
+        let access = Access { port: port.clone(), open, baud: None, hand: None, recordings: folder };
         let stations = vec![Station::new(0, "joint", access).unwrap()];
         let page = Page::serve(stations, Page::listen(0).unwrap()).unwrap();
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         let running = Some(thread::spawn(move || live.run(&flag, |_| ())));
-        Self { port, url: page.url(), stop, running, _shared: shared, trouble }
+        Self { port, url: page.url(), page, recordings, stop, running, _shared: shared, trouble }
     }
 
     fn joint(name: &str) -> Self {

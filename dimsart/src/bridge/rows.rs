@@ -85,7 +85,7 @@ mod tests {
 
     fn rows(layout: u32, ticks: impl IntoIterator<Item = u32>) -> Rows {
         let rows = ticks.into_iter().map(|tick| TapRow { tick, values: vec![0.5, -1.0] }).collect();
-        Rows { station: 0, layout, signals: [].into(), rows }
+        Rows { station: 0, layout, signals: [].into(), first: 0, lost: 0, rows }
     }
 
     /// Layout and tick of every row of a message.

@@ -12,10 +12,9 @@ use dimsart_core::protocol::DEFAULT_BAUD;
 use super::Ending;
 use super::run::stop_on_interrupt;
 use crate::broker;
-use crate::connect::{ConnectError, Device, Patience, Tap, TapSignal};
-use crate::report::{ControllerFacts, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
-use hil_sim::link::Stream;
-use hil_sim::recording::{Column, Piece};
+use crate::connect::{ConnectError, Device, Patience, Tap};
+use crate::report::SignalsKind;
+use crate::tap_file::{self, Next, OTHER_SIGNALS, TapFile};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
 /// How often rows go to the file.
@@ -66,18 +65,11 @@ impl Record {
         let stop = stop_on_interrupt()?;
         let line = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
         let mut device = Device::greet(line, PATIENCE)?;
-        let (name, period_s) =
-            (device.identity().device.clone(), f64::from(device.identity().sample_period_s));
-        if !self.names.is_empty() {
-            let signals = device.signals(&self.names)?;
-            if let Some(missing) = signals.iter().find(|report| report.values.is_empty()) {
-                return Err(format!("{} is not in the Data Base of {name}", missing.name).into());
-            }
-        }
-        let (file, pieces) = SignalsFile::create(&self.out, &[], self.format(&mut device)?)?;
+        device.require_signals(&self.names)?;
+        let format = tap_file::format(&mut device, &self.port, self.every_ticks, self.signals)?;
+        let mut file = TapFile::create(&self.out, device.identity(), format)?;
         let mut tap = Tap::new(self.every_ticks).of(&self.names);
-        let (start, mut told, mut rows) = (Instant::now(), Instant::now(), 0_u64);
-        let mut columns: Vec<TapSignal> = Vec::new();
+        let (start, mut told) = (Instant::now(), Instant::now());
         let is_shown = std::io::stderr().is_terminal();
         let is_over = || self.duration_s.is_some_and(|duration| start.elapsed() >= duration);
         let mut why = "";
@@ -86,8 +78,7 @@ impl Record {
                 Ok(found) => found,
                 Err(error) => {
                     // What there is stays.
-                    drop(pieces);
-                    file.finish()?;
+                    file.finish(tap.lost(), "")?;
                     return Err(error.into());
                 }
             };
@@ -102,69 +93,23 @@ impl Record {
                 }
                 continue;
             }
-            if columns.is_empty() {
-                tap.signals().clone_into(&mut columns);
-                // It ends when its disk does not take it, and says so when it is asked.
-                let _ = pieces.send(Piece::Columns(columns_of(&name, &columns)));
-            } else if columns != tap.signals() {
-                why = "; the scheme has other signals now: the record ends here, begin another one";
-                break;
-            }
-            let values = found.iter().flat_map(|row| {
-                std::iter::once(f64::from(row.tick) * period_s).chain(row.values.iter().copied())
-            });
-            rows += found.len() as u64;
-            if pieces.send(Piece::Rows(values.collect())).is_err() {
-                break;
+            match file.add(tap.signals(), &found) {
+                Next::GoesOn => {}
+                Next::OtherSignals => {
+                    why = OTHER_SIGNALS;
+                    break;
+                }
+                Next::NoDisk => break,
             }
             if is_shown && told.elapsed() > PROGRESS {
                 told = Instant::now();
-                eprint!("\r{rows} rows, {} samples lost ", tap.lost());
+                eprint!("\r{} rows, {} samples lost ", file.rows(), tap.lost());
             }
         }
         if is_shown {
             eprint!("\r");
         }
-        drop(pieces);
-        let path = file.finish()?;
-        let (count, lost) = (columns.len(), tap.lost());
-        writeln!(out, "{}: {rows} rows of {count} signals, {lost} samples lost{why}", path.display())?;
+        writeln!(out, "{}", file.finish(tap.lost(), why)?)?;
         Ok(ExitCode::SUCCESS)
     }
-
-    fn format(&self, device: &mut Device<Box<dyn Stream>>) -> Result<SignalsFormat, ConnectError> {
-        Ok(match self.signals {
-            SignalsKind::Csv => SignalsFormat::Csv,
-            SignalsKind::Mcap => {
-                let identity = device.identity().clone();
-                let settings_toml = format!(
-                    "# What was recorded, not a scenario.\nport = {:?}\ndevice = {:?}\nimage = {:?}\nprotocol = {}\n\
-                     sample_period_s = {}\nevery_ticks = {}\n",
-                    self.port,
-                    identity.device,
-                    identity.image,
-                    identity.protocol_version,
-                    identity.sample_period_s,
-                    self.every_ticks
-                );
-                let (name, scheme) = (identity.device, device.scheme_rows(None)?);
-                let controllers = vec![ControllerFacts { name, scheme, device_json: None }];
-                SignalsFormat::Mcap(RunFacts { settings_toml, controllers })
-            }
-        })
-    }
-}
-
-fn columns_of(source: &str, signals: &[TapSignal]) -> Vec<Column> {
-    let of_signal = |signal: &TapSignal| {
-        let column = |place| Column {
-            source: source.to_owned(),
-            signal: signal.name.clone(),
-            indices: if signal.words > 1 { vec![place] } else { Vec::new() },
-            unit: signal.unit.clone(),
-            format: Some(signal.format()),
-        };
-        (0..signal.words).map(column).collect::<Vec<_>>()
-    };
-    signals.iter().flat_map(of_signal).collect()
 }

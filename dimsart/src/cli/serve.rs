@@ -1,7 +1,7 @@
 //! `dimsart serve`: has a port, or simulates what is behind one, and lets everybody in.
 
 use std::error::Error;
-use std::io::{ErrorKind, Write};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::atomic::Ordering;
@@ -43,6 +43,9 @@ pub(super) struct Serve {
     /// `dimsart replay` takes.
     #[arg(long, value_name = "FOLDER")]
     record: Option<PathBuf>,
+    /// Where what is recorded from the page goes, each into a folder of its own.
+    #[arg(long, value_name = "FOLDER", default_value = "runs/page")]
+    recordings: PathBuf,
     /// Serves no page.
     #[arg(long, conflicts_with = "page_port")]
     no_page: bool,
@@ -83,14 +86,15 @@ impl Serve {
         let stop = stop_on_interrupt()?;
         let mut line = broker::open(port, self.baud).map_err(ConnectError::from)?;
         writeln!(out, "{port} is shared until Ctrl-C: dimsart connect {port}")?;
-        let _page = self.page(&[(port.to_owned(), port.to_owned())], None, out)?;
+        let page = self.page(&[(port.to_owned(), port.to_owned())], None, out)?;
         let mut buffer = [0; 1024];
-        while !stop.load(Ordering::Relaxed) {
-            if matches!(line.read(&mut buffer), Ok(0)) {
-                return Err(format!("{port}: {}", crate::connect::LineError::Closed).into());
-            }
+        let mut is_there = true;
+        while is_there && !stop.load(Ordering::Relaxed) {
+            is_there = !matches!(line.read(&mut buffer), Ok(0));
         }
-        Ok(())
+        end(page.as_ref(), out)?;
+        let closed = || format!("{port}: {}", crate::connect::LineError::Closed).into();
+        is_there.then_some(()).ok_or_else(closed)
     }
 
     fn simulate(&self, file: &RigFile, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
@@ -104,8 +108,9 @@ impl Serve {
             writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
             ports.push((name, port));
         }
-        let _page = self.page(&ports, Some(live.hand()), out)?;
+        let page = self.page(&ports, Some(live.hand()), out)?;
         live.run(&stop, |news| eprintln!("dimsart: {news}"));
+        end(page.as_ref(), out)?;
         if let Some(recording) = recording {
             writeln!(out, "recorded: {}", recording.finish()?.display())?;
         }
@@ -130,21 +135,27 @@ impl Serve {
         let listener =
             listener.map_err(|error| format!("no page: {error}; try another --page-port, or 0"))?;
         let stations = (0..).zip(ports).map(|(number, (name, port))| {
-            let (port_name, port, baud) = (port.clone(), port.clone(), self.baud);
-            let open: OpenLine = Box::new(move || Ok(broker::open(&port, baud)?));
+            let (at, bits) = (port.clone(), self.baud);
+            let open: OpenLine = Box::new(move || Ok(broker::open(&at, bits)?));
             let hand = hand.clone().map(|hand| -> Hand {
                 let station = usize::from(number);
                 // The rig ends with the page.
                 Box::new(move |signal, axis, value| drop(hand.send(Hold { station, signal, axis, value })))
             });
-            let baud = line_baud(&port_name, self.baud);
-            Station::new(number, name, Access { open, baud, hand })
+            let (port, baud) = (port.clone(), line_baud(port, bits));
+            let recordings = Some(self.recordings.clone());
+            Station::new(number, name, Access { port, open, baud, hand, recordings })
         });
         let page = Page::serve(stations.collect::<Result<_, _>>()?, listener)?;
         writeln!(out, "page: {}", page.url())?;
         out.flush()?;
         Ok(Some(page))
     }
+}
+
+/// Ends what is recorded from the page.
+fn end(page: Option<&Page>, out: &mut impl Write) -> io::Result<()> {
+    page.map(Page::end_recordings).unwrap_or_default().iter().try_for_each(|text| writeln!(out, "{text}"))
 }
 
 /// Has a rig recorded into a folder.

@@ -15,7 +15,8 @@ pub(super) fn station(number: u8, name: Option<String>, port: &str, baud: u32) -
         let port = port.to_owned();
         move || Ok(broker::open(&port, baud)?)
     });
-    let access = Access { open, baud: line_baud(port, baud), hand: None };
+    let baud = line_baud(port, baud);
+    let access = Access { port: port.to_owned(), open, baud, hand: None, recordings: None };
     Station::new(number, &name, access).map_err(|error| format!("{port}: {error}"))
 }
 

@@ -51,7 +51,22 @@ impl<S: Read + Write> Device<S> {
         Ok(self.followed(names)?.into_iter().map(|followed| followed.report).collect())
     }
 
-    /// The same, with what it takes to read their words.
+    /// Makes sure that signals are there to be sent.
+    ///
+    /// # Errors
+    /// [`ConnectError::Word`] for a name that no data type has, or that is not in the Data Base now.
+    pub fn require_signals(&mut self, names: &[String]) -> Result<(), ConnectError> {
+        for name in names {
+            let signal = self.signal_named(name)?;
+            if self.signal(signal)?.format.is_none() {
+                let device = &self.identity().device;
+                return Err(ConnectError::Word(format!("{name} is not in the Data Base of {device}")));
+            }
+        }
+        Ok(())
+    }
+
+    /// [`Self::signals`], with what it takes to read their words.
     pub(super) fn followed(&mut self, names: &[String]) -> Result<Vec<Followed>, ConnectError> {
         let mut wanted = Vec::new();
         for name in names {

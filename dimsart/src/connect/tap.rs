@@ -60,6 +60,8 @@ pub struct Tap {
     /// Of the signals that are wanted; all where there is none.
     names: Vec<String>,
     signals: Vec<TapSignal>,
+    /// Names of the other ones in the Data Base.
+    unsent: Vec<String>,
     streams: Option<Streams>,
     lost: u64,
     /// Of the tick that is coming in, and how many streams of it are there.
@@ -86,6 +88,7 @@ impl Tap {
             every_ticks,
             names: Vec::new(),
             signals: Vec::new(),
+            unsent: Vec::new(),
             streams: None,
             lost: 0,
             row: None,
@@ -102,10 +105,21 @@ impl Tap {
         Self { names: names.to_vec(), ..self }
     }
 
+    /// Has all signals from the next change of the Data Base on.
+    pub(crate) fn widen(&mut self) {
+        self.names.clear();
+    }
+
     /// The signals that it has, in the order of a row's values; none while the device does not send them.
     #[must_use]
     pub fn signals(&self) -> &[TapSignal] {
         &self.signals
+    }
+
+    /// Names of the signals in the Data Base that it has not.
+    #[must_use]
+    pub fn unsent(&self) -> &[String] {
+        &self.unsent
     }
 
     /// Samples so far that the line had no room for.
@@ -186,7 +200,8 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
+    /// Asks for the signals anew; [`Tap::signals`] says which of them the device sends.
+    pub(crate) fn open_tap(&mut self, tap: &mut Tap) -> Result<(), ConnectError> {
         tap.is_open = true;
         tap.entries = self.entries()?;
         let mut signals = self.followed(&tap.names)?;
@@ -208,6 +223,9 @@ impl<S: Read + Write> Device<S> {
                 Some(TapSignal { name: report.name, unit: report.unit, words, format: format? })
             });
         tap.signals = signals.collect();
+        let is_unsent = |signal: &&TypeRef| !wanted.iter().any(|(sent, _)| sent == *signal);
+        let unsent = tap.entries.iter().filter(is_unsent).map(|signal| self.signal_name(*signal));
+        tap.unsent = unsent.collect::<Result<_, _>>()?;
         (tap.asked, tap.heard) = (Instant::now(), Instant::now());
         Ok(())
     }

@@ -43,6 +43,14 @@ pub(crate) enum Action {
     RollBack,
     /// The scheme as rows.
     Rows,
+    /// Begins a recording of every row of signals, or ends it.
+    Record {
+        on: bool,
+    },
+    /// Has the device send these signals to all who look; all, or the first ones that it can send, when none is named.
+    Stream {
+        names: Vec<String>,
+    },
     /// Holds a reference of a simulated device by hand, or lets it go.
     Hold {
         signal: String,
@@ -115,6 +123,8 @@ impl Action {
                 hand.ok_or_else(no_hand)?(signal, axis, value);
                 Value::Null
             }
+            // The station has threads for them.
+            Self::Record { .. } | Self::Stream { .. } => Value::Null,
         })
     }
 }

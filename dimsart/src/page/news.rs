@@ -17,6 +17,8 @@ pub(crate) enum News {
     Text(Arc<str>),
     /// Signals, tick by tick.
     Rows(Arc<Rows>),
+    /// The rows that come do not go on from those that came, and why.
+    Cut(Arc<str>),
 }
 
 /// Rows of signals, one after the other.
@@ -28,6 +30,10 @@ pub(crate) struct Rows {
     pub(crate) layout: u32,
     /// What a row's values are of.
     pub(crate) signals: Arc<[TapSignal]>,
+    /// Number of the first of these rows, among all of the station: who misses some knows how many.
+    pub(crate) first: u64,
+    /// Samples of the station until now that the line had no room for.
+    pub(crate) lost: u64,
     /// At least one.
     pub(crate) rows: Vec<TapRow>,
 }
@@ -117,23 +123,33 @@ impl Board {
         let _ = self.sender.send(News::Text(text));
     }
 
-    /// Tells what rows are made of from now on.
-    pub(super) fn layout(&self, number: u32, every_ticks: u32, signals: &[TapSignal]) {
+    /// Tells what rows are made of from now on, and the names of the signals that are not in them.
+    pub(super) fn layout(&self, number: u32, every_ticks: u32, signals: &[TapSignal], unsent: &[String]) {
         #[derive(Serialize)]
         struct Layout<'a> {
             number: u32,
             every_ticks: u32,
             signals: &'a [TapSignal],
+            unsent: &'a [String],
         }
-        self.tell("layout", &Layout { number, every_ticks, signals });
+        self.tell("layout", &Layout { number, every_ticks, signals, unsent });
     }
 
     /// Tells rows, if there are any.
-    pub(super) fn rows(&self, layout: u32, signals: &Arc<[TapSignal]>, rows: Vec<TapRow>) {
-        if rows.is_empty() {
-            return;
+    pub(super) fn rows(&self, rows: Rows) {
+        if !rows.rows.is_empty() {
+            // Nobody may be there, as below.
+            let _ = self.sender.send(News::Rows(rows.into()));
         }
-        let rows = Rows { station: self.station, layout, signals: Arc::clone(signals), rows };
-        let _ = self.sender.send(News::Rows(rows.into()));
+    }
+
+    /// Number of the station.
+    pub(super) fn station(&self) -> u8 {
+        self.station
+    }
+
+    /// Tells why rows do not go on.
+    pub(super) fn cut(&self, why: &str) {
+        let _ = self.sender.send(News::Cut(why.into()));
     }
 }

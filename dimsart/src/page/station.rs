@@ -6,14 +6,17 @@
 //! tapping   the signals of every tick
 //! stopping  STOP alone
 //! ```
+//! A recording has one more, without a line: it hears what is told.
 
 mod asking;
 mod looking;
+mod recording;
 mod stopping;
 mod tapping;
 
 use std::collections::BTreeMap;
 use std::io;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -29,8 +32,9 @@ use crate::connect::{ConnectError, Device, Patience, Presence};
 use asking::{Ask, Asked, Asking};
 use hil_sim::link::Stream;
 use looking::look;
+use recording::Recorder;
 use stopping::stop;
-use tapping::tap;
+use tapping::{Choice, Tapping};
 
 /// A controller at the other end of a line, of whatever kind.
 pub(super) type PageDevice = Device<Box<dyn Stream>>;
@@ -42,12 +46,16 @@ pub type Hand = Box<dyn Fn(String, usize, Option<f32>) + Send>;
 
 /// How a controller is reached.
 pub struct Access {
+    /// Where it is, as a user names it.
+    pub port: String,
     /// Opens a line to it.
     pub open: OpenLine,
     /// Bits per second of its line, by which rows of signals come; none where it carries all of them.
     pub baud: Option<u32>,
     /// What a simulated one has.
     pub hand: Option<Hand>,
+    /// Folder for what is recorded of it; none where nothing is.
+    pub recordings: Option<PathBuf>,
 }
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
@@ -60,6 +68,8 @@ pub struct Station {
     name: String,
     asking: Sender<Ask>,
     stopping: Sender<oneshot::Sender<Answer>>,
+    choosing: Sender<Choice>,
+    recorder: Arc<Recorder>,
     board: Arc<Board>,
     /// Of clients that have said something.
     presences: Mutex<BTreeMap<u64, Presence>>,
@@ -76,8 +86,9 @@ impl Station {
     /// # Errors
     /// Whatever the system says when there is no thread left.
     pub fn new(number: u8, name: &str, access: Access) -> io::Result<Self> {
-        let Access { open, baud, hand } = access;
+        let Access { port, open, baud, hand, recordings } = access;
         let (asking, asks) = channel();
+        let (choosing, choices) = channel();
         let (stopping, to_stop) = channel();
         let stops = Arc::new(AtomicU64::new(0));
         let (board, open) = (Arc::new(Board::new(number)), Arc::new(open));
@@ -87,14 +98,18 @@ impl Station {
         let (looked, wakes) = channel();
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
         let stopped = Arc::clone(&stops);
-        start("asking", Box::new(move || Asking::new(news, line, looked, hand, stopped).run(&asks)))?;
+        let recorder = Arc::new(Recorder::new(Arc::clone(&board), name, port, baud, recordings));
+        let records = Arc::clone(&recorder);
+        let doing = Asking::new(news, line, looked, hand, stopped, records);
+        start("asking", Box::new(move || doing.run(&asks)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
         start("looking", Box::new(move || look(&news, &line, &wakes)))?;
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
-        start("tapping", Box::new(move || tap(&news, &line, baud)))?;
+        start("tapping", Box::new(move || Tapping::new(news, baud, choices).run(&line)))?;
         start("stopping", Box::new(move || stop(&open, &to_stop)))?;
         let presences = Mutex::default();
-        Ok(Self { name: name.to_owned(), asking, stopping, board, presences, stops })
+        let name = name.to_owned();
+        Ok(Self { name, asking, stopping, choosing, recorder, board, presences, stops })
     }
 
     pub(crate) fn name(&self) -> &str {
@@ -108,11 +123,32 @@ impl Station {
     /// Does something for a browser; what came of it.
     pub(crate) fn ask(&self, client: u64, action: Action) -> oneshot::Receiver<Answer> {
         let (answer, answered) = oneshot::channel();
-        let (presence, stops) = (self.presence(client), self.stops.load(Ordering::Relaxed));
-        let ask = Asked { client, presence, action, asked: Instant::now(), stops, answer };
-        // Where the thread is gone, the answer never comes.
-        let _ = self.asking.send(Ask::Do(ask));
+        // Where a thread is gone, the answer never comes.
+        match action {
+            Action::Record { on: true } => drop(self.asking.send(Ask::Record { answer })),
+            Action::Record { on: false } => self.recorder.end("", answer),
+            Action::Stream { .. } if self.recorder.is_running() => {
+                let reason = "it is being recorded: end the recording first, which is of the signals that are sent now";
+                let _ = answer.send(Err(reason.to_owned()));
+            }
+            Action::Stream { names } => drop(self.choosing.send(Choice { names, answer })),
+            action => {
+                let (presence, stops) = (self.presence(client), self.stops.load(Ordering::Relaxed));
+                let ask = Asked { client, presence, action, asked: Instant::now(), stops, answer };
+                let _ = self.asking.send(Ask::Do(ask));
+            }
+        }
         answered
+    }
+
+    /// Ends what is recorded, before the program ends; what it came to, where there was something.
+    pub(super) fn end_recording(&self) -> Option<String> {
+        let (answer, answered) = oneshot::channel();
+        self.recorder.is_running().then(|| self.recorder.end("`dimsart serve` was ended", answer))?;
+        Some(match answered.blocking_recv().ok()? {
+            Ok(done) => done.as_str().unwrap_or_default().to_owned(),
+            Err(reason) => reason,
+        })
     }
 
     /// Stops the device, whoever says so. What was asked before and would move it is refused from now on.

@@ -135,6 +135,10 @@ impl SignalsFile {
         Ok((Self { path, thread }, sender))
     }
 
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Waits until all is written that went into the sender, which must be gone.
     ///
     /// # Errors

@@ -93,6 +93,7 @@ impl Running<'_> {
                             seen.live.hear(&rows);
                         }
                     }
+                    Ok(News::Cut(_)) => {}
                     // What this terminal was too slow for is told again, as far as it still holds.
                     Err(TryRecvError::Lagged(_)) => {
                         station.board().last().iter().for_each(|text| self.screen.hear(number, text));

@@ -7,6 +7,7 @@ import atexit
 import re
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -16,13 +17,14 @@ DIMSART, FOLDER = sys.argv[1], Path(sys.argv[2])
 FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
          "--disable-component-update", "--disable-sync"]
 PORT = 8471
+RECORDINGS = tempfile.mkdtemp()
 
 
 class Server:
     """`dimsart serve`, until it is killed."""
 
     def __init__(self, rig="joint"):
-        command = [DIMSART, "serve", rig, "--page-port", str(PORT)]
+        command = [DIMSART, "serve", rig, "--page-port", str(PORT), "--recordings", RECORDINGS]
         self.process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         atexit.register(self.kill)
         for line in self.process.stdout:
@@ -144,6 +146,48 @@ def two_pages(browser, page, url, errors):
     other.close()
 
 
+def recorded(page):
+    step("a recording is begun and ended, and says where it is")
+    button = page.get_by_role("button", name="Record", exact=True)
+    button.focus()
+    page.keyboard.press("Enter")
+    expect(button).to_have_attribute("aria-pressed", "true")
+    expect(page.locator("#recorded")).to_have_text(re.compile(r"^\d{3,} rows$"))
+    button.click()
+    expect(page.locator("#toast")).to_contain_text("0 samples lost")
+    expect(button).to_have_attribute("aria-pressed", "false")
+    expect(page.locator("#recorded-note")).to_contain_text("0 samples lost")
+    path, rows = re.search(r"recorded: (\S+): (\d+) rows", page.locator("#toast").text_content()).groups()
+    assert Path(path).stat().st_size > 10 * int(rows), path
+
+
+def chosen(page):
+    step("what another page has left out can be sent again, but not while it is recorded")
+    page.evaluate("""() => {
+        const other = new WebSocket(`ws://${location.host}/socket${location.search}`);
+        other.onopen = () => other.send('{"say":"do","id":1,"station":0,"do":"stream","names":["POSITION","DES_POSITION"]}');
+        other.onmessage = ({ data }) => { if (String(data).includes('"answer"')) other.close(); };
+    }""")
+    unsent = lambda name: page.locator(f'#signals .unsent[data-name="{name}"]')
+    expect(unsent("des_force")).to_be_visible()
+    page.fill("#signal-filter", "position")
+    expect(unsent("des_force")).to_be_hidden()
+    page.fill("#signal-filter", "")
+    page.locator('#signals label[data-name="des_position"]').get_by_role("button", name="leave out").click()
+    expect(unsent("des_position")).to_be_visible()
+    page.click("#record")
+    expect(page.locator("#record")).to_have_attribute("aria-pressed", "true")
+    unsent("des_force").get_by_role("button", name="send").click()
+    expect(page.locator("#toast")).to_contain_text("end the recording first")
+    page.screenshot(path=FOLDER / "page-chosen.png")
+    page.click("#record")
+    expect(page.locator("#record")).to_have_attribute("aria-pressed", "false")
+    for name in ["des_force", "des_position"]:
+        unsent(name).get_by_role("button", name="send").click()
+        expect(unsent(name)).to_have_count(0)
+    expect(page.locator("#signals button")).to_have_count(0)
+
+
 def joint(browser, errors):
     server = Server()
     page = browser.new_page(viewport={"width": 1500, "height": 1000}, color_scheme="light")
@@ -212,6 +256,9 @@ def joint(browser, errors):
     for view in ["spectrum", "xy", "time"]:
         page.select_option("#view", view)
         page.wait_for_timeout(300)
+
+    recorded(page)
+    chosen(page)
 
     step("the reference follows a hand, and is let go")
     if not page.locator("#arm").is_disabled():

@@ -6,6 +6,7 @@
 import { DevicePicture } from "/device.js";
 import { Modules } from "/modules.js";
 import { drawScheme } from "/scheme.js";
+import { Recording } from "/recording.js";
 import { Scope } from "/scope.js";
 
 export const by = (id) => document.getElementById(id);
@@ -21,7 +22,8 @@ const stations = [];
 let shown = 0, socket = null, client = null, next = 1, missed = 0;
 const waiting = new Map();
 
-const scope = new Scope();
+const scope = new Scope((names) => told(ask(shown, { do: "stream", names })));
+const recording = new Recording((on) => record(on), say);
 const device = new DevicePicture(by("device"), hold);
 const modules = new Modules(ask, say);
 
@@ -115,6 +117,9 @@ function hear({ kind, station, content, ...message }) {
       stations[station].layout = content;
       scope.layout(station, content, stations[station].overview?.identity.sample_period_s);
       break;
+    case "recording":
+      recording.hear(stations[station].name, stations[station].recording, content);
+      // falls through
     default:
       stations[station][kind] = content;
       if (kind === "overview") scope.period(station, content.identity.sample_period_s);
@@ -132,6 +137,7 @@ function show(kind, station = shown) {
   if (station !== shown || !stations[shown]) return;
   const here = stations[shown];
   scope.show(shown, here.name);
+  recording.show(here.recording);
   if (!kind || kind === "status" || kind === "gone" || kind === "overview") showState(here);
   if (!kind || kind === "overview" || kind === "faults" || kind === "kinds") {
     // Of one that has told nothing yet there is nothing, rather than what another one has.
@@ -253,6 +259,9 @@ function showEvents(events) {
 }
 
 const told = (promise) => promise.then((done) => say(String(done)), (error) => say(error.message, true));
+
+/** Begins a recording of the station that is shown, or ends it: what it came to is told to every page. */
+const record = (on) => ask(shown, { do: "record", on }).then((path) => on && say(`records into ${path}`), (error) => say(error.message, true));
 
 /** Stops every device; that it is stopped is said when all of them have answered. */
 async function stopAll() {

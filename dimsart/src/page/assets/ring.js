@@ -6,7 +6,9 @@ const MOST_ROWS = 60000;
 
 /** Rows of signals in a ring. A row has a number, from the oldest one that is there to the newest; it goes on rising. */
 export class Ring {
-  constructor(layout, period_s) {
+  /** `unsent` are names of signals that are not in its rows. */
+  constructor(layout, period_s, unsent) {
+    this.unsent = unsent;
     this.columns = layout.signals.flatMap(({ name, unit, words }) => Array.from({ length: words },
       (_, place) => ({ signal: name, place, unit, name: words > 1 ? `${name}[${place}]` : name })));
     this.numbers = new Map(this.columns.map(({ name }, number) => [name, number]));

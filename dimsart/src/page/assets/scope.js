@@ -4,6 +4,7 @@
 import { digits } from "/device.js";
 import { spectrum } from "/fourier.js";
 import { Ring } from "/ring.js";
+import { offerSending } from "/sending.js";
 import { Trigger } from "/trigger.js";
 import { drawXy } from "/xy.js";
 
@@ -13,7 +14,9 @@ const dark = matchMedia("(prefers-color-scheme: dark)");
 const HEIGHT = 190;
 
 export class Scope {
-  constructor() {
+  /** `choose` has the device send the signals of these names. */
+  constructor(choose) {
+    this.choose = choose;
     this.rings = [];
     // What the user holds of the stations that are not shown.
     this.kept = [];
@@ -40,16 +43,20 @@ export class Scope {
   gaps(station) { return this.rings[station]?.gaps ?? 0; }
 
   /** What a station's rows are made of from now on; being told again changes nothing. */
-  layout(station, layout, period_s) {
+  layout(station, { unsent, ...layout }, period_s) {
     const ring = this.rings[station];
-    if (ring && JSON.stringify(ring.layout) === JSON.stringify(layout)) return;
-    this.replace(station, new Ring(layout, period_s ?? ring?.tick_s ?? 0.001));
+    if (!ring || JSON.stringify(ring.layout) !== JSON.stringify(layout)) {
+      this.replace(station, new Ring(layout, period_s ?? ring?.tick_s ?? 0.001, unsent));
+    } else if (String(ring.unsent) !== String(unsent)) {
+      ring.unsent = unsent;
+      if (station === this.station && this.isRunning) this.list();
+    }
   }
 
   period(station, period_s) {
     const ring = this.rings[station];
     // What came before the period was known goes: its place in the ring is another one.
-    if (ring && Math.abs(ring.tick_s - period_s) > 1e-9 * period_s) this.replace(station, new Ring(ring.layout, period_s));
+    if (ring && Math.abs(ring.tick_s - period_s) > 1e-9 * period_s) this.replace(station, new Ring(ring.layout, period_s, ring.unsent));
   }
 
   /** A station that another one has taken the place of. */
@@ -116,9 +123,10 @@ export class Scope {
       this.chosen = liked.filter((name) => names.includes(name));
       if (!this.chosen.length) this.chosen = names.slice(0, 1);
     }
-    by("signals").replaceChildren(...rows.columns.map(({ name, unit }) => {
+    by("signals").replaceChildren(...rows.columns.map(({ name, unit, signal, place }) => {
       const label = document.createElement("label");
       label.dataset.name = name.toLowerCase();
+      if (place === 0) label.dataset.signal = signal;
       const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: this.chosen.includes(name) });
       box.onchange = () => {
         this.chosen = box.checked ? [...this.chosen, name] : this.chosen.filter((other) => other !== name);
@@ -131,6 +139,7 @@ export class Scope {
       Object.assign(label, { key: parts[0], value: parts[2], name, unit });
       return label;
     }));
+    if (rows === this.ring()) offerSending(by("signals"), rows, this.choose);
     this.trigger.offer(names, this.chosen[0]);
     this.filter();
     this.rebuild();
@@ -138,7 +147,7 @@ export class Scope {
 
   filter() {
     const wanted = by("signal-filter").value.trim().toLowerCase();
-    for (const label of by("signals").children) label.hidden = !label.dataset.name.includes(wanted);
+    for (const row of by("signals").children) row.hidden = !row.dataset.name.includes(wanted);
   }
 
   setRunning(isRunning) {
@@ -189,7 +198,7 @@ export class Scope {
     if (!ring?.count || document.hidden) return;
     this.watchTrigger(ring);
     const colored = new Map(this.chosen.map((name, place) => [name, COLORS[place % COLORS.length]]));
-    for (const { key, value, name, unit } of by("signals").children) {
+    for (const { key, value, name, unit } of by("signals").querySelectorAll("label")) {
       value.textContent = `${digits(ring.numbers.has(name) ? ring.at(ring.numbers.get(name), ring.count - 1) : undefined)} ${unit}`;
       key.style.background = colored.get(name) ?? "transparent";
     }

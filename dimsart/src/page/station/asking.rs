@@ -11,6 +11,7 @@ use tokio::sync::oneshot;
 
 use super::super::action::Action;
 use super::super::news::Board;
+use super::recording::Recorder;
 use super::{Answer, Hand, OpenLine, PAUSE, PageDevice, greet};
 use crate::connect::{ConnectError, LiveReport, Presence};
 
@@ -25,7 +26,13 @@ const TOO_LATE: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub(super) enum Ask {
     Do(Asked),
-    IsGone { client: u64 },
+    IsGone {
+        client: u64,
+    },
+    /// Begins a recording with what the device is.
+    Record {
+        answer: oneshot::Sender<Answer>,
+    },
 }
 
 /// What a client has asked for.
@@ -61,6 +68,7 @@ pub(super) struct Asking {
     held: Vec<(u64, String, usize)>,
     /// How often the device was stopped.
     stops: Arc<AtomicU64>,
+    recorder: Arc<Recorder>,
     /// Whether a line has ended within a change of several commands.
     has_left_open: bool,
 }
@@ -72,8 +80,10 @@ impl Asking {
         looked: Sender<()>,
         hand: Option<Hand>,
         stops: Arc<AtomicU64>,
+        recorder: Arc<Recorder>,
     ) -> Self {
-        Self { news, open, looked, holder: None, hand, held: Vec::new(), stops, has_left_open: false }
+        let (holder, held, has_left_open) = (None, Vec::new(), false);
+        Self { news, open, looked, holder, hand, held, stops, recorder, has_left_open }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
@@ -115,6 +125,7 @@ impl Asking {
                     match ask {
                         Ask::Do(asked) => self.take(device, asked),
                         Ask::IsGone { client } => self.forget(device, client),
+                        Ask::Record { answer } => drop(answer.send(self.recorder.begin(device))),
                     }
                     looked = None;
                     // It ends with the page alone.
@@ -226,7 +237,7 @@ impl Asking {
 /// Refuses what waits: when the line is there again, nobody may want it any more.
 fn refuse(asks: &Receiver<Ask>, error: &ConnectError) {
     for ask in asks.try_iter() {
-        if let Ask::Do(Asked { answer, .. }) = ask {
+        if let Ask::Do(Asked { answer, .. }) | Ask::Record { answer } = ask {
             let _ = answer.send(Err(error.to_string()));
         }
     }

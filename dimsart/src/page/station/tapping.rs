@@ -1,13 +1,18 @@
-//! The signals of every tick, as many of them as the line carries.
+//! The signals of every tick, as many of them as the line carries, or those that somebody has chosen.
 
 use std::sync::Arc;
+use std::sync::mpsc::Receiver;
 use std::thread;
 use std::time::Duration;
 
-use super::super::news::Board;
-use super::{OpenLine, PAUSE, PageDevice, greet};
-use crate::connect::{ConnectError, Tap};
-use dimsart_core::protocol::MAX_TELEMETRY_WORDS;
+use serde_json::Value;
+use tokio::sync::oneshot;
+
+use super::super::news::{Board, Rows};
+use super::{Answer, OpenLine, PAUSE, PageDevice, greet};
+use crate::connect::{ConnectError, Tap, TapSignal};
+use crate::tap_file::OTHER_SIGNALS;
+use dimsart_core::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
 
 /// How often the rows of ticks go out: a screen's picture.
 const PICTURE: Duration = Duration::from_millis(20);
@@ -19,43 +24,121 @@ const SHARE: f64 = 0.2;
 const SAMPLE_BYTES: f64 = 16.0;
 const BITS_PER_BYTE: f64 = 10.0;
 
-/// The thread. While nobody looks, the device is asked for nothing: another client may want what it can send.
-pub(super) fn tap(news: &Board, open: &OpenLine, baud: Option<u32>) {
-    let mut number = 0;
-    loop {
-        if news.is_heard()
-            && let Ok(mut device) = greet(open)
-        {
-            // A line that has ended is opened again.
-            let _ = listen(news, &mut device, baud, &mut number);
-        }
-        thread::sleep(if news.is_heard() { PAUSE } else { LOOK });
-    }
+/// Signals that somebody wants to be sent.
+#[derive(Debug)]
+pub(super) struct Choice {
+    /// All, or the first ones, where there is none.
+    pub(super) names: Vec<String>,
+    pub(super) answer: oneshot::Sender<Answer>,
 }
 
-/// Until nobody looks any more.
-fn listen(
-    news: &Board,
-    device: &mut PageDevice,
+/// The thread.
+pub(super) struct Tapping {
+    news: Arc<Board>,
     baud: Option<u32>,
-    number: &mut u32,
-) -> Result<(), ConnectError> {
-    let every_ticks = every_ticks(baud, device.identity().sample_period_s.into());
-    let (mut tap, mut told) = (Tap::new(every_ticks), Arc::from([]));
-    while news.is_heard() {
-        let rows = device.tap(&mut tap, PICTURE)?;
-        if *told != *tap.signals() {
-            *number += 1;
-            told = tap.signals().into();
-            news.layout(*number, every_ticks, &told);
-        }
-        news.rows(*number, &told, rows);
+    choices: Receiver<Choice>,
+    /// What was chosen last.
+    names: Vec<String>,
+    /// Of the layout.
+    number: u32,
+    /// Rows and lost samples of what was listened to before.
+    rows: u64,
+    lost: u64,
+}
+
+impl Tapping {
+    pub(super) fn new(news: Arc<Board>, baud: Option<u32>, choices: Receiver<Choice>) -> Self {
+        Self { news, baud, choices, names: Vec::new(), number: 0, rows: 0, lost: 0 }
     }
-    device.end_tap(&mut tap)
+
+    /// While nobody looks, the device is asked for nothing: another client may want what it can send.
+    pub(super) fn run(mut self, open: &OpenLine) {
+        loop {
+            if self.news.is_heard()
+                && let Err(error) = greet(open).and_then(|mut device| self.listen(&mut device))
+            {
+                // A line that has ended is opened again.
+                self.news.cut(&format!("the line has ended: {error}"));
+                for Choice { answer, .. } in self.choices.try_iter() {
+                    let _ = answer.send(Err(error.to_string()));
+                }
+                if let ConnectError::Word(_) = error {
+                    // Another image does not know what was chosen.
+                    self.names.clear();
+                }
+            }
+            thread::sleep(if self.news.is_heard() { PAUSE } else { LOOK });
+        }
+    }
+
+    /// Until nobody looks any more.
+    fn listen(&mut self, device: &mut PageDevice) -> Result<(), ConnectError> {
+        let every_ticks = every_ticks(self.baud, device.identity().sample_period_s.into());
+        let mut tap = Tap::new(every_ticks).of(&self.names);
+        let mut told: (Arc<[TapSignal]>, Vec<String>) = (Arc::from([]), Vec::new());
+        while self.news.is_heard() {
+            if let Ok(Choice { names, answer }) = self.choices.try_recv() {
+                let done = self.choose(device, &mut tap, every_ticks, names)?;
+                // Who has asked may be gone.
+                let _ = answer.send(done.map(Value::String));
+            }
+            let rows = device.tap(&mut tap, PICTURE)?;
+            let is_other = *told.0 != *tap.signals();
+            if is_other {
+                self.news.cut(OTHER_SIGNALS);
+                self.number += 1;
+            }
+            if is_other || told.1 != tap.unsent() {
+                told = (tap.signals().into(), tap.unsent().to_vec());
+                self.news.layout(self.number, every_ticks, &told.0, &told.1);
+            }
+            let (station, layout, signals) = (self.news.station(), self.number, Arc::clone(&told.0));
+            let (first, lost) = (self.rows, self.lost + tap.lost());
+            self.rows += rows.len() as u64;
+            self.news.rows(Rows { station, layout, signals, first, lost, rows });
+        }
+        self.lost += tap.lost();
+        device.end_tap(&mut tap)
+    }
+
+    /// Has other signals sent, or says why not: then those go on that were sent.
+    fn choose(
+        &mut self,
+        device: &mut PageDevice,
+        tap: &mut Tap,
+        every_ticks: u32,
+        names: Vec<String>,
+    ) -> Result<Result<String, String>, ConnectError> {
+        match device.require_signals(&names) {
+            Err(ConnectError::Word(reason)) => return Ok(Err(reason)),
+            known => known?,
+        }
+        device.end_tap(tap)?;
+        self.lost += tap.lost();
+        *tap = Tap::new(every_ticks).of(&names);
+        // It is not known before whether a device sends them: its streams are for other clients, too.
+        device.open_tap(tap)?;
+        if tap.signals().len() < names.len() {
+            *tap = Tap::new(every_ticks).of(&self.names);
+            return Ok(Err(format!(
+                "{} is more than the device can send at once: of a board {MAX_TELEMETRY_SIGNALS} signals, \
+                 {MAX_TELEMETRY_WORDS} words in all, and none while another client has its stream; leave one out first",
+                names.join(", ")
+            )));
+        }
+        self.names = names;
+        // Who has chosen all of them has left out none that comes later.
+        if tap.unsent().is_empty() {
+            self.names.clear();
+            tap.widen();
+        }
+        let sent: Vec<&str> = tap.signals().iter().map(|signal| signal.name.as_str()).collect();
+        Ok(Ok(format!("the device sends {}", sent.join(", "))))
+    }
 }
 
 /// Ticks from one row to the next, for one full stream over a line of so many bits per second.
-fn every_ticks(baud: Option<u32>, sample_period_s: f64) -> u32 {
+pub(super) fn every_ticks(baud: Option<u32>, sample_period_s: f64) -> u32 {
     let Some(baud) = baud else { return 1 };
     let words = u32::try_from(MAX_TELEMETRY_WORDS).unwrap_or(u32::MAX);
     let row_s = BITS_PER_BYTE * (4.0 * f64::from(words) + SAMPLE_BYTES) / (SHARE * f64::from(baud));

@@ -1,0 +1,132 @@
+//! What a controller sends, row by row, into a file with its scheme inside: `dimsart record`, and recordings of the page.
+
+use std::io::{Read, Write};
+use std::path::Path;
+use std::sync::mpsc::SyncSender;
+
+use crate::connect::{ConnectError, Device, Identity, TapRow, TapSignal};
+use crate::report::{ControllerFacts, ReportError, RunFacts, SignalsFile, SignalsFormat, SignalsKind};
+use hil_sim::recording::{Column, Piece};
+
+/// Why a record ends whose controller sends something else.
+pub(crate) const OTHER_SIGNALS: &str =
+    "the scheme has other signals now: the record ends here, begin another one";
+
+/// A file that takes the rows of one set of signals.
+#[derive(Debug)]
+pub(crate) struct TapFile {
+    file: SignalsFile,
+    pieces: SyncSender<Piece>,
+    /// Name of the controller.
+    source: String,
+    period_s: f64,
+    signals: Vec<TapSignal>,
+    rows: u64,
+}
+
+/// What becomes of the file after some rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Next {
+    GoesOn,
+    /// The rows are of other signals, and not in it.
+    OtherSignals,
+    /// The disk takes no more: [`TapFile::finish`] says why.
+    NoDisk,
+}
+
+/// How rows of every so many ticks are written that come from a port: with what the controller is now.
+///
+/// # Errors
+/// [`ConnectError`] when the device does not say its scheme.
+pub(crate) fn format(
+    device: &mut Device<impl Read + Write>,
+    port: &str,
+    every_ticks: u32,
+    kind: SignalsKind,
+) -> Result<SignalsFormat, ConnectError> {
+    Ok(match kind {
+        SignalsKind::Csv => SignalsFormat::Csv,
+        SignalsKind::Mcap => {
+            let Identity { device: name, image, protocol_version, sample_period_s, .. } =
+                device.identity().clone();
+            let settings_toml = format!(
+                "# What was recorded, not a scenario.\nport = {port:?}\ndevice = {name:?}\nimage = {image:?}\n\
+                 protocol = {protocol_version}\nsample_period_s = {sample_period_s}\nevery_ticks = {every_ticks}\n"
+            );
+            let scheme = device.scheme_rows(None)?;
+            let controllers = vec![ControllerFacts { name, scheme, device_json: None }];
+            SignalsFormat::Mcap(RunFacts { settings_toml, controllers })
+        }
+    })
+}
+
+impl TapFile {
+    /// Begins the file in `folder`, made if missing, for a controller of this identity.
+    ///
+    /// # Errors
+    /// As [`SignalsFile::create`].
+    pub(crate) fn create(
+        folder: &Path,
+        identity: &Identity,
+        format: SignalsFormat,
+    ) -> Result<Self, ReportError> {
+        let (file, pieces) = SignalsFile::create(folder, &[], format)?;
+        let (source, period_s) = (identity.device.clone(), identity.sample_period_s.into());
+        Ok(Self { file, pieces, source, period_s, signals: Vec::new(), rows: 0 })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Rows so far.
+    pub(crate) fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// Adds rows of these signals, those of the first ones that came. Waits for a disk that is behind.
+    pub(crate) fn add(&mut self, signals: &[TapSignal], rows: &[TapRow]) -> Next {
+        if self.signals.is_empty() {
+            signals.clone_into(&mut self.signals);
+            // It ends when its disk does not take it, and says so when it is asked.
+            let _ = self.pieces.send(Piece::Columns(columns_of(&self.source, signals)));
+        } else if self.signals != signals {
+            return Next::OtherSignals;
+        }
+        let values = rows.iter().flat_map(|row| {
+            std::iter::once(f64::from(row.tick) * self.period_s).chain(row.values.iter().copied())
+        });
+        if self.pieces.send(Piece::Rows(values.collect())).is_err() {
+            return Next::NoDisk;
+        }
+        self.rows += rows.len() as u64;
+        Next::GoesOn
+    }
+
+    /// Waits until all is written; what is in the file, with the samples that are not, and why it ends where that is to be said.
+    ///
+    /// # Errors
+    /// As [`SignalsFile::finish`].
+    pub(crate) fn finish(self, lost: u64, why: &str) -> Result<String, ReportError> {
+        let Self { file, pieces, signals, rows, .. } = self;
+        drop(pieces);
+        let path = file.finish()?;
+        let why = if why.is_empty() { String::new() } else { format!("; {why}") };
+        let (path, count) = (path.display(), signals.len());
+        Ok(format!("{path}: {rows} rows of {count} signals, {lost} samples lost{why}"))
+    }
+}
+
+fn columns_of(source: &str, signals: &[TapSignal]) -> Vec<Column> {
+    let of_signal = |signal: &TapSignal| {
+        let column = |place| Column {
+            source: source.to_owned(),
+            signal: signal.name.clone(),
+            indices: if signal.words > 1 { vec![place] } else { Vec::new() },
+            unit: signal.unit.clone(),
+            format: Some(signal.format()),
+        };
+        (0..signal.words).map(column).collect::<Vec<_>>()
+    };
+    signals.iter().flat_map(of_signal).collect()
+}
