@@ -43,9 +43,9 @@ pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
 pub use hand_phase::HandPhase;
 pub use joint::{
-    BrushedParameters, FlexibleParameters, FrictionParameters, GearParameters, Joint, JointEnergy,
-    JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters, ThermalParameters,
-    ThreePhaseParameters,
+    BridgeMotor, BridgeState, BrushedParameters, FlexibleParameters, FrictionParameters, GearParameters,
+    Joint, JointEnergy, JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters,
+    ThermalParameters, ThreePhaseParameters,
 };
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;

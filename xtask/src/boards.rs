@@ -158,8 +158,10 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
 /// Documentation of what is compiled for boards alone.
 pub(crate) fn document(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
-        let arguments =
-            ["--no-deps", "--quiet", "--profile", PROFILE, "--package", "boards", "--features", board.name];
+        // With the application, whose choice of features their lints have built everything for.
+        let packages = ["--no-deps", "--quiet", "--lib", "--package", "boards", "--package", "firmware"];
+        let features = format!("firmware/{}", board.name);
+        let arguments = [&packages[..], &["--profile", PROFILE, "--features", &features]].concat();
         run(toolchain.cargo("doc", &arguments).env("RUSTDOCFLAGS", "--deny warnings"))?;
     }
     Ok(())

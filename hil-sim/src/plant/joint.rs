@@ -11,6 +11,7 @@
 //! parameters. Where friction reverses, a stop or the teeth of the gear touch or part, the sub-step is halved until
 //! that is located within 1/1024 of it.
 
+mod bridge_motor;
 mod brushed;
 mod flexible;
 mod friction;
@@ -28,6 +29,7 @@ mod tests;
 mod thermal;
 mod three_phase;
 
+pub use bridge_motor::{BridgeMotor, BridgeState};
 pub use brushed::BrushedParameters;
 pub use flexible::FlexibleParameters;
 pub use friction::FrictionParameters;

@@ -98,7 +98,7 @@ impl JointMotorParameters {
         match self {
             Self::Ideal {} => wanted_nm,
             Self::Brushed(motor) => motor.torque_constant_nm_per_a * state.quadrature_a,
-            Self::ThreePhase(motor) => motor.torque_nm(state),
+            Self::ThreePhase(motor) => motor.torque_nm([state.direct_a, state.quadrature_a]),
         }
     }
 

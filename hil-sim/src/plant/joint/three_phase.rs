@@ -104,10 +104,9 @@ impl ThreePhaseParameters {
         1.5 * f64::from(self.pole_pairs) * self.flux_linkage_vs
     }
 
-    pub(super) fn torque_nm(&self, state: &State) -> f64 {
+    pub(super) fn torque_nm(&self, [d_a, q_a]: [f64; 2]) -> f64 {
         let saliency_h = self.direct_inductance_h - self.quadrature_inductance_h;
-        let linkage_vs = self.flux_linkage_vs + saliency_h * state.direct_a;
-        1.5 * f64::from(self.pole_pairs) * linkage_vs * state.quadrature_a
+        1.5 * f64::from(self.pole_pairs) * (self.flux_linkage_vs + saliency_h * d_a) * q_a
     }
 
     pub(super) fn electric(&self, wanted_nm: f64, rotor_rad_per_s: f64, state: &State) -> Electric {
@@ -115,9 +114,7 @@ impl ThreePhaseParameters {
         let (d_h, q_h) = (self.direct_inductance_h, self.quadrature_inductance_h);
         let warmth = self.thermal.as_ref().map_or(1.0, |thermal| thermal.warmth(state.winding_c));
         let resistance_ohm = self.resistance_ohm * warmth;
-        let electrical_rad_per_s = f64::from(self.pole_pairs) * rotor_rad_per_s;
-        let lost_d_v = resistance_ohm * d_a - electrical_rad_per_s * q_h * q_a;
-        let lost_q_v = resistance_ohm * q_a + electrical_rad_per_s * (d_h * d_a + self.flux_linkage_vs);
+        let (lost_d_v, lost_q_v) = self.lost_v(resistance_ohm, rotor_rad_per_s, [d_a, q_a]);
 
         let limit_a = self.current_limit_a;
         let wanted_a = (wanted_nm / self.torque_constant_nm_per_a()).clamp(-limit_a, limit_a);
@@ -144,6 +141,21 @@ impl ThreePhaseParameters {
             supplied_w: 1.5 * (d_v * d_a + q_v * q_a),
             lost_w: copper_w + 1.5 * (dead_d_v * d_a + dead_q_v * q_a),
         }
+    }
+
+    /// What resistance, coupling and magnets take off the voltage of `d` and of `q`, `V`, at currents in `A`.
+    pub(super) fn lost_v(
+        &self,
+        resistance_ohm: f64,
+        rotor_rad_per_s: f64,
+        [d_a, q_a]: [f64; 2],
+    ) -> (f64, f64) {
+        let electrical_rad_per_s = f64::from(self.pole_pairs) * rotor_rad_per_s;
+        (
+            resistance_ohm * d_a - electrical_rad_per_s * self.quadrature_inductance_h * q_a,
+            resistance_ohm * q_a
+                + electrical_rad_per_s * (self.direct_inductance_h * d_a + self.flux_linkage_vs),
+        )
     }
 
     /// What dead time takes off the voltage at most, `V`.

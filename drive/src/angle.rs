@@ -1,0 +1,113 @@
+//! An angle that wraps by itself, and its sine.
+
+use core::f32::consts::{FRAC_1_PI, PI};
+
+/// 2³¹: half a turn.
+const HALF_TURN: f32 = 2_147_483_648.0;
+
+/// An angle as a share of a turn, which is 2³²: it wraps without a comparison, and loses nothing after any number of turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Angle(pub u32);
+
+impl Angle {
+    /// From `rad`, -π to π; what is beyond is taken as the nearer of these.
+    #[inline]
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
+    pub fn from_rad(angle_rad: f32) -> Self {
+        Self(((angle_rad * FRAC_1_PI * HALF_TURN) as i32).cast_unsigned())
+    }
+
+    /// Of an encoder that shows `count` of `counts_per_turn`, at least 2, from 0 on.
+    #[must_use]
+    pub fn from_counts(count: u32, counts_per_turn: u32) -> Self {
+        let turn = (u64::from(count) << 32).checked_div(u64::from(counts_per_turn)).unwrap_or(0);
+        let [low, _] = [turn & u64::from(u32::MAX), turn >> 32].map(u32::try_from);
+        Self(low.unwrap_or(0))
+    }
+
+    /// In `rad`, -π up to and without π.
+    #[inline]
+    #[must_use]
+    pub fn rad(self) -> f32 {
+        self.0.cast_signed() as f32 * (PI / HALF_TURN)
+    }
+
+    /// Further by some `rad`, -π to π.
+    #[inline]
+    #[must_use]
+    pub fn plus_rad(self, angle_rad: f32) -> Self {
+        Self(self.0.wrapping_add(Self::from_rad(angle_rad).0))
+    }
+
+    /// From another angle to this one.
+    #[inline]
+    #[must_use]
+    pub fn minus(self, other: Self) -> Self {
+        Self(self.0.wrapping_sub(other.0))
+    }
+
+    /// The electrical angle of a rotor with so many pole pairs.
+    #[inline]
+    #[must_use]
+    pub fn times(self, pole_pairs: u8) -> Self {
+        Self(self.0.wrapping_mul(u32::from(pole_pairs)))
+    }
+
+    /// Sine and cosine, absolute error below 2e-7.
+    ///
+    /// Within an eighth of a turn of the nearest quarter by the polynomials of Moshier's Cephes library (`sinf`, `cosf`), in
+    /// plain arithmetic: the same bits everywhere, in fewer cycles than a coprocessor takes with the way to it and back.
+    #[inline]
+    #[must_use]
+    pub fn sin_cos(self) -> (f32, f32) {
+        let quarter = self.0.wrapping_add(1 << 29) >> 30;
+        let rest = Self(self.0.wrapping_sub(quarter << 30)).rad();
+        let square = rest * rest;
+        let sin =
+            rest + rest * square * (-1.666_665_5e-1 + square * (8.332_161e-3 + square * -1.951_529_6e-4));
+        let cos = 1.0 - 0.5 * square
+            + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
+        match quarter & 3 {
+            0 => (sin, cos),
+            1 => (cos, -sin),
+            2 => (-sin, -cos),
+            _ => (-cos, sin),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+
+    #[test]
+    fn sine_and_cosine_are_exact_to_two_in_ten_million() {
+        let mut worst = 0.0_f64;
+        for step in 0..1_000_000_u32 {
+            let angle = Angle(step.wrapping_mul(4_295 + 2));
+            let (sin, cos) = angle.sin_cos();
+            let (exact_sin, exact_cos) = (f64::from(angle.0) / f64::from(u32::MAX).mul_add(1.0, 1.0)
+                * core::f64::consts::TAU)
+                .sin_cos();
+            worst = worst.max((f64::from(sin) - exact_sin).abs()).max((f64::from(cos) - exact_cos).abs());
+        }
+        assert!(worst < 2e-7, "{worst}");
+    }
+
+    #[test]
+    fn angles_wrap_and_counts_are_shares_of_a_turn() {
+        assert_eq!(Angle::from_counts(1024, 4096), Angle(1 << 30));
+        assert_eq!(Angle::from_counts(4096 + 1024, 4096), Angle(1 << 30));
+        assert_eq!(Angle::from_counts(3, 0), Angle(0));
+        assert!(Angle(3 << 30).plus_rad(PI).minus(Angle(1 << 30)).rad().abs() < 1e-6);
+        assert!((Angle(u32::MAX).times(7).rad()).abs() < 1e-7);
+        for degrees in -179..180_i16 {
+            let angle_rad = f32::from(degrees).to_radians();
+            assert!((Angle::from_rad(angle_rad).rad() - angle_rad).abs() < 1e-6, "{degrees}");
+        }
+        assert_eq!(Angle::from_rad(f32::NAN), Angle(0));
+    }
+}

@@ -1,0 +1,154 @@
+//! What a drive is told of its motor, its inverter and what they bear. Data, none of it in the code.
+
+use core::fmt;
+
+/// A permanent-magnet motor with three phases.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motor {
+    /// `R` of a phase, `ohm`, > 0: half of what is measured between two leads.
+    pub resistance_ohm: f32,
+    /// `L_d`, `H`, > 0.
+    pub direct_inductance_h: f32,
+    /// `L_q`, `H`, > 0.
+    pub quadrature_inductance_h: f32,
+    /// `ψ`, peak flux of the magnets through a phase, `V s` per electrical radian, > 0. An error of it is one of the torque.
+    pub flux_linkage_vs: f32,
+    /// `p`, > 0.
+    pub pole_pairs: u8,
+    /// Mechanical angle of the encoder at which the magnets point along phase U, `rad`, -π to π.
+    pub encoder_offset_rad: f32,
+}
+
+/// What motor and inverter bear. What is beyond it turns the bridge off.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// Most current that is asked for, peak of a phase, `A`, > 0.
+    pub current_a: f32,
+    /// Current of a phase that is never right, `A`, above `current_a`.
+    pub trip_current_a: f32,
+    /// Lowest voltage of the supply, `V`, > 0.
+    pub least_bus_v: f32,
+    /// Highest one, above the lowest: braking feeds it.
+    pub most_bus_v: f32,
+    /// From this temperature on less current is asked for, `°C`.
+    pub derating_c: f32,
+    /// At this one none, and the bridge is off, `°C`, above `derating_c`.
+    pub trip_c: f32,
+    /// Fastest that the rotor can turn, `rad/s`, > 0: an angle further away than that is none.
+    pub speed_rad_per_s: f32,
+    /// How long a rotor may stand still with all of `current_a`, `s`; with a part of it, as the square of that part says
+    /// longer. Infinity for ever.
+    pub stall_s: f32,
+}
+
+/// All of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Configuration {
+    /// The motor.
+    pub motor: Motor,
+    /// What it bears.
+    pub limits: Limits,
+    /// One period of the pulse-width modulation, and from one step to the next, `s`, > 0.
+    pub period_s: f32,
+    /// `wc`, bandwidth of the current loops, `rad/s`, > 0; up to a third of `1/period_s`.
+    pub bandwidth_rad_per_s: f32,
+    /// Share of a period that a half bridge is off at both of its edges together, 0 to 0.2.
+    pub dead_time_share: f32,
+    /// Current below which that changes proportionally less, `A`, > 0.
+    pub dead_time_current_a: f32,
+    /// Largest duty cycle, 0.6 to 1: converters that measure at the low side need the rest.
+    pub most_duty: f32,
+}
+
+/// A value that no drive can have.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ConfigurationError {
+    /// Its name.
+    pub name: &'static str,
+    /// The value.
+    pub value: f32,
+    /// What it has to be.
+    pub range: &'static str,
+}
+
+impl fmt::Display for ConfigurationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} is {}: it has to be {}", self.name, self.value, self.range)
+    }
+}
+
+impl core::error::Error for ConfigurationError {}
+
+impl Motor {
+    /// `3/2 p ψ`, `N m/A`: torque of a current across the magnets.
+    #[must_use]
+    pub fn torque_constant_nm_per_a(&self) -> f32 {
+        1.5 * f32::from(self.pole_pairs) * self.flux_linkage_vs
+    }
+}
+
+impl Configuration {
+    /// Says whether a drive can be made of it.
+    ///
+    /// # Errors
+    /// The first value outside its range.
+    pub fn check(&self) -> Result<(), ConfigurationError> {
+        let Self { motor, limits, .. } = self;
+        positive("motor.resistance_ohm", motor.resistance_ohm)?;
+        positive("motor.direct_inductance_h", motor.direct_inductance_h)?;
+        positive("motor.quadrature_inductance_h", motor.quadrature_inductance_h)?;
+        positive("motor.flux_linkage_vs", motor.flux_linkage_vs)?;
+        positive("motor.pole_pairs", f32::from(motor.pole_pairs))?;
+        let offset = motor.encoder_offset_rad;
+        require("motor.encoder_offset_rad", offset, offset.abs() <= core::f32::consts::PI, "-pi to pi")?;
+        positive("limits.current_a", limits.current_a)?;
+        let trip = limits.trip_current_a;
+        require(
+            "limits.trip_current_a",
+            trip,
+            trip > limits.current_a && trip.is_finite(),
+            "above limits.current_a",
+        )?;
+        positive("limits.least_bus_v", limits.least_bus_v)?;
+        let most = limits.most_bus_v;
+        require(
+            "limits.most_bus_v",
+            most,
+            most > limits.least_bus_v && most.is_finite(),
+            "above limits.least_bus_v",
+        )?;
+        require("limits.derating_c", limits.derating_c, limits.derating_c.is_finite(), "a number")?;
+        let trip = limits.trip_c;
+        require(
+            "limits.trip_c",
+            trip,
+            trip > limits.derating_c && trip.is_finite(),
+            "above limits.derating_c",
+        )?;
+        positive("limits.speed_rad_per_s", limits.speed_rad_per_s)?;
+        require("limits.stall_s", limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity")?;
+        positive("period_s", self.period_s)?;
+        positive("bandwidth_rad_per_s", self.bandwidth_rad_per_s)?;
+        let bandwidth = self.bandwidth_rad_per_s;
+        let is_slow = bandwidth * self.period_s <= 1.0 / 3.0;
+        require("bandwidth_rad_per_s", bandwidth, is_slow, "at most a third of 1 / period_s")?;
+        let share = self.dead_time_share;
+        require("dead_time_share", share, (0.0..=0.2).contains(&share), "0 to 0.2")?;
+        positive("dead_time_current_a", self.dead_time_current_a)?;
+        let most = self.most_duty;
+        require("most_duty", most, (0.6..=1.0).contains(&most), "0.6 to 1")
+    }
+}
+
+fn positive(name: &'static str, value: f32) -> Result<(), ConfigurationError> {
+    require(name, value, value > 0.0 && value.is_finite(), "above 0")
+}
+
+fn require(
+    name: &'static str,
+    value: f32,
+    is_right: bool,
+    range: &'static str,
+) -> Result<(), ConfigurationError> {
+    if is_right { Ok(()) } else { Err(ConfigurationError { name, value, range }) }
+}

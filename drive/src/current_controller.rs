@@ -1,0 +1,111 @@
+//! Two PI controllers in the rotor's frame, with the coupling of the axes and the voltage of the magnets fed forward.
+//!
+//! By pole cancellation, `Kp = wc L`, `Ki = wc R`, so that `i/i_ref = wc/(s + wc)` while the voltage lasts and no time passes
+//! between sample and voltage (Harnefors and Nee, "Model-based current control of AC machines using the internal model
+//! control method", IEEE Trans. Industry Applications 34(1), 1998):
+//!
+//! ```text
+//!   u_d = Kp_d e_d + ∫ Ki e_d - w L_q i_q
+//!   u_q = Kp_q e_q + ∫ Ki e_q + w (L_d i_d + ψ)
+//! ```
+//! The voltage stays within a circle, `u_d` first: the flux is held, the torque gives way. What was cut off goes back
+//! through `1/Kp` into the integrals, which so never wind up.
+
+use dimsart_core::math::{limit, sqrt};
+
+use crate::configuration::{Configuration, Motor};
+use crate::vector::Dq;
+
+/// The controller of a motor's currents.
+#[derive(Debug, Clone)]
+pub struct CurrentController {
+    motor: Motor,
+    direct: Gains,
+    quadrature: Gains,
+    integral_v: Dq,
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Gains {
+    proportional_ohm: f32,
+    /// Of a step.
+    integral_ohm: f32,
+    /// What a volt that was cut off takes out of the integral in a step.
+    unwinding: f32,
+}
+
+impl Gains {
+    fn new(inductance_h: f32, configuration: &Configuration) -> Self {
+        let proportional_ohm = configuration.bandwidth_rad_per_s * inductance_h;
+        let integral_ohm =
+            configuration.bandwidth_rad_per_s * configuration.motor.resistance_ohm * configuration.period_s;
+        Self { proportional_ohm, integral_ohm, unwinding: integral_ohm / proportional_ohm }
+    }
+
+    fn integrate(self, integral_v: f32, error_a: f32, cut_off_v: f32) -> f32 {
+        integral_v + self.integral_ohm * error_a - self.unwinding * cut_off_v
+    }
+}
+
+impl CurrentController {
+    /// With the gains of a configuration that is [right](Configuration::check).
+    #[must_use]
+    pub fn new(configuration: &Configuration) -> Self {
+        let motor = configuration.motor;
+        Self {
+            motor,
+            direct: Gains::new(motor.direct_inductance_h, configuration),
+            quadrature: Gains::new(motor.quadrature_inductance_h, configuration),
+            integral_v: Dq::default(),
+        }
+    }
+
+    /// Forgets its integrals: what is done while nothing is driven.
+    pub fn reset(&mut self) {
+        self.integral_v = Dq::default();
+    }
+
+    /// The voltage for the next period, `V`, not longer than `most_v`, from currents in `A` and the electrical speed.
+    #[must_use]
+    pub fn step(&mut self, wanted_a: Dq, is_a: Dq, electrical_rad_per_s: f32, most_v: f32) -> Dq {
+        let Motor { direct_inductance_h, quadrature_inductance_h, flux_linkage_vs, .. } = self.motor;
+        let error_a = Dq { d: wanted_a.d - is_a.d, q: wanted_a.q - is_a.q };
+        let coupling_d_v = -electrical_rad_per_s * quadrature_inductance_h * is_a.q;
+        let coupling_q_v = electrical_rad_per_s * (direct_inductance_h * is_a.d + flux_linkage_vs);
+        let asked_v = Dq {
+            d: self.direct.proportional_ohm * error_a.d + self.integral_v.d + coupling_d_v,
+            q: self.quadrature.proportional_ohm * error_a.q + self.integral_v.q + coupling_q_v,
+        };
+        let given_v = within_circle(asked_v, most_v);
+        self.integral_v = Dq {
+            d: self.direct.integrate(self.integral_v.d, error_a.d, asked_v.d - given_v.d),
+            q: self.quadrature.integrate(self.integral_v.q, error_a.q, asked_v.q - given_v.q),
+        };
+        given_v
+    }
+}
+
+/// `d` as far as the circle goes, and `q` as far as that leaves room.
+#[inline]
+fn within_circle(Dq { d, q }: Dq, radius: f32) -> Dq {
+    let d = limit(d, radius);
+    Dq { d, q: limit(q, sqrt(radius * radius - d * d)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_voltage_stays_in_its_circle_with_the_flux_first() {
+        for (asked, expected) in [
+            ((3.0, 4.0), (3.0, 4.0)),
+            ((3.0, 9.0), (3.0, 4.0)),
+            ((-3.0, -9.0), (-3.0, -4.0)),
+            ((-7.0, 1.0), (-5.0, 0.0)),
+        ] {
+            let Dq { d, q } = within_circle(Dq { d: asked.0, q: asked.1 }, 5.0);
+            assert!((d - expected.0).abs() < 1e-6 && (q - expected.1).abs() < 1e-5, "{asked:?}: {d} {q}");
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What turns the bridge off, in the period in which it shows.
+
+use core::fmt;
+
+use crate::configuration::{Configuration, Limits};
+use crate::sample::{Rotor, Sample};
+
+/// Share of the trip current that the sum of the phases may be off: converters are not exact, but a dead one shows.
+const SENSOR_SHARE: f32 = 0.2;
+/// Of an encoder, beside what the fastest rotor turns in two periods, `rad`.
+const ENCODER_NOISE_RAD: f32 = 0.01;
+/// Readings of an encoder in a row that may be missing or wrong: the rotor goes on as it turned.
+const BAD_READINGS: u8 = 2;
+/// Below this share of the fastest speed a rotor stands still.
+const STANDSTILL_SHARE: f32 = 0.01;
+
+/// Why the bridge is off, the first reason that was found. It stays until it is [cleared](Protection::clear).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fault {
+    /// A phase has more than the trip current.
+    Overcurrent,
+    /// The currents of the phases do not add up to nothing: a converter is wrong, or current leaves the motor elsewhere.
+    CurrentSensors,
+    /// The supply is too low: it is off, its fuse is gone, or its wires are thin.
+    Undervoltage,
+    /// The supply is too high: braking feeds one that takes nothing.
+    Overvoltage,
+    /// Too hot, or the sensor is gone.
+    Overtemperature,
+    /// The encoder does not answer.
+    EncoderLost,
+    /// It says angles to which no rotor can have turned.
+    EncoderJumped,
+    /// Its magnet is gone, or at a wrong distance.
+    EncoderMagnet,
+    /// The rotor has stood still under current for too long.
+    Stalled,
+}
+
+impl Fault {
+    /// What to do about it.
+    #[must_use]
+    pub fn remedy(self) -> &'static str {
+        match self {
+            Self::Overcurrent => {
+                "look for a short circuit, and identify the motor again: its inductance may be wrong"
+            }
+            Self::CurrentSensors => {
+                "look at the phases' wires and the shunts' amplifiers, with the motor unplugged"
+            }
+            Self::Undervoltage => "look at supply, fuse and wires, at the board's terminals and under load",
+            Self::Overvoltage => "add a brake resistor, or brake less",
+            Self::Overtemperature => "let it cool, command less, or look at the sensor's wires",
+            Self::EncoderLost => "look at the encoder's wires and supply",
+            Self::EncoderJumped => {
+                "look for disturbance on the encoder's wires, and for a loose magnet or wheel"
+            }
+            Self::EncoderMagnet => "set the magnet to the distance that the encoder's maker wants",
+            Self::Stalled => "look what holds the joint, or allow more time in `limits.stall_s`",
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Overcurrent => "a phase has more than the trip current",
+            Self::CurrentSensors => "the currents of the phases do not add up to nothing",
+            Self::Undervoltage => "the supply is below its lowest voltage",
+            Self::Overvoltage => "the supply is above its highest voltage",
+            Self::Overtemperature => "it is too hot, or the sensor of its temperature is gone",
+            Self::EncoderLost => "the encoder does not answer",
+            Self::EncoderJumped => "the encoder says angles to which no rotor can have turned",
+            Self::EncoderMagnet => "the encoder's magnet is gone, or at a wrong distance",
+            Self::Stalled => "the rotor has stood still under current for too long",
+        })
+    }
+}
+
+/// Watches a drive.
+#[derive(Debug, Clone)]
+pub struct Protection {
+    limits: Limits,
+    period_s: f32,
+    most_surprise_rad: f32,
+    bad_readings: u8,
+    stalled_s: f32,
+    fault: Option<Fault>,
+}
+
+impl Protection {
+    /// With the limits of a configuration that is [right](Configuration::check).
+    #[must_use]
+    pub fn new(configuration: &Configuration) -> Self {
+        let Configuration { limits, period_s, .. } = *configuration;
+        let most_surprise_rad = 2.0 * limits.speed_rad_per_s * period_s + ENCODER_NOISE_RAD;
+        Self { limits, period_s, most_surprise_rad, bad_readings: 0, stalled_s: 0.0, fault: None }
+    }
+
+    /// Why the bridge is off; none when it may be on.
+    #[must_use]
+    pub fn fault(&self) -> Option<Fault> {
+        self.fault
+    }
+
+    /// Forgets the fault: what is still wrong is found again in the next period.
+    pub fn clear(&mut self) {
+        (self.fault, self.bad_readings, self.stalled_s) = (None, 0, 0.0);
+    }
+
+    /// Looks at currents, supply and temperature.
+    #[inline]
+    pub(crate) fn look(&mut self, sample: &Sample) {
+        let Limits { trip_current_a, least_bus_v, most_bus_v, trip_c, .. } = self.limits;
+        let [u, v, w] = sample.phase_a;
+        // What is no number is within nothing.
+        let is_within = |value: f32, most: f32| value.abs() <= most;
+        let has_current = [u, v, w].into_iter().all(|phase_a| is_within(phase_a, trip_current_a));
+        let found = match sample {
+            _ if !has_current => Fault::Overcurrent,
+            _ if !is_within(u + v + w, SENSOR_SHARE * trip_current_a) => Fault::CurrentSensors,
+            Sample { bus_v, .. } if *bus_v > most_bus_v => Fault::Overvoltage,
+            Sample { bus_v, .. } if *bus_v >= least_bus_v => match sample.temperature_c < trip_c {
+                true => return,
+                false => Fault::Overtemperature,
+            },
+            _ => Fault::Undervoltage,
+        };
+        self.note(found);
+    }
+
+    /// Looks at what the encoder says, `surprise_rad` from where the rotor should be; gives that where it can be believed.
+    #[inline]
+    pub(crate) fn believe(&mut self, rotor: Rotor, surprise_rad: f32) -> Option<f32> {
+        let found = match rotor {
+            Rotor::At(_) if surprise_rad.abs() <= self.most_surprise_rad => {
+                self.bad_readings = 0;
+                return Some(surprise_rad);
+            }
+            Rotor::At(_) => Fault::EncoderJumped,
+            Rotor::Lost => Fault::EncoderLost,
+            Rotor::BadMagnet => Fault::EncoderMagnet,
+        };
+        self.bad_readings = self.bad_readings.saturating_add(1);
+        if self.bad_readings > BAD_READINGS {
+            self.note(found);
+        }
+        None
+    }
+
+    /// Looks how long the rotor stands still with a current that makes torque.
+    #[inline]
+    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32) {
+        if speed_rad_per_s.abs() > STANDSTILL_SHARE * self.limits.speed_rad_per_s {
+            self.stalled_s = 0.0;
+            return;
+        }
+        let share = current_a / self.limits.current_a;
+        self.stalled_s += self.period_s * share * share;
+        if self.stalled_s > self.limits.stall_s {
+            self.note(Fault::Stalled);
+        }
+    }
+
+    /// The most current that may be asked for at a temperature, `A`.
+    #[inline]
+    pub(crate) fn current_limit_a(&self, temperature_c: f32) -> f32 {
+        let Limits { current_a, derating_c, trip_c, .. } = self.limits;
+        let share = (trip_c - temperature_c) / (trip_c - derating_c);
+        current_a * share.clamp(0.0, 1.0)
+    }
+
+    fn note(&mut self, fault: Fault) {
+        self.fault.get_or_insert(fault);
+    }
+}

@@ -1,0 +1,94 @@
+//! Vectors of the stator and of the rotor, and the turn between them.
+
+use super::Angle;
+
+/// `1/√3`.
+pub(crate) const FRAC_1_SQRT_3: f32 = 0.577_350_26;
+/// `√3/2`.
+const FRAC_SQRT_3_2: f32 = 0.866_025_4;
+
+/// A vector that stands still with the stator: `alpha` along phase U, `beta` a quarter of a turn before it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Stator {
+    /// Along phase U.
+    pub alpha: f32,
+    /// A quarter of an electrical turn further.
+    pub beta: f32,
+}
+
+/// A vector that turns with the rotor: `d` along its magnets, `q` a quarter of an electrical turn further.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Dq {
+    /// Along the flux of the magnets.
+    pub d: f32,
+    /// Across it: what makes torque.
+    pub q: f32,
+}
+
+/// Sine and cosine of the angle between stator and rotor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    sin: f32,
+    cos: f32,
+}
+
+impl Stator {
+    /// Of three phases (Clarke): what all three have in common is left out.
+    #[inline]
+    #[must_use]
+    pub fn from_phases([u, v, w]: [f32; 3]) -> Self {
+        Self { alpha: (2.0 * u - v - w) * (1.0 / 3.0), beta: (v - w) * FRAC_1_SQRT_3 }
+    }
+
+    /// In three phases, whose sum is 0.
+    #[inline]
+    #[must_use]
+    pub fn phases(self) -> [f32; 3] {
+        let (half, side) = (-0.5 * self.alpha, FRAC_SQRT_3_2 * self.beta);
+        [self.alpha, half + side, half - side]
+    }
+}
+
+impl Turn {
+    /// To a rotor at an electrical angle.
+    #[inline]
+    #[must_use]
+    pub fn to(angle: Angle) -> Self {
+        let (sin, cos) = angle.sin_cos();
+        Self { sin, cos }
+    }
+
+    /// Into the rotor's frame (Park).
+    #[inline]
+    #[must_use]
+    pub fn park(self, Stator { alpha, beta }: Stator) -> Dq {
+        Dq { d: alpha * self.cos + beta * self.sin, q: beta * self.cos - alpha * self.sin }
+    }
+
+    /// Out of the rotor's frame.
+    #[inline]
+    #[must_use]
+    pub fn unpark(self, Dq { d, q }: Dq) -> Stator {
+        Stator { alpha: d * self.cos - q * self.sin, beta: d * self.sin + q * self.cos }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::f32::consts::TAU;
+
+    use super::*;
+
+    #[test]
+    fn a_balanced_system_is_a_vector_of_its_peak_that_stands_still_in_the_rotor() {
+        for step in 0..360_u16 {
+            let angle_rad = f32::from(step).to_radians();
+            let phases = [0.0, 1.0, 2.0].map(|phase| 3.0 * (angle_rad - phase * TAU / 3.0).cos());
+            let wrapped = Angle(0).plus_rad(angle_rad / 2.0).plus_rad(angle_rad / 2.0);
+            let Dq { d, q } = Turn::to(wrapped).park(Stator::from_phases(phases));
+            assert!((d - 3.0).abs() < 5e-6 && q.abs() < 5e-6, "{step}: {d} {q}");
+            let back = Turn::to(wrapped).unpark(Dq { d, q }).phases();
+            assert!(phases.iter().zip(back).all(|(one, other)| (one - other).abs() < 1e-5), "{back:?}");
+        }
+    }
+}

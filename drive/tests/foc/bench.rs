@@ -1,0 +1,123 @@
+//! A drive and a motor: the converters of a board between them, with their steps.
+
+use core::f64::consts::TAU;
+
+use drive::{Angle, Configuration, Drive, Duties, Limits, Motor, Rotor, Sample};
+use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
+
+pub(crate) const PERIOD_S: f64 = 5e-5;
+/// Of the encoder.
+const COUNTS: u32 = 16_384;
+/// Of the current converters, `A`: twelve bits over ±40 A.
+const CURRENT_STEP_A: f64 = 80.0 / 4096.0;
+
+/// The motor of the tests: a joint's, of 70 mm, at 24 V.
+pub(crate) fn motor() -> ThreePhaseParameters {
+    ThreePhaseParameters {
+        supply_v: 24.0,
+        dead_time_share: 0.02,
+        rotor_inertia_kg_m2: 1e6,
+        ..ThreePhaseParameters::default()
+    }
+}
+
+/// What a drive is told of a motor that is known exactly.
+pub(crate) fn configuration(motor: &ThreePhaseParameters) -> Configuration {
+    let as_f32 = |value: f64| value as f32;
+    Configuration {
+        motor: Motor {
+            resistance_ohm: as_f32(motor.resistance_ohm),
+            direct_inductance_h: as_f32(motor.direct_inductance_h),
+            quadrature_inductance_h: as_f32(motor.quadrature_inductance_h),
+            flux_linkage_vs: as_f32(motor.flux_linkage_vs),
+            pole_pairs: u8::try_from(motor.pole_pairs).unwrap(),
+            encoder_offset_rad: 0.4,
+        },
+        limits: Limits {
+            current_a: 20.0,
+            trip_current_a: 30.0,
+            least_bus_v: 10.0,
+            most_bus_v: 30.0,
+            derating_c: 80.0,
+            trip_c: 100.0,
+            speed_rad_per_s: 400.0,
+            stall_s: f32::INFINITY,
+        },
+        period_s: as_f32(PERIOD_S),
+        bandwidth_rad_per_s: as_f32(TAU * 1000.0),
+        dead_time_share: as_f32(motor.dead_time_share),
+        dead_time_current_a: as_f32(motor.dead_time_current_a),
+        most_duty: 0.95,
+    }
+}
+
+pub(crate) struct Bench {
+    pub(crate) drive: Drive,
+    pub(crate) motor: BridgeMotor,
+    pub(crate) configuration: Configuration,
+    pub(crate) bus_v: f64,
+    /// What the last period's computation came to: it is made in this one.
+    duties: Option<Duties>,
+    has_steps: bool,
+}
+
+impl Bench {
+    pub(crate) fn new(motor: &ThreePhaseParameters, configuration: Configuration) -> Self {
+        Self {
+            drive: Drive::new(&configuration).unwrap(),
+            motor: BridgeMotor::new(motor).unwrap(),
+            configuration,
+            bus_v: motor.supply_v,
+            duties: None,
+            has_steps: true,
+        }
+    }
+
+    /// Converters without steps, for what is compared with a formula.
+    pub(crate) fn exact(self) -> Self {
+        Self { has_steps: false, ..self }
+    }
+
+    pub(crate) fn sample(&self) -> Sample {
+        let state = self.motor.state();
+        let turns = (state.angle_rad + f64::from(self.configuration.motor.encoder_offset_rad)) / TAU;
+        let counts = if self.has_steps { COUNTS } else { 1 << 30 };
+        #[expect(clippy::cast_sign_loss, reason = "a turn has fewer counts")]
+        let count = (turns.rem_euclid(1.0) * f64::from(counts)) as u32;
+        let step_a = if self.has_steps { CURRENT_STEP_A } else { 1e-9 };
+        Sample {
+            phase_a: self.motor.phase_a().map(|phase_a| ((phase_a / step_a).round() * step_a) as f32),
+            bus_v: self.bus_v as f32,
+            temperature_c: 25.0,
+            rotor: Rotor::At(Angle::from_counts(count, counts)),
+        }
+    }
+
+    /// One period; gives the torque at its beginning, `N m`.
+    pub(crate) fn step(&mut self, torque_nm: Option<f32>) -> f64 {
+        let sample = self.sample();
+        self.step_with(&sample, torque_nm)
+    }
+
+    pub(crate) fn step_with(&mut self, sample: &Sample, torque_nm: Option<f32>) -> f64 {
+        let made_nm = self.motor.torque_nm();
+        let next = self.drive.step(sample, torque_nm);
+        // A bridge that is turned off is off at once.
+        let now = self.duties.filter(|_| next.is_some());
+        self.motor.advance(now.map(|duties| duties.map(f64::from)), PERIOD_S, 0.0);
+        self.duties = next;
+        made_nm
+    }
+
+    pub(crate) fn run(&mut self, torque_nm: Option<f32>, periods: u32) {
+        for _ in 0..periods {
+            self.step(torque_nm);
+        }
+    }
+
+    /// The torque on average over `periods`, after as many to settle.
+    pub(crate) fn mean_torque_nm(&mut self, torque_nm: f32, periods: u32) -> f64 {
+        self.run(Some(torque_nm), periods);
+        (0..periods).map(|_| self.step(Some(torque_nm))).sum::<f64>() / f64::from(periods)
+    }
+}

@@ -1,0 +1,12 @@
+//! A drive against the simulator's motor: bandwidth, torque, limits, protection.
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::cast_possible_truncation,
+    reason = "in helpers of tests as in tests; what a board has is f32"
+)]
+
+mod bandwidth;
+mod bench;
+mod protection;
+mod torque;

@@ -1,0 +1,165 @@
+//! A three-phase motor at its half bridges: duty cycles go in, phase currents come out. What a current loop in a board's
+//! own code is tested with; a [`Joint`](super::Joint) has one of its own inside.
+//!
+//! The equations are those of [`ThreePhaseParameters`], averaged over a period of the modulation; each phase's voltage lacks
+//! what dead time takes, `U share` against its current, and with the bridge off its diodes lead until the current is gone.
+//! The rotor turns freely with what is on it: `J w' = τ + cogging - viscous w - load`.
+
+use core::f64::consts::TAU;
+
+use super::three_phase::ThreePhaseParameters;
+use crate::plant::parameter::{ParameterError, positive, require};
+
+/// Runge-Kutta steps of a period.
+const STEPS: u32 = 10;
+
+/// A motor, its inverter, and what its rotor turns.
+#[derive(Debug, Clone)]
+pub struct BridgeMotor {
+    parameters: ThreePhaseParameters,
+    cogging_nm: f64,
+    cogging_periods: f64,
+    state: BridgeState,
+}
+
+/// How it is.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct BridgeState {
+    /// Current along the magnets' flux, `A`.
+    pub direct_a: f64,
+    /// Current across it, `A`.
+    pub quadrature_a: f64,
+    /// Of the rotor, `rad`; the magnets point along phase U at 0.
+    pub angle_rad: f64,
+    /// Of the rotor, `rad/s`.
+    pub speed_rad_per_s: f64,
+}
+
+impl BridgeState {
+    fn after(self, step_s: f64, rates: Self) -> Self {
+        Self {
+            direct_a: self.direct_a + step_s * rates.direct_a,
+            quadrature_a: self.quadrature_a + step_s * rates.quadrature_a,
+            angle_rad: self.angle_rad + step_s * rates.angle_rad,
+            speed_rad_per_s: self.speed_rad_per_s + step_s * rates.speed_rad_per_s,
+        }
+    }
+}
+
+impl BridgeMotor {
+    /// A motor at rest without current. What its parameters say of a current loop, and its winding's warming, is not used.
+    ///
+    /// # Errors
+    /// The first parameter outside its range; a rotor without inertia.
+    pub fn new(parameters: &ThreePhaseParameters) -> Result<Self, ParameterError> {
+        parameters.check()?;
+        positive("rotor_inertia_kg_m2", parameters.rotor_inertia_kg_m2)?;
+        let supply_v = parameters.supply_v;
+        require("supply_v", supply_v, supply_v.is_finite(), "finite")?;
+        Ok(Self {
+            parameters: parameters.clone(),
+            cogging_nm: 0.0,
+            cogging_periods: 0.0,
+            state: BridgeState::default(),
+        })
+    }
+
+    /// With a torque that wants to hold the rotor at so many places of a turn, `N m` at most.
+    #[must_use]
+    pub fn with_cogging(self, cogging_nm: f64, per_turn: u32) -> Self {
+        Self { cogging_nm, cogging_periods: f64::from(per_turn), ..self }
+    }
+
+    /// How it is.
+    #[must_use]
+    pub fn state(&self) -> BridgeState {
+        self.state
+    }
+
+    /// Turns its rotor to a place and a speed.
+    pub fn set_rotor(&mut self, angle_rad: f64, speed_rad_per_s: f64) {
+        self.state = BridgeState { angle_rad, speed_rad_per_s, ..self.state };
+    }
+
+    /// What its currents exert on the rotor, `N m`.
+    #[must_use]
+    pub fn torque_nm(&self) -> f64 {
+        self.parameters.torque_nm([self.state.direct_a, self.state.quadrature_a])
+    }
+
+    /// Currents of the phases U, V, W into the motor, `A`.
+    #[must_use]
+    pub fn phase_a(&self) -> [f64; 3] {
+        self.phases([self.state.direct_a, self.state.quadrature_a], self.state.angle_rad)
+    }
+
+    /// Goes on by `period_s` with these shares of it in which the upper switches are on, or with all switches off, against a
+    /// load in `N m`.
+    pub fn advance(&mut self, duties: Option<[f64; 3]>, period_s: f64, load_nm: f64) {
+        let step_s = period_s / f64::from(STEPS);
+        let rates = |state| self.rates(state, duties, load_nm);
+        let mut state = self.state;
+        for _ in 0..STEPS {
+            let first = rates(state);
+            let second = rates(state.after(0.5 * step_s, first));
+            let third = rates(state.after(0.5 * step_s, second));
+            let fourth = rates(state.after(step_s, third));
+            state = state
+                .after(step_s / 6.0, first)
+                .after(step_s / 3.0, second)
+                .after(step_s / 3.0, third)
+                .after(step_s / 6.0, fourth);
+        }
+        self.state = state;
+    }
+
+    fn rates(&self, state: BridgeState, duties: Option<[f64; 3]>, load_nm: f64) -> BridgeState {
+        let ThreePhaseParameters { supply_v, dead_time_share, dead_time_current_a, .. } = self.parameters;
+        let currents_a = [state.direct_a, state.quadrature_a];
+        let phases_a = self.phases(currents_a, state.angle_rad);
+        let against = phases_a.map(|phase_a| (phase_a / dead_time_current_a).clamp(-1.0, 1.0));
+        let lost_v =
+            self.parameters.lost_v(self.parameters.resistance_ohm, state.speed_rad_per_s, currents_a);
+        let [d_v, q_v] = match duties {
+            Some(duties) => {
+                let volts = std::iter::zip(duties, against)
+                    .map(|(duty, against)| supply_v * (duty - dead_time_share * against));
+                self.turned(volts, state.angle_rad)
+            }
+            None => {
+                self.turned(against.into_iter().map(|against| -0.5 * supply_v * against), state.angle_rad)
+            }
+        };
+        // Diodes do not lead on their own: the magnets' voltage stays below the supply's.
+        let is_led = duties.is_some() || against.iter().any(|against| against.abs() > 1e-3);
+        let lost_v = if is_led { lost_v } else { (0.0, 0.0) };
+        let field_nm = self.parameters.torque_nm(currents_a);
+        let cogging_nm = -self.cogging_nm * (self.cogging_periods * state.angle_rad).sin();
+        let speed = state.speed_rad_per_s;
+        let torque_nm = field_nm + cogging_nm - self.parameters.viscous_nms_per_rad * speed - load_nm;
+        BridgeState {
+            direct_a: (d_v - lost_v.0) / self.parameters.direct_inductance_h,
+            quadrature_a: (q_v - lost_v.1) / self.parameters.quadrature_inductance_h,
+            angle_rad: speed,
+            speed_rad_per_s: torque_nm / self.parameters.rotor_inertia_kg_m2,
+        }
+    }
+
+    /// A vector of the rotor in the phases.
+    fn phases(&self, [d, q]: [f64; 2], angle_rad: f64) -> [f64; 3] {
+        let electrical_rad = f64::from(self.parameters.pole_pairs) * angle_rad;
+        [0.0, 1.0, 2.0].map(|phase| {
+            let (sin, cos) = (electrical_rad - phase * TAU / 3.0).sin_cos();
+            d * cos - q * sin
+        })
+    }
+
+    /// Phases as a vector of the rotor: what they have in common does not show in one with a free star point.
+    fn turned(&self, phases: impl Iterator<Item = f64>, angle_rad: f64) -> [f64; 2] {
+        let electrical_rad = f64::from(self.parameters.pole_pairs) * angle_rad;
+        phases.zip([0.0, 1.0, 2.0]).fold([0.0, 0.0], |[d, q], (value, phase)| {
+            let (sin, cos) = (electrical_rad - phase * TAU / 3.0).sin_cos();
+            [d + 2.0 / 3.0 * value * cos, q - 2.0 / 3.0 * value * sin]
+        })
+    }
+}
