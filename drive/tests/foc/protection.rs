@@ -156,14 +156,33 @@ fn a_bridge_that_is_off_lets_the_current_go_and_begins_from_nothing() {
         bench.step(None);
     }
     assert!(bench.motor.phase_a().iter().all(|phase_a| phase_a.abs() < 0.1), "{:?}", bench.motor.phase_a());
+    // While it was off the rotor's magnets had their voltage to themselves: it is met at once.
     let mut most_nm = 0.0_f64;
     for _ in 0..400 {
         most_nm = most_nm.max(bench.step(Some(0.3)).abs());
     }
-    // While it was off the rotor's magnets had their voltage to themselves: it is met at once.
     assert!(most_nm < 0.3 * 1.3, "{most_nm}");
+    // What held a large current is forgotten.
+    bench.run(Some(2.0), 1_000);
+    bench.run(None, 40);
+    let most_nm = (0..40).map(|_| bench.step(Some(0.0)).abs()).fold(0.0, f64::max);
+    assert!(most_nm < 0.05, "{most_nm}");
     assert_eq!(bench.drive.step(&bench.sample(), Some(f32::NAN)), None);
     assert_eq!(bench.drive.fault(), None, "a torque that is no number is no fault of the drive");
+}
+
+#[test]
+fn a_rotor_that_was_turned_while_a_fault_stood_is_found_again_at_once() {
+    let (mut bench, sample) = turning(|_| {});
+    assert_eq!(
+        bench.step_with(&Sample { bus_v: 0.0, ..sample }, Some(0.3)).signum().to_bits(),
+        1.0_f64.to_bits()
+    );
+    bench.motor.set_rotor(2.5, 0.0);
+    bench.drive.clear();
+    bench.run(Some(0.3), 200);
+    assert_eq!(bench.drive.fault(), None);
+    assert!((bench.motor.torque_nm() - 0.3).abs() < 0.01, "{}", bench.motor.torque_nm());
 }
 
 #[test]

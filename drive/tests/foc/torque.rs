@@ -61,6 +61,24 @@ fn a_motor_whose_inductances_differ_makes_the_torque_with_its_current_across_the
 }
 
 #[test]
+fn a_torque_that_comes_and_goes_at_high_speed_leaves_the_flux_alone() {
+    let motor = motor();
+    let mut bench = Bench::new(&motor, configuration(&motor)).exact();
+    bench.motor.set_rotor(0.0, 0.7 * speed_at(&motor, 10.0, 1.0));
+    let constant = bench.configuration.motor.torque_constant_nm_per_a();
+    bench.run(Some(0.0), 400);
+    let mut most_a = 0.0_f64;
+    for current_a in [10.0, -10.0, 0.0] {
+        for _ in 0..200 {
+            bench.step(Some(constant * current_a));
+            most_a = most_a.max(bench.motor.state().direct_a.abs());
+        }
+    }
+    // It is 2 A where nothing takes the axes apart, and 1.1 A where the rotor is taken to stand until the voltage is made.
+    assert!(most_a < 0.8, "{most_a} A along the magnets");
+}
+
+#[test]
 fn cogging_turns_the_rotor_back_and_forth_and_leaves_the_torque_of_the_current_right() {
     let motor = ThreePhaseParameters { rotor_inertia_kg_m2: 3e-4, ..motor() };
     let mut bench = Bench::new(&motor, configuration(&motor));

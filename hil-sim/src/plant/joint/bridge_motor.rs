@@ -10,8 +10,8 @@ use core::f64::consts::TAU;
 use super::three_phase::ThreePhaseParameters;
 use crate::plant::parameter::{ParameterError, positive, require};
 
-/// Runge-Kutta steps of a period.
-const STEPS: u32 = 10;
+/// Runge-Kutta steps of a period, at least.
+const STEPS: f64 = 10.0;
 
 /// A motor, its inverter, and what its rotor turns.
 #[derive(Debug, Clone)]
@@ -96,10 +96,17 @@ impl BridgeMotor {
     /// Goes on by `period_s` with these shares of it in which the upper switches are on, or with all switches off, against a
     /// load in `N m`.
     pub fn advance(&mut self, duties: Option<[f64; 3]>, period_s: f64, load_nm: f64) {
-        let step_s = period_s / f64::from(STEPS);
+        let ThreePhaseParameters { direct_inductance_h, quadrature_inductance_h, .. } = self.parameters;
+        let ThreePhaseParameters { supply_v, dead_time_current_a, .. } = self.parameters;
+        // Diodes that begin to lead are the fastest thing here.
+        let diode_per_s =
+            0.5 * supply_v / dead_time_current_a / direct_inductance_h.min(quadrature_inductance_h);
+        let steps = (diode_per_s * period_s).ceil().max(STEPS);
+        let step_s = period_s / steps;
         let rates = |state| self.rates(state, duties, load_nm);
         let mut state = self.state;
-        for _ in 0..STEPS {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        for _ in 0..steps as u32 {
             let first = rates(state);
             let second = rates(state.after(0.5 * step_s, first));
             let third = rates(state.after(0.5 * step_s, second));
