@@ -55,19 +55,11 @@ impl Angle {
     }
 
     /// Sine and cosine, absolute error below 2e-7.
-    ///
-    /// Within an eighth of a turn of the nearest quarter by the polynomials of Moshier's Cephes library (`sinf`, `cosf`), in
-    /// plain arithmetic: the same bits everywhere, in fewer cycles than a coprocessor takes with the way to it and back.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sin_cos(self) -> (f32, f32) {
         let quarter = self.0.wrapping_add(1 << 29) >> 30;
-        let rest = Self(self.0.wrapping_sub(quarter << 30)).rad();
-        let square = rest * rest;
-        let sin =
-            rest + rest * square * (-1.666_665_5e-1 + square * (8.332_161e-3 + square * -1.951_529_6e-4));
-        let cos = 1.0 - 0.5 * square
-            + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
+        let (sin, cos) = sin_cos_near_zero(Self(self.0.wrapping_sub(quarter << 30)).rad());
         match quarter & 3 {
             0 => (sin, cos),
             1 => (cos, -sin),
@@ -75,6 +67,20 @@ impl Angle {
             _ => (-cos, sin),
         }
     }
+}
+
+/// Sine and cosine of an angle in `rad`, at most an eighth of a turn either way.
+///
+/// By the polynomials of Moshier's Cephes library (`sinf`, `cosf`), in plain arithmetic: the same bits everywhere, in fewer
+/// cycles than a coprocessor takes with the way to it and back.
+#[inline(always)]
+pub(crate) fn sin_cos_near_zero(angle_rad: f32) -> (f32, f32) {
+    let square = angle_rad * angle_rad;
+    let sin = angle_rad
+        + angle_rad * square * (-1.666_665_5e-1 + square * (8.332_161e-3 + square * -1.951_529_6e-4));
+    let cos = 1.0 - 0.5 * square
+        + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
+    (sin, cos)
 }
 
 #[cfg(test)]

@@ -1,6 +1,10 @@
 //! What a drive is told of its motor, its inverter and what they bear. Data, none of it in the code.
 
+use core::f32::consts::FRAC_PI_4;
 use core::fmt;
+
+use crate::drive::PERIODS_TO_VOLTAGE;
+use crate::vector::Dq;
 
 /// A permanent-magnet motor with three phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,6 +89,13 @@ impl Motor {
     pub fn torque_constant_nm_per_a(&self) -> f32 {
         1.5 * f32::from(self.pole_pairs) * self.flux_linkage_vs
     }
+
+    /// Torque of currents in `A`, `N m`: `3/2 p (ψ i_q + (L_d - L_q) i_d i_q)`.
+    #[must_use]
+    pub fn torque_nm(&self, Dq { d, q }: Dq) -> f32 {
+        let saliency_h = self.direct_inductance_h - self.quadrature_inductance_h;
+        1.5 * f32::from(self.pole_pairs) * (self.flux_linkage_vs + saliency_h * d) * q
+    }
 }
 
 impl Configuration {
@@ -126,6 +137,14 @@ impl Configuration {
             "above limits.derating_c",
         )?;
         positive("limits.speed_rad_per_s", limits.speed_rad_per_s)?;
+        let speed = limits.speed_rad_per_s;
+        let ahead_rad = PERIODS_TO_VOLTAGE * self.period_s * f32::from(motor.pole_pairs) * speed;
+        require(
+            "limits.speed_rad_per_s",
+            speed,
+            ahead_rad <= FRAC_PI_4,
+            "so slow that the rotor turns an eighth of an electrical turn in 1.5 periods at most",
+        )?;
         require("limits.stall_s", limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity")?;
         positive("period_s", self.period_s)?;
         positive("bandwidth_rad_per_s", self.bandwidth_rad_per_s)?;

@@ -8,32 +8,73 @@
 //! mean, against the current. It is given back with the sign of the current that is wanted, which is free of noise, and
 //! in proportion to it where it is small.
 
-use dimsart_core::math::limit;
-
 use crate::configuration::Configuration;
+use crate::number::{larger, smaller, within};
 use crate::vector::{FRAC_1_SQRT_3, Stator};
 
 /// Share of the period that the upper switches of the half bridges U, V, W are on, 0 to 1.
 pub type Duties = [f32; 3];
 
-/// Radius of the circle that every voltage of can be made, `V`.
-#[inline]
-pub(crate) fn radius_v(bus_v: f32, most_duty: f32) -> f32 {
-    FRAC_1_SQRT_3 * (2.0 * most_duty - 1.0) * bus_v
+/// The modulator of an inverter.
+#[derive(Debug, Clone)]
+pub struct Modulation {
+    dead_time_share: f32,
+    dead_time_per_a: f32,
+    /// Of the supply: radius of the circle of which every voltage can be made, beside what dead time takes.
+    radius_share: f32,
+    per_radius_share: f32,
 }
 
-/// The duty cycles that make a voltage, `V`, of a supply of `bus_v`, > 0, while `wanted_a` flows in the phases.
-#[inline]
-#[must_use]
-pub fn duties(voltage_v: Stator, wanted_a: Stator, bus_v: f32, configuration: &Configuration) -> Duties {
-    let [u, v, w] = voltage_v.phases();
-    let centre_v = 0.5 * (u.max(v).max(w) + u.min(v).min(w));
-    let per_volt = 1.0 / bus_v;
-    let Configuration { dead_time_share, dead_time_current_a, most_duty, .. } = *configuration;
-    let per_ampere = dead_time_share / dead_time_current_a;
-    let [a, b, c] = wanted_a.phases();
-    [(u, a), (v, b), (w, c)].map(|(phase_v, phase_a)| {
-        let lost = limit(per_ampere * phase_a, dead_time_share);
-        (0.5 + per_volt * (phase_v - centre_v) + lost).max(1.0 - most_duty).min(most_duty)
-    })
+/// What can be made of a supply.
+#[derive(Debug, Clone, Copy)]
+pub struct Supply {
+    /// `1/V`.
+    pub per_bus_v: f32,
+    /// The longest voltage that can be made in every direction, `V`.
+    pub most_v: f32,
+    /// One over it.
+    pub per_most_v: f32,
+}
+
+impl Modulation {
+    /// Of a configuration that is [right](Configuration::check).
+    #[must_use]
+    pub fn new(configuration: &Configuration) -> Self {
+        let Configuration { dead_time_share, dead_time_current_a, most_duty, .. } = *configuration;
+        let radius_share = FRAC_1_SQRT_3 * (2.0 * (most_duty - dead_time_share) - 1.0);
+        Self {
+            dead_time_share,
+            dead_time_per_a: dead_time_share / dead_time_current_a,
+            radius_share,
+            per_radius_share: 1.0 / radius_share,
+        }
+    }
+
+    /// What can be made of `bus_v`, > 0.
+    #[inline]
+    #[must_use]
+    pub fn supply(&self, bus_v: f32) -> Supply {
+        let per_bus_v = 1.0 / bus_v;
+        Supply { per_bus_v, most_v: self.radius_share * bus_v, per_most_v: self.per_radius_share * per_bus_v }
+    }
+
+    /// The duty cycles that make a voltage, `V`, no longer than [can be made](Supply::most_v), while `wanted_a` flows in the
+    /// phases. So they stay within their range by themselves.
+    #[inline]
+    #[must_use]
+    pub fn duties(&self, voltage_v: Stator, wanted_a: Stator, supply: &Supply) -> Duties {
+        let [u, v, w] = voltage_v.phases();
+        let centre_v = 0.5 * (larger(larger(u, v), w) + smaller(smaller(u, v), w));
+        let half = 0.5 - supply.per_bus_v * centre_v;
+        let [a, b, c] = wanted_a.phases();
+        let duty = |phase_v, phase_a| half + supply.per_bus_v * phase_v + self.lost(phase_a);
+        // One by one: a loop over three takes half as long again.
+        [duty(u, a), duty(v, b), duty(w, c)]
+    }
+
+    /// What dead time takes of a duty cycle.
+    #[inline(always)]
+    fn lost(&self, phase_a: f32) -> f32 {
+        within(self.dead_time_per_a * phase_a, self.dead_time_share)
+    }
 }

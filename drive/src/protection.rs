@@ -3,6 +3,7 @@
 use core::fmt;
 
 use crate::configuration::{Configuration, Limits};
+use crate::number::smaller;
 use crate::sample::{Rotor, Sample};
 
 /// Share of the trip current that the sum of the phases may be off: converters are not exact, but a dead one shows.
@@ -82,7 +83,13 @@ impl fmt::Display for Fault {
 pub struct Protection {
     limits: Limits,
     period_s: f32,
+    most_sum_a: f32,
     most_surprise_rad: f32,
+    standstill_rad_per_s: f32,
+    /// Most current that may be asked for, per degree below the trip temperature.
+    derating_a_per_c: f32,
+    /// Of the square of a current.
+    stall_per_a2: f32,
     bad_readings: u8,
     stalled_s: f32,
     fault: Option<Fault>,
@@ -93,8 +100,18 @@ impl Protection {
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         let Configuration { limits, period_s, .. } = *configuration;
-        let most_surprise_rad = 2.0 * limits.speed_rad_per_s * period_s + ENCODER_NOISE_RAD;
-        Self { limits, period_s, most_surprise_rad, bad_readings: 0, stalled_s: 0.0, fault: None }
+        Self {
+            limits,
+            period_s,
+            most_sum_a: SENSOR_SHARE * limits.trip_current_a,
+            most_surprise_rad: 2.0 * limits.speed_rad_per_s * period_s + ENCODER_NOISE_RAD,
+            standstill_rad_per_s: STANDSTILL_SHARE * limits.speed_rad_per_s,
+            derating_a_per_c: limits.current_a / (limits.trip_c - limits.derating_c),
+            stall_per_a2: 1.0 / (limits.current_a * limits.current_a),
+            bad_readings: 0,
+            stalled_s: 0.0,
+            fault: None,
+        }
     }
 
     /// Why the bridge is off; none when it may be on.
@@ -115,10 +132,11 @@ impl Protection {
         let [u, v, w] = sample.phase_a;
         // What is no number is within nothing.
         let is_within = |value: f32, most: f32| value.abs() <= most;
-        let has_current = [u, v, w].into_iter().all(|phase_a| is_within(phase_a, trip_current_a));
+        let has_current =
+            is_within(u, trip_current_a) && is_within(v, trip_current_a) && is_within(w, trip_current_a);
         let found = match sample {
             _ if !has_current => Fault::Overcurrent,
-            _ if !is_within(u + v + w, SENSOR_SHARE * trip_current_a) => Fault::CurrentSensors,
+            _ if !is_within(u + v + w, self.most_sum_a) => Fault::CurrentSensors,
             Sample { bus_v, .. } if *bus_v > most_bus_v => Fault::Overvoltage,
             Sample { bus_v, .. } if *bus_v >= least_bus_v => match sample.temperature_c < trip_c {
                 true => return,
@@ -151,23 +169,21 @@ impl Protection {
     /// Looks how long the rotor stands still with a current that makes torque.
     #[inline]
     pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32) {
-        if speed_rad_per_s.abs() > STANDSTILL_SHARE * self.limits.speed_rad_per_s {
+        if speed_rad_per_s.abs() > self.standstill_rad_per_s {
             self.stalled_s = 0.0;
             return;
         }
-        let share = current_a / self.limits.current_a;
-        self.stalled_s += self.period_s * share * share;
+        self.stalled_s += self.period_s * (current_a * current_a * self.stall_per_a2);
         if self.stalled_s > self.limits.stall_s {
             self.note(Fault::Stalled);
         }
     }
 
-    /// The most current that may be asked for at a temperature, `A`.
+    /// The most current that may be asked for at a temperature below the trip temperature, `A`.
     #[inline]
     pub(crate) fn current_limit_a(&self, temperature_c: f32) -> f32 {
-        let Limits { current_a, derating_c, trip_c, .. } = self.limits;
-        let share = (trip_c - temperature_c) / (trip_c - derating_c);
-        current_a * share.clamp(0.0, 1.0)
+        let Limits { current_a, trip_c, .. } = self.limits;
+        smaller(self.derating_a_per_c * (trip_c - temperature_c), current_a)
     }
 
     fn note(&mut self, fault: Fault) {

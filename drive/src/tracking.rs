@@ -14,6 +14,8 @@ pub struct Tracking {
     speed_gain: f32,
     angle: Angle,
     speed_rad_per_s: f32,
+    /// Angle in the next period, as far as is known.
+    expected: Angle,
 }
 
 impl Tracking {
@@ -27,26 +29,28 @@ impl Tracking {
             speed_gain: share * share / period_s,
             angle: Angle(0),
             speed_rad_per_s: 0.0,
+            expected: Angle(0),
         }
     }
 
     /// Begins at an angle, at rest.
     pub fn begin(&mut self, angle: Angle) {
-        (self.angle, self.speed_rad_per_s) = (angle, 0.0);
+        (self.angle, self.speed_rad_per_s, self.expected) = (angle, 0.0, angle);
     }
 
     /// How far a measured angle is from where the rotor should be now, `rad`, either sign.
     #[inline]
     #[must_use]
     pub fn surprise_rad(&self, measured: Angle) -> f32 {
-        measured.minus(self.expected()).rad()
+        measured.minus(self.expected).rad()
     }
 
     /// Goes one period on, with a surprise that is believed; 0 while there is no measurement.
     #[inline]
     pub fn step(&mut self, surprise_rad: f32) {
-        self.angle = self.expected().plus_rad(self.angle_gain * surprise_rad);
+        self.angle = self.expected.plus_rad(self.angle_gain * surprise_rad);
         self.speed_rad_per_s += self.speed_gain * surprise_rad;
+        self.expected = self.angle.plus_rad(self.speed_rad_per_s * self.period_s);
     }
 
     /// The angle, as of the last step.
@@ -61,10 +65,6 @@ impl Tracking {
     #[must_use]
     pub fn speed_rad_per_s(&self) -> f32 {
         self.speed_rad_per_s
-    }
-
-    fn expected(&self) -> Angle {
-        self.angle.plus_rad(self.speed_rad_per_s * self.period_s)
     }
 }
 

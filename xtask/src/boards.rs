@@ -20,7 +20,7 @@ pub(crate) const PROFILE: &str = "firmware";
 pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 
 /// Programs of the firmware beside the image: each is a feature, too.
-const PROGRAMS: [&str; 2] = ["cycle-table", "two-engines"];
+const PROGRAMS: [&str; 3] = ["cycle-table", "drive-step", "two-engines"];
 
 /// Bytes of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

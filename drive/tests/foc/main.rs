@@ -8,5 +8,6 @@
 
 mod bandwidth;
 mod bench;
+mod machine_code;
 mod protection;
 mod torque;

@@ -1,0 +1,169 @@
+//! The code of a period as it is compiled for a board, in an emulated processor, in the place of the host's: the same bits,
+//! and cycles by the tables of the crate `cycles`.
+//!
+//! Without the image this runs nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of images, it has to be
+//! there.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use cycles::bound::{Bound, Call, Input, Question, Snapshot};
+use cycles::image::Image;
+use cycles::machine::{Machine, Run};
+use cycles::timing::{Column, Flash, Profile, Timing};
+use drive::{Configuration, Duties, Rotor, Sample};
+
+use crate::bench::{Bench, configuration, motor};
+
+/// What a period may take where code does not wait, as in an STM32G4's CCM SRAM.
+const MOST_CYCLES: u64 = 700;
+
+/// Memory that no image uses.
+const DRIVE: u32 = 0x2100_0000;
+const NUMBERS: u32 = 0x2101_0000;
+const GIVEN: u32 = 0x2102_0000;
+const GIVEN_WORDS: u32 = 9;
+const DUTIES: u32 = 0x2103_0000;
+
+fn image() -> Option<Arc<Image>> {
+    let Some(folder) = std::env::var_os("DIMSART_FIRMWARE") else {
+        println!("no image: `cargo xtask test` builds it, and sets DIMSART_FIRMWARE");
+        return None;
+    };
+    let file = PathBuf::from(folder).join("mps2-an386-drive-step");
+    let bytes = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    Some(Arc::new(Image::read(&bytes).unwrap()))
+}
+
+/// A drive in an emulated processor.
+struct Emulated {
+    machine: Machine,
+    step: u32,
+}
+
+impl Emulated {
+    fn new(image: &Arc<Image>, timing: Timing, told: &Configuration) -> Self {
+        let mut machine = Machine::new(Arc::clone(image), timing).unwrap();
+        let place = *image.symbols.get("dimsart_drive_bytes").unwrap();
+        let mut bytes = [0; 4];
+        machine.read(place, &mut bytes).unwrap();
+        machine.map(DRIVE, u32::from_le_bytes(bytes).next_multiple_of(4));
+        for (address, words) in [(NUMBERS, 19), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
+            machine.map(address, 4 * words);
+        }
+        let Configuration { motor, limits, .. } = told;
+        let numbers = [
+            motor.resistance_ohm,
+            motor.direct_inductance_h,
+            motor.quadrature_inductance_h,
+            motor.flux_linkage_vs,
+            f32::from(motor.pole_pairs),
+            motor.encoder_offset_rad,
+            limits.current_a,
+            limits.trip_current_a,
+            limits.least_bus_v,
+            limits.most_bus_v,
+            limits.derating_c,
+            limits.trip_c,
+            limits.speed_rad_per_s,
+            limits.stall_s,
+            told.period_s,
+            told.bandwidth_rad_per_s,
+            told.dead_time_share,
+            told.dead_time_current_a,
+            told.most_duty,
+        ];
+        machine.write(NUMBERS, &numbers.map(f32::to_le_bytes).concat()).unwrap();
+        let function = |name: &str| image.function(name).unwrap().address;
+        let run = machine.call(function("dimsart_drive_start"), [DRIVE, NUMBERS, 0, 0]).unwrap();
+        assert_eq!(run.result, 1);
+        Self { machine, step: function("dimsart_drive_step") }
+    }
+
+    fn step(&mut self, sample: &Sample, torque_nm: Option<f32>) -> (Option<Duties>, Run) {
+        let (angle, has_angle) = match sample.rotor {
+            Rotor::At(angle) => (angle.0, 1),
+            Rotor::Lost | Rotor::BadMagnet => (0, 0),
+        };
+        let [u, v, w] = sample.phase_a.map(f32::to_bits);
+        let [bus, temperature, torque] =
+            [sample.bus_v, sample.temperature_c, torque_nm.unwrap_or(0.0)].map(f32::to_bits);
+        let words = [u, v, w, bus, temperature, torque, angle, has_angle, u32::from(torque_nm.is_some())];
+        self.machine.write(GIVEN, &words.map(u32::to_le_bytes).concat()).unwrap();
+        let run = self.machine.call(self.step, [DRIVE, GIVEN, DUTIES, 0]).unwrap();
+        let mut bytes = [[0; 4]; 3];
+        for (word, address) in bytes.iter_mut().zip((DUTIES..).step_by(4)) {
+            self.machine.read(address, word).unwrap();
+        }
+        ((run.result == 1).then_some(bytes.map(f32::from_le_bytes)), run)
+    }
+
+    /// What no period exceeds, whatever came before it.
+    fn bound(&self, timing: &Timing) -> Bound {
+        let image = self.machine.image();
+        let mut call = Call::new(self.step, [DRIVE, GIVEN, DUTIES, 0]);
+        call.inputs = vec![Input::words(GIVEN..GIVEN + 4 * GIVEN_WORDS)];
+        let question = Question {
+            image,
+            timing,
+            memory: &Snapshot::from(&self.machine),
+            stack_top: *image.symbols.get("_stack_start").unwrap(),
+            calls: &[call],
+            marked: &BTreeSet::new(),
+        };
+        Bound::of_every(&question).unwrap().remove(0)
+    }
+}
+
+#[test]
+fn a_period_has_the_host_s_bits_on_a_cortex_m_and_its_cycles_are_bounded() {
+    let Some(image) = image() else { return };
+    let motor = motor();
+    let told = configuration(&motor);
+    println!("| memory | a period, mean | most | bound | stack, bytes |");
+    let flash = Profile::Flash(Flash::STM32G4);
+    for (memory, profile) in
+        [("does not wait, as CCM SRAM", Profile::ZeroWait), ("flash of an STM32G4", flash)]
+    {
+        let [likely, upper] = [Column::Likely, Column::Upper].map(|column| Timing::new(profile, column));
+        let mut emulated = Emulated::new(&image, likely, &told);
+        let bound = emulated.bound(&upper);
+        for (function, cycles) in &bound.shares {
+            println!("{} {cycles}", image.place(*function));
+        }
+        for (block, cycles) in &bound.path {
+            println!("  {block:x} {cycles}");
+        }
+        let mut bench = Bench::new(&motor, told);
+        bench.motor.set_rotor(1.0, 0.0);
+        let (mut most, mut sum) = (0, 0);
+        let periods = 4_000_u16;
+        for period in 0..periods {
+            // Beyond the voltage's limit, and a fault at the end.
+            let state = bench.motor.state();
+            bench.motor.set_rotor(state.angle_rad, f64::from(period) * 0.1);
+            let mut sample = bench.sample();
+            if period % 50 == 49 {
+                sample.rotor = Rotor::Lost;
+            }
+            if period == periods - 5 {
+                sample.bus_v = 0.0;
+            }
+            let torque_nm = (period % 1_000 > 20).then_some(f32::from(period).sin());
+            let (found, run) = emulated.step(&sample, torque_nm);
+            let bits = |duties: Option<Duties>| duties.map(|duties| duties.map(f32::to_bits));
+            let mut host = bench.drive.clone();
+            assert_eq!(bits(found), bits(host.step(&sample, torque_nm)), "period {period}");
+            bench.step_with(&sample, torque_nm);
+            (most, sum) = (run.cycles.max(most), sum + run.cycles);
+        }
+        assert!(bench.drive.fault().is_some());
+        let mean = sum / u64::from(periods);
+        println!("| {memory} | {mean} | {most} | {} | {} |", bound.cycles, bound.stack_bytes);
+        assert!(most <= bound.cycles, "{most} of {}", bound.cycles);
+        if profile == Profile::ZeroWait {
+            assert!(bound.cycles <= MOST_CYCLES, "{} of {MOST_CYCLES}", bound.cycles);
+        }
+    }
+}
