@@ -103,12 +103,25 @@ pub(crate) fn build(
     let arguments = ["--package", "firmware", "--profile", PROFILE, "--features", &features.join(",")];
     run(&mut toolchain.cargo("build", &arguments))?;
     let (name, built) = (features.join("-").replace(',', "-"), output(PROFILE).join("firmware"));
-    let image = folder().join(&name);
-    let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(&built, &image));
-    copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
+    let image = collect(&built, &name)?;
     let size = size(&image)?;
     let budget = if variant.is_none() { budget(board)? } else { None };
     Ok(Image { name, board, size, budget })
+}
+
+/// Copies what was built to where images are collected.
+fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
+    let image = folder().join(name);
+    let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(built, &image));
+    copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
+    Ok(image)
+}
+
+/// Builds the program with a drive's period, whose machine code is looked at on the host: that of any board will do.
+pub(crate) fn build_drive_step(toolchain: Toolchain) -> Outcome {
+    let [board, ..] = BOARDS else { return Err("there is no board".to_owned()) };
+    let name = "drive-step";
+    collect(&build_program(toolchain, board, name)?, name).map(drop)
 }
 
 /// Builds a program of its own for a board, by its name and feature.

@@ -81,7 +81,10 @@ fn document() -> Outcome {
 }
 
 fn images(steps: &Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
-    steps.step("images", || boards::build_all(toolchain))
+    steps.step("images", || {
+        boards::build_drive_step(toolchain)?;
+        boards::build_all(toolchain)
+    })
 }
 
 fn build(steps: &Steps) -> Outcome {
