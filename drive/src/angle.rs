@@ -18,6 +18,15 @@ impl Angle {
         Self(((angle_rad * FRAC_1_PI * HALF_TURN) as i32).cast_unsigned())
     }
 
+    /// Of turns, 0 to 2; what is beyond wraps no more.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    pub fn from_turns(turns: f32) -> Self {
+        let half_turns = 2.0 * turns;
+        let odd = half_turns as u32;
+        Self((odd << 31).wrapping_add(((half_turns - odd as f32) * HALF_TURN) as u32))
+    }
+
     /// Of an encoder that shows `count` of `counts_per_turn`, at least 2, from 0 on.
     #[must_use]
     pub fn from_counts(count: u32, counts_per_turn: u32) -> Self {

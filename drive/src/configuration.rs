@@ -19,7 +19,9 @@ pub struct Motor {
     pub flux_linkage_vs: f32,
     /// `p`, > 0.
     pub pole_pairs: u8,
-    /// Mechanical angle of the encoder at which the magnets point along phase U, `rad`, -π to π.
+    /// Whether the encoder counts down when the phases turn the rotor up; it is read backwards then.
+    pub is_encoder_reversed: bool,
+    /// Mechanical angle of the encoder, as it is read, at which the magnets point along phase U, `rad`, -π to π.
     pub encoder_offset_rad: f32,
 }
 

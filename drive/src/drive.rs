@@ -134,6 +134,10 @@ impl Drive {
 
     #[inline]
     fn track(&mut self, rotor: Rotor) {
+        let rotor = match rotor {
+            Rotor::At(angle) if self.motor.is_encoder_reversed => Rotor::At(Angle(0).minus(angle)),
+            rotor => rotor,
+        };
         let surprise_rad = match rotor {
             Rotor::At(angle) if !self.has_begun => {
                 self.tracking.begin(angle);

@@ -39,13 +39,14 @@ struct Given {
 /// Makes a drive of its configuration's numbers, in the order in which they are declared; gives 1, or 0 if it cannot.
 #[unsafe(export_name = "dimsart_drive_start")]
 #[inline(never)]
-extern "C" fn start(drive: &mut MaybeUninit<Drive>, numbers: &[f32; 19]) -> u32 {
+extern "C" fn start(drive: &mut MaybeUninit<Drive>, numbers: &[f32; 20]) -> u32 {
     let [
         resistance_ohm,
         direct_inductance_h,
         quadrature_inductance_h,
         flux_linkage_vs,
         pole_pairs,
+        reversed,
         encoder_offset_rad,
         current_a,
         trip_current_a,
@@ -69,6 +70,7 @@ extern "C" fn start(drive: &mut MaybeUninit<Drive>, numbers: &[f32; 19]) -> u32 
         quadrature_inductance_h,
         flux_linkage_vs,
         pole_pairs,
+        is_encoder_reversed: reversed > 0.5,
         encoder_offset_rad,
     };
     let limits = Limits {
@@ -125,8 +127,8 @@ fn main() -> ! {
 
     // A small motor at 24 V and 20 kHz.
     let numbers = [
-        0.3, 3e-4, 3e-4, 0.008, 10.0, 0.4, 20.0, 30.0, 10.0, 30.0, 80.0, 100.0, 400.0, 1.0, 5e-5, 6283.0,
-        0.02, 0.2, 0.95,
+        0.3, 3e-4, 3e-4, 0.008, 10.0, 0.0, 0.4, 20.0, 30.0, 10.0, 30.0, 80.0, 100.0, 400.0, 1.0, 5e-5,
+        6283.0, 0.02, 0.2, 0.95,
     ];
     let (mut drive, mut duties) = (MaybeUninit::uninit(), [0.0; 3]);
     if start(&mut drive, black_box(&numbers)) == 0 {

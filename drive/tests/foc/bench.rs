@@ -1,5 +1,6 @@
 //! A drive and a motor: the converters of a board between them, with their steps.
 
+use core::cell::Cell;
 use core::f64::consts::TAU;
 
 use drive::{Angle, Configuration, Drive, Duties, Limits, Motor, Rotor, Sample};
@@ -8,7 +9,7 @@ use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 pub(crate) const PERIOD_S: f64 = 5e-5;
 /// Of the encoder.
 const COUNTS: u32 = 16_384;
-/// Of the current converters, `A`: twelve bits over ±40 A.
+/// Of the current converters, `A`: twelve bits over ±40 A; there is noise of one of them, too.
 const CURRENT_STEP_A: f64 = 80.0 / 4096.0;
 
 /// The motor of the tests: a joint's, of 70 mm, at 24 V.
@@ -31,6 +32,7 @@ pub(crate) fn configuration(motor: &ThreePhaseParameters) -> Configuration {
             quadrature_inductance_h: as_f32(motor.quadrature_inductance_h),
             flux_linkage_vs: as_f32(motor.flux_linkage_vs),
             pole_pairs: u8::try_from(motor.pole_pairs).unwrap(),
+            is_encoder_reversed: false,
             encoder_offset_rad: 0.4,
         },
         limits: Limits {
@@ -59,6 +61,7 @@ pub(crate) struct Bench {
     /// What the last period's computation came to: it is made in this one.
     duties: Option<Duties>,
     has_steps: bool,
+    noise: Cell<u32>,
 }
 
 impl Bench {
@@ -70,27 +73,42 @@ impl Bench {
             bus_v: motor.supply_v,
             duties: None,
             has_steps: true,
+            noise: Cell::new(1),
         }
     }
 
-    /// Converters without steps, for what is compared with a formula.
+    /// Converters without steps and noise, for what is compared with a formula.
     pub(crate) fn exact(self) -> Self {
         Self { has_steps: false, ..self }
     }
 
     pub(crate) fn sample(&self) -> Sample {
         let state = self.motor.state();
-        let turns = (state.angle_rad + f64::from(self.configuration.motor.encoder_offset_rad)) / TAU;
+        let Motor { encoder_offset_rad, is_encoder_reversed, .. } = self.configuration.motor;
+        let shown_rad = state.angle_rad + f64::from(encoder_offset_rad);
+        let turns = if is_encoder_reversed { -shown_rad } else { shown_rad } / TAU;
         let counts = if self.has_steps { COUNTS } else { 1 << 30 };
         #[expect(clippy::cast_sign_loss, reason = "a turn has fewer counts")]
         let count = (turns.rem_euclid(1.0) * f64::from(counts)) as u32;
         let step_a = if self.has_steps { CURRENT_STEP_A } else { 1e-9 };
+        let converted = |phase_a: f64| ((phase_a / step_a + self.noise()).round() * step_a) as f32;
         Sample {
-            phase_a: self.motor.phase_a().map(|phase_a| ((phase_a / step_a).round() * step_a) as f32),
+            phase_a: self.motor.phase_a().map(converted),
             bus_v: self.bus_v as f32,
             temperature_c: 25.0,
             rotor: Rotor::At(Angle::from_counts(count, counts)),
         }
+    }
+
+    /// Of a converter, in steps: up to one either way.
+    fn noise(&self) -> f64 {
+        // Marsaglia's xorshift.
+        let mut noise = self.noise.get();
+        noise ^= noise << 13;
+        noise ^= noise >> 17;
+        noise ^= noise << 5;
+        self.noise.set(noise);
+        f64::from(noise) / f64::from(u32::MAX) * 2.0 - 1.0
     }
 
     /// One period; gives the torque at its beginning, `N m`.

@@ -51,7 +51,7 @@ impl Emulated {
         let mut bytes = [0; 4];
         machine.read(place, &mut bytes).unwrap();
         machine.map(DRIVE, u32::from_le_bytes(bytes).next_multiple_of(4));
-        for (address, words) in [(NUMBERS, 19), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
+        for (address, words) in [(NUMBERS, 20), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
             machine.map(address, 4 * words);
         }
         let Configuration { motor, limits, .. } = told;
@@ -61,6 +61,7 @@ impl Emulated {
             motor.quadrature_inductance_h,
             motor.flux_linkage_vs,
             f32::from(motor.pole_pairs),
+            f32::from(u8::from(motor.is_encoder_reversed)),
             motor.encoder_offset_rad,
             limits.current_a,
             limits.trip_current_a,

@@ -8,6 +8,7 @@
 
 mod bandwidth;
 mod bench;
+mod identification;
 mod machine_code;
 mod protection;
 mod torque;

@@ -1,0 +1,213 @@
+//! Finds out what a motor and its encoder are, with a current that is bounded: `R`, `L_d`, `L_q`, pole pairs, and which way and
+//! from where the encoder counts. `ψ` is not among it: at rest it does nothing.
+//!
+//! ```text
+//!   Resting   two currents along phase U, the rotor turns there    R = Δu/Δi: what dead time takes is in both
+//!   Shaking   a voltage of alternating sign, twice                 L = u T/Δi along the magnets, and across them
+//!   Turning   the current turns slowly and back                    pole pairs, direction; offset as the mean of both ways
+//! ```
+//! The rotor turns to the nearest of its electrical zeros, then by one and a quarter of an electrical turn and back: the
+//! joint must be free to.
+
+mod resting;
+mod shaking;
+mod turning;
+
+use core::fmt;
+
+use crate::configuration::{Configuration, ConfigurationError};
+use crate::modulation::{Duties, Modulation};
+use crate::protection::{Fault, Protection};
+use crate::sample::{Rotor, Sample};
+use crate::vector::{Dq, Stator, Turn};
+use resting::Resting;
+use shaking::{Axis, Shaking};
+use turning::Turning;
+
+/// What was found.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Identified {
+    /// `R` of a phase, `ohm`.
+    pub resistance_ohm: f32,
+    /// `L_d`, `H`.
+    pub direct_inductance_h: f32,
+    /// `L_q`, `H`.
+    pub quadrature_inductance_h: f32,
+    /// `p`.
+    pub pole_pairs: u8,
+    /// As [`Motor::is_encoder_reversed`](crate::Motor::is_encoder_reversed).
+    pub is_encoder_reversed: bool,
+    /// As [`Motor::encoder_offset_rad`](crate::Motor::encoder_offset_rad).
+    pub encoder_offset_rad: f32,
+}
+
+/// Why nothing was found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum IdentificationError {
+    /// The supply's voltage makes no such current.
+    NoCurrent,
+    /// A phase has less than its part.
+    OpenPhase,
+    /// The rotor did not turn.
+    DidNotMove,
+    /// It turned, and not as a whole number of pole pairs does.
+    Slipped {
+        /// In an electrical turn, `rad`.
+        travel_rad: f32,
+    },
+    /// What turns off a drive, too.
+    Fault(Fault),
+}
+
+impl fmt::Display for IdentificationError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoCurrent => {
+                f.write_str("the supply makes no such current: look at the motor's wires, or ask for less")
+            }
+            Self::OpenPhase => {
+                f.write_str("a phase has less than its part of the current: look at the motor's wires")
+            }
+            Self::DidNotMove => f.write_str(
+                "the rotor did not turn: take its load off or ask for more current; is the encoder on this motor?",
+            ),
+            Self::Slipped { travel_rad } => write!(
+                f,
+                "the rotor turned by {travel_rad} rad in an electrical turn, which fits no whole number of pole pairs: take its \
+                 load off or ask for more current"
+            ),
+            Self::Fault(fault) => write!(f, "{fault}: {}", fault.remedy()),
+        }
+    }
+}
+
+impl core::error::Error for IdentificationError {}
+
+/// What a period comes to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum IdentificationStep {
+    /// It goes on, with these duty cycles for the next period.
+    GoesOn(Duties),
+    /// It is over, and the bridge is to be off; so it stays.
+    Over(Result<Identified, IdentificationError>),
+}
+
+/// What it is at.
+#[derive(Debug, Clone)]
+enum Stage {
+    Resting(Resting),
+    Shaking(Shaking),
+    Turning(Turning),
+    Over(Result<Identified, IdentificationError>),
+}
+
+/// An identification under way.
+#[derive(Debug, Clone)]
+pub struct Identification {
+    current_a: f32,
+    period_s: f32,
+    modulation: Modulation,
+    protection: Protection,
+    stage: Stage,
+    found: Identified,
+    /// That makes the current.
+    held_v: f32,
+}
+
+impl Identification {
+    /// With `current_a`, > 0, up to the limit of a configuration, of whose motor nothing is believed.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] with the first value outside its range.
+    pub fn new(configuration: &Configuration, current_a: f32) -> Result<Self, ConfigurationError> {
+        configuration.check()?;
+        let most_a = configuration.limits.current_a;
+        if !(current_a > 0.0 && current_a <= most_a) {
+            let range = "above 0, up to limits.current_a";
+            return Err(ConfigurationError { name: "current_a", value: current_a, range });
+        }
+        let period_s = configuration.period_s;
+        Ok(Self {
+            current_a,
+            period_s,
+            modulation: Modulation::new(configuration),
+            protection: Protection::new(configuration),
+            stage: Stage::Resting(Resting::new(current_a, period_s)),
+            found: Identified::default(),
+            held_v: 0.0,
+        })
+    }
+
+    /// One period.
+    pub fn step(&mut self, sample: &Sample) -> IdentificationStep {
+        if let Stage::Over(end) = self.stage {
+            return IdentificationStep::Over(end);
+        }
+        self.protection.look(sample);
+        // Where the rotor should be is not known yet: nothing surprises.
+        let _ = self.protection.believe(sample.rotor, 0.0);
+        let supply = self.modulation.supply(sample.bus_v);
+        let voltage_v = match self.protection.fault() {
+            Some(fault) => Err(IdentificationError::Fault(fault)),
+            None => self.voltage(sample, supply.most_v),
+        };
+        match (voltage_v, &self.stage) {
+            (Err(error), _) => self.stage = Stage::Over(Err(error)),
+            (Ok(voltage_v), Stage::Resting(_) | Stage::Shaking(_) | Stage::Turning(_)) => {
+                let duties = self.modulation.duties(voltage_v, Stator::default(), &supply);
+                return IdentificationStep::GoesOn(duties);
+            }
+            (Ok(_), Stage::Over(_)) => {}
+        }
+        self.step(sample)
+    }
+
+    /// The voltage for the next period, and what comes next.
+    fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Stator, IdentificationError> {
+        let is_a = Stator::from_phases(sample.phase_a);
+        let (current_a, period_s) = (self.current_a, self.period_s);
+        let (voltage_v, next) = match &mut self.stage {
+            Stage::Resting(resting) => {
+                let (voltage_v, done) = resting.step(sample.phase_a, most_v)?;
+                let next = done.map(|rest| {
+                    (self.found.resistance_ohm, self.held_v) = (rest.resistance_ohm, rest.voltage_v);
+                    Stage::Shaking(Shaking::new(Axis::Direct, current_a, rest.voltage_v, period_s))
+                });
+                (voltage_v, next)
+            }
+            Stage::Shaking(shaking) => {
+                let (voltage_v, done) = shaking.step(is_a, most_v)?;
+                let next = done.map(|inductance_h| match shaking.axis {
+                    Axis::Direct => {
+                        self.found.direct_inductance_h = inductance_h;
+                        Stage::Shaking(Shaking::new(Axis::Quadrature, current_a, self.held_v, period_s))
+                    }
+                    Axis::Quadrature => {
+                        self.found.quadrature_inductance_h = inductance_h;
+                        Stage::Turning(Turning::new(period_s))
+                    }
+                });
+                (voltage_v, next)
+            }
+            Stage::Turning(turning) => {
+                let angle = match sample.rotor {
+                    Rotor::At(angle) => Some(angle),
+                    Rotor::Lost | Rotor::BadMagnet => None,
+                };
+                let (place, done) = turning.step(angle)?;
+                let next = done.map(|turned| {
+                    self.found.pole_pairs = turned.pole_pairs;
+                    self.found.encoder_offset_rad = turned.offset_rad;
+                    self.found.is_encoder_reversed = turned.is_reversed;
+                    Stage::Over(Ok(self.found))
+                });
+                (Turn::to(place).unpark(Dq { d: self.held_v, q: 0.0 }), next)
+            }
+            Stage::Over(_) => (Stator::default(), None),
+        };
+        if let Some(next) = next {
+            self.stage = next;
+        }
+        Ok(voltage_v)
+    }
+}

@@ -1,0 +1,151 @@
+//! What is found out about a motor that nothing is known of.
+
+use core::f64::consts::TAU;
+
+use drive::{Fault, Identification, IdentificationError, IdentificationStep, Identified, Rotor, Sample};
+use hil_sim::plant::ThreePhaseParameters;
+
+use crate::bench::{Bench, PERIOD_S, configuration, motor};
+
+const CURRENT_A: f32 = 5.0;
+/// Dry friction of rotor and joint, `N m`; the current makes 0.6.
+const FRICTION_NM: f64 = 0.03;
+
+/// A joint that can turn: with what brings it to rest.
+fn free() -> ThreePhaseParameters {
+    ThreePhaseParameters { rotor_inertia_kg_m2: 1e-4, viscous_nms_per_rad: 2e-3, ..motor() }
+}
+
+/// Identifies it; what came of it, and the largest current of a phase meanwhile, `A`.
+fn identify(
+    bench: &mut Bench,
+    friction_nm: f64,
+    change: impl Fn(Sample, u32) -> Sample,
+) -> (Result<Identified, IdentificationError>, f64) {
+    let mut identification = Identification::new(&bench.configuration, CURRENT_A).unwrap();
+    let (mut duties, mut most_a) = (None, 0.0_f64);
+    for period in 0..400_000 {
+        let sample = change(bench.sample(), period);
+        let next = match identification.step(&sample) {
+            IdentificationStep::GoesOn(next) => next,
+            IdentificationStep::Over(end) => {
+                assert_eq!(identification.step(&sample), IdentificationStep::Over(end), "it stays over");
+                return (end, most_a);
+            }
+        };
+        let friction_nm = friction_nm * (bench.motor.state().speed_rad_per_s / 0.05).tanh();
+        bench.motor.advance(duties, PERIOD_S, friction_nm);
+        duties = Some(next.map(f64::from));
+        most_a = bench.motor.phase_a().iter().fold(most_a, |most_a, phase_a| phase_a.abs().max(most_a));
+    }
+    panic!("it does not end")
+}
+
+fn is_near(found: f32, expected: f64, share: f64) -> bool {
+    (f64::from(found) / expected - 1.0).abs() < share
+}
+
+#[test]
+fn a_motor_is_found_out_with_a_current_that_is_bounded() {
+    for (pole_pairs, is_reversed, direct_h, quadrature_h, resistance_ohm) in [
+        (10, false, 3e-4, 3e-4, 0.3),
+        (1, false, 1e-4, 1.5e-4, 0.15),
+        (4, true, 1e-3, 2e-3, 1.2),
+        (21, true, 3e-4, 4e-4, 0.3),
+    ] {
+        // The same torque for a current, whatever the number of poles.
+        let flux_linkage_vs = 0.08 / f64::from(pole_pairs);
+        let motor = ThreePhaseParameters {
+            pole_pairs,
+            direct_inductance_h: direct_h,
+            quadrature_inductance_h: quadrature_h,
+            resistance_ohm,
+            flux_linkage_vs,
+            ..free()
+        };
+        let mut told = configuration(&motor);
+        told.motor.is_encoder_reversed = is_reversed;
+        told.limits.speed_rad_per_s = 200.0;
+        let mut bench = Bench::new(&motor, told);
+        bench.motor = bench.motor.with_cogging(0.01, 12 * pole_pairs);
+        bench.motor.set_rotor(0.7, 0.0);
+        let (found, most_a) = identify(&mut bench, FRICTION_NM, |sample, _| sample);
+        let found = found.unwrap();
+        assert!(most_a < 1.25 * f64::from(CURRENT_A), "{most_a} A");
+        assert_eq!((u32::from(found.pole_pairs), found.is_encoder_reversed), (pole_pairs, is_reversed));
+        assert!(is_near(found.resistance_ohm, resistance_ohm, 0.03), "{found:?}");
+        assert!(is_near(found.direct_inductance_h, direct_h, 0.05), "{found:?}");
+        assert!(is_near(found.quadrature_inductance_h, quadrature_h, 0.05), "{found:?}");
+        let offset = f64::from(found.encoder_offset_rad - told.motor.encoder_offset_rad);
+        let electrical_rad = (f64::from(pole_pairs) * offset / TAU).fract() * TAU;
+        let electrical_rad = electrical_rad.sin().atan2(electrical_rad.cos());
+        assert!(
+            electrical_rad.abs() < 0.05,
+            "{pole_pairs} pole pairs: {electrical_rad} rad of an electrical turn"
+        );
+    }
+}
+
+#[test]
+fn what_was_found_drives_the_motor() {
+    let motor = free();
+    let mut bench = Bench::new(&motor, configuration(&motor));
+    bench.configuration.motor.is_encoder_reversed = true;
+    let (found, _) = identify(&mut bench, FRICTION_NM, |sample, _| sample);
+    let found = found.unwrap();
+    let mut told = bench.configuration;
+    told.motor.resistance_ohm = found.resistance_ohm;
+    told.motor.direct_inductance_h = found.direct_inductance_h;
+    told.motor.quadrature_inductance_h = found.quadrature_inductance_h;
+    told.motor.pole_pairs = found.pole_pairs;
+    told.motor.encoder_offset_rad = found.encoder_offset_rad;
+    bench.drive = drive::Drive::new(&told).unwrap();
+    bench.motor = hil_sim::plant::BridgeMotor::new(&crate::bench::motor()).unwrap();
+    bench.motor.set_rotor(0.2, 40.0);
+    let found_nm = bench.mean_torque_nm(0.5, 2_000);
+    assert!((found_nm / 0.5 - 1.0).abs() < 0.02, "{found_nm} N m of 0.5");
+}
+
+#[test]
+fn a_joint_that_cannot_turn_is_an_error_and_no_result() {
+    let motor = motor();
+    let mut bench = Bench::new(&motor, configuration(&motor));
+    let (found, _) = identify(&mut bench, 0.0, |sample, _| sample);
+    assert_eq!(found, Err(IdentificationError::DidNotMove));
+    // A load that is heavier than the current's torque on most of the way: it slips back.
+    let motor = free();
+    let mut bench = Bench::new(&motor, configuration(&motor));
+    let (found, _) = identify(&mut bench, 0.9, |sample, _| sample);
+    assert!(
+        matches!(found, Err(IdentificationError::DidNotMove | IdentificationError::Slipped { .. })),
+        "{found:?}"
+    );
+    assert!(found.unwrap_err().to_string().contains("take its load off"));
+}
+
+#[test]
+fn what_is_wrong_with_wires_and_sensors_is_said() {
+    type Change = fn(Sample, u32) -> Sample;
+    let cases: [(IdentificationError, Change); 4] = [
+        (IdentificationError::NoCurrent, |sample, _| Sample { phase_a: [0.0; 3], ..sample }),
+        (IdentificationError::OpenPhase, |sample, _| {
+            let [u, ..] = sample.phase_a;
+            Sample { phase_a: [u, -u, 0.0], ..sample }
+        }),
+        (IdentificationError::Fault(Fault::EncoderLost), |sample, period| match period {
+            30_000.. => Sample { rotor: Rotor::Lost, ..sample },
+            _ => sample,
+        }),
+        (IdentificationError::Fault(Fault::Undervoltage), |sample, _| Sample { bus_v: 3.0, ..sample }),
+    ];
+    for (expected, change) in cases {
+        let motor = free();
+        let mut bench = Bench::new(&motor, configuration(&motor));
+        let (found, _) = identify(&mut bench, FRICTION_NM, change);
+        assert_eq!(found, Err(expected));
+    }
+    let told = configuration(&motor());
+    for current_a in [0.0, -1.0, f32::NAN, 20.1] {
+        assert_eq!(Identification::new(&told, current_a).unwrap_err().name, "current_a");
+    }
+}
