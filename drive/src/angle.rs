@@ -15,7 +15,7 @@ impl Angle {
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
     pub fn from_rad(angle_rad: f32) -> Self {
-        Self(((angle_rad * FRAC_1_PI * HALF_TURN) as i32).cast_unsigned())
+        Self(((angle_rad * (FRAC_1_PI * HALF_TURN)) as i32).cast_unsigned())
     }
 
     /// Of turns, 0 to 2; what is beyond wraps no more.
