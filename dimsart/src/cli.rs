@@ -15,6 +15,7 @@ mod documented;
 mod line;
 mod man;
 mod modules;
+mod motor;
 mod new_module;
 mod new_project;
 mod output;
@@ -73,6 +74,7 @@ enum Command {
     Check(check::Check),
     Config(config::Config),
     Modules(modules::Modules),
+    Motor(motor::Motor),
     NewModule(new_module::NewModule),
     NewProject(new_project::NewProject),
     Connect(connect::Connect),
@@ -115,6 +117,7 @@ pub fn main() -> ExitCode {
         Command::Check(check) => check.execute(&mut out),
         Command::Config(config) => config.execute(&mut out),
         Command::Modules(modules) => modules.execute(&mut out),
+        Command::Motor(motor) => motor.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
         Command::NewProject(new_project) => new_project.execute(&mut out),
         Command::Connect(connect) => connect.execute(&mut out),

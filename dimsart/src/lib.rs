@@ -24,6 +24,7 @@ pub mod config;
 pub mod connect;
 pub mod cycles;
 pub mod dbc;
+pub mod motor;
 pub mod page;
 pub mod pictures;
 pub mod recorder_files;

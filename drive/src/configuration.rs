@@ -8,6 +8,7 @@ use crate::vector::Dq;
 
 /// A permanent-magnet motor with three phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Motor {
     /// `R` of a phase, `ohm`, > 0: half of what is measured between two leads.
     pub resistance_ohm: f32,
@@ -27,6 +28,7 @@ pub struct Motor {
 
 /// What motor and inverter bear. What is beyond it turns the bridge off.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Limits {
     /// Most current that is asked for, peak of a phase, `A`, > 0.
     pub current_a: f32,
@@ -49,6 +51,7 @@ pub struct Limits {
 
 /// All of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Configuration {
     /// The motor.
     pub motor: Motor,

@@ -1,8 +1,8 @@
 //! How the current follows, at standstill, against the closed form of a sampled loop. That has no dead time, which makes it
 //! another loop wherever the current that is wanted and the one that flows differ in sign.
 //!
-//! A sample's voltage acts in the period after it. With the motor's pole cancelled, a period adds `K` times the error of the one
-//! before: `i[k+1] = i[k] + K (r[k-1] - i[k-1])`, `K = wc L/R (1 - exp(-T R/L))`, which is nearly `wc T`.
+//! A sample's voltage acts in the period after it. With the motor's pole cancelled, a period adds `K = wc T` times the error of
+//! the one before: `i[k+1] = i[k] + K (r[k-1] - i[k-1])`.
 
 use core::f64::consts::TAU;
 
@@ -11,10 +11,7 @@ use hil_sim::plant::ThreePhaseParameters;
 use crate::bench::{Bench, PERIOD_S, configuration, motor};
 
 /// `K`.
-fn gain_per_period(motor: &ThreePhaseParameters) -> f64 {
-    let time_s = motor.quadrature_inductance_h / motor.resistance_ohm;
-    TAU * 1000.0 * time_s * (1.0 - (-PERIOD_S / time_s).exp())
-}
+const PER_PERIOD: f64 = TAU * 1000.0 * PERIOD_S;
 
 /// Current across the magnets in every period after it was wanted, `A`, of one ampere wanted.
 fn step_response(mut bench: Bench) -> Vec<f64> {
@@ -29,12 +26,23 @@ fn step_response(mut bench: Bench) -> Vec<f64> {
 
 #[test]
 fn a_step_is_followed_as_the_bandwidth_says_with_little_overshoot() {
-    let motor = ThreePhaseParameters { dead_time_share: 0.0, ..motor() };
-    let per_period = gain_per_period(&motor);
+    // The second one's electrical time constant is shorter than a period.
+    for inductance_h in [3e-4, 1e-5] {
+        follows_as_said(inductance_h);
+    }
+}
+
+fn follows_as_said(inductance_h: f64) {
+    let motor = ThreePhaseParameters {
+        dead_time_share: 0.0,
+        direct_inductance_h: inductance_h,
+        quadrature_inductance_h: inductance_h,
+        ..motor()
+    };
     let response = step_response(Bench::new(&motor, configuration(&motor)).exact());
     let (mut expected, mut before) = (0.0, None);
     for (period, found) in response.iter().copied().enumerate() {
-        let next = expected + before.map_or(0.0, |before: f64| per_period * (1.0 - before));
+        let next = expected + before.map_or(0.0, |before: f64| PER_PERIOD * (1.0 - before));
         (before, expected) = (Some(expected), next);
         assert!((found - expected).abs() < 0.02, "period {period}: {found}, {expected} by the formula");
     }
@@ -64,13 +72,12 @@ fn gain(bench: &mut Bench, frequency_hz: f64) -> f64 {
 #[test]
 fn the_frequency_response_is_that_of_the_sampled_loop_and_wide_enough() {
     let motor = ThreePhaseParameters { dead_time_share: 0.0, ..motor() };
-    let per_period = gain_per_period(&motor);
     let mut bench = Bench::new(&motor, configuration(&motor)).exact();
     for frequency_hz in [100.0, 300.0, 1000.0, 2000.0, 4000.0] {
         // |K / (z² - z + K)|.
         let (sin, cos) = (TAU * frequency_hz * PERIOD_S).sin_cos();
-        let (real, imaginary) = (cos * cos - sin * sin - cos + per_period, 2.0 * sin * cos - sin);
-        let expected = per_period / real.hypot(imaginary);
+        let (real, imaginary) = (cos * cos - sin * sin - cos + PER_PERIOD, 2.0 * sin * cos - sin);
+        let expected = PER_PERIOD / real.hypot(imaginary);
         let found = gain(&mut bench, frequency_hz);
         assert!(
             (found / expected - 1.0).abs() < 0.03,

@@ -1,0 +1,204 @@
+//! `dimsart motor`: a drive's motor as text: checked, tried, identified.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+use drive::{Configuration, Identified, Modulation};
+use hil_sim::recording::{Column, Recording};
+
+use super::Ending;
+use super::output::text_table;
+use crate::motor::{self, Follow};
+use crate::report::{self, Curve, Figure, Panel};
+
+/// What of a motor is wrong at worst: resistance by heat, inductance by saturation.
+const SHARES: [(f64, f64); 5] = [(1.0, 1.0), (0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)];
+
+/// Check a drive's configuration, and try its current loop and its identification on a simulated motor.
+///
+/// The code is that of the crate `drive`, which no board runs yet (docs/drive.md).
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Motor {
+    #[command(subcommand)]
+    action: Action,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart motor example > motor.toml           a configuration to begin with, with a word about every value
+  dimsart motor check motor.toml               what it is good for, and how its current loop follows a step
+  dimsart motor identify motor.toml            what would be found of such a motor, with 5 A
+  dimsart motor identify motor.toml --friction-nm 1.5";
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Print a configuration with a word about every value.
+    Example,
+    /// Say what a configuration is good for, and how its current loop follows a step: exit status 1 where that goes
+    /// more than a fifth beyond it, or does not settle, with a motor that is known to 30 %.
+    Check {
+        /// Configuration (TOML).
+        file: PathBuf,
+        /// Folder for the picture of the step.
+        #[arg(long, value_name = "FOLDER", default_value = "runs/motor")]
+        out: PathBuf,
+    },
+    /// Identify a simulated motor that is as a configuration says: what is found, beside what is true.
+    Identify {
+        /// Configuration (TOML).
+        file: PathBuf,
+        /// Current, peak of a phase, A; up to `limits.current_a`.
+        #[arg(long, value_name = "AMPERES", default_value_t = 5.0)]
+        current_a: f32,
+        /// Of the rotor and what is on it, kg m², above 0.
+        #[arg(long, value_name = "KG_M2", default_value_t = 1e-4)]
+        inertia_kg_m2: f64,
+        /// Dry friction of the rotor and what is on it, N m.
+        #[arg(long, value_name = "NM", default_value_t = 0.0)]
+        friction_nm: f64,
+    },
+}
+
+impl Motor {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        match self.action {
+            Action::Example => {
+                write!(out, "{}", motor::EXAMPLE)?;
+                Ok(ExitCode::SUCCESS)
+            }
+            Action::Check { file, out: folder } => check(&motor::read(&file)?, &folder, out),
+            Action::Identify { file, current_a, inertia_kg_m2, friction_nm } => {
+                let told = motor::read(&file)?;
+                let found = motor::identify(&told, current_a, inertia_kg_m2, friction_nm)??;
+                print_found(&told, &found, out)?;
+                Ok(ExitCode::SUCCESS)
+            }
+        }
+    }
+}
+
+fn check(told: &Configuration, folder: &Path, out: &mut impl Write) -> Ending {
+    print_figures(told, out)?;
+    let follows = SHARES.map(|(resistance, inductance)| motor::follow(told, resistance, inductance));
+    let mut found = Vec::new();
+    for follow in follows {
+        found.push(follow?);
+    }
+    let mut table = text_table();
+    table.set_header(["R, of what is said", "L, of what is said", "overshoot, %", "settled to 10 %, ms", ""]);
+    for ((resistance, inductance), follow) in SHARES.iter().zip(&found) {
+        table.add_row([
+            format!("{resistance}"),
+            format!("{inductance}"),
+            format!("{:.1}", 100.0 * follow.overshoot),
+            follow.settled_s.map_or("never".to_owned(), |settled_s| format!("{:.2}", 1e3 * settled_s)),
+            if follow.is_good() { String::new() } else { "too much".to_owned() },
+        ]);
+    }
+    writeln!(out, "{table}")?;
+    let (figure, recording) = picture(told, &found);
+    let [svg, _] = report::write_figure(folder, &figure, &recording)?;
+    writeln!(out, "picture: {}", svg.display())?;
+    if found.iter().all(Follow::is_good) {
+        return Ok(ExitCode::SUCCESS);
+    }
+    writeln!(
+        out,
+        "the current goes too far beyond a step with a motor that is known to 30 %: lower bandwidth_rad_per_s"
+    )?;
+    Ok(ExitCode::FAILURE)
+}
+
+fn print_figures(told: &Configuration, out: &mut impl Write) -> std::io::Result<()> {
+    let Configuration { motor, limits, bandwidth_rad_per_s, .. } = told;
+    let constant = motor.torque_constant_nm_per_a();
+    let speed = |bus_v: f32| {
+        let free = Modulation::new(told).supply(bus_v).most_v / motor.flux_linkage_vs;
+        free / f32::from(motor.pole_pairs)
+    };
+    let rows = [
+        ("torque constant", format!("{constant:.4} N m/A")),
+        ("largest torque", format!("{:.3} N m at {} A", constant * limits.current_a, limits.current_a)),
+        (
+            "speed without load",
+            format!(
+                "{:.0} rad/s at {} V, {:.0} rad/s at {} V",
+                speed(limits.least_bus_v),
+                limits.least_bus_v,
+                speed(limits.most_bus_v),
+                limits.most_bus_v
+            ),
+        ),
+        (
+            "electrical time constant",
+            format!("{:.3} ms", 1e3 * motor.quadrature_inductance_h / motor.resistance_ohm),
+        ),
+        ("current loop", format!("{:.0} Hz", bandwidth_rad_per_s / std::f32::consts::TAU)),
+        (
+            "loss at the largest torque",
+            format!("{:.0} W", 1.5 * motor.resistance_ohm * limits.current_a * limits.current_a),
+        ),
+    ];
+    rows.iter().try_for_each(|(name, value)| writeln!(out, "{name:28} {value}"))
+}
+
+/// The steps, one over the other.
+fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
+    let label = |(resistance, inductance)| format!("R × {resistance}, L × {inductance}");
+    let columns = SHARES.map(|shares| Column {
+        source: "motor".to_owned(),
+        signal: label(shares),
+        indices: Vec::new(),
+        unit: String::new(),
+        format: None,
+    });
+    let mut recording = Recording::new(columns.to_vec());
+    let periods = found.iter().map(|follow| follow.response.len()).min().unwrap_or(0);
+    for (period, time_s) in
+        (0..periods).zip(std::iter::successors(Some(0.0), |time_s| Some(time_s + f64::from(told.period_s))))
+    {
+        for (value, follow) in recording.add_row(time_s).iter_mut().zip(found) {
+            *value = follow.response.get(period).copied().unwrap_or(f64::NAN);
+        }
+    }
+    let curves =
+        (0..).zip(SHARES).map(|(column, shares)| Curve { label: label(shares), column, minus: None });
+    let panel = Panel {
+        title: "Current across the magnets, the rotor held".to_owned(),
+        y_label: "share of the step".to_owned(),
+        curves: curves.collect(),
+        levels: Vec::new(),
+    };
+    let figure = Figure {
+        file_stem: "current_step".to_owned(),
+        title: "A step of the current".to_owned(),
+        panels: vec![panel],
+        spans: Vec::new(),
+    };
+    (figure, recording)
+}
+
+fn print_found(told: &Configuration, found: &Identified, out: &mut impl Write) -> std::io::Result<()> {
+    let mut table = text_table();
+    table.set_header(["", "found", "true"]);
+    let motor = &told.motor;
+    let digits = |value: f32| format!("{value:.6}");
+    for (name, found, truth) in [
+        ("resistance_ohm", digits(found.resistance_ohm), digits(motor.resistance_ohm)),
+        ("direct_inductance_h", digits(found.direct_inductance_h), digits(motor.direct_inductance_h)),
+        (
+            "quadrature_inductance_h",
+            digits(found.quadrature_inductance_h),
+            digits(motor.quadrature_inductance_h),
+        ),
+        ("pole_pairs", found.pole_pairs.to_string(), motor.pole_pairs.to_string()),
+        ("is_encoder_reversed", found.is_encoder_reversed.to_string(), motor.is_encoder_reversed.to_string()),
+        ("encoder_offset_rad", digits(found.encoder_offset_rad), digits(motor.encoder_offset_rad)),
+    ] {
+        table.add_row([name.to_owned(), found, truth]);
+    }
+    writeln!(out, "{table}")
+}

@@ -1,0 +1,81 @@
+//! A drive's configuration as text, and what its motor does under it: the code of the crate `drive`, and the simulator's motor.
+
+mod simulated;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use drive::{Configuration, ConfigurationError};
+
+pub use simulated::{Follow, follow, identify};
+
+/// A configuration with a word about every value.
+pub const EXAMPLE: &str = include_str!("motor/example.toml");
+
+/// Why a file is no configuration of a drive.
+#[derive(Debug, thiserror::Error)]
+pub enum MotorError {
+    /// It cannot be read.
+    #[error("cannot read {path}: {source}; `dimsart motor example` writes one to begin with")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// Why not.
+        source: std::io::Error,
+    },
+    /// It is no TOML of this form.
+    #[error("{path}: {reason}")]
+    Text {
+        /// The file.
+        path: PathBuf,
+        /// Where, and what is wrong there.
+        reason: String,
+    },
+    /// A value that no drive can have.
+    #[error("{path}: {error}")]
+    Value {
+        /// The file.
+        path: PathBuf,
+        /// Which one.
+        error: ConfigurationError,
+    },
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// [`MotorError`].
+pub fn read(path: &Path) -> Result<Configuration, MotorError> {
+    let path_of = || path.to_owned();
+    let text = fs::read_to_string(path).map_err(|source| MotorError::File { path: path_of(), source })?;
+    let configuration: Configuration = toml::from_str(&text)
+        .map_err(|error| MotorError::Text { path: path_of(), reason: error.to_string() })?;
+    configuration.check().map_err(|error| MotorError::Value { path: path_of(), error })?;
+    Ok(configuration)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_example_is_right_and_what_is_not_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("motor.toml");
+        let read_text = |text: &str| {
+            fs::write(&file, text).unwrap();
+            read(&file)
+        };
+        assert!(read(&file).unwrap_err().to_string().contains("dimsart motor example"));
+        assert_eq!(read_text(EXAMPLE).unwrap().motor.pole_pairs, 10);
+        for (from, to, expected) in [
+            ("most_duty = 0.95", "most_duty = 0.3", "most_duty is 0.3: it has to be 0.6 to 1"),
+            ("pole_pairs = 10", "pole_pears = 10", "unknown field `pole_pears`"),
+            ("pole_pairs = 10\n", "", "missing field `pole_pairs`"),
+            ("trip_c = 100.0", "trip_c = 70", "limits.trip_c is 70: it has to be above limits.derating_c"),
+        ] {
+            let error = read_text(&EXAMPLE.replace(from, to)).unwrap_err().to_string();
+            assert!(error.contains(expected), "{error}");
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! A drive's code with the simulator's motor behind it.
+
+use std::error::Error;
+
+use drive::{
+    Angle, Configuration, Drive, Duties, Identification, IdentificationError, IdentificationStep, Identified,
+    Rotor, Sample,
+};
+use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
+
+/// Periods of a step response: 5 ms at 20 kHz.
+const PERIODS: usize = 100;
+/// A current has settled when it stays this near to what is wanted.
+const SETTLED: f64 = 0.1;
+/// Of what the voltage can make at once.
+const STEP_SHARE: f64 = 0.5;
+/// What goes further beyond a step is called too much.
+const MOST_OVERSHOOT: f64 = 0.2;
+/// Counts of the simulated encoder.
+const COUNTS: u32 = 1 << 14;
+/// Longer than any identification.
+const LONGEST_S: f64 = 60.0;
+
+/// How a current follows a step, while the rotor stands still.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Follow {
+    /// After each period, as a share of the step.
+    pub response: Vec<f64>,
+    /// Beyond the step, as a share of it.
+    pub overshoot: f64,
+    /// Until it stays within a tenth of it, `s`; none where it does not.
+    pub settled_s: Option<f64>,
+}
+
+impl Follow {
+    /// Whether it goes no more than a fifth beyond the step, and settles.
+    #[must_use]
+    pub fn is_good(&self) -> bool {
+        self.settled_s.is_some() && self.overshoot <= MOST_OVERSHOOT
+    }
+}
+
+/// A motor as a configuration tells it, with a rotor of this inertia, `kg m²`.
+fn motor(told: &Configuration, inertia_kg_m2: f64) -> ThreePhaseParameters {
+    ThreePhaseParameters {
+        resistance_ohm: told.motor.resistance_ohm.into(),
+        direct_inductance_h: told.motor.direct_inductance_h.into(),
+        quadrature_inductance_h: told.motor.quadrature_inductance_h.into(),
+        flux_linkage_vs: told.motor.flux_linkage_vs.into(),
+        pole_pairs: told.motor.pole_pairs.into(),
+        rotor_inertia_kg_m2: inertia_kg_m2,
+        supply_v: (f64::from(told.limits.least_bus_v) + f64::from(told.limits.most_bus_v)) / 2.0,
+        dead_time_share: told.dead_time_share.into(),
+        dead_time_current_a: told.dead_time_current_a.into(),
+        ..ThreePhaseParameters::default()
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a turn has few counts")]
+fn sample(motor: &BridgeMotor, told: &Configuration, supply_v: f64) -> Sample {
+    let shown_rad = motor.state().angle_rad + f64::from(told.motor.encoder_offset_rad);
+    let shown_rad = if told.motor.is_encoder_reversed { -shown_rad } else { shown_rad };
+    let turn = (shown_rad / std::f64::consts::TAU).rem_euclid(1.0);
+    Sample {
+        phase_a: motor.phase_a().map(|phase_a| phase_a as f32),
+        bus_v: supply_v as f32,
+        temperature_c: told.limits.derating_c.min(25.0),
+        rotor: Rotor::At(Angle::from_counts((turn * f64::from(COUNTS)) as u32, COUNTS)),
+    }
+}
+
+fn wide(duties: Duties) -> [f64; 3] {
+    duties.map(f64::from)
+}
+
+/// How the current across the magnets follows a step, when resistance and inductances are these shares of what the
+/// configuration says.
+///
+/// # Errors
+/// A motor that cannot be simulated; a configuration that is wrong.
+pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<Follow, Box<dyn Error>> {
+    // Nothing turns it.
+    let mut truth = motor(told, 1e9);
+    truth.resistance_ohm *= resistance;
+    truth.direct_inductance_h *= inductance;
+    truth.quadrature_inductance_h *= inductance;
+    let mut bridge = BridgeMotor::new(&truth)?;
+    let mut drive = Drive::new(told)?;
+    let at_once_v =
+        f64::from(told.bandwidth_rad_per_s) * truth.quadrature_inductance_h + truth.resistance_ohm;
+    let step_a = (STEP_SHARE * 0.5 * truth.supply_v / at_once_v).min(told.limits.current_a.into());
+    #[expect(clippy::cast_possible_truncation, reason = "a torque is f32")]
+    let torque_nm = (step_a * f64::from(told.motor.torque_constant_nm_per_a())) as f32;
+    let (mut duties, mut response) = (None, Vec::with_capacity(PERIODS));
+    for _ in 0..PERIODS {
+        let next = drive.step(&sample(&bridge, told, truth.supply_v), Some(torque_nm));
+        bridge.advance(duties.map(wide), told.period_s.into(), 0.0);
+        duties = next;
+        response.push(bridge.state().quadrature_a / step_a);
+    }
+    let overshoot = response.iter().copied().fold(1.0, f64::max) - 1.0;
+    let rough = response.iter().rposition(|share| (share - 1.0).abs() > SETTLED).map_or(0, |last| last + 1);
+    #[expect(clippy::cast_precision_loss, reason = "a few periods")]
+    let settled_s = (rough < PERIODS).then(|| rough as f64 * f64::from(told.period_s));
+    Ok(Follow { response, overshoot, settled_s })
+}
+
+/// Identifies a simulated motor: what comes of it.
+///
+/// # Errors
+/// A motor that cannot be simulated; a configuration or current that is wrong.
+pub fn identify(
+    told: &Configuration,
+    current_a: f32,
+    inertia_kg_m2: f64,
+    friction_nm: f64,
+) -> Result<Result<Identified, IdentificationError>, Box<dyn Error>> {
+    let mut truth = motor(told, inertia_kg_m2);
+    // The current holds the rotor as a spring does, and bearings bring it to rest there: a fifth of critical damping.
+    let stiffness = 1.5 * f64::from(truth.pole_pairs).powi(2) * truth.flux_linkage_vs * f64::from(current_a);
+    truth.viscous_nms_per_rad = 0.2 * 2.0 * (stiffness.max(0.0) * inertia_kg_m2).sqrt();
+    let mut bridge = BridgeMotor::new(&truth)?;
+    let mut identification = Identification::new(told, current_a)?;
+    let mut duties: Option<Duties> = None;
+    let mut time_s = 0.0;
+    while time_s < LONGEST_S {
+        match identification.step(&sample(&bridge, told, truth.supply_v)) {
+            IdentificationStep::GoesOn(next) => {
+                let friction_nm = friction_nm * (bridge.state().speed_rad_per_s / 0.05).tanh();
+                bridge.advance(duties.map(wide), told.period_s.into(), friction_nm);
+                duties = Some(next);
+            }
+            IdentificationStep::Over(end) => return Ok(end),
+        }
+        time_s += f64::from(told.period_s);
+    }
+    Ok(Err(IdentificationError::DidNotMove))
+}
