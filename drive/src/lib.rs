@@ -11,6 +11,35 @@
 //! in a [`Sample`] of what its converters show, and puts the [`Duties`] into its timer. So the same bits come out on a host,
 //! where `hil_sim`'s motor stands behind them, and on a chip.
 //!
+//! ```
+//! # const MOTOR: drive::Motor = drive::Motor {
+//! #     resistance_ohm: 0.3, direct_inductance_h: 3e-4, quadrature_inductance_h: 3e-4, flux_linkage_vs: 0.008,
+//! #     pole_pairs: 10, is_encoder_reversed: false, encoder_offset_rad: 0.0,
+//! # };
+//! # const LIMITS: drive::Limits = drive::Limits {
+//! #     current_a: 20.0, trip_current_a: 30.0, least_bus_v: 18.0, most_bus_v: 30.0, derating_c: 80.0, trip_c: 100.0,
+//! #     speed_rad_per_s: 400.0, stall_s: 2.0,
+//! # };
+//! use drive::{Angle, Configuration, Drive, Rotor, Sample};
+//!
+//! let mut drive = Drive::new(&Configuration {
+//!     motor: MOTOR,
+//!     limits: LIMITS,
+//!     period_s: 50e-6,
+//!     bandwidth_rad_per_s: 6283.0,
+//!     dead_time_share: 0.02,
+//!     dead_time_current_a: 0.2,
+//!     most_duty: 0.95,
+//! })?;
+//! // Once per period, with what the converters show and the torque that the tick commands.
+//! let rotor = Rotor::At(Angle::from_counts(1_000, 4_096));
+//! let sample = Sample { phase_a: [0.0; 3], bus_v: 24.0, temperature_c: 25.0, rotor };
+//! match drive.step(&sample, Some(0.5)) {
+//!     Some(duties) => assert!(duties.iter().all(|duty| (0.0..=1.0).contains(duty))),
+//!     None => unreachable!("open all six switches: {:?}", drive.fault()),
+//! }
+//! # Ok::<(), drive::ConfigurationError>(())
+//! ```
 //! Quantities are in SI units. Phases are amplitude-invariant: the length of a current vector is the peak of a phase
 //! current. Positive `q` current makes positive torque.
 #![no_std]
