@@ -10,7 +10,8 @@ use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
 
 use crate::budget_file::BudgetFile;
-use crate::shell::{Outcome, cargo, command, run, target};
+use crate::example::dimsart;
+use crate::shell::{Outcome, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
 /// Cargo's profile of images.
@@ -129,8 +130,7 @@ pub(crate) fn size_with(toolchain: Toolchain, board: &BoardInfo, groups: &[&str]
 
 /// Puts into an image what its modules cost, and the side that its scheme is for.
 pub(crate) fn stamp(image: &Path, side: &str) -> Outcome {
-    let stamp = ["run", "--quiet", "--package", "dimsart", "--", "stamp"];
-    run(cargo(&stamp).arg(image).args(["--side", side]))
+    run(command(dimsart()?, ["stamp"]).arg(image).args(["--side", side]))
 }
 
 /// The format of the boards' files: behind a macro, `cargo fmt` does not find them.
