@@ -20,8 +20,8 @@ pub(crate) const PROFILE: &str = "firmware";
 /// The scheme's sides.
 pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 
-/// Programs of the firmware beside the image: each is a feature, too.
-const PROGRAMS: [&str; 2] = ["cycle-table", "two-engines"];
+/// Programs of the firmware beside the image, as features, which add no more than these.
+const PROGRAMS: &str = "cycle-table,two-engines";
 
 /// Bytes of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -144,7 +144,7 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
         for features in std::iter::once(board.name.to_owned())
             .chain(board.tooling.variants.iter().map(|variant| format!("{},{variant}", board.name)))
-            .chain(PROGRAMS.iter().map(|program| format!("{},{program}", board.name)))
+            .chain([format!("{},{PROGRAMS}", board.name)])
         {
             // Their profile, for which all is built that runs on the host.
             let arguments =
