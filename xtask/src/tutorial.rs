@@ -21,7 +21,9 @@ pub(crate) fn follow() -> Outcome {
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     // What its project builds is kept from run to run.
     let built = target().join("tutorial-built");
-    page(&top().join("docs/tutorial.md"), &folder, &[("CARGO_TARGET_DIR", &built)])
+    // A user's `dimsart` is built to be fast; here, to be built fast.
+    let quickly = ("CARGO_PROFILE_RELEASE_OPT_LEVEL", Path::new("1"));
+    page(&top().join("docs/tutorial.md"), &folder, &[("CARGO_TARGET_DIR", &built), quickly])
 }
 
 /// Follows those of `docs/howto/` that have commands for a desk, each in a folder of its own.
