@@ -141,7 +141,7 @@ impl Bound {
         let mut domain = Abstract::default();
         let memory = question.start_memory();
         let round = settle::round(question, &mut domain, memory)?;
-        Ok(round.bounds)
+        Ok(round.bounds(&mut domain))
     }
 
     /// Bounds each call of the question when all of them are made again and again, any number of times and each time
@@ -153,7 +153,7 @@ impl Bound {
         settle::settle(question)
     }
 
-    fn new(found: &Found, unknown: Vec<(u32, u32, u32)>) -> Self {
+    fn new(found: &Found) -> Self {
         let mut shares = BTreeMap::new();
         for (function, _, cycles) in &found.path {
             *shares.entry(*function).or_default() += cycles;
@@ -170,7 +170,7 @@ impl Bound {
             shares,
             path: found.path.iter().map(|(_, block, cycles)| (*block, *cycles)).collect(),
             visited: found.visited.clone(),
-            unknown,
+            unknown: Vec::new(),
             rounds: 1,
         }
     }

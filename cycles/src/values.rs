@@ -47,7 +47,7 @@ impl Values {
         let high = low + (high.max(low) - low) / step * step;
         let range = Kind::Range { low, high, step };
         if u64::from((high - low) / step) < MAX_SET as u64 {
-            Self::collect(Self(range).iter())
+            Self::collect_few::<MAX_SET>(Self(range).iter()).unwrap_or(Self::one(low))
         } else {
             Self(range)
         }
@@ -55,17 +55,35 @@ impl Values {
 
     /// All of these numbers, perhaps with some between them. The iterator must not be empty: it is 0 alone then.
     pub(crate) fn collect(numbers: impl Iterator<Item = u32>) -> Self {
-        let mut set: Vec<u32> = numbers.collect();
-        set.sort_unstable();
-        set.dedup();
-        let (Some(&low), Some(&high)) = (set.first(), set.last()) else { return Self::one(0) };
-        if set.len() > MAX_SET {
-            let step = set.iter().fold(0, |step, number| greatest_divisor(step, number - low));
-            return Self(Kind::Range { low, high, step });
+        Self::of(&mut numbers.collect::<Vec<u32>>()).unwrap_or(Self::one(0))
+    }
+
+    /// The same of so few that they need no memory of their own: of the first `MOST`.
+    fn collect_few<const MOST: usize>(numbers: impl Iterator<Item = u32>) -> Option<Self> {
+        let (mut all, mut count) = ([0; MOST], 0);
+        for (place, number) in all.iter_mut().zip(numbers) {
+            *place = number;
+            count += 1;
         }
-        let mut numbers = [0; MAX_SET];
-        numbers.iter_mut().zip(&set).for_each(|(place, number)| *place = *number);
-        Self(Kind::Set { numbers, count: u8::try_from(set.len()).unwrap_or(0) })
+        Self::of(all.get_mut(..count)?)
+    }
+
+    fn of(numbers: &mut [u32]) -> Option<Self> {
+        numbers.sort_unstable();
+        let (low, high) = (*numbers.first()?, *numbers.last()?);
+        let (mut set, mut count, mut last) = ([0; MAX_SET], 0_u8, None);
+        for number in numbers.iter().copied() {
+            if last == Some(number) {
+                continue;
+            }
+            let Some(place) = set.get_mut(usize::from(count)) else {
+                let step = numbers.iter().fold(0, |step, number| greatest_divisor(step, number - low));
+                return Some(Self(Kind::Range { low, high, step }));
+            };
+            *place = number;
+            (count, last) = (count + 1, Some(number));
+        }
+        Some(Self(Kind::Set { numbers: set, count }))
     }
 
     /// Results of a function of three words, if these have few enough values to be tried one by one.
@@ -81,7 +99,7 @@ impl Values {
                 results.extend(c.iter().map(|z| function([x, y, z])));
             }
         }
-        Some(Self::collect(results.into_iter()))
+        Self::of(&mut results)
     }
 
     /// The smallest of them.
@@ -159,7 +177,8 @@ impl Values {
             return *self;
         }
         if let (Kind::Set { .. }, Kind::Set { .. }) = (&self.0, &other.0) {
-            return Self::collect(self.iter().chain(other.iter()));
+            let both = self.iter().chain(other.iter());
+            return Self::collect_few::<{ 2 * MAX_SET }>(both).unwrap_or(*self);
         }
         let (low, high) = (self.low().min(other.low()), self.high().max(other.high()));
         let step = greatest_divisor(self.step(), other.step());
@@ -194,9 +213,11 @@ impl Values {
         if self.count() > MAX_TRIED {
             return Some(*self);
         }
-        let mut kept = self.iter().filter(|number| holds(*number)).peekable();
-        kept.peek()?;
-        Some(Self::collect(kept))
+        let kept = self.iter().filter(|number| holds(*number));
+        match self.0 {
+            Kind::Set { .. } => Self::collect_few::<MAX_SET>(kept),
+            Kind::Range { .. } => Self::of(&mut kept.collect::<Vec<u32>>()),
+        }
     }
 }
 

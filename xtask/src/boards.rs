@@ -10,7 +10,8 @@ use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
 
 use crate::budget_file::BudgetFile;
-use crate::shell::{Outcome, cargo, command, run, target};
+use crate::example::dimsart;
+use crate::shell::{Outcome, command, run, target};
 use crate::toolchain::{Toolchain, output};
 
 /// Cargo's profile of images.
@@ -19,8 +20,8 @@ pub(crate) const PROFILE: &str = "firmware";
 /// The scheme's sides.
 pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 
-/// Programs of the firmware beside the image: each is a feature, too.
-const PROGRAMS: [&str; 3] = ["cycle-table", "drive-step", "two-engines"];
+/// Programs of the firmware beside the image, as features, which add no more than these.
+const PROGRAMS: &str = "cycle-table,drive-step,two-engines";
 
 /// Bytes of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -142,8 +143,7 @@ pub(crate) fn size_with(toolchain: Toolchain, board: &BoardInfo, groups: &[&str]
 
 /// Puts into an image what its modules cost, and the side that its scheme is for.
 pub(crate) fn stamp(image: &Path, side: &str) -> Outcome {
-    let stamp = ["run", "--quiet", "--package", "dimsart", "--", "stamp"];
-    run(cargo(&stamp).arg(image).args(["--side", side]))
+    run(command(dimsart()?, ["stamp"]).arg(image).args(["--side", side]))
 }
 
 /// The format of the boards' files: behind a macro, `cargo fmt` does not find them.
@@ -157,7 +157,7 @@ pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
         for features in std::iter::once(board.name.to_owned())
             .chain(board.tooling.variants.iter().map(|variant| format!("{},{variant}", board.name)))
-            .chain(PROGRAMS.iter().map(|program| format!("{},{program}", board.name)))
+            .chain([format!("{},{PROGRAMS}", board.name)])
         {
             // Their profile, for which all is built that runs on the host.
             let arguments =

@@ -1,22 +1,34 @@
-//! Examples of `dimsart` that tell what images take.
+//! Programs of `dimsart` that run here.
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
 use crate::boards::folder;
-use crate::shell::{cargo, run};
+use crate::shell::{Outcome, cargo, command, run, target};
+
+/// Builds `dimsart`; gives its path.
+pub(crate) fn dimsart() -> Result<PathBuf, String> {
+    build("dev", &["--bin", "dimsart", "--example", "scheme_budgets"])?;
+    Ok(target().join("debug/dimsart"))
+}
 
 /// What an example prints, built with one of cargo's profiles; it finds images in [`folder`] unless its arguments say
 /// otherwise.
 pub(crate) fn example(name: &str, profile: &str, arguments: &[OsString]) -> Result<String, String> {
-    let example = ["--quiet", "--profile", profile, "--package", "dimsart", "--example", name];
-    // Apart from the run, to show how the build goes.
-    run(cargo(&["build"]).args(example))?;
-    let mut command = cargo(&["run"]);
-    command.args(example).arg("--").args(arguments).env("DIMSART_FIRMWARE", folder());
-    let output = command.output().map_err(|error| format!("cannot run the example {name}: {error}"))?;
+    build(profile, &["--example", name])?;
+    let built = if profile == "dev" { "debug" } else { profile };
+    let mut command = command(target().join(built).join("examples").join(name), arguments);
+    let output = command.env("DIMSART_FIRMWARE", folder()).output();
+    let output = output.map_err(|error| format!("cannot run the example {name}: {error}"))?;
     if output.status.success() {
         Ok(String::from_utf8_lossy(&output.stdout).into_owned())
     } else {
         Err(format!("the example {name} failed: {}", String::from_utf8_lossy(&output.stderr)))
     }
+}
+
+/// Of the whole workspace, and never without an example: cargo then chooses the features of every crate as it does for
+/// the tests, and finds built what these have built.
+fn build(profile: &str, targets: &[&str]) -> Outcome {
+    run(cargo(&["build", "--quiet", "--workspace", "--profile", profile]).args(targets))
 }

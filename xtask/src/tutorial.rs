@@ -6,13 +6,14 @@ use std::fs;
 use std::path::Path;
 
 use crate::console;
+use crate::example::dimsart;
 use crate::setup;
-use crate::shell::{Outcome, cargo, run, target, top};
+use crate::shell::{Outcome, target, top};
 
 /// Follows `docs/tutorial.md`.
 pub(crate) fn follow() -> Outcome {
     setup::emulator()?;
-    build()?;
+    dimsart()?;
     let folder = target().join("tutorial");
     if folder.exists() {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -27,7 +28,7 @@ pub(crate) fn follow() -> Outcome {
 
 /// Follows those of `docs/howto/` that have commands for a desk, each in a folder of its own.
 pub(crate) fn follow_how_tos() -> Outcome {
-    build()?;
+    dimsart()?;
     let folder = top().join("docs/howto");
     let entries = fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let mut pages: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
@@ -36,10 +37,6 @@ pub(crate) fn follow_how_tos() -> Outcome {
         page(&path, temporary()?.path(), &[])?;
     }
     Ok(())
-}
-
-fn build() -> Outcome {
-    run(&mut cargo(&["build", "--quiet", "--package", "dimsart"]))
 }
 
 /// Follows a page with the `dimsart` of this repository.

@@ -14,11 +14,24 @@ const MAX_ROUNDS: u32 = 60;
 
 /// All calls, once.
 pub(super) struct Round {
-    pub(super) bounds: Vec<Bound>,
+    bounds: Vec<Bound>,
+    /// What is known before each.
+    before: Vec<(AbstractMemory, Facts)>,
     memory: AbstractMemory,
     facts: Facts,
     /// The most that any call takes of the stack.
     stack_bytes: u32,
+}
+
+impl Round {
+    /// A bound of each call.
+    pub(super) fn bounds(self, domain: &mut Abstract) -> Vec<Bound> {
+        let bound = |(bound, (memory, facts))| {
+            domain.facts = facts;
+            Bound { unknown: unknown_words(domain, &memory), ..bound }
+        };
+        self.bounds.into_iter().zip(self.before).map(bound).collect()
+    }
 }
 
 pub(super) fn round(
@@ -27,16 +40,16 @@ pub(super) fn round(
     memory: AbstractMemory,
 ) -> Result<Round, BoundError> {
     let facts = Facts::default();
-    let mut round = Round { bounds: Vec::new(), memory, facts, stack_bytes: 0 };
+    let mut round = Round { bounds: Vec::new(), before: Vec::new(), memory, facts, stack_bytes: 0 };
     for call in question.calls {
         domain.facts = round.facts.clone();
         for input in &call.inputs {
             let values = Values::between(*input.values.start(), *input.values.end());
             round.memory.forget(domain, input.addresses.clone(), input.width, &values);
         }
-        let unknown = unknown_words(domain, &round.memory);
+        round.before.push((round.memory.clone(), round.facts.clone()));
         let found = explore(&question.start(call), domain, round.memory.clone(), round.facts.clone())?;
-        round.bounds.push(Bound::new(&found, unknown));
+        round.bounds.push(Bound::new(&found));
         round.stack_bytes = round.stack_bytes.max(found.stack_bytes);
         if call.is_optional {
             let mut join = Join::new(domain, &round.facts, &found.facts);
@@ -66,8 +79,8 @@ pub(super) fn settle(question: &Question<'_>) -> Result<Vec<Bound>, BoundError> 
         let change = memory.first_change(&domain, &after, &given);
         // In the first round, inputs and what is below the stack are not unknown yet.
         let Some(lowest) = change.or((number == 1).then_some(0)) else {
-            let bound = |bound| Bound { rounds: number, ..bound };
-            return Ok(found.bounds.into_iter().map(bound).collect());
+            let bounds = found.bounds(&mut domain).into_iter();
+            return Ok(bounds.map(|bound| Bound { rounds: number, ..bound }).collect());
         };
         if number == MAX_ROUNDS {
             let address = question.calls.first().map_or(0, |call| call.function);
