@@ -1,10 +1,13 @@
-//! What a drive is told of its motor, its inverter and what they bear. Data, none of it in the code.
+//! What a drive is told of its motor, its inverter and their limits.
 
 use core::f32::consts::FRAC_PI_4;
 use core::fmt;
 
-use crate::drive::PERIODS_TO_VOLTAGE;
+use crate::drive::{PERIODS_TO_VOLTAGE, TRACKING_RAD_PER_S};
 use crate::vector::Dq;
+
+/// Most that the tracking's poles may turn in a period, `rad`: beyond 0.8 it would not be stable.
+const MOST_TRACKING_SHARE: f32 = 0.301;
 
 /// A permanent-magnet motor with three phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,7 +29,7 @@ pub struct Motor {
     pub encoder_offset_rad: f32,
 }
 
-/// What motor and inverter bear. What is beyond it turns the bridge off.
+/// Limits of motor and inverter; beyond most of them the bridge is turned off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Limits {
@@ -42,10 +45,10 @@ pub struct Limits {
     pub derating_c: f32,
     /// At this one none, and the bridge is off, `°C`, above `derating_c`.
     pub trip_c: f32,
-    /// Fastest that the rotor can turn, `rad/s`, > 0: an angle further away than that is none.
+    /// Fastest that the rotor may turn, `rad/s`, > 0. An angle further away than it turns so is no angle.
     pub speed_rad_per_s: f32,
-    /// How long a rotor may stand still with all of `current_a`, `s`; with a part of it, as the square of that part says
-    /// longer. Infinity for ever.
+    /// How long a rotor may stand still with all of `current_a`, `s`, > 0; with less of it longer, with half of it for ever.
+    /// Infinity where it may always.
     pub stall_s: f32,
 }
 
@@ -55,13 +58,13 @@ pub struct Limits {
 pub struct Configuration {
     /// The motor.
     pub motor: Motor,
-    /// What it bears.
+    /// Its limits and those of the inverter.
     pub limits: Limits,
-    /// One period of the pulse-width modulation, and from one step to the next, `s`, > 0.
+    /// One period of the pulse-width modulation, and from one step to the next, `s`, > 0, up to 150 µs.
     pub period_s: f32,
     /// `wc`, bandwidth of the current loops, `rad/s`, > 0; up to a third of `1/period_s`.
     pub bandwidth_rad_per_s: f32,
-    /// Share of a period that a half bridge is off at both of its edges together, 0 to 0.2.
+    /// Dead time of one edge of a half bridge, as a share of a period, 0 to 0.2.
     pub dead_time_share: f32,
     /// Current below which that changes proportionally less, `A`, > 0.
     pub dead_time_current_a: f32,
@@ -152,6 +155,8 @@ impl Configuration {
         )?;
         require("limits.stall_s", limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity")?;
         positive("period_s", self.period_s)?;
+        let is_followed = self.period_s * TRACKING_RAD_PER_S <= MOST_TRACKING_SHARE;
+        require("period_s", self.period_s, is_followed, "up to 150e-6: the rotor is followed no slower")?;
         positive("bandwidth_rad_per_s", self.bandwidth_rad_per_s)?;
         let bandwidth = self.bandwidth_rad_per_s;
         let is_slow = bandwidth * self.period_s <= 1.0 / 3.0;
@@ -165,7 +170,7 @@ impl Configuration {
 }
 
 fn positive(name: &'static str, value: f32) -> Result<(), ConfigurationError> {
-    require(name, value, value > 0.0 && value.is_finite(), "above 0")
+    require(name, value, value > 0.0 && value.is_normal(), "above 0")
 }
 
 fn require(

@@ -6,14 +6,16 @@ use crate::Angle;
 use crate::configuration::{Configuration, ConfigurationError, Motor};
 use crate::current_controller::CurrentController;
 use crate::modulation::{Duties, Modulation};
-use crate::number::within;
+use crate::number::{smaller, within};
 use crate::protection::{Fault, Protection};
 use crate::sample::{Rotor, Sample};
 use crate::tracking::Tracking;
 use crate::vector::{Dq, Stator, Turn};
 
 /// Poles of the observer of angle and speed, `rad/s`.
-const TRACKING_RAD_PER_S: f32 = 2_000.0;
+pub(crate) const TRACKING_RAD_PER_S: f32 = 2_000.0;
+/// In which an observer that has begun has settled: the bridge stays off for so long.
+const SETTLED_S: f32 = 5.0 / TRACKING_RAD_PER_S;
 /// From a sample to the middle of the period that its voltage is made in: the one after it.
 pub(crate) const PERIODS_TO_VOLTAGE: f32 = 1.5;
 
@@ -29,14 +31,17 @@ pub struct Drive {
     /// times pole pairs.
     ahead_s: f32,
     pole_pairs: f32,
+    period_s: f32,
     tracking: Tracking,
     controller: CurrentController,
     modulation: Modulation,
     protection: Protection,
     current_a: Dq,
     voltage_v: Dq,
-    /// Whether the encoder has said anything yet.
-    has_begun: bool,
+    /// At which the magnets make one volt.
+    speed_per_v: f32,
+    /// How long the encoder has said what can be believed, `s`; none before its first reading.
+    seen_s: Option<f32>,
 }
 
 /// What a drive knows of its motor, as of the last period.
@@ -69,13 +74,15 @@ impl Drive {
             current_per_torque: 1.0 / motor.torque_constant_nm_per_a(),
             ahead_s: PERIODS_TO_VOLTAGE * period_s * pole_pairs,
             pole_pairs,
+            period_s,
             tracking: Tracking::new(period_s, TRACKING_RAD_PER_S),
             controller: CurrentController::new(configuration),
             modulation: Modulation::new(configuration),
             protection: Protection::new(configuration),
             current_a: Dq::default(),
             voltage_v: Dq::default(),
-            has_begun: false,
+            speed_per_v: 1.0 / (pole_pairs * motor.flux_linkage_vs),
+            seen_s: None,
         })
     }
 
@@ -91,7 +98,9 @@ impl Drive {
         let speed_rad_per_s = self.tracking.speed_rad_per_s();
         let now = Turn::to(electrical);
         self.current_a = now.park(Stator::from_phases(sample.phase_a));
-        let may_be_on = self.has_begun && self.fault().is_none();
+        let supply = self.modulation.supply(sample.bus_v);
+        self.protection.weigh(self.current_a.q, speed_rad_per_s, supply.most_v * self.speed_per_v);
+        let may_be_on = self.seen_s > Some(SETTLED_S) && self.fault().is_none();
         let Some(torque_nm) = torque_nm.filter(|torque_nm| may_be_on && torque_nm.is_finite()) else {
             self.controller.reset();
             self.voltage_v = Dq::default();
@@ -99,8 +108,6 @@ impl Drive {
         };
         let most_a = self.protection.current_limit_a(sample.temperature_c);
         let wanted_a = Dq { d: 0.0, q: within(torque_nm * self.current_per_torque, most_a) };
-        self.protection.weigh(wanted_a.q, speed_rad_per_s);
-        let supply = self.modulation.supply(sample.bus_v);
         self.voltage_v =
             self.controller.step(wanted_a, self.current_a, self.pole_pairs * speed_rad_per_s, &supply);
         // Where the rotor will be while the voltage is made.
@@ -126,28 +133,41 @@ impl Drive {
         self.protection.fault()
     }
 
-    /// Forgets a fault: what is still wrong is found again in the next period.
+    /// Forgets a fault, if there is one: what is still wrong is found again in the next period.
     pub fn clear(&mut self) {
         self.protection.clear();
-        self.has_begun = false;
     }
 
+    /// Follows the rotor. Where it is and how fast it turns is taken from two readings that agree; what disagrees with them
+    /// before the observer has settled begins anew.
     #[inline]
     fn track(&mut self, rotor: Rotor) {
-        let rotor = match rotor {
-            Rotor::At(angle) if self.motor.is_encoder_reversed => Rotor::At(Angle(0).minus(angle)),
-            rotor => rotor,
-        };
-        let surprise_rad = match rotor {
-            Rotor::At(angle) if !self.has_begun => {
-                self.tracking.begin(angle);
-                self.has_begun = true;
-                0.0
+        let Rotor::At(angle) = rotor else {
+            // It goes on as it turned.
+            let _ = self.protection.believe(rotor, 0.0);
+            if self.protection.has_lost_rotor() {
+                self.seen_s = None;
             }
-            Rotor::At(angle) => self.tracking.surprise_rad(angle),
-            Rotor::Lost | Rotor::BadMagnet => 0.0,
+            return self.tracking.step(0.0);
         };
-        let believed_rad = self.protection.believe(rotor, surprise_rad).unwrap_or(0.0);
-        self.tracking.step(believed_rad);
+        let angle = if self.motor.is_encoder_reversed { Angle(0).minus(angle) } else { angle };
+        let Some(seen_s) = self.seen_s else {
+            self.tracking.begin(angle, 0.0);
+            self.seen_s = Some(0.0);
+            return;
+        };
+        match self.protection.believe(rotor, self.tracking.surprise_rad(angle)) {
+            Some(surprise_rad) if seen_s > 0.0 => self.tracking.step(surprise_rad),
+            Some(moved_rad) => self.tracking.begin(angle, moved_rad),
+            None if seen_s > SETTLED_S && !self.protection.has_lost_rotor() => {
+                return self.tracking.step(0.0);
+            }
+            None => {
+                self.tracking.begin(angle, 0.0);
+                self.seen_s = Some(0.0);
+                return;
+            }
+        }
+        self.seen_s = Some(smaller(seen_s + self.period_s, 1.0));
     }
 }

@@ -24,6 +24,9 @@ use resting::Resting;
 use shaking::{Axis, Shaking};
 use turning::Turning;
 
+/// Of the current that was asked for: more is not made by what is done here.
+const MOST_SHARE: f32 = 1.25;
+
 /// What was found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Identified {
@@ -46,8 +49,8 @@ pub struct Identified {
 pub enum IdentificationError {
     /// The supply's voltage makes no such current.
     NoCurrent,
-    /// A phase has less than its part.
-    OpenPhase,
+    /// The currents are not where the voltage is.
+    WrongPhases,
     /// The rotor did not turn.
     DidNotMove,
     /// It turned, and not as a whole number of pole pairs does.
@@ -65,9 +68,10 @@ impl fmt::Display for IdentificationError {
             Self::NoCurrent => {
                 f.write_str("the supply makes no such current: look at the motor's wires, or ask for less")
             }
-            Self::OpenPhase => {
-                f.write_str("a phase has less than its part of the current: look at the motor's wires")
-            }
+            Self::WrongPhases => f.write_str(
+                "the currents are not where the voltage is: a phase is open, or the wires or signs of the current sensors are \
+                 swapped",
+            ),
             Self::DidNotMove => f.write_str(
                 "the rotor did not turn: take its load off or ask for more current; is the encoder on this motor?",
             ),
@@ -151,19 +155,27 @@ impl Identification {
             Some(fault) => Err(IdentificationError::Fault(fault)),
             None => self.voltage(sample, supply.most_v),
         };
-        match (voltage_v, &self.stage) {
-            (Err(error), _) => self.stage = Stage::Over(Err(error)),
-            (Ok(voltage_v), Stage::Resting(_) | Stage::Shaking(_) | Stage::Turning(_)) => {
+        let within =
+            |Stator { alpha, beta }: Stator| alpha * alpha + beta * beta <= supply.most_v * supply.most_v;
+        let end = match voltage_v {
+            Ok(Some(voltage_v)) if within(voltage_v) => {
                 let duties = self.modulation.duties(voltage_v, Stator::default(), &supply);
                 return IdentificationStep::GoesOn(duties);
             }
-            (Ok(_), Stage::Over(_)) => {}
-        }
-        self.step(sample)
+            // The supply has become too low for what it made before.
+            Ok(Some(_)) => Err(IdentificationError::NoCurrent),
+            Ok(None) => Ok(self.found),
+            Err(error) => Err(error),
+        };
+        self.stage = Stage::Over(end);
+        IdentificationStep::Over(end)
     }
 
-    /// The voltage for the next period, and what comes next.
-    fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Stator, IdentificationError> {
+    /// The voltage for the next period, `V`; none when all is found.
+    fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Option<Stator>, IdentificationError> {
+        if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MOST_SHARE * self.current_a) {
+            return Err(IdentificationError::WrongPhases);
+        }
         let is_a = Stator::from_phases(sample.phase_a);
         let (current_a, period_s) = (self.current_a, self.period_s);
         let (voltage_v, next) = match &mut self.stage {
@@ -195,19 +207,19 @@ impl Identification {
                     Rotor::Lost | Rotor::BadMagnet => None,
                 };
                 let (place, done) = turning.step(angle)?;
-                let next = done.map(|turned| {
+                if let Some(turned) = done {
                     self.found.pole_pairs = turned.pole_pairs;
                     self.found.encoder_offset_rad = turned.offset_rad;
                     self.found.is_encoder_reversed = turned.is_reversed;
-                    Stage::Over(Ok(self.found))
-                });
-                (Turn::to(place).unpark(Dq { d: self.held_v, q: 0.0 }), next)
+                    return Ok(None);
+                }
+                (Turn::to(place).unpark(Dq { d: self.held_v, q: 0.0 }), None)
             }
-            Stage::Over(_) => (Stator::default(), None),
+            Stage::Over(_) => return Ok(None),
         };
         if let Some(next) = next {
             self.stage = next;
         }
-        Ok(voltage_v)
+        Ok(Some(voltage_v))
     }
 }

@@ -3,15 +3,21 @@
 use core::fmt;
 
 use crate::configuration::{Configuration, Limits};
-use crate::number::smaller;
+use crate::number::{larger, smaller};
 use crate::sample::{Rotor, Sample};
 
 /// Share of the trip current that the sum of the phases may be off: converters are not exact, but a dead one shows.
 const SENSOR_SHARE: f32 = 0.2;
 /// Of an encoder, beside what the fastest rotor turns in two periods, `rad`.
 const ENCODER_NOISE_RAD: f32 = 0.01;
-/// Readings of an encoder in a row that may be missing or wrong: the rotor goes on as it turned.
-const BAD_READINGS: u8 = 2;
+/// A reading of an encoder that is missing or wrong counts so much, a right one takes one back: two in a row are bridged by
+/// the speed, and one in three for ever.
+const BAD_READING: u8 = 2;
+const MOST_BAD: u8 = 4;
+/// Coldest that it can be, `°C`: a sensor whose wire is open says less.
+const COLDEST_C: f32 = -40.0;
+/// Share of the square of the largest current that a winding at rest loses by and by.
+const COOLED_SHARE: f32 = 0.25;
 /// Below this share of the fastest speed a rotor stands still.
 const STANDSTILL_SHARE: f32 = 0.01;
 
@@ -36,6 +42,8 @@ pub enum Fault {
     EncoderMagnet,
     /// The rotor has stood still under current for too long.
     Stalled,
+    /// The rotor turns faster than it may, or than the supply can hold against.
+    Overspeed,
 }
 
 impl Fault {
@@ -58,6 +66,9 @@ impl Fault {
             }
             Self::EncoderMagnet => "set the magnet to the distance that the encoder's maker wants",
             Self::Stalled => "look what holds the joint, or allow more time in `limits.stall_s`",
+            Self::Overspeed => {
+                "look what drives the joint, command less, or raise `limits.speed_rad_per_s` or the supply"
+            }
         }
     }
 }
@@ -74,6 +85,7 @@ impl fmt::Display for Fault {
             Self::EncoderJumped => "the encoder says angles to which no rotor can have turned",
             Self::EncoderMagnet => "the encoder's magnet is gone, or at a wrong distance",
             Self::Stalled => "the rotor has stood still under current for too long",
+            Self::Overspeed => "the rotor turns faster than it may, or than the supply can hold against",
         })
     }
 }
@@ -88,8 +100,9 @@ pub struct Protection {
     standstill_rad_per_s: f32,
     /// Most current that may be asked for, per degree below the trip temperature.
     derating_a_per_c: f32,
-    /// Of the square of a current.
+    /// Of the square of a current, and what a winding loses: so that all of the current takes the time that it may.
     stall_per_a2: f32,
+    cooled: f32,
     bad_readings: u8,
     stalled_s: f32,
     fault: Option<Fault>,
@@ -107,7 +120,8 @@ impl Protection {
             most_surprise_rad: 2.0 * limits.speed_rad_per_s * period_s + ENCODER_NOISE_RAD,
             standstill_rad_per_s: STANDSTILL_SHARE * limits.speed_rad_per_s,
             derating_a_per_c: limits.current_a / (limits.trip_c - limits.derating_c),
-            stall_per_a2: 1.0 / (limits.current_a * limits.current_a),
+            stall_per_a2: 1.0 / (limits.current_a * limits.current_a * (1.0 - COOLED_SHARE)),
+            cooled: COOLED_SHARE / (1.0 - COOLED_SHARE),
             bad_readings: 0,
             stalled_s: 0.0,
             fault: None,
@@ -122,7 +136,9 @@ impl Protection {
 
     /// Forgets the fault: what is still wrong is found again in the next period.
     pub fn clear(&mut self) {
-        (self.fault, self.bad_readings, self.stalled_s) = (None, 0, 0.0);
+        if self.fault.take().is_some() {
+            self.bad_readings = 0;
+        }
     }
 
     /// Looks at currents, supply and temperature.
@@ -138,10 +154,12 @@ impl Protection {
             _ if !has_current => Fault::Overcurrent,
             _ if !is_within(u + v + w, self.most_sum_a) => Fault::CurrentSensors,
             Sample { bus_v, .. } if *bus_v > most_bus_v => Fault::Overvoltage,
-            Sample { bus_v, .. } if *bus_v >= least_bus_v => match sample.temperature_c < trip_c {
-                true => return,
-                false => Fault::Overtemperature,
-            },
+            Sample { bus_v, .. } if *bus_v >= least_bus_v => {
+                match (COLDEST_C..trip_c).contains(&sample.temperature_c) {
+                    true => return,
+                    false => Fault::Overtemperature,
+                }
+            }
             _ => Fault::Undervoltage,
         };
         self.note(found);
@@ -152,28 +170,38 @@ impl Protection {
     pub(crate) fn believe(&mut self, rotor: Rotor, surprise_rad: f32) -> Option<f32> {
         let found = match rotor {
             Rotor::At(_) if surprise_rad.abs() <= self.most_surprise_rad => {
-                self.bad_readings = 0;
+                self.bad_readings = self.bad_readings.saturating_sub(1);
                 return Some(surprise_rad);
             }
             Rotor::At(_) => Fault::EncoderJumped,
             Rotor::Lost => Fault::EncoderLost,
             Rotor::BadMagnet => Fault::EncoderMagnet,
         };
-        self.bad_readings = self.bad_readings.saturating_add(1);
-        if self.bad_readings > BAD_READINGS {
+        self.bad_readings = self.bad_readings.saturating_add(BAD_READING);
+        if self.has_lost_rotor() {
             self.note(found);
         }
         None
     }
 
-    /// Looks how long the rotor stands still with a current that makes torque.
+    /// Whether too many readings were missing or wrong to go by the speed: where the rotor is has to be found anew.
     #[inline]
-    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32) {
-        if speed_rad_per_s.abs() > self.standstill_rad_per_s {
-            self.stalled_s = 0.0;
-            return;
+    pub(crate) fn has_lost_rotor(&self) -> bool {
+        self.bad_readings > MOST_BAD
+    }
+
+    /// Looks at the speed, which the supply can hold against up to `held_rad_per_s`, and how long the rotor stands still with
+    /// a current that makes torque.
+    #[inline]
+    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32, held_rad_per_s: f32) {
+        let speed_rad_per_s = speed_rad_per_s.abs();
+        let is_slow = speed_rad_per_s <= smaller(self.limits.speed_rad_per_s, held_rad_per_s);
+        if !is_slow {
+            self.note(Fault::Overspeed);
         }
-        self.stalled_s += self.period_s * (current_a * current_a * self.stall_per_a2);
+        let stands = speed_rad_per_s <= self.standstill_rad_per_s;
+        let heated = if stands { current_a * current_a * self.stall_per_a2 } else { 0.0 };
+        self.stalled_s = larger(self.stalled_s + self.period_s * (heated - self.cooled), 0.0);
         if self.stalled_s > self.limits.stall_s {
             self.note(Fault::Stalled);
         }

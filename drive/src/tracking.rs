@@ -33,9 +33,11 @@ impl Tracking {
         }
     }
 
-    /// Begins at an angle, at rest.
-    pub fn begin(&mut self, angle: Angle) {
-        (self.angle, self.speed_rad_per_s, self.expected) = (angle, 0.0, angle);
+    /// Begins at an angle, `moved_rad` further than a period ago.
+    pub fn begin(&mut self, angle: Angle, moved_rad: f32) {
+        self.angle = angle;
+        self.speed_rad_per_s = moved_rad / self.period_s;
+        self.expected = angle.plus_rad(moved_rad);
     }
 
     /// How far a measured angle is from where the rotor should be now, `rad`, either sign.

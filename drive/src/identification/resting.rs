@@ -1,6 +1,7 @@
 //! The resistance, from two currents that stand still along phase U; meanwhile the rotor turns there.
 
 use super::IdentificationError;
+use crate::number::larger;
 use crate::vector::Stator;
 
 /// In which the voltage rises to all that the supply can make.
@@ -46,12 +47,17 @@ impl Resting {
         most_v: f32,
     ) -> Result<(Stator, Option<Rest>), IdentificationError> {
         let [along_a, v, w] = phase_a;
+        let largest_a = larger(larger(along_a.abs(), v.abs()), w.abs());
         let mut done = None;
         match &mut self.held_s {
             None => {
                 let wanted_a = if self.half.is_none() { 0.5 * self.current_a } else { self.current_a };
                 self.voltage_v += most_v * self.period_s / RISE_S;
-                if along_a >= wanted_a {
+                if largest_a >= wanted_a {
+                    // The rotor may still move, and its magnets with it.
+                    if along_a < 0.5 * wanted_a {
+                        return Err(IdentificationError::WrongPhases);
+                    }
                     (self.held_s, self.sum_a, self.samples) = (Some(0.0), 0.0, 0);
                 } else if self.voltage_v > most_v {
                     return Err(IdentificationError::NoCurrent);
@@ -68,9 +74,9 @@ impl Resting {
                     match self.half {
                         None => self.half = Some((self.voltage_v, mean_a)),
                         Some((half_v, half_a)) => {
-                            if ![v, w].iter().all(|phase_a| OTHER_PHASE_SHARE.contains(&(-phase_a / along_a)))
-                            {
-                                return Err(IdentificationError::OpenPhase);
+                            let is_right = |phase_a: f32| OTHER_PHASE_SHARE.contains(&(-phase_a / along_a));
+                            if !is_right(v) || !is_right(w) {
+                                return Err(IdentificationError::WrongPhases);
                             }
                             let resistance_ohm = (self.voltage_v - half_v) / (mean_a - half_a);
                             done = Some(Rest { resistance_ohm, voltage_v: self.voltage_v });

@@ -1,6 +1,7 @@
 //! An inductance, from a voltage that changes sign in every period: too fast for the rotor, and for the resistance to matter.
 
 use super::IdentificationError;
+use crate::number::smaller;
 use crate::vector::Stator;
 
 /// Periods with one amplitude, an even number.
@@ -51,6 +52,12 @@ impl Shaking {
             Axis::Direct => is_a.alpha,
             Axis::Quadrature => is_a.beta,
         };
+        // Across what holds the rotor there is more room in the circle: a root, taken as its square, which is less.
+        let room_v = match self.axis {
+            Axis::Direct => most_v - self.held_v,
+            Axis::Quadrature => most_v - self.held_v * self.held_v / most_v,
+        };
+        self.amplitude_v = smaller(self.amplitude_v, room_v);
         // The change since the last sample is by the voltage of two periods ago, which had this sign, too.
         let sign = if self.periods.is_multiple_of(2) { 1.0 } else { -1.0 };
         if self.periods >= BEFORE {
@@ -61,11 +68,6 @@ impl Shaking {
         let mut done = None;
         if self.periods == BEFORE + PERIODS {
             let change_a = self.sum_a / f32::from(PERIODS);
-            // Across what holds the rotor there is more room in the circle: a root, taken as its square, which is less.
-            let room_v = match self.axis {
-                Axis::Direct => most_v - self.held_v,
-                Axis::Quadrature => most_v - self.held_v * self.held_v / most_v,
-            };
             let least_share = if 2.0 * self.amplitude_v <= room_v { SHARE } else { LEAST_SHARE };
             if change_a >= least_share * self.current_a {
                 done = Some(self.amplitude_v * self.period_s / change_a);

@@ -16,6 +16,7 @@ const PER_PERIOD: f64 = TAU * 1000.0 * PERIOD_S;
 /// Current across the magnets in every period after it was wanted, `A`, of one ampere wanted.
 fn step_response(mut bench: Bench) -> Vec<f64> {
     let torque_nm = bench.configuration.motor.torque_constant_nm_per_a();
+    bench.run(Some(0.0), 100);
     (0..400)
         .map(|_| {
             bench.step(Some(torque_nm));

@@ -35,6 +35,8 @@ fn identify(
         };
         let friction_nm = friction_nm * (bench.motor.state().speed_rad_per_s / 0.05).tanh();
         bench.motor.advance(duties, PERIOD_S, friction_nm);
+        let most = bench.configuration.most_duty - 0.5 + 1e-6;
+        assert!(next.iter().all(|duty| (duty - 0.5).abs() <= most), "{next:?}");
         duties = Some(next.map(f64::from));
         most_a = bench.motor.phase_a().iter().fold(most_a, |most_a, phase_a| phase_a.abs().max(most_a));
     }
@@ -99,6 +101,7 @@ fn what_was_found_drives_the_motor() {
     told.motor.quadrature_inductance_h = found.quadrature_inductance_h;
     told.motor.pole_pairs = found.pole_pairs;
     told.motor.encoder_offset_rad = found.encoder_offset_rad;
+    told.motor.is_encoder_reversed = found.is_encoder_reversed;
     bench.drive = drive::Drive::new(&told).unwrap();
     bench.motor = hil_sim::plant::BridgeMotor::new(&crate::bench::motor()).unwrap();
     bench.motor.set_rotor(0.2, 40.0);
@@ -126,23 +129,45 @@ fn a_joint_that_cannot_turn_is_an_error_and_no_result() {
 #[test]
 fn what_is_wrong_with_wires_and_sensors_is_said() {
     type Change = fn(Sample, u32) -> Sample;
-    let cases: [(IdentificationError, Change); 4] = [
+    let cases: [(IdentificationError, Change); 8] = [
         (IdentificationError::NoCurrent, |sample, _| Sample { phase_a: [0.0; 3], ..sample }),
-        (IdentificationError::OpenPhase, |sample, _| {
+        // V is open, the sensors of U and V are swapped, and all of them are the wrong way round.
+        (IdentificationError::WrongPhases, |sample, _| {
             let [u, ..] = sample.phase_a;
-            Sample { phase_a: [u, -u, 0.0], ..sample }
+            Sample { phase_a: [u, 0.0, -u], ..sample }
+        }),
+        (IdentificationError::WrongPhases, |sample, _| {
+            let [u, v, w] = sample.phase_a;
+            Sample { phase_a: [v, u, w], ..sample }
+        }),
+        (IdentificationError::WrongPhases, |sample, _| Sample {
+            phase_a: sample.phase_a.map(|phase_a| -phase_a),
+            ..sample
         }),
         (IdentificationError::Fault(Fault::EncoderLost), |sample, period| match period {
             30_000.. => Sample { rotor: Rotor::Lost, ..sample },
             _ => sample,
         }),
         (IdentificationError::Fault(Fault::Undervoltage), |sample, _| Sample { bus_v: 3.0, ..sample }),
+        (IdentificationError::Fault(Fault::Overtemperature), |sample, _| Sample {
+            temperature_c: 120.0,
+            ..sample
+        }),
+        // What is held needs more than a supply that sags.
+        (IdentificationError::NoCurrent, |sample, period| match period {
+            60_000.. => Sample { bus_v: 10.5, ..sample },
+            _ => sample,
+        }),
     ];
     for (expected, change) in cases {
-        let motor = free();
+        let motor = ThreePhaseParameters { resistance_ohm: 1.2, ..free() };
         let mut bench = Bench::new(&motor, configuration(&motor));
-        let (found, _) = identify(&mut bench, FRICTION_NM, change);
+        let (found, most_a) = identify(&mut bench, FRICTION_NM, change);
         assert_eq!(found, Err(expected));
+        assert!(
+            most_a < 1.25 * f64::from(CURRENT_A) || expected == IdentificationError::NoCurrent,
+            "{most_a} A"
+        );
     }
     let told = configuration(&motor());
     for current_a in [0.0, -1.0, f32::NAN, 20.1] {

@@ -4,6 +4,7 @@ use core::f32::consts::PI;
 
 use drive::{Angle, Configuration, Drive, Fault, Rotor, Sample};
 use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
 
 use crate::bench::{Bench, configuration, motor};
 
@@ -25,7 +26,9 @@ fn turning(change: impl FnOnce(&mut Configuration)) -> (Bench, Sample) {
 #[test]
 fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() {
     type Change = fn(&mut Sample);
-    let cases: [(Fault, Change); 9] = [
+    let cases: [(Fault, Change); 10] = [
+        // A wire of the sensor is open.
+        (Fault::Overtemperature, |sample| sample.temperature_c = -55.0),
         (Fault::Overcurrent, |sample| sample.phase_a[0] = 31.0),
         (Fault::Overcurrent, |sample| sample.phase_a = [-15.5, -15.5, -30.5]),
         (Fault::Overcurrent, |sample| sample.phase_a[2] = f32::NAN),
@@ -45,7 +48,8 @@ fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() 
         // It is right again, and stays off until somebody says so.
         assert_eq!(bench.drive.step(&right, Some(0.3)), None, "{fault:?}");
         bench.drive.clear();
-        assert!(bench.drive.step(&right, Some(0.3)).is_some(), "{fault:?}");
+        let sample = bench.sample();
+        assert!(bench.drive.step(&sample, Some(0.3)).is_some(), "{fault:?}");
         assert_eq!(bench.drive.fault(), None);
         assert!(!fault.to_string().is_empty() && !fault.remedy().is_empty());
     }
@@ -65,10 +69,10 @@ fn two_bad_readings_of_the_encoder_are_bridged_and_the_third_turns_the_bridge_of
             assert!((torque_nm - 0.3).abs() < 0.03, "{fault:?}: {torque_nm} N m at reading {reading}");
             assert_eq!(bench.drive.fault(), (reading == 3).then_some(fault), "reading {reading}");
         }
-        // One that is right between them begins the count anew.
+        // One in three may be wrong for ever.
         let (mut bench, _) = turning(|_| {});
-        for reading in 0..12 {
-            step_with_encoder(&mut bench, if reading % 3 == 2 { Rotor::At } else { wrong });
+        for reading in 0..300 {
+            step_with_encoder(&mut bench, if reading % 3 == 2 { wrong } else { Rotor::At });
             assert_eq!(bench.drive.fault(), None, "{fault:?}, reading {reading}");
         }
     }
@@ -127,7 +131,8 @@ fn heat_takes_the_torque_away_before_it_turns_the_bridge_off() {
 
 #[test]
 fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time() {
-    for (share, expected_s) in [(1.0_f32, Some(0.1)), (0.5, Some(0.4)), (0.1, None)] {
+    // At 0.7 the square of the current is 0.49: 0.24 beyond what is held for ever, in place of 0.75.
+    for (share, expected_s) in [(1.0_f32, Some(0.1)), (0.7, Some(0.3125)), (0.49, None)] {
         let motor = motor();
         let mut told = configuration(&motor);
         told.limits.stall_s = 0.1;
@@ -141,7 +146,7 @@ fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time
         match (found_s, expected_s) {
             (None, None) => {}
             (Some(found_s), Some(expected_s)) => {
-                assert!((found_s - expected_s).abs() < 0.01 * expected_s, "{share}: {found_s}");
+                assert!((found_s - expected_s).abs() < 0.03 * expected_s + 0.003, "{share}: {found_s}");
                 assert_eq!(bench.drive.fault(), Some(Fault::Stalled));
             }
             other => panic!("{share}: {other:?}"),
@@ -172,17 +177,84 @@ fn a_bridge_that_is_off_lets_the_current_go_and_begins_from_nothing() {
 }
 
 #[test]
-fn a_rotor_that_was_turned_while_a_fault_stood_is_found_again_at_once() {
-    let (mut bench, sample) = turning(|_| {});
-    assert_eq!(
-        bench.step_with(&Sample { bus_v: 0.0, ..sample }, Some(0.3)).signum().to_bits(),
-        1.0_f64.to_bits()
-    );
-    bench.motor.set_rotor(2.5, 0.0);
-    bench.drive.clear();
-    bench.run(Some(0.3), 200);
-    assert_eq!(bench.drive.fault(), None);
-    assert!((bench.motor.torque_nm() - 0.3).abs() < 0.01, "{}", bench.motor.torque_nm());
+fn a_fault_that_is_cleared_at_speed_gives_the_torque_back_and_no_other_one() {
+    // The rotor was followed meanwhile; where its encoder fails, too, it is found anew first.
+    for encoder_fails in [false, true] {
+        let (mut bench, _) = turning(|_| {});
+        bench.motor.set_rotor(2.5, 120.0);
+        bench.drive = Drive::new(&bench.configuration).unwrap();
+        bench.run(Some(0.3), 1_000);
+        for _ in 0..200 {
+            let sample = bench.sample();
+            let rotor = if encoder_fails { Rotor::Lost } else { sample.rotor };
+            bench.step_with(&Sample { bus_v: 0.0, rotor, ..sample }, Some(0.3));
+        }
+        if encoder_fails {
+            // Nobody knows what it did meanwhile.
+            bench.motor.set_rotor(1.0, 120.0);
+        }
+        bench.drive.clear();
+        let torques: Vec<f64> = (0..400).map(|_| bench.step(Some(0.3))).collect();
+        let least = torques.iter().copied().fold(f64::MAX, f64::min);
+        let most = torques.iter().copied().fold(f64::MIN, f64::max);
+        assert!(least > -0.05 && most < 0.36, "{least} to {most} N m, encoder fails: {encoder_fails}");
+        assert!((bench.motor.torque_nm() - 0.3).abs() < 0.01, "{}", bench.motor.torque_nm());
+        assert_eq!(bench.drive.fault(), None);
+    }
+}
+
+#[test]
+fn clearing_nothing_changes_nothing() {
+    let (mut bench, _) = turning(|_| {});
+    for _ in 0..200 {
+        bench.drive.clear();
+        let torque_nm = bench.step(Some(0.3));
+        assert!((torque_nm - 0.3).abs() < 0.03, "{torque_nm}");
+    }
+}
+
+#[test]
+fn a_drive_that_starts_with_a_wrong_reading_or_at_speed_is_off_until_it_knows_the_rotor() {
+    let motor = motor();
+    for speed in [-110.0, 0.0, 110.0] {
+        let mut bench = Bench::new(&motor, configuration(&motor));
+        bench.motor.set_rotor(0.3, speed);
+        let right = bench.sample();
+        let Rotor::At(angle) = right.rotor else { panic!("{right:?}") };
+        // Half an electrical turn off.
+        let rotor = Rotor::At(angle.plus_rad(PI / 10.0));
+        bench.step_with(&Sample { rotor, ..right }, Some(0.6));
+        let torques: Vec<f64> = (0..400).map(|_| bench.step(Some(0.6))).collect();
+        assert!(torques.iter().all(|torque_nm| *torque_nm > -0.05 && *torque_nm < 0.7), "{torques:?}");
+        assert!((bench.motor.torque_nm() - 0.6).abs() < 0.02, "{speed}: {}", bench.motor.torque_nm());
+        assert_eq!(bench.drive.fault(), None);
+    }
+}
+
+#[test]
+fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_before_it_brakes() {
+    let motor = motor();
+    let mut bench = Bench::new(&motor, configuration(&motor));
+    bench.motor.set_rotor(0.0, 100.0);
+    let mut least_nm = 0.0_f64;
+    for period in 0..8_000_u16 {
+        let angle_rad = bench.motor.state().angle_rad;
+        bench.motor.set_rotor(angle_rad, 100.0 + 0.01 * f64::from(period));
+        least_nm = least_nm.min(bench.step(Some(0.0)));
+    }
+    assert_eq!(bench.drive.fault(), Some(Fault::Overspeed));
+    assert!(least_nm > -0.1, "{least_nm} N m");
+}
+
+#[test]
+fn an_encoder_that_is_lost_two_times_in_three_is_given_up() {
+    let (mut bench, _) = turning(|_| {});
+    let off = (0..100).find(|reading| {
+        step_with_encoder(&mut bench, if reading % 3 == 0 { Rotor::At } else { |_| Rotor::Lost });
+        bench.drive.fault().is_some()
+    });
+    assert!(off.is_some_and(|off| off < 20), "{off:?}");
+    assert_eq!(bench.drive.fault(), Some(Fault::EncoderLost));
 }
 
 #[test]
@@ -208,40 +280,44 @@ fn what_no_drive_can_have_is_refused_by_name() {
     }
 }
 
-fn any_number() -> impl Strategy<Value = f32> {
-    prop_oneof![
-        4 => -50.0_f32..50.0,
-        1 => any::<f32>(),
-        1 => Just(f32::NAN),
-    ]
+/// Mostly what a drive that is well shows, now and then anything.
+fn nearly(right: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
+    prop_oneof![60 => right, 1 => any::<f32>(), 1 => Just(f32::NAN), 1 => -100.0_f32..100.0]
 }
 
-proptest! {
-    #[test]
-    fn whatever_converters_show_and_whoever_commands_duties_stay_within_their_range(
-        samples in prop::collection::vec(
-            (prop::array::uniform3(any_number()), any_number(), any_number(), any::<u32>(), 0..4_u8, any_number()),
-            1..50,
-        ),
-    ) {
+#[test]
+fn whatever_converters_show_and_whoever_commands_duties_stay_within_their_range() {
+    let sample = (nearly(-10.0..10.0), nearly(-10.0..10.0), nearly(20.0..26.0), nearly(20.0..70.0));
+    let step = (sample, 0..40_u8, any::<u32>(), prop::option::weighted(0.95, nearly(-3.0..3.0)));
+    let steps = prop::collection::vec(step, 200..400);
+    let on = std::cell::Cell::new(0_u32);
+    let mut runner =
+        TestRunner::new(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() });
+    let ran = runner.run(&steps, |steps| {
         let told = configuration(&motor());
         let mut drive = Drive::new(&told).unwrap();
-        for (phase_a, bus_v, temperature_c, angle, kind, torque_nm) in samples {
+        let mut angle = Angle(7);
+        for ((u, v, bus_v, temperature_c), kind, jump, torque_nm) in steps {
+            angle = Angle(angle.0.wrapping_add(1 << 22));
             let rotor = match kind {
                 0 => Rotor::Lost,
                 1 => Rotor::BadMagnet,
-                _ => Rotor::At(Angle(angle)),
+                2 => Rotor::At(Angle(jump)),
+                _ => Rotor::At(angle),
             };
-            let sample = Sample { phase_a, bus_v, temperature_c, rotor };
-            let torque_nm = (kind != 3).then_some(torque_nm);
+            let sample = Sample { phase_a: [u, v, -u - v], bus_v, temperature_c, rotor };
             if let Some(duties) = drive.step(&sample, torque_nm) {
                 let most = told.most_duty - 0.5 + 1e-6;
                 prop_assert!(duties.iter().all(|duty| (duty - 0.5).abs() <= most), "{duties:?}");
-                prop_assert!(drive.fault().is_none());
+                prop_assert!(drive.fault().is_none() && torque_nm.is_some_and(f32::is_finite));
+                on.set(on.get() + 1);
             }
-            if kind == 2 {
+            if kind == 3 {
                 drive.clear();
             }
         }
-    }
+        Ok(())
+    });
+    ran.unwrap();
+    assert!(on.get() > 3_000, "the bridge was on in {} steps", on.get());
 }
