@@ -11,6 +11,9 @@
 //! in a [`Sample`] of what its converters show, and puts the [`Duties`] into its timer. So the same bits come out on a host,
 //! where `hil_sim`'s motor stands behind them, and on a chip.
 //!
+//! A joint whose drive is a moteus of mjbots has all this inside it: [`MoteusFrame`] and [`MoteusState`] are what goes over its
+//! bus.
+//!
 //! Quantities are in SI units. Phases are amplitude-invariant: the length of a current vector is the peak of a phase
 //! current. Positive `q` current makes positive torque.
 #![no_std]
@@ -22,6 +25,7 @@ mod current_controller;
 mod drive;
 mod identification;
 mod modulation;
+mod moteus;
 mod number;
 mod protection;
 mod sample;
@@ -34,6 +38,7 @@ pub use current_controller::CurrentController;
 pub use drive::{Drive, Measured};
 pub use identification::{Identification, IdentificationError, IdentificationStep, Identified};
 pub use modulation::{Duties, Modulation, Supply};
+pub use moteus::{MoteusAddress, MoteusFault, MoteusFrame, MoteusMode, MoteusReplyError, MoteusState};
 pub use protection::{Fault, Protection};
 pub use sample::{Rotor, Sample};
 pub use tracking::Tracking;
