@@ -48,7 +48,7 @@ pub use joint::{
     Joint, JointEnergy, JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters,
     ThermalParameters, ThreePhaseParameters,
 };
-pub use moteus::{MoteusDrive, MoteusReply};
+pub use moteus::MoteusDrive;
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;

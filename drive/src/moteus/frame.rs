@@ -11,6 +11,9 @@ const WRITE_FLOAT: u8 = 0x0c;
 const READ_INT8: u8 = 0x10;
 const READ_FLOAT: u8 = 0x1c;
 
+/// Mode; position, velocity and torque; voltage, temperature and fault.
+const QUERY: [u8; 6] = [READ_INT8 | 1, MODE, READ_FLOAT | 3, POSITION, READ_INT8 | 3, VOLTAGE];
+
 const MODE_STOPPED: u8 = 0;
 const MODE_POSITION: u8 = 10;
 /// As a commanded position, where the joint is: the integer that is no number.
@@ -30,15 +33,13 @@ impl MoteusFrame {
     /// Asks, and commands nothing: a timeout that runs goes on.
     #[must_use]
     pub fn query() -> Self {
-        let [a, b, c, d, e, f] = QUERY;
-        Self::of([a, b, c, d, e, f])
+        Self::asking([])
     }
 
     /// Opens all switches; clears a fault and a timeout.
     #[must_use]
     pub fn stop() -> Self {
-        let [a, b, c, d, e, f] = QUERY;
-        Self::of([WRITE_INT8 | 1, MODE, MODE_STOPPED, a, b, c, d, e, f])
+        Self::asking([WRITE_INT8 | 1, MODE, MODE_STOPPED])
     }
 
     /// A torque at the output, `N m`, for `timeout_s` after it has come, > 0. The drive holds it within its own limits.
@@ -54,7 +55,6 @@ impl MoteusFrame {
         }
         let [torque_0, torque_1, torque_2, torque_3] = torque_nm.to_le_bytes();
         let [timeout_0, timeout_1, timeout_2, timeout_3] = timeout_s.to_le_bytes();
-        let [a, b, c, d, e, f] = QUERY;
         #[rustfmt::skip]
         let subframes = [
             // The mode first: it sets all that is commanded back.
@@ -66,9 +66,8 @@ impl MoteusFrame {
             WRITE_INT8 | 2, PROPORTIONAL_SCALE, 0, 0,
             WRITE_FLOAT | 1, TIMEOUT, timeout_0, timeout_1, timeout_2, timeout_3,
             WRITE_INT8 | 1, INTEGRAL_SCALE, 0,
-            a, b, c, d, e, f,
         ];
-        Self::of(subframes)
+        Self::asking(subframes)
     }
 
     /// What goes into the frame: 6, 12 or 32 bytes.
@@ -77,25 +76,14 @@ impl MoteusFrame {
         self.bytes.get(..self.length).unwrap_or_default()
     }
 
-    fn of<const LENGTH: usize>(subframes: [u8; LENGTH]) -> Self {
-        const { assert!(LENGTH <= MOST_BYTES) };
+    /// With the question behind what is commanded.
+    fn asking<const LENGTH: usize>(command: [u8; LENGTH]) -> Self {
+        const { assert!(LENGTH + QUERY.len() <= MOST_BYTES) };
         let mut bytes = [NOP; MOST_BYTES];
-        bytes.iter_mut().zip(subframes).for_each(|(place, byte)| *place = byte);
-        Self { bytes, length: can_fd_length(LENGTH) }
-    }
-}
-
-/// Mode; position, velocity and torque; voltage, temperature and fault.
-const QUERY: [u8; 6] = [READ_INT8 | 1, MODE, READ_FLOAT | 3, POSITION, READ_INT8 | 3, VOLTAGE];
-
-/// The shortest length of a CAN FD frame that holds so many bytes, [`MOST_BYTES`] at most.
-fn can_fd_length(bytes: usize) -> usize {
-    match bytes {
-        0..=8 => bytes,
-        9..=12 => 12,
-        13..=16 => 16,
-        17..=20 => 20,
-        21..=24 => 24,
-        _ => MOST_BYTES,
+        bytes.iter_mut().zip(command.into_iter().chain(QUERY)).for_each(|(place, byte)| *place = byte);
+        // The lengths that a CAN FD frame can have.
+        let mut lengths = (0..=8).chain([12, 16, 20, 24]);
+        let length = lengths.find(|length| *length >= LENGTH + QUERY.len()).unwrap_or(MOST_BYTES);
+        Self { bytes, length }
     }
 }

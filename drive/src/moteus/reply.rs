@@ -16,18 +16,11 @@ pub enum MoteusReplyError {
         /// Its first byte.
         kind: u8,
     },
-    /// The drive did not take what was written.
-    WriteRefused {
+    /// The drive did not take what was written, or did not show what was asked for.
+    Refused {
         /// Its number.
         register: u32,
         /// The drive's: 1 no such register, 2 not to be written, 3 no such value.
-        error: u32,
-    },
-    /// The drive did not show what was asked for.
-    ReadRefused {
-        /// Its number.
-        register: u32,
-        /// The drive's: 1 no such register, or not in this type.
         error: u32,
     },
     /// It does not show all that was asked for.
@@ -46,30 +39,29 @@ impl fmt::Display for MoteusReplyError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Truncated => {
-                f.write_str("the reply ends within a subframe: does the CAN controller cut frames short?")
+                f.write_str("the reply ends within a subframe: are frames of the bus cut short?")
             }
-            Self::Overlong => f.write_str(
-                "the reply has a number of more than 32 bits: is it a moteus drive that uses this id?",
-            ),
-            Self::UnknownSubframe { kind } => write!(
-                f,
-                "the reply has a subframe {kind:#04x}, which is none of a reply: is it a moteus drive that uses this id?"
-            ),
-            Self::WriteRefused { register, error } => write!(
-                f,
-                "the drive refused what was written into register {register:#05x}, error {error}: update its firmware"
-            ),
-            Self::ReadRefused { register, error } => write!(
-                f,
-                "the drive does not show its register {register:#05x}, error {error}: update its firmware"
-            ),
+            Self::Overlong => {
+                f.write_str("the reply has a number of more than 32 bits: is this id a moteus drive's?")
+            }
+            Self::UnknownSubframe { kind } => {
+                write!(
+                    f,
+                    "the reply has a subframe {kind:#04x}, none of a reply: is this id a moteus drive's?"
+                )
+            }
+            Self::Refused { register, error } => {
+                write!(f, "the drive refused register {register:#05x}, error {error}: update its firmware")
+            }
             Self::Missing { register } => {
                 write!(f, "the reply lacks register {register:#05x}: was it asked by another host?")
             }
-            Self::NoWholeNumber { register } => write!(
-                f,
-                "the reply's register {register:#05x} is not a whole number from 0 to 255: update the drive's firmware"
-            ),
+            Self::NoWholeNumber { register } => {
+                write!(
+                    f,
+                    "register {register:#05x} is no whole number from 0 to 255: update the drive's firmware"
+                )
+            }
         }
     }
 }
@@ -92,13 +84,9 @@ pub(super) fn read(reply: &[u8], mut show: impl FnMut(u32, Value)) -> Result<(),
         match kind {
             NOP => {}
             0x20..=0x2f => bytes.values(kind, &mut show)?,
-            0x30 => {
+            0x30 | 0x31 => {
                 let (register, error) = (bytes.varuint()?, bytes.varuint()?);
-                return Err(MoteusReplyError::WriteRefused { register, error });
-            }
-            0x31 => {
-                let (register, error) = (bytes.varuint()?, bytes.varuint()?);
-                return Err(MoteusReplyError::ReadRefused { register, error });
+                return Err(MoteusReplyError::Refused { register, error });
             }
             kind => return Err(MoteusReplyError::UnknownSubframe { kind }),
         }

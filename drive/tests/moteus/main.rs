@@ -20,10 +20,9 @@ fn model() -> MoteusDrive {
 
 /// Sends a frame, and reads the reply.
 fn send(model: &mut MoteusDrive, frame: MoteusFrame) -> MoteusState {
-    let reply = model.receive(address().command_id(), frame.bytes()).unwrap();
-    assert_eq!(reply.arbitration_id, address().reply_id());
-    assert!([8, 12, 16, 20, 24, 32, 48, 64].contains(&reply.bytes.len()));
-    MoteusState::from_reply(&reply.bytes).unwrap()
+    let (id, reply) = model.receive(address().command_id(), frame.bytes()).unwrap();
+    assert_eq!((id, reply.len()), (address().reply_id(), 24));
+    MoteusState::from_reply(&reply).unwrap()
 }
 
 fn is_near(one: f32, other: f32) -> bool {
@@ -68,11 +67,10 @@ fn the_model_answers_the_documents_command_as_the_document_has_it() {
     let command = b"\x01\x00\x0a\x07\x20\x60\x00\x20\x01\x50\xff\x14\x04\x00\x13\x0d";
     assert!(model.receive(0x0001, command).is_none(), "no reply was requested");
     assert!(model.receive(0x8002, command).is_none(), "it is another's");
-    let reply = model.receive(0x8001, command).unwrap();
-    assert_eq!(reply.arbitration_id, 0x100);
-    assert_eq!(reply.bytes.len(), 16);
-    assert_eq!(reply.bytes[..9], *b"\x24\x04\x00\x0a\x00\x50\x00\x00\x01");
-    assert_eq!(reply.bytes[11..13], *b"\x23\x0d");
+    let (id, reply) = model.receive(0x8001, command).unwrap();
+    assert_eq!((id, reply.len()), (0x100, 16));
+    assert_eq!(reply[..9], *b"\x24\x04\x00\x0a\x00\x50\x00\x00\x01");
+    assert_eq!(reply[11..13], *b"\x23\x0d");
     // -1.76 N m and what its position controller adds to it.
     assert!((model.torque_nm() + 1.76 - 4.0 * 0.0016 - 0.05 * 0.008).abs() < 1e-6, "{}", model.torque_nm());
 }
@@ -184,7 +182,7 @@ fn integers_of_every_size_are_read_and_the_least_is_no_number() {
 
 #[test]
 fn a_reply_that_is_cut_or_wrong_says_what_is_wrong() {
-    let reply = model().receive(0x8001, MoteusFrame::query().bytes()).unwrap().bytes;
+    let reply = model().receive(0x8001, MoteusFrame::query().bytes()).unwrap().1;
     assert_eq!((reply.len(), &reply[22..]), (24, &[0x50, 0x50][..]));
     assert!(MoteusState::from_reply(&reply[..22]).is_ok());
     for length in 0..22 {
@@ -197,8 +195,8 @@ fn a_reply_that_is_cut_or_wrong_says_what_is_wrong() {
         assert_eq!(MoteusState::from_reply(&reply[..length]), Err(expected), "{length}");
     }
     let cases: [(&[u8], _); 8] = [
-        (b"\x30\x22\x01", MoteusReplyError::WriteRefused { register: 0x22, error: 1 }),
-        (b"\x50\x31\xa0\x02\x81\x01", MoteusReplyError::ReadRefused { register: 0x120, error: 129 }),
+        (b"\x30\x22\x01", MoteusReplyError::Refused { register: 0x22, error: 1 }),
+        (b"\x50\x31\xa0\x02\x81\x01", MoteusReplyError::Refused { register: 0x120, error: 129 }),
         (b"\x00", MoteusReplyError::UnknownSubframe { kind: 0 }),
         (b"\x41\x01", MoteusReplyError::UnknownSubframe { kind: 0x41 }),
         (b"\x21\x80\x80\x80\x80\x10\x00", MoteusReplyError::Overlong),
@@ -217,11 +215,11 @@ fn a_reply_that_is_cut_or_wrong_says_what_is_wrong() {
 #[test]
 fn the_model_refuses_what_no_drive_takes() {
     let mut model = model();
-    let mut ask = |bytes: &[u8]| MoteusState::from_reply(&model.receive(0x8001, bytes).unwrap().bytes);
-    assert_eq!(ask(b"\x01\x00\x63"), Err(MoteusReplyError::WriteRefused { register: 0, error: 3 }));
-    assert_eq!(ask(b"\x01\x03\x01"), Err(MoteusReplyError::WriteRefused { register: 3, error: 2 }));
-    assert_eq!(ask(b"\x01\xff\x07\x01"), Err(MoteusReplyError::WriteRefused { register: 0x3ff, error: 1 }));
-    assert_eq!(ask(b"\x12\x03"), Err(MoteusReplyError::ReadRefused { register: 4, error: 1 }));
+    let mut ask = |bytes: &[u8]| MoteusState::from_reply(&model.receive(0x8001, bytes).unwrap().1);
+    assert_eq!(ask(b"\x01\x00\x63"), Err(MoteusReplyError::Refused { register: 0, error: 3 }));
+    assert_eq!(ask(b"\x01\x03\x01"), Err(MoteusReplyError::Refused { register: 3, error: 2 }));
+    assert_eq!(ask(b"\x01\xff\x07\x01"), Err(MoteusReplyError::Refused { register: 0x3ff, error: 1 }));
+    assert_eq!(ask(b"\x12\x03"), Err(MoteusReplyError::Refused { register: 4, error: 1 }));
 }
 
 proptest! {
@@ -232,8 +230,8 @@ proptest! {
         let _ = MoteusState::from_reply(&bytes);
         let mut model = model();
         let _ = model.receive(id, &bytes);
-        if let Some(reply) = model.receive(0x8001, &bytes) {
-            let _ = MoteusState::from_reply(&reply.bytes);
+        if let Some((_, reply)) = model.receive(0x8001, &bytes) {
+            let _ = MoteusState::from_reply(&reply);
         }
         model.advance(1.0);
     }

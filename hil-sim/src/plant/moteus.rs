@@ -24,10 +24,12 @@ const PROPORTIONAL_NM: f64 = 4.0;
 const DERIVATIVE_NM_S: f64 = 0.05;
 
 /// What registers 0x020 to 0x02b are after the mode was written: position, velocity, torque, scales of the proportional
-/// and derivative parts, most torque, stop position, timeout, limits of velocity and acceleration, fixed voltage, scale
-/// of the integral part.
+/// and derivative parts, two, timeout, and four more.
 const UNSPECIFIED: [f64; 12] =
     [0.0, 0.0, 0.0, 1.0, 1.0, f64::NAN, f64::NAN, 0.0, f64::NAN, f64::NAN, f64::NAN, 1.0];
+
+/// A mode and what registers 0x020 to 0x02b hold for it.
+type Command = (u8, [f64; 12]);
 
 /// One drive on a bus.
 #[derive(Debug, Clone)]
@@ -40,15 +42,6 @@ pub struct MoteusDrive {
     since_command_s: f64,
     position_turns: f64,
     velocity_turns_per_s: f64,
-}
-
-/// A frame that a drive sends.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct MoteusReply {
-    /// Who sends it, and to whom.
-    pub arbitration_id: u32,
-    /// Its data, of a length that CAN FD has.
-    pub bytes: Vec<u8>,
 }
 
 impl MoteusDrive {
@@ -80,7 +73,7 @@ impl MoteusDrive {
     /// Torque at the output, `N m`.
     #[must_use]
     pub fn torque_nm(&self) -> f64 {
-        let (wanted_nm, most_nm) = (self.wanted_nm(), self.most_nm());
+        let (wanted_nm, most_nm) = (self.wanted_nm(), self.most_torque_nm);
         if wanted_nm.abs() > most_nm { most_nm.copysign(wanted_nm) } else { wanted_nm }
     }
 
@@ -89,57 +82,50 @@ impl MoteusDrive {
         if self.mode != MODE_POSITION {
             return;
         }
-        let [_, velocity, .., timeout_s, _, _, _, _] = self.command;
-        self.command[0] += velocity * period_s;
         self.since_command_s += period_s;
         // NaN is no timeout.
-        let timeout_s = if timeout_s.abs() <= 0.0 { DEFAULT_TIMEOUT_S } else { timeout_s };
+        let timeout_s = match self.command[7] {
+            timeout_s if timeout_s.abs() <= 0.0 => DEFAULT_TIMEOUT_S,
+            timeout_s => timeout_s,
+        };
         if self.since_command_s >= timeout_s {
             self.mode = MODE_TIMEOUT;
         }
     }
 
-    /// Takes a frame off the bus; gives the reply, where one is wanted and there is anything to say.
-    pub fn receive(&mut self, arbitration_id: u32, bytes: &[u8]) -> Option<MoteusReply> {
-        let [destination, source, ..] = arbitration_id.to_le_bytes();
+    /// Takes a frame off the bus; gives the reply's arbitration id and data, where one is wanted and there is anything to say.
+    pub fn receive(&mut self, arbitration_id: u32, mut bytes: &[u8]) -> Option<(u32, Vec<u8>)> {
+        let [destination, source, 0, 0] = arbitration_id.to_le_bytes() else { return None };
         if destination != self.id {
             return None;
         }
         let (mut reply, mut staged) = (Vec::new(), None);
         // Where it ends early, that is the end.
-        let _ = self.take_apart(&mut bytes.iter().copied(), &mut staged, &mut reply);
-        if let Some((mode, command)) = staged {
-            self.obey(mode, command);
+        let _ = self.take_apart(&mut bytes, &mut staged, &mut reply);
+        if let Some(staged) = staged {
+            self.obey(staged);
         }
-        (source & 0x80 != 0 && !reply.is_empty()).then(|| {
-            let length = [8, 12, 16, 20, 24, 32, 48].into_iter().find(|length| reply.len() <= *length);
-            if reply.len() > 8 {
-                reply.resize(length.unwrap_or(64), 0x50);
-            }
-            let arbitration_id = u32::from_be_bytes([0, 0, self.id, source & 0x7f]);
-            MoteusReply { arbitration_id, bytes: reply }
-        })
+        if reply.len() > 8 {
+            let length = [12, 16, 20, 24, 32, 48].into_iter().find(|length| reply.len() <= *length);
+            reply.resize(length.unwrap_or(64), 0x50);
+        }
+        let reply_id = u32::from_be_bytes([0, 0, self.id, source & 0x7f]);
+        (source & 0x80 != 0 && !reply.is_empty()).then_some((reply_id, reply))
     }
 
-    fn take_apart(
-        &self,
-        bytes: &mut impl Iterator<Item = u8>,
-        staged: &mut Option<(u8, [f64; 12])>,
-        reply: &mut Vec<u8>,
-    ) -> Option<()> {
-        while let Some(kind) = bytes.next() {
-            if kind == 0x50 {
-                continue;
+    fn take_apart(&self, bytes: &mut &[u8], staged: &mut Option<Command>, reply: &mut Vec<u8>) -> Option<()> {
+        while let Some([kind]) = take(bytes) {
+            match kind {
+                0x00..=0x1f => {}
+                0x50 => continue,
+                _ => return None,
             }
-            let (group, width) = (kind & 0xf0, kind & 0x0c);
-            if group > 0x10 {
-                return None;
-            }
+            let width = kind & 0x0c;
             let count = if kind & 3 == 0 { varuint(bytes)? } else { u32::from(kind & 3) };
             let first = varuint(bytes)?;
             // More than a frame has are none.
             let registers = first..first.checked_add(count.min(64))?;
-            if group == 0 {
+            if kind < 0x10 {
                 for register in registers {
                     let value = decode(width, register, bytes)?;
                     if let Err(error) = write(staged, register, value) {
@@ -153,25 +139,20 @@ impl MoteusDrive {
         Some(())
     }
 
-    /// In one subframe where all of the registers can be read; else each in its own.
+    /// All that is asked for, in one subframe; or the first register that is not there.
     fn answer(&self, width: u8, registers: Range<u32>, reply: &mut Vec<u8>) {
-        let count = low(registers.end - registers.start);
-        let are_all = registers.clone().all(|register| self.value(register).is_some());
-        match count {
-            _ if !are_all => {}
-            1..=3 => reply.extend([0x20 | width | count, low(registers.start)]),
-            _ => reply.extend([0x20 | width, count, low(registers.start)]),
+        let missing = registers.clone().find(|register| self.value(*register).is_none());
+        match (missing, low(registers.end - registers.start)) {
+            (Some(register), _) => return refuse(0x31, register, 1, reply),
+            (None, count @ 1..=3) => reply.extend([0x20 | width | count, low(registers.start)]),
+            (None, count) => reply.extend([0x20 | width, count, low(registers.start)]),
         }
         for register in registers {
-            match self.value(register) {
-                Some(_) if !are_all => self.answer(width, register..register + 1, reply),
-                Some(value) => encode(width, register, value, reply),
-                None => refuse(0x31, register, 1, reply),
-            }
+            encode(width, register, self.value(register).unwrap_or(f64::NAN), reply);
         }
     }
 
-    fn obey(&mut self, mode: u8, command: [f64; 12]) {
+    fn obey(&mut self, (mode, command): Command) {
         match (mode, self.mode) {
             (MODE_STOPPED, _) => (self.mode, self.fault) = (MODE_STOPPED, 0),
             // Only a stop leads out of these.
@@ -195,10 +176,6 @@ impl MoteusDrive {
             + derivative.min(proportional) * DERIVATIVE_NM_S * (velocity - self.velocity_turns_per_s)
     }
 
-    fn most_nm(&self) -> f64 {
-        self.command[5].min(self.most_torque_nm)
-    }
-
     /// What a register shows; none where there is none.
     fn value(&self, register: u32) -> Option<f64> {
         Some(match register {
@@ -208,7 +185,7 @@ impl MoteusDrive {
             0x03 => self.torque_nm(),
             0x0d => 24.0,
             0x0e => 30.0,
-            0x0f if self.wanted_nm().abs() > self.most_nm() => f64::from(LIMITED_BY_CURRENT),
+            0x0f if self.wanted_nm().abs() > self.most_torque_nm => f64::from(LIMITED_BY_CURRENT),
             0x0f => f64::from(self.fault),
             _ => return None,
         })
@@ -216,7 +193,7 @@ impl MoteusDrive {
 }
 
 /// Writes into the command that a mode has begun; without one it is lost. Gives the number of an error.
-fn write(staged: &mut Option<(u8, [f64; 12])>, register: u32, value: f64) -> Result<(), u8> {
+fn write(staged: &mut Option<Command>, register: u32, value: f64) -> Result<(), u8> {
     match register {
         0x00 if value.abs() < 0.5 => *staged = Some((MODE_STOPPED, UNSPECIFIED)),
         0x00 if (value - f64::from(MODE_POSITION)).abs() < 0.5 => {
@@ -238,20 +215,19 @@ fn write(staged: &mut Option<(u8, [f64; 12])>, register: u32, value: f64) -> Res
 /// What one step is of an integer of 8, 16 and 32 bits.
 fn steps(register: u32) -> [f64; 3] {
     match register {
-        0x01 | 0x20 | 0x26 => [0.01, 0.0001, 0.00001],
-        0x02 | 0x21 | 0x28 => [0.1, 0.00025, 0.00001],
+        0x01 | 0x20 => [0.01, 0.0001, 0.00001],
+        0x02 | 0x21 => [0.1, 0.00025, 0.00001],
         0x03 | 0x22 | 0x25 => [0.5, 0.01, 0.001],
-        0x0d | 0x2a => [0.5, 0.1, 0.001],
+        0x0d => [0.5, 0.1, 0.001],
         0x0e => [1.0, 0.1, 0.001],
         0x23 | 0x24 | 0x2b => [127.0, 32_767.0, 2_147_483_647.0].map(f64::recip),
         0x27 => [0.01, 0.001, 0.000_001],
-        0x29 => [0.05, 0.001, 0.00001],
         _ => [1.0; 3],
     }
 }
 
 /// A value as it comes, in 8, 16 or 32 bits or as a float; none where the frame ends.
-fn decode(width: u8, register: u32, bytes: &mut impl Iterator<Item = u8>) -> Option<f64> {
+fn decode(width: u8, register: u32, bytes: &mut &[u8]) -> Option<f64> {
     let [step8, step16, step32] = steps(register);
     let (number, least, step) = match width {
         0x00 => (i8::from_le_bytes(take(bytes)?).into(), i8::MIN.into(), step8),
@@ -289,10 +265,10 @@ fn refuse(kind: u8, register: u32, error: u8, reply: &mut Vec<u8>) {
     reply.extend([low(rest), error]);
 }
 
-fn varuint(bytes: &mut impl Iterator<Item = u8>) -> Option<u32> {
+fn varuint(bytes: &mut &[u8]) -> Option<u32> {
     let mut number = 0;
     for shift in (0..35).step_by(7) {
-        let byte = bytes.next()?;
+        let byte = u8::from_le_bytes(take(bytes)?);
         number |= u64::from(byte & 0x7f) << shift;
         if byte < 0x80 {
             return number.try_into().ok();
@@ -301,12 +277,10 @@ fn varuint(bytes: &mut impl Iterator<Item = u8>) -> Option<u32> {
     None
 }
 
-fn take<const LENGTH: usize>(bytes: &mut impl Iterator<Item = u8>) -> Option<[u8; LENGTH]> {
-    let mut taken = [0; LENGTH];
-    for place in &mut taken {
-        *place = bytes.next()?;
-    }
-    Some(taken)
+fn take<const LENGTH: usize>(bytes: &mut &[u8]) -> Option<[u8; LENGTH]> {
+    let (taken, rest) = bytes.split_first_chunk()?;
+    *bytes = rest;
+    Some(*taken)
 }
 
 fn low(number: u32) -> u8 {
