@@ -45,7 +45,7 @@ impl MoteusFrame {
     /// A torque at the output, `N m`, for `timeout_s` after it has come, > 0. The drive holds it within its own limits.
     ///
     /// It is [`stop`](Self::stop) where the torque is not finite, and where the timeout is not finite and above 0: to the
-    /// drive, 0 is its configured timeout and NaN is none at all.
+    /// drive, 0 is its configured timeout and NaN is none at all. As every stop, that clears a fault, too.
     ///
     /// There is no mode of torque: it is the position mode without any part of its position controller.
     #[must_use]
