@@ -43,6 +43,9 @@
 //! }
 //! # Ok::<(), drive::ConfigurationError>(())
 //! ```
+//! A joint whose drive is a moteus of mjbots has all this inside it: [`MoteusFrame`] and [`MoteusState`] are what goes over its
+//! bus.
+//!
 //! Quantities are in SI units. Phases are amplitude-invariant: the length of a current vector is the peak of a phase
 //! current. Positive `q` current makes positive torque.
 #![no_std]
@@ -54,6 +57,7 @@ mod current_controller;
 mod drive;
 mod identification;
 mod modulation;
+mod moteus;
 mod number;
 mod protection;
 mod sample;
@@ -66,6 +70,7 @@ pub use current_controller::CurrentController;
 pub use drive::{Drive, Measured};
 pub use identification::{Identification, IdentificationError, IdentificationStep, Identified};
 pub use modulation::{Duties, Modulation, Supply};
+pub use moteus::{MoteusAddress, MoteusFault, MoteusFrame, MoteusMode, MoteusReplyError, MoteusState};
 pub use protection::{Fault, Protection};
 pub use sample::{Rotor, Sample};
 pub use tracking::Tracking;

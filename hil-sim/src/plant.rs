@@ -20,6 +20,7 @@ mod environment;
 mod hand;
 mod hand_phase;
 mod joint;
+mod moteus;
 mod motor;
 mod obstacle;
 mod parameter;
@@ -47,6 +48,7 @@ pub use joint::{
     Joint, JointEnergy, JointMotorParameters, JointParameters, JointState, LoadParameters, StopsParameters,
     ThermalParameters, ThreePhaseParameters,
 };
+pub use moteus::MoteusDrive;
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
