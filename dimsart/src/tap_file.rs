@@ -12,6 +12,9 @@ use hil_sim::recording::{Column, Piece};
 pub(crate) const OTHER_SIGNALS: &str =
     "the scheme has other signals now: the record ends here, begin another one";
 
+/// Why a record ends whose controller counts its ticks anew.
+pub(crate) const BEGUN_ANEW: &str = "the device has begun anew: the record ends here, begin another one";
+
 /// A file that takes the rows of one set of signals.
 #[derive(Debug)]
 pub(crate) struct TapFile {
@@ -22,14 +25,18 @@ pub(crate) struct TapFile {
     period_s: f64,
     signals: Vec<TapSignal>,
     rows: u64,
+    every_ticks: u32,
+    last_tick: Option<u32>,
+    /// Rows between those that came.
+    missing: u64,
 }
 
 /// What becomes of the file after some rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Next {
     GoesOn,
-    /// The rows are of other signals, and not in it.
-    OtherSignals,
+    /// The rows are of other signals, or of a device that was restarted, and not in it: why the file ends.
+    Ends(&'static str),
     /// The disk takes no more: [`TapFile::finish`] says why.
     NoDisk,
 }
@@ -61,18 +68,29 @@ pub(crate) fn format(
 }
 
 impl TapFile {
-    /// Begins the file in `folder`, made if missing, for a controller of this identity.
+    /// Begins the file in `folder`, made if missing, for a controller of this identity and a row in every so many ticks.
     ///
     /// # Errors
     /// As [`SignalsFile::create`].
     pub(crate) fn create(
         folder: &Path,
         identity: &Identity,
+        every_ticks: u32,
         format: SignalsFormat,
     ) -> Result<Self, ReportError> {
         let (file, pieces) = SignalsFile::create(folder, &[], format)?;
         let (source, period_s) = (identity.device.clone(), identity.sample_period_s.into());
-        Ok(Self { file, pieces, source, period_s, signals: Vec::new(), rows: 0 })
+        Ok(Self {
+            file,
+            pieces,
+            source,
+            period_s,
+            signals: Vec::new(),
+            rows: 0,
+            every_ticks,
+            last_tick: None,
+            missing: 0,
+        })
     }
 
     pub(crate) fn path(&self) -> &Path {
@@ -91,7 +109,15 @@ impl TapFile {
             // It ends when its disk does not take it, and says so when it is asked.
             let _ = self.pieces.send(Piece::Columns(columns_of(&self.source, signals)));
         } else if self.signals != signals {
-            return Next::OtherSignals;
+            return Next::Ends(OTHER_SIGNALS);
+        }
+        for row in rows {
+            let gap = self.last_tick.map_or(self.every_ticks, |last| row.tick.wrapping_sub(last));
+            if gap == 0 || gap.cast_signed() < 0 {
+                return Next::Ends(BEGUN_ANEW);
+            }
+            self.missing += u64::from((gap / self.every_ticks.max(1)).saturating_sub(1));
+            self.last_tick = Some(row.tick);
         }
         let values = rows.iter().flat_map(|row| {
             std::iter::once(f64::from(row.tick) * self.period_s).chain(row.values.iter().copied())
@@ -108,12 +134,13 @@ impl TapFile {
     /// # Errors
     /// As [`SignalsFile::finish`].
     pub(crate) fn finish(self, lost: u64, why: &str) -> Result<String, ReportError> {
-        let Self { file, pieces, signals, rows, .. } = self;
+        let Self { file, pieces, signals, rows, missing, .. } = self;
         drop(pieces);
         let path = file.finish()?;
+        let missing = if missing > 0 { format!(", {missing} rows missing") } else { String::new() };
         let why = if why.is_empty() { String::new() } else { format!("; {why}") };
         let (path, count) = (path.display(), signals.len());
-        Ok(format!("{path}: {rows} rows of {count} signals, {lost} samples lost{why}"))
+        Ok(format!("{path}: {rows} rows of {count} signals, {lost} samples lost{missing}{why}"))
     }
 }
 

@@ -14,7 +14,7 @@ use super::run::stop_on_interrupt;
 use crate::broker;
 use crate::connect::{ConnectError, Device, Patience, Tap};
 use crate::report::SignalsKind;
-use crate::tap_file::{self, Next, OTHER_SIGNALS, TapFile};
+use crate::tap_file::{self, Next, TapFile};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
 /// How often rows go to the file.
@@ -66,41 +66,43 @@ impl Record {
         let line = broker::open(&self.port, self.baud).map_err(ConnectError::from)?;
         let mut device = Device::greet(line, PATIENCE)?;
         device.require_signals(&self.names)?;
-        let format = tap_file::format(&mut device, &self.port, self.every_ticks, self.signals)?;
-        let mut file = TapFile::create(&self.out, device.identity(), format)?;
         let mut tap = Tap::new(self.every_ticks).of(&self.names);
         let (start, mut told) = (Instant::now(), Instant::now());
         let is_shown = std::io::stderr().is_terminal();
         let is_over = || self.duration_s.is_some_and(|duration| start.elapsed() >= duration);
+        // An older file stays until there is something to be recorded.
+        let mut rows = device.tap(&mut tap, A_MOMENT)?;
+        while tap.signals().is_empty() {
+            if start.elapsed() > TO_BEGIN || stop.load(Ordering::Relaxed) {
+                let port = &self.port;
+                let reason = format!(
+                    "{port} sends no signals: another client has what it can send, as a page or another `record`; end \
+                     it, and begin again 5 s later"
+                );
+                return Err(reason.into());
+            }
+            rows = device.tap(&mut tap, A_MOMENT)?;
+        }
+        let format = tap_file::format(&mut device, &self.port, self.every_ticks, self.signals)?;
+        let mut file = TapFile::create(&self.out, device.identity(), self.every_ticks, format)?;
         let mut why = "";
         while !stop.load(Ordering::Relaxed) && !is_over() {
-            let found = match device.tap(&mut tap, A_MOMENT) {
-                Ok(found) => found,
-                Err(error) => {
-                    // What there is stays.
-                    file.finish(tap.lost(), "")?;
-                    return Err(error.into());
-                }
-            };
-            if tap.signals().is_empty() {
-                if start.elapsed() > TO_BEGIN {
-                    let port = &self.port;
-                    let reason = format!(
-                        "{port} sends no signals: another client has what it can send, as a page or another `record`; end \
-                         it, and begin again 5 s later"
-                    );
-                    return Err(reason.into());
-                }
-                continue;
-            }
-            match file.add(tap.signals(), &found) {
+            match file.add(tap.signals(), &rows) {
                 Next::GoesOn => {}
-                Next::OtherSignals => {
-                    why = OTHER_SIGNALS;
+                Next::Ends(reason) => {
+                    why = reason;
                     break;
                 }
                 Next::NoDisk => break,
             }
+            rows = match device.tap(&mut tap, A_MOMENT) {
+                Ok(rows) => rows,
+                Err(error) => {
+                    // What there is stays.
+                    writeln!(out, "{}", file.finish(tap.lost(), "")?)?;
+                    return Err(error.into());
+                }
+            };
             if is_shown && told.elapsed() > PROGRESS {
                 told = Instant::now();
                 eprint!("\r{} rows, {} samples lost ", file.rows(), tap.lost());

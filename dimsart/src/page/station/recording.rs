@@ -100,7 +100,8 @@ impl Recorder {
             .map_err(|error| error.to_string())?;
         let folder = new_folder(folder, &self.name)
             .map_err(|error| format!("no folder for it in {}: {error}", folder.display()))?;
-        let file = TapFile::create(&folder, device.identity(), format).map_err(|error| error.to_string())?;
+        let file = TapFile::create(&folder, device.identity(), every_ticks, format)
+            .map_err(|error| error.to_string())?;
         let path = file.path().display().to_string();
         let (_, news) = self.news.read();
         *self.running() = Some(Running::default());
@@ -150,7 +151,7 @@ impl Recorder {
             match piece {
                 Ok(News::Rows(rows)) => match recording.take(&rows) {
                     Next::GoesOn => {}
-                    Next::OtherSignals => break Some(OTHER_SIGNALS.into()),
+                    Next::Ends(why) => break Some(why.into()),
                     Next::NoDisk => break None,
                 },
                 // Before its first row it goes on from nothing.
@@ -191,7 +192,7 @@ impl Recording {
     fn take(&mut self, rows: &Rows) -> Next {
         let (layout, next, lost) = *self.next.get_or_insert((rows.layout, rows.first, rows.lost));
         if layout != rows.layout {
-            return Next::OtherSignals;
+            return Next::Ends(OTHER_SIGNALS);
         }
         self.lost += rows.first.saturating_sub(next) + rows.lost.saturating_sub(lost);
         self.next = Some((layout, rows.first + rows.rows.len() as u64, rows.lost));
@@ -219,6 +220,7 @@ mod tests {
     use super::*;
     use crate::connect::{Identity, TapRow};
     use crate::report::SignalsFormat;
+    use crate::tap_file::BEGUN_ANEW;
 
     #[test]
     fn what_the_disk_or_the_line_was_too_slow_for_is_counted() {
@@ -232,7 +234,7 @@ mod tests {
             axes: Vec::new(),
             sample_period_s: 1e-3,
         };
-        let file = TapFile::create(&path, &identity, SignalsFormat::Csv).unwrap();
+        let file = TapFile::create(&path, &identity, 1, SignalsFormat::Csv).unwrap();
         let mut recording = Recording { file, next: None, lost: 0 };
         let rows = |layout, first, lost| Rows {
             station: 0,
@@ -240,7 +242,9 @@ mod tests {
             signals: [].into(),
             first,
             lost,
-            rows: (0..10).map(|tick| TapRow { tick, values: Vec::new() }).collect(),
+            rows: (first..first + 10)
+                .map(|tick| TapRow { tick: u32::try_from(tick).unwrap(), values: Vec::new() })
+                .collect(),
         };
         // What was lost before is not of this recording.
         assert_eq!(recording.take(&rows(1, 500, 7)), Next::GoesOn);
@@ -248,7 +252,13 @@ mod tests {
         assert_eq!(recording.take(&rows(1, 510, 9)), Next::GoesOn);
         assert_eq!(recording.take(&rows(1, 1520, 9)), Next::GoesOn);
         assert_eq!((recording.lost, recording.file.rows()), (2 + 1000, 30));
-        assert_eq!(recording.take(&rows(2, 1530, 9)), Next::OtherSignals);
+        assert_eq!(recording.take(&rows(2, 1530, 9)), Next::Ends(OTHER_SIGNALS));
         assert_eq!(recording.file.rows(), 30);
+        // It was restarted, and has the same signals.
+        let restarted = Rows { first: 1530, ..rows(1, 3, 9) };
+        assert_eq!(recording.take(&restarted), Next::Ends(BEGUN_ANEW));
+        assert_eq!(recording.file.rows(), 30);
+        let text = recording.file.finish(0, "").unwrap();
+        assert!(text.ends_with("30 rows of 0 signals, 0 samples lost, 1000 rows missing"), "{text}");
     }
 }
