@@ -99,8 +99,12 @@ impl Drive {
         let now = Turn::to(electrical);
         self.current_a = now.park(Stator::from_phases(sample.phase_a));
         let supply = self.modulation.supply(sample.bus_v);
-        self.protection.weigh(self.current_a.q, speed_rad_per_s, supply.most_v * self.speed_per_v);
-        let may_be_on = self.seen_s > Some(SETTLED_S) && self.fault().is_none();
+        // Before, one step of the encoder is a high speed.
+        let has_settled = self.seen_s > Some(SETTLED_S);
+        if has_settled {
+            self.protection.weigh(self.current_a.q, speed_rad_per_s, supply.most_v * self.speed_per_v);
+        }
+        let may_be_on = has_settled && self.fault().is_none();
         let Some(torque_nm) = torque_nm.filter(|torque_nm| may_be_on && torque_nm.is_finite()) else {
             self.controller.reset();
             self.voltage_v = Dq::default();

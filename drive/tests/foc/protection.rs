@@ -232,6 +232,21 @@ fn a_drive_that_starts_with_a_wrong_reading_or_at_speed_is_off_until_it_knows_th
 }
 
 #[test]
+fn a_slow_joint_starts_whatever_step_its_encoder_is_at() {
+    // A step of the encoder in one period is faster than this joint may be.
+    let motor = motor();
+    let mut told = configuration(&motor);
+    told.limits.speed_rad_per_s = 5.0;
+    for start in 0..100_u8 {
+        let mut bench = Bench::new(&motor, told);
+        bench.motor.set_rotor(f64::from(start) * 1e-5, 3.0);
+        bench.run(Some(0.2), 100);
+        assert_eq!(bench.drive.fault(), None, "{start}");
+        assert!(bench.motor.torque_nm() > 0.15, "{start}: {}", bench.motor.torque_nm());
+    }
+}
+
+#[test]
 fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_before_it_brakes() {
     let motor = motor();
     let mut bench = Bench::new(&motor, configuration(&motor));
