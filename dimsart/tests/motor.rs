@@ -30,6 +30,10 @@ fn the_example_follows_a_step_and_its_picture_is_drawn() {
     assert_eq!(output.status.code(), Some(0), "{said}");
     // 3/2 · 10 · 0.008, and that times 20 A.
     assert!(said.contains("0.1200 N m/A") && said.contains("2.400 N m at 20 A"), "{said}");
+    // The step begins when the drive knows its rotor: all five have settled within half a millisecond of it.
+    let settled = said.lines().filter_map(|line| line.split('┆').nth(3)?.trim().parse::<f64>().ok());
+    let settled: Vec<f64> = settled.collect();
+    assert!(settled.len() == 5 && settled.iter().all(|settled_ms| *settled_ms < 0.5), "{said}");
     let picture = fs::read_to_string(folder.path().join("runs/motor/current_step.svg")).unwrap();
     assert!(picture.contains("R × 1.3, L × 0.7"), "{picture}");
 }

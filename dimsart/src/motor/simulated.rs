@@ -10,6 +10,8 @@ use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 /// Periods of a step response: 5 ms at 20 kHz.
 const PERIODS: usize = 100;
+/// Periods until a drive knows its rotor, at most.
+const LONGEST_START: usize = 10_000;
 /// A current has settled when it stays this near to what is wanted.
 const SETTLED: f64 = 0.1;
 /// Of what the voltage can make at once.
@@ -92,6 +94,13 @@ pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<
     #[expect(clippy::cast_possible_truncation, reason = "a torque is f32")]
     let torque_nm = (step_a * f64::from(told.motor.torque_constant_nm_per_a())) as f32;
     let (mut duties, mut response) = (None, Vec::with_capacity(PERIODS));
+    // It learns where the rotor is first.
+    for _ in 0..LONGEST_START {
+        duties = drive.step(&sample(&bridge, told, truth.supply_v), Some(0.0));
+        if duties.is_some() {
+            break;
+        }
+    }
     for _ in 0..PERIODS {
         let next = drive.step(&sample(&bridge, told, truth.supply_v), Some(torque_nm));
         bridge.advance(duties.map(wide), told.period_s.into(), 0.0);
