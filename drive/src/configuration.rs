@@ -11,6 +11,7 @@ const MOST_TRACKING_SHARE: f32 = 0.301;
 
 /// A permanent-magnet motor with three phases.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Motor {
     /// `R` of a phase, `ohm`, > 0: half of what is measured between two leads.
@@ -31,6 +32,7 @@ pub struct Motor {
 
 /// Limits of motor and inverter; beyond most of them the bridge is turned off.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Limits {
     /// Most current that is asked for, peak of a phase, `A`, > 0.
@@ -54,6 +56,7 @@ pub struct Limits {
 
 /// All of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
 pub struct Configuration {
     /// The motor.
@@ -121,29 +124,11 @@ impl Configuration {
         let offset = motor.encoder_offset_rad;
         require("motor.encoder_offset_rad", offset, offset.abs() <= core::f32::consts::PI, "-pi to pi")?;
         positive("limits.current_a", limits.current_a)?;
-        let trip = limits.trip_current_a;
-        require(
-            "limits.trip_current_a",
-            trip,
-            trip > limits.current_a && trip.is_finite(),
-            "above limits.current_a",
-        )?;
+        above("limits.trip_current_a", limits.trip_current_a, limits.current_a, "above limits.current_a")?;
         positive("limits.least_bus_v", limits.least_bus_v)?;
-        let most = limits.most_bus_v;
-        require(
-            "limits.most_bus_v",
-            most,
-            most > limits.least_bus_v && most.is_finite(),
-            "above limits.least_bus_v",
-        )?;
+        above("limits.most_bus_v", limits.most_bus_v, limits.least_bus_v, "above limits.least_bus_v")?;
         require("limits.derating_c", limits.derating_c, limits.derating_c.is_finite(), "a number")?;
-        let trip = limits.trip_c;
-        require(
-            "limits.trip_c",
-            trip,
-            trip > limits.derating_c && trip.is_finite(),
-            "above limits.derating_c",
-        )?;
+        above("limits.trip_c", limits.trip_c, limits.derating_c, "above limits.derating_c")?;
         positive("limits.speed_rad_per_s", limits.speed_rad_per_s)?;
         let speed = limits.speed_rad_per_s;
         let ahead_rad = PERIODS_TO_VOLTAGE * self.period_s * f32::from(motor.pole_pairs) * speed;
@@ -171,6 +156,10 @@ impl Configuration {
 
 fn positive(name: &'static str, value: f32) -> Result<(), ConfigurationError> {
     require(name, value, value > 0.0 && value.is_normal(), "above 0")
+}
+
+fn above(name: &'static str, value: f32, least: f32, range: &'static str) -> Result<(), ConfigurationError> {
+    require(name, value, value > least && value.is_finite(), range)
 }
 
 fn require(

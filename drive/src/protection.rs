@@ -50,43 +50,55 @@ impl Fault {
     /// What to do about it.
     #[must_use]
     pub fn remedy(self) -> &'static str {
+        self.texts().1
+    }
+
+    /// What it is, and what to do.
+    fn texts(self) -> (&'static str, &'static str) {
         match self {
-            Self::Overcurrent => {
-                "look for a short circuit, and identify the motor again: its inductance may be wrong"
+            Self::Overcurrent => (
+                "a phase has more than the trip current",
+                "look for a short circuit, and identify the motor again: its inductance may be wrong",
+            ),
+            Self::CurrentSensors => (
+                "the currents of the phases do not add up to nothing",
+                "look at the phases' wires and the shunts' amplifiers, with the motor unplugged",
+            ),
+            Self::Undervoltage => (
+                "the supply is below its lowest voltage",
+                "look at supply, fuse and wires, at the board's terminals and under load",
+            ),
+            Self::Overvoltage => {
+                ("the supply is above its highest voltage", "add a brake resistor, or brake less")
             }
-            Self::CurrentSensors => {
-                "look at the phases' wires and the shunts' amplifiers, with the motor unplugged"
-            }
-            Self::Undervoltage => "look at supply, fuse and wires, at the board's terminals and under load",
-            Self::Overvoltage => "add a brake resistor, or brake less",
-            Self::Overtemperature => "let it cool, command less, or look at the sensor's wires",
-            Self::EncoderLost => "look at the encoder's wires and supply",
-            Self::EncoderJumped => {
-                "look for disturbance on the encoder's wires, and for a loose magnet or wheel"
-            }
-            Self::EncoderMagnet => "set the magnet to the distance that the encoder's maker wants",
-            Self::Stalled => "look what holds the joint, or allow more time in `limits.stall_s`",
-            Self::Overspeed => {
-                "look what drives the joint, command less, or raise `limits.speed_rad_per_s` or the supply"
-            }
+            Self::Overtemperature => (
+                "it is too hot, or the sensor of its temperature is gone",
+                "let it cool, command less, or look at the sensor's wires",
+            ),
+            Self::EncoderLost => ("the encoder does not answer", "look at the encoder's wires and supply"),
+            Self::EncoderJumped => (
+                "the encoder says angles to which no rotor can have turned",
+                "look for disturbance on the encoder's wires, and for a loose magnet or wheel",
+            ),
+            Self::EncoderMagnet => (
+                "the encoder's magnet is gone, or at a wrong distance",
+                "set the magnet to the distance that the encoder's maker wants",
+            ),
+            Self::Stalled => (
+                "the rotor has stood still under current for too long",
+                "look what holds the joint, or allow more time in `limits.stall_s`",
+            ),
+            Self::Overspeed => (
+                "the rotor turns faster than it may, or than the supply can hold against",
+                "look what drives the joint, command less, or raise `limits.speed_rad_per_s` or the supply",
+            ),
         }
     }
 }
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Overcurrent => "a phase has more than the trip current",
-            Self::CurrentSensors => "the currents of the phases do not add up to nothing",
-            Self::Undervoltage => "the supply is below its lowest voltage",
-            Self::Overvoltage => "the supply is above its highest voltage",
-            Self::Overtemperature => "it is too hot, or the sensor of its temperature is gone",
-            Self::EncoderLost => "the encoder does not answer",
-            Self::EncoderJumped => "the encoder says angles to which no rotor can have turned",
-            Self::EncoderMagnet => "the encoder's magnet is gone, or at a wrong distance",
-            Self::Stalled => "the rotor has stood still under current for too long",
-            Self::Overspeed => "the rotor turns faster than it may, or than the supply can hold against",
-        })
+        f.write_str(self.texts().0)
     }
 }
 

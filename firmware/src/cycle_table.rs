@@ -6,7 +6,7 @@
 #![no_std]
 #![no_main]
 
-use core::panic::PanicInfo;
+mod stopping;
 
 // For its interrupt table and its way to log.
 use boards as _;
@@ -153,17 +153,4 @@ fn total(clock: Clock, mask: u32, code: Code) -> u32 {
         }
     }
     clock().wrapping_sub(begin) & mask
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    exit(1)
-}
-
-#[expect(unsafe_code, reason = "the runtime wants it so")]
-mod hard_fault {
-    #[cortex_m_rt::exception]
-    unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
-        super::exit(1)
-    }
 }

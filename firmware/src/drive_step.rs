@@ -1,4 +1,4 @@
-//! A period of a drive as functions that tools can call: `drive/tests/machine_code.rs` runs this very code in an emulated
+//! A period of a drive as functions that tools can call: `drive/tests/foc/machine_code.rs` runs this very code in an emulated
 //! processor against the simulator's motor, compares its bits with the host's, and bounds its cycles.
 //!
 //! On a chip the program measures one: the period's cycles by the processor's counter, at the clock after reset, at which
@@ -7,9 +7,10 @@
 #![no_main]
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
 
+mod stopping;
+
 use core::hint::black_box;
 use core::mem::MaybeUninit;
-use core::panic::PanicInfo;
 
 // For its interrupt table and its way to log.
 use boards as _;
@@ -36,63 +37,11 @@ struct Given {
     has_torque: u32,
 }
 
-/// Makes a drive of its configuration's numbers, in the order in which they are declared; gives 1, or 0 if it cannot.
+/// Makes a drive; gives 1, or 0 if it cannot.
 #[unsafe(export_name = "dimsart_drive_start")]
 #[inline(never)]
-extern "C" fn start(drive: &mut MaybeUninit<Drive>, numbers: &[f32; 20]) -> u32 {
-    let [
-        resistance_ohm,
-        direct_inductance_h,
-        quadrature_inductance_h,
-        flux_linkage_vs,
-        pole_pairs,
-        reversed,
-        encoder_offset_rad,
-        current_a,
-        trip_current_a,
-        least_bus_v,
-        most_bus_v,
-        derating_c,
-        trip_c,
-        speed_rad_per_s,
-        stall_s,
-        period_s,
-        bandwidth_rad_per_s,
-        dead_time_share,
-        dead_time_current_a,
-        most_duty,
-    ] = *numbers;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-    let pole_pairs = pole_pairs as u8;
-    let motor = Motor {
-        resistance_ohm,
-        direct_inductance_h,
-        quadrature_inductance_h,
-        flux_linkage_vs,
-        pole_pairs,
-        is_encoder_reversed: reversed > 0.5,
-        encoder_offset_rad,
-    };
-    let limits = Limits {
-        current_a,
-        trip_current_a,
-        least_bus_v,
-        most_bus_v,
-        derating_c,
-        trip_c,
-        speed_rad_per_s,
-        stall_s,
-    };
-    let configuration = Configuration {
-        motor,
-        limits,
-        period_s,
-        bandwidth_rad_per_s,
-        dead_time_share,
-        dead_time_current_a,
-        most_duty,
-    };
-    match Drive::new(&configuration) {
+extern "C" fn start(drive: &mut MaybeUninit<Drive>, configuration: &Configuration) -> u32 {
+    match Drive::new(configuration) {
         Ok(new) => {
             drive.write(new);
             1
@@ -117,6 +66,34 @@ extern "C" fn step(drive: &mut Drive, given: &Given, duties: &mut [f32; 3]) -> u
     }
 }
 
+/// A small motor at 24 V and 20 kHz.
+const CONFIGURATION: Configuration = Configuration {
+    motor: Motor {
+        resistance_ohm: 0.3,
+        direct_inductance_h: 3e-4,
+        quadrature_inductance_h: 3e-4,
+        flux_linkage_vs: 0.008,
+        pole_pairs: 10,
+        is_encoder_reversed: false,
+        encoder_offset_rad: 0.4,
+    },
+    limits: Limits {
+        current_a: 20.0,
+        trip_current_a: 30.0,
+        least_bus_v: 10.0,
+        most_bus_v: 30.0,
+        derating_c: 80.0,
+        trip_c: 100.0,
+        speed_rad_per_s: 400.0,
+        stall_s: 1.0,
+    },
+    period_s: 5e-5,
+    bandwidth_rad_per_s: 6283.0,
+    dead_time_share: 0.02,
+    dead_time_current_a: 0.2,
+    most_duty: 0.95,
+};
+
 #[entry]
 fn main() -> ! {
     cortex_m::interrupt::disable();
@@ -125,13 +102,8 @@ fn main() -> ! {
     peripherals.DWT.enable_cycle_counter();
     black_box(&DRIVE_BYTES);
 
-    // A small motor at 24 V and 20 kHz.
-    let numbers = [
-        0.3, 3e-4, 3e-4, 0.008, 10.0, 0.0, 0.4, 20.0, 30.0, 10.0, 30.0, 80.0, 100.0, 400.0, 1.0, 5e-5,
-        6283.0, 0.02, 0.2, 0.95,
-    ];
     let (mut drive, mut duties) = (MaybeUninit::uninit(), [0.0; 3]);
-    if start(&mut drive, black_box(&numbers)) == 0 {
+    if start(&mut drive, black_box(&CONFIGURATION)) == 0 {
         exit(1)
     }
     // SAFETY: it is written where 1 is given.
@@ -148,11 +120,15 @@ fn main() -> ! {
             has_torque: 1,
         };
         let before = DWT::cycle_count();
-        if step(drive, black_box(&given), &mut duties) == 0 {
-            exit(1)
-        }
+        let is_on = step(drive, black_box(&given), &mut duties) == 1;
         let taken = DWT::cycle_count().wrapping_sub(before);
-        (least, most) = (least.min(taken), most.max(taken));
+        // Until it knows its rotor it is off, and has less to do.
+        if is_on {
+            (least, most) = (least.min(taken), most.max(taken));
+        }
+    }
+    if drive.fault().is_some() || least > most {
+        exit(1)
     }
     defmt::println!(
         "a period of the drive takes {=u32} to {=u32} cycles, and the reading of them",
@@ -160,16 +136,4 @@ fn main() -> ! {
         most
     );
     exit(0)
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    exit(1)
-}
-
-mod hard_fault {
-    #[cortex_m_rt::exception]
-    unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
-        super::exit(1)
-    }
 }

@@ -6,8 +6,9 @@
 #![no_std]
 #![no_main]
 
+mod stopping;
+
 use core::cell::RefCell;
-use core::panic::PanicInfo;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed};
 
 // For its interrupt table and its way to log.
@@ -267,18 +268,5 @@ fn must(hold: &str, holds: bool) {
     if !holds {
         defmt::println!("does not hold: {=str}", hold);
         exit(1)
-    }
-}
-
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
-    exit(1)
-}
-
-#[expect(unsafe_code, reason = "the runtime wants it so")]
-mod hard_fault {
-    #[cortex_m_rt::exception]
-    unsafe fn HardFault(_: &cortex_m_rt::ExceptionFrame) -> ! {
-        super::exit(1)
     }
 }

@@ -10,6 +10,7 @@ use object::read::elf::{FileHeader, SectionHeader};
 use object::{Endianness, elf};
 
 use crate::budget_file::BudgetFile;
+use crate::emulator::emulate;
 use crate::example::dimsart;
 use crate::shell::{Outcome, command, run, target};
 use crate::toolchain::{Toolchain, output};
@@ -118,11 +119,12 @@ fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
     Ok(image)
 }
 
-/// Builds the program with a drive's period, whose machine code is looked at on the host: that of any board will do.
+/// Builds the program with a drive's period, whose machine code is looked at on the host, and runs it as it would run on a
+/// chip.
 pub(crate) fn build_drive_step(toolchain: Toolchain) -> Outcome {
-    let [board, ..] = BOARDS else { return Err("there is no board".to_owned()) };
+    let board = BOARDS.iter().find(|board| board.tooling.chip.is_none()).ok_or("no board is emulated")?;
     let name = "drive-step";
-    collect(&build_program(toolchain, board, name)?, name).map(drop)
+    emulate(&collect(&build_program(toolchain, board, name)?, name)?)
 }
 
 /// Builds a program of its own for a board, by its name and feature.

@@ -103,7 +103,7 @@ pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<
     }
     for _ in 0..PERIODS {
         let next = drive.step(&sample(&bridge, told, truth.supply_v), Some(torque_nm));
-        bridge.advance(duties.map(wide), told.period_s.into(), 0.0);
+        bridge.advance(duties.map(wide), told.period_s.into());
         duties = next;
         response.push(bridge.state().quadrature_a / step_a);
     }
@@ -128,6 +128,7 @@ pub fn identify(
     // The current holds the rotor as a spring does, and bearings bring it to rest there: a fifth of critical damping.
     let stiffness = 1.5 * f64::from(truth.pole_pairs).powi(2) * truth.flux_linkage_vs * f64::from(current_a);
     truth.viscous_nms_per_rad = 0.2 * 2.0 * (stiffness.max(0.0) * inertia_kg_m2).sqrt();
+    truth.coulomb_nm = friction_nm;
     let mut bridge = BridgeMotor::new(&truth)?;
     let mut identification = Identification::new(told, current_a)?;
     let mut duties: Option<Duties> = None;
@@ -135,8 +136,7 @@ pub fn identify(
     while time_s < LONGEST_S {
         match identification.step(&sample(&bridge, told, truth.supply_v)) {
             IdentificationStep::GoesOn(next) => {
-                let friction_nm = friction_nm * (bridge.state().speed_rad_per_s / 0.05).tanh();
-                bridge.advance(duties.map(wide), told.period_s.into(), friction_nm);
+                bridge.advance(duties.map(wide), told.period_s.into());
                 duties = Some(next);
             }
             IdentificationStep::Over(end) => return Ok(end),

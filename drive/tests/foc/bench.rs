@@ -122,7 +122,7 @@ impl Bench {
         let next = self.drive.step(sample, torque_nm);
         // A bridge that is turned off is off at once.
         let now = self.duties.filter(|_| next.is_some());
-        self.motor.advance(now.map(|duties| duties.map(f64::from)), PERIOD_S, 0.0);
+        self.motor.advance(now.map(|duties| duties.map(f64::from)), PERIOD_S);
         self.duties = next;
         made_nm
     }

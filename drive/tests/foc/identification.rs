@@ -11,15 +11,19 @@ const CURRENT_A: f32 = 5.0;
 /// Dry friction of rotor and joint, `N m`; the current makes 0.6.
 const FRICTION_NM: f64 = 0.03;
 
-/// A joint that can turn: with what brings it to rest.
+/// A joint that can turn: with friction, and what brings it to rest.
 fn free() -> ThreePhaseParameters {
-    ThreePhaseParameters { rotor_inertia_kg_m2: 1e-4, viscous_nms_per_rad: 2e-3, ..motor() }
+    ThreePhaseParameters {
+        rotor_inertia_kg_m2: 1e-4,
+        viscous_nms_per_rad: 2e-3,
+        coulomb_nm: FRICTION_NM,
+        ..motor()
+    }
 }
 
 /// Identifies it; what came of it, and the largest current of a phase meanwhile, `A`.
 fn identify(
     bench: &mut Bench,
-    friction_nm: f64,
     change: impl Fn(Sample, u32) -> Sample,
 ) -> (Result<Identified, IdentificationError>, f64) {
     let mut identification = Identification::new(&bench.configuration, CURRENT_A).unwrap();
@@ -33,8 +37,7 @@ fn identify(
                 return (end, most_a);
             }
         };
-        let friction_nm = friction_nm * (bench.motor.state().speed_rad_per_s / 0.05).tanh();
-        bench.motor.advance(duties, PERIOD_S, friction_nm);
+        bench.motor.advance(duties, PERIOD_S);
         let most = bench.configuration.most_duty - 0.5 + 1e-6;
         assert!(next.iter().all(|duty| (duty - 0.5).abs() <= most), "{next:?}");
         duties = Some(next.map(f64::from));
@@ -71,7 +74,7 @@ fn a_motor_is_found_out_with_a_current_that_is_bounded() {
         let mut bench = Bench::new(&motor, told);
         bench.motor = bench.motor.with_cogging(0.01, 12 * pole_pairs);
         bench.motor.set_rotor(0.7, 0.0);
-        let (found, most_a) = identify(&mut bench, FRICTION_NM, |sample, _| sample);
+        let (found, most_a) = identify(&mut bench, |sample, _| sample);
         let found = found.unwrap();
         assert!(most_a < 1.25 * f64::from(CURRENT_A), "{most_a} A");
         assert_eq!((u32::from(found.pole_pairs), found.is_encoder_reversed), (pole_pairs, is_reversed));
@@ -93,7 +96,7 @@ fn what_was_found_drives_the_motor() {
     let motor = free();
     let mut bench = Bench::new(&motor, configuration(&motor));
     bench.configuration.motor.is_encoder_reversed = true;
-    let (found, _) = identify(&mut bench, FRICTION_NM, |sample, _| sample);
+    let (found, _) = identify(&mut bench, |sample, _| sample);
     let found = found.unwrap();
     let mut told = bench.configuration;
     told.motor.resistance_ohm = found.resistance_ohm;
@@ -113,12 +116,12 @@ fn what_was_found_drives_the_motor() {
 fn a_joint_that_cannot_turn_is_an_error_and_no_result() {
     let motor = motor();
     let mut bench = Bench::new(&motor, configuration(&motor));
-    let (found, _) = identify(&mut bench, 0.0, |sample, _| sample);
+    let (found, _) = identify(&mut bench, |sample, _| sample);
     assert_eq!(found, Err(IdentificationError::DidNotMove));
     // A load that is heavier than the current's torque on most of the way: it slips back.
-    let motor = free();
+    let motor = ThreePhaseParameters { coulomb_nm: 0.9, ..free() };
     let mut bench = Bench::new(&motor, configuration(&motor));
-    let (found, _) = identify(&mut bench, 0.9, |sample, _| sample);
+    let (found, _) = identify(&mut bench, |sample, _| sample);
     assert!(
         matches!(found, Err(IdentificationError::DidNotMove | IdentificationError::Slipped { .. })),
         "{found:?}"
@@ -162,7 +165,7 @@ fn what_is_wrong_with_wires_and_sensors_is_said() {
     for (expected, change) in cases {
         let motor = ThreePhaseParameters { resistance_ohm: 1.2, ..free() };
         let mut bench = Bench::new(&motor, configuration(&motor));
-        let (found, most_a) = identify(&mut bench, FRICTION_NM, change);
+        let (found, most_a) = identify(&mut bench, change);
         assert_eq!(found, Err(expected));
         assert!(
             most_a < 1.25 * f64::from(CURRENT_A) || expected == IdentificationError::NoCurrent,

@@ -51,17 +51,17 @@ impl Emulated {
         let mut bytes = [0; 4];
         machine.read(place, &mut bytes).unwrap();
         machine.map(DRIVE, u32::from_le_bytes(bytes).next_multiple_of(4));
-        for (address, words) in [(NUMBERS, 20), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
+        for (address, words) in [(NUMBERS, 19), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
             machine.map(address, 4 * words);
         }
         let Configuration { motor, limits, .. } = told;
+        // As a `Configuration` lies in memory.
         let numbers = [
             motor.resistance_ohm,
             motor.direct_inductance_h,
             motor.quadrature_inductance_h,
             motor.flux_linkage_vs,
-            f32::from(motor.pole_pairs),
-            f32::from(u8::from(motor.is_encoder_reversed)),
+            f32::from_le_bytes([motor.pole_pairs, motor.is_encoder_reversed.into(), 0, 0]),
             motor.encoder_offset_rad,
             limits.current_a,
             limits.trip_current_a,

@@ -3,7 +3,7 @@
 //!
 //! The equations are those of [`ThreePhaseParameters`], averaged over a period of the modulation; each phase's voltage lacks
 //! what dead time takes, `U share` against its current, and with the bridge off its diodes lead until the current is gone.
-//! The rotor turns freely with what is on it: `J w' = τ + cogging - viscous w - load`.
+//! The rotor turns freely with what is on it: `J w' = τ + cogging - viscous w - coulomb tanh(w/w0)`.
 
 use core::f64::consts::TAU;
 
@@ -12,6 +12,8 @@ use crate::plant::parameter::{ParameterError, positive, require};
 
 /// Runge-Kutta steps of a period, at least.
 const STEPS: f64 = 10.0;
+/// Around which dry friction changes its sign.
+const REVERSING_RAD_PER_S: f64 = 0.05;
 
 /// A motor, its inverter, and what its rotor turns.
 #[derive(Debug, Clone)]
@@ -93,17 +95,18 @@ impl BridgeMotor {
         self.phases([self.state.direct_a, self.state.quadrature_a], self.state.angle_rad)
     }
 
-    /// Goes on by `period_s` with these shares of it in which the upper switches are on, or with all switches off, against a
-    /// load in `N m`.
-    pub fn advance(&mut self, duties: Option<[f64; 3]>, period_s: f64, load_nm: f64) {
+    /// Goes on by `period_s` with these shares of it in which the upper switches are on, or with all switches off.
+    pub fn advance(&mut self, duties: Option<[f64; 3]>, period_s: f64) {
         let ThreePhaseParameters { direct_inductance_h, quadrature_inductance_h, .. } = self.parameters;
-        let ThreePhaseParameters { supply_v, dead_time_current_a, .. } = self.parameters;
-        // Diodes that begin to lead are the fastest thing here.
-        let diode_per_s =
-            0.5 * supply_v / dead_time_current_a / direct_inductance_h.min(quadrature_inductance_h);
-        let steps = (diode_per_s * period_s).ceil().max(STEPS);
+        let ThreePhaseParameters { supply_v, dead_time_current_a, dead_time_share, .. } = self.parameters;
+        // A current that changes its sign is the fastest thing here: its diodes then lead with half of the supply, and of a
+        // bridge that is on for its dead time.
+        let share = if duties.is_some() { dead_time_share } else { 0.5 };
+        let turning_per_s =
+            share * supply_v / dead_time_current_a / direct_inductance_h.min(quadrature_inductance_h);
+        let steps = (turning_per_s * period_s).ceil().max(STEPS);
         let step_s = period_s / steps;
-        let rates = |state| self.rates(state, duties, load_nm);
+        let rates = |state| self.rates(state, duties);
         let mut state = self.state;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
         for _ in 0..steps as u32 {
@@ -120,7 +123,7 @@ impl BridgeMotor {
         self.state = state;
     }
 
-    fn rates(&self, state: BridgeState, duties: Option<[f64; 3]>, load_nm: f64) -> BridgeState {
+    fn rates(&self, state: BridgeState, duties: Option<[f64; 3]>) -> BridgeState {
         let ThreePhaseParameters { supply_v, dead_time_share, dead_time_current_a, .. } = self.parameters;
         let currents_a = [state.direct_a, state.quadrature_a];
         let phases_a = self.phases(currents_a, state.angle_rad);
@@ -143,7 +146,9 @@ impl BridgeMotor {
         let field_nm = self.parameters.torque_nm(currents_a);
         let cogging_nm = -self.cogging_nm * (self.cogging_periods * state.angle_rad).sin();
         let speed = state.speed_rad_per_s;
-        let torque_nm = field_nm + cogging_nm - self.parameters.viscous_nms_per_rad * speed - load_nm;
+        let ThreePhaseParameters { viscous_nms_per_rad, coulomb_nm, .. } = self.parameters;
+        let friction_nm = viscous_nms_per_rad * speed + coulomb_nm * (speed / REVERSING_RAD_PER_S).tanh();
+        let torque_nm = field_nm + cogging_nm - friction_nm;
         BridgeState {
             direct_a: (d_v - lost_v.0) / self.parameters.direct_inductance_h,
             quadrature_a: (q_v - lost_v.1) / self.parameters.quadrature_inductance_h,
