@@ -1,7 +1,6 @@
 //! A processor that runs functions of an image, and counts what they take.
 
 mod calls;
-mod code;
 mod error;
 mod memory;
 mod stack;
@@ -12,7 +11,7 @@ pub use calls::Call;
 pub use error::{MachineError, Stop};
 
 use self::calls::{Calls, Moment};
-use self::code::Code;
+use crate::code::Code;
 use self::memory::Regions;
 use self::stack::Stack;
 use crate::concrete::Concrete;
