@@ -40,19 +40,28 @@ const EXCEPTION_RETURN: u32 = 0xF000_0000;
 const IPSR: u8 = 5;
 const CONTROL: u8 = 20;
 
+/// When and from where a program accesses something.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct At {
+    /// Cycles of the processor since it was made.
+    pub cycle: u64,
+    /// Address of the instruction.
+    pub code: u32,
+}
+
 /// A chip around the processor: its memory, peripherals and interrupt lines. `now` is in cycles of the processor.
 pub trait Bus {
     /// Reads below `0xE000_0000`, the upper bits zero.
     ///
     /// # Errors
     /// [`AccessError`]: the processor takes a fault.
-    fn load(&mut self, address: u32, width: Width, now: u64) -> Result<u32, AccessError>;
+    fn load(&mut self, address: u32, width: Width, at: At) -> Result<u32, AccessError>;
 
     /// Writes the lower bits.
     ///
     /// # Errors
     /// As [`load`](Self::load).
-    fn store(&mut self, address: u32, width: Width, value: u32, now: u64) -> Result<(), AccessError>;
+    fn store(&mut self, address: u32, width: Width, value: u32, at: At) -> Result<(), AccessError>;
 
     /// Cycles that an access to code at `address` waits because its memory is busy.
     fn wait(&self, address: u32, now: u64) -> u64;
@@ -67,7 +76,7 @@ pub trait Bus {
     fn lines(&self) -> u128;
 
     /// Whether the chip wants to be reset; it is [`reset`](Self::reset) then.
-    fn wants_reset(&self) -> bool;
+    fn wants_reset(&self, now: u64) -> bool;
 
     /// Resets everything but the processor; memory stays as it is.
     fn reset(&mut self, cause: Reset, now: u64);
@@ -255,7 +264,7 @@ impl<B: Bus> Processor<B> {
 
     /// What the chip wants after it was touched, or after time has passed.
     fn look_at_bus(&mut self) {
-        if self.bus.wants_reset() {
+        if self.bus.wants_reset(self.cycles) {
             self.reset(Reset::Chip);
         }
         self.system.see_lines(self.bus.lines());
@@ -283,9 +292,13 @@ impl<B: Bus> Processor<B> {
         self.address = entry & !1;
     }
 
+    fn at(&self) -> At {
+        At { cycle: self.cycles, code: self.address }
+    }
+
     fn vector(&mut self, exception: u8) -> u32 {
         let address = self.system.vectors().wrapping_add(u32::from(exception) * 4);
-        self.bus.load(address, Width::Word, self.cycles).unwrap_or(0)
+        self.bus.load(address, Width::Word, self.at()).unwrap_or(0)
     }
 
     fn instruction(&mut self) -> Result<(), Stop> {
@@ -326,7 +339,7 @@ impl<B: Bus> Processor<B> {
             Operation::Divide { n, m, .. } => Some((self.registers.read(n), self.registers.read(m))),
             _ => None,
         };
-        let mut view = View::new(&mut self.bus, &mut self.system, &mut self.protection, self.cycles);
+        let mut view = View::new(&mut self.bus, &mut self.system, &mut self.protection, At { cycle: self.cycles, code: self.address });
         let flow = match execute(&mut Concrete, &mut self.registers, &mut view, instruction) {
             Ok(flow) => flow,
             Err(ExecuteError::Access(error)) => return self.fault(error.into()),
@@ -412,6 +425,6 @@ impl<B: Bus> Processor<B> {
     /// # Errors
     /// [`AccessError`].
     pub fn read_word(&mut self, address: u32) -> Result<u32, AccessError> {
-        self.bus.load(address, Width::Word, self.cycles)
+        self.bus.load(address, Width::Word, self.at())
     }
 }

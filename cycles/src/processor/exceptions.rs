@@ -108,10 +108,11 @@ impl<B: Bus> Processor<B> {
             words.extend((0..FLOATS).map(|register| self.registers.read_float(register)));
             words.push(self.registers.float_flags.to_word());
         }
+        let at = self.at();
         let mut address = frame;
         for word in words {
             self.protection.check(address, true)?;
-            self.bus.store(address, Width::Word, word, self.cycles)?;
+            self.bus.store(address, Width::Word, word, at)?;
             address = address.wrapping_add(4);
         }
         self.registers.write(SP, frame);
@@ -123,23 +124,24 @@ impl<B: Bus> Processor<B> {
         let has_float = exc_return & HAS_BASIC_FRAME == 0;
         let bytes = if has_float { FLOAT_FRAME } else { BASIC_FRAME };
         let mut address = frame;
-        let mut next = |bus: &mut B, now: u64| {
-            let word = bus.load(address, Width::Word, now);
+        let at = self.at();
+        let mut next = |bus: &mut B| {
+            let word = bus.load(address, Width::Word, at);
             address = address.wrapping_add(4);
             word
         };
         for register in [0, 1, 2, 3, 12, LR] {
-            let word = next(&mut self.bus, self.cycles)?;
+            let word = next(&mut self.bus)?;
             self.registers.write(register, word);
         }
-        let target = next(&mut self.bus, self.cycles)?;
-        let status = next(&mut self.bus, self.cycles)?;
+        let target = next(&mut self.bus)?;
+        let status = next(&mut self.bus)?;
         if has_float {
             for register in 0..FLOATS {
-                let word = next(&mut self.bus, self.cycles)?;
+                let word = next(&mut self.bus)?;
                 self.registers.write_float(register, word);
             }
-            self.registers.float_flags = Flags::from_word(next(&mut self.bus, self.cycles)?);
+            self.registers.float_flags = Flags::from_word(next(&mut self.bus)?);
         }
         self.registers.flags = Flags::from_word(status);
         self.registers.dsp_flags = status & 0x080F_0000;
