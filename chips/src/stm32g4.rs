@@ -144,7 +144,9 @@ impl Stm32g4 {
 
     /// The level that the outside has a pin at.
     pub fn set_input(&mut self, port: char, pin: u32, is_high: bool) {
-        for gpio in self.ports.iter_mut().zip(PORTS).filter(|(_, letter)| *letter == port).map(|(gpio, _)| gpio) {
+        for gpio in
+            self.ports.iter_mut().zip(PORTS).filter(|(_, letter)| *letter == port).map(|(gpio, _)| gpio)
+        {
             gpio.set_input(pin, is_high);
         }
     }
@@ -379,7 +381,8 @@ impl Stm32g4 {
         if let Some((register, bit)) = place.gate
             && !self.rcc.enables(register, bit)
         {
-            let name = self.registers(place.block).map(|registers| registers.name(offset)).unwrap_or_default();
+            let name =
+                self.registers(place.block).map(|registers| registers.name(offset)).unwrap_or_default();
             let access = &mut Access { at, violations: &mut self.violations };
             access.violates(format!("{name} is accessed without a clock"));
         }
@@ -491,7 +494,9 @@ impl Bus for Stm32g4 {
         for (usart, number) in self.usarts.iter().zip([37, 38, 39, 91]) {
             line(number, usart.interrupts());
         }
-        for (dma, first, eighth) in self.dmas.iter().zip([(11, 96), (56, 99)]).map(|(dma, (a, b))| (dma, a, b)) {
+        for (dma, first, eighth) in
+            self.dmas.iter().zip([(11, 96), (56, 99)]).map(|(dma, (a, b))| (dma, a, b))
+        {
             let channels = dma.interrupts();
             (0..7).for_each(|channel| line(first + channel, channels >> channel & 1 == 1));
             line(eighth, channels >> 7 & 1 == 1);

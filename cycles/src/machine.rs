@@ -11,9 +11,9 @@ pub use calls::Call;
 pub use error::{MachineError, Stop};
 
 use self::calls::{Calls, Moment};
-use crate::code::Code;
 use self::memory::Regions;
 use self::stack::Stack;
+use crate::code::Code;
 use crate::concrete::Concrete;
 use crate::execute::{Flow, execute};
 use crate::image::Image;

@@ -156,8 +156,7 @@ impl<B: Bus> Processor<B> {
     /// [`MachineError::NoSymbol`] when the image has no vector table.
     pub fn new(image: Arc<Image>, bus: B, timing: Timing) -> Result<Self, MachineError> {
         let name = "__vector_table";
-        let vectors =
-            image.symbols.get(name).or_else(|| image.symbols.get("__vector_table.0")).copied();
+        let vectors = image.symbols.get(name).or_else(|| image.symbols.get("__vector_table.0")).copied();
         let vectors = vectors
             .or_else(|| image.segments.first().map(|segment| segment.address))
             .ok_or(MachineError::NoSymbol { name })?;
@@ -323,8 +322,11 @@ impl<B: Bus> Processor<B> {
                 return Ok(());
             }
             Operation::ReadSpecial { d, special: special @ (IPSR | CONTROL) } => {
-                let value =
-                    if special == IPSR { self.system.current().into() } else { u32::from(self.system.uses_float) << 2 };
+                let value = if special == IPSR {
+                    self.system.current().into()
+                } else {
+                    u32::from(self.system.uses_float) << 2
+                };
                 self.registers.write(d, value);
                 self.count(instruction, Outcome::Done, Known::default());
                 self.address = instruction.next();
@@ -339,7 +341,12 @@ impl<B: Bus> Processor<B> {
             Operation::Divide { n, m, .. } => Some((self.registers.read(n), self.registers.read(m))),
             _ => None,
         };
-        let mut view = View::new(&mut self.bus, &mut self.system, &mut self.protection, At { cycle: self.cycles, code: self.address });
+        let mut view = View::new(
+            &mut self.bus,
+            &mut self.system,
+            &mut self.protection,
+            At { cycle: self.cycles, code: self.address },
+        );
         let flow = match execute(&mut Concrete, &mut self.registers, &mut view, instruction) {
             Ok(flow) => flow,
             Err(ExecuteError::Access(error)) => return self.fault(error.into()),
@@ -367,10 +374,7 @@ impl<B: Bus> Processor<B> {
                 self.look_at_bus();
             }
         }
-        if matches!(
-            instruction.operation,
-            Operation::ChangeState { .. } | Operation::WriteSpecial { .. }
-        ) {
+        if matches!(instruction.operation, Operation::ChangeState { .. } | Operation::WriteSpecial { .. }) {
             self.see_mask();
         }
         Ok(())

@@ -187,7 +187,9 @@ impl Flash {
                 let page = memory.get_mut(begin..).and_then(|rest| rest.get_mut(..PAGE_BYTES));
                 match page {
                     Some(page) => page.fill(ERASED),
-                    None => access.violates(format!("page {in_bank} is erased, which the flash does not have")),
+                    None => {
+                        access.violates(format!("page {in_bank} is erased, which the flash does not have"))
+                    }
                 }
             }
         }

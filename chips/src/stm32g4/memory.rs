@@ -40,7 +40,12 @@ impl Memory {
             }
         }
         let (plain, ccm) = part.sram_bytes();
-        Self { flash, sram: vec![AFTER_POWER_ON; plain + ccm], ccm_begins: plain, messages: vec![AFTER_POWER_ON; MESSAGE_BYTES as usize] }
+        Self {
+            flash,
+            sram: vec![AFTER_POWER_ON; plain + ccm],
+            ccm_begins: plain,
+            messages: vec![AFTER_POWER_ON; MESSAGE_BYTES as usize],
+        }
     }
 
     pub(super) fn load(&self, address: u32, width: Width) -> Option<u32> {

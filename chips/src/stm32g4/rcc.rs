@@ -163,7 +163,8 @@ impl Rcc {
         if !is_on && is_ready {
             self.registers.set_bit(register, ready, false);
             if register == CR && self.source() == Some(on) {
-                access.violates(format!("{} switches off what the processor runs on", self.registers.name(CR)));
+                access
+                    .violates(format!("{} switches off what the processor runs on", self.registers.name(CR)));
             }
         } else if is_on && !is_ready && !self.coming.iter().any(|coming| coming.bit == ready) {
             let at_cycle = access.at.cycle + clock.cycles(after_s);
@@ -208,7 +209,9 @@ impl Rcc {
         }
         if divides(before) && !divides(value) {
             if self.stepped_at_s.is_some_and(|then_s| now_s - then_s < PAUSE_S) {
-                access.violates("the AHB stops dividing less than 1 us after the switch to a fast system clock");
+                access.violates(
+                    "the AHB stops dividing less than 1 us after the switch to a fast system clock",
+                );
             }
             self.stepped_at_s = None;
         }
@@ -264,7 +267,8 @@ impl Rcc {
         let (input, vco) = (self.pll_input_hz() / 1e6, self.vco_hz() / 1e6);
         let is_in_range = (2.66..=16.0).contains(&input) && (96.0..=344.0).contains(&vco);
         let is_on = self.registers.has(CR, PLLON);
-        (is_on && !is_in_range).then(|| format!("the PLL makes {vco} MHz of {input} MHz, which is out of its range"))
+        (is_on && !is_in_range)
+            .then(|| format!("the PLL makes {vco} MHz of {input} MHz, which is out of its range"))
     }
 
     pub(super) fn advance(&mut self, now: u64) {

@@ -33,6 +33,8 @@ const TC: u32 = 6;
 const TXE: u32 = 7;
 const TEACK: u32 = 21;
 const REACK: u32 = 22;
+/// Errors, `IDLE` and `TC`: what a program clears by ICR.
+const CLEARABLE: u32 = 0x5F;
 
 /// Start, 8 data bits, stop.
 const BITS_PER_BYTE: u64 = 10;
@@ -140,7 +142,11 @@ impl Usart {
     pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
         self.advance(access.at.cycle);
         match offset {
-            ICR => self.registers.set(ISR, self.registers.get(ISR) & !value),
+            ICR => {
+                self.registers.write(offset, value, access);
+                self.registers.set(ICR, 0);
+                self.registers.set(ISR, self.registers.get(ISR) & !(value & CLEARABLE));
+            }
             RQR => {
                 if value >> 3 & 1 == 1 {
                     self.received.clear();
@@ -185,15 +191,16 @@ impl Usart {
     pub(super) fn advance(&mut self, now: u64) {
         while let Some((byte, at)) = self.sending.filter(|(_, at)| *at <= now) {
             self.sent.push((at, byte));
-            self.sending =
-                self.waiting.pop_front().map(|byte| (byte, at + self.byte_cycles().unwrap_or(0)));
+            self.sending = self.waiting.pop_front().map(|byte| (byte, at + self.byte_cycles().unwrap_or(0)));
             self.registers.set_bit(ISR, TXE, true);
             if self.sending.is_none() {
                 self.registers.set_bit(ISR, TC, true);
             }
         }
         // One byte at a time: a program or the DMA takes it before the next one.
-        if self.received_at <= now && let Some(byte) = self.coming.pop_front() {
+        if self.received_at <= now
+            && let Some(byte) = self.coming.pop_front()
+        {
             let byte_cycles = self.byte_cycles().unwrap_or(0);
             let at = self.received_at;
             self.silent_at = at + byte_cycles;

@@ -24,13 +24,14 @@ impl MemoryProtection {
         if self.control & 1 == 0 {
             return Ok(());
         }
-        let denied = self.regions.iter().rev().find(|region| contains(**region, address)).map(|(_, attributes)| {
-            match attributes >> 24 & 7 {
-                0 => true,
-                5 | 6 => writes,
-                _ => false,
-            }
-        });
+        let denied =
+            self.regions.iter().rev().find(|region| contains(**region, address)).map(|(_, attributes)| {
+                match attributes >> 24 & 7 {
+                    0 => true,
+                    5 | 6 => writes,
+                    _ => false,
+                }
+            });
         if denied == Some(true) { Err(AccessError::Protected { address }) } else { Ok(()) }
     }
 

@@ -208,7 +208,9 @@ impl System {
             0xE000_E400..0xE000_E470 => self.four_priorities(address - 0xE000_E400 + 16),
             0xE000_ED18..0xE000_ED24 => self.four_priorities(address - 0xE000_ED18 + 4),
             CPUID => CORTEX_M4,
-            ICSR => u32::from(self.current) | self.most_urgent().map_or(0, |(_, number)| u32::from(number) << 12),
+            ICSR => {
+                u32::from(self.current) | self.most_urgent().map_or(0, |(_, number)| u32::from(number) << 12)
+            }
             VTOR => self.vectors,
             AIRCR => READ_KEY,
             CPACR => self.coprocessors,
@@ -229,7 +231,13 @@ impl System {
         now.wrapping_sub(self.counter_start) as u32
     }
 
-    pub(super) fn store(&mut self, address: u32, width: Width, value: u32, now: u64) -> Result<(), AccessError> {
+    pub(super) fn store(
+        &mut self,
+        address: u32,
+        width: Width,
+        value: u32,
+        now: u64,
+    ) -> Result<(), AccessError> {
         let bytes = match width {
             Width::Byte => 1,
             Width::Half => 2,

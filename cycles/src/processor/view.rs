@@ -1,8 +1,8 @@
 //! What a program sees at an address: the processor's own registers, or the chip.
 
-use super::{At, Bus};
 use super::memory_protection::MemoryProtection;
 use super::system::System;
+use super::{At, Bus};
 use crate::concrete::Concrete;
 use crate::instruction::Width;
 use crate::state::{AccessError, Memory};
