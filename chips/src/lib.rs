@@ -12,6 +12,8 @@
 //! other shows.
 #![forbid(unsafe_code)]
 
+mod bench;
 pub mod stm32g4;
 
+pub use bench::{BOARDS, Bench, Board};
 pub use stm32g4::{Part, Stm32g4};

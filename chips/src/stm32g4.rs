@@ -89,7 +89,7 @@ impl Stm32g4 {
         }
     }
 
-    /// What the program did that the manual forbids, the first thousand.
+    /// What the program did that the manual forbids.
     #[must_use]
     pub fn violations(&self) -> &[Violation] {
         &self.violations
