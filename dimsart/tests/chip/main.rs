@@ -5,3 +5,5 @@
 
 mod boot;
 mod common;
+mod kept_schemes;
+mod trouble;
