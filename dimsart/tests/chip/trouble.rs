@@ -7,7 +7,10 @@ use crate::common::Shared;
 
 /// Of a buffer that waits for who reads it, in the control block of RTT.
 const RTT_BLOCKS: u32 = 2;
-/// Place of the first buffer's mode in it.
+/// Places of the first buffer in it: its size, where it is written and read next, its mode.
+const RTT_SIZE: u32 = 32;
+const RTT_WRITE: u32 = 36;
+const RTT_READ: u32 = 40;
 const RTT_MODE: u32 = 44;
 
 #[test]
@@ -15,10 +18,15 @@ fn a_probe_that_left_in_blocking_mode_holds_nothing_up() {
     for board in BOARDS {
         let Some(shared) = Shared::start(board.name) else { return };
         shared.run_for(0.1);
-        let block = shared.bench().processor.image().symbols.get("_SEGGER_RTT").copied().unwrap();
-        shared.bench().write_word(block + RTT_MODE, RTT_BLOCKS).unwrap();
-        // A line of the log each second: its buffer of 1 KiB is long full.
-        shared.run_for(30.0);
+        let mut bench = shared.bench();
+        let block = bench.processor.image().symbols.get("_SEGGER_RTT").copied().unwrap();
+        let [size, written] = [RTT_SIZE, RTT_WRITE].map(|at| bench.processor.read_word(block + at).unwrap());
+        // Full, and nobody reads.
+        bench.write_word(block + RTT_READ, (written + 1) % size).unwrap();
+        bench.write_word(block + RTT_MODE, RTT_BLOCKS).unwrap();
+        drop(bench);
+        // A line of the log each second.
+        shared.run_for(2.5);
         shared.assert_sound();
         assert_eq!(shared.bench().chip().resets(), [], "{}", board.name);
         let timing = shared.greet().overview().unwrap().status.timing.unwrap();
