@@ -39,6 +39,9 @@ impl Board {
     }
 }
 
+/// What drivers of `embassy-stm32` 0.6 do against the manual: they write ones to reserved bits of these registers.
+pub const KNOWN: [&str; 3] = ["FDCAN1_TXBTIE gets 0xffffffff", "LPUART1_ICR gets", "USART2_ICR gets"];
+
 /// Longest piece of a run in which the clock may change unnoticed, `s`.
 const PIECE_S: f64 = 1e-3;
 
@@ -118,13 +121,12 @@ impl Bench {
         sent.into_iter().map(|(_, byte)| byte).collect()
     }
 
-    /// Violations as lines: what, where in the code.
+    /// Violations as lines: what, where in the code. [`KNOWN`] ones are left out.
     #[must_use]
     pub fn violations(&self) -> Vec<String> {
         let image = self.processor.image();
-        let line = |violation: &Violation| {
-            format!("{}: {}", image.place(violation.at.code), violation.what)
-        };
-        self.processor.bus.violations().iter().map(line).collect()
+        let is_known = |violation: &&Violation| KNOWN.iter().any(|known| violation.what.contains(known));
+        let line = |violation: &Violation| format!("{}: {}", image.place(violation.at.code), violation.what);
+        self.processor.bus.violations().iter().filter(|violation| !is_known(violation)).map(line).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! Schemes that a board keeps in its flash, which takes its time and fails.
 
-use chips::{BOARDS, Part};
 use chips::stm32g4::FlashFault;
+use chips::{BOARDS, Part};
 use dimsart::connect::{ConnectError, Device, KeptReport};
 
 use crate::common::{CommandLine, Shared};
