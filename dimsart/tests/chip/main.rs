@@ -3,7 +3,7 @@
 //! Without images these tests run nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of images, as in
 //! `cargo xtask test`, a missing one is a failure.
 
-#![expect(clippy::unwrap_used, clippy::panic, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 mod boot;
 mod common;
