@@ -125,7 +125,8 @@ pub(crate) fn take() -> Counts {
         flags.set_jeos(true);
         flags.set_jeoc(true);
     });
-    let [u, w, temperature] = [0, 1, 2].map(|place| pac::ADC1.jdr(place).read().jdata());
-    let [v, bus] = [0, 1].map(|place| pac::ADC2.jdr(place).read().jdata());
+    // One by one: of a place that is no constant the registers' library asks whether it is there.
+    let [u, w, temperature] = [pac::ADC1.jdr(0), pac::ADC1.jdr(1), pac::ADC1.jdr(2)].map(|data| data.read().jdata());
+    let [v, bus] = [pac::ADC2.jdr(0), pac::ADC2.jdr(1)].map(|data| data.read().jdata());
     Counts { phases: [u, v, w], bus, temperature }
 }
