@@ -33,6 +33,7 @@
 
 mod abstraction;
 pub mod bound;
+mod code;
 pub mod concrete;
 pub mod declared;
 pub mod domain;
@@ -44,6 +45,7 @@ pub mod graph;
 pub mod image;
 pub mod instruction;
 pub mod machine;
+pub mod processor;
 pub mod reach;
 pub mod sequences;
 pub mod stack;

@@ -1,7 +1,6 @@
 //! A processor that runs functions of an image, and counts what they take.
 
 mod calls;
-mod code;
 mod error;
 mod memory;
 mod stack;
@@ -12,9 +11,9 @@ pub use calls::Call;
 pub use error::{MachineError, Stop};
 
 use self::calls::{Calls, Moment};
-use self::code::Code;
 use self::memory::Regions;
 use self::stack::Stack;
+use crate::code::Code;
 use crate::concrete::Concrete;
 use crate::execute::{Flow, execute};
 use crate::image::Image;

@@ -104,6 +104,12 @@ pub enum AccessError {
         /// The first byte.
         address: u32,
     },
+    /// The memory protection unit keeps everybody out.
+    #[error("access to protected memory at {address:#010x}")]
+    Protected {
+        /// The first byte.
+        address: u32,
+    },
     /// The access needs an address divisible by its width.
     #[error("unaligned access at {address:#010x}")]
     Unaligned {

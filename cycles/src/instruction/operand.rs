@@ -72,6 +72,29 @@ impl Operand {
 }
 
 impl Operation {
+    /// Whether the floating-point unit executes it.
+    #[must_use]
+    pub fn is_float(&self) -> bool {
+        matches!(
+            self,
+            Self::Float { .. }
+                | Self::FloatUnary { .. }
+                | Self::FloatImmediate { .. }
+                | Self::FloatCompare { .. }
+                | Self::FloatConvert { .. }
+                | Self::FloatLoad { .. }
+                | Self::FloatStore { .. }
+                | Self::FloatLoadMultiple { .. }
+                | Self::FloatStoreMultiple { .. }
+                | Self::FloatFromCore { .. }
+                | Self::FloatToCore { .. }
+                | Self::FloatPairFromCore { .. }
+                | Self::FloatPairToCore { .. }
+                | Self::FloatStatusRead { .. }
+                | Self::FloatStatusWrite { .. }
+        )
+    }
+
     /// Whether the program may go on elsewhere than at the next instruction, its condition aside; traps do not count.
     #[must_use]
     pub fn jumps(&self) -> bool {

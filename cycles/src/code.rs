@@ -7,7 +7,7 @@ const GAP_BYTES: u32 = 0x1_0000;
 
 /// All instructions of an image.
 #[derive(Debug, Default)]
-pub(super) struct Code {
+pub(crate) struct Code {
     areas: Vec<Area>,
 }
 
@@ -23,7 +23,7 @@ struct Area {
 
 impl Code {
     /// Of instructions by ascending address.
-    pub(super) fn new<'a>(instructions: impl Iterator<Item = &'a Instruction>) -> Self {
+    pub(crate) fn new<'a>(instructions: impl Iterator<Item = &'a Instruction>) -> Self {
         let mut areas: Vec<Area> = Vec::new();
         for instruction in instructions {
             let area = match areas.last_mut() {
@@ -45,7 +45,7 @@ impl Code {
 
     /// The instruction that begins at an address.
     #[inline]
-    pub(super) fn at(&self, address: u32) -> Option<&Instruction> {
+    pub(crate) fn at(&self, address: u32) -> Option<&Instruction> {
         self.areas.iter().find_map(|area| {
             let halfword = address.wrapping_sub(area.address) as usize / 2;
             let place = area.places.get(halfword)?.checked_sub(1)?;

@@ -1,0 +1,131 @@
+//! A DMA controller with its request multiplexer (RM0440, chapters 12 and 13): one item for each request.
+
+use super::Part;
+use super::registers::Registers;
+use super::violation::Access;
+
+const ISR: u32 = 0x00;
+const IFCR: u32 = 0x04;
+const CHANNEL: u32 = 0x08;
+const CHANNEL_BYTES: u32 = 0x14;
+const CHANNELS: u32 = 8;
+
+// Of a channel's CCR.
+const EN: u32 = 0;
+const DIR: u32 = 4;
+const CIRC: u32 = 5;
+const MINC: u32 = 7;
+// Of a channel's four bits of ISR; the first one is any of the others.
+const TC: u32 = 1;
+const HT: u32 = 2;
+
+/// What a channel does for a request.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Transfer {
+    pub(super) channel: u32,
+    /// Of the memory.
+    pub(super) address: u32,
+    /// From memory to the peripheral.
+    pub(super) is_read: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct Dma {
+    registers: Registers,
+    /// Items that each channel began with.
+    counts: [u32; CHANNELS as usize],
+}
+
+impl Dma {
+    pub(super) fn new(part: Part, name: &str) -> Self {
+        Self { registers: Registers::new(part, "DMA", name), counts: [0; CHANNELS as usize] }
+    }
+
+    pub(super) fn reset(&mut self) {
+        self.registers.reset();
+    }
+
+    pub(super) fn registers(&self) -> &Registers {
+        &self.registers
+    }
+
+    pub(super) fn read(&mut self, offset: u32, access: &mut Access<'_>) -> u32 {
+        self.registers.read(offset, access)
+    }
+
+    pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
+        if offset == IFCR {
+            let cleared = (0..CHANNELS).fold(0, |cleared, channel| {
+                let flags = value >> (4 * channel) & 0xF;
+                // Clearing the first one clears all.
+                cleared | (if flags & 1 == 1 { 0xF } else { flags }) << (4 * channel)
+            });
+            let flags = self.registers.get(ISR) & !cleared;
+            self.registers.set(ISR, with_any(flags));
+            return;
+        }
+        let Some(place) = offset.checked_sub(CHANNEL) else { return };
+        let (channel, register) = (place / CHANNEL_BYTES, place % CHANNEL_BYTES);
+        let control = CHANNEL + channel * CHANNEL_BYTES;
+        let was_on = self.registers.has(control, EN);
+        if was_on && register != 0 {
+            access.violates(format!("{} is written while its channel is on", self.registers.name(offset)));
+        }
+        self.registers.write(offset, value, access);
+        if register == 0
+            && !was_on
+            && value >> EN & 1 == 1
+            && let Some(count) = self.counts.get_mut(channel as usize)
+        {
+            *count = self.registers.get(control + 4);
+        }
+    }
+
+    /// What a channel does for a request now; none when it is off or done.
+    pub(super) fn transfer(&self, channel: u32) -> Option<Transfer> {
+        let control = CHANNEL + channel * CHANNEL_BYTES;
+        let left = self.registers.get(control + 4);
+        if !self.registers.has(control, EN) || left == 0 {
+            return None;
+        }
+        let done = self.counts.get(channel as usize)? - left;
+        let bytes = 1 << self.registers.bits(control, 10, 2);
+        let offset = if self.registers.has(control, MINC) { done * bytes } else { 0 };
+        let address = self.registers.get(control + 12) + offset;
+        Some(Transfer { channel, address, is_read: self.registers.has(control, DIR) })
+    }
+
+    /// A channel has moved an item.
+    pub(super) fn moved(&mut self, channel: u32) {
+        let control = CHANNEL + channel * CHANNEL_BYTES;
+        let count = self.counts.get(channel as usize).copied().unwrap_or(0);
+        let left = self.registers.get(control + 4).saturating_sub(1);
+        let mut flags = self.registers.get(ISR);
+        if left == count / 2 {
+            flags |= 1 << (4 * channel + HT);
+        }
+        if left == 0 {
+            flags |= 1 << (4 * channel + TC);
+        }
+        self.registers.set(ISR, with_any(flags));
+        let goes_round = left == 0 && self.registers.has(control, CIRC);
+        self.registers.set(control + 4, if goes_round { count } else { left });
+    }
+
+    /// Channels that ask for an interrupt, as bits.
+    pub(super) fn interrupts(&self) -> u32 {
+        let wants = |channel: &u32| {
+            let enabled = self.registers.get(CHANNEL + channel * CHANNEL_BYTES) & 0xE;
+            self.registers.get(ISR) >> (4 * channel) & enabled != 0
+        };
+        (0..CHANNELS).filter(wants).map(|channel| 1 << channel).sum()
+    }
+}
+
+/// The first flag of each channel says whether another one is set.
+fn with_any(flags: u32) -> u32 {
+    (0..CHANNELS).fold(flags & 0xEEEE_EEEE, |flags, channel| {
+        let any = flags >> (4 * channel) & 0xE != 0;
+        flags | u32::from(any) << (4 * channel)
+    })
+}

@@ -1,0 +1,120 @@
+//! General-purpose pins (RM0440, chapter 9).
+
+use super::Part;
+use super::registers::Registers;
+use super::violation::Access;
+
+const MODER: u32 = 0x00;
+const OSPEEDR: u32 = 0x08;
+const PUPDR: u32 = 0x0C;
+const IDR: u32 = 0x10;
+const ODR: u32 = 0x14;
+const BSRR: u32 = 0x18;
+const AFRL: u32 = 0x20;
+const BRR: u32 = 0x28;
+
+// Of MODER.
+const OUTPUT: u32 = 1;
+const ALTERNATE: u32 = 2;
+
+/// An alternate function: port, pin, its number, what it is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Function(pub(super) char, pub(super) u32, pub(super) u32, pub(super) &'static str);
+
+/// A port of 16 pins.
+#[derive(Debug)]
+pub(super) struct Gpio {
+    letter: char,
+    registers: Registers,
+    functions: &'static [Function],
+    /// What the outside holds the pins at.
+    inputs: u32,
+}
+
+impl Gpio {
+    pub(super) fn new(part: Part, letter: char) -> Self {
+        let mut registers = Registers::new(part, "GPIO", &format!("GPIO{letter}"));
+        // The table has those of port A. Port B has pins of JTAG, too; all pins of the others are analog.
+        if letter != 'A' {
+            registers.set(MODER, if letter == 'B' { 0xFFFF_FEBF } else { u32::MAX });
+            registers.set(OSPEEDR, if letter == 'B' { 0xC0 } else { 0 });
+            registers.set(PUPDR, if letter == 'B' { 0x100 } else { 0 });
+        }
+        Self { letter, registers, functions: part.functions(), inputs: 0 }
+    }
+
+    pub(super) fn reset(&mut self, part: Part) {
+        *self = Self { inputs: self.inputs, ..Self::new(part, self.letter) };
+    }
+
+    pub(super) fn registers(&self) -> &Registers {
+        &self.registers
+    }
+
+    /// What the outside has a pin at.
+    pub(super) fn set_input(&mut self, pin: u32, is_high: bool) {
+        self.inputs = self.inputs & !(1 << pin) | u32::from(is_high) << pin;
+    }
+
+    /// The level that a pin is driven to; none when the chip does not drive it as an output.
+    pub(super) fn output(&self, pin: u32) -> Option<bool> {
+        (self.mode(pin) == OUTPUT).then(|| self.registers.has(ODR, pin))
+    }
+
+    /// What an alternate function's pin is connected to: the function's name.
+    pub(super) fn connected(&self) -> impl Iterator<Item = &'static str> {
+        let mine = self.functions.iter().filter(|function| function.0 == self.letter);
+        mine.filter(|Function(_, pin, number, _)| {
+            self.mode(*pin) == ALTERNATE && self.alternate(*pin) == *number
+        })
+        .map(|function| function.3)
+    }
+
+    fn mode(&self, pin: u32) -> u32 {
+        self.registers.bits(MODER, 2 * pin, 2)
+    }
+
+    fn alternate(&self, pin: u32) -> u32 {
+        self.registers.bits(AFRL + pin / 8 * 4, pin % 8 * 4, 4)
+    }
+
+    pub(super) fn read(&mut self, offset: u32, access: &mut Access<'_>) -> u32 {
+        if offset == IDR {
+            let driven: u32 = (0..16).filter(|pin| self.mode(*pin) == OUTPUT).map(|pin| 1 << pin).sum();
+            return self.registers.get(ODR) & driven | self.inputs & !driven;
+        }
+        self.registers.read(offset, access)
+    }
+
+    pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
+        let output = self.registers.get(ODR);
+        match offset {
+            // Setting wins over clearing.
+            BSRR => self.registers.set(ODR, output & !(value >> 16) | value & 0xFFFF),
+            BRR => self.registers.set(ODR, output & !(value & 0xFFFF)),
+            _ => self.registers.write(offset, value, access),
+        }
+        if matches!(offset, MODER | 0x20 | 0x24) {
+            self.check_functions(access);
+        }
+    }
+
+    /// A pin whose mode is an alternate function must have one that is known.
+    fn check_functions(&self, access: &mut Access<'_>) {
+        for pin in (0..16).filter(|pin| self.mode(*pin) == ALTERNATE) {
+            let number = self.alternate(pin);
+            let is_known = self
+                .functions
+                .iter()
+                .any(|function| (function.0, function.1, function.2) == (self.letter, pin, number));
+            // JTAG's pins after a reset.
+            let is_debug = matches!((self.letter, pin, number), ('A', 13..=15, 0) | ('B', 3 | 4, 0));
+            if !is_known && !is_debug {
+                access.violates(format!(
+                    "P{}{pin} gets alternate function {number}, which the board has no use for",
+                    self.letter
+                ));
+            }
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! Which peripheral is at an address, and what gives it its clock (RM0440, "Memory map"; ST's headers).
+
+// Enable registers of RCC.
+const AHB1: u32 = 0x48;
+const AHB2: u32 = 0x4C;
+const APB1: u32 = 0x58;
+const APB1_HIGH: u32 = 0x5C;
+const APB2: u32 = 0x60;
+
+/// A peripheral.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Block {
+    Rcc,
+    Pwr,
+    Flash,
+    Gpio(usize),
+    /// By its number.
+    Timer(u32),
+    Usart(usize),
+    Dma(usize),
+    Iwdg,
+    /// One that does no more than hold what is written.
+    Plain(usize),
+}
+
+/// Where a peripheral is.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub(super) begin: u32,
+    pub(super) bytes: u32,
+    pub(super) block: Block,
+    /// Register and bit of RCC that give it its clock.
+    pub(super) gate: Option<(u32, u32)>,
+}
+
+const fn at(begin: u32, block: Block, gate: Option<(u32, u32)>) -> Place {
+    Place { begin, bytes: 0x400, block, gate }
+}
+
+/// UARTs that are modelled, in the order of their numbers here.
+pub(super) const USARTS: [&str; 4] = ["USART1", "USART2", "USART3", "LPUART1"];
+/// Ports.
+pub(super) const PORTS: [char; 7] = ['A', 'B', 'C', 'D', 'E', 'F', 'G'];
+/// Numbers of timers that are modelled.
+pub(super) const TIMERS: [u32; 5] = [1, 2, 3, 4, 5];
+/// Peripherals that hold what is written: class in the table, name.
+pub(super) const PLAIN: [(&str, &str); 6] = [
+    ("SYSCFG", "SYSCFG"),
+    ("EXTI", "EXTI"),
+    ("DMAMUX", "DMAMUX"),
+    ("DBGMCU", "DBGMCU"),
+    ("CORDIC", "CORDIC"),
+    ("FDCAN", "FDCAN1"),
+];
+pub(super) const DMAMUX: usize = 2;
+
+/// All of them.
+pub(super) const PLACES: &[Place] = &[
+    at(0x4000_0000, Block::Timer(2), Some((APB1, 0))),
+    at(0x4000_0400, Block::Timer(3), Some((APB1, 1))),
+    at(0x4000_0800, Block::Timer(4), Some((APB1, 2))),
+    at(0x4000_0C00, Block::Timer(5), Some((APB1, 3))),
+    at(0x4000_3000, Block::Iwdg, None),
+    at(0x4000_4400, Block::Usart(1), Some((APB1, 17))),
+    at(0x4000_4800, Block::Usart(2), Some((APB1, 18))),
+    at(0x4000_6400, Block::Plain(5), Some((APB1, 25))),
+    at(0x4000_7000, Block::Pwr, Some((APB1, 28))),
+    at(0x4000_8000, Block::Usart(3), Some((APB1_HIGH, 0))),
+    at(0x4001_0000, Block::Plain(0), Some((APB2, 0))),
+    at(0x4001_0400, Block::Plain(1), None),
+    at(0x4001_2C00, Block::Timer(1), Some((APB2, 11))),
+    at(0x4001_3800, Block::Usart(0), Some((APB2, 14))),
+    at(0x4002_0000, Block::Dma(0), Some((AHB1, 0))),
+    at(0x4002_0400, Block::Dma(1), Some((AHB1, 1))),
+    at(0x4002_0800, Block::Plain(DMAMUX), Some((AHB1, 2))),
+    at(0x4002_0C00, Block::Plain(4), Some((AHB1, 3))),
+    at(0x4002_1000, Block::Rcc, None),
+    at(0x4002_2000, Block::Flash, Some((AHB1, 8))),
+    at(0x4800_0000, Block::Gpio(0), Some((AHB2, 0))),
+    at(0x4800_0400, Block::Gpio(1), Some((AHB2, 1))),
+    at(0x4800_0800, Block::Gpio(2), Some((AHB2, 2))),
+    at(0x4800_0C00, Block::Gpio(3), Some((AHB2, 3))),
+    at(0x4800_1000, Block::Gpio(4), Some((AHB2, 4))),
+    at(0x4800_1400, Block::Gpio(5), Some((AHB2, 5))),
+    at(0x4800_1800, Block::Gpio(6), Some((AHB2, 6))),
+    at(0xE004_2000, Block::Plain(3), None),
+];
+
+/// The peripheral at an address.
+pub(super) fn find(address: u32) -> Option<&'static Place> {
+    PLACES.iter().find(|place| (place.begin..place.begin + place.bytes).contains(&address))
+}
+
+/// Peripherals that a bit of an RCC reset register resets: those that its twin among the enable registers gives a clock.
+pub(super) fn reset_by(register: u32, bits: u32) -> impl Iterator<Item = Block> {
+    const FROM_RESET_TO_ENABLE: u32 = 0x20;
+    PLACES.iter().filter_map(move |place| {
+        let (enable, bit) = place.gate?;
+        (enable == register + FROM_RESET_TO_ENABLE && bits >> bit & 1 == 1).then_some(place.block)
+    })
+}

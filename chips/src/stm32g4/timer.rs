@@ -1,0 +1,331 @@
+//! Timers (RM0440, chapters 28 and 29): counters that count up or up and down, compare, make pulses, follow encoders.
+//!
+//! A timer is not stepped: where it is follows from the time that has passed.
+
+use super::Part;
+use super::registers::Registers;
+use super::violation::Access;
+
+const CR1: u32 = 0x00;
+const CR2: u32 = 0x04;
+const SMCR: u32 = 0x08;
+const DIER: u32 = 0x0C;
+const SR: u32 = 0x10;
+const EGR: u32 = 0x14;
+const CCMR1: u32 = 0x18;
+const CCER: u32 = 0x20;
+const CNT: u32 = 0x24;
+const PSC: u32 = 0x28;
+const ARR: u32 = 0x2C;
+const RCR: u32 = 0x30;
+const CCR1: u32 = 0x34;
+const BDTR: u32 = 0x44;
+const DMA_ADDRESS: u32 = 0x4C;
+
+// Of CR1.
+const CEN: u32 = 0;
+const UDIS: u32 = 1;
+const URS: u32 = 2;
+const CMS: u32 = 5;
+/// Of BDTR: main output enable.
+const MOE: u32 = 15;
+/// Of SR and DIER.
+const UPDATE: u32 = 0;
+const CHANNELS: u32 = 4;
+
+/// What the bridge behind timer 1 gets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pulses {
+    /// Part of a period that each high side is on; none where its output or its low side's is switched off.
+    pub duties: [Option<f64>; 3],
+    /// Between one side and the other, in cycles.
+    pub dead_time_cycles: u32,
+    /// Of the whole period.
+    pub period_cycles: u64,
+}
+
+#[derive(Debug)]
+pub(super) struct Timer {
+    part: Part,
+    number: u32,
+    registers: Registers,
+    /// Cycle up to which everything has happened.
+    seen: u64,
+    /// Cycles of the prescaler since its last count.
+    divided: u64,
+    /// Place in the period, in counts: for counting up and down, counts since the last lowest.
+    phase: u64,
+    /// What is in effect of what can be preloaded.
+    prescaler: u64,
+    compares: [u32; 4],
+    repetitions: u32,
+    /// When updates made a trigger (TRGO2) since they were taken.
+    triggers: Vec<u64>,
+    has_gates: bool,
+}
+
+impl Timer {
+    pub(super) fn new(part: Part, number: u32) -> Self {
+        let class = match number {
+            1 => "TIM1",
+            2 | 5 => "TIM2",
+            _ => "TIM3",
+        };
+        Self {
+            part,
+            number,
+            registers: Registers::new(part, class, &format!("TIM{number}")),
+            seen: 0,
+            divided: 0,
+            phase: 0,
+            prescaler: 0,
+            compares: [0; 4],
+            repetitions: 0,
+            triggers: Vec::new(),
+            has_gates: number == 1,
+        }
+    }
+
+    pub(super) fn reset(&mut self, now: u64) {
+        *self = Self { seen: now, ..Self::new(self.part, self.number) };
+    }
+
+    pub(super) fn registers(&self) -> &Registers {
+        &self.registers
+    }
+
+    fn is_counting(&self) -> bool {
+        self.registers.has(CR1, CEN) && !self.is_encoder()
+    }
+
+    fn is_encoder(&self) -> bool {
+        matches!(self.registers.bits(SMCR, 0, 3), 1..=3)
+    }
+
+    fn is_up_and_down(&self) -> bool {
+        self.registers.bits(CR1, CMS, 2) != 0
+    }
+
+    fn top(&self) -> u64 {
+        self.registers.get(ARR).into()
+    }
+
+    /// Counts of a period.
+    fn period(&self) -> u64 {
+        if self.is_up_and_down() { (2 * self.top()).max(1) } else { self.top() + 1 }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "never more than ARR")]
+    fn count(&self) -> u32 {
+        let up_to_top = if self.is_up_and_down() && self.phase > self.top() {
+            2 * self.top() - self.phase
+        } else {
+            self.phase
+        };
+        up_to_top as u32
+    }
+
+    /// Turns an encoder's shaft: by so many counts.
+    pub(super) fn turn(&mut self, counts: i64) {
+        if self.is_encoder() && self.registers.has(CR1, CEN) {
+            let period = i64::try_from(self.top() + 1).unwrap_or(i64::MAX);
+            let phase = i64::try_from(self.phase).unwrap_or(0) + counts;
+            self.phase = phase.rem_euclid(period).unsigned_abs();
+        }
+    }
+
+    /// The pulses on the bridge; none while the main output is off.
+    pub(super) fn pulses(&self) -> Option<Pulses> {
+        if !self.has_gates || !self.registers.has(BDTR, MOE) || !self.is_counting() {
+            return None;
+        }
+        #[expect(clippy::cast_precision_loss, reason = "20 bits")]
+        let top = if self.is_up_and_down() { self.top() } else { self.top() + 1 } as f64;
+        let duties = [0, 1, 2].map(|channel: usize| {
+            let place = u32::try_from(channel).unwrap_or(0);
+            let mode = self.registers.bits(CCMR1 + place / 2 * 4, place % 2 * 8 + 4, 3);
+            let is_on = self.registers.has(CCER, place * 4);
+            let compare = self.compares.get(channel).copied().unwrap_or(0);
+            (is_on && mode == 6).then(|| (f64::from(compare) / top).min(1.0))
+        });
+        Some(Pulses {
+            duties,
+            dead_time_cycles: dead_time(self.registers.bits(BDTR, 0, 8)),
+            period_cycles: self.period() * (self.prescaler + 1),
+        })
+    }
+
+    /// Whether the low sides of the bridge are driven against the high ones.
+    pub(super) fn is_complementary(&self) -> bool {
+        [2, 6, 10].into_iter().all(|bit| self.registers.has(CCER, bit))
+    }
+
+    pub(super) fn take_triggers(&mut self) -> Vec<u64> {
+        std::mem::take(&mut self.triggers)
+    }
+
+    pub(super) fn read(&mut self, offset: u32, access: &mut Access<'_>) -> u32 {
+        self.advance(access.at.cycle);
+        match offset {
+            CNT => self.count(),
+            _ => self.registers.read(offset, access),
+        }
+    }
+
+    pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
+        self.advance(access.at.cycle);
+        match offset {
+            SR => self.registers.set(SR, self.registers.get(SR) & value),
+            EGR => {
+                if value & 1 == 1 && !self.registers.has(CR1, UDIS) {
+                    (self.phase, self.divided) = (0, 0);
+                    self.update(None);
+                    if !self.registers.has(CR1, URS) {
+                        self.registers.set_bit(SR, UPDATE, true);
+                    }
+                }
+            }
+            CNT => {
+                self.registers.write(offset, value, access);
+                self.phase = u64::from(value) % self.period();
+                self.divided = 0;
+            }
+            DMA_ADDRESS if self.has_gates => self.registers.write(offset, value, access),
+            CCR1..BDTR => {
+                self.registers.write(offset, value, access);
+                let channel = (offset - CCR1) / 4;
+                let is_preloaded = self.registers.has(CCMR1 + channel / 2 * 4, channel % 2 * 8 + 3);
+                if !is_preloaded && let Some(compare) = self.compares.get_mut(channel as usize) {
+                    *compare = value;
+                }
+            }
+            CR1 => {
+                let was_counting = self.is_counting();
+                self.registers.write(offset, value, access);
+                if !was_counting && self.is_counting() {
+                    (self.seen, self.divided) = (access.at.cycle, 0);
+                }
+            }
+            _ => self.registers.write(offset, value, access),
+        }
+    }
+
+    /// An update event: what was preloaded takes effect. `at` is none when a program made it.
+    fn update(&mut self, at: Option<u64>) {
+        self.prescaler = self.registers.get(PSC).into();
+        for (channel, compare) in (0..CHANNELS).zip(&mut self.compares) {
+            *compare = self.registers.get(CCR1 + 4 * channel);
+        }
+        self.repetitions = self.registers.get(RCR);
+        if let Some(at) = at {
+            self.registers.set_bit(SR, UPDATE, true);
+            // MMS2: an update is the trigger.
+            if self.has_gates && self.registers.bits(CR2, 20, 4) == 2 {
+                self.triggers.push(at);
+            }
+        }
+    }
+
+    /// Counts until the phase is `target` again, at least 1.
+    fn distance(&self, target: u64) -> u64 {
+        let period = self.period();
+        (target % period + period - self.phase % period - 1) % period + 1
+    }
+
+    /// Counts until each flag would be set, with its bit in SR. Up and down, it is the way up alone (CMS 2), down alone
+    /// (CMS 1) or both.
+    fn coming(&self) -> impl Iterator<Item = (u32, u64)> {
+        let mode = self.registers.bits(CR1, CMS, 2);
+        let period = self.period();
+        (0..CHANNELS).zip(self.compares).filter_map(move |(channel, compare)| {
+            let compare = u64::from(compare);
+            if compare > self.top() {
+                return None;
+            }
+            let up = self.distance(compare);
+            let down = self.distance(period - compare);
+            let counts = match mode {
+                1 => down,
+                3 => up.min(down),
+                _ => up,
+            };
+            Some((channel + 1, counts))
+        })
+    }
+
+    /// Counts until the counter overflows, or turns.
+    fn counts_to_update(&self) -> u64 {
+        let overflow = self.distance(self.top() + u64::from(!self.is_up_and_down()));
+        if self.is_up_and_down() { overflow.min(self.distance(0)) } else { overflow }
+    }
+
+    /// The cycle in which so many counts have passed.
+    fn cycle_of(&self, counts: u64) -> u64 {
+        (self.seen + counts * (self.prescaler + 1)).saturating_sub(self.divided)
+    }
+
+    pub(super) fn advance(&mut self, now: u64) {
+        while self.is_counting() {
+            let cycles = self.divided + now.saturating_sub(self.seen);
+            let counts = cycles / (self.prescaler + 1);
+            let to_update = self.counts_to_update();
+            let passed = counts.min(to_update);
+            let reached: Vec<u32> =
+                self.coming().filter(|(_, distance)| *distance <= passed).map(|(bit, _)| bit).collect();
+            for bit in reached {
+                self.registers.set_bit(SR, bit, true);
+            }
+            let at = self.cycle_of(passed);
+            self.phase = (self.phase + passed) % self.period();
+            if counts < to_update {
+                self.divided = cycles % (self.prescaler + 1);
+                self.seen = now;
+                return;
+            }
+            (self.seen, self.divided) = (at, 0);
+            self.repetitions = match self.repetitions {
+                0 => {
+                    if !self.registers.has(CR1, UDIS) {
+                        self.update(Some(at));
+                    }
+                    self.registers.get(RCR)
+                }
+                left => left - 1,
+            };
+        }
+        self.seen = now;
+    }
+
+    /// When an interrupt or a trigger comes next.
+    pub(super) fn next_event(&self) -> u64 {
+        if !self.is_counting() {
+            return u64::MAX;
+        }
+        let wanted = self.registers.get(DIER) & !self.registers.get(SR);
+        let compare = self
+            .coming()
+            .filter(|(bit, _)| wanted >> bit & 1 == 1)
+            .map(|(_, counts)| self.cycle_of(counts))
+            .min();
+        let triggers = self.has_gates && self.registers.bits(CR2, 20, 4) == 2;
+        let update = (wanted & 1 == 1 || triggers || compare.is_some())
+            .then(|| self.cycle_of(self.counts_to_update()));
+        // Behind an update, compares may be others: so one comes first.
+        [compare, update].into_iter().flatten().min().unwrap_or(u64::MAX)
+    }
+
+    /// Flags of SR whose interrupt is on.
+    pub(super) fn interrupts(&self) -> u32 {
+        self.registers.get(SR) & self.registers.get(DIER)
+    }
+}
+
+/// Cycles of BDTR.DTG, with DTS running at the bus clock.
+fn dead_time(code: u32) -> u32 {
+    match code >> 5 {
+        0..=3 => code,
+        4 | 5 => (64 + (code & 0x3F)) * 2,
+        6 => (32 + (code & 0x1F)) * 8,
+        _ => (32 + (code & 0x1F)) * 16,
+    }
+}

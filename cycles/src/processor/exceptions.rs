@@ -1,0 +1,162 @@
+//! Entry to an exception's handler and return from it (DDI 0403E B1.5.6 to B1.5.8).
+
+use super::system::{HARD_FAULT, System};
+use super::{Bus, Processor, State};
+use crate::concrete::Flags;
+use crate::instruction::{LR, SP, Width};
+use crate::machine::Stop;
+use crate::state::AccessError;
+use crate::timing::Pipeline;
+
+/// From an interrupt to its handler's first instruction, without waiting for memory (Arm 100166, "Exception handling").
+const ENTRY_CYCLES: u64 = 12;
+/// Back to what was interrupted.
+const RETURN_CYCLES: u64 = 10;
+/// From one handler to the next.
+const TAIL_CHAIN_CYCLES: u64 = 6;
+
+/// R0 to R3, R12, LR, the return address and xPSR.
+const BASIC_FRAME: u32 = 0x20;
+/// And S0 to S15 with FPSCR.
+const FLOAT_FRAME: u32 = 0x68;
+const FLOATS: u8 = 16;
+
+// `EXC_RETURN`: where to, and with which frame.
+const TO_HANDLER: u32 = 0xFFFF_FFF1;
+const TO_THREAD: u32 = 0xFFFF_FFF9;
+const HAS_BASIC_FRAME: u32 = 1 << 4;
+
+// Of xPSR.
+const THUMB: u32 = 1 << 24;
+const REALIGNED: u32 = 1 << 9;
+const EXCEPTION: u32 = 0x1FF;
+
+impl<B: Bus> Processor<B> {
+    /// Goes to the handler of the most urgent interrupt, if it may run now; else wakes from sleep where it would.
+    pub(super) fn take_interrupt(&mut self) {
+        if let Some(exception) = self.system.next_exception(&self.registers) {
+            self.state = match self.state {
+                State::LockedUp => State::LockedUp,
+                _ => State::Running,
+            };
+            if self.state == State::Running && self.enter(exception).is_err() {
+                self.state = State::LockedUp;
+            }
+        } else if self.state == State::Sleeping && self.system.wakes(&self.registers) {
+            self.state = State::Running;
+        }
+    }
+
+    /// False where there is no handler for it, or no stack.
+    pub(super) fn enter_hard_fault(&mut self) -> bool {
+        self.faulted_at = self.address;
+        !self.system.is_faulting() && self.enter(HARD_FAULT).is_ok()
+    }
+
+    pub(super) fn place_of_fault(&self) -> String {
+        self.image.place(self.faulted_at)
+    }
+
+    fn enter(&mut self, exception: u8) -> Result<(), AccessError> {
+        let has_float = self.system.uses_float;
+        self.push_frame(has_float)?;
+        let mode = if self.system.current() == 0 { TO_THREAD } else { TO_HANDLER };
+        let link = if has_float { mode & !HAS_BASIC_FRAME } else { mode };
+        self.registers.write(LR, link);
+        self.system.enter(exception, has_float);
+        self.jump_to_handler(exception, ENTRY_CYCLES);
+        Ok(())
+    }
+
+    fn jump_to_handler(&mut self, exception: u8, cycles: u64) {
+        self.cycles += cycles;
+        self.cycles += self.bus.wait(self.system.vectors(), self.cycles);
+        self.address = self.vector(exception) & !1;
+        self.pipeline = Pipeline::default();
+        self.registers.exclusive = false;
+    }
+
+    /// To what `EXC_RETURN` says, or to the next handler.
+    pub(super) fn leave(&mut self, exc_return: u32) -> Result<(), Stop> {
+        self.system.leave(self.bus.lines());
+        self.registers.faultmask = 0;
+        self.registers.exclusive = false;
+        if let Some(exception) = self.system.next_exception(&self.registers) {
+            self.system.chain(exception);
+            self.registers.write(LR, exc_return);
+            self.jump_to_handler(exception, TAIL_CHAIN_CYCLES);
+            return Ok(());
+        }
+        self.cycles += RETURN_CYCLES;
+        self.pop_frame(exc_return).or_else(|error| self.fault(error.into()))
+    }
+
+    fn push_frame(&mut self, has_float: bool) -> Result<(), AccessError> {
+        let before = self.registers.read(SP);
+        let realigned = before & 4 != 0;
+        let bytes = if has_float { FLOAT_FRAME } else { BASIC_FRAME };
+        let frame = before.wrapping_sub(bytes) & !7;
+        let status = self.registers.flags.to_word()
+            | self.registers.dsp_flags
+            | THUMB
+            | u32::from(self.system.current())
+            | if realigned { REALIGNED } else { 0 };
+        let core = [0, 1, 2, 3, 12, LR].map(|register| self.registers.read(register));
+        let mut words = core.to_vec();
+        words.extend([self.address, status]);
+        if has_float {
+            words.extend((0..FLOATS).map(|register| self.registers.read_float(register)));
+            words.push(self.registers.float_flags.to_word());
+        }
+        let at = self.at();
+        let mut address = frame;
+        for word in words {
+            self.protection.check(address, true)?;
+            self.bus.store(address, Width::Word, word, at)?;
+            address = address.wrapping_add(4);
+        }
+        self.registers.write(SP, frame);
+        Ok(())
+    }
+
+    fn pop_frame(&mut self, exc_return: u32) -> Result<(), AccessError> {
+        let frame = self.registers.read(SP);
+        let has_float = exc_return & HAS_BASIC_FRAME == 0;
+        let bytes = if has_float { FLOAT_FRAME } else { BASIC_FRAME };
+        let mut address = frame;
+        let at = self.at();
+        let mut next = |bus: &mut B| {
+            let word = bus.load(address, Width::Word, at);
+            address = address.wrapping_add(4);
+            word
+        };
+        for register in [0, 1, 2, 3, 12, LR] {
+            let word = next(&mut self.bus)?;
+            self.registers.write(register, word);
+        }
+        let target = next(&mut self.bus)?;
+        let status = next(&mut self.bus)?;
+        if has_float {
+            for register in 0..FLOATS {
+                let word = next(&mut self.bus)?;
+                self.registers.write_float(register, word);
+            }
+            self.registers.float_flags = Flags::from_word(next(&mut self.bus)?);
+        }
+        self.registers.flags = Flags::from_word(status);
+        self.registers.dsp_flags = status & 0x080F_0000;
+        let realigned = if status & REALIGNED != 0 { 4 } else { 0 };
+        self.registers.write(SP, frame.wrapping_add(bytes) | realigned);
+        self.system.returned(u8::try_from(status & EXCEPTION).unwrap_or(0), has_float);
+        self.address = target & !1;
+        self.pipeline = Pipeline::default();
+        Ok(())
+    }
+}
+
+impl System {
+    /// Whether a fault now could not be handled any more.
+    fn is_faulting(&self) -> bool {
+        self.is_active(HARD_FAULT)
+    }
+}
