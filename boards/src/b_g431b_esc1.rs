@@ -39,7 +39,7 @@ use static_cell::ConstStaticCell;
 
 use crate::board::{Axes, Board, Joints, Parts, is_driven};
 use crate::catalogue::b_g431b_esc1::{
-    DRIVE, IS_TERMINATED, MOTOR, TOOLING,
+    DRIVE, MOTOR, TOOLING,
 };
 use crate::current_loop::{CurrentLoop, Start, Told};
 use crate::motor::Ramp;
@@ -66,6 +66,10 @@ const CHECKED: Checked = match DRIVE.configuration.checked() {
 
 /// Of the amplifiers' outputs, the thermistor and the divider.
 const CHANNELS: Channels = Channels { u: 3, v: 3, w: 12, temperature: 5, bus: 1 };
+
+/// Whether the board's resistor of 120 ohm ends the CAN bus: true at both of the bus' ends, and nowhere else. Change it to where
+/// the board is.
+const IS_TERMINATED: bool = true;
 
 /// The flash has one bank: while it is written, no instruction can be read from it.
 const STALLS_TICK: bool = true;

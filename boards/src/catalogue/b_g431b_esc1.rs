@@ -45,10 +45,6 @@ pub(crate) const DRIVE: ThreePhaseDrive = ThreePhaseDrive {
     aligning_current_a: 2.0,
     scaling: SCALING,
 };
-/// Whether the board's resistor of 120 ohm ends the CAN bus: at both of its ends, and nowhere else.
-#[cfg(target_os = "none")]
-pub(crate) const IS_TERMINATED: bool = true;
-
 /// By the board's schematic (ST UM2516) and what public firmware for it has: 3 mOhm, 64/7 of it behind the resistors and the
 /// amplifier, pulled up to 0.129 V in front of it; 18 of 187 kOhm; a thermistor of 10 kOhm (B 3425 K) above 4.7 kOhm. Of a
 /// reference of 3.3 V.
