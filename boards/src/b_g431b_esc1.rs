@@ -41,7 +41,7 @@ use crate::board::{Axes, Board, Joints, Parts, is_driven};
 use crate::catalogue::b_g431b_esc1::{
     DRIVE, MOTOR, TOOLING,
 };
-use crate::current_loop::{CurrentLoop, Start, Told};
+use crate::current_loop::{CurrentLoop, Told};
 use crate::motor::Ramp;
 use crate::shaft::Shaft;
 use crate::stm32g4::current_loop::{self, ThreePhase};
@@ -133,8 +133,7 @@ impl Board for BG431bEsc1 {
         quadrature::start(DRIVE.counts_per_turn);
         // Their pins are analog ones from the reset on.
         current_sensing::start_amplifiers();
-        let current_loop =
-            CurrentLoop::new(&CHECKED, DRIVE.scaling, Start::ByCurrent(DRIVE.aligning_current_a), TICK_S);
+        let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, TICK_S);
         current_loop::start(current_loop, bridges);
         current_sensing::start_converters(&CHANNELS);
         let joints = Joint { shaft: Shaft::new(), told: Told::default(), fault: None, ramp: Ramp::default() };

@@ -10,7 +10,7 @@ use core::f64::consts::TAU;
 
 use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
-use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Start, Told};
+use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Told};
 use dimsart_core::DriveFault;
 use drive::{Angle, Duties, Rotor};
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
@@ -57,10 +57,9 @@ impl Bench {
         let parameters = motor(&drive());
         let mut drive = drive();
         change(&mut drive);
-        let start = Start::ByCurrent(drive.aligning_current_a);
         let checked = drive.configuration.checked().unwrap();
         Self {
-            current_loop: CurrentLoop::new(&checked, drive.scaling, start, TICK_S),
+            current_loop: CurrentLoop::new(&drive, &checked, TICK_S),
             drive,
             exchange: Exchange::new(),
             motor: BridgeMotor::new(&parameters).unwrap(),
@@ -119,7 +118,7 @@ impl Bench {
 
 #[test]
 fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
-    let mut bench = Bench::new(|_| {});
+    let mut bench = Bench::new(|drive| drive.damping_nms_per_rad = 0.0);
     for _ in 0..100 {
         assert!(!bench.tick(None).is_ready && !bench.is_on(), "nothing moves before a torque is wanted");
     }
@@ -144,6 +143,20 @@ fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
             "{told:?}"
         );
     }
+}
+
+#[test]
+fn damping_brakes_a_joint_of_which_nothing_is_wanted() {
+    let mut bench = Bench::new(|_| {});
+    bench.align();
+    (0..20).for_each(|_| drop(bench.tick(Some(0.1))));
+    let fast = bench.motor.state().speed_rad_per_s;
+    // Inertia over damping.
+    let time_constant_ticks: f64 = 2e-5 / f64::from(drive().damping_nms_per_rad) / 1e-3;
+    (0..4).for_each(|_| drop(bench.tick(Some(0.0))));
+    let expected = fast * f64::exp(-4.0 / time_constant_ticks);
+    let slow = bench.motor.state().speed_rad_per_s;
+    assert!(fast > 20.0 && (slow / expected - 1.0).abs() < 0.2, "{fast} {slow} {expected}");
 }
 
 #[test]

@@ -43,6 +43,8 @@ pub(crate) const DRIVE: ThreePhaseDrive = ThreePhaseDrive {
     configuration: CONFIGURATION,
     counts_per_turn: 4096,
     aligning_current_a: 2.0,
+    // As much as it brakes by itself when it is driven by a voltage.
+    damping_nms_per_rad: 0.05 * 0.05 / 0.6,
     scaling: SCALING,
 };
 /// By the board's schematic (ST UM2516) and what public firmware for it has: 3 mOhm, 64/7 of it behind the resistors and the

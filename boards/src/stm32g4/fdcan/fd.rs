@@ -7,11 +7,8 @@ use embedded_can::Id;
 
 /// Whether data goes out at the higher bit rate.
 pub(super) const IS_FAST: bool = !cfg!(feature = "one-can-rate");
-pub(super) const ALLOWED: FrameTransmissionConfig = if IS_FAST {
-    FrameTransmissionConfig::AllowFdCanAndBRS
-} else {
-    FrameTransmissionConfig::AllowFdCan
-};
+pub(super) const ALLOWED: FrameTransmissionConfig =
+    if IS_FAST { FrameTransmissionConfig::AllowFdCanAndBRS } else { FrameTransmissionConfig::AllowFdCan };
 
 /// A content is a frame.
 pub(super) struct Receiver;
