@@ -149,11 +149,15 @@ fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
 fn damping_brakes_a_joint_of_which_nothing_is_wanted() {
     let mut bench = Bench::new(|_| {});
     bench.align();
-    (0..20).for_each(|_| drop(bench.tick(Some(0.1))));
+    for _ in 0..20 {
+        bench.tick(Some(0.1));
+    }
     let fast = bench.motor.state().speed_rad_per_s;
     // Inertia over damping.
     let time_constant_ticks: f64 = 2e-5 / f64::from(drive().damping_nms_per_rad) / 1e-3;
-    (0..4).for_each(|_| drop(bench.tick(Some(0.0))));
+    for _ in 0..4 {
+        bench.tick(Some(0.0));
+    }
     let expected = fast * f64::exp(-4.0 / time_constant_ticks);
     let slow = bench.motor.state().speed_rad_per_s;
     assert!(fast > 20.0 && (slow / expected - 1.0).abs() < 0.2, "{fast} {slow} {expected}");
@@ -211,7 +215,9 @@ fn a_hot_bridge_and_a_supply_that_is_off_are_told_while_nothing_moves() {
     ] {
         let mut bench = Bench::new(|_| {});
         (bench.bus_v, bench.temperature_counts) = (bus_v, temperature_counts);
-        (0..200).for_each(|_| drop(bench.tick(None)));
+        for _ in 0..200 {
+            bench.tick(None);
+        }
         for tick in 0..200 {
             assert_eq!(bench.tick(None).fault, Some(fault), "{tick}");
             assert!(!bench.is_on());
@@ -223,12 +229,16 @@ fn a_hot_bridge_and_a_supply_that_is_off_are_told_while_nothing_moves() {
 fn a_phase_that_shows_a_current_at_rest_keeps_the_bridge_off() {
     let mut bench = Bench::new(|_| {});
     bench.rest = [2540.0, 2000.0, 2550.0];
-    (0..200).for_each(|_| drop(bench.tick(Some(0.0))));
+    for _ in 0..200 {
+        bench.tick(Some(0.0));
+    }
     assert_eq!(bench.told().fault, Some(DriveFault::CurrentSensors));
     assert!(!bench.is_on());
     // A loose wire that is mended.
     bench.rest = [2540.0, 2550.0, 2550.0];
-    (0..200).for_each(|_| drop(bench.tick(None)));
+    for _ in 0..200 {
+        bench.tick(None);
+    }
     assert_eq!(bench.told().fault, None);
 }
 
@@ -237,14 +247,18 @@ fn another_motor_than_the_board_is_told_of_is_not_aligned() {
     let mut bench = Bench::new(|drive| drive.configuration.motor.pole_pairs = 4);
     let fault = (0..12_000).find_map(|_| bench.tick(Some(0.0)).fault);
     assert_eq!(fault, Some(DriveFault::NotAligned));
-    (0..100).for_each(|_| drop(bench.tick(Some(0.0))));
+    for _ in 0..100 {
+        bench.tick(Some(0.0));
+    }
     assert!(!bench.is_on() && !bench.told().is_ready);
 }
 
 #[test]
 fn a_scheme_that_is_stopped_ends_the_aligning_and_the_next_one_begins_it_again() {
     let mut bench = Bench::new(|_| {});
-    (0..1_000).for_each(|_| drop(bench.tick(Some(0.0))));
+    for _ in 0..1_000 {
+        bench.tick(Some(0.0));
+    }
     assert!(bench.is_on());
     bench.tick(None);
     assert!(!bench.is_on());
