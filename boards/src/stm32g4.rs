@@ -3,18 +3,25 @@
 //! 168 MHz from the board's crystal, by [`clock_switch`]: an RC oscillator is too inaccurate for CAN. A board whose
 //! crystal does not swing keeps its outputs off, says so in its log and starts over, again and again.
 //!
-//! The watchdog's first window is 512 ms, that of its reset value: the time that is set counts from the first feed on,
-//! which is the first tick.
-//!
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
 
 mod ccm;
 mod clock;
+mod critical_section;
+#[cfg(feature = "three-phase")]
+pub(crate) mod current_loop;
+#[cfg(feature = "three-phase")]
+pub(crate) mod current_sensing;
 #[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;
 pub(crate) mod flash;
+#[cfg(feature = "three-phase")]
+pub(crate) mod half_bridges;
+#[cfg(not(feature = "three-phase"))]
 pub(crate) mod power_stage;
+#[cfg(feature = "three-phase")]
+pub(crate) mod quadrature;
 pub(crate) mod uart;
 #[cfg(feature = "uart-link")]
 pub(crate) mod uart_link;
@@ -27,7 +34,9 @@ use core::sync::atomic::AtomicU32;
 
 use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
-use dimsart_core::{Counter, DataType, StartCause, Word, types};
+use dimsart_core::{Counter, StartCause, Word};
+#[cfg(not(feature = "three-phase"))]
+use dimsart_core::{DataType, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;
@@ -54,7 +63,8 @@ const PATIENT_WATCHDOG_US: u32 = 50_000;
 static TICK: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
-/// Smaller is more urgent; the time driver has the most urgent one of all.
+/// Smaller is more urgent; the most urgent one of all is the current loop's alone: see `critical_section`.
+const TIME_PRIORITY: Priority = Priority::P1;
 const TICK_PRIORITY: Priority = Priority::P2;
 /// Of the UARTs, their DMA and the CAN controller: their load must not reach the tick.
 const LINE_PRIORITY: Priority = Priority::P4;
@@ -82,6 +92,16 @@ fn FMAC() {
 /// cycles.
 pub(crate) fn start(crystal: Hertz) -> Peripherals {
     let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
+    // Until each has its own, none is as urgent as the current loop: all of them would be.
+    for interrupt in 0..core.NVIC.ipr.len() {
+        #[expect(unsafe_code, reason = "a priority that changes in a critical section would break it")]
+        // SAFETY: there is none, and all interrupts are still masked.
+        unsafe {
+            if let Some(priority) = core.NVIC.ipr.get(interrupt) {
+                priority.write(TIME_PRIORITY.into());
+            }
+        }
+    }
     // Before the library waits for it, which it does for ever.
     RCC.cr().modify(|clocks| clocks.set_hseon(true));
     if !(0..CRYSTAL_PATIENCE).any(|_| RCC.cr().read().hserdy()) {
@@ -109,6 +129,7 @@ fn config() -> Config {
 }
 
 /// What a board measures, its own ticks last.
+#[cfg(not(feature = "three-phase"))]
 pub(crate) const OUTPUTS: &[&DataType] = &{
     let [cycles, mean, max, late, overruns] = types::TIMING;
     [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns]
@@ -144,6 +165,7 @@ where
     let (tick, background) = start_executors();
     let patience_us = if storage.stalls_tick { PATIENT_WATCHDOG_US } else { WATCHDOG_US };
     IndependentWatchdog::new(watchdog, patience_us).unleash();
+    begin_first_window();
     let storage = Some(storage);
     Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
 }
@@ -152,6 +174,15 @@ fn start_executors() -> (SendSpawner, SendSpawner) {
     line::CORDIC.set_priority(TICK_PRIORITY);
     line::FMAC.set_priority(BACKGROUND_PRIORITY);
     (TICK.start(line::CORDIC), BACKGROUND.start(line::FMAC))
+}
+
+/// Has the time that is set count from here on: until it is fed, the watchdog waits for that of its reset values, 512 ms. It takes
+/// what is set with its own slow clock, in less than a millisecond (RM0440, 42.3.2).
+fn begin_first_window() {
+    const PATIENCE: u32 = 1_000_000;
+    if (0..PATIENCE).any(|_| IWDG.sr().read().0 == 0) {
+        feed_watchdog();
+    }
 }
 
 pub(crate) fn feed_watchdog() {
