@@ -16,6 +16,7 @@ const BRR: u32 = 0x28;
 // Of MODER.
 const OUTPUT: u32 = 1;
 const ALTERNATE: u32 = 2;
+const ANALOG: u32 = 3;
 
 /// An alternate function: port, pin, its number, what it is.
 #[derive(Debug, Clone, Copy)]
@@ -68,6 +69,10 @@ impl Gpio {
             self.mode(*pin) == ALTERNATE && self.alternate(*pin) == *number
         })
         .map(|function| function.3)
+    }
+
+    pub(super) fn is_analog(&self, pin: u32) -> bool {
+        self.mode(pin) == ANALOG
     }
 
     fn mode(&self, pin: u32) -> u32 {
