@@ -20,12 +20,22 @@ impl Timer {
         if channel >= CHANNELS || !is_driven || !self.registers.has(BDTR, MOE) || !self.is_counting() {
             return Gate::Open;
         }
-        let dead = u64::from(dead_time(self.registers.bits(BDTR, 0, 8))) / (self.prescaler + 1);
-        let before = (self.phase + self.period() - dead % self.period()) % self.period();
-        match (self.reference(channel, before), self.reference(channel, self.phase)) {
-            (Some(true), Some(true)) => Gate::High,
-            (Some(false), Some(false)) => Gate::Low,
+        let dead = u64::from(dead_time(self.registers.bits(BDTR, 0, 8))).div_ceil(self.prescaler + 1);
+        let is_dead = self.counts_since_edge(channel).is_some_and(|counts| counts < dead);
+        match self.reference(channel, self.phase) {
+            Some(true) if !is_dead => Gate::High,
+            Some(false) if !is_dead => Gate::Low,
             _ => Gate::Open,
         }
+    }
+
+    /// Counts since the reference of a channel has changed; none where it does not, with the compare value that is in effect.
+    fn counts_since_edge(&self, channel: u32) -> Option<u64> {
+        let period = self.period();
+        let compare = self.compares.get(channel as usize).copied().map_or(0, u64::from);
+        let (other, most) =
+            if self.is_up_and_down() { (period - compare.min(period), self.top()) } else { (0, period) };
+        let since = |edge: u64| (self.phase + period - edge % period) % period;
+        (compare > 0 && compare < most).then(|| since(compare).min(since(other)))
     }
 }
