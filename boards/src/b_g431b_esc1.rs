@@ -5,54 +5,67 @@
 //! | What | Pins |
 //! |---|---|
 //! | Half bridges U, V, W, 20 kHz, 0.8 us dead time: timer 1 | high PA8, PA9, PA10; low PC13, PA12, PB15 |
+//! | Shunts of U, V, W, 3 mOhm: amplifiers 1, 2, 3 | PA1, PA7, PB0; their other ends PA3, PA5, PB2; amplified PA2, PA6, PB1 |
+//! | Supply over 187 to 18 kOhm | PA0 |
+//! | Temperature of the bridge | PB14 |
 //! | Encoder A, B (pull-ups on): timer 4 | PB6, PB7 |
 //! | Command line: USART 2 at 921 600 baud, the ST-LINK's virtual serial port and J3 | PB3 out, PB4 in |
-//! | Link 0: FDCAN 1, CAN FD at 1 and 4 Mbit/s | PA11 in, PB9 out |
+//! | Link 0: FDCAN 1, CAN FD frames at 1 Mbit/s, data too: the transceiver carries no more | PA11 in, PB9 out |
 //! | CAN transceiver's shutdown, low when on | PC11 |
+//! | CAN termination of 120 ohm, low when off | PC14 |
 //! | Crystal | 8 MHz |
 //!
 //! The half bridges have no enable pin: both transistors of each are held off by timer 1 instead. Timer 3
 //! is the time driver. The log goes out over RTT.
 //!
-//! The motor's data are in `catalogue/b_g431b_esc1.rs`. Before it is powered: `docs/first-start.md` finds an encoder or
-//! a phase that is wired backwards.
+//! Motor, encoder and limits are in `catalogue/b_g431b_esc1.rs`. Before it is powered: `docs/first-start.md` finds an encoder
+//! or a phase that is wired backwards.
 //!
-//! The motor is driven by voltage (see [`motor`](crate::motor)): the current sensors are not used, and with
-//! an incremental encoder the rotor has to be aligned. That is done once, in the first half second that the
-//! power stage is on: the shaft turns to the next magnet, by up to half a pole pair, and commands have no
-//! effect meanwhile. Its angle is 0 where the board was started.
+//! The torque is made by field-oriented control ([`current_loop`](crate::current_loop)), 20 000 times a second above the tick.
+//! With an incremental encoder the rotor has to be aligned: that is done once, in the first 8 seconds that motion is allowed. The
+//! shaft turns by up to one and a quarter of an electrical turn and back, with a bounded current, and commands have no effect
+//! meanwhile. Its angle is 0 where the board was started.
 
 use dimsart_core::{
-    AxisKind, Counter, DataType, InputLimits, OutputLimits, Scalar as _, StartCause, Tick, Word,
+    AxisKind, Counter, DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, StartCause, Tick, Word, types,
 };
+use drive::{Checked, Rotor};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
-use embassy_stm32::gpio::{Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, TIM4, USART2};
+use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, USART2};
 use embassy_stm32::time::Hertz;
-use embassy_stm32::timer::complementary_pwm::{ComplementaryPwm, ComplementaryPwmPin};
-use embassy_stm32::timer::low_level::CountingMode;
-use embassy_stm32::timer::qei::{self, Qei};
-use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
 use crate::board::{Axes, Board, Joints, Parts, is_driven};
-use crate::catalogue::b_g431b_esc1::{MOTOR, TOOLING};
-use crate::encoder::Encoder;
-use crate::motor::{ALIGNING_ANGLE_RAD, Ramp, phase_duties};
+use crate::catalogue::b_g431b_esc1::{
+    DRIVE, IS_TERMINATED, MOTOR, TOOLING,
+};
+use crate::current_loop::{CurrentLoop, Start, Told};
+use crate::motor::Ramp;
+use crate::shaft::Shaft;
+use crate::stm32g4::current_loop::{self, ThreePhase};
+use crate::stm32g4::current_sensing::{self, Channels};
 use crate::stm32g4::flash::{self, SchemeFlash};
-use crate::stm32g4::power_stage::{self, PowerStage};
+use crate::stm32g4::half_bridges::HalfBridges;
+use crate::stm32g4::quadrature;
 use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep, fdcan};
 
-/// Torque that aligning the rotor pulls with at most, `N·m`.
-const ALIGNING_TORQUE_NM: f32 = 0.1;
-/// Ticks that aligning takes.
-const ALIGNING_TICKS: u32 = crate::TICK_HZ / 2;
-const PWM_FREQUENCY: Hertz = Hertz(20_000);
-/// Cycles of 168 MHz.
-const DEAD_TIME: u16 = 134;
+/// Of timer 1 at 168 MHz, up and down in a period of 50 us.
+const PWM_TOP: u16 = 4_200;
+/// 0.8 us: (64 + 3) times 2 cycles, as the timer has it.
+const DEAD_TIME: u8 = 0b1000_0011;
 const CRYSTAL: Hertz = Hertz(8_000_000);
+const TICK_S: f32 = 1.0 / crate::TICK_HZ as f32;
+
+const CHECKED: Checked = match DRIVE.configuration.checked() {
+    Ok(checked) => checked,
+    Err(_) => panic!("a value of the motor's configuration is out of its range"),
+};
+
+/// Of the amplifiers' outputs, the thermistor and the divider.
+const CHANNELS: Channels = Channels { u: 3, v: 3, w: 12, temperature: 5, bus: 1 };
 
 /// The flash has one bank: while it is written, no instruction can be read from it.
 const STALLS_TICK: bool = true;
@@ -73,11 +86,22 @@ impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
     const WORDS: usize = TOOLING.words;
-    const OUTPUTS: &'static [&'static DataType] = stm32g4::OUTPUTS;
+    /// What its ticks take is not among it, for which there would be no room: `dimsart connect` shows it all the same.
+    const OUTPUTS: &'static [&'static DataType] = &[
+        types::POSITION,
+        types::VELOCITY,
+        types::MOTOR_CURRENT,
+        types::SUPPLY_VOLTAGE,
+        types::BRIDGE_TEMPERATURE,
+        types::CAN_REJOINS,
+    ];
     const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[MOTOR.position_limits()];
 
-    type Joints = ThreePhaseMotor;
+    /// Two of the current loop's periods, too: a call of more than 50 us is no module's.
+    const SPARE_CYCLES: u32 = 7_000;
+
+    type Joints = Joint;
     type CommandPort = UartPort;
     type LinkIn = fdcan::FromCan;
     type LinkOut = fdcan::ToCan;
@@ -87,36 +111,38 @@ impl Board for BG431bEsc1 {
     fn start() -> Parts<Self> {
         let chip = stm32g4::start(CRYSTAL);
 
-        let pull_ups = qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
-        let pwm = ComplementaryPwm::new(
-            chip.TIM1,
-            Some(PwmPin::new(chip.PA8, OutputType::PushPull)),
-            Some(ComplementaryPwmPin::new(chip.PC13, OutputType::PushPull)),
-            Some(PwmPin::new(chip.PA9, OutputType::PushPull)),
-            Some(ComplementaryPwmPin::new(chip.PA12, OutputType::PushPull)),
-            Some(PwmPin::new(chip.PA10, OutputType::PushPull)),
-            Some(ComplementaryPwmPin::new(chip.PB15, OutputType::PushPull)),
-            None,
-            None,
-            PWM_FREQUENCY,
-            CountingMode::CenterAlignedBothInterrupts,
-        );
-        let joints = ThreePhaseMotor {
-            counter: Qei::new(chip.TIM4, chip.PB6, chip.PB7, pull_ups),
-            shaft: Encoder::new(0, MOTOR.counts_per_turn),
-            rotor: Encoder::new(0, MOTOR.counts_per_turn),
-            aligned_ticks: 0,
-            ramp: Ramp::default(),
-            power_stage: PowerStage::new(pwm, DEAD_TIME),
-        };
+        let outputs = AfType::output(OutputType::PushPull, Speed::High);
+        for (pin, function) in [
+            (Flex::new(chip.PA8), 6),
+            (Flex::new(chip.PA9), 6),
+            (Flex::new(chip.PA10), 6),
+            (Flex::new(chip.PC13), 4),
+            (Flex::new(chip.PA12), 6),
+            (Flex::new(chip.PB15), 4),
+        ] {
+            keep_as(pin, function, outputs);
+        }
+        let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME);
+        for pin in [Flex::new(chip.PB6), Flex::new(chip.PB7)] {
+            keep_as(pin, 2, AfType::input(Pull::Up));
+        }
+        quadrature::start(DRIVE.counts_per_turn);
+        // Their pins are analog ones from the reset on.
+        current_sensing::start_amplifiers();
+        let current_loop =
+            CurrentLoop::new(&CHECKED, DRIVE.scaling, Start::ByCurrent(DRIVE.aligning_current_a), TICK_S);
+        current_loop::start(current_loop, bridges);
+        current_sensing::start_converters(&CHANNELS);
+        let joints = Joint { shaft: Shaft::new(), told: Told::default(), fault: None, ramp: Ramp::default() };
 
         static RING: ConstStaticCell<[u8; uart::RING_BYTES]> = ConstStaticCell::new([0; uart::RING_BYTES]);
         let (receive, send) = ((chip.PB4, chip.DMA1_CH1), (chip.PB3, chip.DMA1_CH2));
         let (receive, send) = uart::open(chip.USART2, receive, send, Interrupts, RING.take());
         let command_port = UartPort { receive, send };
         let shutdown = Output::new(chip.PC11, Level::Low, Speed::Low);
-        // Stays low for good: the pin would float if its owner went away.
-        core::mem::forget(shutdown);
+        let termination = Output::new(chip.PC14, Level::from(IS_TERMINATED), Speed::Low);
+        // They stay for good: a pin floats when its owner goes away.
+        core::mem::forget((shutdown, termination));
         let can = CanConfigurator::new(chip.FDCAN1, chip.PA11, chip.PB9, Interrupts);
         let storage = flash::storage(chip.FLASH, Interrupts, STALLS_TICK);
         let links = fdcan::start(can, 0);
@@ -131,7 +157,7 @@ impl Board for BG431bEsc1 {
     }
 
     fn disarm() {
-        power_stage::switch_off();
+        current_loop::disarm();
     }
 
     fn counter() -> Counter {
@@ -151,47 +177,63 @@ impl Board for BG431bEsc1 {
     }
 }
 
-/// A three-phase motor with permanent magnets and an encoder, driven by voltage.
-pub struct ThreePhaseMotor {
-    counter: Qei<'static, TIM4>,
-    /// Angle that is measured.
-    shaft: Encoder,
-    /// Angle that the magnets are at, once they were aligned.
-    rotor: Encoder,
-    aligned_ticks: u32,
-    /// From the end of the aligning on.
-    ramp: Ramp,
-    power_stage: PowerStage,
+/// Has a pin be one of a peripheral's, for good.
+fn keep_as(mut pin: Flex<'static>, function: u8, kind: AfType) {
+    pin.set_as_af_unchecked(function, kind);
+    core::mem::forget(pin);
 }
 
-impl Joints for ThreePhaseMotor {
+impl ThreePhase for BG431bEsc1 {
+    #[inline]
+    fn rotor() -> Rotor {
+        quadrature::rotor(DRIVE.counts_per_turn)
+    }
+}
+
+/// The joint, above the current loop.
+pub struct Joint {
+    shaft: Shaft,
+    /// Of the last tick.
+    told: Told,
+    fault: Option<DriveFault>,
+    /// From the end of the aligning on.
+    ramp: Ramp,
+}
+
+impl Joints for Joint {
     fn read(&mut self, measured: &mut [Word]) {
-        let count = self.counter.count();
-        self.shaft.update(count);
-        self.rotor.update(count);
-        if let Some(word) = measured.first_mut() {
-            *word = self.shaft.angle_rad().into_word();
+        let last = self.told.periods;
+        match current_loop::exchange().told() {
+            Some(told) if told.periods != last => {
+                self.told = told;
+                self.fault = told.fault;
+                self.shaft.update(told.angle);
+            }
+            // None in a whole tick.
+            _ => self.fault = Some(DriveFault::Silent),
         }
-        stm32g4::measure(measured.get_mut(1..));
+        let Told { speed_rad_per_s, current_a, bus_v, temperature_c, .. } = self.told;
+        let read = [self.shaft.angle_rad(), speed_rad_per_s, current_a, bus_v, temperature_c];
+        for (word, value) in measured.iter_mut().zip(read) {
+            *word = value.into_word();
+        }
+        stm32g4::measure(measured.get_mut(read.len()..));
+    }
+
+    fn fault(&self) -> Option<DriveFault> {
+        self.fault
     }
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {
-        let is_aligned = self.aligned_ticks >= ALIGNING_TICKS;
-        if !is_driven(tick, commanded) || tick != Tick::Ran && !is_aligned {
+        let is_ready = self.told.is_ready;
+        if self.fault == Some(DriveFault::Silent) || !is_driven(tick, commanded) || tick != Tick::Ran && !is_ready {
             BG431bEsc1::disarm();
-            self.ramp.begin();
-            if !is_aligned {
-                self.aligned_ticks = 0;
-            }
-        } else if is_aligned {
-            let wanted_nm = commanded.first().map_or(0.0, |word| f32::from_word(*word));
-            let torque_nm = self.ramp.follow(wanted_nm, &MOTOR.limits(), 1.0 / crate::TICK_HZ as f32);
-            let angle = self.rotor.electrical_angle_rad(MOTOR.pole_pairs);
-            self.power_stage.drive(phase_duties(MOTOR.drive(torque_nm), angle));
-        } else {
-            self.aligned_ticks += 1;
-            self.rotor.set_zero();
-            self.power_stage.drive(phase_duties(MOTOR.drive(ALIGNING_TORQUE_NM), ALIGNING_ANGLE_RAD));
+            return self.ramp.begin();
         }
+        if !is_ready {
+            self.ramp.begin();
+        }
+        let wanted_nm = if is_ready { commanded.first().map_or(0.0, |word| f32::from_word(*word)) } else { 0.0 };
+        current_loop::exchange().want(Some(self.ramp.follow(wanted_nm, &MOTOR.limits(), TICK_S)));
     }
 }

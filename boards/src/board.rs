@@ -6,8 +6,8 @@ use core::ops::Range;
 use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
 use dimsart_core::{
-    AxisKind, Counter, DataType, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _, StartCause, Tick,
-    Word, types,
+    AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _,
+    StartCause, Tick, Word, types,
 };
 use embassy_executor::SendSpawner;
 use embedded_io_async::{Read, Write};
@@ -43,6 +43,9 @@ pub trait Board: Sized {
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[];
     /// Packets of all links that can come in between two ticks; what comes beyond them is lost.
     const PACKETS_PER_TICK: usize = MAX_LINKS + 1;
+
+    /// What interrupts above the tick may take of the processor in the midst of a module's call: the time driver's.
+    const SPARE_CYCLES: u32 = 2_000;
 
     /// Sensors and actuators. Owned by the tick.
     type Joints: Joints;
@@ -147,6 +150,11 @@ pub trait Joints: Send + 'static {
     ///
     /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe value.
     fn read(&mut self, measured: &mut [Word]);
+
+    /// Why the bridge of the joints' drive is off, as of the last [`read`](Self::read); none while nothing is wrong.
+    fn fault(&self) -> Option<DriveFault> {
+        None
+    }
 
     /// Commands every actuator, in the order of the descriptor's inputs. Takes bounded time and never
     /// waits.

@@ -4,6 +4,7 @@ pub(crate) mod b_g431b_esc1;
 pub(crate) mod mps2_an386;
 pub(crate) mod nucleo_g474re;
 
+use crate::current_loop::Scaling;
 use crate::motor::Motor;
 
 /// A scheme that images can start with.
@@ -52,15 +53,32 @@ pub struct Tooling {
     pub memory: CodeMemory,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.
     pub chip: Option<&'static str>,
+    /// Groups of modules that its images have, of [`MODULE_GROUPS`]: all that its flash has room for.
+    pub modules: &'static [&'static str],
     /// Features that make further images of it, next to the plain one; of several for one image, a comma between.
     pub variants: &'static [&'static str],
     /// Interrupt handlers of its images, each with the priority that the board gives it; smaller is more urgent.
     pub interrupts: &'static [(&'static str, i16)],
     /// The motor of each of its axes; none where the device is a simulated one.
     pub motor: Option<Motor>,
+    /// What makes its torque; none where that is a voltage, or simulated.
+    pub drive: Option<ThreePhaseDrive>,
     /// The built-in scheme of its images, which a board starts with that keeps no other one. Its gains fit the
     /// motor: one count of the encoder asks for 1 % of the motor's largest torque at most.
     pub scheme: BuiltInScheme,
+}
+
+/// A three-phase motor with an incremental encoder under field-oriented control.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ThreePhaseDrive {
+    /// Motor, limits and inverter.
+    pub configuration: drive::Configuration,
+    /// Of the encoder, all four edges counted; 2 to 65 536.
+    pub counts_per_turn: u32,
+    /// That turns the rotor when it is aligned, `A`.
+    pub aligning_current_a: f32,
+    /// How the board measures.
+    pub scaling: Scaling,
 }
 
 /// The memory that code runs from.

@@ -19,11 +19,13 @@ mod board;
 pub mod bus_off;
 pub mod catalogue;
 pub mod clock_switch;
+pub mod current_loop;
 pub mod encoder;
 pub mod handover;
 #[cfg(target_os = "none")]
 mod listening;
 pub mod motor;
+pub mod shaft;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;
 pub mod unsent;

@@ -11,10 +11,20 @@
 
 mod ccm;
 mod clock;
+mod critical_section;
+#[cfg(feature = "three-phase")]
+pub(crate) mod current_loop;
+#[cfg(feature = "three-phase")]
+pub(crate) mod current_sensing;
 #[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;
 pub(crate) mod flash;
+#[cfg(feature = "three-phase")]
+pub(crate) mod half_bridges;
+#[cfg(not(feature = "three-phase"))]
 pub(crate) mod power_stage;
+#[cfg(feature = "three-phase")]
+pub(crate) mod quadrature;
 pub(crate) mod uart;
 #[cfg(feature = "uart-link")]
 pub(crate) mod uart_link;
@@ -27,7 +37,9 @@ use core::sync::atomic::AtomicU32;
 
 use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
-use dimsart_core::{Counter, DataType, StartCause, Word, types};
+use dimsart_core::{Counter, StartCause, Word};
+#[cfg(not(feature = "three-phase"))]
+use dimsart_core::{DataType, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
 use embassy_stm32::pac::iwdg::vals::Key;
@@ -54,7 +66,8 @@ const PATIENT_WATCHDOG_US: u32 = 50_000;
 static TICK: InterruptExecutor = InterruptExecutor::new();
 static BACKGROUND: InterruptExecutor = InterruptExecutor::new();
 
-/// Smaller is more urgent; the time driver has the most urgent one of all.
+/// Smaller is more urgent; the most urgent one of all is the current loop's alone: see `critical_section`.
+const TIME_PRIORITY: Priority = Priority::P1;
 const TICK_PRIORITY: Priority = Priority::P2;
 /// Of the UARTs, their DMA and the CAN controller: their load must not reach the tick.
 const LINE_PRIORITY: Priority = Priority::P4;
@@ -82,6 +95,16 @@ fn FMAC() {
 /// cycles.
 pub(crate) fn start(crystal: Hertz) -> Peripherals {
     let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
+    // Until each has its own, none is as urgent as the current loop: all of them would be.
+    for interrupt in 0..core.NVIC.ipr.len() {
+        #[expect(unsafe_code, reason = "a priority that changes in a critical section would break it")]
+        // SAFETY: there is none, and all interrupts are still masked.
+        unsafe {
+            if let Some(priority) = core.NVIC.ipr.get(interrupt) {
+                priority.write(TIME_PRIORITY.into());
+            }
+        }
+    }
     // Before the library waits for it, which it does for ever.
     RCC.cr().modify(|clocks| clocks.set_hseon(true));
     if !(0..CRYSTAL_PATIENCE).any(|_| RCC.cr().read().hserdy()) {
@@ -109,6 +132,7 @@ fn config() -> Config {
 }
 
 /// What a board measures, its own ticks last.
+#[cfg(not(feature = "three-phase"))]
 pub(crate) const OUTPUTS: &[&DataType] = &{
     let [cycles, mean, max, late, overruns] = types::TIMING;
     [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns]

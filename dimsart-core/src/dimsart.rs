@@ -10,7 +10,7 @@ use crate::limits::DEFAULT_WORDS;
 use crate::mailbox::{LinkPort, is_newer};
 use crate::modules::Standard;
 use crate::packet::{Packet, PacketError};
-use crate::safety::{Safety, Tick};
+use crate::safety::{DriveFault, Safety, Tick};
 use crate::storage::StorageError;
 use crate::word::Word;
 
@@ -21,6 +21,7 @@ pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     frame: Frame,
     safety: Safety,
     are_commands_late: bool,
+    drive_fault: Option<DriveFault>,
 }
 
 impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
@@ -45,6 +46,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             frame: Frame::unconnected(),
             safety: Safety::new(),
             are_commands_late: false,
+            drive_fault: None,
         }
     }
 
@@ -78,6 +80,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [`Coupling`](crate::Coupling).
     pub fn hold_back(&mut self, are_commands_late: bool) {
         self.are_commands_late = are_commands_late;
+    }
+
+    /// Says why the bridge of the device's drive is off, if it has a drive and that is wrong, from the next tick on: the device
+    /// gets its safe value then, until a reset if it was moved before.
+    pub fn drive_fault(&mut self, fault: Option<DriveFault>) {
+        self.drive_fault = fault;
     }
 
     /// One tick: device to Data Base, every module, Data Base to device by way of the [safety stage](Safety).
@@ -125,7 +133,11 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         if let Some(link) = lost_link {
             return Err(Tick::LinkLost { link });
         }
-        if self.are_commands_late { Err(Tick::CommandsLate) } else { Ok(()) }
+        match self.drive_fault {
+            Some(fault) => Err(Tick::DriveFailed(fault)),
+            None if self.are_commands_late => Err(Tick::CommandsLate),
+            None => Ok(()),
+        }
     }
 
     /// A link that its receiving module has just called lost.

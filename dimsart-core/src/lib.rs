@@ -144,7 +144,7 @@ pub use packet::{MAX_PACKET_BYTES, PACKET_OVERHEAD, Packet, PacketError};
 pub use parameter::{Accepts, Choice, Entries, Parameter, ParameterError, Parameters, TypeList, Value};
 pub use port::{Difference, Direction, PortSpec, Stage};
 pub use rate::{EVERY_TICKS, Rate};
-pub use safety::{DriveEvent, DriveState, Reason, ReasonCounts, Safety, Tick};
+pub use safety::{DriveEvent, DriveFault, DriveState, Reason, ReasonCounts, Safety, Tick};
 pub use storage::StorageError;
 pub use summary::Summary;
 pub use timing::{Duration, Timing};

@@ -1,10 +1,12 @@
 //! The safety stage, last before the actuators.
 
+mod drive_fault;
 mod drive_state;
 mod limited;
 mod reason;
 mod velocity;
 
+pub use drive_fault::DriveFault;
 pub use drive_state::{DriveEvent, DriveState};
 pub use reason::{Reason, ReasonCounts};
 
@@ -44,6 +46,9 @@ pub enum Tick {
     /// The scheme ran, but what it is commanded by from outside is [too old](crate::Dimsart::hold_back): the device gets
     /// its safe value, until a reset if it was moved before.
     CommandsLate,
+    /// The scheme ran, but the device's drive [says](crate::Dimsart::drive_fault) that its bridge is off: the device gets its
+    /// safe value, until a reset if it was moved before.
+    DriveFailed(DriveFault),
     /// A module that the device depends on has [failed](crate::Engine::module_fault) and is cut out: the device gets its
     /// safe value until a reset.
     ModuleFailed(ModuleRef),
@@ -61,6 +66,7 @@ impl Tick {
             Self::Disarmed => Reason::Disarmed,
             Self::CommandsLate => Reason::CommandsLate,
             Self::LinkLost { .. } => Reason::LinkLost,
+            Self::DriveFailed(fault) => fault.reason(),
             Self::ModuleFailed(_) => Reason::ModuleFailed,
         }
     }
@@ -251,7 +257,7 @@ impl Safety {
         // What is refused or late while nothing moves is over with the next one; the first command may be waited for.
         let fails = match tick {
             _ if is_refused => is_running && self.enable(),
-            Tick::CommandsLate => self.state == DriveState::OperationEnabled,
+            Tick::CommandsLate | Tick::DriveFailed(_) => self.state == DriveState::OperationEnabled,
             _ => told.1.is_fault(),
         };
         if fails && !self.state.is_fault() {

@@ -50,6 +50,8 @@ catalogue! {
     51 LATE_TICKS         Tick      U32 Scalar "Ticks that began late.";
     52 OVERRUN_TICKS      Tick      U32 Scalar "Ticks that were not done when the next one was due.";
     53 CAN_REJOINS        One       U32 Scalar "Times the board joined the CAN bus again.";
+    54 SUPPLY_VOLTAGE     Volt      F32 Scalar "Measured voltage of the supply of the motor's bridge.";
+    55 BRIDGE_TEMPERATURE Celsius   F32 Scalar "Measured temperature of the motor's bridge.";
 }
 
 /// What a device with a clock measures of its own ticks: the last ones of its outputs, in this order.

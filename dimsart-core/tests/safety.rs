@@ -4,8 +4,8 @@
 #![expect(clippy::float_cmp, reason = "these numbers are exact")]
 
 use dimsart_core::{
-    AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveState,
-    EventKind, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
+    AxisKind, Command, CommandError, DataType, DescriptorError, DeviceDescriptor, Dimsart, DriveFault,
+    DriveState, EventKind, FrameError, InputLimits, LimitsFault, Packet, Reason, SafeValue, Tick, Word,
     limits::MAX_LIMITED_WORDS, modules::Standard, scheme, types,
 };
 
@@ -278,8 +278,12 @@ fn every_tick_keeps_range_rate_and_safe_value_whatever_comes() {
         }
     }
     let mut often = Reason::ALL.iter().zip(met);
-    // A frame of the wrong length is its caller's fault, and is never met here.
-    let is_met = often.all(|(reason, ticks)| ticks > 100 || *reason == Reason::CommandRefused);
+    // A frame of the wrong length is its caller's fault, and is never met here; nor are the faults of a drive, of which the arm
+    // has none.
+    let is_none = |reason: Reason| {
+        reason == Reason::CommandRefused || DriveFault::ALL.iter().any(|fault| fault.reason() == reason)
+    };
+    let is_met = often.all(|(reason, ticks)| ticks > 100 || is_none(*reason));
     assert!(is_met, "every reason is met often: {met:?}");
 }
 
@@ -394,6 +398,17 @@ fn every_reason_can_be_met_and_is_counted() {
     let tick = arm.tick([0.0, 0.5, 0.0]);
     meet(&arm, tick, Reason::CommandsLate);
     arm.dimsart.hold_back(false);
+    for fault in DriveFault::ALL {
+        arm.reset();
+        arm.tick([0.0, 0.5, 0.0]);
+        arm.dimsart.drive_fault(Some(fault));
+        let tick = arm.tick([0.0, 0.5, 0.0]);
+        meet(&arm, tick, fault.reason());
+        assert_eq!(tick, Tick::DriveFailed(fault));
+        assert_eq!(DriveFault::by_number(fault.reason().number()), Some(fault));
+        arm.dimsart.drive_fault(None);
+        assert_eq!(arm.tick([0.0, 0.5, 0.0]), tick, "until a reset");
+    }
     arm.reset();
     arm.tick([0.0, 0.5, 0.0]);
     let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
@@ -409,7 +424,7 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 10] = [
+const NUMBERS: [(u8, &str); 22] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),
@@ -418,6 +433,18 @@ const NUMBERS: [(u8, &str); 10] = [
     (40, "module failed"),
     (44, "commands late"),
     (48, "link lost"),
+    (56, "overcurrent"),
+    (57, "current sensors"),
+    (58, "undervoltage"),
+    (59, "overvoltage"),
+    (60, "overtemperature"),
+    (61, "encoder lost"),
+    (62, "encoder jumped"),
+    (63, "encoder magnet"),
+    (64, "stalled"),
+    (65, "overspeed"),
+    (66, "rotor not aligned"),
+    (67, "drive silent"),
     (96, "range limited"),
     (100, "rate limited"),
 ];

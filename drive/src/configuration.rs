@@ -1,6 +1,6 @@
 //! What a drive is told of its motor, its inverter and their limits.
 
-use core::f32::consts::FRAC_PI_4;
+use core::f32::consts::{FRAC_PI_4, PI};
 use core::fmt;
 
 use crate::drive::{PERIODS_TO_VOLTAGE, TRACKING_RAD_PER_S};
@@ -97,8 +97,8 @@ impl core::error::Error for ConfigurationError {}
 impl Motor {
     /// `3/2 p ψ`, `N m/A`: torque of a current across the magnets.
     #[must_use]
-    pub fn torque_constant_nm_per_a(&self) -> f32 {
-        1.5 * f32::from(self.pole_pairs) * self.flux_linkage_vs
+    pub const fn torque_constant_nm_per_a(&self) -> f32 {
+        1.5 * self.pole_pairs as f32 * self.flux_linkage_vs
     }
 
     /// Torque of currents in `A`, `N m`: `3/2 p (ψ i_q + (L_d - L_q) i_d i_q)`.
@@ -109,64 +109,98 @@ impl Motor {
     }
 }
 
+/// A configuration that a drive can be made of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checked(Configuration);
+
+impl Checked {
+    /// All of it.
+    #[must_use]
+    pub const fn get(&self) -> &Configuration {
+        &self.0
+    }
+}
+
+/// Gives the error of a value that is not right.
+macro_rules! require {
+    ($place:ident $(. $part:ident)*, $is_right:expr, $range:literal) => {
+        if !$is_right {
+            let name = require!(@name $place $(. $part)*);
+            return Err(ConfigurationError { name, value: $place $(. $part)* as f32, range: $range });
+        }
+    };
+    (@name $place:ident . $one:ident) => { stringify!($one) };
+    (@name $place:ident . $one:ident . $two:ident) => { concat!(stringify!($one), ".", stringify!($two)) };
+}
+
+const fn is_above(value: f32, least: f32) -> bool {
+    value > least && value.is_finite()
+}
+
+const fn is_positive(value: f32) -> bool {
+    value > 0.0 && value.is_normal()
+}
+
 impl Configuration {
     /// Says whether a drive can be made of it.
     ///
     /// # Errors
     /// The first value outside its range.
-    pub fn check(&self) -> Result<(), ConfigurationError> {
-        let Self { motor, limits, .. } = self;
-        positive("motor.resistance_ohm", motor.resistance_ohm)?;
-        positive("motor.direct_inductance_h", motor.direct_inductance_h)?;
-        positive("motor.quadrature_inductance_h", motor.quadrature_inductance_h)?;
-        positive("motor.flux_linkage_vs", motor.flux_linkage_vs)?;
-        positive("motor.pole_pairs", f32::from(motor.pole_pairs))?;
-        let offset = motor.encoder_offset_rad;
-        require("motor.encoder_offset_rad", offset, offset.abs() <= core::f32::consts::PI, "-pi to pi")?;
-        positive("limits.current_a", limits.current_a)?;
-        above("limits.trip_current_a", limits.trip_current_a, limits.current_a, "above limits.current_a")?;
-        positive("limits.least_bus_v", limits.least_bus_v)?;
-        above("limits.most_bus_v", limits.most_bus_v, limits.least_bus_v, "above limits.least_bus_v")?;
-        require("limits.derating_c", limits.derating_c, limits.derating_c.is_finite(), "a number")?;
-        above("limits.trip_c", limits.trip_c, limits.derating_c, "above limits.derating_c")?;
-        positive("limits.speed_rad_per_s", limits.speed_rad_per_s)?;
-        let speed = limits.speed_rad_per_s;
-        let ahead_rad = PERIODS_TO_VOLTAGE * self.period_s * f32::from(motor.pole_pairs) * speed;
-        require(
-            "limits.speed_rad_per_s",
-            speed,
-            ahead_rad <= FRAC_PI_4,
-            "so slow that the rotor turns an eighth of an electrical turn in 1.5 periods at most",
-        )?;
-        require("limits.stall_s", limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity")?;
-        positive("period_s", self.period_s)?;
-        let is_followed = self.period_s * TRACKING_RAD_PER_S <= MOST_TRACKING_SHARE;
-        require("period_s", self.period_s, is_followed, "up to 150e-6: the rotor is followed no slower")?;
-        positive("bandwidth_rad_per_s", self.bandwidth_rad_per_s)?;
-        let bandwidth = self.bandwidth_rad_per_s;
-        let is_slow = bandwidth * self.period_s <= 1.0 / 3.0;
-        require("bandwidth_rad_per_s", bandwidth, is_slow, "at most a third of 1 / period_s")?;
-        let share = self.dead_time_share;
-        require("dead_time_share", share, (0.0..=0.2).contains(&share), "0 to 0.2")?;
-        positive("dead_time_current_a", self.dead_time_current_a)?;
-        let most = self.most_duty;
-        require("most_duty", most, (0.6..=1.0).contains(&most), "0.6 to 1")
+    pub const fn check(&self) -> Result<(), ConfigurationError> {
+        match self.checked() {
+            Ok(_) => Ok(()),
+            Err(error) => Err(error),
+        }
     }
-}
 
-fn positive(name: &'static str, value: f32) -> Result<(), ConfigurationError> {
-    require(name, value, value > 0.0 && value.is_normal(), "above 0")
-}
-
-fn above(name: &'static str, value: f32, least: f32, range: &'static str) -> Result<(), ConfigurationError> {
-    require(name, value, value > least && value.is_finite(), range)
-}
-
-fn require(
-    name: &'static str,
-    value: f32,
-    is_right: bool,
-    range: &'static str,
-) -> Result<(), ConfigurationError> {
-    if is_right { Ok(()) } else { Err(ConfigurationError { name, value, range }) }
+    /// As [`check`](Self::check): a drive that is made of what it gives looks no more. Of a constant it is checked when that is
+    /// compiled.
+    ///
+    /// # Errors
+    /// The first value outside its range.
+    pub const fn checked(&self) -> Result<Checked, ConfigurationError> {
+        let Self { motor, limits, .. } = self;
+        require!(self.motor.resistance_ohm, is_positive(motor.resistance_ohm), "above 0");
+        require!(self.motor.direct_inductance_h, is_positive(motor.direct_inductance_h), "above 0");
+        require!(self.motor.quadrature_inductance_h, is_positive(motor.quadrature_inductance_h), "above 0");
+        require!(self.motor.flux_linkage_vs, is_positive(motor.flux_linkage_vs), "above 0");
+        require!(self.motor.pole_pairs, motor.pole_pairs > 0, "above 0");
+        require!(self.motor.encoder_offset_rad, motor.encoder_offset_rad.abs() <= PI, "-pi to pi");
+        require!(self.limits.current_a, is_positive(limits.current_a), "above 0");
+        require!(
+            self.limits.trip_current_a,
+            is_above(limits.trip_current_a, limits.current_a),
+            "above limits.current_a"
+        );
+        require!(self.limits.least_bus_v, is_positive(limits.least_bus_v), "above 0");
+        require!(
+            self.limits.most_bus_v,
+            is_above(limits.most_bus_v, limits.least_bus_v),
+            "above limits.least_bus_v"
+        );
+        require!(self.limits.derating_c, limits.derating_c.is_finite(), "a number");
+        require!(self.limits.trip_c, is_above(limits.trip_c, limits.derating_c), "above limits.derating_c");
+        require!(self.limits.speed_rad_per_s, is_positive(limits.speed_rad_per_s), "above 0");
+        let ahead_rad = PERIODS_TO_VOLTAGE * self.period_s * motor.pole_pairs as f32 * limits.speed_rad_per_s;
+        require!(
+            self.limits.speed_rad_per_s,
+            ahead_rad <= FRAC_PI_4,
+            "so slow that the rotor turns an eighth of an electrical turn in 1.5 periods at most"
+        );
+        require!(self.limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity");
+        require!(self.period_s, is_positive(self.period_s), "above 0");
+        let is_followed = self.period_s * TRACKING_RAD_PER_S <= MOST_TRACKING_SHARE;
+        require!(self.period_s, is_followed, "up to 150e-6: the rotor is followed no slower");
+        require!(self.bandwidth_rad_per_s, is_positive(self.bandwidth_rad_per_s), "above 0");
+        let is_slow = self.bandwidth_rad_per_s * self.period_s <= 1.0 / 3.0;
+        require!(self.bandwidth_rad_per_s, is_slow, "at most a third of 1 / period_s");
+        require!(
+            self.dead_time_share,
+            0.0 <= self.dead_time_share && self.dead_time_share <= 0.2,
+            "0 to 0.2"
+        );
+        require!(self.dead_time_current_a, is_positive(self.dead_time_current_a), "above 0");
+        require!(self.most_duty, 0.6 <= self.most_duty && self.most_duty <= 1.0, "0.6 to 1");
+        Ok(Checked(*self))
+    }
 }

@@ -3,7 +3,7 @@
 use core::f32::consts::FRAC_PI_4;
 
 use crate::Angle;
-use crate::configuration::{Configuration, ConfigurationError, Motor};
+use crate::configuration::{Checked, Configuration, ConfigurationError, Motor};
 use crate::current_controller::CurrentController;
 use crate::modulation::{Duties, Modulation};
 use crate::number::{smaller, within};
@@ -65,10 +65,16 @@ impl Drive {
     /// # Errors
     /// [`ConfigurationError`] with the first value outside its range.
     pub fn new(configuration: &Configuration) -> Result<Self, ConfigurationError> {
-        configuration.check()?;
+        Ok(Self::of(&configuration.checked()?))
+    }
+
+    /// A drive that is off, of a configuration that is right.
+    #[must_use]
+    pub fn of(configuration: &Checked) -> Self {
+        let configuration = configuration.get();
         let Configuration { motor, period_s, .. } = *configuration;
         let pole_pairs = f32::from(motor.pole_pairs);
-        Ok(Self {
+        Self {
             motor,
             offset: Angle::from_rad(motor.encoder_offset_rad),
             current_per_torque: 1.0 / motor.torque_constant_nm_per_a(),
@@ -83,7 +89,14 @@ impl Drive {
             voltage_v: Dq::default(),
             speed_per_v: 1.0 / (pole_pairs * motor.flux_linkage_vs),
             seen_s: None,
-        })
+        }
+    }
+
+    /// Has the magnets point along phase U where the encoder, as it is read, is at `encoder_offset_rad`, -π to π: for an
+    /// encoder that knows its angle only from a start on. To be done while the bridge is off.
+    pub fn align(&mut self, encoder_offset_rad: f32) {
+        self.motor.encoder_offset_rad = encoder_offset_rad;
+        self.offset = Angle::from_rad(encoder_offset_rad);
     }
 
     /// One period: what the converters show, and the torque that is commanded, `N m`, or none for a bridge that is off. Gives

@@ -15,8 +15,9 @@ mod turning;
 
 use core::fmt;
 
-use crate::configuration::{Configuration, ConfigurationError};
+use crate::configuration::{Checked, Configuration, ConfigurationError};
 use crate::modulation::{Duties, Modulation};
+use crate::number::within;
 use crate::protection::{Fault, Protection};
 use crate::sample::{Rotor, Sample};
 use crate::vector::{Dq, Stator, Turn};
@@ -105,9 +106,9 @@ enum Stage {
     Over(Result<Identified, IdentificationError>),
 }
 
-/// An identification under way.
+/// An identification under way; one that does not find inductances has none of that code.
 #[derive(Debug, Clone)]
-pub struct Identification {
+pub struct Identification<const FINDS_INDUCTANCES: bool = true> {
     current_a: f32,
     period_s: f32,
     modulation: Modulation,
@@ -124,14 +125,29 @@ impl Identification {
     /// # Errors
     /// [`ConfigurationError`] with the first value outside its range.
     pub fn new(configuration: &Configuration, current_a: f32) -> Result<Self, ConfigurationError> {
-        configuration.check()?;
-        let most_a = configuration.limits.current_a;
-        if !(current_a > 0.0 && current_a <= most_a) {
+        let checked = configuration.checked()?;
+        if !(current_a > 0.0 && current_a <= configuration.limits.current_a) {
             let range = "above 0, up to limits.current_a";
             return Err(ConfigurationError { name: "current_a", value: current_a, range });
         }
+        Ok(Self::begin(&checked, current_a))
+    }
+}
+
+impl Identification<false> {
+    /// As [`new`](Identification::new), of a motor whose inductances are known: they are not shaken, and not found. More current
+    /// than the limit is not made.
+    #[must_use]
+    pub fn of_offset(configuration: &Checked, current_a: f32) -> Self {
+        Self::begin(configuration, within(current_a, configuration.get().limits.current_a))
+    }
+}
+
+impl<const FINDS_INDUCTANCES: bool> Identification<FINDS_INDUCTANCES> {
+    fn begin(configuration: &Checked, current_a: f32) -> Self {
+        let configuration = configuration.get();
         let period_s = configuration.period_s;
-        Ok(Self {
+        Self {
             current_a,
             period_s,
             modulation: Modulation::new(configuration),
@@ -139,7 +155,7 @@ impl Identification {
             stage: Stage::Resting(Resting::new(current_a, period_s)),
             found: Identified::default(),
             held_v: 0.0,
-        })
+        }
     }
 
     /// One period.
@@ -183,11 +199,16 @@ impl Identification {
                 let (voltage_v, done) = resting.step(sample.phase_a, most_v)?;
                 let next = done.map(|rest| {
                     (self.found.resistance_ohm, self.held_v) = (rest.resistance_ohm, rest.voltage_v);
-                    Stage::Shaking(Shaking::new(Axis::Direct, current_a, rest.voltage_v, period_s))
+                    match FINDS_INDUCTANCES {
+                        true => {
+                            Stage::Shaking(Shaking::new(Axis::Direct, current_a, rest.voltage_v, period_s))
+                        }
+                        false => Stage::Turning(Turning::new(period_s)),
+                    }
                 });
                 (voltage_v, next)
             }
-            Stage::Shaking(shaking) => {
+            Stage::Shaking(shaking) if FINDS_INDUCTANCES => {
                 let (voltage_v, done) = shaking.step(is_a, most_v)?;
                 let next = done.map(|inductance_h| match shaking.axis {
                     Axis::Direct => {
@@ -215,7 +236,7 @@ impl Identification {
                 }
                 (Turn::to(place).unpark(Dq { d: self.held_v, q: 0.0 }), None)
             }
-            Stage::Over(_) => return Ok(None),
+            Stage::Shaking(_) | Stage::Over(_) => return Ok(None),
         };
         if let Some(next) = next {
             self.stage = next;

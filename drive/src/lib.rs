@@ -66,7 +66,7 @@ mod tracking;
 mod vector;
 
 pub use angle::Angle;
-pub use configuration::{Configuration, ConfigurationError, Limits, Motor};
+pub use configuration::{Checked, Configuration, ConfigurationError, Limits, Motor};
 pub use current_controller::CurrentController;
 pub use drive::{Drive, Measured};
 pub use encoder::{As5047p, As5600, Mt6701};

@@ -19,8 +19,6 @@ use dimsart_core::{
 use crate::BoardDimsart;
 use crate::stamp::{self, stamp};
 
-/// What interrupts above the tick may take in the midst of a call: the time driver's.
-const SPARE_CYCLES: u32 = 2_000;
 const MAX_WORDS: usize = MAX_DEVICE_TYPES * MAX_DOF;
 
 /// What a host tool has to know of the image.
@@ -100,7 +98,7 @@ pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], 
     if let Err(error) = dimsart.connect(device) {
         defmt::panic!("the board's Data Base is too small for its device: {}", error);
     }
-    dimsart.engine_mut().time_calls(Selected::counter(), SPARE_CYCLES);
+    dimsart.engine_mut().time_calls(Selected::counter(), Selected::SPARE_CYCLES);
     (frames.words_in, frames.words_out) = (dimsart.frame().output_words(), dimsart.frame().input_words());
 }
 

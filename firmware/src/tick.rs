@@ -64,6 +64,7 @@ pub(crate) async fn run(
                 *word = value;
             }
         }
+        dimsart.drive_fault(joints.fault());
         let tick = step(dimsart, frames, &mut info, &mut ends);
         joints.write(tick, frames.commanded());
         timing.measure(counter.since(start));

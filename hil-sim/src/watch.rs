@@ -124,6 +124,9 @@ impl Watch {
                 Tick::CommandsLate => {
                     return Some(Alarm::Left(at("got nothing new to follow for too long".to_owned())));
                 }
+                Tick::DriveFailed(fault) => {
+                    return Some(Alarm::Left(at(format!("drive's bridge off: {}", fault.reason().name()))));
+                }
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));
                 }

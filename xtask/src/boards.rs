@@ -101,14 +101,20 @@ pub(crate) fn build(
     board: &'static BoardInfo,
     variant: Option<&str>,
 ) -> Result<Image, String> {
-    let features: Vec<&str> = [Some(board.name), variant].into_iter().flatten().collect();
-    let arguments = ["--package", "firmware", "--profile", PROFILE, "--features", &features.join(",")];
-    run(&mut toolchain.cargo("build", &arguments))?;
-    let (name, built) = (features.join("-").replace(',', "-"), output(PROFILE).join("firmware"));
+    let arguments = ["--package", "firmware", "--profile", PROFILE];
+    run(toolchain.cargo("build", &arguments).args(features(board, variant)))?;
+    let parts: Vec<&str> = [Some(board.name), variant].into_iter().flatten().collect();
+    let (name, built) = (parts.join("-").replace(',', "-"), output(PROFILE).join("firmware"));
     let image = collect(&built, &name)?;
     let size = size(&image)?;
     let budget = if variant.is_none() { budget(board)? } else { None };
     Ok(Image { name, board, size, budget })
+}
+
+/// Cargo's arguments that choose a board, the modules that its images have, and what else is wanted.
+pub(crate) fn features(board: &BoardInfo, more: Option<&str>) -> [String; 3] {
+    let features = [&[board.name], board.tooling.modules, more.as_slice()].concat();
+    ["--no-default-features".to_owned(), "--features".to_owned(), features.join(",")]
 }
 
 /// Copies what was built to where images are collected.
@@ -129,9 +135,8 @@ pub(crate) fn build_drive_step(toolchain: Toolchain) -> Outcome {
 
 /// Builds a program of its own for a board, by its name and feature.
 pub(crate) fn build_program(toolchain: Toolchain, board: &BoardInfo, name: &str) -> Result<PathBuf, String> {
-    let features = format!("{},{name}", board.name);
-    let arguments = ["--package", "firmware", "--bin", name, "--profile", PROFILE, "--features", &features];
-    run(&mut toolchain.cargo("build", &arguments))?;
+    let arguments = ["--package", "firmware", "--bin", name, "--profile", PROFILE];
+    run(toolchain.cargo("build", &arguments).args(features(board, Some(name))))?;
     Ok(output(PROFILE).join(name))
 }
 
@@ -157,14 +162,12 @@ pub(crate) fn check_format() -> Outcome {
 /// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest.
 pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
-        for features in std::iter::once(board.name.to_owned())
-            .chain(board.tooling.variants.iter().map(|variant| format!("{},{variant}", board.name)))
-            .chain([format!("{},{PROGRAMS}", board.name)])
-        {
+        let variants = board.tooling.variants.iter().copied().chain([PROGRAMS]).map(Some);
+        for variant in std::iter::once(None).chain(variants) {
             // Their profile, for which all is built that runs on the host.
-            let arguments =
-                ["--quiet", "--profile", PROFILE, "--package", "firmware", "--features", &features];
-            run(toolchain.cargo("clippy", &arguments).args(["--", "--deny", "warnings"]))?;
+            let mut clippy =
+                toolchain.cargo("clippy", &["--quiet", "--profile", PROFILE, "--package", "firmware"]);
+            run(clippy.args(features(board, variant)).args(["--", "--deny", "warnings"]))?;
         }
     }
     Ok(())

@@ -4,7 +4,7 @@ use boards::BOARDS;
 use cycles::frame::Frames;
 use cycles::stack::{self, Level, StackBound};
 
-use crate::boards::{Image, PROFILE, build_all, declared, read_image};
+use crate::boards::{Image, PROFILE, build_all, declared, features, read_image};
 use crate::shell::{Outcome, run as start, target};
 use crate::table::table;
 use crate::toolchain::{TARGET, Toolchain};
@@ -50,11 +50,15 @@ pub(crate) fn hold(images: &[Image], bounds: &[StackBound]) -> Outcome {
 pub(crate) fn cross_check(toolchain: Toolchain) -> Outcome {
     let board = BOARDS.iter().find(|board| board.tooling.chip.is_some()).ok_or("no board has a chip")?;
     let folder = target().join("stack-sizes");
-    let arguments = ["--package", "firmware", "--profile", PROFILE, "--features", board.name];
+    let arguments = ["--package", "firmware", "--profile", PROFILE];
     let flags = format!("target.{TARGET}.rustflags=['-Zemit-stack-sizes']");
     let mut build = toolchain.cargo("build", &arguments);
     // The compiler's option is not stable.
-    build.args(["--config", &flags]).env("RUSTC_BOOTSTRAP", "1").env("CARGO_TARGET_DIR", &folder);
+    build
+        .args(features(board, None))
+        .args(["--config", &flags])
+        .env("RUSTC_BOOTSTRAP", "1")
+        .env("CARGO_TARGET_DIR", &folder);
     start(&mut build)?;
     let image = read_image(&folder.join(TARGET).join("firmware/firmware"))?;
     let frames = Frames::new(&image);

@@ -1,6 +1,6 @@
 //! What tools need to know of the emulated MPS2+ AN386.
 
-use super::{BILATERAL, CodeMemory, Tooling};
+use super::{BILATERAL, CodeMemory, MODULE_GROUPS, Tooling};
 
 /// See [`Tooling`].
 pub(crate) const TOOLING: Tooling = Tooling {
@@ -10,9 +10,11 @@ pub(crate) const TOOLING: Tooling = Tooling {
     words: 32_768,
     memory: CodeMemory::NoWait,
     chip: None,
+    modules: &MODULE_GROUPS,
     variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
     interrupts: INTERRUPTS,
     motor: None,
+    drive: None,
     scheme: BILATERAL,
 };
 

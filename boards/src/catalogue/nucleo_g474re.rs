@@ -1,6 +1,6 @@
 //! What tools and the board itself need to know of ST's NUCLEO-G474RE.
 
-use super::{CodeMemory, SMALL_MOTORS, Tooling};
+use super::{CodeMemory, MODULE_GROUPS, SMALL_MOTORS, Tooling};
 use crate::clock_switch;
 use crate::motor::Motor;
 
@@ -22,16 +22,18 @@ pub(crate) const TOOLING: Tooling = Tooling {
     words: 3_072,
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
+    modules: &MODULE_GROUPS,
     variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"],
     interrupts: INTERRUPTS,
     motor: Some(MOTOR),
+    drive: None,
     scheme: SMALL_MOTORS,
 };
 
 /// An image without CAN has no `FDCAN1`, one with it no `USART3` with its DMA.
 const INTERRUPTS: &[(&str, i16)] = &[
     // Time.
-    ("TIM5", 0),
+    ("TIM5", 1),
     // Tick.
     ("CORDIC", 2),
     // Command line.

@@ -10,6 +10,8 @@ use embedded_storage_async::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 
 use super::{LINE_PRIORITY, feed_watchdog};
 use crate::board::Storage;
+#[cfg(feature = "three-phase")]
+use crate::{Board as _, Selected};
 
 /// Flash pages that the memory map leaves free.
 pub struct SchemeFlash(Flash<'static, Async>);
@@ -86,6 +88,8 @@ impl NorFlash for SchemeFlash {
     /// Says yes to a word that the flash has not taken, too: the driver's interrupt clears the errors before the driver
     /// looks at them. Who writes has to read back.
     fn write(&mut self, offset: u32, bytes: &[u8]) -> impl Future<Output = Result<(), Error>> {
+        #[cfg(feature = "three-phase")]
+        Selected::disarm();
         self.0.write(offset, bytes)
     }
 
@@ -94,6 +98,8 @@ impl NorFlash for SchemeFlash {
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         for page in (from..to).step_by(Self::ERASE_SIZE) {
             feed_watchdog();
+            #[cfg(feature = "three-phase")]
+            Selected::disarm();
             let end = page.saturating_add(u32::try_from(Self::ERASE_SIZE).unwrap_or(u32::MAX));
             self.0.erase(page, end.min(to)).await?;
         }

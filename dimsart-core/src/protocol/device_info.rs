@@ -14,7 +14,7 @@ use crate::event_log::{Event, EventKind, EventLog};
 use crate::frame::FrameError;
 use crate::kind::ModuleList;
 use crate::matching::Finding;
-use crate::safety::{Reason, Tick};
+use crate::safety::{DriveFault, Reason, Tick};
 use crate::timing::Timing;
 
 const LEASES_PER_S: u32 = 5;
@@ -45,6 +45,8 @@ pub enum Blocked {
     Module(ModuleRef),
     /// The scheme runs, and what it is commanded by from outside is [too old](crate::Dimsart::hold_back).
     Late,
+    /// The scheme runs, and the bridge of the device's drive is off, until a reset if it was moved before.
+    Drive(DriveFault),
 }
 
 impl Blocked {
@@ -59,6 +61,7 @@ impl Blocked {
             Self::LinkLost { .. } => Reason::LinkLost,
             Self::Late => Reason::CommandsLate,
             Self::Module(_) => Reason::ModuleFailed,
+            Self::Drive(fault) => fault.reason(),
         }
     }
 }
@@ -168,6 +171,7 @@ impl DeviceInfo {
             Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
             Tick::CommandsLate => Some(Blocked::Late),
             Tick::ModuleFailed(module) => Some(Blocked::Module(module)),
+            Tick::DriveFailed(fault) => Some(Blocked::Drive(fault)),
         };
         if self.trouble().is_some() {
             // Motion takes a reset and a new lease.

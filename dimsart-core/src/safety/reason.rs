@@ -77,6 +77,43 @@ reasons! {
     48 LinkLost "link lost"
         "Nothing has come over a link for `TIMEOUT_TICKS`."
         "See to the other side and the line, then `reset`.";
+    56 Overcurrent "overcurrent"
+        "A phase of the motor has more than its trip current. The bridge is off."
+        "Look for a short circuit, and identify the motor again: its inductance may be wrong. Then `reset`.";
+    57 CurrentSensors "current sensors"
+        "The currents of the phases do not add up to nothing, or there is one while the bridge is off. The bridge is off."
+        "Look at the phases' wires and the shunts' amplifiers, with the motor unplugged; then `reset`.";
+    58 Undervoltage "undervoltage"
+        "The supply of the bridge is below its lowest voltage. The bridge is off."
+        "Look at supply, fuse and wires, at the board's terminals and under load; then `reset`.";
+    59 Overvoltage "overvoltage"
+        "The supply of the bridge is above its highest voltage. The bridge is off."
+        "Add a brake resistor, or brake less; then `reset`.";
+    60 Overtemperature "overtemperature"
+        "The bridge is too hot, or the sensor of its temperature is gone. The bridge is off."
+        "Let it cool, command less, or look at the sensor's wires; then `reset`.";
+    61 EncoderLost "encoder lost"
+        "The encoder of the rotor does not answer. The bridge is off."
+        "Look at the encoder's wires and supply, then `reset`.";
+    62 EncoderJumped "encoder jumped"
+        "The encoder says angles to which no rotor can have turned. The bridge is off."
+        "Look at its wires beside those of the motor, and at its counts per turn; then `reset`.";
+    63 EncoderMagnet "encoder magnet"
+        "The magnet of the encoder is gone, or at a wrong distance. The bridge is off."
+        "Mend the distance, then `reset`.";
+    64 Stalled "stalled"
+        "The rotor has stood still under current for too long. The bridge is off."
+        "Free the joint, or command less while it stands; then `reset`.";
+    65 Overspeed "overspeed"
+        "The rotor turns faster than it may, or than the supply can hold against. The bridge is off."
+        "Lower what the scheme asks for; then `reset`.";
+    66 NotAligned "rotor not aligned"
+        "A current turned the rotor to find where its magnets are, and it did not turn as a motor with these pole pairs and \
+         this encoder does. The bridge is off."
+        "Free the joint, look at the wires of motor and encoder and at the motor's pole pairs; then `reset` and `arm`.";
+    67 DriveSilent "drive silent"
+        "The current loop does not run, or does not keep its time. The bridge is off."
+        "Start the board over, and report it.";
     96 RangeLimited "range limited"
         "The scheme runs; a command was outside its input's range and was cut."
         "Lower the gains, or declare the range that the actuator really has.";

@@ -41,6 +41,11 @@ impl<S: Read + Write> Device<S> {
             Blocked::Late => "nothing new has come for it to follow for too long; see to the engine that commands it, then \
                               `reset` and `arm`"
                 .to_owned(),
+            Blocked::Drive(fault) => {
+                let reason = fault.reason();
+                let [meaning, next] = [reason.meaning(), reason.next_step()];
+                format!("{} (reason {}): {meaning} {next}", reason.name(), reason.number())
+            }
             Blocked::Module(module) => {
                 let name = self.know(|known| known.name_of_module(module).to_string())?;
                 format!(

@@ -121,6 +121,7 @@ fn reasons() {
         Blocked::LinkLost { link: 1 },
         Blocked::Module(MODULE),
         Blocked::Late,
+        Blocked::Drive(DriveFault::NotAligned),
     ];
     let expected = [
         "00 00 ac 02 01 00",
@@ -139,6 +140,7 @@ fn reasons() {
         "05 01",
         "06 03 02",
         "07",
+        "08 0a",
     ];
     assert_bytes(&reasons, &expected);
 }

@@ -1,0 +1,212 @@
+//! What runs in every period of the pulse-width modulation, without registers: from what converters count to duty cycles.
+//!
+//! ```text
+//!   at rest     the bridge is off, and what the phases count is no current
+//!   unaligned   it is off; the next torque has the rotor aligned, where its encoder knows no angle after a start
+//!   aligning    a bounded current turns the rotor a little and back, once
+//!   driving     the torque that the tick wants
+//! ```
+//! A torque that is older than three ticks is none. While none is wanted for that long, a fault is forgotten, and found again
+//! in the same period if it is still there.
+
+mod exchange;
+mod scaling;
+
+pub use exchange::{Age, Exchange, Told};
+pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
+
+use dimsart_core::DriveFault;
+use drive::{
+    Checked, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep, Rotor, Sample,
+};
+
+/// Ticks that a torque may be old.
+const MOST_TICKS: f32 = 3.0;
+
+/// What the converters count in a period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Counts {
+    /// Phases U, V, W.
+    pub phases: [u16; 3],
+    /// Supply.
+    pub bus: u16,
+    /// Temperature of the bridge.
+    pub temperature: u16,
+}
+
+/// How the rotor's angle is known after a start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Start {
+    /// By the encoder, which is absolute.
+    Known,
+    /// By a current, `A`, which turns the rotor with the first torque that is wanted.
+    ByCurrent(f32),
+}
+
+/// A motor behind a board's bridge and converters.
+#[derive(Debug, Clone)]
+pub struct CurrentLoop {
+    scaling: Scaling,
+    configuration: Checked,
+    start: Start,
+    rest_counts: [f32; 3],
+    stage: Stage,
+    drive: Drive,
+    age: Age,
+    /// Periods in which no torque was wanted, up to those of a torque's age.
+    idle_periods: u16,
+    most_periods: u16,
+    periods: u32,
+    fault: Option<DriveFault>,
+}
+
+#[derive(Debug, Clone)]
+#[expect(clippy::large_enum_variant, reason = "there is one of it, and nothing moves it")]
+enum Stage {
+    AtRest(Rest),
+    Unaligned,
+    Aligning(Identification<false>),
+    Driving,
+}
+
+impl CurrentLoop {
+    /// A loop whose bridge is off, below ticks of `tick_s`.
+    #[must_use]
+    pub fn new(configuration: &Checked, scaling: Scaling, start: Start, tick_s: f32) -> Self {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+        let most_periods = (MOST_TICKS * tick_s / configuration.get().period_s + 0.5) as u16;
+        Self {
+            scaling,
+            configuration: *configuration,
+            start,
+            rest_counts: [scaling.rest_counts; 3],
+            stage: Stage::AtRest(Rest::default()),
+            drive: Drive::of(configuration),
+            age: Age::new(most_periods),
+            idle_periods: 0,
+            most_periods,
+            periods: 0,
+            fault: None,
+        }
+    }
+
+    /// One period: the duty cycles for the next one, or none: then all six switches are to be opened at once.
+    #[inline]
+    pub fn period(&mut self, counts: Counts, rotor: Rotor, exchange: &Exchange) -> Option<Duties> {
+        let wanted_nm = self.age.young(exchange.wanted());
+        self.idle_periods = if wanted_nm.is_some() { 0 } else { self.idle_periods.saturating_add(1) };
+        if self.idle_periods >= self.most_periods {
+            self.idle_periods = 0;
+            self.forget();
+        }
+        let sample = Sample {
+            phase_a: amperes(counts.phases, self.rest_counts, &self.scaling),
+            bus_v: f32::from(counts.bus) * self.scaling.v_per_count,
+            temperature_c: self.scaling.celsius(counts.temperature),
+            rotor,
+        };
+        let duties = if matches!(self.stage, Stage::Driving) {
+            self.drive.step(&sample, wanted_nm)
+        } else {
+            // For angle and speed, and what is wrong with the rest.
+            let _ = self.drive.step(&sample, None);
+            self.prepare(&counts, &sample, wanted_nm.is_some())
+        };
+        self.periods = self.periods.wrapping_add(1);
+        let measured = self.drive.measured();
+        exchange.tell(&Told {
+            angle: measured.angle.0,
+            speed_rad_per_s: measured.speed_rad_per_s,
+            current_a: measured.current_a.q,
+            bus_v: sample.bus_v,
+            temperature_c: sample.temperature_c,
+            fault: self.fault.or_else(|| self.drive.fault().map(told)),
+            is_ready: matches!(self.stage, Stage::Driving),
+            periods: self.periods,
+        });
+        duties
+    }
+
+    /// A period before the first one that drives.
+    #[cold]
+    #[inline(never)]
+    fn prepare(&mut self, counts: &Counts, sample: &Sample, is_wanted: bool) -> Option<Duties> {
+        match &mut self.stage {
+            Stage::AtRest(rest) => match rest.step(counts.phases, &self.scaling) {
+                Ok(None) => {}
+                Ok(Some(rest_counts)) => {
+                    self.rest_counts = rest_counts;
+                    self.drive.clear();
+                    self.stage = if self.start == Start::Known { Stage::Driving } else { Stage::Unaligned };
+                    self.fault = None;
+                }
+                Err(WrongAtRest) => {
+                    self.fault = Some(DriveFault::CurrentSensors);
+                    self.stage = Stage::AtRest(Rest::default());
+                }
+            },
+            Stage::Unaligned => {
+                if let Start::ByCurrent(current_a) = self.start
+                    && is_wanted
+                    && self.fault.is_none()
+                    && self.drive.fault().is_none()
+                {
+                    self.stage = Stage::Aligning(Identification::of_offset(&self.configuration, current_a));
+                }
+            }
+            Stage::Aligning(_) if !is_wanted => self.stage = Stage::Unaligned,
+            Stage::Aligning(identification) => match identification.step(sample) {
+                IdentificationStep::GoesOn(duties) => return Some(duties),
+                IdentificationStep::Over(Ok(found)) => {
+                    let motor = &self.configuration.get().motor;
+                    let is_this_motor = (found.pole_pairs, found.is_encoder_reversed)
+                        == (motor.pole_pairs, motor.is_encoder_reversed);
+                    if is_this_motor {
+                        self.drive.align(found.encoder_offset_rad);
+                        // It took the current that turned the rotor for one that does not.
+                        self.drive.clear();
+                        self.stage = Stage::Driving;
+                    } else {
+                        self.fault = Some(DriveFault::NotAligned);
+                        self.stage = Stage::Unaligned;
+                    }
+                }
+                IdentificationStep::Over(Err(error)) => {
+                    self.fault = Some(match error {
+                        IdentificationError::Fault(fault) => told(fault),
+                        _ => DriveFault::NotAligned,
+                    });
+                    self.stage = Stage::Unaligned;
+                }
+            },
+            Stage::Driving => {}
+        }
+        None
+    }
+
+    /// Forgets a fault.
+    #[cold]
+    #[inline(never)]
+    fn forget(&mut self) {
+        self.drive.clear();
+        if !matches!(self.stage, Stage::AtRest(_)) {
+            self.fault = None;
+        }
+    }
+}
+
+/// A drive's fault as a tick knows it.
+fn told(fault: Fault) -> DriveFault {
+    match fault {
+        Fault::Overcurrent => DriveFault::Overcurrent,
+        Fault::CurrentSensors => DriveFault::CurrentSensors,
+        Fault::Undervoltage => DriveFault::Undervoltage,
+        Fault::Overvoltage => DriveFault::Overvoltage,
+        Fault::Overtemperature => DriveFault::Overtemperature,
+        Fault::EncoderLost => DriveFault::EncoderLost,
+        Fault::EncoderJumped => DriveFault::EncoderJumped,
+        Fault::EncoderMagnet => DriveFault::EncoderMagnet,
+        Fault::Stalled => DriveFault::Stalled,
+        Fault::Overspeed => DriveFault::Overspeed,
+    }
+}

@@ -1,0 +1,235 @@
+//! What tick and current loop hand each other: atomics alone. Nothing in it masks interrupts, so that no tick holds a current
+//! loop up.
+//!
+//! The current loop interrupts the tick and is never interrupted by it. So what the tick gives is whole when the loop sees it;
+//! and a tick that the loop came between reads once more.
+
+use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
+use core::sync::atomic::{AtomicU32, compiler_fence, fence};
+
+use dimsart_core::DriveFault;
+
+/// Times that a tick reads at most: the loop comes once in a period, and reading takes less than one.
+const MOST_LOOKS: u8 = 4;
+/// Given for a bridge that is to be off.
+const OFF: u32 = f32::NAN.to_bits();
+
+/// What the current loop tells the tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Told {
+    /// Of the rotor: share of a turn, which is 2³².
+    pub angle: u32,
+    /// Of the rotor, `rad/s`.
+    pub speed_rad_per_s: f32,
+    /// That makes the torque, `A`.
+    pub current_a: f32,
+    /// Of the supply, `V`.
+    pub bus_v: f32,
+    /// Of the bridge, `°C`.
+    pub temperature_c: f32,
+    /// Why the bridge is off, if something is wrong.
+    pub fault: Option<DriveFault>,
+    /// Whether it follows the torque that is wanted: it knows where the rotor's magnets are.
+    pub is_ready: bool,
+    /// Periods so far, wrapping.
+    pub periods: u32,
+}
+
+/// Between one tick and one current loop.
+#[derive(Debug)]
+pub struct Exchange {
+    wanted_nm: AtomicU32,
+    /// Counts up with every torque that is given.
+    given: AtomicU32,
+    /// Odd while what is told is being written.
+    version: AtomicU32,
+    told: [AtomicU32; 7],
+}
+
+impl Default for Exchange {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Exchange {
+    /// With a bridge that is to be off.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            wanted_nm: AtomicU32::new(OFF),
+            given: AtomicU32::new(0),
+            version: AtomicU32::new(0),
+            told: [const { AtomicU32::new(0) }; 7],
+        }
+    }
+
+    /// Gives a torque, `N m`, or none for a bridge that is to be off. To be done anew in every tick.
+    pub fn want(&self, torque_nm: Option<f32>) {
+        self.wanted_nm.store(torque_nm.map_or(OFF, f32::to_bits), Relaxed);
+        // The loop may look in between: it sees the new torque then, and takes it for as old as the one before.
+        compiler_fence(Release);
+        self.given.store(self.given.load(Relaxed).wrapping_add(1), Relaxed);
+    }
+
+    /// The torque that was given last, if it is a number, and the number of times that one was given.
+    #[inline]
+    #[must_use]
+    pub fn wanted(&self) -> (Option<f32>, u32) {
+        let torque_nm = f32::from_bits(self.wanted_nm.load(Relaxed));
+        (torque_nm.is_finite().then_some(torque_nm), self.given.load(Relaxed))
+    }
+
+    /// Tells the tick; from one place alone.
+    #[inline]
+    pub fn tell(&self, told: &Told) {
+        let version = self.version.load(Relaxed);
+        self.version.store(version.wrapping_add(1), Relaxed);
+        fence(Release);
+        let flags =
+            told.fault.map_or(0, |fault| u32::from(fault.reason().number())) | u32::from(told.is_ready) << 8;
+        let words = [
+            told.angle,
+            told.speed_rad_per_s.to_bits(),
+            told.current_a.to_bits(),
+            told.bus_v.to_bits(),
+            told.temperature_c.to_bits(),
+            flags,
+            told.periods,
+        ];
+        for (cell, word) in self.told.iter().zip(words) {
+            cell.store(word, Relaxed);
+        }
+        self.version.store(version.wrapping_add(2), Release);
+    }
+
+    /// What was told last, all of one period; none if nothing whole could be read, or nothing was ever told.
+    #[must_use]
+    pub fn told(&self) -> Option<Told> {
+        for _ in 0..MOST_LOOKS {
+            let version = self.version.load(Acquire);
+            let [angle, speed, current, bus, temperature, flags, periods] =
+                self.told.each_ref().map(|cell| cell.load(Relaxed));
+            fence(Acquire);
+            if version != 0 && version.is_multiple_of(2) && version == self.version.load(Relaxed) {
+                let [number, is_ready, ..] = flags.to_le_bytes();
+                return Some(Told {
+                    angle,
+                    speed_rad_per_s: f32::from_bits(speed),
+                    current_a: f32::from_bits(current),
+                    bus_v: f32::from_bits(bus),
+                    temperature_c: f32::from_bits(temperature),
+                    fault: DriveFault::by_number(number),
+                    is_ready: is_ready != 0,
+                    periods,
+                });
+            }
+        }
+        None
+    }
+}
+
+/// How old a torque is, as the current loop counts it.
+#[derive(Debug, Clone)]
+pub struct Age {
+    given: u32,
+    periods: u16,
+    most_periods: u16,
+}
+
+impl Age {
+    /// A torque may be as old as that, in periods of the loop. At first there is none.
+    #[must_use]
+    pub const fn new(most_periods: u16) -> Self {
+        Self { given: 0, periods: most_periods, most_periods }
+    }
+
+    /// One period: the torque, if it is young enough.
+    #[inline]
+    pub fn young(&mut self, (torque_nm, given): (Option<f32>, u32)) -> Option<f32> {
+        if given == self.given {
+            self.periods = self.periods.saturating_add(1);
+        } else {
+            (self.given, self.periods) = (given, 0);
+        }
+        torque_nm.filter(|_| self.periods < self.most_periods)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+    use std::thread;
+
+    use super::*;
+
+    #[test]
+    fn a_torque_that_is_not_given_anew_is_none_after_its_age() {
+        let (exchange, mut age) = (Exchange::new(), Age::new(60));
+        assert_eq!(age.young(exchange.wanted()), None, "nothing was given yet");
+        for _ in 0..3 {
+            exchange.want(Some(0.25));
+            for period in 0..80 {
+                assert_eq!(age.young(exchange.wanted()).is_some(), period < 60, "{period}");
+            }
+        }
+        exchange.want(Some(-1.0));
+        assert_eq!(age.young(exchange.wanted()), Some(-1.0));
+        exchange.want(None);
+        assert_eq!(age.young(exchange.wanted()), None);
+    }
+
+    #[test]
+    fn what_is_no_number_is_no_torque() {
+        let exchange = Exchange::new();
+        for torque_nm in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            exchange.want(Some(torque_nm));
+            assert_eq!(exchange.wanted().0, None);
+        }
+    }
+
+    #[test]
+    fn every_fault_comes_through() {
+        let exchange = Exchange::new();
+        assert_eq!(exchange.told(), None);
+        for fault in DriveFault::ALL.map(Some).into_iter().chain([None]) {
+            let told = Told { fault, is_ready: fault.is_none(), bus_v: 24.0, ..Told::default() };
+            exchange.tell(&told);
+            assert_eq!(exchange.told(), Some(told));
+        }
+    }
+
+    #[test]
+    fn what_is_read_is_of_one_period() {
+        let (exchange, is_over) = (Exchange::new(), AtomicBool::new(false));
+        thread::scope(|scope| {
+            scope.spawn(|| {
+                for periods in 1..200_000_u32 {
+                    let value = periods as f32;
+                    exchange.tell(&Told {
+                        angle: periods,
+                        speed_rad_per_s: value,
+                        current_a: value,
+                        bus_v: value,
+                        temperature_c: value,
+                        periods,
+                        ..Told::default()
+                    });
+                }
+                is_over.store(true, Relaxed);
+            });
+            let mut seen = 0;
+            while !is_over.load(Relaxed) {
+                let Some(told) = exchange.told() else { continue };
+                let value = told.periods as f32;
+                assert_eq!(told.angle, told.periods);
+                for word in [told.speed_rad_per_s, told.current_a, told.bus_v, told.temperature_c] {
+                    assert_eq!(word.to_bits(), value.to_bits());
+                }
+                assert!(told.periods >= seen);
+                seen = told.periods;
+            }
+        });
+        assert_eq!(exchange.told().map(|told| told.periods), Some(199_999));
+    }
+}

@@ -1,0 +1,163 @@
+//! From what converters count to amperes, volts and degrees.
+
+/// Of a converter of 12 bits.
+pub const MOST_COUNTS: u16 = 4095;
+/// Periods over which the counts without current are averaged: 51 ms.
+const REST_PERIODS: u16 = 1 << 10;
+/// At the beginning, in which amplifiers settle.
+const SETTLE_PERIODS: u16 = 1 << 8;
+
+/// How a board measures.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scaling {
+    /// Current into the motor that adds one count, `A`; negative where it takes one.
+    pub a_per_count: f32,
+    /// Counts without current, by the schematic.
+    pub rest_counts: f32,
+    /// That the counts without current may be away from them.
+    pub rest_tolerance: f32,
+    /// Voltage of the supply that is one count, `V`.
+    pub v_per_count: f32,
+    /// Temperatures at every 128th count, from 0 on, `°C`.
+    pub temperature_c: &'static [f32; 33],
+}
+
+impl Scaling {
+    /// The temperature of the bridge, `°C`, on straight lines between the table's.
+    #[inline]
+    #[must_use]
+    pub fn celsius(&self, count: u16) -> f32 {
+        let place = usize::from(count.min(MOST_COUNTS) / 128);
+        let share = f32::from(count % 128) / 128.0;
+        match self.temperature_c.get(place..) {
+            Some([low, high, ..]) => low + share * (high - low),
+            _ => f32::NAN,
+        }
+    }
+}
+
+/// The counts of three phases without current, as they are found while the bridge is off.
+#[derive(Debug, Clone, Default)]
+pub struct Rest {
+    sums: [u32; 3],
+    periods: u16,
+}
+
+/// Phases show a current where none can be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct WrongAtRest;
+
+impl Rest {
+    /// One period. Gives the counts, when there have been enough.
+    ///
+    /// # Errors
+    /// [`WrongAtRest`] where they are not what the schematic says: a wire or an amplifier is wrong.
+    pub fn step(&mut self, counts: [u16; 3], scaling: &Scaling) -> Result<Option<[f32; 3]>, WrongAtRest> {
+        if self.periods >= SETTLE_PERIODS {
+            for (sum, count) in self.sums.iter_mut().zip(counts) {
+                *sum += u32::from(count);
+            }
+        }
+        self.periods += 1;
+        if self.periods < SETTLE_PERIODS + REST_PERIODS {
+            return Ok(None);
+        }
+        let means = self.sums.map(|sum| sum as f32 / f32::from(REST_PERIODS));
+        let is_right = |mean: &f32| (mean - scaling.rest_counts).abs() <= scaling.rest_tolerance;
+        if means.iter().all(is_right) { Ok(Some(means)) } else { Err(WrongAtRest) }
+    }
+}
+
+/// Currents into the motor, `A`. A converter at its end says no number: what flows is more than it shows.
+#[inline]
+#[must_use]
+pub fn amperes(counts: [u16; 3], rest: [f32; 3], scaling: &Scaling) -> [f32; 3] {
+    let [u, v, w] = counts;
+    let [rest_u, rest_v, rest_w] = rest;
+    let of = |count: u16, rest: f32| {
+        if count == 0 || count >= MOST_COUNTS {
+            f32::NAN
+        } else {
+            (f32::from(count) - rest) * scaling.a_per_count
+        }
+    };
+    [of(u, rest_u), of(v, rest_v), of(w, rest_w)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue::b_g431b_esc1::DRIVE;
+
+    const SCALING: Scaling = DRIVE.scaling;
+
+    #[test]
+    fn offsets_are_the_mean_of_what_is_counted_at_rest() {
+        let mut rest = Rest::default();
+        let mut found = None;
+        for period in 0..SETTLE_PERIODS + REST_PERIODS {
+            assert_eq!(found, None);
+            // Amplifiers that settle, and then noise of a count either way.
+            let noise = if period % 2 == 0 { 1 } else { 0 };
+            let counts =
+                if period < SETTLE_PERIODS { [0, 4095, 17] } else { [2550 + noise, 2560, 2540 - noise] };
+            found = rest.step(counts, &SCALING).unwrap();
+        }
+        assert_eq!(found.unwrap().map(f32::to_bits), [2550.5, 2560.0, 2539.5].map(f32::to_bits));
+    }
+
+    #[test]
+    fn a_phase_that_shows_a_current_at_rest_is_told() {
+        for wrong in [0, 2000, 4095] {
+            let mut rest = Rest::default();
+            let ends = (0..2 * REST_PERIODS).find_map(|_| rest.step([2553, 2553, wrong], &SCALING).err());
+            assert_eq!(ends, Some(WrongAtRest), "{wrong}");
+        }
+    }
+
+    /// The board's schematic in `f64`: a shunt of 3 mOhm behind 1.5 kOhm, pulled up by 22 kOhm and down by 2.2 kOhm, times 16.
+    fn counts(current_a: f64) -> f64 {
+        // Out of the motor through the lower switch: the shunt's upper end is negative by a current into it.
+        let shunt_v = -0.003 * current_a;
+        let conductance = 1.0 / 1_500.0 + 1.0 / 22_000.0 + 1.0 / 2_200.0;
+        let input_v = (shunt_v / 1_500.0 + 3.3 / 22_000.0) / conductance;
+        16.0 * input_v / 3.3 * f64::from(MOST_COUNTS)
+    }
+
+    #[test]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a converter")]
+    fn currents_are_those_of_the_schematic() {
+        assert!((f64::from(SCALING.rest_counts) - counts(0.0)).abs() < 1.0, "{}", counts(0.0));
+        let rest = [SCALING.rest_counts; 3];
+        for current_a in [-40.0, -1.0, 0.0, 3.0, 40.0] {
+            let shown = counts(current_a).round() as u16;
+            for measured_a in amperes([shown; 3], rest, &SCALING) {
+                assert!((f64::from(measured_a) - current_a).abs() < 0.06, "{current_a}: {measured_a}");
+            }
+        }
+        assert!(amperes([0, 4095, 2553], rest, &SCALING)[..2].iter().all(|current_a| current_a.is_nan()));
+    }
+
+    #[test]
+    fn the_supply_is_behind_its_divider() {
+        for volts in [8.0_f32, 12.0, 24.0, 30.0] {
+            let count = (volts * 18.0 / (18.0 + 169.0) / 3.3 * 4095.0).round();
+            assert!((count * SCALING.v_per_count - volts).abs() < 0.01);
+        }
+    }
+
+    #[test]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a converter")]
+    fn temperatures_are_those_of_the_thermistor() {
+        for celsius in -30..=130 {
+            let kelvin = f64::from(celsius) + 273.15;
+            let ohm = 10_000.0 * (3_425.0 * (1.0 / kelvin - 1.0 / 298.15)).exp();
+            let count = f64::from(MOST_COUNTS) * 4_700.0 / (4_700.0 + ohm);
+            let found = SCALING.celsius(count.round() as u16);
+            let tolerance = if celsius < 0 { 1.5 } else { 1.0 };
+            assert!((found - celsius as f32).abs() < tolerance, "{celsius}: {found}");
+        }
+        assert!(SCALING.celsius(0) < -40.0, "a wire is open");
+        assert!(SCALING.celsius(4095) > 200.0, "or short-circuited");
+    }
+}

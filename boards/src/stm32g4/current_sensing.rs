@@ -1,0 +1,132 @@
+//! Converters 1 and 2, and the amplifiers in front of them, by their registers (RM0440, 21 and 25).
+//!
+//! Timer 1 starts a sequence on both at once, where the lower switches are in the middle of their time:
+//!
+//! ```text
+//!   converter 1   U ▏ W ▏ temperature ▏      its end calls the current loop
+//!   converter 2   V ▏ supply ▏
+//! ```
+//! U and V are sampled at one instant, W 0.45 us later. Both are clocked with a quarter of the bus clock, 42 MHz.
+
+use embassy_stm32::pac;
+use embassy_stm32::pac::adc::Adc;
+use embassy_stm32::pac::adc::vals::{Adcaldif, Exten, SampleTime};
+use embassy_stm32::pac::adccommon::vals::Ckmode;
+use embassy_stm32::pac::opamp::Opamp;
+use embassy_stm32::pac::opamp::vals::{PgaGain, VmSel, VpSel};
+
+use crate::current_loop::Counts;
+
+/// TIM1_TRGO2 as the trigger of an injected sequence (RM0440, 21.4.18, table of injected triggers of ADC1 and ADC2).
+const TIMER_1: u8 = 8;
+/// Cycles of the processor in which the converters' regulator starts: 20 us, and half as much again.
+const REGULATOR_CYCLES: u32 = 30 * 168;
+/// Looks at a converter that is not ready: more than its calibration takes.
+const PATIENCE: u32 = 100_000;
+/// Of phases: 0.15 us. Behind resistors of some kOhm it takes 1.1 us.
+const OF_PHASES: SampleTime = SampleTime::CYCLES6_5;
+const OF_DIVIDERS: SampleTime = SampleTime::CYCLES47_5;
+
+/// Where a board has what it measures: channels of the converters.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Channels {
+    /// Of converter 1.
+    pub(crate) u: u8,
+    /// Of converter 1.
+    pub(crate) w: u8,
+    /// Of converter 1.
+    pub(crate) temperature: u8,
+    /// Of converter 2.
+    pub(crate) v: u8,
+    /// Of converter 2.
+    pub(crate) bus: u8,
+}
+
+/// Turns the amplifiers 1 to 3 on, as amplifiers of 16 with their inputs at `VINP0` and, where the gain's resistors end, at
+/// `VINM0`; each drives its output pin (RM0440, 25.3.5 and 25.5.1).
+pub(crate) fn start_amplifiers() {
+    pac::RCC.apb2enr().modify(|clocks| clocks.set_syscfgen(true));
+    let amplifiers: [Opamp; 3] = [pac::OPAMP1, pac::OPAMP2, pac::OPAMP3];
+    for amplifier in amplifiers {
+        amplifier.csr().write(|control| {
+            control.set_vp_sel(VpSel::VINP0);
+            control.set_vm_sel(VmSel::PGA);
+            control.set_pga_gain(PgaGain::GAIN16_INPUT_VINM0);
+            control.set_opahsm(true);
+        });
+        amplifier.csr().modify(|control| control.set_opampen(true));
+    }
+}
+
+/// Calibrates the converters and has them wait for timer 1.
+pub(crate) fn start_converters(channels: &Channels) {
+    pac::RCC.ahb2enr().modify(|clocks| clocks.set_adc12en(true));
+    let _ = pac::RCC.ahb2enr().read();
+    pac::ADC12_COMMON.ccr().modify(|clock| clock.set_ckmode(Ckmode::SYNC_DIV4));
+    let Channels { u, w, temperature, v, bus } = *channels;
+    for (converter, sequence) in [(pac::ADC1, &[u, w, temperature][..]), (pac::ADC2, &[v, bus])] {
+        enable(converter);
+        let phases = sequence.len() - 1;
+        converter.jsqr().write(|order| {
+            order.set_jl(u8::try_from(phases).unwrap_or_default());
+            order.set_jextsel(TIMER_1);
+            order.set_jexten(Exten::RISING_EDGE);
+            for (place, channel) in sequence.iter().enumerate() {
+                order.set_jsq(place, *channel);
+            }
+        });
+        for (place, channel) in sequence.iter().enumerate() {
+            let time = if place < phases { OF_PHASES } else { OF_DIVIDERS };
+            match usize::from(*channel) {
+                channel @ 0..=9 => converter.smpr().modify(|times| times.set_smp(channel, time)),
+                channel => converter.smpr2().modify(|times| times.set_smp(channel - 10, time)),
+            }
+        }
+        convert_once(converter);
+    }
+    pac::ADC1.ier().write(|interrupts| interrupts.set_jeosie(true));
+    pac::ADC2.cr().modify(|control| control.set_jadstart(true));
+    pac::ADC1.cr().modify(|control| control.set_jadstart(true));
+}
+
+/// Out of deep power-down, calibrated and on (RM0440, 21.4.6, 21.4.8, 21.4.9).
+fn enable(converter: Adc) {
+    converter.cr().modify(|control| control.set_deeppwd(false));
+    converter.cr().modify(|control| control.set_advregen(true));
+    cortex_m::asm::delay(REGULATOR_CYCLES);
+    converter.cr().modify(|control| control.set_adcaldif(Adcaldif::SINGLE_ENDED));
+    converter.cr().modify(|control| control.set_adcal(true));
+    wait(|| !converter.cr().read().adcal());
+    // Again and again: right behind a calibration it is not taken.
+    wait(|| {
+        converter.cr().modify(|control| control.set_aden(true));
+        converter.isr().read().adrdy()
+    });
+}
+
+/// The first conversion can be one of channel 0, whatever it is told (ST ES0431, 2.5.8): it is one of nobody's.
+fn convert_once(converter: Adc) {
+    converter.cr().modify(|control| control.set_adstart(true));
+    wait(|| converter.isr().read().eoc());
+    let _ = converter.dr().read();
+}
+
+fn wait(mut is_done: impl FnMut() -> bool) {
+    if !(0..PATIENCE).any(|_| is_done()) {
+        defmt::panic!("a converter does not start");
+    }
+}
+
+/// What both have counted, and the end of their interrupt.
+#[inline]
+pub(crate) fn take() -> Counts {
+    // All flags that are written as 1 are cleared.
+    pac::ADC1.isr().write(|flags| {
+        flags.set_jeos(true);
+        flags.set_jeoc(true);
+    });
+    // One by one: of a place that is no constant the registers' library asks whether it is there.
+    let [u, w, temperature] = [pac::ADC1.jdr(0), pac::ADC1.jdr(1), pac::ADC1.jdr(2)].map(|data| data.read().jdata());
+    let [v, bus] = [pac::ADC2.jdr(0), pac::ADC2.jdr(1)].map(|data| data.read().jdata());
+    Counts { phases: [u, v, w], bus, temperature }
+}

@@ -1,0 +1,121 @@
+//! Timer 1 as the modulator of three half bridges, by its registers (RM0440, 28): the library's driver cannot say at which of its
+//! turns the counter takes new duty cycles.
+//!
+//! ```text
+//!   counter    0 ───▶ 4200 ───▶ 0      25 us each way
+//!   upper on   ▔▔▔▔▏          ▕▔▔▔▔    below the compare value
+//!   lower on        ▕▔▔▔▔▔▔▔▔▏         and there, in its middle, at the top:
+//!                        ▲             new duty cycles are taken, and the phases are sampled
+//! ```
+//! The switch of them all is the master output enable: off, all six outputs are held low by hardware.
+
+use embassy_stm32::pac::timer::vals::{Cms, Dir, Mms2, Ocm, Ossi, Ossr, Urs};
+use embassy_stm32::pac::{RCC, TIM1};
+
+const CHANNELS: usize = 3;
+/// Looks at the timer until it has to have turned: five periods, with a few cycles each.
+const PATIENCE: u32 = 5 * 8_400;
+/// Tries to have duty cycles taken at the top: the second one succeeds.
+const TRIES: u8 = 8;
+
+/// Three half bridges whose switches are all open.
+pub(crate) struct HalfBridges {
+    top: f32,
+    /// Whether the duty cycles that the timer has are of this time that the switches are closed.
+    is_loaded: bool,
+}
+
+impl HalfBridges {
+    /// Sets the timer up, with `top` cycles of its clock each way, and `dead_time` as its register has it (RM0440, 28.6.20). Its
+    /// second trigger output says when to sample.
+    pub(crate) fn start(top: u16, dead_time: u8) -> Self {
+        RCC.apb2enr().modify(|clocks| clocks.set_tim1en(true));
+        // Once it is read the clock is there (RM0440, 7.2.17).
+        let _ = RCC.apb2enr().read();
+        TIM1.cr1().write(|control| {
+            control.set_cms(Cms::CENTER_ALIGNED1);
+            control.set_arpe(true);
+            control.set_urs(Urs::COUNTER_ONLY);
+        });
+        TIM1.arr().write(|reload| reload.set_arr(top));
+        for channel in 0..CHANNELS {
+            TIM1.ccmr_output(channel / 2).modify(|mode| {
+                mode.set_ocm(channel % 2, Ocm::PWM_MODE1);
+                mode.set_ocpe(channel % 2, true);
+            });
+            TIM1.ccer().modify(|outputs| {
+                outputs.set_cce(channel, true);
+                outputs.set_ccne(channel, true);
+            });
+        }
+        TIM1.bdtr().write(|switch| {
+            switch.set_dtg(dead_time);
+            switch.set_ossr(Ossr::IDLE_LEVEL);
+            switch.set_ossi(Ossi::IDLE_LEVEL);
+        });
+        TIM1.egr().write(|event| event.set_ug(true));
+        TIM1.cr1().modify(|control| control.set_cen(true));
+        take_at_top(top);
+        TIM1.cr2().modify(|control| control.set_mms2(Mms2::UPDATE));
+        Self { top: top.into(), is_loaded: false }
+    }
+
+    /// Has the next period made of these duty cycles, 0 to 1; or opens all switches now. They are closed when the timer has
+    /// taken duty cycles, so that those of an earlier time are never made.
+    #[inline]
+    pub(crate) fn apply(&mut self, duties: Option<[f32; 3]>) {
+        let Some([u, v, w]) = duties else {
+            self.is_loaded = false;
+            return switch_off();
+        };
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "casts saturate, NaN gives 0"
+        )]
+        let compare = |duty: f32| (duty * self.top) as u16;
+        TIM1.ccr(0).write(|value| value.set_ccr(compare(u)));
+        TIM1.ccr(1).write(|value| value.set_ccr(compare(v)));
+        TIM1.ccr(2).write(|value| value.set_ccr(compare(w)));
+        if self.is_loaded {
+            TIM1.bdtr().modify(|switch| switch.set_moe(true));
+        }
+        self.is_loaded = true;
+    }
+}
+
+/// Opens all six switches, at any time.
+#[inline]
+pub(crate) fn switch_off() {
+    TIM1.bdtr().modify(|switch| switch.set_moe(false));
+}
+
+/// Has the repetition counter, which passes over every second turn, pass over the bottom: which one it is hangs on when it
+/// was written (RM0440, 28.3.3). One turn that is not passed over makes it the other one.
+fn take_at_top(top: u16) {
+    TIM1.rcr().write(|counter| counter.set_rep(1));
+    wait_for_update();
+    for _ in 0..TRIES {
+        wait_for_update();
+        let is_down = TIM1.cr1().read().dir() == Dir::DOWN;
+        if is_down && TIM1.cnt().read().cnt() > top / 2 {
+            return;
+        }
+        TIM1.rcr().write(|counter| counter.set_rep(0));
+        wait_for_update();
+        TIM1.rcr().write(|counter| counter.set_rep(1));
+        wait_for_update();
+    }
+    defmt::panic!("timer 1 takes no duty cycles at the top");
+}
+
+/// Waits until it takes what was written.
+fn wait_for_update() {
+    TIM1.sr().write(|flags| {
+        *flags = embassy_stm32::pac::timer::regs::SrAdv(u32::MAX);
+        flags.set_uif(false);
+    });
+    if !(0..PATIENCE).any(|_| TIM1.sr().read().uif()) {
+        defmt::panic!("timer 1 does not count");
+    }
+}

@@ -1,0 +1,253 @@
+//! The board's current loop, from what its converters count to duty cycles, against the simulator's motor.
+#![expect(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "in helpers of tests as in tests; converters and encoders count"
+)]
+
+use core::f64::consts::TAU;
+
+use boards::BOARDS;
+use boards::catalogue::ThreePhaseDrive;
+use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Start, Told};
+use dimsart_core::DriveFault;
+use drive::{Angle, Duties, Rotor};
+use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
+
+const PERIODS_PER_TICK: u32 = 20;
+const TICK_S: f32 = 1e-3;
+/// What an encoder that counts from a start on shows where the magnets point along phase U, `rad`.
+const OFFSET_RAD: f64 = 1.3;
+
+fn drive() -> ThreePhaseDrive {
+    BOARDS.iter().find_map(|board| board.tooling.drive).unwrap()
+}
+
+/// A motor as the board is told of it, which turns a joint.
+fn motor(drive: &ThreePhaseDrive) -> ThreePhaseParameters {
+    let told = drive.configuration.motor;
+    ThreePhaseParameters {
+        supply_v: 12.0,
+        resistance_ohm: told.resistance_ohm.into(),
+        direct_inductance_h: told.direct_inductance_h.into(),
+        quadrature_inductance_h: told.quadrature_inductance_h.into(),
+        flux_linkage_vs: told.flux_linkage_vs.into(),
+        pole_pairs: told.pole_pairs.into(),
+        dead_time_share: drive.configuration.dead_time_share.into(),
+        rotor_inertia_kg_m2: 2e-5,
+        ..ThreePhaseParameters::default()
+    }
+}
+
+struct Bench {
+    drive: ThreePhaseDrive,
+    current_loop: CurrentLoop,
+    exchange: Exchange,
+    motor: BridgeMotor,
+    duties: Option<Duties>,
+    /// Counts without current, which the loop has to find.
+    rest: [f32; 3],
+    bus_v: f32,
+    temperature_counts: u16,
+}
+
+impl Bench {
+    fn new(change: impl FnOnce(&mut ThreePhaseDrive)) -> Self {
+        let parameters = motor(&drive());
+        let mut drive = drive();
+        change(&mut drive);
+        let start = Start::ByCurrent(drive.aligning_current_a);
+        let checked = drive.configuration.checked().unwrap();
+        Self {
+            current_loop: CurrentLoop::new(&checked, drive.scaling, start, TICK_S),
+            drive,
+            exchange: Exchange::new(),
+            motor: BridgeMotor::new(&parameters).unwrap(),
+            duties: None,
+            rest: [2540.0, 2561.0, 2550.0],
+            bus_v: 12.0,
+            temperature_counts: 1309,
+        }
+    }
+
+    /// One period, in which converter and encoder count.
+    fn period(&mut self) {
+        let scaling = &self.drive.scaling;
+        let mut phases = [0; 3];
+        for ((count, rest), phase_a) in phases.iter_mut().zip(self.rest).zip(self.motor.phase_a()) {
+            let exact = rest + phase_a as f32 / scaling.a_per_count;
+            *count = exact.round().clamp(0.0, f32::from(MOST_COUNTS)) as u16;
+        }
+        let bus = (self.bus_v / scaling.v_per_count).round() as u16;
+        let counts = Counts { phases, bus, temperature: self.temperature_counts };
+        let turns = (self.motor.state().angle_rad + OFFSET_RAD) / TAU;
+        let count = (turns.rem_euclid(1.0) * f64::from(self.drive.counts_per_turn)) as u32;
+        let rotor = Rotor::At(Angle::from_counts(count, self.drive.counts_per_turn));
+        let next = self.current_loop.period(counts, rotor, &self.exchange);
+        let now = self.duties.filter(|_| next.is_some());
+        self.motor.advance(now.map(|duties| duties.map(f64::from)), 5e-5);
+        self.duties = next;
+    }
+
+    /// A tick that wants a torque, and the periods up to the next one.
+    fn tick(&mut self, wanted_nm: Option<f32>) -> Told {
+        self.exchange.want(wanted_nm);
+        (0..PERIODS_PER_TICK).for_each(|_| self.period());
+        self.told()
+    }
+
+    fn told(&self) -> Told {
+        self.exchange.told().unwrap()
+    }
+
+    /// As long as the loop is not ready; gives the ticks that took.
+    fn align(&mut self) -> u32 {
+        for tick in 0..12_000 {
+            if self.tick(Some(0.0)).is_ready {
+                return tick;
+            }
+            assert_eq!(self.told().fault, None, "tick {tick}");
+        }
+        unreachable!("it is never ready");
+    }
+
+    fn is_on(&self) -> bool {
+        self.duties.is_some()
+    }
+}
+
+#[test]
+fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
+    let mut bench = Bench::new(|_| {});
+    for _ in 0..100 {
+        assert!(!bench.tick(None).is_ready && !bench.is_on(), "nothing moves before a torque is wanted");
+    }
+    let ticks = bench.align();
+    assert!((3_000..9_000).contains(&ticks), "{ticks}");
+    for wanted_nm in [0.02_f32, -0.05, 0.1] {
+        let mut sum_nm = 0.0;
+        bench.tick(Some(wanted_nm));
+        for _ in 0..5 * PERIODS_PER_TICK {
+            bench.exchange.want(Some(wanted_nm));
+            bench.period();
+            sum_nm += bench.motor.torque_nm();
+        }
+        let mean_nm = sum_nm / f64::from(5 * PERIODS_PER_TICK);
+        // A count of the converters is 0.03 A, which is 0.0015 N m; and its offset is half of that.
+        assert!((mean_nm - f64::from(wanted_nm)).abs() < 0.003, "{wanted_nm}: {mean_nm}");
+        let told = bench.told();
+        assert!((told.current_a - wanted_nm / 0.05).abs() < 0.1, "{told:?}");
+        assert!((told.bus_v - 12.0).abs() < 0.02 && (told.temperature_c - 25.0).abs() < 1.0, "{told:?}");
+        assert!(
+            (f64::from(told.speed_rad_per_s) - bench.motor.state().speed_rad_per_s).abs() < 15.0,
+            "{told:?}"
+        );
+    }
+}
+
+#[test]
+fn a_tick_that_dies_opens_the_bridge_after_three_ticks() {
+    let mut bench = Bench::new(|_| {});
+    bench.align();
+    bench.tick(Some(0.02));
+    assert!(bench.is_on());
+    for period in PERIODS_PER_TICK..5 * PERIODS_PER_TICK {
+        bench.period();
+        assert_eq!(bench.is_on(), period < 3 * PERIODS_PER_TICK, "{period}");
+    }
+}
+
+#[test]
+fn a_tick_that_wants_nothing_opens_the_bridge_in_the_next_period() {
+    let mut bench = Bench::new(|_| {});
+    bench.align();
+    bench.tick(Some(0.02));
+    bench.exchange.want(None);
+    bench.period();
+    assert!(!bench.is_on());
+    // And aligning is done once.
+    assert!(bench.tick(Some(0.02)).is_ready && bench.is_on());
+}
+
+#[test]
+fn a_fault_is_told_until_nothing_is_wanted_and_its_cause_is_gone() {
+    let mut bench = Bench::new(|_| {});
+    bench.align();
+    bench.bus_v = 6.0;
+    for _ in 0..10 {
+        assert_eq!(bench.tick(Some(0.02)).fault, Some(DriveFault::Undervoltage));
+        assert!(!bench.is_on());
+    }
+    bench.bus_v = 12.0;
+    for _ in 0..10 {
+        assert_eq!(bench.tick(Some(0.02)).fault, Some(DriveFault::Undervoltage), "still wanted");
+    }
+    let cleared = (0..5).map(|_| bench.tick(None).fault).collect::<Vec<_>>();
+    assert_eq!(cleared.last(), Some(&None), "{cleared:?}");
+    assert_eq!((bench.tick(Some(0.02)).fault, bench.is_on()), (None, true));
+}
+
+#[test]
+fn a_hot_bridge_and_a_supply_that_is_off_are_told_while_nothing_moves() {
+    for (bus_v, temperature_counts, fault) in [
+        (2.0, 1309, DriveFault::Undervoltage),
+        (30.0, 1309, DriveFault::Overvoltage),
+        (12.0, 3_600, DriveFault::Overtemperature),
+        (12.0, 0, DriveFault::Overtemperature),
+    ] {
+        let mut bench = Bench::new(|_| {});
+        (bench.bus_v, bench.temperature_counts) = (bus_v, temperature_counts);
+        (0..200).for_each(|_| drop(bench.tick(None)));
+        for tick in 0..200 {
+            assert_eq!(bench.tick(None).fault, Some(fault), "{tick}");
+            assert!(!bench.is_on());
+        }
+    }
+}
+
+#[test]
+fn a_phase_that_shows_a_current_at_rest_keeps_the_bridge_off() {
+    let mut bench = Bench::new(|_| {});
+    bench.rest = [2540.0, 2000.0, 2550.0];
+    (0..200).for_each(|_| drop(bench.tick(Some(0.0))));
+    assert_eq!(bench.told().fault, Some(DriveFault::CurrentSensors));
+    assert!(!bench.is_on());
+    // A loose wire that is mended.
+    bench.rest = [2540.0, 2550.0, 2550.0];
+    (0..200).for_each(|_| drop(bench.tick(None)));
+    assert_eq!(bench.told().fault, None);
+}
+
+#[test]
+fn another_motor_than_the_board_is_told_of_is_not_aligned() {
+    let mut bench = Bench::new(|drive| drive.configuration.motor.pole_pairs = 4);
+    let fault = (0..12_000).find_map(|_| bench.tick(Some(0.0)).fault);
+    assert_eq!(fault, Some(DriveFault::NotAligned));
+    (0..100).for_each(|_| drop(bench.tick(Some(0.0))));
+    assert!(!bench.is_on() && !bench.told().is_ready);
+}
+
+#[test]
+fn a_scheme_that_is_stopped_ends_the_aligning_and_the_next_one_begins_it_again() {
+    let mut bench = Bench::new(|_| {});
+    (0..1_000).for_each(|_| drop(bench.tick(Some(0.0))));
+    assert!(bench.is_on());
+    bench.tick(None);
+    assert!(!bench.is_on());
+    assert!(bench.align() > 3_000);
+}
+
+#[test]
+fn a_phase_that_is_short_circuited_opens_the_bridge_within_two_periods() {
+    let mut bench = Bench::new(|_| {});
+    bench.align();
+    bench.tick(Some(0.02));
+    // As the converter sees it.
+    bench.rest[1] = 4095.0;
+    bench.period();
+    bench.period();
+    assert!(!bench.is_on());
+    let fault = bench.told().fault.unwrap();
+    assert!([DriveFault::Overcurrent, DriveFault::CurrentSensors].contains(&fault), "{fault:?}");
+}
