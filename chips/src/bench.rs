@@ -40,7 +40,7 @@ impl Board {
 const PIECE_S: f64 = 1e-3;
 
 /// A board that runs.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Bench {
     /// What it is.
     pub board: &'static Board,

@@ -54,7 +54,7 @@ use self::violation::Access;
 const START_HZ: f64 = 16e6;
 
 /// A chip: its memory, its peripherals, and what is wired to its pins.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Stm32g4 {
     part: Part,
     clock: Clock,
@@ -190,6 +190,25 @@ impl Stm32g4 {
             &["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"]
         };
         needs.iter().all(|name| connected.contains(name)).then(|| timer.pulses()).flatten()
+    }
+
+    /// The next cycle in which the lower switches of timer 1's bridge are in the middle of their time; none while its timer does
+    /// not count up and down.
+    #[must_use]
+    pub fn next_middle(&self) -> Option<u64> {
+        self.timers.first()?.next_top()
+    }
+
+    /// When timer 1 was allowed to drive its bridge (`MOE`), or was not any more, since this was last asked: cycle, whether it
+    /// is.
+    pub fn take_switched(&mut self) -> Vec<(u64, bool)> {
+        self.timers.first_mut().map(Timer::take_switched).unwrap_or_default()
+    }
+
+    /// Cycles from the end of an injected sequence of converter 1 to its flag's being cleared: the least and the most since this
+    /// was last asked.
+    pub fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
+        self.adcs[0].take_answer_cycles()
     }
 
     /// Turns the shaft of an encoder on a timer's first two channels, by so many counts.

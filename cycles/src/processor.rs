@@ -116,7 +116,7 @@ pub enum State {
 }
 
 /// A processor in a chip.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Processor<B> {
     image: Arc<Image>,
     code: Arc<Code>,

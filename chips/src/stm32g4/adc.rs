@@ -103,7 +103,7 @@ pub(super) struct Sampling {
     pub(super) at: At,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Adc {
     part: Part,
     number: u32,
@@ -121,6 +121,10 @@ pub(super) struct Adc {
     /// Instructions that started regular conversions and injected ones.
     regular_by: u32,
     injected_by: u32,
+    /// End of the last injected sequence, while its flag is set.
+    unanswered: Option<u64>,
+    /// Least and most cycles until one was cleared.
+    answered: Option<(u64, u64)>,
 }
 
 impl Adc {
@@ -139,6 +143,8 @@ impl Adc {
             interrupted: None,
             regular_by: 0,
             injected_by: 0,
+            unanswered: None,
+            answered: None,
         }
     }
 
@@ -191,7 +197,16 @@ impl Adc {
     ) {
         let is_started = self.registers.has(CR, ADSTART) || self.registers.has(CR, JADSTART);
         match offset {
-            ISR => self.registers.set(ISR, self.registers.get(ISR) & !value),
+            ISR => {
+                self.registers.set(ISR, self.registers.get(ISR) & !value);
+                if value >> JEOS & 1 == 1
+                    && let Some(ended) = self.unanswered.take()
+                {
+                    let cycles = access.at.cycle - ended;
+                    let (least, most) = self.answered.unwrap_or((cycles, cycles));
+                    self.answered = Some((least.min(cycles), most.max(cycles)));
+                }
+            }
             CR => {
                 match ticks {
                     Ok(ticks) => self.ticks = ticks,
@@ -449,6 +464,7 @@ impl Adc {
             }
             Group::Injected => {
                 self.registers.set_bit(ISR, JEOS, true);
+                self.unanswered = Some(self.unanswered.unwrap_or(done.ends_at));
                 if self.registers.bits(JSQR, 7, 2) == 0 {
                     self.registers.set_bit(CR, JADSTART, false);
                 }
@@ -464,6 +480,11 @@ impl Adc {
             .running
             .map(|running| if running.counts.is_none() { running.samples_at } else { running.ends_at });
         [self.calibrated_at, self.ready_at, conversion].into_iter().flatten().min().unwrap_or(u64::MAX)
+    }
+
+    /// Cycles until the flag of an injected sequence's end was cleared, least and most since this was last asked.
+    pub(super) fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
+        self.answered.take()
     }
 
     pub(super) fn wants_interrupt(&self) -> bool {

@@ -23,7 +23,7 @@ const ANALOG: u32 = 3;
 pub(super) struct Function(pub(super) char, pub(super) u32, pub(super) u32, pub(super) &'static str);
 
 /// A port of 16 pins.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Gpio {
     letter: char,
     registers: Registers,

@@ -38,7 +38,7 @@ pub(super) const PINS: [Pins; AMPLIFIERS] = [
     Pins { input: ('B', 0), bias: ('B', 2), output: ('B', 1) },
 ];
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Opamp {
     registers: Registers,
     /// When each will have started.

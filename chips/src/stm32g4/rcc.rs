@@ -51,7 +51,7 @@ struct Ready {
     at_cycle: u64,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Rcc {
     registers: Registers,
     /// Of the board's crystal; none when it does not swing.

@@ -52,7 +52,7 @@ pub struct Pulses {
     pub period_cycles: u64,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Timer {
     part: Part,
     number: u32,
@@ -69,6 +69,8 @@ pub(super) struct Timer {
     repetitions: u32,
     /// What the trigger outputs have done since this was taken.
     edges: Vec<Edge>,
+    /// When the main output was switched on or off since this was taken.
+    switched: Vec<(u64, bool)>,
     /// What TRGO and TRGO2 are at.
     levels: [bool; 2],
     has_gates: bool,
@@ -92,6 +94,7 @@ impl Timer {
             compares: [0; 4],
             repetitions: 0,
             edges: Vec::new(),
+            switched: Vec::new(),
             levels: [false; 2],
             has_gates: number == 1,
         }
@@ -209,6 +212,14 @@ impl Timer {
                 let is_preloaded = self.registers.has(CCMR1 + channel / 2 * 4, channel % 2 * 8 + 3);
                 if !is_preloaded && let Some(compare) = self.compares.get_mut(channel as usize) {
                     *compare = value;
+                }
+            }
+            BDTR if self.has_gates => {
+                let was_on = self.registers.has(BDTR, MOE);
+                self.registers.write(offset, value, access);
+                let is_on = self.registers.has(BDTR, MOE);
+                if is_on != was_on {
+                    self.switched.push((access.at.cycle, is_on));
                 }
             }
             CR1 => {

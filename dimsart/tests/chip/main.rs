@@ -4,4 +4,7 @@
 //! `cargo xtask test`, a missing one is a failure.
 
 mod boot;
+mod client;
 mod common;
+mod drive;
+mod motor;

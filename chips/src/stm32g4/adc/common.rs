@@ -39,7 +39,7 @@ impl Ticks {
 }
 
 /// The common registers.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(in super::super) struct Common {
     registers: Registers,
 }

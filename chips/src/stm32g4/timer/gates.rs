@@ -29,6 +29,18 @@ impl Timer {
         }
     }
 
+    /// The next cycle in which the counter is at its top, in the middle of the time that the lower switches are closed; none
+    /// while it does not count up and down.
+    pub(in super::super) fn next_top(&self) -> Option<u64> {
+        let is_right = self.is_counting() && self.is_up_and_down();
+        is_right.then(|| self.cycle_of(self.distance(self.top())))
+    }
+
+    /// When the main output was switched on or off since this was last asked.
+    pub(in super::super) fn take_switched(&mut self) -> Vec<(u64, bool)> {
+        std::mem::take(&mut self.switched)
+    }
+
     /// Counts since the reference of a channel has changed; none where it does not, with the compare value that is in effect.
     fn counts_since_edge(&self, channel: u32) -> Option<u64> {
         let period = self.period();
