@@ -106,6 +106,13 @@ impl Client {
         id
     }
 
+    /// Sends a question whose answer nobody waits for, one of several by its number.
+    pub(crate) fn ask_in_passing(&mut self, powered: &mut Powered, number: u32) {
+        let requests = [Request::Status, Request::Timing, Request::Safety, Request::Identify];
+        let place = usize::try_from(number).unwrap() % requests.len();
+        self.send(powered, &requests[place]);
+    }
+
     /// Allows the board to move the motor from now on.
     pub(crate) fn take_lease(&mut self, powered: &mut Powered) {
         self.lease(powered, LeaseAction::Take);

@@ -20,7 +20,7 @@ use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 use crate::common::bench;
 
 const CLOCK_HZ: f64 = 168e6;
-const PERIOD_CYCLES: u64 = 8_400;
+pub(crate) const PERIOD_CYCLES: u64 = 8_400;
 /// So long before the middle the pins get their voltages.
 const AHEAD_CYCLES: u64 = 100;
 const ROTOR_KG_M2: f64 = 2e-5;
