@@ -46,7 +46,7 @@ pub const KNOWN: [&str; 3] = ["FDCAN1_TXBTIE gets 0xffffffff", "LPUART1_ICR gets
 const PIECE_S: f64 = 1e-3;
 
 /// A board that runs.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Bench {
     /// What it is.
     pub board: &'static Board,

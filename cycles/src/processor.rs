@@ -118,7 +118,7 @@ pub enum State {
 }
 
 /// A processor in a chip.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Processor<B> {
     image: Arc<Image>,
     code: Arc<Code>,

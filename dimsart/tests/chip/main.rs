@@ -6,7 +6,10 @@
 #![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
 
 mod boot;
+mod client;
 mod common;
+mod drive;
 mod kept_schemes;
+mod motor;
 mod register_writes;
 mod trouble;
