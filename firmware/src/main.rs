@@ -25,6 +25,12 @@ mod stamp;
 mod telemetry;
 mod tick;
 
+#[cfg(all(feature = "b-g431b-esc1", feature = "signals"))]
+compile_error!(
+    "b-g431b-esc1 has no room for the modules of `signals` beside its drive: \
+     cargo board b-g431b-esc1,control,teleoperation --no-default-features"
+);
+
 use boards::{Board as _, Parts, Selected, Storage, handover};
 use cortex_m_rt::entry;
 use dimsart_core::Dimsart;

@@ -11,6 +11,12 @@ use dimsart::connect::{Device, Patience};
 /// What a read of the command line waits, `s` of the board's time.
 const READ_S: f64 = 1e-3;
 
+/// The board of a name on the bench, with its image; none where no images are.
+pub(crate) fn bench(name: &str) -> Option<Bench> {
+    let board = Board::named(name).unwrap();
+    Some(Bench::new(board, image(name)?).unwrap())
+}
+
 /// A board that a test and its command line share.
 #[derive(Debug, Clone)]
 pub(crate) struct Shared(Arc<Mutex<Bench>>);
@@ -18,8 +24,7 @@ pub(crate) struct Shared(Arc<Mutex<Bench>>);
 impl Shared {
     /// The board of a name on the bench, with its image; none where no images are.
     pub(crate) fn start(name: &str) -> Option<Self> {
-        let board = Board::named(name).unwrap();
-        Some(Self(Arc::new(Mutex::new(Bench::new(board, image(name)?).unwrap()))))
+        Some(Self(Arc::new(Mutex::new(bench(name)?))))
     }
 
     pub(crate) fn bench(&self) -> MutexGuard<'_, Bench> {

@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 use dimsart_core::{Reason, types};
 
 use crate::client::Client;
-use crate::common::violations;
 use crate::motor::{PERIOD_CYCLES, Powered};
 
 /// Cycles of 1 us.
@@ -58,7 +57,7 @@ fn without_current_it_measures_none_and_its_bridge_is_off() {
     assert!(current_a.abs() < 0.05, "{current_a} A");
     assert!((supply_v - 12.0).abs() < 0.02, "{supply_v} V");
     assert!((bridge_c - 25.0).abs() < 1.0, "{bridge_c} °C");
-    assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+    assert_eq!(powered.bench.violations(), [] as [&str; 0]);
 }
 
 #[test]
@@ -100,7 +99,7 @@ fn a_current_follows_a_step_of_the_torque() {
     assert!(reached_s.is_some_and(|reached_s| reached_s < 0.01), "{reached_s:?}");
     let told_a = client.signal(&mut powered, types::MOTOR_CURRENT.id);
     assert!((f64::from(told_a) - wanted_a).abs() < 0.1, "{told_a} A");
-    assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+    assert_eq!(powered.bench.violations(), [] as [&str; 0]);
 }
 
 #[test]
@@ -119,7 +118,7 @@ fn a_short_circuit_opens_the_bridge_within_two_periods() {
         // It may have begun a period before it could be sampled.
         assert!(after < PERIOD_CYCLES, "{after} cycles");
         assert_eq!(client.reason(&mut powered), Some(Reason::Overcurrent));
-        assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+        assert_eq!(powered.bench.violations(), [] as [&str; 0]);
     }
 }
 
@@ -210,5 +209,5 @@ fn the_current_loop_comes_in_time_while_the_command_line_is_busy() {
     eprintln!("{asked} requests: {least} to {most} cycles from the last sample to the loop");
     assert!(asked > 500);
     assert!(most - least <= MOST_JITTER_CYCLES, "{least} to {most} cycles");
-    assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+    assert_eq!(powered.bench.violations(), [] as [&str; 0]);
 }
