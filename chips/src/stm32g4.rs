@@ -2,6 +2,7 @@
 
 mod clock;
 mod dma;
+pub mod fdcan;
 mod flash;
 mod gpio;
 mod iwdg;
@@ -29,11 +30,12 @@ pub use timer::Pulses;
 pub use violation::Violation;
 
 use self::dma::Dma;
+use self::fdcan::Fdcan;
 use self::flash::Flash;
 use self::gpio::Gpio;
 use self::iwdg::Iwdg;
 use self::map::{Block, DMAMUX, PLAIN, PORTS, TIMERS, USARTS};
-use self::memory::Memory;
+use self::memory::{MESSAGES, Memory};
 use self::pwr::Pwr;
 use self::rcc::{Cause, Rcc};
 use self::registers::Registers;
@@ -58,6 +60,7 @@ pub struct Stm32g4 {
     usarts: Vec<Usart>,
     dmas: Vec<Dma>,
     iwdg: Iwdg,
+    fdcan: Fdcan,
     plain: Vec<Registers>,
     violations: Vec<Violation>,
     /// What was written, for who reviews how a program sets the chip up.
@@ -82,6 +85,7 @@ impl Stm32g4 {
             usarts: USARTS.map(|name| Usart::new(part, name)).into(),
             dmas: ["DMA1", "DMA2"].map(|name| Dma::new(part, name)).into(),
             iwdg: Iwdg::new(part),
+            fdcan: Fdcan::new(part),
             plain: PLAIN.map(|(class, name)| Registers::new(part, class, name)).into(),
             violations: Vec::new(),
             journal: Journal::default(),
@@ -210,6 +214,35 @@ impl Stm32g4 {
         self.usart(uart).map_or(0, |uart| uart.overruns)
     }
 
+    /// The serial number, by which nodes differ that have no channel.
+    pub fn set_serial(&mut self, serial: [u8; 12]) {
+        self.memory.serial = serial;
+    }
+
+    /// Error counters of CAN: of what it sends, of what it receives.
+    #[must_use]
+    pub fn can_error_counters(&self) -> (u32, u32) {
+        self.fdcan.error_counters()
+    }
+
+    /// Whether CAN has left its bus for its errors.
+    #[must_use]
+    pub fn is_can_off(&self) -> bool {
+        self.fdcan.is_off()
+    }
+
+    /// The CAN controller, for its bus: as it is at a cycle, and then.
+    pub(crate) fn fdcan(&mut self, now: u64) -> &mut Fdcan {
+        self.fdcan.advance(now, &mut self.memory.messages);
+        &mut self.fdcan
+    }
+
+    /// Whether both of its pins are connected.
+    pub(crate) fn is_can_connected(&self) -> bool {
+        let has = |name: &str| self.ports.iter().flat_map(Gpio::connected).any(|connected| connected == name);
+        has("FDCAN1_RX") && has("FDCAN1_TX")
+    }
+
     fn timer(&mut self, number: u32) -> Option<&mut Timer> {
         self.timers.iter_mut().zip(TIMERS).find(|(_, known)| *known == number).map(|(timer, _)| timer)
     }
@@ -230,6 +263,7 @@ impl Stm32g4 {
             Block::Usart(place) => self.usarts.get(place)?.registers(),
             Block::Dma(place) => self.dmas.get(place)?.registers(),
             Block::Iwdg => self.iwdg.registers(),
+            Block::Fdcan => self.fdcan.registers(),
             Block::Plain(place) => self.plain.get(place)?,
         })
     }
@@ -248,6 +282,7 @@ impl Stm32g4 {
             Block::Usart(place) => self.usarts.get_mut(place).map_or(0, |usart| usart.read(offset, access)),
             Block::Dma(place) => self.dmas.get_mut(place).map_or(0, |dma| dma.read(offset, access)),
             Block::Iwdg => self.iwdg.read(offset, access),
+            Block::Fdcan => self.fdcan.read(offset, &mut self.memory.messages, access),
             Block::Plain(place) => self.plain.get(place).map_or(0, |plain| plain.read(offset, access)),
         }
     }
@@ -292,6 +327,10 @@ impl Stm32g4 {
                 }
             }
             Block::Iwdg => self.iwdg.write(offset, value, &clock, access),
+            Block::Fdcan => {
+                self.fdcan.set_clock(self.rcc.can_hz(), clock.hz());
+                self.fdcan.write(offset, value, &mut self.memory.messages, access);
+            }
             Block::Plain(place) => {
                 if let Some(plain) = self.plain.get_mut(place) {
                     plain.write(offset, value, access);
@@ -303,6 +342,7 @@ impl Stm32g4 {
     fn reset_block(&mut self, block: Block, now: u64) {
         match block {
             Block::Rcc | Block::Iwdg => {}
+            Block::Fdcan => self.fdcan.reset(),
             Block::Pwr => self.pwr.reset(),
             Block::Flash => self.flash.reset(),
             Block::Gpio(place) => {
@@ -340,9 +380,19 @@ impl Stm32g4 {
         if hz != self.clock.hz() && hz > 0.0 {
             self.clock.change(hz, at.cycle);
         }
+        self.fdcan.set_clock(self.rcc.can_hz(), self.clock.hz());
         let access = &mut Access { at, violations: &mut self.violations };
         let faults = [self.pwr.clock_fault(hz, self.flash.wait_states()), self.rcc.pll_fault()];
         faults.into_iter().flatten().for_each(|fault| access.violates(fault));
+    }
+
+    /// A message that is to be sent must not change.
+    fn see_message(&mut self, address: u32, at: At) {
+        let pending = address.checked_sub(MESSAGES).and_then(|offset| self.fdcan.pending_at(offset));
+        if let Some(buffer) = pending {
+            let access = &mut Access { at, violations: &mut self.violations };
+            access.violates(format!("TX buffer {buffer} of FDCAN1 is written while it is to be sent"));
+        }
     }
 
     /// Serves the DMA's requests until none is left.
@@ -425,6 +475,7 @@ impl Bus for Stm32g4 {
 
     fn store(&mut self, address: u32, width: Width, value: u32, at: At) -> Result<(), AccessError> {
         if self.memory.store(address, width, value) {
+            self.see_message(address, at);
             return Ok(());
         }
         if self.memory.load(address, Width::Byte).is_some() {
@@ -464,6 +515,7 @@ impl Bus for Stm32g4 {
         self.flash.advance(now);
         self.timers.iter_mut().for_each(|timer| timer.advance(now));
         self.usarts.iter_mut().for_each(|usart| usart.advance(now));
+        self.fdcan.advance(now, &mut self.memory.messages);
         self.move_data(now);
     }
 
@@ -471,6 +523,7 @@ impl Bus for Stm32g4 {
         let timers = self.timers.iter().map(Timer::next_event);
         let usarts = self.usarts.iter().map(Usart::next_event);
         let others = [self.rcc.next_event(), self.flash.next_event(), self.iwdg.next_event()];
+        let others = others.into_iter().chain([self.fdcan.next_event()]);
         timers.chain(usarts).chain(others).min().unwrap_or(u64::MAX)
     }
 
@@ -478,6 +531,9 @@ impl Bus for Stm32g4 {
         let mut lines = 0u128;
         let mut line = |number: u32, is_active: bool| lines |= u128::from(is_active) << number;
         line(4, self.flash.interrupts());
+        for (number, is_active) in [21, 22].into_iter().zip(self.fdcan.interrupts()) {
+            line(number, is_active);
+        }
         for (timer, number) in self.timers.iter().zip(TIMERS) {
             let flags = timer.interrupts();
             match number {
@@ -516,6 +572,7 @@ impl Bus for Stm32g4 {
         });
         self.iwdg = Iwdg::new(self.part);
         self.clock.change(START_HZ, now);
+        self.fdcan.set_clock(self.rcc.can_hz(), START_HZ);
         let blocks = map::PLACES.iter().map(|place| place.block);
         blocks.for_each(|block| self.reset_block(block, now));
     }
