@@ -122,7 +122,9 @@ impl Bench {
             self.time_s = (self.time_s + PIECE_S).min(end_s);
             while self.processor.bus.clock().seconds_at(self.processor.cycles()) < self.time_s {
                 // At a clock that changes meanwhile, this is too late or too early: the next round mends it.
-                self.processor.run_until(self.processor.bus.clock().cycle_at(self.time_s))?;
+                // One cycle at least, whatever the rounding.
+                let cycle = self.processor.bus.clock().cycle_at(self.time_s);
+                self.processor.run_until(cycle.max(self.processor.cycles() + 1))?;
             }
         }
         Ok(())

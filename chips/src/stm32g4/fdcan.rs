@@ -17,8 +17,6 @@ mod filters;
 mod message;
 mod ram;
 mod rates;
-#[cfg(test)]
-mod tests;
 
 use std::collections::VecDeque;
 
