@@ -38,12 +38,8 @@ pub struct Transceiver {
 }
 
 /// SLLSEQ7E: up to 1 Mbit/s; it is the TCAN330G that has 5 Mbit/s.
-const TCAN330: Transceiver = Transceiver {
-    name: "TCAN330",
-    most_bits_per_s: 1e6,
-    loop_delay_s: 135e-9,
-    off: Some(('C', 11)),
-};
+const TCAN330: Transceiver =
+    Transceiver { name: "TCAN330", most_bits_per_s: 1e6, loop_delay_s: 135e-9, off: Some(('C', 11)) };
 /// What ISO 11898-2:2016 lets a transceiver for 5 Mbit/s be, for a board that has none.
 const EXTERNAL: Transceiver =
     Transceiver { name: "an external transceiver", most_bits_per_s: 5e6, loop_delay_s: 255e-9, off: None };

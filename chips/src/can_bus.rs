@@ -172,7 +172,9 @@ impl CanBus {
             return;
         }
         offers.retain(|(_, ready_s, _)| *ready_s <= start_s);
-        let Some(priority) = offers.iter().map(|(_, _, offer)| offer.message.priority()).min() else { return };
+        let Some(priority) = offers.iter().map(|(_, _, offer)| offer.message.priority()).min() else {
+            return;
+        };
         offers.retain(|(_, _, offer)| offer.message.priority() == priority);
         let Some((sender, _, offer)) = offers.first().cloned() else { return };
         // Two with one identifier go on until their frames differ.
@@ -190,8 +192,7 @@ impl CanBus {
         let mut found: Vec<Found> = Vec::new();
         let mut hears: Vec<usize> = Vec::new();
         let mut ignores: Vec<usize> = Vec::new();
-        let is_mute = self.is_shorted
-            || self.nodes.get(meeting.sender).is_some_and(|node| !node.is_on());
+        let is_mute = self.is_shorted || self.nodes.get(meeting.sender).is_some_and(|node| !node.is_on());
         for place in group {
             let Some(node) = self.nodes.get_mut(*place) else { continue };
             if *place == meeting.sender {
@@ -220,8 +221,7 @@ impl CanBus {
         }
         let first = found.iter().min_by(|one, other| one.at_s.total_cmp(&other.at_s));
         let acknowledges = |node: &mut Node| node.fdcan().speaks();
-        let is_acknowledged =
-            hears.iter().any(|place| self.nodes.get_mut(*place).is_some_and(acknowledges));
+        let is_acknowledged = hears.iter().any(|place| self.nodes.get_mut(*place).is_some_and(acknowledges));
         let end_s = meeting.ends_s();
         let (fate, ends_s, free_s) = match first {
             Some(first) => {
@@ -253,13 +253,16 @@ impl CanBus {
         for place in hears {
             let (outcome, at_s) = match fate {
                 Fate::Passed => (Outcome::Received, ends_s - bit_s),
-                Fate::NotAcknowledged | Fate::BrokenOff => {
-                    (Outcome::NotReceived { error: Error::Stuff, is_first: false }, ends_s + FLAG_BITS * bit_s)
-                }
+                Fate::NotAcknowledged | Fate::BrokenOff => (
+                    Outcome::NotReceived { error: Error::Stuff, is_first: false },
+                    ends_s + FLAG_BITS * bit_s,
+                ),
             };
             self.tell(place, meeting, [at_s, free_s], outcome, is_data_error);
         }
-        for error in found.iter().filter(|found| found.node != meeting.sender && !rivals.contains(&found.node)) {
+        for error in
+            found.iter().filter(|found| found.node != meeting.sender && !rivals.contains(&found.node))
+        {
             let is_first = first.is_some_and(|first| first.node == error.node);
             let outcome = Outcome::NotReceived { error: error.error, is_first };
             self.tell(error.node, meeting, [ends_s, free_s], outcome, error.is_data_error);
@@ -281,7 +284,14 @@ impl CanBus {
         });
     }
 
-    fn tell(&mut self, place: usize, meeting: &Meeting, [ends_s, free_s]: [f64; 2], outcome: Outcome, is_data_error: bool) {
+    fn tell(
+        &mut self,
+        place: usize,
+        meeting: &Meeting,
+        [ends_s, free_s]: [f64; 2],
+        outcome: Outcome,
+        is_data_error: bool,
+    ) {
         if let Some(node) = self.nodes.get_mut(place) {
             let passage = Passage {
                 message: meeting.message.clone(),
@@ -383,7 +393,13 @@ impl Node {
     }
 
     /// The error that a sender finds in what it reads back.
-    fn reads_back(&mut self, meeting: &Meeting, is_mute: bool, has_rival: bool, place: usize) -> Option<Found> {
+    fn reads_back(
+        &mut self,
+        meeting: &Meeting,
+        is_mute: bool,
+        has_rival: bool,
+        place: usize,
+    ) -> Option<Found> {
         let bit_s = meeting.rates.nominal.duration_s;
         if is_mute {
             // Its first bit is dominant.

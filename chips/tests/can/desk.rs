@@ -192,7 +192,10 @@ impl Desk {
     /// Identifiers of what has passed, in order.
     pub(crate) fn passed(&mut self) -> Vec<u32> {
         let passed = self.0.take_passed().into_iter();
-        passed.filter(|frame| frame.fate == chips::Fate::Passed).map(|frame| frame.message.identifier).collect()
+        passed
+            .filter(|frame| frame.fate == chips::Fate::Passed)
+            .map(|frame| frame.message.identifier)
+            .collect()
     }
 
     /// Takes the oldest frame of FIFO 0: its two words of header and its bytes.

@@ -1,6 +1,6 @@
 //! Which frames come in.
 
-use crate::desk::{Desk, Frame, IR, PLAIN, RXF0S, RXF1S, Setup, extended, standard};
+use crate::desk::{Desk, Frame, PLAIN, RXF0S, RXF1S, Setup, extended, standard};
 
 const REST_REJECTED: u32 = 0b1010 << 2;
 
@@ -24,7 +24,8 @@ fn places(filters: u32, words: &[(u32, u32)], frames: &[Frame<'_>]) -> Vec<Optio
 
 #[test]
 fn filters_of_eleven_bits_are_a_range_a_pair_or_a_mask() {
-    let filter = |kind: u32, action: u32, first: u32, second: u32| kind << 30 | action << 27 | first << 16 | second;
+    let filter =
+        |kind: u32, action: u32, first: u32, second: u32| kind << 30 | action << 27 | first << 16 | second;
     let words = [
         (0x0, filter(0, 3, 0x105, 0x105)),
         (0x4, filter(0, 1, 0x100, 0x10F)),
@@ -49,7 +50,6 @@ fn filters_of_twenty_nine_bits_do_not_see_frames_of_eleven() {
     assert_eq!(places(8 << 24 | REST_REJECTED, &words, &frames), [Some(0), None]);
     // The rest of eleven bits goes to FIFO 1.
     assert_eq!(places(0b01_10 << 2, &words, &frames), [None, Some(1)]);
-    let _ = IR;
 }
 
 #[test]

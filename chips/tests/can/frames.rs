@@ -3,7 +3,7 @@
 use chips::Fate;
 
 use crate::desk::{
-    Desk, EVENT, FD, Frame, IE, ILE, ILS, IR, PLAIN, RXF0S, RXGFC, Setup, TXBCF, TXBCR, TXBRP, TXBTO, TXEFS,
+    Desk, EVENT, FD, Frame, IE, ILE, ILS, IR, PLAIN, RXF0S, Setup, TXBAR, TXBCF, TXBCR, TXBRP, TXBTO, TXEFS,
     TXFQS, extended, standard,
 };
 
@@ -84,7 +84,7 @@ fn a_fifo_keeps_its_order_and_a_queue_sends_the_most_urgent() {
             desk.put(0, buffer, standard(identifier, &[]));
         }
         if is_queue {
-            desk.write(0, crate::desk::TXBAR, 0b111);
+            desk.write(0, TXBAR, 0b111);
             desk.run_us(400.0);
             assert_eq!(desk.passed(), [4, 5, 6]);
         }
@@ -183,5 +183,4 @@ fn who_is_not_set_for_fd_sends_classic_frames() {
     desk.run_us(300.0);
     let [passed] = desk.0.take_passed().try_into().unwrap();
     assert!(!passed.message.is_fd && passed.message.data == [9; 8]);
-    let _ = RXGFC;
 }

@@ -5,3 +5,6 @@
 
 mod boot;
 mod common;
+mod frame_bits;
+mod pair;
+mod two_boards;

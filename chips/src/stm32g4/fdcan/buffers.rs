@@ -62,7 +62,8 @@ impl Buffers {
             return self.get(self.get).map(|_| self.get);
         }
         let waiting = self.requests.iter().enumerate();
-        let waiting = waiting.filter_map(|(place, request)| Some((request.as_ref()?.message.priority(), place)));
+        let waiting =
+            waiting.filter_map(|(place, request)| Some((request.as_ref()?.message.priority(), place)));
         waiting.min().map(|(_, place)| place)
     }
 

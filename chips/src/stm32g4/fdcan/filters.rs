@@ -2,9 +2,9 @@
 
 use crate::stm32g4::registers::Registers;
 
+use super::layout::{RXGFC, XIDAM};
 use super::message::Message;
 use super::ram::{EXTENDED_FILTERS, Ram, STANDARD_FILTERS};
-use super::{RXGFC, XIDAM};
 
 // Of RXGFC.
 const RRFE: u32 = 0;
@@ -54,7 +54,10 @@ pub(super) fn look_up(registers: &Registers, ram: &Ram<'_>, message: &Message) -
             filter: Some(place),
             has_priority: matches!(action, 4..=6),
         },
-        None => Match { fifo: [Some(0), Some(1)].into_iter().nth(registers.bits(RXGFC, rest, 2) as usize).flatten(), ..REJECTED },
+        None => Match {
+            fifo: [Some(0), Some(1)].into_iter().nth(registers.bits(RXGFC, rest, 2) as usize).flatten(),
+            ..REJECTED
+        },
     }
 }
 

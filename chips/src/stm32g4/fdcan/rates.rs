@@ -2,7 +2,7 @@
 
 use crate::stm32g4::registers::Registers;
 
-use super::{CKDIV, DBTP, NBTP};
+use super::layout::{CKDIV, DBTP, NBTP};
 
 /// A bit at one of the two rates.
 #[derive(Debug, Clone, Copy, PartialEq)]
