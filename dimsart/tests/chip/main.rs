@@ -2,9 +2,16 @@
 //!
 //! Without images these tests run nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of images, as in
 //! `cargo xtask test`, a missing one is a failure.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
 
 mod boot;
 mod common;
 mod frame_bits;
 mod pair;
+mod transceiver;
 mod two_boards;

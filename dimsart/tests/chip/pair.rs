@@ -13,8 +13,8 @@ use cycles::image::Image;
 use dimsart::stamp::StampedImage;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::protocol::{
-    Heartbeat, LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_heartbeat, decode_response,
-    encode_request, request_id,
+    Blocked, Heartbeat, LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_heartbeat,
+    decode_response, encode_request, request_id,
 };
 use dimsart_core::{DataType, saved_scheme};
 use hil_sim::bilateral::device;
@@ -46,8 +46,9 @@ const RENEWAL_TICKS: u64 = 50;
 pub(crate) struct Pair {
     pub(crate) bus: CanBus,
     receivers: [Receiver; 2],
-    answers: [VecDeque<(u16, Response)>; 2],
-    pub(crate) heartbeats: [Option<Heartbeat>; 2],
+    /// Frames' contents by the request that they answer.
+    answers: [VecDeque<(u16, Vec<u8>)>; 2],
+    heartbeats: [Option<Heartbeat>; 2],
     requests: u8,
     ticks: u64,
     lease: Option<LeaseAction>,
@@ -60,9 +61,16 @@ pub(crate) struct Pair {
 }
 
 /// An image that is stamped with a side of the scheme for small motors.
-fn stamped(side: &str, settings: &[(&'static str, &'static str)]) -> Option<Arc<Image>> {
+pub(crate) fn stamped(
+    board: &str,
+    side: &str,
+    settings: &[(&'static str, &'static str)],
+) -> Option<Arc<Image>> {
     let text = SchemeText::read("builtin:small_motors").unwrap();
-    let mut dimsart = SimulatedDimsart::new(device("board", MAX_DOF, TICK_S).unwrap()).unwrap();
+    let mut dimsart = SimulatedDimsart::new(
+        device(if side == "master" { "master" } else { "slave" }, MAX_DOF, TICK_S).unwrap(),
+    )
+    .unwrap();
     let settings = settings.iter().map(|(command, value)| Setting {
         module: "COMM_RXMOD",
         command,
@@ -72,7 +80,7 @@ fn stamped(side: &str, settings: &[(&'static str, &'static str)]) -> Option<Arc<
     let settings: Vec<Setting> = settings.collect();
     assert!(schemes::load(&text, side, &settings, &mut dimsart).is_sound());
     let scheme = saved_scheme::save(dimsart.engine_mut()).unwrap();
-    let mut image = StampedImage::read(&image_file(BOARD)?).unwrap();
+    let mut image = StampedImage::read(&image_file(board)?).unwrap();
     image.set_scheme("small_motors", side, &scheme).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("image");
@@ -86,7 +94,7 @@ impl Pair {
         let board = Board::named(BOARD).unwrap();
         let mut benches = Vec::new();
         for (side, serial) in [("master", *b"MASTER-G474\0"), ("slave", *b"SLAVE-G474\0\0")] {
-            let mut bench = Bench::new(board, stamped(side, settings)?).unwrap();
+            let mut bench = Bench::new(board, stamped(BOARD, side, settings)?).unwrap();
             bench.chip().set_serial(serial);
             benches.push(bench);
         }
@@ -134,13 +142,19 @@ impl Pair {
     }
 
     /// Asks, and runs until the answer is there.
-    pub(crate) fn ask(&mut self, board: usize, request: &Request) -> Response {
+    pub(crate) fn ask<T>(
+        &mut self,
+        board: usize,
+        request: &Request,
+        take: impl FnOnce(&Response<'_>) -> T,
+    ) -> T {
         let id = self.send(board, request);
         for _ in 0..100 {
             self.run(1);
             let found = self.answers[board].iter().position(|(answered, _)| *answered == id);
             if let Some(place) = found {
-                return self.answers[board].remove(place).unwrap().1;
+                let content = self.answers[board].remove(place).unwrap().1;
+                return take(&decode_response(&content).unwrap().1);
             }
         }
         panic!("board {board} does not answer {request:?}");
@@ -148,10 +162,16 @@ impl Pair {
 
     /// The first word of a signal.
     pub(crate) fn word(&mut self, board: usize, signal: &'static DataType) -> u32 {
-        match self.ask(board, &Request::Signal { signal: signal.first(), from: 0 }) {
+        let request = Request::Signal { signal: signal.first(), from: 0 };
+        self.ask(board, &request, |answer| match answer {
             Response::Signal(text) => text.words[0],
             other => panic!("{other:?}"),
-        }
+        })
+    }
+
+    /// Why a board's scheme does not drive it, by its last heartbeat.
+    pub(crate) fn blocked(&self, board: usize) -> Option<Blocked> {
+        self.heartbeats[board].as_ref().unwrap().blocked
     }
 
     /// Torque that the slave's bridge makes at standstill, `N m`; none while it is off.
@@ -191,8 +211,8 @@ impl Pair {
             self.receivers[board].take_all(&bytes, |content| {
                 if let Ok((_, heartbeat)) = decode_heartbeat(content) {
                     *heartbeats = Some(heartbeat);
-                } else if let Ok((id, response)) = decode_response(content) {
-                    answers.push_back((id, response));
+                } else if let Ok((id, _)) = decode_response(content) {
+                    answers.push_back((id, content.to_vec()));
                     while answers.len() > 32 {
                         answers.pop_front();
                     }

@@ -66,7 +66,7 @@ fn two_boards_exchange_waves_and_the_slave_stands_where_the_closed_form_has_it()
         let (passed, others) = pair.take_frames(board);
         println!("board {board}: {passed} packets in a second");
         assert!((999..=1_001).contains(&passed) && others == 0, "{passed}, {others}");
-        assert_eq!(pair.heartbeats[board].unwrap().blocked, None);
+        assert_eq!(pair.blocked(board), None);
     }
     pair.turn_hand(HAND_RAD, 200);
     pair.run(SETTLED_TICKS);
@@ -102,16 +102,16 @@ fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
     for board in [MASTER, SLAVE] {
         assert!(pair.word(board, types::LINK_AGE) <= 3);
         assert!(!pair.bench(board).chip().is_can_off());
-        assert_eq!(pair.heartbeats[board].unwrap().blocked, Some(Blocked::LinkLost { link: 0 }));
+        assert_eq!(pair.blocked(board), Some(Blocked::LinkLost { link: 0 }));
         assert_eq!(pair.torque_nm(board), None);
         assert_eq!(pair.word(board, types::CAN_REJOINS), 0);
     }
     for board in [MASTER, SLAVE] {
-        pair.ask(board, &Request::Command(Command::Reset));
+        pair.ask(board, &Request::Command(Command::Reset), |answer| println!("{answer:?}"));
     }
     pair.run(300);
     for board in [MASTER, SLAVE] {
-        assert_eq!(pair.heartbeats[board].unwrap().blocked, None);
+        assert_eq!(pair.blocked(board), None);
         assert!(pair.torque_nm(board).is_some());
     }
     assert_well(&mut pair);
