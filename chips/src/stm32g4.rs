@@ -160,12 +160,12 @@ impl Stm32g4 {
     pub fn pulses(&self) -> Option<Pulses> {
         let timer = self.timers.first()?;
         let connected = self.connected();
-        let needs: &[&str] = if timer.is_complementary() {
-            &["TIM1_CH1", "TIM1_CH2", "TIM1_CH3", "TIM1_CH1N", "TIM1_CH2N", "TIM1_CH3N"]
-        } else {
-            &["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"]
-        };
-        needs.iter().all(|name| connected.contains(name)).then(|| timer.pulses()).flatten()
+        let has = |name: &&str| connected.contains(name);
+        let (high, low) = (["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"], ["TIM1_CH1N", "TIM1_CH2N", "TIM1_CH3N"]);
+        // A driver that makes the low sides itself has no pins for them, whatever the timer would put there.
+        let is_low_side_driven = timer.is_complementary() && low.iter().all(has);
+        let is_whole = high.iter().all(has) && (is_low_side_driven || !low.iter().any(has));
+        is_whole.then(|| timer.pulses()).flatten()
     }
 
     /// Turns the shaft of an encoder on a timer's first two channels, by so many counts.
