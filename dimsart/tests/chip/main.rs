@@ -12,6 +12,9 @@
 mod boot;
 mod common;
 mod frame_bits;
+mod kept_schemes;
 mod pair;
+mod register_writes;
 mod transceiver;
+mod trouble;
 mod two_boards;

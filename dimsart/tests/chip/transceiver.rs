@@ -2,7 +2,6 @@
 
 use chips::{Bench, Board, CanBus, Fate};
 
-use crate::common::violations;
 use crate::pair::stamped;
 
 /// Known: the board has a TCAN330, and data goes at 4 Mbit/s. All nodes of a bus have the same rates
@@ -24,6 +23,6 @@ fn the_esc_s_transceiver_is_on_and_is_not_specified_for_the_rate_of_data() {
         assert!(count > 200, "{count} frames of board {sender}");
     }
     let known = "TCAN330 is specified for 1 Mbit/s, and the bus has 4.0 Mbit/s";
-    assert_eq!(violations(bus.bench(0).unwrap()), [known]);
-    assert_eq!(violations(bus.bench(1).unwrap()), [] as [&str; 0]);
+    assert_eq!(bus.bench(0).unwrap().violations(), [known]);
+    assert_eq!(bus.bench(1).unwrap().violations(), [] as [&str; 0]);
 }

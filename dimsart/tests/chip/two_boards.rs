@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 use dimsart_core::protocol::{Blocked, Request};
 use dimsart_core::{Command, types};
 
-use crate::common::violations;
 use crate::pair::{COUNTS_PER_TURN, FULL_NM, MASTER, Pair, SLAVE, SPRING_NM_PER_RAD};
 
 /// What the scheme says (`schemes/small_motors.scheme`).
@@ -49,7 +48,7 @@ fn assert_closed_form(pair: &mut Pair, round_trip_ticks: u32) -> [f64; 2] {
 fn assert_well(pair: &mut Pair) {
     for board in [MASTER, SLAVE] {
         let bench = pair.bench(board);
-        assert_eq!(violations(bench), [] as [&str; 0]);
+        assert_eq!(bench.violations(), [] as [&str; 0]);
         assert_eq!(bench.processor.faults(), []);
         assert_eq!(bench.chip().resets(), []);
     }
