@@ -22,6 +22,11 @@ fn the_esc_s_transceiver_is_on_and_is_not_specified_for_the_rate_of_data() {
             passed.iter().filter(|frame| frame.sender == sender && frame.fate == Fate::Passed).count();
         assert!(count > 200, "{count} frames of board {sender}");
     }
+    for frame in &passed {
+        let bits = frame.message.wire_bits();
+        let lasts_s = f64::from(bits.head + bits.tail) / 1e6 + f64::from(bits.fast) / 4e6;
+        assert!((frame.ends_s - frame.begins_s - lasts_s).abs() < 1e-9, "1 and 4 Mbit/s");
+    }
     let known = "TCAN330 is specified for 1 Mbit/s, and the bus has 4.0 Mbit/s";
     assert_eq!(bus.bench(0).unwrap().violations(), [known]);
     assert_eq!(bus.bench(1).unwrap().violations(), [] as [&str; 0]);
