@@ -364,7 +364,7 @@ impl Node {
     fn is_on(&self) -> bool {
         let chip = &self.bench.processor.bus;
         let off = self.bench.board.transceiver.off;
-        // A pin that the chip does not drive is pulled up by the transceiver.
+        // A pin that nobody drives is no promise: taken as off.
         let is_off = off.is_some_and(|(port, pin)| chip.output(port, pin).unwrap_or(true));
         !is_off && chip.is_can_connected()
     }
