@@ -23,12 +23,46 @@ pub struct Board {
     pub crystal_hz: f64,
     /// The UART of its command line.
     pub command_uart: &'static str,
+    /// Between its chip and the CAN bus.
+    pub transceiver: Transceiver,
 }
+
+/// A CAN transceiver, by its data sheet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transceiver {
+    /// Its name.
+    pub name: &'static str,
+    /// Highest bit rate that it is specified for, `bit/s`.
+    pub most_bits_per_s: f64,
+    /// From what is sent to the same read back, at most; `s`.
+    pub loop_delay_s: f64,
+    /// Pin of the chip that switches it off when it is high: port and number.
+    pub off: Option<(char, u32)>,
+}
+
+/// SLLSEQ7E: up to 1 Mbit/s; it is the TCAN330G that has 5 Mbit/s.
+const TCAN330: Transceiver =
+    Transceiver { name: "TCAN330", most_bits_per_s: 1e6, loop_delay_s: 135e-9, off: Some(('C', 11)) };
+/// What ISO 11898-2:2016 lets a transceiver for 5 Mbit/s be, for a board that has none.
+const EXTERNAL: Transceiver =
+    Transceiver { name: "an external transceiver", most_bits_per_s: 5e6, loop_delay_s: 255e-9, off: None };
 
 /// Boards whose images boot here.
 pub const BOARDS: &[Board] = &[
-    Board { name: "nucleo-g474re", part: Part::G474re, crystal_hz: 24e6, command_uart: "LPUART1" },
-    Board { name: "b-g431b-esc1", part: Part::G431cb, crystal_hz: 8e6, command_uart: "USART2" },
+    Board {
+        name: "nucleo-g474re",
+        part: Part::G474re,
+        crystal_hz: 24e6,
+        command_uart: "LPUART1",
+        transceiver: EXTERNAL,
+    },
+    Board {
+        name: "b-g431b-esc1",
+        part: Part::G431cb,
+        crystal_hz: 8e6,
+        command_uart: "USART2",
+        transceiver: TCAN330,
+    },
 ];
 
 impl Board {
@@ -53,6 +87,8 @@ pub struct Bench {
     /// The processor, with the chip as its bus.
     pub processor: Processor<Stm32g4>,
     time_s: f64,
+    /// What the board does not do as its parts' data sheets say.
+    faults: Vec<String>,
 }
 
 impl Bench {
@@ -63,7 +99,7 @@ impl Bench {
     pub fn new(board: &'static Board, image: Arc<Image>) -> Result<Self, MachineError> {
         let chip = Stm32g4::new(board.part, &image, Some(board.crystal_hz));
         let timing = Timing::new(Profile::Flash(Flash::STM32G4), Column::Likely);
-        Ok(Self { board, processor: Processor::new(image, chip, timing)?, time_s: 0.0 })
+        Ok(Self { board, processor: Processor::new(image, chip, timing)?, time_s: 0.0, faults: Vec::new() })
     }
 
     /// The chip.
@@ -121,12 +157,22 @@ impl Bench {
         sent.into_iter().map(|(_, byte)| byte).collect()
     }
 
-    /// Violations as lines: what, where in the code. [`KNOWN`] ones are left out.
+    /// Notes what the board does wrong, once.
+    pub(crate) fn note_fault(&mut self, what: String) {
+        if !self.faults.contains(&what) {
+            self.faults.push(what);
+        }
+    }
+
+    /// Violations as lines: what, where in the code; then what the board's other parts are not made for. [`KNOWN`] ones
+    /// are left out.
     #[must_use]
     pub fn violations(&self) -> Vec<String> {
         let image = self.processor.image();
         let is_known = |violation: &&Violation| KNOWN.iter().any(|known| violation.what.contains(known));
         let line = |violation: &Violation| format!("{}: {}", image.place(violation.at.code), violation.what);
-        self.processor.bus.violations().iter().filter(|violation| !is_known(violation)).map(line).collect()
+        let by_chip =
+            self.processor.bus.violations().iter().filter(|violation| !is_known(violation)).map(line);
+        by_chip.chain(self.faults.iter().cloned()).collect()
     }
 }

@@ -13,7 +13,9 @@
 #![forbid(unsafe_code)]
 
 mod bench;
+mod can_bus;
 pub mod stm32g4;
 
-pub use bench::{BOARDS, Bench, Board, KNOWN};
+pub use bench::{BOARDS, Bench, Board, KNOWN, Transceiver};
+pub use can_bus::{CanBus, Fate, Passed};
 pub use stm32g4::{Part, Stm32g4};

@@ -4,6 +4,7 @@ mod adc;
 mod analog;
 mod clock;
 mod dma;
+pub mod fdcan;
 mod flash;
 mod gpio;
 mod iwdg;
@@ -37,11 +38,12 @@ pub use violation::Violation;
 use self::adc::{Adc, Common};
 use self::analog::Scene;
 use self::dma::Dma;
+use self::fdcan::Fdcan;
 use self::flash::Flash;
 use self::gpio::Gpio;
 use self::iwdg::Iwdg;
 use self::map::{Block, DMAMUX, PLAIN, PORTS, TIMERS, USARTS};
-use self::memory::Memory;
+use self::memory::{MESSAGES, Memory};
 use self::opamp::Opamp;
 use self::pwr::Pwr;
 use self::rcc::{Cause, Rcc};
@@ -72,6 +74,7 @@ pub struct Stm32g4 {
     opamp: Opamp,
     /// What gives pins their voltages.
     wires: BTreeMap<(char, u32), Wire>,
+    fdcan: Fdcan,
     plain: Vec<Registers>,
     violations: Vec<Violation>,
     /// What was written, for who reviews how a program sets the chip up.
@@ -100,6 +103,7 @@ impl Stm32g4 {
             adc_common: Common::new(part),
             opamp: Opamp::new(part),
             wires: BTreeMap::new(),
+            fdcan: Fdcan::new(part),
             plain: PLAIN.map(|(class, name)| Registers::new(part, class, name)).into(),
             violations: Vec::new(),
             journal: Journal::default(),
@@ -184,12 +188,12 @@ impl Stm32g4 {
     pub fn pulses(&self) -> Option<Pulses> {
         let timer = self.timers.first()?;
         let connected = self.connected();
-        let needs: &[&str] = if timer.is_complementary() {
-            &["TIM1_CH1", "TIM1_CH2", "TIM1_CH3", "TIM1_CH1N", "TIM1_CH2N", "TIM1_CH3N"]
-        } else {
-            &["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"]
-        };
-        needs.iter().all(|name| connected.contains(name)).then(|| timer.pulses()).flatten()
+        let has = |name: &&str| connected.contains(name);
+        let (high, low) = (["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"], ["TIM1_CH1N", "TIM1_CH2N", "TIM1_CH3N"]);
+        // A driver that makes the low sides itself has no pins for them, whatever the timer would put there.
+        let is_low_side_driven = timer.is_complementary() && low.iter().all(has);
+        let is_whole = high.iter().all(has) && (is_low_side_driven || !low.iter().any(has));
+        is_whole.then(|| timer.pulses()).flatten()
     }
 
     /// The next cycle in which the lower switches of timer 1's bridge are in the middle of their time; none while its timer does
@@ -257,6 +261,35 @@ impl Stm32g4 {
         self.usart(uart).map_or(0, |uart| uart.overruns)
     }
 
+    /// The serial number, by which nodes differ that have no channel.
+    pub fn set_serial(&mut self, serial: [u8; 12]) {
+        self.memory.serial = serial;
+    }
+
+    /// Error counters of CAN: of what it sends, of what it receives.
+    #[must_use]
+    pub fn can_error_counters(&self) -> (u32, u32) {
+        self.fdcan.error_counters()
+    }
+
+    /// Whether CAN has left its bus for its errors.
+    #[must_use]
+    pub fn is_can_off(&self) -> bool {
+        self.fdcan.is_off()
+    }
+
+    /// The CAN controller, for its bus: as it is at a cycle, and then.
+    pub(crate) fn fdcan(&mut self, now: u64) -> &mut Fdcan {
+        self.fdcan.advance(now, &mut self.memory.messages);
+        &mut self.fdcan
+    }
+
+    /// Whether both of its pins are connected.
+    pub(crate) fn is_can_connected(&self) -> bool {
+        let has = |name: &str| self.ports.iter().flat_map(Gpio::connected).any(|connected| connected == name);
+        has("FDCAN1_RX") && has("FDCAN1_TX")
+    }
+
     fn timer(&mut self, number: u32) -> Option<&mut Timer> {
         self.timers.iter_mut().zip(TIMERS).find(|(_, known)| *known == number).map(|(timer, _)| timer)
     }
@@ -280,6 +313,7 @@ impl Stm32g4 {
             Block::Adc(place) => self.adcs.get(place)?.registers(),
             Block::AdcCommon => self.adc_common.registers(),
             Block::Opamp => self.opamp.registers(),
+            Block::Fdcan => self.fdcan.registers(),
             Block::Plain(place) => self.plain.get(place)?,
         })
     }
@@ -304,6 +338,7 @@ impl Stm32g4 {
                 self.adc_common.read(offset, flags, access)
             }
             Block::Opamp => self.opamp.read(offset, access),
+            Block::Fdcan => self.fdcan.read(offset, &mut self.memory.messages, access),
             Block::Plain(place) => self.plain.get(place).map_or(0, |plain| plain.read(offset, access)),
         }
     }
@@ -364,6 +399,10 @@ impl Stm32g4 {
                 self.adc_common.write(offset, value, is_on, access);
             }
             Block::Opamp => self.opamp.write(offset, value, &clock, access),
+            Block::Fdcan => {
+                self.fdcan.set_clock(self.rcc.can_hz(), clock.hz());
+                self.fdcan.write(offset, value, &mut self.memory.messages, access);
+            }
             Block::Plain(place) => {
                 if let Some(plain) = self.plain.get_mut(place) {
                     plain.write(offset, value, access);
@@ -375,6 +414,7 @@ impl Stm32g4 {
     fn reset_block(&mut self, block: Block, now: u64) {
         match block {
             Block::Rcc | Block::Iwdg => {}
+            Block::Fdcan => self.fdcan.reset(),
             Block::Pwr => self.pwr.reset(),
             Block::Flash => self.flash.reset(),
             Block::Gpio(place) => {
@@ -419,6 +459,7 @@ impl Stm32g4 {
         if hz != self.clock.hz() && hz > 0.0 {
             self.clock.change(hz, at.cycle);
         }
+        self.fdcan.set_clock(self.rcc.can_hz(), self.clock.hz());
         let access = &mut Access { at, violations: &mut self.violations };
         let faults = [self.pwr.clock_fault(hz, self.flash.wait_states()), self.rcc.pll_fault()];
         faults.into_iter().flatten().for_each(|fault| access.violates(fault));
@@ -455,6 +496,15 @@ impl Stm32g4 {
                 });
                 analog::counts(volts)
             });
+        }
+    }
+
+    /// A message that is to be sent must not change.
+    fn see_message(&mut self, address: u32, at: At) {
+        let pending = address.checked_sub(MESSAGES).and_then(|offset| self.fdcan.pending_at(offset));
+        if let Some(buffer) = pending {
+            let access = &mut Access { at, violations: &mut self.violations };
+            access.violates(format!("TX buffer {buffer} of FDCAN1 is written while it is to be sent"));
         }
     }
 
@@ -539,6 +589,7 @@ impl Bus for Stm32g4 {
 
     fn store(&mut self, address: u32, width: Width, value: u32, at: At) -> Result<(), AccessError> {
         if self.memory.store(address, width, value) {
+            self.see_message(address, at);
             return Ok(());
         }
         if self.memory.load(address, Width::Byte).is_some() {
@@ -580,6 +631,7 @@ impl Bus for Stm32g4 {
         self.convert(now);
         self.timers.iter_mut().for_each(|timer| timer.advance(now));
         self.usarts.iter_mut().for_each(|usart| usart.advance(now));
+        self.fdcan.advance(now, &mut self.memory.messages);
         self.move_data(now);
     }
 
@@ -588,6 +640,7 @@ impl Bus for Stm32g4 {
         let usarts = self.usarts.iter().map(Usart::next_event);
         let others = [self.rcc.next_event(), self.flash.next_event(), self.iwdg.next_event()];
         let converters = self.adcs.iter().map(Adc::next_event);
+        let others = others.into_iter().chain([self.fdcan.next_event()]);
         timers.chain(usarts).chain(others).chain(converters).min().unwrap_or(u64::MAX)
     }
 
@@ -596,6 +649,9 @@ impl Bus for Stm32g4 {
         let mut line = |number: u32, is_active: bool| lines |= u128::from(is_active) << number;
         line(4, self.flash.interrupts());
         line(18, self.adcs.iter().any(Adc::wants_interrupt));
+        for (number, is_active) in [21, 22].into_iter().zip(self.fdcan.interrupts()) {
+            line(number, is_active);
+        }
         for (timer, number) in self.timers.iter().zip(TIMERS) {
             let flags = timer.interrupts();
             match number {
@@ -635,6 +691,7 @@ impl Bus for Stm32g4 {
         });
         self.iwdg = Iwdg::new(self.part);
         self.clock.change(START_HZ, now);
+        self.fdcan.set_clock(self.rcc.can_hz(), START_HZ);
         let blocks = map::PLACES.iter().map(|place| place.block);
         blocks.for_each(|block| self.reset_block(block, now));
     }

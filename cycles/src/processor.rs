@@ -258,6 +258,11 @@ impl<B: Bus> Processor<B> {
         }
     }
 
+    /// Has the processor look at its chip again, behind something that came from outside.
+    pub fn look_again(&mut self) {
+        self.look_at_bus();
+    }
+
     fn let_time_pass(&mut self) {
         self.bus.advance(self.cycles);
         self.look_at_bus();

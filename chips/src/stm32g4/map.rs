@@ -23,6 +23,7 @@ pub(super) enum Block {
     Adc(usize),
     AdcCommon,
     Opamp,
+    Fdcan,
     /// One that does no more than hold what is written.
     Plain(usize),
 }
@@ -52,13 +53,12 @@ pub(super) const PORTS: [char; 7] = ['A', 'B', 'C', 'D', 'E', 'F', 'G'];
 /// Numbers of timers that are modelled.
 pub(super) const TIMERS: [u32; 5] = [1, 2, 3, 4, 5];
 /// Peripherals that hold what is written: class in the table, name.
-pub(super) const PLAIN: [(&str, &str); 6] = [
+pub(super) const PLAIN: [(&str, &str); 5] = [
     ("SYSCFG", "SYSCFG"),
     ("EXTI", "EXTI"),
     ("DMAMUX", "DMAMUX"),
     ("DBGMCU", "DBGMCU"),
     ("CORDIC", "CORDIC"),
-    ("FDCAN", "FDCAN1"),
 ];
 pub(super) const DMAMUX: usize = 2;
 
@@ -71,7 +71,7 @@ pub(super) const PLACES: &[Place] = &[
     at(0x4000_3000, Block::Iwdg, None),
     at(0x4000_4400, Block::Usart(1), Some((APB1, 17))),
     at(0x4000_4800, Block::Usart(2), Some((APB1, 18))),
-    at(0x4000_6400, Block::Plain(5), Some((APB1, 25))),
+    at(0x4000_6400, Block::Fdcan, Some((APB1, 25))),
     at(0x4000_7000, Block::Pwr, Some((APB1, 28))),
     at(0x4000_8000, Block::Usart(3), Some((APB1_HIGH, 0))),
     part(0x4001_0000, 0x300, Block::Plain(0), (APB2, 0)),

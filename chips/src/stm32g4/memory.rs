@@ -9,7 +9,7 @@ pub(super) const FLASH: u32 = 0x0800_0000;
 const CCM: u32 = 0x1000_0000;
 const SRAM: u32 = 0x2000_0000;
 /// Message RAM of the CAN controllers.
-const MESSAGES: u32 = 0x4000_A400;
+pub(super) const MESSAGES: u32 = 0x4000_A400;
 const MESSAGE_BYTES: u32 = 0x350;
 /// Of the chip, 96 bits.
 const UNIQUE_ID: u32 = 0x1FFF_7590;
@@ -26,7 +26,10 @@ pub(super) struct Memory {
     /// SRAM 1, SRAM 2, CCM SRAM.
     sram: Vec<u8>,
     ccm_begins: usize,
-    messages: Vec<u8>,
+    /// Message RAM.
+    pub(super) messages: Vec<u8>,
+    /// Serial number of the chip.
+    pub(super) serial: [u8; 12],
 }
 
 impl Memory {
@@ -45,6 +48,7 @@ impl Memory {
             sram: vec![AFTER_POWER_ON; plain + ccm],
             ccm_begins: plain,
             messages: vec![AFTER_POWER_ON; MESSAGE_BYTES as usize],
+            serial: SERIAL,
         }
     }
 
@@ -63,7 +67,7 @@ impl Memory {
             FLASH..CCM => self.flash.get((address - FLASH) as usize..),
             CCM..0x1010_0000 => self.sram.get(self.ccm_begins + (address - CCM) as usize..),
             MESSAGES..0x4000_B000 => self.messages.get((address - MESSAGES) as usize..),
-            UNIQUE_ID..0x1FFF_759C => SERIAL.get((address - UNIQUE_ID) as usize..),
+            UNIQUE_ID..0x1FFF_759C => self.serial.get((address - UNIQUE_ID) as usize..),
             _ => None,
         }
     }

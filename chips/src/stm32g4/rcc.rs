@@ -18,6 +18,10 @@ const CRRCR: u32 = 0x98;
 const HSION: u32 = 8;
 const HSEON: u32 = 16;
 const PLLON: u32 = 24;
+/// Of CCIPR.
+const FDCANSEL: u32 = 24;
+/// Of PLLCFGR.
+const PLLQEN: u32 = 20;
 // Of CSR.
 const RMVF: u32 = 23;
 const PIN: u32 = 26;
@@ -253,6 +257,17 @@ impl Rcc {
     /// Of the PLL's output Q, which FDCAN can run on.
     pub(super) fn pll_q_hz(&self) -> f64 {
         self.vco_hz() / f64::from(2 * (self.registers.bits(PLLCFGR, 21, 2) + 1))
+    }
+
+    /// Of what FDCAN runs on; none while that stands still.
+    pub(super) fn can_hz(&self) -> Option<f64> {
+        let is_ready = |on: u32| self.registers.has(CR, on + 1);
+        match self.registers.bits(CCIPR, FDCANSEL, 2) {
+            0 => self.crystal_hz.filter(|_| is_ready(HSEON)),
+            1 => (is_ready(PLLON) && self.registers.has(PLLCFGR, PLLQEN)).then(|| self.pll_q_hz()),
+            2 => Some(self.bus_hz()),
+            _ => None,
+        }
     }
 
     fn vco_hz(&self) -> f64 {

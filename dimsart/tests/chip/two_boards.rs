@@ -1,0 +1,161 @@
+//! A master and a slave, the very image of nucleo-g474re with two stamps, over the modelled CAN bus.
+
+use std::f64::consts::TAU;
+
+use dimsart_core::protocol::{Blocked, Request};
+use dimsart_core::{Command, types};
+
+use crate::pair::{COUNTS_PER_TURN, FULL_NM, MASTER, Pair, SLAVE, SPRING_NM_PER_RAD};
+
+/// What the scheme says (`schemes/small_motors.scheme`).
+const MASTER_NM_PER_RAD: f64 = 0.3;
+const SLAVE_NM_PER_RAD: f64 = 0.5;
+const IMPEDANCE_NMS_PER_RAD: f64 = 0.001;
+const DELAY_TICKS: f64 = 20.0;
+/// The slave's spring pulls, and the master's shaft is held here.
+const HAND_RAD: f64 = 0.5;
+/// Until echoes between the ends are gone.
+const SETTLED_TICKS: u64 = 1_200;
+/// Nothing is given up for silence.
+const PATIENT: &[(&str, &str)] = &[("STALE", "INTEGRAL"), ("TIMEOUT_TICKS", "0")];
+
+/// Springs in series (Niemeyer and Slotine): `1/K = 1/K_m + n h/(2 b) + 1/K_s + 1/K_e`, `N m/rad`.
+fn series_nm_per_rad(round_trip_ticks: u32) -> f64 {
+    let line = (f64::from(round_trip_ticks) + DELAY_TICKS) * 1e-3 / (2.0 * IMPEDANCE_NMS_PER_RAD);
+    1.0 / (1.0 / MASTER_NM_PER_RAD + line + 1.0 / SLAVE_NM_PER_RAD + 1.0 / SPRING_NM_PER_RAD)
+}
+
+/// Where the slave comes to rest is where the closed form has it: up to a count of either encoder, what a tick of the
+/// line is good for, and the step of a duty cycle, which is cut off.
+fn assert_closed_form(pair: &mut Pair, round_trip_ticks: u32) -> [f64; 2] {
+    let mut angle_rad = 0.0;
+    for _ in 0..200 {
+        pair.run(1);
+        angle_rad += pair.joint.state().position / 200.0;
+    }
+    let stiffness = series_nm_per_rad(round_trip_ticks);
+    let expected_rad = HAND_RAD * stiffness / SPRING_NM_PER_RAD;
+    let count_rad = TAU / COUNTS_PER_TURN;
+    let duty_step_nm = FULL_NM / 4200.0;
+    let allowed_rad = (2.0 * count_rad * stiffness + duty_step_nm) / SPRING_NM_PER_RAD;
+    assert!(
+        (angle_rad - expected_rad).abs() < allowed_rad,
+        "{angle_rad} rad instead of {expected_rad} within {allowed_rad}"
+    );
+    [angle_rad, expected_rad]
+}
+
+fn assert_well(pair: &mut Pair) {
+    for board in [MASTER, SLAVE] {
+        let bench = pair.bench(board);
+        assert_eq!(bench.violations(), [] as [&str; 0]);
+        assert_eq!(bench.processor.faults(), []);
+        assert_eq!(bench.chip().resets(), []);
+    }
+}
+
+#[test]
+fn two_boards_exchange_waves_and_the_slave_stands_where_the_closed_form_has_it() {
+    let Some(mut pair) = Pair::start(PATIENT) else { return };
+    let lost = [MASTER, SLAVE].map(|board| pair.word(board, types::LINK_LOST));
+    pair.take_frames(MASTER);
+    pair.take_frames(SLAVE);
+    pair.run(1_000);
+    for board in [MASTER, SLAVE] {
+        let (passed, others) = pair.take_frames(board);
+        println!("board {board}: {passed} packets in a second");
+        assert!((999..=1_001).contains(&passed) && others == 0, "{passed}, {others}");
+        assert_eq!(pair.blocked(board), None);
+    }
+    pair.turn_hand(HAND_RAD, 200);
+    pair.run(SETTLED_TICKS);
+    let round_trip_ticks = pair.word(MASTER, types::LINK_ROUND_TRIP);
+    let [angle_rad, expected_rad] = assert_closed_form(&mut pair, round_trip_ticks);
+    println!(
+        "round trip {round_trip_ticks} ticks; slave at {angle_rad:.5} rad, closed form {expected_rad:.5} rad"
+    );
+    assert!((1..=3).contains(&round_trip_ticks), "{round_trip_ticks}");
+    assert_eq!([MASTER, SLAVE].map(|board| pair.word(board, types::LINK_LOST)), lost);
+    assert_well(&mut pair);
+}
+
+/// The scheme as it is: a link that is silent for 20 ticks is lost until somebody resets it.
+#[test]
+fn a_bus_that_is_cut_leaves_both_without_torque_until_they_are_reset() {
+    let Some(mut pair) = Pair::start(&[]) else { return };
+    pair.turn_hand(HAND_RAD, 200);
+    pair.run(200);
+    assert!(pair.torque_nm(SLAVE).unwrap().abs() > 1e-3);
+    pair.bus.plug(SLAVE, false);
+    pair.take_frames(MASTER);
+    let mut driven_ticks = 0;
+    for _ in 0..100 {
+        pair.run(1);
+        driven_ticks += u32::from(pair.torque_nm(SLAVE).is_some());
+    }
+    println!("driven for {driven_ticks} ticks behind the cut");
+    assert!((20..=22).contains(&driven_ticks), "{driven_ticks}");
+    assert_eq!(pair.take_frames(MASTER).0, 0);
+    pair.bus.plug(SLAVE, true);
+    pair.run(150);
+    for board in [MASTER, SLAVE] {
+        assert!(pair.word(board, types::LINK_AGE) <= 3);
+        assert!(!pair.bench(board).chip().is_can_off());
+        assert_eq!(pair.blocked(board), Some(Blocked::LinkLost { link: 0 }));
+        assert_eq!(pair.torque_nm(board), None);
+        assert_eq!(pair.word(board, types::CAN_REJOINS), 0);
+    }
+    for board in [MASTER, SLAVE] {
+        pair.ask(board, &Request::Command(Command::Reset), |_| ());
+        assert_eq!(pair.torque_nm(board), None);
+    }
+    // The permission to move went with the link.
+    pair.arm();
+    pair.run(300);
+    for board in [MASTER, SLAVE] {
+        assert_eq!(pair.blocked(board), None);
+        assert!(pair.torque_nm(board).is_some());
+    }
+    assert_well(&mut pair);
+}
+
+/// What waits for it, the integral policy makes up for.
+#[test]
+fn what_was_lost_while_the_bus_was_cut_is_made_up_for() {
+    let Some(mut pair) = Pair::start(PATIENT) else { return };
+    pair.turn_hand(0.2, 100);
+    pair.bus.plug(SLAVE, false);
+    pair.turn_hand(HAND_RAD, 100);
+    pair.bus.plug(SLAVE, true);
+    pair.run(SETTLED_TICKS);
+    let lost = pair.word(SLAVE, types::LINK_LOST);
+    println!("{lost} packets lost");
+    assert!((90..=101).contains(&lost), "{lost}");
+    let round_trip_ticks = pair.word(MASTER, types::LINK_ROUND_TRIP);
+    assert_closed_form(&mut pair, round_trip_ticks);
+    assert_well(&mut pair);
+}
+
+#[test]
+fn wires_that_touch_drive_both_off_the_bus_and_both_join_it_again() {
+    let Some(mut pair) = Pair::start(PATIENT) else { return };
+    pair.bus.short(true);
+    pair.run(20);
+    assert!([MASTER, SLAVE].into_iter().all(|board| pair.bench(board).chip().is_can_off()));
+    pair.bus.short(false);
+    let mut off_ticks = 20;
+    while [MASTER, SLAVE].into_iter().any(|board| pair.bench(board).chip().is_can_off()) {
+        pair.run(1);
+        off_ticks += 1;
+        assert!(off_ticks < 200, "off for {off_ticks} ticks");
+    }
+    println!("off for {off_ticks} ticks");
+    // 100 ms and a look each 10 ms, then 129 sequences.
+    assert!(off_ticks >= 100, "{off_ticks}");
+    pair.run(50);
+    for board in [MASTER, SLAVE] {
+        assert_eq!(pair.word(board, types::CAN_REJOINS), 1);
+        assert!(pair.word(board, types::LINK_AGE) <= 3);
+    }
+    assert_well(&mut pair);
+}
