@@ -39,9 +39,9 @@ use static_cell::ConstStaticCell;
 
 use crate::board::{Axes, Board, Joints, Parts, is_driven};
 use crate::catalogue::b_g431b_esc1::{
-    DRIVE, IS_TERMINATED, MOTOR, TOOLING,
+    DRIVE, MOTOR, TOOLING,
 };
-use crate::current_loop::{CurrentLoop, Start, Told};
+use crate::current_loop::{CurrentLoop, Told};
 use crate::motor::Ramp;
 use crate::shaft::Shaft;
 use crate::stm32g4::current_loop::{self, ThreePhase};
@@ -66,6 +66,10 @@ const CHECKED: Checked = match DRIVE.configuration.checked() {
 
 /// Of the amplifiers' outputs, the thermistor and the divider.
 const CHANNELS: Channels = Channels { u: 3, v: 3, w: 12, temperature: 5, bus: 1 };
+
+/// Whether the board's resistor of 120 ohm ends the CAN bus: true at both of the bus' ends, and nowhere else. Change it to where
+/// the board is.
+const IS_TERMINATED: bool = true;
 
 /// The flash has one bank: while it is written, no instruction can be read from it.
 const STALLS_TICK: bool = true;
@@ -129,8 +133,7 @@ impl Board for BG431bEsc1 {
         quadrature::start(DRIVE.counts_per_turn);
         // Their pins are analog ones from the reset on.
         current_sensing::start_amplifiers();
-        let current_loop =
-            CurrentLoop::new(&CHECKED, DRIVE.scaling, Start::ByCurrent(DRIVE.aligning_current_a), TICK_S);
+        let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, TICK_S);
         current_loop::start(current_loop, bridges);
         current_sensing::start_converters(&CHANNELS);
         let joints = Joint { shaft: Shaft::new(), told: Told::default(), fault: None, ramp: Ramp::default() };

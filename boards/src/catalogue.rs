@@ -77,6 +77,9 @@ pub struct ThreePhaseDrive {
     pub counts_per_turn: u32,
     /// That turns the rotor when it is aligned, `A`.
     pub aligning_current_a: f32,
+    /// Torque against the speed that is added to what is commanded, `N m s/rad`, at least 0: as much as a motor brakes by itself
+    /// that is driven by a voltage, without which a scheme has to damp the joint.
+    pub damping_nms_per_rad: f32,
     /// How the board measures.
     pub scaling: Scaling,
 }

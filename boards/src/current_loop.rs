@@ -20,6 +20,8 @@ use drive::{
     Checked, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep, Rotor, Sample,
 };
 
+use crate::catalogue::ThreePhaseDrive;
+
 /// Ticks that a torque may be old.
 const MOST_TICKS: f32 = 3.0;
 
@@ -34,21 +36,13 @@ pub struct Counts {
     pub temperature: u16,
 }
 
-/// How the rotor's angle is known after a start.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Start {
-    /// By the encoder, which is absolute.
-    Known,
-    /// By a current, `A`, which turns the rotor with the first torque that is wanted.
-    ByCurrent(f32),
-}
-
 /// A motor behind a board's bridge and converters.
 #[derive(Debug, Clone)]
 pub struct CurrentLoop {
     scaling: Scaling,
     configuration: Checked,
-    start: Start,
+    aligning_current_a: f32,
+    damping_nms_per_rad: f32,
     rest_counts: [f32; 3],
     stage: Stage,
     drive: Drive,
@@ -70,18 +64,19 @@ enum Stage {
 }
 
 impl CurrentLoop {
-    /// A loop whose bridge is off, below ticks of `tick_s`.
+    /// A loop whose bridge is off, below ticks of `tick_s`. `checked` is the drive's configuration.
     #[must_use]
-    pub fn new(configuration: &Checked, scaling: Scaling, start: Start, tick_s: f32) -> Self {
+    pub fn new(drive: &ThreePhaseDrive, checked: &Checked, tick_s: f32) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let most_periods = (MOST_TICKS * tick_s / configuration.get().period_s + 0.5) as u16;
+        let most_periods = (MOST_TICKS * tick_s / checked.get().period_s + 0.5) as u16;
         Self {
-            scaling,
-            configuration: *configuration,
-            start,
-            rest_counts: [scaling.rest_counts; 3],
+            scaling: drive.scaling,
+            configuration: *checked,
+            aligning_current_a: drive.aligning_current_a,
+            damping_nms_per_rad: drive.damping_nms_per_rad,
+            rest_counts: [drive.scaling.rest_counts; 3],
             stage: Stage::AtRest(Rest::default()),
-            drive: Drive::of(configuration),
+            drive: Drive::of(checked),
             age: Age::new(most_periods),
             idle_periods: 0,
             most_periods,
@@ -106,7 +101,8 @@ impl CurrentLoop {
             rotor,
         };
         let duties = if matches!(self.stage, Stage::Driving) {
-            self.drive.step(&sample, wanted_nm)
+            let braked_nm = self.damping_nms_per_rad * self.drive.measured().speed_rad_per_s;
+            self.drive.step(&sample, wanted_nm.map(|wanted_nm| wanted_nm - braked_nm))
         } else {
             // For angle and speed, and what is wrong with the rest.
             let _ = self.drive.step(&sample, None);
@@ -137,7 +133,7 @@ impl CurrentLoop {
                 Ok(Some(rest_counts)) => {
                     self.rest_counts = rest_counts;
                     self.drive.clear();
-                    self.stage = if self.start == Start::Known { Stage::Driving } else { Stage::Unaligned };
+                    self.stage = Stage::Unaligned;
                     self.fault = None;
                 }
                 Err(WrongAtRest) => {
@@ -146,12 +142,10 @@ impl CurrentLoop {
                 }
             },
             Stage::Unaligned => {
-                if let Start::ByCurrent(current_a) = self.start
-                    && is_wanted
-                    && self.fault.is_none()
-                    && self.drive.fault().is_none()
-                {
-                    self.stage = Stage::Aligning(Identification::of_offset(&self.configuration, current_a));
+                if is_wanted && self.fault.is_none() && self.drive.fault().is_none() {
+                    let identification =
+                        Identification::of_offset(&self.configuration, self.aligning_current_a);
+                    self.stage = Stage::Aligning(identification);
                 }
             }
             Stage::Aligning(_) if !is_wanted => self.stage = Stage::Unaligned,

@@ -1,4 +1,4 @@
-//! From a torque to the voltage of a motor, and from there to duty cycles.
+//! From a torque to the voltage of a brushed motor.
 //!
 //! current = torque / torque constant, limited; voltage = resistance · current
 //!
@@ -7,9 +7,6 @@
 //! torque constant² / resistance, `N·m·s/rad`, and the torque is right at standstill. A torque that is right
 //! at every speed takes a current controller.
 
-use core::f32::consts::TAU;
-
-use dimsart_core::math::sin;
 use dimsart_core::{InputLimits, OutputLimits, SafeValue};
 
 /// A motor, its supply and its encoder.
@@ -79,24 +76,11 @@ impl Ramp {
     }
 }
 
-/// Duty cycles of the half bridges U, V, W, 0 to 1, for a voltage on the rotor's q axis.
-///
-/// `drive` is the voltage as a share of the supply; more than half of it, either sign, cannot be made by
-/// sinusoidal phases and is cut there. With the rotor's magnets at electrical angle `a` the phase `k` gets
-/// 1/2 - drive · sin(a - 2 pi k / 3): the inverse Park and Clarke transforms of (0, drive).
-#[must_use]
-pub fn phase_duties(drive: f32, electrical_angle_rad: f32) -> [f32; 3] {
-    let drive = drive.clamp(-0.5, 0.5);
-    [0.0, TAU / 3.0, 2.0 * TAU / 3.0]
-        .map(|phase| (0.5 - drive * sin(electrical_angle_rad - phase)).clamp(0.0, 1.0))
-}
-
-/// The electrical angle at which [`phase_duties`] with a positive `drive` pulls the rotor to angle 0.
-pub const ALIGNING_ANGLE_RAD: f32 = -TAU / 4.0;
-
 #[cfg(test)]
 mod tests {
     extern crate std;
+
+    use core::f32::consts::TAU;
 
     use dimsart_core::{AxisKind, DeviceDescriptor, types};
     use std::vec;
@@ -165,31 +149,5 @@ mod tests {
         assert!((torque(MOTOR.drive(f32::MIN)) + 0.25).abs() < 1e-6);
         let weak_supply = Motor { supply_v: 1.0, ..MOTOR };
         assert!((weak_supply.drive(1.0) - 1.0).abs() < f32::EPSILON);
-    }
-
-    /// The forward Clarke and Park transforms in f64, from the textbook.
-    fn d_and_q(duties: [f32; 3], angle_rad: f64) -> (f64, f64) {
-        let [u, v, w] = duties.map(f64::from);
-        let (alpha, beta) = ((2.0 * u - v - w) / 3.0, (v - w) / 3f64.sqrt());
-        let (sin, cos) = angle_rad.sin_cos();
-        (alpha * cos + beta * sin, beta * cos - alpha * sin)
-    }
-
-    #[test]
-    fn phases_make_the_drive_on_the_q_axis_and_nothing_on_the_d_axis() {
-        for step in 0..360 {
-            let angle = (step as f32).to_radians();
-            for drive in [-0.5, -0.1, 0.3] {
-                let (d, q) = d_and_q(phase_duties(drive, angle), f64::from(angle));
-                assert!(d.abs() < 2e-3 && (q - f64::from(drive)).abs() < 2e-3, "{drive} at {step}: {d} {q}");
-            }
-        }
-        assert!(phase_duties(7.0, 1.0).iter().all(|duty| (0.0..=1.0).contains(duty)));
-    }
-
-    #[test]
-    fn aligning_pulls_the_magnets_to_angle_zero() {
-        let (d, q) = d_and_q(phase_duties(0.1, ALIGNING_ANGLE_RAD), 0.0);
-        assert!((d - 0.1).abs() < 1e-3 && q.abs() < 1e-3, "{d} {q}");
     }
 }

@@ -3,9 +3,6 @@
 //! 168 MHz from the board's crystal, by [`clock_switch`]: an RC oscillator is too inaccurate for CAN. A board whose
 //! crystal does not swing keeps its outputs off, says so in its log and starts over, again and again.
 //!
-//! The watchdog's first window is 512 ms, that of its reset value: the time that is set counts from the first feed on,
-//! which is the first tick.
-//!
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
 //! Going on, the board powers its motors as before.
 
@@ -168,6 +165,7 @@ where
     let (tick, background) = start_executors();
     let patience_us = if storage.stalls_tick { PATIENT_WATCHDOG_US } else { WATCHDOG_US };
     IndependentWatchdog::new(watchdog, patience_us).unleash();
+    begin_first_window();
     let storage = Some(storage);
     Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
 }
@@ -176,6 +174,15 @@ fn start_executors() -> (SendSpawner, SendSpawner) {
     line::CORDIC.set_priority(TICK_PRIORITY);
     line::FMAC.set_priority(BACKGROUND_PRIORITY);
     (TICK.start(line::CORDIC), BACKGROUND.start(line::FMAC))
+}
+
+/// Has the time that is set count from here on: until it is fed, the watchdog waits for that of its reset values, 512 ms. It takes
+/// what is set with its own slow clock, in less than a millisecond (RM0440, 42.3.2).
+fn begin_first_window() {
+    const PATIENCE: u32 = 1_000_000;
+    if (0..PATIENCE).any(|_| IWDG.sr().read().0 == 0) {
+        feed_watchdog();
+    }
 }
 
 pub(crate) fn feed_watchdog() {

@@ -79,10 +79,12 @@ fn one_count_of_the_encoder_asks_for_a_hundredth_of_the_motor_s_torque_at_most()
     }
 }
 
-/// A motor at the end of its shaft, as the board drives it: a voltage against the one that it induces.
+/// A motor at the end of its shaft, as the board drives it: a torque, or a voltage against the one that it induces.
 #[derive(Debug, Clone, Copy)]
 struct Shaft {
     motor: Motor,
+    /// Of a motor whose torque is what is commanded, less that against its speed, `N m s/rad`.
+    damping: Option<f32>,
     inertia_kg_m2: f32,
     angle: f32,
     speed: f32,
@@ -100,10 +102,15 @@ impl Shaft {
         const STEPS: u16 = 1_000;
         let Motor { torque_constant_nm_per_a, resistance_ohm, supply_v, .. } = self.motor;
         let voltage = self.motor.drive(commanded) * supply_v;
+        let most_nm = largest_torque_nm(self.motor);
         let step_s = TICK_S / f32::from(STEPS);
         for _ in 0..STEPS {
             let current = (voltage - torque_constant_nm_per_a * self.speed) / resistance_ohm;
-            let torque = torque_constant_nm_per_a * current + from_outside;
+            let made_nm = match self.damping {
+                Some(damping) => (commanded - damping * self.speed).clamp(-most_nm, most_nm),
+                None => torque_constant_nm_per_a * current,
+            };
+            let torque = made_nm + from_outside;
             self.speed += step_s * torque / self.inertia_kg_m2;
             self.angle += step_s * self.speed;
         }
@@ -116,7 +123,8 @@ fn a_pair_of_motors_follows_a_hand_and_comes_to_rest() {
     for (board, motor) in boards_with_motors() {
         for inertia_kg_m2 in [3e-6, 1e-5, 3e-5] {
             let mut pair = Pair::new(board);
-            let mut shafts = [Shaft { motor, inertia_kg_m2, angle: 0.0, speed: 0.0 }; 2];
+            let damping = board.tooling.drive.map(|drive| drive.damping_nms_per_rad);
+            let mut shafts = [Shaft { motor, damping, inertia_kg_m2, angle: 0.0, speed: 0.0 }; 2];
             let hand = 0.1 * largest_torque_nm(motor);
             for tick in 0..3_000 {
                 let torques = pair.tick(shafts.map(|shaft| shaft.measured()));

@@ -10,7 +10,7 @@ use core::f64::consts::TAU;
 
 use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
-use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Start, Told};
+use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Told};
 use dimsart_core::DriveFault;
 use drive::{Angle, Duties, Rotor};
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
@@ -57,10 +57,9 @@ impl Bench {
         let parameters = motor(&drive());
         let mut drive = drive();
         change(&mut drive);
-        let start = Start::ByCurrent(drive.aligning_current_a);
         let checked = drive.configuration.checked().unwrap();
         Self {
-            current_loop: CurrentLoop::new(&checked, drive.scaling, start, TICK_S),
+            current_loop: CurrentLoop::new(&drive, &checked, TICK_S),
             drive,
             exchange: Exchange::new(),
             motor: BridgeMotor::new(&parameters).unwrap(),
@@ -119,7 +118,7 @@ impl Bench {
 
 #[test]
 fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
-    let mut bench = Bench::new(|_| {});
+    let mut bench = Bench::new(|drive| drive.damping_nms_per_rad = 0.0);
     for _ in 0..100 {
         assert!(!bench.tick(None).is_ready && !bench.is_on(), "nothing moves before a torque is wanted");
     }
@@ -144,6 +143,24 @@ fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
             "{told:?}"
         );
     }
+}
+
+#[test]
+fn damping_brakes_a_joint_of_which_nothing_is_wanted() {
+    let mut bench = Bench::new(|_| {});
+    bench.align();
+    for _ in 0..20 {
+        bench.tick(Some(0.1));
+    }
+    let fast = bench.motor.state().speed_rad_per_s;
+    // Inertia over damping.
+    let time_constant_ticks: f64 = 2e-5 / f64::from(drive().damping_nms_per_rad) / 1e-3;
+    for _ in 0..4 {
+        bench.tick(Some(0.0));
+    }
+    let expected = fast * f64::exp(-4.0 / time_constant_ticks);
+    let slow = bench.motor.state().speed_rad_per_s;
+    assert!(fast > 20.0 && (slow / expected - 1.0).abs() < 0.2, "{fast} {slow} {expected}");
 }
 
 #[test]
@@ -198,7 +215,9 @@ fn a_hot_bridge_and_a_supply_that_is_off_are_told_while_nothing_moves() {
     ] {
         let mut bench = Bench::new(|_| {});
         (bench.bus_v, bench.temperature_counts) = (bus_v, temperature_counts);
-        (0..200).for_each(|_| drop(bench.tick(None)));
+        for _ in 0..200 {
+            bench.tick(None);
+        }
         for tick in 0..200 {
             assert_eq!(bench.tick(None).fault, Some(fault), "{tick}");
             assert!(!bench.is_on());
@@ -210,12 +229,16 @@ fn a_hot_bridge_and_a_supply_that_is_off_are_told_while_nothing_moves() {
 fn a_phase_that_shows_a_current_at_rest_keeps_the_bridge_off() {
     let mut bench = Bench::new(|_| {});
     bench.rest = [2540.0, 2000.0, 2550.0];
-    (0..200).for_each(|_| drop(bench.tick(Some(0.0))));
+    for _ in 0..200 {
+        bench.tick(Some(0.0));
+    }
     assert_eq!(bench.told().fault, Some(DriveFault::CurrentSensors));
     assert!(!bench.is_on());
     // A loose wire that is mended.
     bench.rest = [2540.0, 2550.0, 2550.0];
-    (0..200).for_each(|_| drop(bench.tick(None)));
+    for _ in 0..200 {
+        bench.tick(None);
+    }
     assert_eq!(bench.told().fault, None);
 }
 
@@ -224,14 +247,18 @@ fn another_motor_than_the_board_is_told_of_is_not_aligned() {
     let mut bench = Bench::new(|drive| drive.configuration.motor.pole_pairs = 4);
     let fault = (0..12_000).find_map(|_| bench.tick(Some(0.0)).fault);
     assert_eq!(fault, Some(DriveFault::NotAligned));
-    (0..100).for_each(|_| drop(bench.tick(Some(0.0))));
+    for _ in 0..100 {
+        bench.tick(Some(0.0));
+    }
     assert!(!bench.is_on() && !bench.told().is_ready);
 }
 
 #[test]
 fn a_scheme_that_is_stopped_ends_the_aligning_and_the_next_one_begins_it_again() {
     let mut bench = Bench::new(|_| {});
-    (0..1_000).for_each(|_| drop(bench.tick(Some(0.0))));
+    for _ in 0..1_000 {
+        bench.tick(Some(0.0));
+    }
     assert!(bench.is_on());
     bench.tick(None);
     assert!(!bench.is_on());

@@ -631,6 +631,7 @@ impl Bus for Stm32g4 {
         self.rcc.reset(match cause {
             Reset::Program => Cause::Program,
             Reset::Chip => Cause::Watchdog,
+            Reset::Pin => Cause::Pin,
         });
         self.iwdg = Iwdg::new(self.part);
         self.clock.change(START_HZ, now);

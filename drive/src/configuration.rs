@@ -124,7 +124,8 @@ impl Checked {
 /// Gives the error of a value that is not right.
 macro_rules! require {
     ($place:ident $(. $part:ident)*, $is_right:expr, $range:literal) => {
-        if !$is_right {
+        let is_right: bool = $is_right;
+        if !is_right {
             let name = require!(@name $place $(. $part)*);
             return Err(ConfigurationError { name, value: $place $(. $part)* as f32, range: $range });
         }

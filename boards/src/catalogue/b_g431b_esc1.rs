@@ -43,12 +43,10 @@ pub(crate) const DRIVE: ThreePhaseDrive = ThreePhaseDrive {
     configuration: CONFIGURATION,
     counts_per_turn: 4096,
     aligning_current_a: 2.0,
+    // As much as it brakes by itself when it is driven by a voltage.
+    damping_nms_per_rad: 0.05 * 0.05 / 0.6,
     scaling: SCALING,
 };
-/// Whether the board's resistor of 120 ohm ends the CAN bus: at both of its ends, and nowhere else.
-#[cfg(target_os = "none")]
-pub(crate) const IS_TERMINATED: bool = true;
-
 /// By the board's schematic (ST UM2516) and what public firmware for it has: 3 mOhm, 64/7 of it behind the resistors and the
 /// amplifier, pulled up to 0.129 V in front of it; 18 of 187 kOhm; a thermistor of 10 kOhm (B 3425 K) above 4.7 kOhm. Of a
 /// reference of 3.3 V.

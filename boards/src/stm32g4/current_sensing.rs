@@ -82,7 +82,9 @@ pub(crate) fn start_converters(channels: &Channels) {
                 channel => converter.smpr2().modify(|times| times.set_smp(channel - 10, time)),
             }
         }
-        convert_once(converter);
+        if let [first, ..] = sequence {
+            convert_once(converter, *first);
+        }
     }
     pac::ADC1.ier().write(|interrupts| interrupts.set_jeosie(true));
     pac::ADC2.cr().modify(|control| control.set_jadstart(true));
@@ -104,8 +106,9 @@ fn enable(converter: Adc) {
     });
 }
 
-/// The first conversion can be one of channel 0, whatever it is told (ST ES0431, 2.5.8): it is one of nobody's.
-fn convert_once(converter: Adc) {
+/// The first conversion can be one of channel 0, whatever it is told (ST ES0431, 2.5.8): it is one that nobody wants.
+fn convert_once(converter: Adc, channel: u8) {
+    converter.sqr1().write(|order| order.set_sq(0, channel));
     converter.cr().modify(|control| control.set_adstart(true));
     wait(|| converter.isr().read().eoc());
     let _ = converter.dr().read();
@@ -126,7 +129,8 @@ pub(crate) fn take() -> Counts {
         flags.set_jeoc(true);
     });
     // One by one: of a place that is no constant the registers' library asks whether it is there.
-    let [u, w, temperature] = [pac::ADC1.jdr(0), pac::ADC1.jdr(1), pac::ADC1.jdr(2)].map(|data| data.read().jdata());
+    let [u, w, temperature] =
+        [pac::ADC1.jdr(0), pac::ADC1.jdr(1), pac::ADC1.jdr(2)].map(|data| data.read().jdata());
     let [v, bus] = [pac::ADC2.jdr(0), pac::ADC2.jdr(1)].map(|data| data.read().jdata());
     Counts { phases: [u, v, w], bus, temperature }
 }

@@ -1,5 +1,5 @@
-//! A link over CAN: contents in CAN FD frames at 1 and 4 Mbit/s, or with feature `classic-can` in classic ones at
-//! 1 Mbit/s. All nodes of a bus must use the same.
+//! A link over CAN: contents in CAN FD frames at 1 and 4 Mbit/s, with feature `one-can-rate` at 1 Mbit/s all through, or with
+//! feature `classic-can` in classic ones at 1 Mbit/s. All nodes of a bus must use the same.
 //!
 //! The identifier is the packet's channel, 11 bits. On channel 0 it is 29 bits of the chip's serial number, so that
 //! no two nodes share one. Only what is listened to comes through the controller's filter: one channel, or on

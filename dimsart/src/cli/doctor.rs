@@ -15,7 +15,9 @@ use super::Ending;
 /// A line per thing, with the next step where it is missing. Exit status 0 when all of it is there, 1 when not.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "The simulator needs none of it; the emulated board needs no probe-rs, rule and probe."
+    after_help = "The simulator needs none of it; the emulated board needs no probe-rs, rule and probe.\n\n\
+                  A b-g431b-esc1 that is flashed and says nothing: its pin BOOT0 is pulled up, so its option bit nSWBOOT0 has \
+                  to be 0, as delivered, and nBOOT0 1."
 )]
 pub(super) struct Doctor {
     /// Prints one JSON object, and nothing else.

@@ -5,9 +5,10 @@ use embassy_stm32::can::config::FrameTransmissionConfig;
 use embassy_stm32::can::frame::{FdFrame, Header};
 use embedded_can::Id;
 
-pub(super) const ALLOWED: FrameTransmissionConfig = FrameTransmissionConfig::AllowFdCanAndBRS;
 /// Whether data goes out at the higher bit rate.
-pub(super) const IS_FAST: bool = true;
+pub(super) const IS_FAST: bool = !cfg!(feature = "one-can-rate");
+pub(super) const ALLOWED: FrameTransmissionConfig =
+    if IS_FAST { FrameTransmissionConfig::AllowFdCanAndBRS } else { FrameTransmissionConfig::AllowFdCan };
 
 /// A content is a frame.
 pub(super) struct Receiver;
@@ -27,7 +28,7 @@ impl Receiver {
 pub(super) fn frames(content: &[u8], _: u16, identifier: Id) -> impl Iterator<Item = FdFrame> {
     core::iter::once(content).filter_map(move |content| {
         let data = can_fd::pack(content)?;
-        let header = Header::new_fd(identifier, u8::try_from(data.len()).ok()?, false, true);
+        let header = Header::new_fd(identifier, u8::try_from(data.len()).ok()?, false, IS_FAST);
         FdFrame::new(header, &data).ok()
     })
 }
