@@ -25,6 +25,8 @@ pub struct Board {
     pub command_uart: &'static str,
     /// Between its chip and the CAN bus.
     pub transceiver: Transceiver,
+    /// At analog pins while nothing moves: port, pin, `V`.
+    pub voltages: &'static [(char, u32, f64)],
 }
 
 /// A CAN transceiver, by its data sheet.
@@ -55,6 +57,7 @@ pub const BOARDS: &[Board] = &[
         crystal_hz: 24e6,
         command_uart: "LPUART1",
         transceiver: EXTERNAL,
+        voltages: &[],
     },
     Board {
         name: "b-g431b-esc1",
@@ -62,7 +65,20 @@ pub const BOARDS: &[Board] = &[
         crystal_hz: 8e6,
         command_uart: "USART2",
         transceiver: TCAN330,
+        voltages: AT_REST,
     },
+];
+
+/// The shunts' resistors without current; a supply of 12 V; a bridge of 25 °C (ST UM2516).
+const AT_REST: &[(char, u32, f64)] = &[
+    ('A', 1, 0.12857),
+    ('A', 7, 0.12857),
+    ('B', 0, 0.12857),
+    ('A', 3, 0.0),
+    ('A', 5, 0.0),
+    ('B', 2, 0.0),
+    ('A', 0, 1.15508),
+    ('B', 14, 1.05510),
 ];
 
 impl Board {
@@ -97,7 +113,10 @@ impl Bench {
     /// # Errors
     /// [`MachineError::NoSymbol`].
     pub fn new(board: &'static Board, image: Arc<Image>) -> Result<Self, MachineError> {
-        let chip = Stm32g4::new(board.part, &image, Some(board.crystal_hz));
+        let mut chip = Stm32g4::new(board.part, &image, Some(board.crystal_hz));
+        for (port, pin, volts) in board.voltages {
+            chip.set_voltage(*port, *pin, *volts);
+        }
         let timing = Timing::new(Profile::Flash(Flash::STM32G4), Column::Likely);
         Ok(Self { board, processor: Processor::new(image, chip, timing)?, time_s: 0.0, faults: Vec::new() })
     }

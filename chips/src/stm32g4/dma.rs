@@ -72,9 +72,8 @@ impl Dma {
             access.violates(format!("{} is written while its channel is on", self.registers.name(offset)));
         }
         self.registers.write(offset, value, access);
-        if register == 0
-            && !was_on
-            && value >> EN & 1 == 1
+        // A channel that is switched off and on again goes on where it was, unless it is told anew.
+        if register == 4
             && let Some(count) = self.counts.get_mut(channel as usize)
         {
             *count = self.registers.get(control + 4);

@@ -280,9 +280,9 @@ impl<'a> Parameters<'a> {
         self.index = self.index.saturating_add(1);
         match &self.request {
             Request::Defaults => true,
-            Request::Describe { index, .. } | Request::Get { index, .. } | Request::Set(Set { index, .. }) => {
-                *index == mine
-            }
+            Request::Describe { index, .. }
+            | Request::Get { index, .. }
+            | Request::Set(Set { index, .. }) => *index == mine,
         }
     }
 

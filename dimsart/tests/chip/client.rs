@@ -108,24 +108,20 @@ impl Client {
 
     /// Sends a question whose answer nobody waits for, one of several by its number.
     pub(crate) fn ask_in_passing(&mut self, powered: &mut Powered, number: u32) {
-        let requests = [Request::Status, Request::Timing, Request::Safety, Request::Identify];
+        let renewal = Request::Lease(LeaseAction::Renew);
+        let requests = [Request::Status, Request::Timing, renewal, Request::Safety, Request::Identify];
         let place = usize::try_from(number).unwrap() % requests.len();
         self.send(powered, &requests[place]);
     }
 
     /// Allows the board to move the motor from now on.
     pub(crate) fn take_lease(&mut self, powered: &mut Powered) {
-        self.lease(powered, LeaseAction::Take);
-        self.is_holding = true;
-    }
-
-    fn lease(&mut self, powered: &mut Powered, action: LeaseAction) {
-        let holder = self.ask(powered, &Request::Lease(action), |response| match response {
+        let holder = self.ask(powered, &Request::Lease(LeaseAction::Take), |response| match response {
             Response::Lease(status) => Some(status.holder),
             _ => None,
         });
         assert_eq!(holder, CLIENT);
-        self.renewed_s = powered.time_s();
+        (self.is_holding, self.renewed_s) = (true, powered.time_s());
     }
 
     /// Has the scheme command a torque, `N m`.
@@ -137,7 +133,8 @@ impl Client {
     /// One period, with the lease held if it was taken.
     pub(crate) fn period(&mut self, powered: &mut Powered) {
         if self.is_holding && powered.time_s() - self.renewed_s > RENEWAL_S {
-            self.lease(powered, LeaseAction::Renew);
+            self.renewed_s = powered.time_s();
+            self.send(powered, &Request::Lease(LeaseAction::Renew));
         }
         powered.period();
     }

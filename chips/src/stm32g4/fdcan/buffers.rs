@@ -15,7 +15,7 @@ pub(super) struct Request {
 }
 
 /// What waits.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Buffers {
     pub(super) requests: [Option<Request>; COUNT],
     /// `TXBTO` and `TXBCF`.

@@ -14,7 +14,7 @@ pub(super) const TX_BUFFERS: u32 = 0x278;
 pub(super) const ELEMENT_BYTES: u32 = 72;
 
 /// Bytes as words.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Ram<'a>(pub(super) &'a mut [u8]);
 
 impl Ram<'_> {
