@@ -15,5 +15,5 @@
 mod bench;
 pub mod stm32g4;
 
-pub use bench::{BOARDS, Bench, Board};
+pub use bench::{BOARDS, Bench, Board, KNOWN};
 pub use stm32g4::{Part, Stm32g4};

@@ -1,5 +1,7 @@
 //! An STM32G431 or STM32G474.
 
+mod adc;
+mod analog;
 mod clock;
 mod dma;
 mod flash;
@@ -8,6 +10,7 @@ mod iwdg;
 mod journal;
 mod map;
 mod memory;
+mod opamp;
 mod part;
 mod pwr;
 mod rcc;
@@ -16,11 +19,14 @@ mod timer;
 mod usart;
 mod violation;
 
+use std::collections::BTreeMap;
+
 use cycles::image::Image;
 use cycles::instruction::Width;
 use cycles::processor::{At, Bus, Reset};
 use cycles::state::AccessError;
 
+pub use analog::Wire;
 pub use clock::Clock;
 pub use flash::FlashFault;
 pub use journal::Journal;
@@ -28,12 +34,15 @@ pub use part::Part;
 pub use timer::Pulses;
 pub use violation::Violation;
 
+use self::adc::{Adc, Common};
+use self::analog::Scene;
 use self::dma::Dma;
 use self::flash::Flash;
 use self::gpio::Gpio;
 use self::iwdg::Iwdg;
 use self::map::{Block, DMAMUX, PLAIN, PORTS, TIMERS, USARTS};
 use self::memory::Memory;
+use self::opamp::Opamp;
 use self::pwr::Pwr;
 use self::rcc::{Cause, Rcc};
 use self::registers::Registers;
@@ -45,7 +54,7 @@ use self::violation::Access;
 const START_HZ: f64 = 16e6;
 
 /// A chip: its memory, its peripherals, and what is wired to its pins.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Stm32g4 {
     part: Part,
     clock: Clock,
@@ -58,6 +67,11 @@ pub struct Stm32g4 {
     usarts: Vec<Usart>,
     dmas: Vec<Dma>,
     iwdg: Iwdg,
+    adcs: [Adc; 2],
+    adc_common: Common,
+    opamp: Opamp,
+    /// What gives pins their voltages.
+    wires: BTreeMap<(char, u32), Wire>,
     plain: Vec<Registers>,
     violations: Vec<Violation>,
     /// What was written, for who reviews how a program sets the chip up.
@@ -82,6 +96,10 @@ impl Stm32g4 {
             usarts: USARTS.map(|name| Usart::new(part, name)).into(),
             dmas: ["DMA1", "DMA2"].map(|name| Dma::new(part, name)).into(),
             iwdg: Iwdg::new(part),
+            adcs: [1, 2].map(|number| Adc::new(part, number)),
+            adc_common: Common::new(part),
+            opamp: Opamp::new(part),
+            wires: BTreeMap::new(),
             plain: PLAIN.map(|(class, name)| Registers::new(part, class, name)).into(),
             violations: Vec::new(),
             journal: Journal::default(),
@@ -151,6 +169,16 @@ impl Stm32g4 {
         }
     }
 
+    /// What a pin is connected to, for converters and amplifiers.
+    pub fn wire(&mut self, port: char, pin: u32, wire: Wire) {
+        self.wires.insert((port, pin), wire);
+    }
+
+    /// The voltage that the outside has a pin at.
+    pub fn set_voltage(&mut self, port: char, pin: u32, volts: f64) {
+        self.wire(port, pin, Wire::At(volts));
+    }
+
     /// What timer 1 puts on the bridge, if all of its pins are connected.
     #[must_use]
     pub fn pulses(&self) -> Option<Pulses> {
@@ -162,6 +190,25 @@ impl Stm32g4 {
             &["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"]
         };
         needs.iter().all(|name| connected.contains(name)).then(|| timer.pulses()).flatten()
+    }
+
+    /// The next cycle in which the lower switches of timer 1's bridge are in the middle of their time; none while its timer does
+    /// not count up and down.
+    #[must_use]
+    pub fn next_middle(&self) -> Option<u64> {
+        self.timers.first()?.next_top()
+    }
+
+    /// When timer 1 was allowed to drive its bridge (`MOE`), or was not any more, since this was last asked: cycle, whether it
+    /// is.
+    pub fn take_switched(&mut self) -> Vec<(u64, bool)> {
+        self.timers.first_mut().map(Timer::take_switched).unwrap_or_default()
+    }
+
+    /// Cycles from the end of an injected sequence of converter 1 to its flag's being cleared: the least and the most since this
+    /// was last asked.
+    pub fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
+        self.adcs[0].take_answer_cycles()
     }
 
     /// Turns the shaft of an encoder on a timer's first two channels, by so many counts.
@@ -230,6 +277,9 @@ impl Stm32g4 {
             Block::Usart(place) => self.usarts.get(place)?.registers(),
             Block::Dma(place) => self.dmas.get(place)?.registers(),
             Block::Iwdg => self.iwdg.registers(),
+            Block::Adc(place) => self.adcs.get(place)?.registers(),
+            Block::AdcCommon => self.adc_common.registers(),
+            Block::Opamp => self.opamp.registers(),
             Block::Plain(place) => self.plain.get(place)?,
         })
     }
@@ -248,6 +298,12 @@ impl Stm32g4 {
             Block::Usart(place) => self.usarts.get_mut(place).map_or(0, |usart| usart.read(offset, access)),
             Block::Dma(place) => self.dmas.get_mut(place).map_or(0, |dma| dma.read(offset, access)),
             Block::Iwdg => self.iwdg.read(offset, access),
+            Block::Adc(place) => self.adcs.get_mut(place).map_or(0, |adc| adc.read(offset, access)),
+            Block::AdcCommon => {
+                let flags = [self.adcs[0].flags(), self.adcs[1].flags()];
+                self.adc_common.read(offset, flags, access)
+            }
+            Block::Opamp => self.opamp.read(offset, access),
             Block::Plain(place) => self.plain.get(place).map_or(0, |plain| plain.read(offset, access)),
         }
     }
@@ -292,6 +348,22 @@ impl Stm32g4 {
                 }
             }
             Block::Iwdg => self.iwdg.write(offset, value, &clock, access),
+            Block::Adc(place) => {
+                let ticks = self.adc_common.ticks(clock.hz(), self.rcc.clocks_converters());
+                let is_alone =
+                    !self.adcs.iter().enumerate().any(|(other, adc)| other != place && adc.is_on());
+                let Some(adc) = self.adcs.get_mut(place) else { return };
+                adc.write(offset, value, ticks, is_alone, &clock, access);
+                let unknown = adc.awaits().zip(self.timers.first());
+                if let Some(what) = unknown.and_then(|(output, timer)| timer.unknown_trigger(output)) {
+                    access.violates(what);
+                }
+            }
+            Block::AdcCommon => {
+                let is_on = self.adcs.iter().any(Adc::is_on);
+                self.adc_common.write(offset, value, is_on, access);
+            }
+            Block::Opamp => self.opamp.write(offset, value, &clock, access),
             Block::Plain(place) => {
                 if let Some(plain) = self.plain.get_mut(place) {
                     plain.write(offset, value, access);
@@ -325,6 +397,13 @@ impl Stm32g4 {
                     dma.reset();
                 }
             }
+            Block::Adc(place) => {
+                if let Some(adc) = self.adcs.get_mut(place) {
+                    adc.reset();
+                }
+            }
+            Block::AdcCommon => self.adc_common.reset(),
+            Block::Opamp => self.opamp.reset(),
             Block::Plain(place) => {
                 if let Some(plain) = self.plain.get_mut(place) {
                     plain.reset();
@@ -343,6 +422,40 @@ impl Stm32g4 {
         let access = &mut Access { at, violations: &mut self.violations };
         let faults = [self.pwr.clock_fault(hz, self.flash.wait_states()), self.rcc.pll_fault()];
         faults.into_iter().flatten().for_each(|fault| access.violates(fault));
+    }
+
+    /// Lets timer 1 and the converters go on together: each sample is of the bridge as it was at that instant.
+    fn convert(&mut self, now: u64) {
+        loop {
+            let timer = self.timers.first().map_or(u64::MAX, Timer::next_event);
+            let converters = self.adcs.iter().map(Adc::next_event).min().unwrap_or(u64::MAX);
+            let next = timer.min(converters).min(now);
+            if let Some(timer) = self.timers.first_mut() {
+                timer.advance(next);
+            }
+            self.sample(next);
+            let edges = self.timers.first_mut().map(Timer::take_edges).unwrap_or_default();
+            for edge in edges {
+                self.adcs.iter_mut().for_each(|adc| adc.see(edge, &mut self.violations));
+            }
+            if next >= now {
+                return;
+            }
+        }
+    }
+
+    fn sample(&mut self, now: u64) {
+        let Self { adcs, wires, opamp, ports, timers, violations, .. } = self;
+        let scene = Scene { wires, amplifiers: opamp, ports, bridge: timers.first(), now };
+        for adc in adcs {
+            adc.advance(now, |sampling| {
+                let volts = scene.channel_v(sampling.converter, sampling.channel).unwrap_or_else(|what| {
+                    Access { at: sampling.at, violations }.violates(what);
+                    0.0
+                });
+                analog::counts(volts)
+            });
+        }
     }
 
     /// Serves the DMA's requests until none is left.
@@ -419,6 +532,7 @@ impl Bus for Stm32g4 {
             return Ok(value);
         }
         let (block, offset) = self.find(address, at)?;
+        self.convert(at.cycle);
         let word = self.read_register(block, offset, at);
         Ok(part_of(word, address, width))
     }
@@ -438,6 +552,7 @@ impl Bus for Stm32g4 {
             return Ok(());
         }
         let (block, offset) = self.find(address, at)?;
+        self.convert(at.cycle);
         let shift = 8 * (address & 3);
         let (value, mask) = match width {
             Width::Byte => ((value & 0xFF) << shift, 0xFF << shift),
@@ -462,6 +577,7 @@ impl Bus for Stm32g4 {
     fn advance(&mut self, now: u64) {
         self.rcc.advance(now);
         self.flash.advance(now);
+        self.convert(now);
         self.timers.iter_mut().for_each(|timer| timer.advance(now));
         self.usarts.iter_mut().for_each(|usart| usart.advance(now));
         self.move_data(now);
@@ -471,13 +587,15 @@ impl Bus for Stm32g4 {
         let timers = self.timers.iter().map(Timer::next_event);
         let usarts = self.usarts.iter().map(Usart::next_event);
         let others = [self.rcc.next_event(), self.flash.next_event(), self.iwdg.next_event()];
-        timers.chain(usarts).chain(others).min().unwrap_or(u64::MAX)
+        let converters = self.adcs.iter().map(Adc::next_event);
+        timers.chain(usarts).chain(others).chain(converters).min().unwrap_or(u64::MAX)
     }
 
     fn lines(&self) -> u128 {
         let mut lines = 0u128;
         let mut line = |number: u32, is_active: bool| lines |= u128::from(is_active) << number;
         line(4, self.flash.interrupts());
+        line(18, self.adcs.iter().any(Adc::wants_interrupt));
         for (timer, number) in self.timers.iter().zip(TIMERS) {
             let flags = timer.interrupts();
             match number {
@@ -513,6 +631,7 @@ impl Bus for Stm32g4 {
         self.rcc.reset(match cause {
             Reset::Program => Cause::Program,
             Reset::Chip => Cause::Watchdog,
+            Reset::Pin => Cause::Pin,
         });
         self.iwdg = Iwdg::new(self.part);
         self.clock.change(START_HZ, now);

@@ -87,8 +87,10 @@ pub trait Bus {
 pub enum Reset {
     /// The program asked for it (`AIRCR.SYSRESETREQ`).
     Program,
-    /// The chip did.
+    /// The chip did, such as its watchdog.
     Chip,
+    /// Somebody pulled its pin.
+    Pin,
 }
 
 /// A fault that the program's handler was called for, or that locked the processor up.
@@ -116,7 +118,7 @@ pub enum State {
 }
 
 /// A processor in a chip.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Processor<B> {
     image: Arc<Image>,
     code: Arc<Code>,

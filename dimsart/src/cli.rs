@@ -12,6 +12,7 @@ mod dbc;
 mod doctor;
 #[cfg(test)]
 mod documented;
+mod emulate;
 mod line;
 mod man;
 mod modules;
@@ -81,6 +82,7 @@ enum Command {
     Dbc(dbc::Dbc),
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
+    Emulate(emulate::Emulate),
     Record(record::Record),
     Replay(replay::Replay),
     Scheme(scheme::Scheme),
@@ -124,6 +126,7 @@ pub fn main() -> ExitCode {
         Command::Dbc(dbc) => dbc.execute(&mut out),
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
+        Command::Emulate(emulate) => emulate.execute(&mut out),
         Command::Record(record) => record.execute(&mut out),
         Command::Replay(replay) => replay.execute(&mut out),
         Command::Scheme(scheme) => scheme.execute(&mut out),

@@ -29,7 +29,7 @@ pub(super) struct Transfer {
     pub(super) is_read: bool,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Dma {
     registers: Registers,
     /// Items that each channel began with.

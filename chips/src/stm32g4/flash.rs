@@ -49,7 +49,7 @@ pub enum FlashFault {
     WornOut,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Flash {
     part: Part,
     registers: Registers,

@@ -16,13 +16,14 @@ const BRR: u32 = 0x28;
 // Of MODER.
 const OUTPUT: u32 = 1;
 const ALTERNATE: u32 = 2;
+const ANALOG: u32 = 3;
 
 /// An alternate function: port, pin, its number, what it is.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Function(pub(super) char, pub(super) u32, pub(super) u32, pub(super) &'static str);
 
 /// A port of 16 pins.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Gpio {
     letter: char,
     registers: Registers,
@@ -68,6 +69,10 @@ impl Gpio {
             self.mode(*pin) == ALTERNATE && self.alternate(*pin) == *number
         })
         .map(|function| function.3)
+    }
+
+    pub(super) fn is_analog(&self, pin: u32) -> bool {
+        self.mode(pin) == ANALOG
     }
 
     fn mode(&self, pin: u32) -> u32 {

@@ -19,7 +19,7 @@ const LSI_HZ: f64 = 32_000.0;
 /// Until a written prescaler or reload value has its effect.
 const UPDATE_S: f64 = 6.0 / LSI_HZ;
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Iwdg {
     registers: Registers,
     is_unlocked: bool,

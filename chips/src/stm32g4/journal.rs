@@ -1,7 +1,7 @@
 //! What a program writes to registers, in order.
 
 /// Writes while it is open, from power-on on.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Journal {
     lines: Vec<String>,
     is_closed: bool,

@@ -19,6 +19,10 @@ pub(super) enum Block {
     Usart(usize),
     Dma(usize),
     Iwdg,
+    /// Converter 1 or 2, from 0 on.
+    Adc(usize),
+    AdcCommon,
+    Opamp,
     /// One that does no more than hold what is written.
     Plain(usize),
 }
@@ -35,6 +39,10 @@ pub(super) struct Place {
 
 const fn at(begin: u32, block: Block, gate: Option<(u32, u32)>) -> Place {
     Place { begin, bytes: 0x400, block, gate }
+}
+
+const fn part(begin: u32, bytes: u32, block: Block, gate: (u32, u32)) -> Place {
+    Place { begin, bytes, block, gate: Some(gate) }
 }
 
 /// UARTs that are modelled, in the order of their numbers here.
@@ -66,7 +74,8 @@ pub(super) const PLACES: &[Place] = &[
     at(0x4000_6400, Block::Plain(5), Some((APB1, 25))),
     at(0x4000_7000, Block::Pwr, Some((APB1, 28))),
     at(0x4000_8000, Block::Usart(3), Some((APB1_HIGH, 0))),
-    at(0x4001_0000, Block::Plain(0), Some((APB2, 0))),
+    part(0x4001_0000, 0x300, Block::Plain(0), (APB2, 0)),
+    part(0x4001_0300, 0x100, Block::Opamp, (APB2, 0)),
     at(0x4001_0400, Block::Plain(1), None),
     at(0x4001_2C00, Block::Timer(1), Some((APB2, 11))),
     at(0x4001_3800, Block::Usart(0), Some((APB2, 14))),
@@ -83,6 +92,9 @@ pub(super) const PLACES: &[Place] = &[
     at(0x4800_1000, Block::Gpio(4), Some((AHB2, 4))),
     at(0x4800_1400, Block::Gpio(5), Some((AHB2, 5))),
     at(0x4800_1800, Block::Gpio(6), Some((AHB2, 6))),
+    part(0x5000_0000, 0x100, Block::Adc(0), (AHB2, 13)),
+    part(0x5000_0100, 0x100, Block::Adc(1), (AHB2, 13)),
+    part(0x5000_0300, 0x100, Block::AdcCommon, (AHB2, 13)),
     at(0xE004_2000, Block::Plain(3), None),
 ];
 

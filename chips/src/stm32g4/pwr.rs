@@ -9,7 +9,7 @@ const CR5: u32 = 0x80;
 /// Of CR5, with the meaning "no boost".
 const R1MODE: u32 = 8;
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Pwr {
     registers: Registers,
 }

@@ -10,6 +10,7 @@ const CFGR: u32 = 0x08;
 const PLLCFGR: u32 = 0x0C;
 const AHB1RSTR: u32 = 0x28;
 const APB2RSTR: u32 = 0x40;
+const CCIPR: u32 = 0x88;
 const CSR: u32 = 0x94;
 const CRRCR: u32 = 0x98;
 
@@ -50,7 +51,7 @@ struct Ready {
     at_cycle: u64,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Rcc {
     registers: Registers,
     /// Of the board's crystal; none when it does not swing.
@@ -237,6 +238,11 @@ impl Rcc {
             _ => 1.0,
         };
         self.system_hz() / divider
+    }
+
+    /// Whether the converters' own clock is the system's (CCIPR.ADC12SEL), which is that of the bus.
+    pub(super) fn clocks_converters(&self) -> bool {
+        self.registers.bits(CCIPR, 28, 2) == 2 && self.registers.bits(CFGR, 4, 4) < 8
     }
 
     /// Of the output R of the PLL, which can be the system clock.

@@ -2,9 +2,16 @@
 //!
 //! A timer is not stepped: where it is follows from the time that has passed.
 
+mod gates;
+mod trigger;
+
 use super::Part;
 use super::registers::Registers;
 use super::violation::Access;
+
+pub(super) use self::gates::Gate;
+use self::trigger::Select;
+pub(super) use self::trigger::{Edge, Output};
 
 const CR1: u32 = 0x00;
 const CR2: u32 = 0x04;
@@ -26,6 +33,7 @@ const DMA_ADDRESS: u32 = 0x4C;
 const CEN: u32 = 0;
 const UDIS: u32 = 1;
 const URS: u32 = 2;
+const DIR: u32 = 4;
 const CMS: u32 = 5;
 /// Of BDTR: main output enable.
 const MOE: u32 = 15;
@@ -44,7 +52,7 @@ pub struct Pulses {
     pub period_cycles: u64,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Timer {
     part: Part,
     number: u32,
@@ -59,8 +67,12 @@ pub(super) struct Timer {
     prescaler: u64,
     compares: [u32; 4],
     repetitions: u32,
-    /// When updates made a trigger (TRGO2) since they were taken.
-    triggers: Vec<u64>,
+    /// What the trigger outputs have done since this was taken.
+    edges: Vec<Edge>,
+    /// When the main output was switched on or off since this was taken.
+    switched: Vec<(u64, bool)>,
+    /// What TRGO and TRGO2 are at.
+    levels: [bool; 2],
     has_gates: bool,
 }
 
@@ -81,7 +93,9 @@ impl Timer {
             prescaler: 0,
             compares: [0; 4],
             repetitions: 0,
-            triggers: Vec::new(),
+            edges: Vec::new(),
+            switched: Vec::new(),
+            levels: [false; 2],
             has_gates: number == 1,
         }
     }
@@ -160,14 +174,14 @@ impl Timer {
         [2, 6, 10].into_iter().all(|bit| self.registers.has(CCER, bit))
     }
 
-    pub(super) fn take_triggers(&mut self) -> Vec<u64> {
-        std::mem::take(&mut self.triggers)
-    }
-
     pub(super) fn read(&mut self, offset: u32, access: &mut Access<'_>) -> u32 {
         self.advance(access.at.cycle);
         match offset {
             CNT => self.count(),
+            CR1 if self.is_up_and_down() => {
+                let is_down = self.phase >= self.top();
+                self.registers.read(offset, access) & !(1 << DIR) | u32::from(is_down) << DIR
+            }
             _ => self.registers.read(offset, access),
         }
     }
@@ -179,10 +193,11 @@ impl Timer {
             EGR => {
                 if value & 1 == 1 && !self.registers.has(CR1, UDIS) {
                     (self.phase, self.divided) = (0, 0);
-                    self.update(None);
+                    self.update();
                     if !self.registers.has(CR1, URS) {
                         self.registers.set_bit(SR, UPDATE, true);
                     }
+                    self.pulse(&[Select::RESET, Select::UPDATE], access.at.cycle);
                 }
             }
             CNT => {
@@ -199,6 +214,14 @@ impl Timer {
                     *compare = value;
                 }
             }
+            BDTR if self.has_gates => {
+                let was_on = self.registers.has(BDTR, MOE);
+                self.registers.write(offset, value, access);
+                let is_on = self.registers.has(BDTR, MOE);
+                if is_on != was_on {
+                    self.switched.push((access.at.cycle, is_on));
+                }
+            }
             CR1 => {
                 let was_counting = self.is_counting();
                 self.registers.write(offset, value, access);
@@ -208,22 +231,16 @@ impl Timer {
             }
             _ => self.registers.write(offset, value, access),
         }
+        self.see_levels(access.at.cycle);
     }
 
-    /// An update event: what was preloaded takes effect. `at` is none when a program made it.
-    fn update(&mut self, at: Option<u64>) {
+    /// An update event: what was preloaded takes effect.
+    fn update(&mut self) {
         self.prescaler = self.registers.get(PSC).into();
         for (channel, compare) in (0..CHANNELS).zip(&mut self.compares) {
             *compare = self.registers.get(CCR1 + 4 * channel);
         }
         self.repetitions = self.registers.get(RCR);
-        if let Some(at) = at {
-            self.registers.set_bit(SR, UPDATE, true);
-            // MMS2: an update is the trigger.
-            if self.has_gates && self.registers.bits(CR2, 20, 4) == 2 {
-                self.triggers.push(at);
-            }
-        }
     }
 
     /// Counts until the phase is `target` again, at least 1.
@@ -269,7 +286,8 @@ impl Timer {
             let cycles = self.divided + now.saturating_sub(self.seen);
             let counts = cycles / (self.prescaler + 1);
             let to_update = self.counts_to_update();
-            let passed = counts.min(to_update);
+            let to_stop = to_update.min(self.counts_to_edge().unwrap_or(u64::MAX));
+            let passed = counts.min(to_stop);
             let reached: Vec<u32> =
                 self.coming().filter(|(_, distance)| *distance <= passed).map(|(bit, _)| bit).collect();
             for bit in reached {
@@ -277,21 +295,26 @@ impl Timer {
             }
             let at = self.cycle_of(passed);
             self.phase = (self.phase + passed) % self.period();
-            if counts < to_update {
+            if counts < to_stop {
                 self.divided = cycles % (self.prescaler + 1);
                 self.seen = now;
                 return;
             }
             (self.seen, self.divided) = (at, 0);
-            self.repetitions = match self.repetitions {
-                0 => {
-                    if !self.registers.has(CR1, UDIS) {
-                        self.update(Some(at));
+            if passed == to_update {
+                self.repetitions = match self.repetitions {
+                    0 => {
+                        if !self.registers.has(CR1, UDIS) {
+                            self.update();
+                            self.registers.set_bit(SR, UPDATE, true);
+                            self.pulse(&[Select::UPDATE], at);
+                        }
+                        self.registers.get(RCR)
                     }
-                    self.registers.get(RCR)
-                }
-                left => left - 1,
-            };
+                    left => left - 1,
+                };
+            }
+            self.see_levels(at);
         }
         self.seen = now;
     }
@@ -307,11 +330,12 @@ impl Timer {
             .filter(|(bit, _)| wanted >> bit & 1 == 1)
             .map(|(_, counts)| self.cycle_of(counts))
             .min();
-        let triggers = self.has_gates && self.registers.bits(CR2, 20, 4) == 2;
-        let update = (wanted & 1 == 1 || triggers || compare.is_some())
+        let edge = self.counts_to_edge().map(|counts| self.cycle_of(counts));
+        let triggers = self.has_gates && self.selects().contains(&Select::UPDATE);
+        let update = (wanted & 1 == 1 || triggers || compare.is_some() || edge.is_some())
             .then(|| self.cycle_of(self.counts_to_update()));
         // Behind an update, compares may be others: so one comes first.
-        [compare, update].into_iter().flatten().min().unwrap_or(u64::MAX)
+        [compare, edge, update].into_iter().flatten().min().unwrap_or(u64::MAX)
     }
 
     /// Flags of SR whose interrupt is on.

@@ -43,7 +43,7 @@ const FIFO_BYTES: usize = 8;
 /// Dividers of PRESC.
 const PRESCALERS: [u64; 12] = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256];
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Usart {
     registers: Registers,
     is_low_power: bool,

@@ -188,6 +188,9 @@ impl<'a> Parameters<'a> {
 
     #[inline(never)]
     fn type_list(&mut self, field: &mut TypeList, name: &'static str, summary: Summary) {
+        if !self.is_asked() {
+            return;
+        }
         if matches!(self.request, Request::Defaults) {
             *field = TypeList::default();
         }
@@ -198,7 +201,7 @@ impl<'a> Parameters<'a> {
         let (unit, accepts, entries) = (Unit::Any, Accepts::Types, Entries::ONE);
         let parameter =
             Parameter { name, unit, accepts, entries, default: None, is_structural: true, summary };
-        if let Some(Value::Type(signal)) = self.visit(&parameter, last.copied().map(Value::Type))
+        if let Some(Value::Type(signal)) = self.answer(&parameter, last.copied().map(Value::Type))
             && field.push(signal).is_err()
             && let Request::Set(Set { result, .. }) = &mut self.request
         {
@@ -219,9 +222,12 @@ impl<'a> Parameters<'a> {
         is_structural: bool,
         summary: Summary,
     ) {
+        if !self.is_asked() {
+            return;
+        }
         let (accepts, default) = (Accepts::Count { min, max }, Some(Value::Count(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
-        if let Some(Value::Count(value)) = self.visit(&parameter, Some(Value::Count(*field))) {
+        if let Some(Value::Count(value)) = self.answer(&parameter, Some(Value::Count(*field))) {
             *field = value;
         }
     }
@@ -236,9 +242,12 @@ impl<'a> Parameters<'a> {
         is_structural: bool,
         summary: Summary,
     ) {
+        if !self.is_asked() {
+            return;
+        }
         let (unit, accepts, default) = (Unit::One, Accepts::Flag, Some(Value::Flag(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
-        if let Some(Value::Flag(value)) = self.visit(&parameter, Some(Value::Flag(*field))) {
+        if let Some(Value::Flag(value)) = self.answer(&parameter, Some(Value::Flag(*field))) {
             *field = value;
         }
     }
@@ -253,23 +262,37 @@ impl<'a> Parameters<'a> {
         is_structural: bool,
         summary: Summary,
     ) -> u32 {
+        if !self.is_asked() {
+            return index;
+        }
         let (unit, accepts, default) = (Unit::One, Accepts::Choice(names), Some(Value::Choice(0)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural, summary };
-        match self.visit(&parameter, Some(Value::Choice(u8::try_from(index).unwrap_or(0)))) {
+        match self.answer(&parameter, Some(Value::Choice(u8::try_from(index).unwrap_or(0)))) {
             Some(Value::Choice(index)) => index.into(),
             _ => index,
         }
     }
 
-    /// Goes on to the next parameter; gives the value that this one is to have, if it is to change.
-    fn visit(&mut self, parameter: &Parameter, value: Option<Value>) -> Option<Value> {
+    /// Goes on to the next parameter; whether anything is asked of this one. Nearly all of a visit is parameters of which
+    /// nothing is.
+    fn is_asked(&mut self) -> bool {
         let mine = self.index;
         self.index = self.index.saturating_add(1);
+        match &self.request {
+            Request::Defaults => true,
+            Request::Describe { index, .. } | Request::Get { index, .. } | Request::Set(Set { index, .. }) => {
+                *index == mine
+            }
+        }
+    }
+
+    /// Answers for the parameter that is asked; gives the value that it is to have, if it is to change.
+    fn answer(&mut self, parameter: &Parameter, value: Option<Value>) -> Option<Value> {
         match &mut self.request {
             Request::Defaults => return parameter.default,
-            Request::Describe { index, found } if *index == mine => **found = Some(*parameter),
-            Request::Get { index, found, .. } if *index == mine => **found = value,
-            Request::Set(set) if set.index == mine => {
+            Request::Describe { found, .. } => **found = Some(*parameter),
+            Request::Get { found, .. } => **found = value,
+            Request::Set(set) => {
                 *set.result = parameter.accepts.admit(set.value);
                 if parameter.is_structural && !set.may_restructure {
                     *set.result = Err(ParameterError::WhilePluggedIn);
@@ -278,7 +301,6 @@ impl<'a> Parameters<'a> {
                     return Some(set.value);
                 }
             }
-            _ => {}
         }
         None
     }

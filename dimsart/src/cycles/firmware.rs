@@ -154,7 +154,7 @@ impl Firmware {
         // Only an image that measures itself has them.
         let compute: BTreeSet<u32> = match timed.is_empty() {
             false => timed,
-            true => named(|name| COMPUTE.iter().any(|compute| name.ends_with(compute))).collect(),
+            true => named(is_compute).collect(),
         };
         if compute.is_empty() {
             return Err(lacks("a module's compute"));
@@ -197,6 +197,12 @@ impl Firmware {
     fn features(&self) -> impl Iterator<Item = &str> {
         self.name.rsplit(' ').next().unwrap_or_default().split('+')
     }
+}
+
+/// Whether a function calls a module; newer compilers name the module behind it, too.
+fn is_compute(name: &str) -> bool {
+    let name = name.split_once("::<").map_or(name, |(function, _)| function);
+    COMPUTE.iter().any(|compute| name.ends_with(compute))
 }
 
 /// What the image says of itself: name, clock, ticks per second and bytes of a controller.

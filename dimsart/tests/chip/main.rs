@@ -3,5 +3,13 @@
 //! Without images these tests run nothing and a line says so; where `DIMSART_FIRMWARE` names a folder of images, as in
 //! `cargo xtask test`, a missing one is a failure.
 
+#![expect(clippy::unwrap_used, clippy::panic, reason = "in helpers of tests as in tests")]
+
 mod boot;
+mod client;
 mod common;
+mod drive;
+mod kept_schemes;
+mod motor;
+mod register_writes;
+mod trouble;

@@ -133,6 +133,9 @@ impl Parameters<'_> {
         entries: Entries,
         summary: Summary,
     ) {
+        if !self.is_asked() {
+            return;
+        }
         let (accepts, default) = (Accepts::Real { min, max }, Some(Value::Real(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
         let element = match &self.request {
@@ -141,7 +144,7 @@ impl Parameters<'_> {
         };
         let mine = element.map(usize::from);
         let value = fields.get(mine.unwrap_or(0)).copied().map(Value::Real);
-        let Some(Value::Real(value)) = self.visit(&parameter, value) else { return };
+        let Some(Value::Real(value)) = self.answer(&parameter, value) else { return };
         for (place, field) in fields.iter_mut().enumerate() {
             if mine.is_none_or(|mine| mine == place) {
                 *field = value;
@@ -161,9 +164,12 @@ impl Parameters<'_> {
         entries: Entries,
         summary: Summary,
     ) {
+        if !self.is_asked() {
+            return;
+        }
         let (accepts, default) = (Accepts::Integer { min, max }, Some(Value::Integer(default)));
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
-        if let Some(Value::Integer(value)) = self.visit(&parameter, Some(Value::Integer(*field))) {
+        if let Some(Value::Integer(value)) = self.answer(&parameter, Some(Value::Integer(*field))) {
             *field = value;
         }
     }

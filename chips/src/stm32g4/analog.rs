@@ -1,0 +1,123 @@
+//! What converters see: voltages on pins, through amplifiers or not.
+
+use std::collections::BTreeMap;
+
+use super::gpio::Gpio;
+use super::map::PORTS;
+use super::opamp::{Opamp, PINS, SUPPLY_V};
+use super::timer::{Gate, Timer};
+
+/// What gives a pin its voltage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Wire {
+    /// The same always, V.
+    At(f64),
+    /// A shunt below a half bridge of timer 1's, with what is between it and the pin.
+    Shunt {
+        /// Its channel, from 0 on.
+        channel: u32,
+        /// While the lower switch is closed, V.
+        low_v: f64,
+        /// While the upper one is, V.
+        high_v: f64,
+        /// While both are open, V.
+        open_v: f64,
+    },
+}
+
+/// What a channel is connected to.
+enum Source {
+    Pin(char, u32),
+    /// From 0 on.
+    Amplifier(usize),
+}
+
+/// DS12589 and DS12288, table of pins; internal channels: RM0440, 21.4.11.
+fn source(converter: u32, channel: u32) -> Option<Source> {
+    let (port, pin) = match (converter, channel) {
+        (1, 13) => return Some(Source::Amplifier(0)),
+        (2, 16) => return Some(Source::Amplifier(1)),
+        (2, 18) => return Some(Source::Amplifier(2)),
+        (1 | 2, 1) => ('A', 0),
+        (1 | 2, 2) => ('A', 1),
+        (1, 3) => ('A', 2),
+        (1, 4) => ('A', 3),
+        (1, 5) => ('B', 14),
+        (1 | 2, 6..=9) => ('C', channel - 6),
+        (1, 11) => ('B', 12),
+        (1, 12) => ('B', 1),
+        (1 | 2, 14) => ('B', 11),
+        (1, 15) => ('B', 0),
+        (2, 3) => ('A', 6),
+        (2, 4) => ('A', 7),
+        (2, 5) => ('C', 4),
+        (2, 11) => ('C', 5),
+        (2, 12) => ('B', 2),
+        (2, 13) => ('A', 5),
+        (2, 15) => ('B', 15),
+        (2, 17) => ('A', 4),
+        _ => return None,
+    };
+    Some(Source::Pin(port, pin))
+}
+
+/// Counts of 12 bits.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped before")]
+pub(super) fn counts(volts: f64) -> u32 {
+    (volts / SUPPLY_V * 4096.0).round().clamp(0.0, 4095.0) as u32
+}
+
+/// All that a voltage at an instant hangs on.
+pub(super) struct Scene<'a> {
+    pub(super) wires: &'a BTreeMap<(char, u32), Wire>,
+    pub(super) amplifiers: &'a Opamp,
+    pub(super) ports: &'a [Gpio],
+    /// As it is at this instant.
+    pub(super) bridge: Option<&'a Timer>,
+    pub(super) now: u64,
+}
+
+impl Scene<'_> {
+    /// At a channel of a converter, V.
+    ///
+    /// # Errors
+    /// What is not connected, not modelled, or wrong.
+    pub(super) fn channel_v(&self, converter: u32, channel: u32) -> Result<f64, String> {
+        match source(converter, channel) {
+            Some(Source::Amplifier(place)) if self.amplifiers.drives_converter(place) => {
+                self.amplified_v(place)
+            }
+            Some(Source::Amplifier(place)) => {
+                Err(format!("ADC{converter} samples OPAMP{}, whose output does not go there", place + 1))
+            }
+            Some(Source::Pin(port, pin)) => self.pin_v((port, pin)),
+            None => Err(format!("ADC{converter} samples channel {channel}: not modelled")),
+        }
+    }
+
+    fn amplified_v(&self, place: usize) -> Result<f64, String> {
+        self.amplifiers.output_v(place, self.now, |pin| self.pin_v(pin))
+    }
+
+    fn pin_v(&self, (port, pin): (char, u32)) -> Result<f64, String> {
+        let gpio = PORTS.iter().position(|letter| *letter == port).and_then(|place| self.ports.get(place));
+        if !gpio.is_some_and(|gpio| gpio.is_analog(pin)) {
+            return Err(format!("P{port}{pin} is used as an analog pin and is none"));
+        }
+        let driver = PINS.iter().position(|pins| pins.output == (port, pin));
+        if let Some(place) = driver.filter(|place| self.amplifiers.drives_pin(*place)) {
+            return self.amplified_v(place);
+        }
+        match self.wires.get(&(port, pin)) {
+            Some(Wire::At(volts)) => Ok(*volts),
+            Some(Wire::Shunt { channel, low_v, high_v, open_v }) => {
+                Ok(match self.bridge.map_or(Gate::Open, |bridge| bridge.gate(*channel)) {
+                    Gate::Low => *low_v,
+                    Gate::High => *high_v,
+                    Gate::Open => *open_v,
+                })
+            }
+            None => Err(format!("P{port}{pin} is sampled, and nothing says what voltage is there")),
+        }
+    }
+}

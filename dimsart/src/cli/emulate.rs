@@ -1,0 +1,134 @@
+//! `dimsart emulate`: boots the image that is flashed in an emulated chip.
+
+use std::io::{Read as _, Write};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use chips::{BOARDS, Bench, Board};
+use clap::Args;
+use hil_sim::pipe::{self, Pipe};
+
+use super::run::stop_on_interrupt;
+use super::{Ending, UsageError};
+use crate::broker::{SIMULATED, SharedPort};
+use crate::cycles::Firmware;
+
+/// Boot a firmware image in an emulated STM32G4, and say where it breaks the chip's rules.
+///
+/// The image is the one that is flashed, unchanged. Its command line is a port that other `dimsart` commands open, in real
+/// time, until Ctrl-C; or it runs for --seconds, as fast as this computer can. Exit status 1 where it broke a rule, took a
+/// fault or was reset.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Emulate {
+    /// Board, such as nucleo-g474re.
+    #[arg(value_parser = clap::builder::PossibleValuesParser::new(BOARDS.iter().map(|board| board.name)))]
+    board: String,
+    /// Firmware image (ELF); the one that `cargo board BOARD` has built when left out.
+    elf: Option<PathBuf>,
+    /// Seconds of the board's time, without a command line.
+    #[arg(long, value_name = "SECONDS")]
+    seconds: Option<f64>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart emulate nucleo-g474re                      its command line as sim:nucleo-g474re
+  dimsart connect sim:nucleo-g474re show             from another terminal
+  dimsart emulate b-g431b-esc1 my.elf --seconds 10   ten thousand ticks by the chip's rules
+
+It has no motor: encoders stand still. Nothing of it was compared with a chip yet (docs/emulated-chip.md).";
+
+/// Of the board's time, between two looks at its line.
+const PIECE_S: f64 = 1e-3;
+/// A computer that falls behind by more goes on from there.
+const MOST_BEHIND: Duration = Duration::from_millis(200);
+
+impl Emulate {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let board =
+            Board::named(&self.board).ok_or_else(|| UsageError(format!("no board {}", self.board)))?;
+        let firmware = Firmware::find(self.elf.as_deref(), Some(board.name))?;
+        let mut bench = Bench::new(board, firmware.image)?;
+        let stop = stop_on_interrupt()?;
+        match self.seconds {
+            Some(seconds) => {
+                let end_s = seconds.max(0.0);
+                while bench.time_s() < end_s && !stop.load(Ordering::Relaxed) {
+                    bench.run_for(PIECE_S.min(end_s - bench.time_s()))?;
+                }
+            }
+            None => serve(&mut bench, &stop, out)?,
+        }
+        report(&mut bench, out)
+    }
+}
+
+/// Has others talk to the board in real time.
+fn serve(
+    bench: &mut Bench,
+    stop: &Arc<AtomicBool>,
+    out: &mut impl Write,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let port = format!("{SIMULATED}{}", bench.board.name);
+    let [theirs, mut ours] = pipe::pair([Duration::from_millis(1), Duration::ZERO]);
+    let _shared = SharedPort::new(&port, Box::new(theirs))?;
+    writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
+    out.flush()?;
+    let mut began = Instant::now();
+    while !stop.load(Ordering::Relaxed) {
+        exchange(bench, &mut ours);
+        bench.run_for(PIECE_S)?;
+        let (is, should) = (began.elapsed(), Duration::from_secs_f64(bench.time_s()));
+        if let Some(ahead) = should.checked_sub(is) {
+            std::thread::sleep(ahead);
+        } else if is.saturating_sub(should) > MOST_BEHIND {
+            began = Instant::now().checked_sub(should).unwrap_or(began);
+        }
+    }
+    Ok(())
+}
+
+fn exchange(bench: &mut Bench, line: &mut Pipe) {
+    let mut bytes = [0; 256];
+    while let Ok(count @ 1..) = line.read(&mut bytes) {
+        bench.send(bytes.get(..count).unwrap_or_default());
+    }
+    let answer = bench.received();
+    if !answer.is_empty() {
+        // Nobody reads: it is lost, as on a cable.
+        let _ = line.write(&answer);
+    }
+}
+
+fn report(bench: &mut Bench, out: &mut impl Write) -> Ending {
+    let (masked, place) = bench.processor.take_longest_masked();
+    let hz = bench.chip().clock().hz();
+    #[expect(clippy::cast_precision_loss, reason = "below 2^53")]
+    let masked_us = masked as f64 / hz * 1e6;
+    writeln!(
+        out,
+        "{}: {:.3} s at {:.0} MHz, {} instructions; interrupts masked for {masked_us:.1} us at most, until {place}",
+        bench.board.name,
+        bench.time_s(),
+        hz / 1e6,
+        bench.processor.instructions(),
+    )?;
+    let (violations, faults) = (bench.violations(), bench.processor.faults().to_vec());
+    let resets = bench.chip().resets().to_vec();
+    for violation in &violations {
+        writeln!(out, "rule broken: {violation}")?;
+    }
+    for fault in &faults {
+        writeln!(out, "fault: {}: {}", fault.place, fault.why)?;
+    }
+    for reset in &resets {
+        writeln!(out, "reset: {reset:?}")?;
+    }
+    let is_well = violations.is_empty() && faults.is_empty() && resets.is_empty();
+    writeln!(out, "{}", if is_well { "no rule broken, no fault, no reset" } else { "not well" })?;
+    Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}

@@ -1,0 +1,169 @@
+//! A host at the board's command line, in the board's own time.
+
+use dimsart_core::protocol::{
+    LeaseAction, MAX_FRAME_BYTES, Receiver, Request, Response, decode_response, encode_request, request_id,
+};
+use dimsart_core::{Command, ModuleRef, Reason, TypeRef, Value};
+
+use crate::motor::Powered;
+
+const CLIENT: u8 = 7;
+/// An answer is there within that time.
+const PATIENCE_S: f64 = 0.1;
+/// Of 200 ms that a lease lasts.
+const RENEWAL_S: f64 = 0.08;
+
+/// The generator of the force, as the board numbers it.
+#[derive(Clone)]
+pub(crate) struct Client {
+    number: u8,
+    generator: ModuleRef,
+    amplitude: u8,
+    is_holding: bool,
+    renewed_s: f64,
+}
+
+impl Client {
+    /// Gives the board a scheme: a constant force, 0 at first.
+    pub(crate) fn new(powered: &mut Powered) -> Self {
+        let mut client = Self {
+            number: 0,
+            generator: ModuleRef { kind: 0, number: 1 },
+            amplitude: 0,
+            is_holding: false,
+            renewed_s: 0.0,
+        };
+        let kind = client.find(powered, "SIGGEN_MOD", |kind| Request::Module { kind });
+        let module = ModuleRef { kind, number: 1 };
+        client.generator = module;
+        let parameter = client.find(powered, "FORM", |index| Request::Parameter { kind, index });
+        client.amplitude = client.find(powered, "AMPLITUDE", |index| Request::Parameter { kind, index });
+        let port = client.find(powered, "SIGNAL_OUT", |index| Request::Port { module, index });
+        let force = TypeRef { id: dimsart_core::types::DES_FORCE.id, number: 1 };
+        for command in [
+            Command::Close,
+            Command::Set { module, parameter, entry: None, value: Value::Choice(0) },
+            Command::Set { module, parameter: client.amplitude, entry: None, value: Value::Real(0.0) },
+            Command::Bind { module, port, signal: force },
+            Command::PlugIn(module),
+            Command::Check,
+        ] {
+            client.command(powered, command);
+        }
+        client
+    }
+
+    /// The place of what has this name.
+    fn find(&mut self, powered: &mut Powered, name: &str, request: impl Fn(u8) -> Request) -> u8 {
+        let is_it = |response: Response<'_>| match response {
+            Response::Module(module) => Some(module.name == name),
+            Response::Parameter(parameter) => Some(parameter.name == name),
+            Response::Port(port) => Some(port.name == name),
+            _ => None,
+        };
+        (0..).find(|place| self.ask(powered, &request(*place), is_it)).unwrap()
+    }
+
+    fn command(&mut self, powered: &mut Powered, command: Command) {
+        self.ask(powered, &Request::Command(command), |response| match response {
+            Response::Effect(_) => Some(()),
+            other => {
+                eprintln!("{command:?}: {other:?}");
+                None
+            }
+        });
+    }
+
+    /// Asks, and goes on until the answer is there. Panics without one, or with another one than `take` takes.
+    fn ask<T>(
+        &mut self,
+        powered: &mut Powered,
+        request: &Request,
+        take: impl Fn(Response<'_>) -> Option<T>,
+    ) -> T {
+        let id = self.send(powered, request);
+        let (mut receiver, end_s) = (Receiver::new(), powered.time_s() + PATIENCE_S);
+        let mut answer = None;
+        while answer.is_none() && powered.time_s() < end_s {
+            powered.period();
+            let bytes: Vec<u8> = powered.received.drain(..).collect();
+            receiver.take_all(&bytes, |content| {
+                if let Ok((of, response)) = decode_response(content)
+                    && of == id
+                {
+                    answer = Some(take(response).expect("another answer"));
+                }
+            });
+        }
+        answer.unwrap_or_else(|| panic!("no answer to {request:?} at {}", powered.bench.processor.place()))
+    }
+
+    fn send(&mut self, powered: &mut Powered, request: &Request) -> u16 {
+        self.number = self.number.wrapping_add(1);
+        let id = request_id(CLIENT, self.number);
+        let mut buffer = [0; MAX_FRAME_BYTES];
+        powered.bench.send(encode_request(request, id, &mut buffer).unwrap());
+        id
+    }
+
+    /// Sends a question whose answer nobody waits for, one of several by its number.
+    pub(crate) fn ask_in_passing(&mut self, powered: &mut Powered, number: u32) {
+        let requests = [Request::Status, Request::Timing, Request::Safety, Request::Identify];
+        let place = usize::try_from(number).unwrap() % requests.len();
+        self.send(powered, &requests[place]);
+    }
+
+    /// Allows the board to move the motor from now on.
+    pub(crate) fn take_lease(&mut self, powered: &mut Powered) {
+        self.lease(powered, LeaseAction::Take);
+        self.is_holding = true;
+    }
+
+    fn lease(&mut self, powered: &mut Powered, action: LeaseAction) {
+        let holder = self.ask(powered, &Request::Lease(action), |response| match response {
+            Response::Lease(status) => Some(status.holder),
+            _ => None,
+        });
+        assert_eq!(holder, CLIENT);
+        self.renewed_s = powered.time_s();
+    }
+
+    /// Has the scheme command a torque, `N m`.
+    pub(crate) fn want(&mut self, powered: &mut Powered, torque_nm: f32) {
+        let (module, parameter) = (self.generator, self.amplitude);
+        self.command(powered, Command::Set { module, parameter, entry: None, value: Value::Real(torque_nm) });
+    }
+
+    /// One period, with the lease held if it was taken.
+    pub(crate) fn period(&mut self, powered: &mut Powered) {
+        if self.is_holding && powered.time_s() - self.renewed_s > RENEWAL_S {
+            self.lease(powered, LeaseAction::Renew);
+        }
+        powered.period();
+    }
+
+    pub(crate) fn run_for(&mut self, powered: &mut Powered, time_s: f64) {
+        let end_s = powered.time_s() + time_s;
+        while powered.time_s() < end_s {
+            self.period(powered);
+        }
+    }
+
+    /// Why the device does not get what the scheme commands; none when it does.
+    pub(crate) fn reason(&mut self, powered: &mut Powered) -> Option<Reason> {
+        let number = self.ask(powered, &Request::Safety, |response| match response {
+            Response::Safety(report) => Some(report.reason),
+            _ => None,
+        });
+        Reason::ALL.iter().copied().find(|reason| reason.number() == number)
+    }
+
+    /// A signal's first word, as a real number.
+    pub(crate) fn signal(&mut self, powered: &mut Powered, id: u16) -> f32 {
+        let signal = TypeRef { id, number: 1 };
+        self.ask(powered, &Request::Signal { signal, from: 0 }, |response| match response {
+            Response::Signal(text) => text.words.first().map(|word| f32::from_bits(*word)),
+            _ => None,
+        })
+    }
+}

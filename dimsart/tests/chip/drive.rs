@@ -1,0 +1,214 @@
+//! The current loop of b-g431b-esc1, as it is flashed, with a motor at its bridge.
+
+use std::sync::LazyLock;
+
+use dimsart_core::{Reason, types};
+
+use crate::client::Client;
+use crate::common::violations;
+use crate::motor::{PERIOD_CYCLES, Powered};
+
+/// Cycles of 1 us.
+const MOST_JITTER_CYCLES: u64 = 168;
+/// Until motion is allowed and the rotor is aligned, at most: `boards/src/b_g431b_esc1.rs`.
+const LONGEST_ALIGNING_S: f64 = 8.0;
+
+/// A board that has aligned its rotor and makes no torque; none without images. It is done once, for all tests.
+fn aligned() -> Option<(Powered, Client)> {
+    static ALIGNED: LazyLock<Option<(Powered, Client)>> = LazyLock::new(|| {
+        let (mut powered, mut client) = started()?;
+        client.take_lease(&mut powered);
+        let begun_s = powered.time_s();
+        let (mut had_current, mut direct_a) = (false, 0.0);
+        while !had_current || direct_a > 0.1 {
+            client.run_for(&mut powered, 0.01);
+            direct_a = powered.motor.state().direct_a.abs();
+            had_current |= direct_a > 1.0;
+            assert!(powered.time_s() - begun_s < LONGEST_ALIGNING_S, "{:?}", client.reason(&mut powered));
+        }
+        client.run_for(&mut powered, 0.3);
+        assert_eq!(client.reason(&mut powered), None);
+        Some((powered, client))
+    });
+    ALIGNED.clone()
+}
+
+/// A board that has its scheme and may not move yet; none without images.
+fn started() -> Option<(Powered, Client)> {
+    let mut powered = Powered::new()?;
+    powered.motor.set_rotor(0.3, 0.0);
+    powered.run_for(0.3);
+    let client = Client::new(&mut powered);
+    Some((powered, client))
+}
+
+/// Cycles from `cycle` on until the bridge was switched off for good.
+fn off_after(powered: &Powered, cycle: u64) -> Option<u64> {
+    let last = powered.switched.last().filter(|(_, is_on)| !is_on)?;
+    last.0.checked_sub(cycle)
+}
+
+#[test]
+fn without_current_it_measures_none_and_its_bridge_is_off() {
+    let Some((mut powered, mut client)) = started() else { return };
+    assert!(powered.switched.is_empty(), "{:?}", powered.switched);
+    let [current_a, supply_v, bridge_c] =
+        [types::MOTOR_CURRENT, types::SUPPLY_VOLTAGE, types::BRIDGE_TEMPERATURE]
+            .map(|signal| client.signal(&mut powered, signal.id));
+    assert!(current_a.abs() < 0.05, "{current_a} A");
+    assert!((supply_v - 12.0).abs() < 0.02, "{supply_v} V");
+    assert!((bridge_c - 25.0).abs() < 1.0, "{bridge_c} °C");
+    assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+}
+
+#[test]
+fn a_shunt_that_shows_a_current_at_rest_is_told_and_nothing_moves() {
+    let Some(mut powered) = Powered::new() else { return };
+    // Its other end is not at the ground.
+    powered.chip().set_voltage('A', 5, 0.03);
+    powered.run_for(0.3);
+    let mut client = Client::new(&mut powered);
+    client.take_lease(&mut powered);
+    client.run_for(&mut powered, 0.2);
+    assert_eq!(client.reason(&mut powered), Some(Reason::CurrentSensors));
+    assert!(!powered.is_on());
+}
+
+#[test]
+fn a_current_follows_a_step_of_the_torque() {
+    let Some((mut powered, mut client)) = aligned() else { return };
+    powered.lock(true);
+    // 0.05 N m/A. It rises as fast as the board lets it: 5 A in 10 ms.
+    let (wanted_nm, wanted_a) = (0.15_f32, 3.0);
+    client.want(&mut powered, wanted_nm);
+    let (mut most_a, mut most_direct_a, mut reached_s) = (0.0_f64, 0.0_f64, None);
+    let begun_s = powered.time_s();
+    while powered.time_s() < begun_s + 0.05 {
+        client.period(&mut powered);
+        let state = powered.motor.state();
+        most_a = most_a.max(state.quadrature_a);
+        most_direct_a = most_direct_a.max(state.direct_a.abs());
+        if state.quadrature_a > 0.95 * wanted_a && reached_s.is_none() {
+            reached_s = Some(powered.time_s() - begun_s);
+        }
+    }
+    let made_nm = powered.motor.torque_nm();
+    eprintln!("{made_nm:.4} N m, at most {most_a:.3} A, across {most_direct_a:.3} A, after {reached_s:?} s");
+    assert!((made_nm - f64::from(wanted_nm)).abs() < 0.03 * f64::from(wanted_nm), "{made_nm} N m");
+    assert!(most_a < 1.1 * wanted_a, "{most_a} A");
+    assert!(most_direct_a < 0.3, "{most_direct_a} A");
+    assert!(reached_s.is_some_and(|reached_s| reached_s < 0.01), "{reached_s:?}");
+    let told_a = client.signal(&mut powered, types::MOTOR_CURRENT.id);
+    assert!((f64::from(told_a) - wanted_a).abs() < 0.1, "{told_a} A");
+    assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+}
+
+#[test]
+fn a_short_circuit_opens_the_bridge_within_two_periods() {
+    let Some((mut powered, mut client)) = aligned() else { return };
+    client.want(&mut powered, 0.02);
+    client.run_for(&mut powered, 0.05);
+    for short_circuit_a in [15.0, 80.0, -80.0] {
+        let (mut powered, mut client) = (powered.clone(), client.clone());
+        assert!(powered.is_on());
+        powered.short_circuit_a = short_circuit_a;
+        let shown = powered.bench.processor.cycles();
+        client.run_for(&mut powered, 0.1);
+        let after = off_after(&powered, shown).unwrap();
+        eprintln!("{short_circuit_a} A: off {after} cycles after it could be sampled");
+        // It may have begun a period before it could be sampled.
+        assert!(after < PERIOD_CYCLES, "{after} cycles");
+        assert_eq!(client.reason(&mut powered), Some(Reason::Overcurrent));
+        assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+    }
+}
+
+#[test]
+fn a_supply_out_of_its_range_opens_the_bridge() {
+    let Some((powered, client)) = aligned() else { return };
+    for (supply_v, reason) in
+        [(28.5, Reason::Overvoltage), (7.5, Reason::Undervoltage), (0.0, Reason::Undervoltage)]
+    {
+        let (mut powered, mut client) = (powered.clone(), client.clone());
+        assert!(powered.is_on());
+        powered.set_supply(supply_v);
+        let shown = powered.bench.processor.cycles();
+        client.run_for(&mut powered, 0.1);
+        let after = off_after(&powered, shown).unwrap();
+        eprintln!("{supply_v} V: off after {after} cycles");
+        assert!(after < 2 * PERIOD_CYCLES, "{after} cycles");
+        assert_eq!(client.reason(&mut powered), Some(reason));
+        assert!(!powered.is_on());
+    }
+}
+
+#[test]
+fn a_bridge_that_is_too_hot_or_says_nothing_of_it_is_opened() {
+    let Some((powered, client)) = aligned() else { return };
+    for celsius in [105.0, -60.0] {
+        let (mut powered, mut client) = (powered.clone(), client.clone());
+        powered.set_bridge_temperature(celsius);
+        client.run_for(&mut powered, 0.1);
+        assert_eq!(client.reason(&mut powered), Some(Reason::Overtemperature), "{celsius} °C");
+        assert!(!powered.is_on());
+    }
+}
+
+#[test]
+fn an_encoder_that_is_unplugged_while_the_rotor_turns_does_not_let_the_current_run_away() {
+    let Some((mut powered, mut client)) = aligned() else { return };
+    client.want(&mut powered, 0.015);
+    client.run_for(&mut powered, 0.5);
+    let speed_rad_per_s = powered.motor.state().speed_rad_per_s;
+    assert!(speed_rad_per_s > 50.0, "{speed_rad_per_s} rad/s");
+    powered.has_encoder = false;
+    let mut most_a = 0.0_f64;
+    let end_s = powered.time_s() + 1.0;
+    while powered.time_s() < end_s {
+        client.period(&mut powered);
+        most_a =
+            powered.motor.phase_a().into_iter().fold(most_a, |most_a, phase_a| most_a.max(phase_a.abs()));
+    }
+    let state = powered.motor.state();
+    eprintln!(
+        "{speed_rad_per_s:.1} rad/s, then at most {most_a:.2} A and {state:?}, {:?}",
+        client.reason(&mut powered)
+    );
+    // An incremental encoder does not say that it is gone: the current that stands still holds the rotor.
+    assert!(most_a < f64::from(powered.drive.configuration.limits.trip_current_a), "{most_a} A");
+    assert!(state.speed_rad_per_s.abs() < 5.0, "{state:?}");
+}
+
+#[test]
+fn the_end_of_the_lease_opens_the_bridge() {
+    let Some((mut powered, _)) = aligned() else { return };
+    let begun_s = powered.time_s();
+    assert!(powered.is_on());
+    while powered.is_on() && powered.time_s() < begun_s + 1.0 {
+        powered.period();
+    }
+    let after_s = powered.time_s() - begun_s;
+    assert!(after_s < 0.21, "{after_s} s");
+}
+
+#[test]
+fn the_current_loop_comes_in_time_while_the_command_line_is_busy() {
+    let Some((mut powered, mut client)) = aligned() else { return };
+    client.want(&mut powered, 0.01);
+    powered.chip().take_answer_cycles();
+    let end_s = powered.time_s() + 0.5;
+    let mut asked = 0;
+    while powered.time_s() < end_s {
+        // A request behind the other, as fast as they go over the line.
+        if !powered.chip().is_receiving("USART2") {
+            client.ask_in_passing(&mut powered, asked);
+            asked += 1;
+        }
+        client.period(&mut powered);
+    }
+    let (least, most) = powered.chip().take_answer_cycles().unwrap();
+    eprintln!("{asked} requests: {least} to {most} cycles from the last sample to the loop");
+    assert!(asked > 500);
+    assert!(most - least <= MOST_JITTER_CYCLES, "{least} to {most} cycles");
+    assert_eq!(violations(&powered.bench), [] as [&str; 0]);
+}

@@ -1,0 +1,45 @@
+//! What a board writes to its registers until it ticks: a file to review, line by line, against the reference manual.
+
+use std::fs;
+use std::path::Path;
+
+use chips::BOARDS;
+
+use crate::common::Shared;
+
+/// What the watchdog is started by: the last of a board's start.
+const STARTED: &str = "IWDG_KR          0x0000cccc";
+/// Addresses of RAM are the linker's.
+const DMA_ADDRESSES: &str = "_CMAR";
+
+#[test]
+fn a_board_writes_what_was_reviewed() {
+    for board in BOARDS {
+        let Some(shared) = Shared::start(board.name) else { return };
+        shared.run_for(0.05);
+        let mut bench = shared.bench();
+        let lines = bench.chip().journal.lines();
+        let end = lines.iter().position(|line| line == STARTED).unwrap();
+        let mut written = String::new();
+        for line in &lines[..=end] {
+            let register = line.split(' ').next().unwrap();
+            let line = if register.contains(DMA_ADDRESSES) { register } else { line };
+            written.push_str(line);
+            written.push('\n');
+        }
+        let name = format!("{}.txt", board.name);
+        let reviewed = Path::new("../boards/boot").join(&name);
+        let new = Path::new(env!("CARGO_TARGET_TMPDIR")).join(&name);
+        fs::write(&new, &written).unwrap();
+        let wanted = fs::read_to_string(&reviewed).unwrap_or_default();
+        let first = written.lines().zip(wanted.lines()).position(|(new, old)| new != old);
+        assert!(
+            written == wanted,
+            "{}: other writes than reviewed, from line {} on: look at `diff {} {}`, then copy the new one there",
+            board.name,
+            first.unwrap_or(wanted.lines().count()) + 1,
+            reviewed.display(),
+            new.display(),
+        );
+    }
+}

@@ -1,0 +1,56 @@
+//! What goes wrong around a board.
+
+use chips::BOARDS;
+use cycles::processor::Reset;
+
+use crate::common::Shared;
+
+/// Of a buffer that waits for who reads it, in the control block of RTT.
+const RTT_BLOCKS: u32 = 2;
+/// Places of the first buffer in it: its size, where it is written and read next, its mode.
+const RTT_SIZE: u32 = 32;
+const RTT_WRITE: u32 = 36;
+const RTT_READ: u32 = 40;
+const RTT_MODE: u32 = 44;
+
+#[test]
+fn a_probe_that_left_in_blocking_mode_holds_nothing_up() {
+    for board in BOARDS {
+        let Some(shared) = Shared::start(board.name) else { return };
+        shared.run_for(0.1);
+        let mut bench = shared.bench();
+        let block = bench.processor.image().symbols.get("_SEGGER_RTT").copied().unwrap();
+        let [size, written] = [RTT_SIZE, RTT_WRITE].map(|at| bench.processor.read_word(block + at).unwrap());
+        // Full, and nobody reads.
+        bench.write_word(block + RTT_READ, (written + 1) % size).unwrap();
+        bench.write_word(block + RTT_MODE, RTT_BLOCKS).unwrap();
+        drop(bench);
+        // A line of the log each second.
+        shared.run_for(2.5);
+        shared.assert_sound();
+        assert_eq!(shared.bench().chip().resets(), [], "{}", board.name);
+        let timing = shared.greet().overview().unwrap().status.timing.unwrap();
+        assert_eq!((timing.late, timing.overruns), (0, 0), "{timing:?}");
+    }
+}
+
+#[test]
+fn a_board_whose_crystal_does_not_swing_starts_over_with_its_outputs_off() {
+    for board in BOARDS {
+        let Some(shared) = Shared::start(board.name) else { return };
+        shared.bench().chip().set_crystal(None);
+        for _ in 0..200 {
+            shared.run_for(0.01);
+            assert_eq!(shared.bench().chip().pulses(), None);
+        }
+        let mut bench = shared.bench();
+        let resets = bench.chip().resets();
+        assert!(resets.len() > 1 && resets.iter().all(|reset| *reset == Reset::Program), "{resets:?}");
+        // It is soldered again.
+        let hz = board.crystal_hz;
+        bench.chip().set_crystal(Some(hz));
+        drop(bench);
+        shared.run_for(1.0);
+        shared.greet();
+    }
+}
