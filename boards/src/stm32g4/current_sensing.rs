@@ -17,7 +17,7 @@ use embassy_stm32::pac::opamp::vals::{PgaGain, VmSel, VpSel};
 
 use crate::current_loop::Counts;
 
-/// TIM1_TRGO2 as the trigger of an injected sequence (RM0440, 21.4.18, table of injected triggers of ADC1 and ADC2).
+/// Timer 1's second trigger output as that of an injected sequence (RM0440, 21.4.18, table of injected triggers of ADC1 and ADC2).
 const TIMER_1: u8 = 8;
 /// Cycles of the processor in which the converters' regulator starts: 20 us, and half as much again.
 const REGULATOR_CYCLES: u32 = 30 * 168;
