@@ -153,8 +153,10 @@ impl MoteusJoint {
             (Some(torque_nm), Phase::Starting(_) | Phase::On) => {
                 MoteusFrame::torque(torque_nm, self.timeout_s)
             }
-            // It is off by itself: a stop would take away what it has to say.
-            (_, Phase::Off | Phase::Refused) if mode == Some(MoteusMode::Fault) => MoteusFrame::query(),
+            // It is off by itself: a stop would take away what it has to say. So it could of one that is unknown.
+            (_, Phase::Off | Phase::Refused) if mode.is_none_or(|mode| mode == MoteusMode::Fault) => {
+                MoteusFrame::query()
+            }
             _ => MoteusFrame::stop(),
         }
     }

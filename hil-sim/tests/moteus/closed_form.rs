@@ -99,7 +99,12 @@ fn the_shipped_rig_runs_and_its_pendulum_hangs_as_much_lower_as_its_weight_says(
     assert!((last("BUS_VOLTAGE", 1) - 24.0).abs() < 0.25 && (last("TEMPERATURE", 1) - 30.0).abs() < 0.5);
     assert!(last("VELOCITY", 0).abs() < 1e-3 && last("DRIVE_FAULT", 0).abs() < 1e-9);
     let axis = run.outcome.axes.iter().find(|of| of.axis == 1).unwrap();
-    assert!(axis.loop_figures.and_then(|of| of.phase_margin_deg).is_some_and(|margin| (30.0..80.0).contains(&margin)), "{axis:?}");
+    assert!(
+        axis.loop_figures
+            .and_then(|of| of.phase_margin_deg)
+            .is_some_and(|margin| (30.0..80.0).contains(&margin)),
+        "{axis:?}"
+    );
 }
 
 /// A torque beyond what a drive makes is held there, and told of: number 99 of the drive.
