@@ -14,15 +14,18 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod bit_timing;
 #[cfg(target_os = "none")]
 mod board;
 pub mod bus_off;
+pub mod can_words;
 pub mod catalogue;
 pub mod clock_switch;
 pub mod encoder;
 pub mod handover;
 #[cfg(target_os = "none")]
 mod listening;
+pub mod moteus;
 pub mod motor;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;
