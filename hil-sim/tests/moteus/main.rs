@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 mod closed_form;
+mod room;
 mod trouble;
 mod wrong;
 
