@@ -1,6 +1,8 @@
 //! Joints that are drives of mjbots on FDCAN 1.
 
-use dimsart_core::{DataType, InputLimits, OutputLimits, Scalar as _, Tick, Word, types};
+use dimsart_core::{
+    DataType, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types,
+};
 use drive::{MoteusAddress, MoteusFrame, MoteusJoint, MoteusReading};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
@@ -27,12 +29,12 @@ const SAID: [&DataType; 6] = [
     types::DRIVE_FAULT,
 ];
 
+/// There is no room for the board's own ticks.
 pub(super) const OUTPUTS: &[&DataType] = &{
     let [position, velocity, torque, voltage, temperature, fault] = SAID;
-    let [cycles, mean, max, late, overruns] = types::TIMING;
-    let rejoins = types::CAN_REJOINS;
-    [position, velocity, torque, voltage, temperature, fault, rejoins, cycles, mean, max, late, overruns]
+    [position, velocity, torque, voltage, temperature, fault, types::CAN_REJOINS]
 };
+const _: () = assert!(OUTPUTS.len() <= MAX_DEVICE_TYPES);
 pub(super) const LIMITS: &[&[InputLimits]] = &[&[MOTEUS.limits()]];
 pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTEUS.position_limits()];
 
