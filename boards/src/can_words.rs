@@ -1,4 +1,4 @@
-//! The first two words of a CAN FD frame in a controller's message RAM, as an STM32G4's and other M_CAN have them (RM0440,
+//! The first two words of a CAN FD frame in a controller's message RAM, as an STM32G4's and other `M_CAN` have them (RM0440,
 //! FDCAN, "FDCAN Rx FIFO element", "FDCAN Tx buffer element"): identifier, and length with format.
 
 /// Words of a frame's place in the message RAM: these two, and 64 bytes.

@@ -41,8 +41,9 @@ impl Bench {
     }
 
     fn trouble(&mut self, axis: usize) -> Option<MoteusTrouble> {
-        let number = self.shows(types::DRIVE_FAULT, axis);
-        MoteusTrouble::from_number(number as u16)
+        #[expect(clippy::cast_possible_truncation, reason = "a whole number up to 512")]
+        let number = self.shows(types::DRIVE_FAULT, axis) as u16;
+        MoteusTrouble::from_number(number)
     }
 
     /// Torque on a joint, and how it moves, in truth.
@@ -60,14 +61,6 @@ impl Bench {
 #[test]
 fn a_lost_frame_repeats_a_reading_and_holds_a_torque() {
     let mut with = Bench::new("absent = [{ axis = 0, from_s = 0.0095, until_s = 0.0105 }]");
-    let mut without = Bench::new("");
-    for tick in 0..200 {
-        assert_eq!((with.run_to(tick), without.run_to(tick)), (Tick::Ran, Tick::Ran));
-        if tick < 10 {
-            assert_eq!(with.shows(types::POSITION, 0).to_bits(), without.shows(types::POSITION, 0).to_bits());
-        }
-    }
-    let mut with = Bench::new("absent = [{ axis = 0, from_s = 0.0095, until_s = 0.0105 }]");
     with.run_to(9);
     let (before_nm, _) = with.world(0);
     with.run_to(10);
@@ -79,6 +72,8 @@ fn a_lost_frame_repeats_a_reading_and_holds_a_torque() {
     assert_eq!(with.trouble(0), None, "one of three that may be missing");
     with.run_to(12);
     assert!(with.shows(types::POSITION, 0) > position);
+    assert_eq!(with.run_to(1000), Tick::Ran);
+    assert!((with.shows(types::POSITION, 0) - 0.05).abs() < 1e-4);
 }
 
 #[test]
