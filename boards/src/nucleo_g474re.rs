@@ -84,11 +84,9 @@ impl Board for NucleoG474re {
         let chip = stm32g4::start(CRYSTAL);
         #[cfg(not(feature = "moteus"))]
         let joints = joints::start(joints::Wiring {
-            encoders: (
-                (chip.TIM2, chip.PA0, chip.PA1),
-                (chip.TIM3, chip.PA6, chip.PA7),
-                (chip.TIM4, chip.PB6, chip.PB7),
-            ),
+            first: (chip.TIM2, chip.PA0, chip.PA1),
+            second: (chip.TIM3, chip.PA6, chip.PA7),
+            third: (chip.TIM4, chip.PB6, chip.PB7),
             timer: chip.TIM1,
             pwm: (chip.PA8, chip.PA9, chip.PA10),
             directions: (chip.PC0, chip.PC1, chip.PC2),

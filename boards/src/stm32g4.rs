@@ -13,6 +13,7 @@ mod ccm;
 mod clock;
 #[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;
+#[cfg(any(feature = "moteus", not(feature = "uart-link")))]
 pub(crate) mod fdcan_registers;
 pub(crate) mod flash;
 #[cfg(feature = "moteus")]

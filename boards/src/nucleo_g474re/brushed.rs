@@ -35,8 +35,9 @@ type EncoderPins<T, A, B> = (Peri<'static, T>, Peri<'static, A>, Peri<'static, B
 
 /// What the joints are wired to.
 pub(super) struct Wiring {
-    pub(super) encoders:
-        (EncoderPins<TIM2, PA0, PA1>, EncoderPins<TIM3, PA6, PA7>, EncoderPins<TIM4, PB6, PB7>),
+    pub(super) first: EncoderPins<TIM2, PA0, PA1>,
+    pub(super) second: EncoderPins<TIM3, PA6, PA7>,
+    pub(super) third: EncoderPins<TIM4, PB6, PB7>,
     pub(super) timer: Peri<'static, TIM1>,
     pub(super) pwm: (Peri<'static, PA8>, Peri<'static, PA9>, Peri<'static, PA10>),
     pub(super) directions: (Peri<'static, PC0>, Peri<'static, PC1>, Peri<'static, PC2>),
@@ -44,10 +45,9 @@ pub(super) struct Wiring {
 }
 
 pub(super) fn start(wiring: Wiring) -> Joints {
-    let Wiring { encoders, timer, pwm, directions, enable } = wiring;
+    let Wiring { first, second, third, timer, pwm, directions, enable } = wiring;
     let enable = Output::new(enable, Level::Low, Speed::Low);
     let pull_ups = || qei::Config { ch1_pull: Pull::Up, ch2_pull: Pull::Up, ..qei::Config::default() };
-    let (first, second, third) = encoders;
     let counters = Counters(
         Qei::new(first.0, first.1, first.2, pull_ups()),
         Qei::new(second.0, second.1, second.2, pull_ups()),

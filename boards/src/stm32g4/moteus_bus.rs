@@ -41,6 +41,7 @@ pub(crate) fn rejoins() -> u32 {
     REJOINS.load(Relaxed)
 }
 
+#[expect(clippy::panic, reason = "of a constant: the compiler says so")]
 const fn timing(bits_per_s: u32, limits: bit_timing::BitLimits) -> BitTiming {
     match BitTiming::find(CLOCK_HZ, bits_per_s, SAMPLE_PERMILLE, limits) {
         Some(timing) => timing,
