@@ -1,11 +1,11 @@
-//! The switch of an STM32G4 from its crystal to 168 MHz, with the core voltage boosted.
+//! The switch of an STM32G4 from its crystal to 168 or 170 MHz, with the core voltage boosted.
 //!
 //! Above 150 MHz the core wants the boosted voltage range, and a jump to a high frequency wants a pause on the way. The
 //! order is that of RM0440, "Dynamic voltage scaling management" and "System clock (SYSCLK) selection":
 //!
 //! 1. the AHB divides by 2;
 //! 2. the voltage is boosted, the flash gets 4 wait states;
-//! 3. the system clock switches to the PLL: the processor runs at 84 MHz;
+//! 3. the system clock switches to the PLL: the processor runs at half of its frequency;
 //! 4. at least 1 us passes;
 //! 5. the AHB divides by 1.
 //!
@@ -15,14 +15,17 @@
 #[cfg(test)]
 mod model;
 
-/// Of the processor, the buses and the timers. CAN FD's 1 and 4 Mbit/s are whole parts of it, and not of 170 MHz.
-pub const CLOCK_HZ: u32 = PLL_IN_HZ * PLL_TIMES / PLL_DIVIDES;
+/// CAN FD's 1 and 4 Mbit/s are whole parts of it.
+pub const FOR_4_MBIT_HZ: u32 = 168_000_000;
+/// So are 1 and 5 Mbit/s, which drives of mjbots have, of this one.
+pub const FOR_5_MBIT_HZ: u32 = 170_000_000;
+/// Of the processor, the buses and the timers.
+pub const CLOCK_HZ: u32 = if cfg!(feature = "moteus") { FOR_5_MBIT_HZ } else { FOR_4_MBIT_HZ };
 /// What a crystal is divided down to.
 const PLL_IN_HZ: u32 = 4_000_000;
-const PLL_TIMES: u32 = 84;
 const PLL_DIVIDES: u32 = 2;
-/// More than 1 us at half of [`CLOCK_HZ`].
-const PAUSE_CYCLES: u32 = CLOCK_HZ / 1_000_000;
+/// More than 1 us at half of either frequency.
+const PAUSE_CYCLES: u32 = FOR_5_MBIT_HZ / 1_000_000;
 
 /// A register that the switch reads or writes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,12 +74,12 @@ const BOOST: u32 = 0;
 /// Of flash in range 1 boost, from 136 to 170 MHz.
 const WAIT_STATES: u32 = 4;
 
-/// Goes from the crystal, which runs at `crystal_hz` and is the system clock, to [`CLOCK_HZ`]. The PLL is off before, as
-/// after a reset. A PLL that does not lock is waited for without end: its crystal runs.
+/// Goes from the crystal, which runs at `crystal_hz` and is the system clock, to `clock_hz`. The PLL is off before, as after a
+/// reset. A PLL that does not lock is waited for without end: its crystal runs.
 ///
-/// `crystal_hz` is a multiple of 4 MHz, up to 64 MHz.
-pub fn switch(registers: &mut impl Registers, crystal_hz: u32) {
-    registers.write(Register::PllConfiguration, pll_configuration(crystal_hz));
+/// `crystal_hz` is a multiple of 4 MHz, up to 64 MHz; `clock_hz` is [`FOR_4_MBIT_HZ`] or [`FOR_5_MBIT_HZ`].
+pub fn switch(registers: &mut impl Registers, crystal_hz: u32, clock_hz: u32) {
+    registers.write(Register::PllConfiguration, pll_configuration(crystal_hz, clock_hz));
     set_and_await(registers, PLLON, 1, PLLRDY);
     set(registers, HPRE, BY_2);
     set(registers, R1MODE, BOOST);
@@ -87,9 +90,9 @@ pub fn switch(registers: &mut impl Registers, crystal_hz: u32) {
 }
 
 /// `PLLSRC` the crystal, `PLLM`, `PLLN`, `PLLREN` with `PLLR` 0, which divides by 2.
-const fn pll_configuration(crystal_hz: u32) -> u32 {
-    let divider = crystal_hz / PLL_IN_HZ;
-    3 | ((divider - 1) & 15) << 4 | PLL_TIMES << 8 | 1 << 24
+const fn pll_configuration(crystal_hz: u32, clock_hz: u32) -> u32 {
+    let (divider, times) = (crystal_hz / PLL_IN_HZ, clock_hz / (PLL_IN_HZ / PLL_DIVIDES));
+    3 | ((divider - 1) & 15) << 4 | (times & 127) << 8 | 1 << 24
 }
 
 /// Leaves every other bit of the register as it is.

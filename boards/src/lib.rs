@@ -14,9 +14,11 @@
 #[cfg(test)]
 extern crate std;
 
+pub mod bit_timing;
 #[cfg(target_os = "none")]
 mod board;
 pub mod bus_off;
+pub mod can_words;
 pub mod catalogue;
 pub mod clock_switch;
 pub mod current_loop;
@@ -24,6 +26,7 @@ pub mod encoder;
 pub mod handover;
 #[cfg(target_os = "none")]
 mod listening;
+pub mod moteus;
 pub mod motor;
 pub mod shaft;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]

@@ -1,6 +1,6 @@
 //! What boards with an STM32G4 have in common: clock, executors, watchdog, cycle counter, command line.
 //!
-//! 168 MHz from the board's crystal, by [`clock_switch`]: an RC oscillator is too inaccurate for CAN. A board whose
+//! 168 MHz (with feature `moteus` 170) from the board's crystal, by [`clock_switch`]: an RC oscillator is too inaccurate for CAN. A board whose
 //! crystal does not swing keeps its outputs off, says so in its log and starts over, again and again.
 //!
 //! A debugger that halts the processor stops timer 1 too, which switches its outputs off, and then the watchdog.
@@ -15,10 +15,14 @@ pub(crate) mod current_loop;
 pub(crate) mod current_sensing;
 #[cfg(not(feature = "uart-link"))]
 pub(crate) mod fdcan;
+#[cfg(any(feature = "moteus", not(feature = "uart-link")))]
+pub(crate) mod fdcan_registers;
 pub(crate) mod flash;
 #[cfg(feature = "three-phase")]
 pub(crate) mod half_bridges;
-#[cfg(not(feature = "three-phase"))]
+#[cfg(feature = "moteus")]
+pub(crate) mod moteus_bus;
+#[cfg(not(any(feature = "three-phase", feature = "moteus")))]
 pub(crate) mod power_stage;
 #[cfg(feature = "three-phase")]
 pub(crate) mod quadrature;
@@ -35,7 +39,7 @@ use core::sync::atomic::AtomicU32;
 use cortex_m::peripheral::SCB;
 use defmt_rtt as _;
 use dimsart_core::{Counter, StartCause, Word};
-#[cfg(not(feature = "three-phase"))]
+#[cfg(not(any(feature = "three-phase", feature = "moteus")))]
 use dimsart_core::{DataType, types};
 use embassy_executor::{InterruptExecutor, SendSpawner};
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
@@ -108,7 +112,7 @@ pub(crate) fn start(crystal: Hertz) -> Peripherals {
         defmt::panic!("the board's crystal does not swing");
     }
     let chip = embassy_stm32::init(config());
-    clock_switch::switch(&mut clock::Chip, crystal.0);
+    clock_switch::switch(&mut clock::Chip, crystal.0, crate::CLOCK_HZ);
     DBGMCU.apb1lfzr().modify(|frozen| frozen.set_iwdg(true));
     DBGMCU.apb2fzr().modify(|frozen| frozen.set_tim1(true));
     core.DCB.enable_trace();
@@ -129,7 +133,7 @@ fn config() -> Config {
 }
 
 /// What a board measures, its own ticks last.
-#[cfg(not(feature = "three-phase"))]
+#[cfg(not(any(feature = "three-phase", feature = "moteus")))]
 pub(crate) const OUTPUTS: &[&DataType] = &{
     let [cycles, mean, max, late, overruns] = types::TIMING;
     [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns]
@@ -145,7 +149,9 @@ pub(crate) fn measure(rest: Option<&mut [Word]>) {
 fn rejoins_of_can() -> u32 {
     #[cfg(not(feature = "uart-link"))]
     return fdcan::rejoins();
-    #[cfg(feature = "uart-link")]
+    #[cfg(feature = "moteus")]
+    return moteus_bus::rejoins();
+    #[cfg(all(feature = "uart-link", not(feature = "moteus")))]
     0
 }
 

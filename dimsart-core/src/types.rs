@@ -27,6 +27,10 @@ catalogue! {
      8 DES_POSITION       Position  F32 Vector "Desired position.";
      9 DES_VELOCITY       Velocity  F32 Vector "Desired velocity.";
     10 DES_FORCE          Force     F32 Vector "Force to command to the device.";
+    11 MEASURED_TORQUE    Force     F32 Vector "Torque of the motor at the output, by its measured currents.";
+    12 BUS_VOLTAGE        Volt      F32 Vector "Measured voltage of a drive's supply.";
+    13 TEMPERATURE        Celsius   F32 Vector "Measured temperature of a drive's board.";
+    14 DRIVE_FAULT        One       F32 Vector "Number of what is wrong with a drive, or limits it; 0 for nothing.";
     16 CH1_WAVES          Wave      F32 Vector "Wave leaving on channel 1.";
     17 CH2_WAVES          Wave      F32 Vector "Wave that came in on channel 2.";
     18 CH1_TD_WAVES       Wave      F32 Vector "Channel 1 after its time delay.";

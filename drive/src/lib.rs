@@ -44,7 +44,7 @@
 //! # Ok::<(), drive::ConfigurationError>(())
 //! ```
 //! A joint whose drive is a moteus of mjbots has all this inside it: [`MoteusFrame`] and [`MoteusState`] are what goes over its
-//! bus.
+//! bus, [`MoteusJoint`] what a controller has of it.
 //!
 //! Quantities are in SI units. Phases are amplitude-invariant: the length of a current vector is the peak of a phase
 //! current. Positive `q` current makes positive torque.
@@ -72,7 +72,10 @@ pub use drive::{Drive, Measured};
 pub use encoder::{As5047p, As5600, Mt6701};
 pub use identification::{Identification, IdentificationError, IdentificationStep, Identified};
 pub use modulation::{Duties, Modulation, Supply};
-pub use moteus::{MoteusAddress, MoteusFault, MoteusFrame, MoteusMode, MoteusReplyError, MoteusState};
+pub use moteus::{
+    MoteusAddress, MoteusFault, MoteusFrame, MoteusJoint, MoteusMode, MoteusReading, MoteusReplyError,
+    MoteusState, MoteusTrouble,
+};
 pub use protection::{Fault, Protection};
 pub use sample::{Rotor, Sample};
 pub use tracking::Tracking;

@@ -4,6 +4,8 @@
 //!   torque_nm, timeout_s ─▶ MoteusFrame ─▶ CAN FD ─▶ drive
 //!            MoteusState ◀─ from_reply ◀─ CAN FD ◀──┘
 //! ```
+//! [`MoteusJoint`] makes a joint of them, tick by tick.
+//!
 //! From the documents `docs/protocol/can.md`, `docs/protocol/registers.md` and `docs/guides/control-modes.md` of
 //! <https://github.com/mjbots/moteus>. The bus runs at 1 Mbit/s and its data at 5 Mbit/s. The drive counts turns of the
 //! output; here is `rad`. A reply shows the drive as it was before the command of the same frame.
@@ -14,16 +16,20 @@
 mod address;
 mod fault;
 mod frame;
+mod joint;
 mod mode;
 mod reply;
 mod state;
+mod trouble;
 
 pub use address::MoteusAddress;
 pub use fault::MoteusFault;
 pub use frame::MoteusFrame;
+pub use joint::{MoteusJoint, MoteusReading};
 pub use mode::MoteusMode;
 pub use reply::MoteusReplyError;
 pub use state::MoteusState;
+pub use trouble::MoteusTrouble;
 
 /// Numbers of the registers that are used.
 mod register {

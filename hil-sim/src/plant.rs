@@ -21,6 +21,7 @@ mod hand;
 mod hand_phase;
 mod joint;
 mod moteus;
+mod moteus_bus;
 mod motor;
 mod obstacle;
 mod parameter;
@@ -49,6 +50,7 @@ pub use joint::{
     ThermalParameters, ThreePhaseParameters,
 };
 pub use moteus::MoteusDrive;
+pub use moteus_bus::{Absence, FoundFault, MoteusBus, MoteusParameters};
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
@@ -78,6 +80,10 @@ pub trait Plant: core::fmt::Debug + Send {
     /// A command that is NaN or infinite is applied as it is: a plant hides no fault of its controller. It shows
     /// in the truth, and in the motion unless friction holds the axis.
     fn advance(&mut self, start_s: f64, period_s: f64, command: &[f32]);
+
+    /// Tells it before [`advance`](Self::advance) whether its actuators are commanded, or off. A plant whose actuators cannot
+    /// be off does nothing.
+    fn switch(&mut self, _is_on: bool) {}
 
     /// The simulator's own truth about a linear `axis` that hands and walls push; none for any other.
     fn truth(&self, axis: usize) -> Option<AxisTruth>;

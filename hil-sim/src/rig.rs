@@ -183,6 +183,11 @@ impl Station {
         self.arrivals.superseded()
     }
 
+    /// Whether its actuators have something to do: the scheme commands, or the way to zero is not over.
+    fn is_driven(&self) -> bool {
+        self.last_tick == Tick::Ran || self.command.iter().any(|command| *command != 0.0)
+    }
+
     fn receive(&mut self, link: usize, carried: Carried) {
         match carried {
             Carried::Packet(packet) if self.takes_packet(link, &packet) => {
@@ -453,6 +458,7 @@ impl Rig {
     pub fn advance(&mut self) {
         let start_s = self.seconds(self.repeat_ticks.map_or(self.tick, |ticks| self.tick % ticks));
         for station in &mut self.stations {
+            station.plant.switch(station.is_driven());
             station.plant.advance(start_s, self.period_s, &station.command);
             if station.is_due(self.tick) {
                 station.inputs.iter_mut().for_each(Inputs::clear);

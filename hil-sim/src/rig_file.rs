@@ -53,10 +53,11 @@ pub use moves::{
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name.
-pub const SHIPPED: [(&str, &str); 6] = [
+pub const SHIPPED: [(&str, &str); 7] = [
     ("arm", include_str!("../scenarios/arm.toml")),
     ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
     ("joint", include_str!("../scenarios/joint.toml")),
+    ("moteus", include_str!("../scenarios/moteus.toml")),
     ("phantom", include_str!("../scenarios/phantom.toml")),
     ("rokviss", include_str!("../scenarios/rokviss.toml")),
     ("three", include_str!("../scenarios/three.toml")),

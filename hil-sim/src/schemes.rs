@@ -21,6 +21,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("arm_bus", include_str!("../schemes/arm_bus.scheme")),
     ("bilateral", include_str!("../schemes/bilateral.scheme")),
     ("joint", include_str!("../schemes/joint.scheme")),
+    ("moteus", include_str!("../schemes/moteus.scheme")),
     ("phantom", include_str!("../schemes/phantom.scheme")),
     ("position_position", include_str!("../schemes/position_position.scheme")),
     ("rokviss", include_str!("../schemes/rokviss.scheme")),

@@ -1,6 +1,7 @@
 //! Watches whether every position, force and wave stays in its declared range, and none grows without bound.
 
 use dimsart_core::{DataType, Tick, Unit, Vocabulary as _, types};
+use drive::MoteusTrouble;
 
 use crate::growth::Growth;
 use crate::rig::{Probe, Rig, Station};
@@ -33,6 +34,8 @@ struct Watched {
     position: f64,
     position_unit: &'static str,
     signals: [Signal; 3],
+    /// What is wrong with the drives.
+    drives: Probe,
     has_lost_link: bool,
 }
 
@@ -73,6 +76,7 @@ impl Watch {
                     signal("outgoing wave", Unit::Wave, ranges.wave, types::CH1_WAVES),
                     signal("incoming wave", Unit::Wave, ranges.wave, types::CH2_WAVES),
                 ],
+                drives: Probe::new(types::DRIVE_FAULT.first()),
                 has_lost_link: false,
             }
         };
@@ -84,8 +88,13 @@ impl Watch {
     pub fn look(&mut self, rig: &Rig) -> Option<Alarm> {
         let (mut grows, mut lost) = (None, Vec::new());
         for (watched, station) in self.stations.iter_mut().zip(rig.stations()) {
-            let Watched { position: range, position_unit, signals, has_lost_link } = watched;
+            let Watched { position: range, position_unit, signals, drives, has_lost_link } = watched;
             let at = |what: String| format!("{} {what} at {:.3} s", station.name, rig.time_s());
+            let said =
+                drives.values(station).enumerate().find_map(|(axis, number)| ends_it(axis, number, station));
+            if let Some(said) = said {
+                return Some(Alarm::Left(at(said)));
+            }
             for (axis, position) in station.position().iter().enumerate() {
                 let position = f64::from(*position);
                 if is_outside(position, *range) {
@@ -170,4 +179,14 @@ fn is_outside(value: f64, range: f64) -> bool {
 #[cold]
 fn left(what: &str, axis: usize, value: f64, range: f64, unit: &str) -> String {
     format!("{what} of axis {axis} left its range ±{range} {unit}: {value:.4} {unit}")
+}
+
+/// What a joint's drive says of why nothing is measured any more.
+fn ends_it(axis: usize, number: f64, station: &Station) -> Option<String> {
+    if !matches!(station.last_tick, Tick::MeasurementRefused(_)) {
+        return None;
+    }
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    let trouble = MoteusTrouble::from_number(number as u16)?;
+    Some(format!("measures nothing: the drive of axis {axis}: {trouble}: {}", trouble.remedy()))
 }

@@ -2,6 +2,8 @@
 
 use super::{CodeMemory, MODULE_GROUPS, SMALL_MOTORS, Tooling};
 use crate::clock_switch;
+#[cfg(all(target_os = "none", feature = "moteus"))]
+use crate::moteus::Moteus;
 use crate::motor::Motor;
 
 /// The motor of every axis. Change it to what is connected: see the motor's and the supply's data sheets.
@@ -14,6 +16,19 @@ pub(crate) const MOTOR: Motor = Motor {
     pole_pairs: 1,
 };
 
+/// With feature `moteus`, the drives of the axes. Change them to what is connected: see their `id.id`, `servo.max_current_A`
+/// and `servo.max_velocity`.
+#[cfg(all(target_os = "none", feature = "moteus"))]
+pub(crate) const MOTEUS: Moteus<{ TOOLING.axes }> = Moteus {
+    host: 0,
+    ids: [1, 2, 3],
+    timeout_s: 0.02,
+    missing_ticks: 3,
+    most_torque_nm: 1.0,
+    most_speed_rad_per_s: 100.0,
+}
+.checked();
+
 /// See [`Tooling`].
 pub(crate) const TOOLING: Tooling = Tooling {
     clock_hz: clock_switch::CLOCK_HZ,
@@ -23,14 +38,15 @@ pub(crate) const TOOLING: Tooling = Tooling {
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
     modules: &MODULE_GROUPS,
-    variants: &["classic-can", "uart-link", "measure", "by-hand", "auth"],
+    variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "moteus"],
     interrupts: INTERRUPTS,
     motor: Some(MOTOR),
     drive: None,
     scheme: SMALL_MOTORS,
 };
 
-/// An image without CAN has no `FDCAN1`, one with it no `USART3` with its DMA.
+/// An image without CAN has no `FDCAN1`, one with it no `USART3` with its DMA; one whose tick asks drives has those of `FDCAN1`
+/// off.
 const INTERRUPTS: &[(&str, i16)] = &[
     // Time.
     ("TIM5", 1),

@@ -25,7 +25,6 @@ use embassy_stm32::can::filter::{
 use embassy_stm32::can::{CanConfigurator, CanRx, CanTx, Properties};
 use embassy_stm32::interrupt::{self, InterruptExt as _};
 use embassy_stm32::pac;
-use embassy_stm32::pac::can::regs::Txbcr;
 use embassy_time::{Duration, Instant, with_deadline, with_timeout};
 use embedded_can::{ExtendedId, Id, StandardId};
 
@@ -37,6 +36,7 @@ use crate::CLOCK_HZ;
 use crate::board::{LinkIn, LinkOut, MAX_CARRIED_BYTES};
 use crate::bus_off::{BusOff, Step};
 use crate::listening::Listening;
+use crate::stm32g4::fdcan_registers::{compensate_delay, take_away};
 use crate::unsent::Unsent;
 
 /// Delay compensation allows 1 or 2.
@@ -48,8 +48,6 @@ const DATA_BIT: [u8; 2] = [16, 4];
 const _: () = assert!(bits_per_s(BIT) == 1_000_000 && bits_per_s(DATA_BIT) == 4_000_000);
 /// Time that a frame may wait for room in the controller.
 const PATIENCE: Duration = Duration::from_millis(1);
-/// Looks at what waits until it is taken away: a few microseconds.
-const CANCEL_LOOKS: u8 = 30;
 /// Time between two looks at the state of the bus and at what is listened to.
 const LOOK_PERIOD: Duration = Duration::from_millis(LOOK_PERIOD_MS as u64);
 const LOOK_PERIOD_MS: u32 = 10;
@@ -107,7 +105,8 @@ pub(crate) fn start(mut can: CanConfigurator<'static>, link: usize) -> (FromCan,
     can.set_config(config);
     let (to, from, bus) = can.into_normal_mode().split();
     if kind::IS_FAST {
-        compensate_delay();
+        let [before, _] = DATA_BIT;
+        compensate_delay((1 + before) * PRESCALER);
     }
     let from = FromCan {
         link,
@@ -130,20 +129,6 @@ fn quanta(count: u8) -> NonZeroU8 {
     NonZeroU8::new(count).unwrap_or(NonZeroU8::MIN)
 }
 
-/// A transceiver's delay is about as long as a bit of a CAN FD frame's data: what is sent is compared that much later
-/// with what is read back. The driver leaves this out.
-fn compensate_delay() {
-    let [before, _] = DATA_BIT;
-    let can = pac::FDCAN1;
-    can.cccr().modify(|control| control.set_init(true));
-    while !can.cccr().read().init() {}
-    can.cccr().modify(|control| control.set_cce(true));
-    // From the measured delay to the sample, in cycles of the clock.
-    can.tdcr().write(|delay| delay.set_tdco((1 + before) * PRESCALER));
-    can.dbtp().modify(|timing| timing.set_tdc(true));
-    can.cccr().modify(|control| control.set_init(false));
-}
-
 /// Lots share words of the serial number, places on a wafer share others: all of them count.
 fn serial_number() -> ExtendedId {
     let serial = embassy_stm32::uid::uid();
@@ -155,16 +140,6 @@ fn serial_number() -> ExtendedId {
 /// The identifier of a channel that has one.
 fn identifier(channel: u16) -> Option<StandardId> {
     StandardId::new(channel).filter(|_| channel != 0)
-}
-
-/// Takes away the frames that wait; the one that is on its way is not sent again. The oldest first: a FIFO goes on
-/// only when that one is cancelled. Its place is used again two frames later, when it has left the line for sure.
-fn take_away() {
-    let can = pac::FDCAN1;
-    for _ in 0..CANCEL_LOOKS {
-        let oldest = 1 << can.txfqs().read().tfgi();
-        can.txbcr().write_value(Txbcr(can.txbrp().read().0 & oldest));
-    }
 }
 
 impl LinkIn for FromCan {

@@ -15,8 +15,8 @@ impl MoteusAddress {
     /// Of a host, 0 to 126, and a drive with the `id.id` of its configuration, 0 to 126; none for others, and for a drive
     /// that has the host's own number.
     #[must_use]
-    pub fn new(host: u8, drive: u8) -> Option<Self> {
-        (host < BROADCAST && drive < BROADCAST && host != drive).then_some(Self { host, drive })
+    pub const fn new(host: u8, drive: u8) -> Option<Self> {
+        if host < BROADCAST && drive < BROADCAST && host != drive { Some(Self { host, drive }) } else { None }
     }
 
     /// Arbitration id of a frame to the drive, which is to reply. It is an extended one, of 29 bits.

@@ -32,6 +32,19 @@ impl MoteusMode {
             other => Self::Other(other),
         }
     }
+
+    /// The number that the drive has for it; of the three of [`Preparing`](Self::Preparing) the first.
+    #[must_use]
+    pub fn number(self) -> u8 {
+        match self {
+            Self::Stopped => 0,
+            Self::Fault => 1,
+            Self::Preparing => 2,
+            Self::Position => 10,
+            Self::Timeout => 11,
+            Self::Other(number) => number,
+        }
+    }
 }
 
 impl fmt::Display for MoteusMode {

@@ -125,14 +125,20 @@ impl Bytes<'_> {
         };
         let first = self.varuint()?;
         for index in 0..count {
-            let value = match kind >> 2 & 0b11 {
-                0 => Value::Int8(i8::from_le_bytes(self.take()?)),
-                1 => Value::Int16(i16::from_le_bytes(self.take()?)),
-                2 => Value::Int32(i32::from_le_bytes(self.take()?)),
-                _ => Value::Float(f32::from_le_bytes(self.take()?)),
-            };
+            let value = self.value(kind >> 2 & 0b11)?;
             show(first.checked_add(index).ok_or(MoteusReplyError::Overlong)?, value);
         }
         Ok(())
+    }
+
+    /// Apart from the loop around it: a table of jumps in the middle of one is not followed by what bounds an image's stack.
+    #[inline(never)]
+    fn value(&mut self, width: u8) -> Result<Value, MoteusReplyError> {
+        Ok(match width {
+            0 => Value::Int8(i8::from_le_bytes(self.take()?)),
+            1 => Value::Int16(i16::from_le_bytes(self.take()?)),
+            2 => Value::Int32(i32::from_le_bytes(self.take()?)),
+            _ => Value::Float(f32::from_le_bytes(self.take()?)),
+        })
     }
 }

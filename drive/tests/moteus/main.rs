@@ -1,6 +1,8 @@
 //! Commands to a moteus drive and its replies, against the simulator's model of one: each has the protocol by itself.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
+mod joint;
+
 use core::f32::consts::TAU;
 
 use drive::{MoteusAddress, MoteusFault, MoteusFrame, MoteusMode, MoteusReplyError, MoteusState};

@@ -83,13 +83,23 @@ impl MoteusDrive {
             return;
         }
         self.since_command_s += period_s;
-        // NaN is no timeout.
-        let timeout_s = match self.command[7] {
+        if self.since_command_s >= self.timeout_s() {
+            self.mode = MODE_TIMEOUT;
+        }
+    }
+
+    /// Time until it lets go if nothing comes, `s`; none while it does nothing, or has no timeout.
+    #[must_use]
+    pub fn left_s(&self) -> Option<f64> {
+        let left_s = self.timeout_s() - self.since_command_s;
+        (self.mode == MODE_POSITION && !left_s.is_nan()).then_some(left_s.max(0.0))
+    }
+
+    /// NaN is none.
+    fn timeout_s(&self) -> f64 {
+        match self.command[7] {
             timeout_s if timeout_s.abs() <= 0.0 => DEFAULT_TIMEOUT_S,
             timeout_s => timeout_s,
-        };
-        if self.since_command_s >= timeout_s {
-            self.mode = MODE_TIMEOUT;
         }
     }
 

@@ -2,8 +2,10 @@
 
 use dimsart_core::limits::MAX_DOF;
 
+use drive::MoteusReading;
+
 use super::error::ResponseError;
-use crate::plant::{Arm, Axes, Joint, JointParameters, Phantom, PhantomPort};
+use crate::plant::{Arm, Axes, Joint, JointParameters, MoteusBus, Phantom, PhantomPort};
 use crate::rig_file::{AxisSection, DeviceSection};
 
 /// The plant of a device.
@@ -12,6 +14,7 @@ pub(super) enum Body {
     Joints(Vec<Joint>),
     Arm(Box<Arm>),
     Phantom(Box<Tip>),
+    Moteus(Box<MoteusBus>),
 }
 
 /// A `PHANToM`, whose Cartesian positions begin where it stands.
@@ -31,6 +34,8 @@ pub(super) struct AxisState {
     pub(super) force: f64,
     /// Current, voltage and winding temperature of its motor.
     pub(super) motor: Option<[f64; 3]>,
+    /// What its drive says, in place of sensors.
+    pub(super) reading: Option<MoteusReading>,
 }
 
 impl Body {
@@ -38,7 +43,7 @@ impl Body {
     ///
     /// # Errors
     /// [`ResponseError::Plant`] for one that cannot exist.
-    pub(super) fn new(section: &DeviceSection) -> Result<Self, ResponseError> {
+    pub(super) fn new(section: &DeviceSection, seed: u64) -> Result<Self, ResponseError> {
         let wrong = |axis| {
             let device = section.name.clone();
             move |error| ResponseError::Plant { device, axis, error }
@@ -67,25 +72,25 @@ impl Body {
             let joint = of_axis.joint().unwrap_or_else(|| JointParameters::of_inertia(1.0));
             joint.build().map_err(wrong(axis))
         });
-        joints.collect::<Result<_, _>>().map(Self::Joints)
+        let joints = joints.collect::<Result<_, _>>()?;
+        Ok(match &section.moteus {
+            Some(moteus) => Self::Moteus(Box::new(moteus.build(joints, seed))),
+            None => Self::Joints(joints),
+        })
     }
 
     /// The truth about an axis now; all 0 for one that it has not.
     pub(super) fn state(&self, axis: usize) -> AxisState {
         match self {
-            Self::Joints(joints) => joints.get(axis).map_or_else(AxisState::default, |joint| {
-                let state = joint.state();
-                AxisState {
-                    position: state.position,
-                    velocity: state.velocity,
-                    force: state.force,
-                    motor: Some([state.current_a, state.voltage_v, state.winding_c]),
-                }
-            }),
+            Self::Joints(joints) => joints.get(axis).map_or_else(AxisState::default, AxisState::of),
+            Self::Moteus(bus) => {
+                let state = bus.joint(axis).map_or_else(AxisState::default, AxisState::of);
+                AxisState { reading: bus.reading(axis).copied(), ..state }
+            }
             Self::Arm(arm) => {
                 let state = arm.axis(axis);
                 let (position, velocity) = (state.position, state.velocity);
-                AxisState { position, velocity, force: state.actuator_force, motor: None }
+                AxisState { position, velocity, force: state.actuator_force, ..AxisState::default() }
             }
             Self::Phantom(tip) => tip.state(axis),
         }
@@ -95,9 +100,22 @@ impl Body {
     pub(super) fn is_at_stop(&self, axis: usize) -> bool {
         match self {
             Self::Joints(joints) => joints.get(axis).is_some_and(Joint::is_at_stop),
+            Self::Moteus(bus) => bus.joint(axis).is_some_and(Joint::is_at_stop),
             Self::Arm(arm) => arm.is_at_stop(),
             Self::Phantom(tip) => tip.phantom.body().is_at_stop(),
         }
+    }
+
+    /// Whether the actuator of an axis is commanded from the next period on, or off.
+    pub(super) fn switch(&mut self, axis: usize, is_on: bool) {
+        if let Self::Moteus(bus) = self {
+            bus.switch(axis, is_on);
+        }
+    }
+
+    /// Whether an actuator holds what it is commanded from the beginning of a period to its end.
+    pub(super) fn holds_commands(&self) -> bool {
+        !matches!(self, Self::Moteus(_))
     }
 
     /// Holds `commands` from `start_s` for `period_s` and moves on; `outside` is what pushes an axis by time alone,
@@ -120,6 +138,7 @@ impl Body {
                     joint.advance(start_s, period_s, command(axis), &|time_s| outside(axis, time_s));
                 }
             }
+            Self::Moteus(bus) => bus.advance(start_s, period_s, command, outside),
             Self::Arm(arm) => {
                 let axes = arm.axes();
                 let pushed = |time_s: f64, positions: &Axes, velocities: &Axes| {
@@ -139,6 +158,19 @@ impl Body {
     }
 }
 
+impl AxisState {
+    fn of(joint: &Joint) -> Self {
+        let state = joint.state();
+        Self {
+            position: state.position,
+            velocity: state.velocity,
+            force: state.force,
+            motor: Some([state.current_a, state.voltage_v, state.winding_c]),
+            reading: None,
+        }
+    }
+}
+
 impl Tip {
     fn state(&self, axis: usize) -> AxisState {
         let of = |values: &[f64; 3]| values.get(axis).copied().unwrap_or_default();
@@ -147,12 +179,12 @@ impl Tip {
             PhantomPort::Cartesian => {
                 let tip = self.phantom.tip(0.0);
                 let position = of(&tip.position_m) - of(&self.origin_m);
-                AxisState { position, velocity: of(&tip.velocity_m_per_s), force, motor: None }
+                AxisState { position, velocity: of(&tip.velocity_m_per_s), force, ..AxisState::default() }
             }
             PhantomPort::Joint => {
                 let state = self.phantom.axis(axis);
                 let (position, velocity) = (state.position, state.velocity);
-                AxisState { position, velocity, force: state.actuator_force, motor: None }
+                AxisState { position, velocity, force: state.actuator_force, ..AxisState::default() }
             }
         }
     }

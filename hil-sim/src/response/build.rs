@@ -30,8 +30,13 @@ pub(super) fn rig(file: &RigFile, disturbance: Option<Disturbance>) -> Result<Ri
             Some((*part.axes.get(axis)?, force))
         });
         let count = of_device.clone().count();
-        let machine =
-            Machine::new(Body::new(device)?, axes_of(file, device)?, device.delay_ticks, disturbed, count);
+        let machine = Machine::new(
+            Body::new(device, file.seed)?,
+            axes_of(file, device)?,
+            device.delay_ticks,
+            disturbed,
+            count,
+        );
         let machine = Arc::new(Mutex::new(machine));
         of_device.try_for_each(|(_, part)| {
             rig.add(station(file, part, Arc::clone(&machine))?);

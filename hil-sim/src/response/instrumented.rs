@@ -3,6 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use dimsart_core::{DataType, types};
+use drive::MoteusReading;
 
 use super::body::AxisState;
 use super::machine::Machine;
@@ -83,6 +84,10 @@ impl Plant for Instrumented {
         self.time_s = start_s + period_s;
     }
 
+    fn switch(&mut self, is_on: bool) {
+        self.machine().switch(&self.axes, is_on);
+    }
+
     fn truth(&self, _axis: usize) -> Option<AxisTruth> {
         None
     }
@@ -137,7 +142,7 @@ impl Plant for Instrumented {
     fn look(&self, axis: usize, values: &mut [f64]) {
         let (Some(axis), machine) = (self.axis(axis), self.machine()) else { return };
         let Some(of_axis) = machine.axis(axis) else { return };
-        let AxisState { position, velocity, force, motor } = machine.state(axis);
+        let AxisState { position, velocity, force, motor, .. } = machine.state(axis);
         let load = of_axis.pushed_by(self.time_s, position);
         let known = [position, velocity, force, load].into_iter().chain(motor.into_iter().flatten());
         for (entry, value) in values.iter_mut().zip(known) {
@@ -148,6 +153,9 @@ impl Plant for Instrumented {
 
 /// What a sensor shows of an axis.
 fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
+    if let Some(reading) = &state.reading {
+        return said(data_type, reading).into();
+    }
     let [current_a, voltage_v, winding_c] = state.motor.unwrap_or_default();
     match data_type.id {
         id if id == types::VELOCITY.id => state.velocity,
@@ -156,5 +164,17 @@ fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
         id if id == types::MOTOR_VOLTAGE.id => voltage_v,
         id if id == types::WINDING_TEMPERATURE.id => winding_c,
         _ => state.position,
+    }
+}
+
+/// What a drive says of an axis.
+fn said(data_type: &DataType, reading: &MoteusReading) -> f32 {
+    match data_type.id {
+        id if id == types::VELOCITY.id => reading.velocity_rad_per_s,
+        id if id == types::MEASURED_TORQUE.id => reading.torque_nm,
+        id if id == types::BUS_VOLTAGE.id => reading.voltage_v,
+        id if id == types::TEMPERATURE.id => reading.temperature_c,
+        id if id == types::DRIVE_FAULT.id => reading.fault(),
+        _ => reading.position_rad,
     }
 }

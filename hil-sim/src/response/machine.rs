@@ -72,7 +72,7 @@ impl Machine {
     pub(super) fn holds_force(&self, axis: usize) -> bool {
         let plant = self.axis(axis).and_then(|axis| axis.section.plant.as_ref());
         let is_ideal = |plant: &JointParameters| matches!(plant.motor, JointMotorParameters::Ideal {});
-        self.delay_ticks <= 0.0 && plant.is_none_or(is_ideal)
+        self.body.holds_commands() && self.delay_ticks <= 0.0 && plant.is_none_or(is_ideal)
     }
 
     /// Whether an axis pushes against a wall, or an end of its travel.
@@ -80,6 +80,11 @@ impl Machine {
         let wall = self.axis(axis).and_then(|axis| axis.section.wall.as_ref());
         let is_at_wall = |wall: &crate::rig_file::AxisWall| wall.depth(self.body.state(axis).position) > 0.0;
         self.body.is_at_stop(axis) || wall.is_some_and(is_at_wall)
+    }
+
+    /// Tells whether the actuators of axes are commanded, or off.
+    pub(super) fn switch(&mut self, axes: &[usize], is_on: bool) {
+        axes.iter().for_each(|axis| self.body.switch(*axis, is_on));
     }
 
     /// Takes what a controller commands its axes; moves on from `start_s` for `period_s` when all of them have.

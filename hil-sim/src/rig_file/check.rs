@@ -3,7 +3,8 @@
 use dimsart_core::{DataType, Format, Shape, limits, types};
 
 use super::{
-    AxisSection, BusSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection, RigFile, TypeSection,
+    AxisSection, AxisUnit, BusSection, DeviceSection, HAND, LOAD, LinkSection, MoveSection, RigFile,
+    TypeSection,
 };
 use crate::link::InProcessParameters;
 use crate::plant::{JointParameters, ParameterError, PhantomPort};
@@ -14,16 +15,30 @@ const MOST_DELAY_TICKS: f64 = 3.0;
 /// Most ticks of a rig to one of a controller.
 const MOST_EVERY_TICKS: u32 = 1000;
 /// What a device has sensors for.
-pub(super) const SENSED: [&DataType; 6] = [
+pub(super) const SENSED: [&DataType; 10] = [
     types::POSITION,
     types::VELOCITY,
     types::FORCE,
     types::MOTOR_CURRENT,
     types::MOTOR_VOLTAGE,
     types::WINDING_TEMPERATURE,
+    types::MEASURED_TORQUE,
+    types::BUS_VOLTAGE,
+    types::TEMPERATURE,
+    types::DRIVE_FAULT,
 ];
 /// Those of its motor.
 const OF_MOTOR: [&DataType; 3] = [types::MOTOR_CURRENT, types::MOTOR_VOLTAGE, types::WINDING_TEMPERATURE];
+
+/// Those that a moteus drive says, in place of sensors.
+const OF_DRIVE: [&DataType; 6] = [
+    types::POSITION,
+    types::VELOCITY,
+    types::MEASURED_TORQUE,
+    types::BUS_VOLTAGE,
+    types::TEMPERATURE,
+    types::DRIVE_FAULT,
+];
 
 /// Whether it can stand in the names of columns and files.
 fn is_name(name: &str) -> bool {
@@ -107,6 +122,7 @@ impl RigFile {
         }
         self.check_controllers(device, problems);
         check_coupled(device, problems);
+        check_drives(device, problems);
         if !(1..=limits::MAX_DOF).contains(&axes.len()) {
             let most = limits::MAX_DOF;
             problems.push(format!("device '{name}' has {} axes: give it 1 to {most}", axes.len()));
@@ -243,6 +259,37 @@ impl RigFile {
             ));
         }
         problems.extend(moved.problems().into_iter().map(|problem| format!("{at}: {problem}")));
+    }
+}
+
+/// Drives of mjbots, and that nothing is measured but what they say.
+fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
+    let name = &device.name;
+    let measured = |data_type: &&DataType| device.measures.iter().any(|name| name == data_type.name);
+    let Some(moteus) = &device.moteus else {
+        // What a sensor shows, too, is said with the sensors.
+        for data_type in OF_DRIVE.into_iter().skip(2).filter(measured) {
+            problems.push(format!(
+                "device '{name}' measures {}, and has no drives to say it: give it [device.moteus]",
+                data_type.name
+            ));
+        }
+        return;
+    };
+    let wrong = moteus.problems(device.axes.len());
+    problems.extend(wrong.into_iter().map(|problem| format!("device '{name}': moteus: {problem}")));
+    if device.coupled_axes().is_some() {
+        problems.push(format!("device '{name}' has coupled axes and moteus drives: give it one of them"));
+    }
+    if device.delay_ticks > 0.0 {
+        problems.push(format!("device '{name}': its delay is its bus's: leave delay_ticks out"));
+    }
+    if device.axes.iter().any(|axis| axis.unit != AxisUnit::Radian) {
+        problems.push(format!("device '{name}': its drives turn: give every axis the unit \"rad\""));
+    }
+    let silent = SENSED.into_iter().filter(|data_type| !OF_DRIVE.contains(data_type));
+    for data_type in silent.filter(measured) {
+        problems.push(format!("device '{name}' measures {}, which its drives do not say", data_type.name));
     }
 }
 

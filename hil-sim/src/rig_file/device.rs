@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{AxisHand, AxisSpring, AxisWall};
 use crate::plant::{
-    ArmParameters, JointParameters, LinkKind, PhantomParameters, PhantomPort, SensorParameters,
+    ArmParameters, JointParameters, LinkKind, MoteusParameters, PhantomParameters, PhantomPort,
+    SensorParameters,
 };
 use crate::watch::Ranges;
 
@@ -43,6 +44,9 @@ pub struct DeviceSection {
     /// Axes that are those of a `PHANToM`: where its tip is, from where it starts, or its joints.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub phantom: Option<PhantomParameters>,
+    /// Drives of mjbots that turn its axes, behind a CAN FD bus.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub moteus: Option<MoteusParameters>,
 }
 
 /// `[[device.axis]]`.

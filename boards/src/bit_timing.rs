@@ -1,0 +1,123 @@
+//! The bits of a CAN controller: how many quanta of its clock a bit has, and where it is sampled.
+//!
+//! A bit is one quantum that it begins with, those before its sample and those behind it. A quantum is one or two cycles of
+//! the controller's clock: no more, for the compensation of a transceiver's delay (RM0440, FDCAN, "Transmitter delay
+//! compensation") takes no other prescaler.
+
+/// A bit. The numbers are quanta.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BitTiming {
+    /// Cycles of the clock in a quantum.
+    pub prescaler: u8,
+    /// Before the sample, beside the one that a bit begins with.
+    pub before: u8,
+    /// Behind the sample.
+    pub behind: u8,
+}
+
+/// What a bit can have: most quanta before its sample, and behind it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BitLimits(pub u8, pub u8);
+
+/// Of an STM32G4's `FDCAN_NBTP`, but for one quantum more, which the driver cannot write.
+pub const NOMINAL: BitLimits = BitLimits(255, 127);
+/// Of its `FDCAN_DBTP`, in the same way.
+pub const DATA: BitLimits = BitLimits(31, 15);
+
+impl BitTiming {
+    /// The bit of exactly this rate with the shortest quanta, sampled as near as can be to `sample_permille` of it; none where
+    /// the clock makes no such rate.
+    #[must_use]
+    pub const fn find(
+        clock_hz: u32,
+        bits_per_s: u32,
+        sample_permille: u32,
+        BitLimits(most_before, most_behind): BitLimits,
+    ) -> Option<Self> {
+        let mut prescaler: u8 = 1;
+        while prescaler <= 2 {
+            let quantum_hz = clock_hz / prescaler as u32;
+            let quanta = quantum_hz / bits_per_s;
+            let is_exact = quanta * bits_per_s * prescaler as u32 == clock_hz;
+            // To the nearest quantum.
+            let sampled = (quanta * sample_permille + 500) / 1000;
+            if is_exact && sampled >= 2 && sampled < quanta {
+                let (before, behind) = (sampled - 1, quanta - sampled);
+                if before <= most_before as u32 && behind <= most_behind as u32 {
+                    #[expect(
+                        clippy::cast_possible_truncation,
+                        reason = "both are within the limits, of 8 bits"
+                    )]
+                    return Some(Self { prescaler, before: before as u8, behind: behind as u8 });
+                }
+            }
+            prescaler += 1;
+        }
+        None
+    }
+
+    /// Where it is sampled, in thousandths of it.
+    #[must_use]
+    pub const fn sample_permille(self) -> u32 {
+        let sampled = 1 + self.before as u32;
+        1000 * sampled / (sampled + self.behind as u32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock_switch::{FOR_4_MBIT_HZ, FOR_5_MBIT_HZ};
+
+    #[test]
+    fn a_bit_has_its_rate_its_sample_and_its_limits() {
+        for clock_hz in [80_000_000, 140_000_000, 160_000_000, FOR_4_MBIT_HZ, FOR_5_MBIT_HZ] {
+            for bits_per_s in [500_000, 1_000_000, 2_000_000, 4_000_000, 5_000_000, 8_000_000] {
+                for limits in [NOMINAL, DATA] {
+                    let Some(bit) = BitTiming::find(clock_hz, bits_per_s, 666, limits) else { continue };
+                    let BitTiming { prescaler, before, behind } = bit;
+                    let quanta = 1 + u32::from(before) + u32::from(behind);
+                    assert_eq!(quanta * u32::from(prescaler) * bits_per_s, clock_hz, "{bit:?}");
+                    assert!(
+                        before >= 1 && behind >= 1 && before <= limits.0 && behind <= limits.1,
+                        "{bit:?}"
+                    );
+                    // Half a quantum.
+                    assert!(bit.sample_permille().abs_diff(666) <= 500 / quanta + 1, "{bit:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn only_the_faster_clock_makes_a_moteus_data_rate() {
+        assert_eq!(BitTiming::find(FOR_4_MBIT_HZ, 5_000_000, 666, DATA), None);
+        assert_eq!(BitTiming::find(FOR_5_MBIT_HZ, 4_000_000, 666, DATA), None);
+        let data = BitTiming { prescaler: 1, before: 22, behind: 11 };
+        assert_eq!(BitTiming::find(FOR_5_MBIT_HZ, 5_000_000, 666, DATA), Some(data));
+        let nominal = BitTiming { prescaler: 1, before: 112, behind: 57 };
+        assert_eq!(BitTiming::find(FOR_5_MBIT_HZ, 1_000_000, 666, NOMINAL), Some(nominal));
+        assert_eq!((data.sample_permille(), nominal.sample_permille()), (676, 664));
+    }
+
+    /// Every output Q of the PLL that stands beside a processor's clock of 168 MHz, and the crystals themselves.
+    #[test]
+    fn no_other_clock_beside_168_mhz_makes_it_either() {
+        let oscillator_hz = 2 * FOR_4_MBIT_HZ;
+        let of_pll = [2, 4, 6, 8].map(|divider| oscillator_hz / divider);
+        for clock_hz in of_pll.into_iter().chain([8_000_000, 24_000_000]) {
+            assert_eq!(BitTiming::find(clock_hz, 5_000_000, 666, DATA), None, "{clock_hz}");
+        }
+    }
+
+    #[test]
+    fn a_bit_that_needs_more_quanta_than_there_are_has_longer_ones() {
+        let bit = BitTiming::find(FOR_4_MBIT_HZ, 2_000_000, 666, DATA).unwrap();
+        assert_eq!(bit.prescaler, 2);
+        assert_eq!(BitTiming::find(FOR_4_MBIT_HZ, 500_000, 800, DATA), None);
+        assert_eq!(
+            BitTiming::find(3_000_000, 1_000_000, 666, DATA),
+            Some(BitTiming { prescaler: 1, before: 1, behind: 1 })
+        );
+    }
+}

@@ -1,0 +1,71 @@
+//! The first two words of a CAN FD frame in a controller's message RAM, as an STM32G4's and other `M_CAN` have them (RM0440,
+//! FDCAN, "FDCAN Rx FIFO element", "FDCAN Tx buffer element"): identifier, and length with format.
+
+/// Words of a frame's place in the message RAM: these two, and 64 bytes.
+pub const WORDS: usize = 18;
+/// Most bytes of a frame.
+pub const MOST_BYTES: usize = 64;
+
+/// The identifier has 29 bits.
+const EXTENDED: u32 = 1 << 30;
+const REMOTE: u32 = 1 << 29;
+/// A CAN FD frame, and one whose data has the higher bit rate.
+const FD: u32 = 1 << 21;
+const FAST: u32 = 1 << 20;
+/// What the length's code stands behind.
+const LENGTH: u32 = 16;
+const STANDARD_ID: u32 = 18;
+
+/// The lengths that a CAN FD frame can have, by their code.
+const LENGTHS: [u8; 16] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64];
+
+/// Of a frame with an identifier of 29 bits, its data at the higher rate; none for a length that no frame has.
+#[must_use]
+pub fn to_send(identifier: u32, length: usize) -> Option<[u32; 2]> {
+    let code = (0..).zip(LENGTHS).find(|(_, known)| usize::from(*known) == length);
+    let (code, _): (u32, _) = code?;
+    Some([identifier & 0x1FFF_FFFF | EXTENDED, FD | FAST | code << LENGTH])
+}
+
+/// Identifier and length in bytes of a frame that came in; none of one without data.
+#[must_use]
+pub fn received([first, second]: [u32; 2]) -> Option<(u32, usize)> {
+    let identifier = match first & EXTENDED {
+        0 => first >> STANDARD_ID & 0x7FF,
+        _ => first & 0x1FFF_FFFF,
+    };
+    let code = second >> LENGTH & 15;
+    // A classic frame has no more than 8 bytes, whatever its code.
+    let code = if second & FD == 0 { code.min(8) } else { code };
+    let length = (0..).zip(LENGTHS).find(|(place, _): &(u32, u8)| *place == code);
+    (first & REMOTE == 0).then_some(())?;
+    length.map(|(_, length)| (identifier, length.into()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the drawings of RM0440: XTD bit 30, RTR bit 29; FDF bit 21, BRS bit 20, DLC from bit 16.
+    #[test]
+    fn words_are_as_the_manual_draws_them() {
+        assert_eq!(to_send(0x8001, 32), Some([0x4000_8001, 0x003D_0000]));
+        assert_eq!(to_send(0x1FFF_FFFF, 0), Some([0x5FFF_FFFF, 0x0030_0000]));
+        // A reply with a standard identifier, filter 2, a time stamp, error passive.
+        assert_eq!(received([0x8400_0000, 0x023C_1234]), Some((0x100, 24)));
+        assert_eq!(received([0x4000_1000, 0x003C_0000]), Some((0x1000, 24)));
+        assert_eq!(received([0x6000_1000, 0x0000_0000]), None, "a remote request");
+        assert_eq!(received([0x0004_0000, 0x000F_0000]), Some((1, 8)), "a classic frame");
+    }
+
+    #[test]
+    fn what_is_sent_is_what_comes_in() {
+        for length in 0..=MOST_BYTES + 1 {
+            let is_one = LENGTHS.iter().any(|known| usize::from(*known) == length);
+            assert_eq!(to_send(0x123, length).is_some(), is_one, "{length}");
+            if let Some(words) = to_send(0x123, length) {
+                assert_eq!(received(words), Some((0x123, length)));
+            }
+        }
+    }
+}

@@ -1,0 +1,103 @@
+//! Drives of mjbots as a board's joints: which there are, and what they can do.
+
+use dimsart_core::{InputLimits, OutputLimits, SafeValue};
+
+/// Up to three drives on a CAN FD bus: an STM32G4's controller keeps as many frames each way.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moteus<const JOINTS: usize> {
+    /// Number of the board on the bus, 0 to 126.
+    pub host: u8,
+    /// `id.id` of each joint's drive, 0 to 126: none twice, and none the host's.
+    pub ids: [u8; JOINTS],
+    /// Time for which a drive holds a torque if no other comes, `s`.
+    pub timeout_s: f32,
+    /// Ticks in a row in which a reply may be missing.
+    pub missing_ticks: u8,
+    /// Torque that a command may ask for, either way, at the output, `N·m`: what `servo.max_current_A` allows, or less.
+    pub most_torque_nm: f32,
+    /// Of the output, either way, `rad/s`.
+    pub most_speed_rad_per_s: f32,
+}
+
+/// Time in which a torque may rise from nothing to the largest one: no scheme steps a motor.
+const RISE_S: f32 = 0.01;
+
+impl<const JOINTS: usize> Moteus<JOINTS> {
+    /// The same, checked: for a constant, whose mistakes the compiler then tells.
+    ///
+    /// # Panics
+    /// For more than three joints, an id that no drive can have, or one that is there twice.
+    #[must_use]
+    pub const fn checked(self) -> Self {
+        assert!(JOINTS >= 1 && JOINTS <= 3);
+        let mut rest: &[u8] = &self.ids;
+        while let [id, others @ ..] = rest {
+            assert!(*id <= 126 && self.host <= 126 && *id != self.host);
+            let mut behind = others;
+            while let [other, more @ ..] = behind {
+                assert!(*id != *other);
+                behind = more;
+            }
+            rest = others;
+        }
+        self
+    }
+
+    /// The torques that a scheme may command, `N·m`: not faster than in 10 ms from nothing to all of it; none while no scheme
+    /// commands.
+    #[must_use]
+    pub const fn limits(&self) -> InputLimits {
+        let max = self.most_torque_nm;
+        InputLimits { min: -max, max, rate_per_s: max / RISE_S, safe_value: SafeValue::Zero }
+    }
+
+    /// What a drive can say of its position: any angle, and no more than one and a half times its speed.
+    #[must_use]
+    pub const fn position_limits(&self) -> OutputLimits {
+        OutputLimits { rate_per_s: 1.5 * self.most_speed_rad_per_s, ..OutputLimits::NONE }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::panic::catch_unwind;
+
+    use super::*;
+
+    const DRIVES: Moteus<2> = Moteus {
+        host: 0,
+        ids: [1, 2],
+        timeout_s: 0.02,
+        missing_ticks: 3,
+        most_torque_nm: 2.0,
+        most_speed_rad_per_s: 50.0,
+    };
+
+    #[test]
+    fn drives_that_cannot_be_told_apart_are_refused() {
+        assert_eq!(DRIVES.checked(), DRIVES);
+        for (host, ids) in [(0, [1, 1]), (0, [0, 1]), (2, [1, 2]), (0, [1, 127]), (127, [1, 2])] {
+            assert!(catch_unwind(|| Moteus { host, ids, ..DRIVES }.checked()).is_err(), "{host} {ids:?}");
+        }
+        assert!(
+            catch_unwind(|| Moteus {
+                host: 0,
+                ids: [1, 2, 3, 4],
+                timeout_s: 0.02,
+                missing_ticks: 3,
+                most_torque_nm: 1.0,
+                most_speed_rad_per_s: 1.0
+            }
+            .checked())
+            .is_err()
+        );
+    }
+
+    #[test]
+    fn a_torque_rises_within_its_range_in_ten_milliseconds() {
+        let InputLimits { min, max, rate_per_s, safe_value } = DRIVES.limits();
+        assert!((max - 2.0).abs() < 1e-6 && (min + 2.0).abs() < 1e-6 && (rate_per_s - 200.0).abs() < 1e-3);
+        assert_eq!(safe_value, SafeValue::Zero);
+        assert!((DRIVES.position_limits().rate_per_s - 75.0).abs() < 1e-3);
+    }
+}

@@ -1,0 +1,112 @@
+//! Joints that are drives of mjbots on FDCAN 1.
+
+use dimsart_core::{
+    DataType, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types,
+};
+use drive::{MoteusAddress, MoteusFrame, MoteusJoint, MoteusReading};
+use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
+use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
+use embassy_stm32::{Peri, bind_interrupts};
+
+use super::AXES;
+use crate::board::is_driven;
+use crate::catalogue::nucleo_g474re::MOTEUS;
+use crate::stm32g4;
+use crate::stm32g4::moteus_bus::{MoteusBus, send_at_last};
+
+bind_interrupts!(struct Interrupts {
+    FDCAN1_IT0 => IT0InterruptHandler<FDCAN1>;
+    FDCAN1_IT1 => IT1InterruptHandler<FDCAN1>;
+});
+
+/// What each drive says, in the order of [`words`].
+const SAID: [&DataType; 6] = [
+    types::POSITION,
+    types::VELOCITY,
+    types::MEASURED_TORQUE,
+    types::BUS_VOLTAGE,
+    types::TEMPERATURE,
+    types::DRIVE_FAULT,
+];
+
+/// There is no room for the board's own ticks.
+pub(super) const OUTPUTS: &[&DataType] = &{
+    let [position, velocity, torque, voltage, temperature, fault] = SAID;
+    [position, velocity, torque, voltage, temperature, fault, types::CAN_REJOINS]
+};
+const _: () = assert!(OUTPUTS.len() <= MAX_DEVICE_TYPES);
+pub(super) const LIMITS: &[&[InputLimits]] = &[&[MOTEUS.limits()]];
+pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTEUS.position_limits()];
+
+const ADDRESSES: [MoteusAddress; AXES] = {
+    let [first, second, third] = MOTEUS.ids;
+    [address(first), address(second), address(third)]
+};
+
+#[expect(clippy::panic, reason = "of a constant: the compiler says so")]
+const fn address(id: u8) -> MoteusAddress {
+    match MoteusAddress::new(MOTEUS.host, id) {
+        Some(address) => address,
+        None => panic!("no drive has such an id"),
+    }
+}
+
+/// Drives of mjbots.
+pub struct Joints {
+    bus: MoteusBus,
+    joints: [MoteusJoint; AXES],
+}
+
+pub(super) fn start(
+    can: Peri<'static, FDCAN1>,
+    receive: Peri<'static, PA11>,
+    send: Peri<'static, PA12>,
+) -> Joints {
+    let can = CanConfigurator::new(can, receive, send, Interrupts);
+    Joints {
+        bus: MoteusBus::start(can, ADDRESSES.into_iter().map(MoteusAddress::reply_id)),
+        joints: ADDRESSES.map(|address| MoteusJoint::new(address, MOTEUS.timeout_s, MOTEUS.missing_ticks)),
+    }
+}
+
+/// Stops each drive. If the bus takes no frame any more, their timeout does.
+pub(super) fn disarm() {
+    let stop = MoteusFrame::stop();
+    send_at_last(ADDRESSES.iter().map(|address| (address.command_id(), stop.bytes())));
+}
+
+impl crate::board::Joints for Joints {
+    fn read(&mut self, measured: &mut [Word]) {
+        let Self { bus, joints } = self;
+        bus.receive(|identifier, data| {
+            for joint in joints.iter_mut() {
+                // A reply that says nothing is one that is missing.
+                let _ = joint.receive(identifier, data);
+            }
+        });
+        for (place, joint) in joints.iter_mut().enumerate() {
+            let said = measured.chunks_exact_mut(AXES).zip(words(&joint.read()));
+            for (of_type, word) in said {
+                of_type.iter_mut().skip(place).take(1).for_each(|measured| *measured = word);
+            }
+        }
+        stm32g4::measure(measured.get_mut(SAID.len() * AXES..));
+    }
+
+    fn write(&mut self, tick: Tick, commanded: &[Word]) {
+        let is_on = is_driven(tick, commanded);
+        let torques = commanded.iter().map(|word| is_on.then_some(f32::from_word(*word)));
+        let mut frames = [const { (0, None) }; AXES];
+        for ((joint, torque_nm), frame) in self.joints.iter_mut().zip(torques).zip(&mut frames) {
+            *frame = (joint.address().command_id(), Some(joint.frame(torque_nm)));
+        }
+        let frames = frames.iter().filter_map(|(id, frame)| Some((*id, frame.as_ref()?.bytes())));
+        self.bus.send(frames);
+    }
+}
+
+fn words(reading: &MoteusReading) -> [Word; SAID.len()] {
+    let MoteusReading { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, .. } = *reading;
+    let fault = reading.fault();
+    [position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, fault].map(f32::into_word)
+}
