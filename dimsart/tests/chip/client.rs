@@ -91,7 +91,7 @@ impl Client {
                 if let Ok((of, response)) = decode_response(content)
                     && of == id
                 {
-                    answer = Some(take(response).expect("another answer"));
+                    answer = Some(take(response).unwrap());
                 }
             });
         }

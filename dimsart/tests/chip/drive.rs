@@ -156,10 +156,11 @@ fn a_bridge_that_is_too_hot_or_says_nothing_of_it_is_opened() {
 #[test]
 fn an_encoder_that_is_unplugged_while_the_rotor_turns_does_not_let_the_current_run_away() {
     let Some((mut powered, mut client)) = aligned() else { return };
-    client.want(&mut powered, 0.015);
+    // What is commanded less what damps the joint.
+    client.want(&mut powered, 0.12);
     client.run_for(&mut powered, 0.5);
     let speed_rad_per_s = powered.motor.state().speed_rad_per_s;
-    assert!(speed_rad_per_s > 50.0, "{speed_rad_per_s} rad/s");
+    assert!(speed_rad_per_s > 20.0, "{speed_rad_per_s} rad/s");
     powered.has_encoder = false;
     let mut most_a = 0.0_f64;
     let end_s = powered.time_s() + 1.0;

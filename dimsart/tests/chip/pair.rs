@@ -202,6 +202,7 @@ impl Pair {
         self.joint.advance(self.ticks as f64 * TICK_S, TICK_S, torque_nm, &|_| 0.0);
         self.ticks += 1;
         for (board, angle_rad) in [(MASTER, self.hand_rad), (SLAVE, self.joint.state().position)] {
+            #[expect(clippy::cast_possible_truncation, reason = "a few turns")]
             let count = (angle_rad / TAU * COUNTS_PER_TURN).floor() as i64;
             let turned = count - self.counts[board];
             self.counts[board] = count;
