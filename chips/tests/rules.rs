@@ -110,10 +110,7 @@ fn a_clock_in_one_step_without_a_pause_or_without_wait_states_is_told() {
     let mut bench = Bench::new();
     bench.prepare(true, 3);
     bench.switch(168);
-    assert_eq!(
-        bench.told(),
-        ["flash with 3 wait states at 168 MHz in range 1 with boost, which needs 4"]
-    );
+    assert_eq!(bench.told(), ["flash with 3 wait states at 168 MHz in range 1 with boost, which needs 4"]);
 }
 
 #[test]
@@ -167,7 +164,10 @@ fn flash_takes_its_time_and_what_it_is_not_asked_rightly_is_told() {
     assert!(bench.chip.wait(word, bench.cycle) > 0);
     assert_eq!(bench.chip.wait(0x0800_0000, bench.cycle), 0, "the other bank is read meanwhile");
     bench.wait(16 * 82);
-    assert_eq!([bench.read(FLASH + 0x10), bench.read(word), bench.read(word + 4)], [0, 0x1234_5678, 0x9ABC_DEF0]);
+    assert_eq!(
+        [bench.read(FLASH + 0x10), bench.read(word), bench.read(word + 4)],
+        [0, 0x1234_5678, 0x9ABC_DEF0]
+    );
     // Not erased.
     bench.write(word, 0);
     bench.write(word + 4, 1);

@@ -11,6 +11,7 @@
 
 mod boot;
 mod client;
+mod command;
 mod common;
 mod drive;
 mod frame_bits;
