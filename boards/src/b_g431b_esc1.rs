@@ -27,7 +27,8 @@
 //! meanwhile. Its angle is 0 where the board was started.
 
 use dimsart_core::{
-    AxisKind, Counter, DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, StartCause, Tick, Word, types,
+    AxisKind, Counter, DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, StartCause, Tick, Word,
+    types,
 };
 use drive::{Checked, Rotor};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
@@ -38,9 +39,7 @@ use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
 use crate::board::{Axes, Board, Joints, Parts, is_driven};
-use crate::catalogue::b_g431b_esc1::{
-    DRIVE, MOTOR, TOOLING,
-};
+use crate::catalogue::b_g431b_esc1::{DRIVE, MOTOR, TOOLING};
 use crate::current_loop::{CurrentLoop, Told};
 use crate::motor::Ramp;
 use crate::shaft::Shaft;
@@ -229,14 +228,18 @@ impl Joints for Joint {
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {
         let is_ready = self.told.is_ready;
-        if self.fault == Some(DriveFault::Silent) || !is_driven(tick, commanded) || tick != Tick::Ran && !is_ready {
+        if self.fault == Some(DriveFault::Silent)
+            || !is_driven(tick, commanded)
+            || tick != Tick::Ran && !is_ready
+        {
             BG431bEsc1::disarm();
             return self.ramp.begin();
         }
         if !is_ready {
             self.ramp.begin();
         }
-        let wanted_nm = if is_ready { commanded.first().map_or(0.0, |word| f32::from_word(*word)) } else { 0.0 };
+        let wanted_nm =
+            if is_ready { commanded.first().map_or(0.0, |word| f32::from_word(*word)) } else { 0.0 };
         current_loop::exchange().want(Some(self.ramp.follow(wanted_nm, &MOTOR.limits(), TICK_S)));
     }
 }

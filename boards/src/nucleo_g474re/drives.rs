@@ -1,8 +1,6 @@
 //! Joints that are drives of mjbots on FDCAN 1.
 
-use dimsart_core::{
-    DataType, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types,
-};
+use dimsart_core::{DataType, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types};
 use drive::{MoteusAddress, MoteusFrame, MoteusJoint, MoteusReading};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
@@ -106,7 +104,8 @@ impl crate::board::Joints for Joints {
 }
 
 fn words(reading: &MoteusReading) -> [Word; SAID.len()] {
-    let MoteusReading { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, .. } = *reading;
+    let MoteusReading { position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, .. } =
+        *reading;
     let fault = reading.fault();
     [position_rad, velocity_rad_per_s, torque_nm, voltage_v, temperature_c, fault].map(f32::into_word)
 }

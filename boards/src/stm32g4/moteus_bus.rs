@@ -85,7 +85,9 @@ impl MoteusBus {
             .set_global_filter(GlobalFilter::reject_all())
             .set_automatic_bus_off_recovery(false);
         can.set_config(config);
-        let (_, _, state) = can.into_normal_mode().split();
+        let (send, receive, state) = can.into_normal_mode().split();
+        // The controller has its clock as long as both are there.
+        core::mem::forget((send, receive));
         for line in [interrupt::FDCAN1_IT0, interrupt::FDCAN1_IT1] {
             line.disable();
             line.set_priority(super::LINE_PRIORITY);

@@ -1,8 +1,8 @@
 //! A board boots and ticks by the chip's rules.
 
-use chips::BOARDS;
+use chips::{BOARDS, Bench, Board};
 
-use crate::common::Shared;
+use crate::common::{Shared, image};
 
 /// Ten thousand ticks, and what the start takes.
 const RUN_S: f64 = 10.1;
@@ -30,5 +30,20 @@ fn boards_tick_by_the_rules() {
         let timing = overview.status.timing.unwrap();
         assert!(timing.ticks >= 10_000, "{timing:?}");
         assert_eq!((timing.late, timing.overruns), (0, 0), "{timing:?}");
+    }
+}
+
+#[test]
+fn variants_tick_by_the_rules() {
+    let board = Board::named("nucleo-g474re").unwrap();
+    for variant in ["classic-can", "uart-link", "auth", "moteus"] {
+        let name = format!("{}-{variant}", board.name);
+        let Some(image) = image(&name) else { return };
+        let mut bench = Bench::new(board, image).unwrap();
+        bench.run_for(0.5).unwrap();
+        assert_eq!(bench.violations(), [] as [&str; 0], "{name}");
+        assert_eq!(bench.processor.faults(), [], "{name}");
+        assert_eq!(bench.chip().resets(), [], "{name}");
+        assert!(!bench.received().is_empty(), "{name} says nothing");
     }
 }
