@@ -150,6 +150,18 @@ impl Reason {
     }
 }
 
+/// The place of each reason among [`Reason::ALL`], by its number; behind the last one for a number of none.
+#[expect(clippy::indexing_slicing, clippy::cast_possible_truncation, reason = "the compiler works it out")]
+const PLACES: [u8; 128] = {
+    let mut places = [u8::MAX; 128];
+    let mut place = 0;
+    while place < Reason::ALL.len() {
+        places[Reason::ALL[place].number() as usize] = place as u8;
+        place += 1;
+    }
+    places
+};
+
 /// Ticks by reason, since the device was connected. A tick counts for each reason that it had.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReasonCounts([u32; Reason::ALL.len()]);
@@ -159,8 +171,10 @@ impl ReasonCounts {
         Self([0; Reason::ALL.len()])
     }
 
+    /// Takes the same time for each reason.
     pub(crate) fn count(&mut self, reason: Reason) {
-        if let Some((_, ticks)) = Reason::ALL.iter().zip(&mut self.0).find(|(found, _)| **found == reason) {
+        let place = PLACES.get(usize::from(reason.number())).copied().map_or(usize::MAX, usize::from);
+        if let Some(ticks) = self.0.get_mut(place) {
             *ticks = ticks.saturating_add(1);
         }
     }
