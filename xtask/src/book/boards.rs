@@ -78,7 +78,7 @@ mod tests {
             }
         }
         let nucleo = pages.iter().find(|page| page.title == "nucleo-g474re").unwrap();
-        for part in ["| PC0 | PC1 | PC2 |", "| Clock, MHz | 168 |", "`classic-can`", "| `TIM5` | 0 |"] {
+        for part in ["| PC0 | PC1 | PC2 |", "| Clock, MHz | 168 |", "`classic-can`", "| `TIM5` | 1 |"] {
             assert!(nucleo.text.contains(part), "{part}: {}", nucleo.text);
         }
     }
