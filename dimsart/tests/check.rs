@@ -294,7 +294,7 @@ fn a_board_that_does_not_exist_is_told_with_the_ones_that_do() {
 fn a_scheme_is_checked_for_the_axes_and_the_memory_of_the_board() {
     let output = dimsart(&["check", "builtin:bilateral", "--board", "b-g431b-esc1"]);
     let out = String::from_utf8(output.stdout).unwrap();
-    assert!(output.status.success() && out.contains(" of 640 words"), "{out}");
+    assert!(output.status.success() && out.contains(" of 480 words"), "{out}");
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("long.scheme");
     let scheme =
