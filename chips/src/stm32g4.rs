@@ -2,6 +2,7 @@
 
 mod adc;
 mod analog;
+mod blocks;
 mod clock;
 mod dma;
 pub mod fdcan;
@@ -12,6 +13,7 @@ mod journal;
 mod map;
 mod memory;
 mod opamp;
+mod outside;
 mod part;
 mod pwr;
 mod rcc;
@@ -42,7 +44,7 @@ use self::fdcan::Fdcan;
 use self::flash::Flash;
 use self::gpio::Gpio;
 use self::iwdg::Iwdg;
-use self::map::{Block, DMAMUX, PLAIN, PORTS, TIMERS, USARTS};
+use self::map::{DMAMUX, PLAIN, PORTS, TIMERS, USARTS};
 use self::memory::{MESSAGES, Memory};
 use self::opamp::Opamp;
 use self::pwr::Pwr;
@@ -151,305 +153,12 @@ impl Stm32g4 {
         self.iwdg.least_left_s
     }
 
-    /// Alternate functions that pins are connected to, such as `TIM1_CH1`.
-    #[must_use]
-    pub fn connected(&self) -> Vec<&'static str> {
-        self.ports.iter().flat_map(Gpio::connected).collect()
-    }
-
-    /// The level that a pin is driven to; none when the chip does not drive it as an output.
-    #[must_use]
-    pub fn output(&self, port: char, pin: u32) -> Option<bool> {
-        let place = PORTS.iter().position(|letter| *letter == port)?;
-        self.ports.get(place)?.output(pin)
-    }
-
-    /// The level that the outside has a pin at.
-    pub fn set_input(&mut self, port: char, pin: u32, is_high: bool) {
-        for gpio in
-            self.ports.iter_mut().zip(PORTS).filter(|(_, letter)| *letter == port).map(|(gpio, _)| gpio)
-        {
-            gpio.set_input(pin, is_high);
-        }
-    }
-
-    /// What a pin is connected to, for converters and amplifiers.
-    pub fn wire(&mut self, port: char, pin: u32, wire: Wire) {
-        self.wires.insert((port, pin), wire);
-    }
-
-    /// The voltage that the outside has a pin at.
-    pub fn set_voltage(&mut self, port: char, pin: u32, volts: f64) {
-        self.wire(port, pin, Wire::At(volts));
-    }
-
-    /// What timer 1 puts on the bridge, if all of its pins are connected.
-    #[must_use]
-    pub fn pulses(&self) -> Option<Pulses> {
-        let timer = self.timers.first()?;
-        let connected = self.connected();
-        let has = |name: &&str| connected.contains(name);
-        let (high, low) = (["TIM1_CH1", "TIM1_CH2", "TIM1_CH3"], ["TIM1_CH1N", "TIM1_CH2N", "TIM1_CH3N"]);
-        // A driver that makes the low sides itself has no pins for them, whatever the timer would put there.
-        let is_low_side_driven = timer.is_complementary() && low.iter().all(has);
-        let is_whole = high.iter().all(has) && (is_low_side_driven || !low.iter().any(has));
-        is_whole.then(|| timer.pulses()).flatten()
-    }
-
-    /// The next cycle in which the lower switches of timer 1's bridge are in the middle of their time; none while its timer does
-    /// not count up and down.
-    #[must_use]
-    pub fn next_middle(&self) -> Option<u64> {
-        self.timers.first()?.next_top()
-    }
-
-    /// When timer 1 was allowed to drive its bridge (`MOE`), or was not any more, since this was last asked: cycle, whether it
-    /// is.
-    pub fn take_switched(&mut self) -> Vec<(u64, bool)> {
-        self.timers.first_mut().map(Timer::take_switched).unwrap_or_default()
-    }
-
-    /// Cycles from the end of an injected sequence of converter 1 to its flag's being cleared: the least and the most since this
-    /// was last asked.
-    pub fn take_answer_cycles(&mut self) -> Option<(u64, u64)> {
-        self.adcs[0].take_answer_cycles()
-    }
-
-    /// Turns the shaft of an encoder on a timer's first two channels, by so many counts.
-    pub fn turn(&mut self, timer: u32, counts: i64) {
-        let connected = self.connected();
-        let is_connected = [1, 2].iter().all(|channel| {
-            let name = format!("TIM{timer}_CH{channel}");
-            connected.iter().any(|connected| **connected == *name)
-        });
-        if is_connected && let Some(timer) = self.timer(timer) {
-            timer.turn(counts);
-        }
-    }
-
-    /// Puts bytes on the line to a UART, from cycle `now` on; lost when its pin is not connected.
-    pub fn receive(&mut self, uart: &str, bytes: &[u8], now: u64) {
-        let pin = format!("{uart}_RX");
-        if self.connected().iter().any(|name| **name == *pin)
-            && let Some(uart) = self.usart(uart)
-        {
-            uart.receive(bytes, now);
-        }
-    }
-
-    /// Whether bytes for a UART are still on the line.
-    pub fn is_receiving(&mut self, uart: &str) -> bool {
-        self.usart(uart).is_some_and(|uart| uart.is_receiving())
-    }
-
-    /// What a UART has sent since this was last asked, with the cycle of each byte's end.
-    pub fn take_sent(&mut self, uart: &str) -> Vec<(u64, u8)> {
-        let pin = format!("{uart}_TX");
-        let is_connected = self.connected().iter().any(|name| **name == *pin);
-        let sent = self.usart(uart).map(Usart::take_sent).unwrap_or_default();
-        if is_connected { sent } else { Vec::new() }
-    }
-
-    /// Bits per second of a UART; none before it is set up.
-    pub fn baud(&mut self, uart: &str) -> Option<f64> {
-        let hz = self.clock.hz();
-        self.usart(uart)?.bit_cycles().map(|cycles| hz / cycles)
-    }
-
-    /// Bytes that came to a UART while the one before was not taken.
-    pub fn overruns(&mut self, uart: &str) -> u64 {
-        self.usart(uart).map_or(0, |uart| uart.overruns)
-    }
-
-    /// The serial number, by which nodes differ that have no channel.
-    pub fn set_serial(&mut self, serial: [u8; 12]) {
-        self.memory.serial = serial;
-    }
-
-    /// Error counters of CAN: of what it sends, of what it receives.
-    #[must_use]
-    pub fn can_error_counters(&self) -> (u32, u32) {
-        self.fdcan.error_counters()
-    }
-
-    /// Whether CAN has left its bus for its errors.
-    #[must_use]
-    pub fn is_can_off(&self) -> bool {
-        self.fdcan.is_off()
-    }
-
-    /// The CAN controller, for its bus: as it is at a cycle, and then.
-    pub(crate) fn fdcan(&mut self, now: u64) -> &mut Fdcan {
-        self.fdcan.advance(now, &mut self.memory.messages);
-        &mut self.fdcan
-    }
-
-    /// Whether both of its pins are connected.
-    pub(crate) fn is_can_connected(&self) -> bool {
-        let has = |name: &str| self.ports.iter().flat_map(Gpio::connected).any(|connected| connected == name);
-        has("FDCAN1_RX") && has("FDCAN1_TX")
-    }
-
     fn timer(&mut self, number: u32) -> Option<&mut Timer> {
         self.timers.iter_mut().zip(TIMERS).find(|(_, known)| *known == number).map(|(timer, _)| timer)
     }
 
     fn usart(&mut self, name: &str) -> Option<&mut Usart> {
         self.usarts.iter_mut().zip(USARTS).find(|(_, known)| *known == name).map(|(usart, _)| usart)
-    }
-
-    fn registers(&self, block: Block) -> Option<&Registers> {
-        Some(match block {
-            Block::Rcc => self.rcc.registers(),
-            Block::Pwr => self.pwr.registers(),
-            Block::Flash => self.flash.registers(),
-            Block::Gpio(place) => self.ports.get(place)?.registers(),
-            Block::Timer(number) => {
-                self.timers.get(TIMERS.iter().position(|known| *known == number)?)?.registers()
-            }
-            Block::Usart(place) => self.usarts.get(place)?.registers(),
-            Block::Dma(place) => self.dmas.get(place)?.registers(),
-            Block::Iwdg => self.iwdg.registers(),
-            Block::Adc(place) => self.adcs.get(place)?.registers(),
-            Block::AdcCommon => self.adc_common.registers(),
-            Block::Opamp => self.opamp.registers(),
-            Block::Fdcan => self.fdcan.registers(),
-            Block::Plain(place) => self.plain.get(place)?,
-        })
-    }
-
-    fn read_register(&mut self, block: Block, offset: u32, at: At) -> u32 {
-        let access = &mut Access { at, violations: &mut self.violations };
-        match block {
-            Block::Rcc => self.rcc.read(offset, access),
-            Block::Pwr => self.pwr.read(offset, access),
-            Block::Flash => self.flash.read(offset, access),
-            Block::Gpio(place) => self.ports.get_mut(place).map_or(0, |port| port.read(offset, access)),
-            Block::Timer(number) => {
-                let place = TIMERS.iter().position(|known| *known == number).unwrap_or(0);
-                self.timers.get_mut(place).map_or(0, |timer| timer.read(offset, access))
-            }
-            Block::Usart(place) => self.usarts.get_mut(place).map_or(0, |usart| usart.read(offset, access)),
-            Block::Dma(place) => self.dmas.get_mut(place).map_or(0, |dma| dma.read(offset, access)),
-            Block::Iwdg => self.iwdg.read(offset, access),
-            Block::Adc(place) => self.adcs.get_mut(place).map_or(0, |adc| adc.read(offset, access)),
-            Block::AdcCommon => {
-                let flags = [self.adcs[0].flags(), self.adcs[1].flags()];
-                self.adc_common.read(offset, flags, access)
-            }
-            Block::Opamp => self.opamp.read(offset, access),
-            Block::Fdcan => self.fdcan.read(offset, &mut self.memory.messages, access),
-            Block::Plain(place) => self.plain.get(place).map_or(0, |plain| plain.read(offset, access)),
-        }
-    }
-
-    fn write_register(&mut self, block: Block, offset: u32, value: u32, at: At) {
-        let clock = self.clock;
-        let access = &mut Access { at, violations: &mut self.violations };
-        match block {
-            Block::Rcc => {
-                if let Some((register, bits)) = self.rcc.write(offset, value, &clock, access) {
-                    map::reset_by(register, bits).for_each(|block| self.reset_block(block, at.cycle));
-                }
-                self.see_clock(at);
-            }
-            Block::Pwr => {
-                self.pwr.write(offset, value, access);
-                self.see_clock(at);
-            }
-            Block::Flash => {
-                self.flash.write(offset, value, &mut self.memory.flash, &clock, access);
-                self.see_clock(at);
-            }
-            Block::Gpio(place) => {
-                if let Some(port) = self.ports.get_mut(place) {
-                    port.write(offset, value, access);
-                }
-            }
-            Block::Timer(number) => {
-                let place = TIMERS.iter().position(|known| *known == number).unwrap_or(0);
-                if let Some(timer) = self.timers.get_mut(place) {
-                    timer.write(offset, value, access);
-                }
-            }
-            Block::Usart(place) => {
-                if let Some(usart) = self.usarts.get_mut(place) {
-                    usart.write(offset, value, access);
-                }
-            }
-            Block::Dma(place) => {
-                if let Some(dma) = self.dmas.get_mut(place) {
-                    dma.write(offset, value, access);
-                }
-            }
-            Block::Iwdg => self.iwdg.write(offset, value, &clock, access),
-            Block::Adc(place) => {
-                let ticks = self.adc_common.ticks(clock.hz(), self.rcc.clocks_converters());
-                let is_alone =
-                    !self.adcs.iter().enumerate().any(|(other, adc)| other != place && adc.is_on());
-                let Some(adc) = self.adcs.get_mut(place) else { return };
-                adc.write(offset, value, ticks, is_alone, &clock, access);
-                let unknown = adc.awaits().zip(self.timers.first());
-                if let Some(what) = unknown.and_then(|(output, timer)| timer.unknown_trigger(output)) {
-                    access.violates(what);
-                }
-            }
-            Block::AdcCommon => {
-                let is_on = self.adcs.iter().any(Adc::is_on);
-                self.adc_common.write(offset, value, is_on, access);
-            }
-            Block::Opamp => self.opamp.write(offset, value, &clock, access),
-            Block::Fdcan => {
-                self.fdcan.set_clock(self.rcc.can_hz(), clock.hz());
-                self.fdcan.write(offset, value, &mut self.memory.messages, access);
-            }
-            Block::Plain(place) => {
-                if let Some(plain) = self.plain.get_mut(place) {
-                    plain.write(offset, value, access);
-                }
-            }
-        }
-    }
-
-    fn reset_block(&mut self, block: Block, now: u64) {
-        match block {
-            Block::Rcc | Block::Iwdg => {}
-            Block::Fdcan => self.fdcan.reset(),
-            Block::Pwr => self.pwr.reset(),
-            Block::Flash => self.flash.reset(),
-            Block::Gpio(place) => {
-                if let Some(port) = self.ports.get_mut(place) {
-                    port.reset(self.part);
-                }
-            }
-            Block::Timer(number) => {
-                if let Some(timer) = self.timer(number) {
-                    timer.reset(now);
-                }
-            }
-            Block::Usart(place) => {
-                if let Some(usart) = self.usarts.get_mut(place) {
-                    usart.reset();
-                }
-            }
-            Block::Dma(place) => {
-                if let Some(dma) = self.dmas.get_mut(place) {
-                    dma.reset();
-                }
-            }
-            Block::Adc(place) => {
-                if let Some(adc) = self.adcs.get_mut(place) {
-                    adc.reset();
-                }
-            }
-            Block::AdcCommon => self.adc_common.reset(),
-            Block::Opamp => self.opamp.reset(),
-            Block::Plain(place) => {
-                if let Some(plain) = self.plain.get_mut(place) {
-                    plain.reset();
-                }
-            }
-        }
     }
 
     /// Takes over the clock that RCC makes, and checks it.
@@ -536,20 +245,6 @@ impl Stm32g4 {
             }
         }
         false
-    }
-
-    fn find(&mut self, address: u32, at: At) -> Result<(Block, u32), AccessError> {
-        let place = map::find(address).ok_or(AccessError::Unmapped { address })?;
-        let offset = (address - place.begin) & !3;
-        if let Some((register, bit)) = place.gate
-            && !self.rcc.enables(register, bit)
-        {
-            let name =
-                self.registers(place.block).map(|registers| registers.name(offset)).unwrap_or_default();
-            let access = &mut Access { at, violations: &mut self.violations };
-            access.violates(format!("{name} is accessed without a clock"));
-        }
-        Ok((place.block, offset))
     }
 }
 

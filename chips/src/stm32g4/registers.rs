@@ -1,55 +1,57 @@
 //! Registers as words with names: which bits they have, and what they are after a reset.
 
 use std::collections::BTreeMap;
+use std::sync::LazyLock;
 
 use super::Part;
 use super::violation::Access;
 
-/// Every register, by the class of its peripheral.
-const TABLE: &str = include_str!("registers.txt");
+/// Every register.
+static TABLE: LazyLock<Vec<Facts>> =
+    LazyLock::new(|| include_str!("registers.txt").lines().filter_map(Facts::read).collect());
 /// Bytes between the first registers of two peripherals.
 const BLOCK_BYTES: u32 = 0x400;
 
 /// What is known of a register.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 struct Facts {
-    name: String,
+    /// Of its peripheral.
+    class: &'static str,
+    name: &'static str,
+    offset: u32,
     /// Bits that exist.
     mask: u32,
     reset: u32,
-    /// Whether a program may write bits that do not exist.
-    is_data: bool,
+    /// The chips that have it so; none where all do.
+    family: Option<&'static str>,
+}
+
+impl Facts {
+    fn read(line: &'static str) -> Option<Self> {
+        let mut fields = line.split_whitespace();
+        let class = fields.next().filter(|class| !class.starts_with('#'))?;
+        let name = fields.next()?;
+        let mut number = || u32::from_str_radix(fields.next()?.strip_prefix("0x")?, 16).ok();
+        let (offset, mask, reset) = (number()?, number()?, number()?);
+        Some(Self { class, name, offset, mask, reset, family: fields.next() })
+    }
 }
 
 /// The registers of a peripheral, which hold what is written; models add what else happens.
 #[derive(Debug, Clone)]
 pub(super) struct Registers {
     peripheral: String,
-    facts: BTreeMap<u32, Facts>,
+    facts: BTreeMap<u32, &'static Facts>,
     values: BTreeMap<u32, u32>,
 }
 
 impl Registers {
     /// Those of a class, for a peripheral of this name, after a reset.
     pub(super) fn new(part: Part, class: &str, peripheral: &str) -> Self {
-        let mut facts = BTreeMap::new();
-        for line in TABLE.lines().filter(|line| !line.starts_with('#')) {
-            let fields: Vec<&str> = line.split_whitespace().collect();
-            let [of, name, offset, mask, reset, rest @ ..] = fields.as_slice() else { continue };
-            let applies = match rest {
-                [only, ..] => *only == part.family(),
-                [] => true,
-            };
-            if *of == class && applies {
-                let facts_of = Facts {
-                    name: (*name).to_owned(),
-                    mask: number(mask),
-                    reset: number(reset),
-                    is_data: false,
-                };
-                facts.insert(number(offset), facts_of);
-            }
-        }
+        let mine = TABLE.iter().filter(|facts| {
+            facts.class == class && facts.family.is_none_or(|family| family == part.family())
+        });
+        let facts = mine.map(|facts| (facts.offset, facts)).collect();
         let mut registers = Self { peripheral: peripheral.to_owned(), facts, values: BTreeMap::new() };
         registers.reset();
         registers
@@ -108,7 +110,7 @@ impl Registers {
             return;
         };
         let reserved = (value ^ facts.reset) & !facts.mask;
-        if reserved != 0 && !facts.is_data {
+        if reserved != 0 {
             access.violates(format!(
                 "{} gets {value:#010x}: bits {reserved:#010x} are reserved",
                 self.name(offset)
@@ -117,8 +119,4 @@ impl Registers {
         let kept = facts.reset & !facts.mask;
         self.set(offset, value & facts.mask | kept);
     }
-}
-
-fn number(text: &str) -> u32 {
-    u32::from_str_radix(text.trim_start_matches("0x"), 16).unwrap_or(0)
 }
