@@ -26,18 +26,7 @@ fn drive() -> ThreePhaseDrive {
 
 /// A motor as the board is told of it, which turns a joint.
 fn motor(drive: &ThreePhaseDrive) -> ThreePhaseParameters {
-    let told = drive.configuration.motor;
-    ThreePhaseParameters {
-        supply_v: 12.0,
-        resistance_ohm: told.resistance_ohm.into(),
-        direct_inductance_h: told.direct_inductance_h.into(),
-        quadrature_inductance_h: told.quadrature_inductance_h.into(),
-        flux_linkage_vs: told.flux_linkage_vs.into(),
-        pole_pairs: told.pole_pairs.into(),
-        dead_time_share: drive.configuration.dead_time_share.into(),
-        rotor_inertia_kg_m2: 2e-5,
-        ..ThreePhaseParameters::default()
-    }
+    ThreePhaseParameters { supply_v: 12.0, rotor_inertia_kg_m2: 2e-5, ..(&drive.configuration).into() }
 }
 
 struct Bench {

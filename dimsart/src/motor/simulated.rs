@@ -45,16 +45,9 @@ impl Follow {
 /// A motor as a configuration tells it, with a rotor of this inertia, `kg m²`.
 fn motor(told: &Configuration, inertia_kg_m2: f64) -> ThreePhaseParameters {
     ThreePhaseParameters {
-        resistance_ohm: told.motor.resistance_ohm.into(),
-        direct_inductance_h: told.motor.direct_inductance_h.into(),
-        quadrature_inductance_h: told.motor.quadrature_inductance_h.into(),
-        flux_linkage_vs: told.motor.flux_linkage_vs.into(),
-        pole_pairs: told.motor.pole_pairs.into(),
         rotor_inertia_kg_m2: inertia_kg_m2,
         supply_v: (f64::from(told.limits.least_bus_v) + f64::from(told.limits.most_bus_v)) / 2.0,
-        dead_time_share: told.dead_time_share.into(),
-        dead_time_current_a: told.dead_time_current_a.into(),
-        ..ThreePhaseParameters::default()
+        ..told.into()
     }
 }
 

@@ -54,18 +54,11 @@ impl Powered {
     /// At its power-on; none without images.
     pub(crate) fn new() -> Option<Self> {
         let drive = BOARDS.iter().find_map(|board| board.tooling.drive).unwrap();
-        let told = drive.configuration.motor;
         let parameters = ThreePhaseParameters {
             supply_v: 12.0,
-            resistance_ohm: told.resistance_ohm.into(),
-            direct_inductance_h: told.direct_inductance_h.into(),
-            quadrature_inductance_h: told.quadrature_inductance_h.into(),
-            flux_linkage_vs: told.flux_linkage_vs.into(),
-            pole_pairs: told.pole_pairs.into(),
-            dead_time_share: drive.configuration.dead_time_share.into(),
             rotor_inertia_kg_m2: ROTOR_KG_M2,
             viscous_nms_per_rad: 1e-4,
-            ..ThreePhaseParameters::default()
+            ..(&drive.configuration).into()
         };
         let mut powered = Self {
             bench: bench("b-g431b-esc1")?,

@@ -76,6 +76,22 @@ impl Default for ThreePhaseParameters {
     }
 }
 
+/// As a drive's configuration tells the motor and its bridge; all else is the default.
+impl From<&drive::Configuration> for ThreePhaseParameters {
+    fn from(told: &drive::Configuration) -> Self {
+        Self {
+            resistance_ohm: told.motor.resistance_ohm.into(),
+            direct_inductance_h: told.motor.direct_inductance_h.into(),
+            quadrature_inductance_h: told.motor.quadrature_inductance_h.into(),
+            flux_linkage_vs: told.motor.flux_linkage_vs.into(),
+            pole_pairs: told.motor.pole_pairs.into(),
+            dead_time_share: told.dead_time_share.into(),
+            dead_time_current_a: told.dead_time_current_a.into(),
+            ..Self::default()
+        }
+    }
+}
+
 impl ThreePhaseParameters {
     pub(super) fn check(&self) -> Result<(), ParameterError> {
         positive("resistance_ohm", self.resistance_ohm)?;
