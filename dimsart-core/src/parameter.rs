@@ -8,6 +8,7 @@ mod entries;
 mod visit;
 
 pub use entries::Entries;
+pub(crate) use visit::Found;
 pub use visit::Parameters;
 
 use core::cell::Cell;

@@ -24,6 +24,7 @@ const DELAY_TICKS: usize = 10;
 const SETTLING: f32 = 0.125;
 const RESTART_TICKS: u32 = 100;
 const TIMEOUT_TICKS: u32 = 20;
+const HOLD_TICKS: u32 = 20;
 const WAVE_COUNTS: f32 = PERIOD_S / (1.0 / 268_435_456.0);
 const ENERGY_COUNTS: f32 = PERIOD_S / (1.0 / 1_073_741_824.0);
 
@@ -207,7 +208,9 @@ impl Master {
             if received.is_none() {
                 signals.state = LinkState::NoData;
             }
-            signals.wave_in = [0.0; DOF];
+            if signals.age_ticks > HOLD_TICKS {
+                signals.wave_in = [0.0; DOF];
+            }
         }
 
         if self.is_lost {

@@ -4,10 +4,8 @@ use super::Engine;
 use super::plan::Instance;
 use crate::command::{Command, ModuleRef};
 use crate::kind::ModuleList;
-use crate::parameter::{Parameters, Value};
 use crate::port::PortSpecs;
 use crate::rate::{self, EVERY_TICKS};
-use crate::storage::Block;
 use crate::vocabulary::Vocabulary as _;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -62,26 +60,27 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         {
             return Some(command);
         }
-        let kind = module.kind;
+        let (kind, dof) = (module.kind, self.dof());
         for param in 0..=u8::MAX {
-            let parameter = Self::describe_parameter(kind, param)?;
+            let (parameter, first) = self.look(configuration, kind, param, (0, None))?;
+            let mut value_at = |at| self.look(configuration, kind, param, at)?.1;
             let Some(default) = parameter.default else {
-                for entry in 0..=u8::MAX {
-                    let Some(value) = self.entry(configuration, kind, param, entry) else { break };
+                for value in (0..=u8::MAX).map_while(|entry| value_at((0, Some(entry)))) {
                     if let Some(command) = take(param, None, value) {
                         return Some(command);
                     }
                 }
                 continue;
             };
-            let count = parameter.entries.count(self.dof());
-            let first = self.value_in(configuration, kind, param, 0).ok()?;
-            let is_same = |engine: &mut Self, place| {
-                engine.value_in(configuration, kind, param, place).is_ok_and(|value| value.is_same(first))
+            let (first, count) = (first?, parameter.entries.count(dof));
+            let mut value_at = |place| match place {
+                0 => Some(first),
+                _ => value_at(parameter.entries.split(place, dof)?),
             };
-            let is_uniform = (1..count).all(|place| is_same(self, place));
+            let is_uniform =
+                (1..count).all(|place| value_at(place).is_some_and(|value| value.is_same(first)));
             for place in 0..if is_uniform { 1 } else { count } {
-                let value = self.value_in(configuration, kind, param, place).ok()?;
+                let value = value_at(place)?;
                 if !value.is_same(default)
                     && let Some(command) = take(param, (!is_uniform).then_some(place), value)
                 {
@@ -90,13 +89,6 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             }
         }
         None
-    }
-
-    /// Entry of a parameter that is a list.
-    fn entry(&mut self, configuration: Block, kind: u8, param: u8, entry: u8) -> Option<Value> {
-        let mut found = None;
-        self.visit(kind, configuration, 0, &mut Parameters::get(param, Some(entry), &mut found));
-        found
     }
 
     /// The commands that would build the scheme as it is; see [`command_of`](Self::command_of).

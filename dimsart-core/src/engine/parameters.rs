@@ -11,7 +11,7 @@ use crate::data_type::TypeRef;
 use crate::declare::Declare;
 use crate::kind::{Kind, MAX_HANDLES, MAX_SETTINGS_WORDS, ModuleList};
 use crate::limits::MAX_PORTS;
-use crate::parameter::{Entries, Parameter, ParameterError, Parameters, Value};
+use crate::parameter::{Entries, Found, Parameter, ParameterError, Parameters, Value};
 use crate::port::{PortSpec, PortSpecs};
 use crate::rate::{self, EVERY_TICKS};
 use crate::storage::Block;
@@ -31,7 +31,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.value_in(instance.configuration, module.kind, parameter, place)
     }
 
-    pub(super) fn value_in(
+    fn value_in(
         &mut self,
         configuration: Block,
         kind: u8,
@@ -40,9 +40,22 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     ) -> Result<Value, CommandError> {
         // The first one is that of a parameter with one, too.
         let (_, axis, element) = self.locate(kind, parameter, (place > 0).then_some(place))?;
+        let found = self.look(configuration, kind, parameter, (axis, element));
+        found.and_then(|(_, value)| value).ok_or(CommandError::Parameter(ParameterError::Unknown))
+    }
+
+    /// A parameter and its value, in one visit: of an axis, and of several there the one in that place.
+    #[inline(never)]
+    pub(super) fn look(
+        &mut self,
+        configuration: Block,
+        kind: u8,
+        parameter: u8,
+        (axis, entry): (u8, Option<u8>),
+    ) -> Option<Found> {
         let mut found = None;
-        self.visit(kind, configuration, axis, &mut Parameters::get(parameter, element, &mut found));
-        found.ok_or(CommandError::Parameter(ParameterError::Unknown))
+        self.visit(kind, configuration, axis, &mut Parameters::get(parameter, entry, &mut found));
+        found
     }
 
     /// Describes parameter `index` of a kind of module; none past the last one, but for number 127, by which every module
@@ -55,8 +68,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         if index == EVERY_TICKS {
             return kind.is_there().then_some(rate::PARAMETER);
         }
-        kind.describe(&mut Parameters::describe(index, &mut found));
-        found
+        kind.describe(&mut Parameters::get(index, None, &mut found));
+        found.map(|(parameter, _)| parameter)
     }
 
     /// How many values a parameter of a kind of module has, which axis holds the one at a place, and where; of all, the

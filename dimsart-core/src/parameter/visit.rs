@@ -16,11 +16,13 @@ pub struct Parameters<'a> {
     index: u8,
 }
 
+/// A parameter and its value; of a list that has no such entry, none.
+pub(crate) type Found = (Parameter, Option<Value>);
+
 #[derive(Debug)]
 enum Request<'a> {
     Defaults,
-    Describe { index: u8, found: &'a mut Option<Parameter> },
-    Get { index: u8, entry: Option<u8>, found: &'a mut Option<Value> },
+    Get { index: u8, entry: Option<u8>, found: &'a mut Option<Found> },
     Set(Set<'a>),
 }
 
@@ -41,14 +43,9 @@ impl<'a> Parameters<'a> {
         Self::new(Request::Defaults)
     }
 
-    /// Fills `found` with the description of parameter `index`.
-    pub(crate) fn describe(index: u8, found: &'a mut Option<Parameter>) -> Self {
-        Self::new(Request::Describe { index, found })
-    }
-
-    /// Fills `found` with the value of parameter `index`; of a list with entry `entry`, or the last one, of several
+    /// Fills `found` with parameter `index` and its value; of a list with entry `entry`, or the last one, of several
     /// elements with that one, or the first.
-    pub(crate) fn get(index: u8, entry: Option<u8>, found: &'a mut Option<Value>) -> Self {
+    pub(crate) fn get(index: u8, entry: Option<u8>, found: &'a mut Option<Found>) -> Self {
         Self::new(Request::Get { index, entry, found })
     }
 
@@ -280,9 +277,7 @@ impl<'a> Parameters<'a> {
         self.index = self.index.saturating_add(1);
         match &self.request {
             Request::Defaults => true,
-            Request::Describe { index, .. }
-            | Request::Get { index, .. }
-            | Request::Set(Set { index, .. }) => *index == mine,
+            Request::Get { index, .. } | Request::Set(Set { index, .. }) => *index == mine,
         }
     }
 
@@ -290,8 +285,7 @@ impl<'a> Parameters<'a> {
     fn answer(&mut self, parameter: &Parameter, value: Option<Value>) -> Option<Value> {
         match &mut self.request {
             Request::Defaults => return parameter.default,
-            Request::Describe { found, .. } => **found = Some(*parameter),
-            Request::Get { found, .. } => **found = value,
+            Request::Get { found, .. } => **found = Some((*parameter, value)),
             Request::Set(set) => {
                 *set.result = parameter.accepts.admit(set.value);
                 if parameter.is_structural && !set.may_restructure {

@@ -140,7 +140,7 @@ impl Parameters<'_> {
         let parameter = Parameter { name, unit, accepts, entries, default, is_structural: false, summary };
         let element = match &self.request {
             Request::Get { entry, .. } | Request::Set(Set { element: entry, .. }) => *entry,
-            Request::Defaults | Request::Describe { .. } => None,
+            Request::Defaults => None,
         };
         let mine = element.map(usize::from);
         let value = fields.get(mine.unwrap_or(0)).copied().map(Value::Real);
