@@ -60,27 +60,28 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         {
             return Some(command);
         }
-        let (kind, dof) = (module.kind, self.dof());
+        let kind = module.kind;
         for param in 0..=u8::MAX {
             let (parameter, first) = self.look(configuration, kind, param, (0, None))?;
-            let mut value_at = |at| self.look(configuration, kind, param, at)?.1;
             let Some(default) = parameter.default else {
-                for value in (0..=u8::MAX).map_while(|entry| value_at((0, Some(entry)))) {
+                for entry in 0..=u8::MAX {
+                    let found = self.look(configuration, kind, param, (0, Some(entry)));
+                    let Some((_, Some(value))) = found else { break };
                     if let Some(command) = take(param, None, value) {
                         return Some(command);
                     }
                 }
                 continue;
             };
-            let (first, count) = (first?, parameter.entries.count(dof));
-            let mut value_at = |place| match place {
-                0 => Some(first),
-                _ => value_at(parameter.entries.split(place, dof)?),
+            let first = first?;
+            let count = parameter.entries.count(self.dof());
+            let is_same = |engine: &mut Self, place| {
+                engine.value_in(configuration, kind, param, place).is_ok_and(|value| value.is_same(first))
             };
-            let is_uniform =
-                (1..count).all(|place| value_at(place).is_some_and(|value| value.is_same(first)));
+            let is_uniform = (1..count).all(|place| is_same(self, place));
             for place in 0..if is_uniform { 1 } else { count } {
-                let value = value_at(place)?;
+                let value =
+                    if place == 0 { first } else { self.value_in(configuration, kind, param, place).ok()? };
                 if !value.is_same(default)
                     && let Some(command) = take(param, (!is_uniform).then_some(place), value)
                 {

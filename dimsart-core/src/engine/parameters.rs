@@ -31,17 +31,22 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.value_in(instance.configuration, module.kind, parameter, place)
     }
 
-    fn value_in(
+    #[inline(never)]
+    pub(super) fn value_in(
         &mut self,
         configuration: Block,
         kind: u8,
         parameter: u8,
         place: u8,
     ) -> Result<Value, CommandError> {
+        const UNKNOWN: CommandError = CommandError::Parameter(ParameterError::Unknown);
+        let (described, mut value) = self.look(configuration, kind, parameter, (0, None)).ok_or(UNKNOWN)?;
         // The first one is that of a parameter with one, too.
-        let (_, axis, element) = self.locate(kind, parameter, (place > 0).then_some(place))?;
-        let found = self.look(configuration, kind, parameter, (axis, element));
-        found.and_then(|(_, value)| value).ok_or(CommandError::Parameter(ParameterError::Unknown))
+        if place > 0 {
+            let at = described.entries.split(place, self.dof()).ok_or(ParameterError::NoSuchEntry)?;
+            value = self.look(configuration, kind, parameter, at).and_then(|(_, value)| value);
+        }
+        value.ok_or(UNKNOWN)
     }
 
     /// A parameter and its value, in one visit: of an axis, and of several there the one in that place.
