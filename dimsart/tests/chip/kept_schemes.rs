@@ -8,6 +8,8 @@ use crate::common::{CommandLine, Shared};
 
 /// Longer than a start takes.
 const START_S: f64 = 0.1;
+/// What modules leave to commands, at 168 MHz.
+const HALF_TICK_CYCLES: u32 = 84_000;
 
 fn stiffness(shared: &Shared) -> String {
     shared.greet().get("PDCTRL_MOD", "K_PARAM").unwrap().to_string()
@@ -71,6 +73,7 @@ fn saving_until_pages_are_erased_holds_up_no_tick_where_there_are_two_banks() {
         }
         let timing = shared.greet().overview().unwrap().status.timing.unwrap();
         println!("{}: {saves} saves, {timing:?}", board.name);
+        assert!(timing.max_cycles < Some(HALF_TICK_CYCLES), "{timing:?}");
         if board.name == "nucleo-g474re" {
             assert_eq!((timing.late, timing.overruns), (0, 0), "{timing:?}");
         }
