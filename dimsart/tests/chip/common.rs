@@ -17,27 +17,61 @@ pub(crate) fn bench(name: &str) -> Option<Bench> {
     Some(Bench::new(board, image(name)?).unwrap())
 }
 
+/// A board on the bench, with what is around it.
+pub(crate) trait OnBench {
+    /// The board.
+    fn bench(&mut self) -> &mut Bench;
+    /// Lets so much time pass.
+    fn run_for(&mut self, duration_s: f64);
+}
+
+impl OnBench for Bench {
+    fn bench(&mut self) -> &mut Bench {
+        self
+    }
+
+    fn run_for(&mut self, duration_s: f64) {
+        Self::run_for(self, duration_s).unwrap();
+    }
+}
+
 /// A board that a test and its command line share.
-#[derive(Debug, Clone)]
-pub(crate) struct Shared(Arc<Mutex<Bench>>);
+#[derive(Debug)]
+pub(crate) struct Shared<W = Bench>(Arc<Mutex<W>>);
+
+impl<W> Clone for Shared<W> {
+    fn clone(&self) -> Self {
+        Self(self.0.clone())
+    }
+}
 
 impl Shared {
     /// The board of a name on the bench, with its image; none where no images are.
     pub(crate) fn start(name: &str) -> Option<Self> {
-        Some(Self(Arc::new(Mutex::new(bench(name)?))))
+        bench(name).map(Self::of)
     }
 
     pub(crate) fn bench(&self) -> MutexGuard<'_, Bench> {
+        self.lock()
+    }
+}
+
+impl<W: OnBench> Shared<W> {
+    pub(crate) fn of(world: W) -> Self {
+        Self(Arc::new(Mutex::new(world)))
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, W> {
         self.0.lock().unwrap()
     }
 
     /// Lets so much time pass.
     pub(crate) fn run_for(&self, duration_s: f64) {
-        self.bench().run_for(duration_s).unwrap();
+        self.lock().run_for(duration_s);
     }
 
     /// Asks who is there.
-    pub(crate) fn greet(&self) -> Device<CommandLine> {
+    pub(crate) fn greet(&self) -> Device<CommandLine<W>> {
         let line = CommandLine { board: self.clone(), rest: Vec::new() };
         Device::greet(line, Patience::default()).unwrap()
     }
@@ -45,7 +79,8 @@ impl Shared {
     /// Holds the board to the chip's rules.
     #[track_caller]
     pub(crate) fn assert_sound(&self) {
-        let bench = self.bench();
+        let mut world = self.lock();
+        let bench = world.bench();
         assert_eq!(bench.violations(), [] as [&str; 0]);
         assert_eq!(bench.processor.faults(), []);
     }
@@ -53,17 +88,17 @@ impl Shared {
 
 /// The host's end of a board's command line. Who reads lets the board's time pass.
 #[derive(Debug)]
-pub(crate) struct CommandLine {
-    board: Shared,
+pub(crate) struct CommandLine<W = Bench> {
+    board: Shared<W>,
     rest: Vec<u8>,
 }
 
-impl Read for CommandLine {
+impl<W: OnBench> Read for CommandLine<W> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         if self.rest.is_empty() {
-            let mut bench = self.board.bench();
-            bench.run_for(READ_S).unwrap();
-            self.rest = bench.received();
+            let mut world = self.board.lock();
+            world.run_for(READ_S);
+            self.rest = world.bench().received();
         }
         if self.rest.is_empty() {
             return Err(ErrorKind::WouldBlock.into());
@@ -74,9 +109,9 @@ impl Read for CommandLine {
     }
 }
 
-impl Write for CommandLine {
+impl<W: OnBench> Write for CommandLine<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.board.bench().send(bytes);
+        self.board.lock().bench().send(bytes);
         Ok(bytes.len())
     }
 

@@ -10,12 +10,14 @@
 )]
 
 mod boot;
+mod can_adapter;
 mod client;
 mod command;
 mod common;
 mod drive;
 mod frame_bits;
 mod kept_schemes;
+mod moteus;
 mod motor;
 mod pair;
 mod register_writes;
