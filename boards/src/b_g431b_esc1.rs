@@ -129,7 +129,7 @@ impl Board for BG431bEsc1 {
         for pin in [Flex::new(chip.PB6), Flex::new(chip.PB7)] {
             keep_as(pin, 2, AfType::input(Pull::Up));
         }
-        quadrature::start(DRIVE.counts_per_turn);
+        quadrature::start(DRIVE.configuration.encoder.counts_per_turn());
         // Their pins are analog ones from the reset on.
         current_sensing::start_amplifiers();
         let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, TICK_S);
@@ -188,7 +188,7 @@ fn keep_as(mut pin: Flex<'static>, function: u8, kind: AfType) {
 impl ThreePhase for BG431bEsc1 {
     #[inline]
     fn rotor() -> Rotor {
-        quadrature::rotor(DRIVE.counts_per_turn)
+        quadrature::rotor(DRIVE.configuration.encoder.counts_per_turn())
     }
 }
 

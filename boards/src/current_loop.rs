@@ -41,8 +41,6 @@ pub struct Counts {
 pub struct CurrentLoop {
     scaling: Scaling,
     configuration: Checked,
-    aligning_current_a: f32,
-    damping_nms_per_rad: f32,
     rest_counts: [f32; 3],
     stage: Stage,
     drive: Drive,
@@ -68,12 +66,10 @@ impl CurrentLoop {
     #[must_use]
     pub fn new(drive: &ThreePhaseDrive, checked: &Checked, tick_s: f32) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let most_periods = (MOST_TICKS * tick_s / checked.get().period_s + 0.5) as u16;
+        let most_periods = (MOST_TICKS * tick_s / checked.get().inverter.period_s + 0.5) as u16;
         Self {
             scaling: drive.scaling,
             configuration: *checked,
-            aligning_current_a: drive.aligning_current_a,
-            damping_nms_per_rad: drive.damping_nms_per_rad,
             rest_counts: [drive.scaling.rest_counts; 3],
             stage: Stage::AtRest(Rest::default()),
             drive: Drive::of(checked),
@@ -101,7 +97,8 @@ impl CurrentLoop {
             rotor,
         };
         let duties = if matches!(self.stage, Stage::Driving) {
-            let braked_nm = self.damping_nms_per_rad * self.drive.measured().speed_rad_per_s;
+            let braked_nm =
+                self.configuration.get().damping_nms_per_rad * self.drive.measured().speed_rad_per_s;
             self.drive.step(&sample, wanted_nm.map(|wanted_nm| wanted_nm - braked_nm))
         } else {
             // For angle and speed, and what is wrong with the rest.
@@ -143,8 +140,10 @@ impl CurrentLoop {
             },
             Stage::Unaligned => {
                 if is_wanted && self.fault.is_none() && self.drive.fault().is_none() {
-                    let identification =
-                        Identification::of_offset(&self.configuration, self.aligning_current_a);
+                    let identification = Identification::of_offset(
+                        &self.configuration,
+                        self.configuration.get().aligning_current_a,
+                    );
                     self.stage = Stage::Aligning(identification);
                 }
             }

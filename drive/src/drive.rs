@@ -3,7 +3,7 @@
 use core::f32::consts::FRAC_PI_4;
 
 use crate::Angle;
-use crate::configuration::{Checked, Configuration, ConfigurationError, Motor};
+use crate::configuration::{Checked, Configuration, ConfigurationError, Inverter, Motor};
 use crate::current_controller::CurrentController;
 use crate::modulation::{Duties, Modulation};
 use crate::number::{smaller, within};
@@ -72,7 +72,7 @@ impl Drive {
     #[must_use]
     pub fn of(configuration: &Checked) -> Self {
         let configuration = configuration.get();
-        let Configuration { motor, period_s, .. } = *configuration;
+        let Configuration { motor, inverter: Inverter { period_s, .. }, .. } = *configuration;
         let pole_pairs = f32::from(motor.pole_pairs);
         Self {
             motor,
