@@ -123,7 +123,7 @@ impl Board for BG431bEsc1 {
         }
         pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim4en(true));
         let _ = pac::RCC.apb1enr1().read();
-        let encoder = Quadrature::start(pac::TIM4, DRIVE.counts_per_turn);
+        let encoder = Quadrature::start(pac::TIM4, DRIVE.configuration.encoder.counts_per_turn());
         // Their pins are analog ones from the reset on.
         amplifiers::start();
         let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, current_loop::TICK_S);

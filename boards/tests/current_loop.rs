@@ -70,8 +70,9 @@ impl Bench {
         let bus = (self.bus_v / scaling.v_per_count).round() as u16;
         let counts = Counts { phases, bus, temperature: self.temperature_counts };
         let turns = (self.motor.state().angle_rad + OFFSET_RAD) / TAU;
-        let count = (turns.rem_euclid(1.0) * f64::from(self.drive.counts_per_turn)) as u32;
-        let rotor = Rotor::At(Angle::from_counts(count, self.drive.counts_per_turn));
+        let count =
+            (turns.rem_euclid(1.0) * f64::from(self.drive.configuration.encoder.counts_per_turn())) as u32;
+        let rotor = Rotor::At(Angle::from_counts(count, self.drive.configuration.encoder.counts_per_turn()));
         let next = self.current_loop.period(counts, rotor, &self.exchange);
         let now = self.duties.filter(|_| next.is_some());
         self.motor.advance(now.map(|duties| duties.map(f64::from)), 5e-5);
@@ -107,7 +108,7 @@ impl Bench {
 
 #[test]
 fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
-    let mut bench = Bench::new(|drive| drive.damping_nms_per_rad = 0.0);
+    let mut bench = Bench::new(|drive| drive.configuration.damping_nms_per_rad = 0.0);
     for _ in 0..100 {
         assert!(!bench.tick(None).is_ready && !bench.is_on(), "nothing moves before a torque is wanted");
     }
@@ -143,7 +144,7 @@ fn damping_brakes_a_joint_of_which_nothing_is_wanted() {
     }
     let fast = bench.motor.state().speed_rad_per_s;
     // Inertia over damping.
-    let time_constant_ticks: f64 = 2e-5 / f64::from(drive().damping_nms_per_rad) / 1e-3;
+    let time_constant_ticks: f64 = 2e-5 / f64::from(drive().configuration.damping_nms_per_rad) / 1e-3;
     for _ in 0..4 {
         bench.tick(Some(0.0));
     }

@@ -173,8 +173,9 @@ impl Powered {
         }
         self.advance_motor(now);
         #[expect(clippy::cast_possible_truncation, reason = "a few turns")]
-        let counts =
-            (self.motor.state().angle_rad / TAU * f64::from(self.drive.counts_per_turn)).floor() as i64;
+        let counts = (self.motor.state().angle_rad / TAU
+            * f64::from(self.drive.configuration.encoder.counts_per_turn()))
+        .floor() as i64;
         if counts != self.counts && self.has_encoder {
             let by = counts - self.counts;
             self.chip().turn(4, by);
