@@ -45,7 +45,7 @@ use crate::motor::Motor;
 use crate::stm32g4::current_loop::{self, ThreePhase};
 use crate::stm32g4::current_sensing::{self, Channels};
 use crate::stm32g4::flash::{self, SchemeFlash};
-use crate::stm32g4::half_bridges::{HalfBridges, LowSide};
+use crate::stm32g4::half_bridges::HalfBridges;
 use crate::stm32g4::quadrature::Quadrature;
 use crate::stm32g4::three_phase_joint::{self, Joint, keep_as};
 use crate::stm32g4::uart::{self, UartPort};
@@ -117,7 +117,7 @@ impl Board for BG431bEsc1 {
         ] {
             keep_as(pin, function, outputs);
         }
-        let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME, LowSide::ActiveHigh);
+        let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME);
         for pin in [Flex::new(chip.PB6), Flex::new(chip.PB7)] {
             keep_as(pin, 2, AfType::input(Pull::Up));
         }
@@ -174,6 +174,7 @@ impl Board for BG431bEsc1 {
 
 impl ThreePhase for BG431bEsc1 {
     const MOTOR: Motor = MOTOR;
+    const IS_LOW_SIDE_INVERTED: bool = false;
 
     type Encoder = Quadrature;
 }

@@ -5,6 +5,7 @@ use drive::{Configuration, Encoder, Inverter, Joint, Limits};
 use super::ThreePhaseDrive;
 use super::b_g431b_esc1::THERMISTOR_C;
 use crate::current_loop::Scaling;
+#[cfg(all(target_os = "none", feature = "ihm08m1"))]
 use crate::motor::Motor;
 
 /// Motor, encoder and limits. Change them to what is connected: see the data sheets of motor and supply.

@@ -32,7 +32,7 @@
 //! Nothing of it was seen on a shield.
 
 use dimsart_core::{InputLimits, OutputLimits};
-use drive::{Checked, Encoder as Kind, Rotor};
+use drive::{Checked, Configuration, Encoder as Kind, Rotor};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::peripherals::{
     PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC10, PC11, PC12, PD2,
@@ -46,7 +46,7 @@ use crate::current_loop::CurrentLoop;
 use crate::motor::Motor;
 use crate::stm32g4::current_loop::{self, Encoder, TICK_S, ThreePhase};
 use crate::stm32g4::current_sensing::{self, Channels};
-use crate::stm32g4::half_bridges::{HalfBridges, LowSide};
+use crate::stm32g4::half_bridges::HalfBridges;
 use crate::stm32g4::quadrature::Quadrature;
 use crate::stm32g4::spi_encoder::SpiEncoder;
 use crate::stm32g4::three_phase_joint::{Joint, keep_as};
@@ -60,6 +60,7 @@ const PWM_TOP: u16 = 4_200;
 const DEAD_TIME: u8 = 0b1000_0011;
 const CHANNELS: Channels = Channels { u: 1, v: 7, w: 6, temperature: 8, bus: 2 };
 
+/// As it is compiled: what runs where another one that was put into the image is not right.
 const CHECKED: Checked = match DRIVE.configuration.checked() {
     Ok(checked) => checked,
     Err(_) => panic!("a value of the motor's configuration is out of its range"),
@@ -72,6 +73,20 @@ pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTOR.position_limits()];
 // SAFETY: all registers of a timer of 16 bits are there, at the same places.
 const TIMER_2: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
 
+/// What the image runs by.
+#[used]
+#[expect(unsafe_code, reason = "a host tool finds it by its name, and changes it behind the compiler's back")]
+#[unsafe(export_name = "dimsart_drive")]
+static CONFIGURATION: Configuration = DRIVE.configuration;
+static PLACE: &Configuration = &CONFIGURATION;
+
+fn configuration() -> Checked {
+    #[expect(unsafe_code, reason = "the compiler is to take nothing of what it was for granted")]
+    // SAFETY: it always holds a reference.
+    let configuration = unsafe { (&raw const PLACE).read_volatile() };
+    configuration.checked().unwrap_or(CHECKED)
+}
+
 /// What the joint is wired to.
 pub(super) struct Wiring {
     pub(super) high: (Peri<'static, PA8>, Peri<'static, PA9>, Peri<'static, PA10>),
@@ -83,7 +98,7 @@ pub(super) struct Wiring {
 
 pub(super) fn start(wiring: Wiring) -> Joint {
     let Wiring { high, low, incremental, spi, select } = wiring;
-    let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME, LowSide::ActiveLow);
+    let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME);
     // Only now: until here the drivers' own resistors have all switches open.
     let outputs = AfType::output(OutputType::PushPull, Speed::High);
     for pin in [
@@ -96,7 +111,8 @@ pub(super) fn start(wiring: Wiring) -> Joint {
     ] {
         keep_as(pin, 6, outputs);
     }
-    let encoder = match DRIVE.configuration.encoder {
+    let checked = configuration();
+    let encoder = match checked.get().encoder {
         Kind::Incremental { counts_per_turn } => {
             for pin in [Flex::new(incremental.0), Flex::new(incremental.1)] {
                 keep_as(pin, 1, AfType::input(Pull::Up));
@@ -119,13 +135,15 @@ pub(super) fn start(wiring: Wiring) -> Joint {
             }
         }
     };
-    current_loop::start(CurrentLoop::new(&DRIVE, &CHECKED, TICK_S), bridges, encoder);
+    current_loop::start(CurrentLoop::new(&DRIVE, &checked, TICK_S), bridges, encoder);
     current_sensing::start_converters(&CHANNELS);
     Joint::default()
 }
 
 impl ThreePhase for NucleoG474re {
     const MOTOR: Motor = MOTOR;
+    /// Of the L6398.
+    const IS_LOW_SIDE_INVERTED: bool = true;
 
     type Encoder = ShieldEncoder;
 }

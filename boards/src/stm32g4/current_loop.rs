@@ -32,6 +32,8 @@ pub(crate) trait Encoder {
 pub(crate) trait ThreePhase {
     /// As schemes see it.
     const MOTOR: Motor;
+    /// Whether its gate drivers close a lower switch when their input is low.
+    const IS_LOW_SIDE_INVERTED: bool;
 
     /// Its encoder.
     type Encoder: Encoder;

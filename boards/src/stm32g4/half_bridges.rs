@@ -12,20 +12,14 @@
 use embassy_stm32::pac::timer::vals::{Cms, Dir, Mms2, Ocm, Ossi, Ossr, Urs};
 use embassy_stm32::pac::{RCC, TIM1};
 
+use super::current_loop::ThreePhase;
+use crate::Selected;
+
 const CHANNELS: usize = 3;
 /// Looks at the timer until it has to have turned: five periods, with a few cycles each.
 const PATIENCE: u32 = 5 * 8_400;
 /// Tries to have duty cycles taken at the top: the second one succeeds.
 const TRIES: u8 = 8;
-
-/// What the gate driver behind the outputs of the lower switches takes for closed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum LowSide {
-    /// A high level.
-    ActiveHigh,
-    /// A low level: its inputs are inverted.
-    ActiveLow,
-}
 
 /// Three half bridges whose switches are all open.
 pub(crate) struct HalfBridges {
@@ -37,7 +31,7 @@ pub(crate) struct HalfBridges {
 impl HalfBridges {
     /// Sets the timer up, with `top` cycles of its clock each way, and `dead_time` as its register has it (RM0440, 28.6.20). Its
     /// second trigger output says when to sample. Pins that are connected to it afterwards close no switch.
-    pub(crate) fn start(top: u16, dead_time: u8, low_side: LowSide) -> Self {
+    pub(crate) fn start(top: u16, dead_time: u8) -> Self {
         RCC.apb2enr().modify(|clocks| clocks.set_tim1en(true));
         // Once it is read the clock is there (RM0440, 7.2.17).
         let _ = RCC.apb2enr().read();
@@ -47,7 +41,7 @@ impl HalfBridges {
             control.set_urs(Urs::COUNTER_ONLY);
         });
         TIM1.arr().write(|reload| reload.set_arr(top));
-        if low_side == LowSide::ActiveLow {
+        if <Selected as ThreePhase>::IS_LOW_SIDE_INVERTED {
             // Before the outputs are on: what they are at while the bridge is off, and what is active.
             TIM1.cr2().modify(|levels| (0..CHANNELS).for_each(|channel| levels.set_oisn(channel, true)));
             TIM1.ccer().modify(|outputs| (0..CHANNELS).for_each(|channel| outputs.set_ccnp(channel, true)));

@@ -56,7 +56,7 @@ impl Joints for Joint {
         for (word, value) in measured.iter_mut().zip(read) {
             *word = value.into_word();
         }
-        stm32g4::measure(measured.get_mut(read.len()..));
+        super::measure(measured.get_mut(read.len()..));
     }
 
     fn fault(&self) -> Option<DriveFault> {
