@@ -25,8 +25,8 @@ use drive::{
 use crate::catalogue::ThreePhaseDrive;
 
 /// From an absolute encoder's taking its angle to the sampling of the currents that this is used with: it is asked at the end
-/// of a period's work, 9 us after the sampling of a period's currents, and answers in the next one.
-const ENCODER_AGE_PERIODS: f32 = 0.82;
+/// of a period's work, 12 us after the sampling of its currents, and answers in the next one.
+const ENCODER_AGE_PERIODS: f32 = 0.76;
 /// Ticks that a torque may be old.
 const MOST_TICKS: f32 = 3.0;
 

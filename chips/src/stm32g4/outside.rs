@@ -58,6 +58,11 @@ impl Stm32g4 {
         self.spi(name)?.device()
     }
 
+    /// The cycle in which that device was selected last, if it is.
+    pub fn spi_selected_at(&mut self, name: &str) -> Option<u64> {
+        self.spi(name)?.selected_at()
+    }
+
     fn spi(&mut self, name: &str) -> Option<&mut super::Spi> {
         self.spis.iter_mut().zip(SPIS).find(|(_, known)| *known == name).map(|(spi, _)| spi)
     }

@@ -100,6 +100,10 @@ impl Spi {
         self.chip.as_mut().map(|chip| &mut chip.device)
     }
 
+    pub(super) fn selected_at(&self) -> Option<u64> {
+        self.chip.as_ref().and_then(Chip::selected_at)
+    }
+
     /// The pin that selects the device.
     pub(super) fn select_pin(&self) -> Option<(char, u32)> {
         self.chip.as_ref().map(|chip| chip.select)

@@ -100,6 +100,10 @@ impl Chip {
         self.is_selected
     }
 
+    pub(super) fn selected_at(&self) -> Option<u64> {
+        self.since.filter(|_| self.is_selected)
+    }
+
     /// Whether it has been as it is for less than that.
     fn is_younger(&self, least_s: f64, hz: f64, now: u64) -> bool {
         #[expect(clippy::cast_precision_loss, reason = "only short times matter")]
