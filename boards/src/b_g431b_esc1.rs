@@ -33,6 +33,7 @@ use drive::Checked;
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac;
+use embassy_stm32::pac::timer::TimGp16;
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, USART2};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{bind_interrupts, dma, usart};
@@ -123,7 +124,7 @@ impl Board for BG431bEsc1 {
         }
         pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim4en(true));
         let _ = pac::RCC.apb1enr1().read();
-        let encoder = Quadrature::start(pac::TIM4, DRIVE.configuration.encoder.counts_per_turn());
+        let encoder = Quadrature::start(DRIVE.configuration.encoder.counts_per_turn());
         // Their pins are analog ones from the reset on.
         amplifiers::start();
         let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, current_loop::TICK_S);
@@ -174,6 +175,7 @@ impl Board for BG431bEsc1 {
 
 impl ThreePhase for BG431bEsc1 {
     const MOTOR: Motor = MOTOR;
+    const COUNTER: TimGp16 = pac::TIM4;
     const IS_LOW_SIDE_INVERTED: bool = false;
 
     type Encoder = Quadrature;

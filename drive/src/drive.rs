@@ -30,7 +30,6 @@ pub struct Drive {
     /// From a sample to the middle of the period that its voltage is made in, the one after it, for the electrical angle: `s`
     /// times pole pairs.
     ahead_s: f32,
-    pole_pairs: f32,
     /// How long before the currents the encoder took its angle, `s`.
     encoder_age_s: f32,
     period_s: f32,
@@ -81,7 +80,6 @@ impl Drive {
             offset: Angle::from_rad(motor.encoder_offset_rad),
             current_per_torque: 1.0 / motor.torque_constant_nm_per_a(),
             ahead_s: PERIODS_TO_VOLTAGE * period_s * pole_pairs,
-            pole_pairs,
             encoder_age_s: 0.0,
             period_s,
             tracking: Tracking::new(period_s, TRACKING_RAD_PER_S),
@@ -135,8 +133,12 @@ impl Drive {
         };
         let most_a = self.protection.current_limit_a(sample.temperature_c);
         let wanted_a = Dq { d: 0.0, q: within(torque_nm * self.current_per_torque, most_a) };
-        self.voltage_v =
-            self.controller.step(wanted_a, self.current_a, self.pole_pairs * speed_rad_per_s, &supply);
+        self.voltage_v = self.controller.step(
+            wanted_a,
+            self.current_a,
+            f32::from(self.motor.pole_pairs) * speed_rad_per_s,
+            &supply,
+        );
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark(wanted_a), &supply))

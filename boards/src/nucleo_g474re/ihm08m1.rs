@@ -69,10 +69,6 @@ const CHECKED: Checked = match DRIVE.configuration.checked() {
 pub(super) const LIMITS: &[&[InputLimits]] = &[&[MOTOR.limits()]];
 pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTOR.position_limits()];
 
-#[expect(unsafe_code, reason = "the registers' library has it as a timer of 32 bits")]
-// SAFETY: all registers of a timer of 16 bits are there, at the same places.
-const TIMER_2: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
-
 /// What the image runs by.
 #[used]
 #[expect(unsafe_code, reason = "a host tool finds it by its name, and changes it behind the compiler's back")]
@@ -119,7 +115,7 @@ pub(super) fn start(wiring: Wiring) -> Joint {
             }
             pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim2en(true));
             let _ = pac::RCC.apb1enr1().read();
-            ShieldEncoder::Incremental(Quadrature::start(TIMER_2, counts_per_turn))
+            ShieldEncoder::Incremental(Quadrature::start(counts_per_turn))
         }
         kind => {
             // It stays for good: a pin floats when its owner goes away.
@@ -142,6 +138,9 @@ pub(super) fn start(wiring: Wiring) -> Joint {
 
 impl ThreePhase for NucleoG474re {
     const MOTOR: Motor = MOTOR;
+    #[expect(unsafe_code, reason = "the registers' library has it as a timer of 32 bits")]
+    // SAFETY: all registers of a timer of 16 bits are there, at the same places.
+    const COUNTER: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
     /// Of the L6398.
     const IS_LOW_SIDE_INVERTED: bool = true;
 

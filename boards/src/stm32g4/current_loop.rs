@@ -9,6 +9,7 @@ use core::mem::MaybeUninit;
 use drive::Rotor;
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
+use embassy_stm32::pac::timer::TimGp16;
 
 use super::current_sensing;
 use super::half_bridges::{HalfBridges, switch_off};
@@ -32,6 +33,8 @@ pub(crate) trait Encoder {
 pub(crate) trait ThreePhase {
     /// As schemes see it.
     const MOTOR: Motor;
+    /// That counts the edges of an incremental encoder.
+    const COUNTER: TimGp16;
     /// Whether its gate drivers close a lower switch when their input is low.
     const IS_LOW_SIDE_INVERTED: bool;
 

@@ -23,7 +23,7 @@ const TRIES: u8 = 8;
 
 /// Three half bridges whose switches are all open.
 pub(crate) struct HalfBridges {
-    top: f32,
+    top: u16,
     /// Whether the duty cycles that the timer has are of this time that the switches are closed.
     is_loaded: bool,
 }
@@ -65,7 +65,7 @@ impl HalfBridges {
         TIM1.cr1().modify(|control| control.set_cen(true));
         take_at_top(top);
         TIM1.cr2().modify(|control| control.set_mms2(Mms2::UPDATE));
-        Self { top: top.into(), is_loaded: false }
+        Self { top, is_loaded: false }
     }
 
     /// Has the next period made of these duty cycles, 0 to 1; or opens all switches now. They are closed when the timer has
@@ -81,7 +81,7 @@ impl HalfBridges {
             clippy::cast_sign_loss,
             reason = "casts saturate, NaN gives 0"
         )]
-        let compare = |duty: f32| (duty * self.top) as u16;
+        let compare = |duty: f32| (duty * f32::from(self.top)) as u16;
         TIM1.ccr(0).write(|value| value.set_ccr(compare(u)));
         TIM1.ccr(1).write(|value| value.set_ccr(compare(v)));
         TIM1.ccr(2).write(|value| value.set_ccr(compare(w)));

@@ -5,30 +5,32 @@ use drive::{Angle, Rotor};
 use embassy_stm32::pac::timer::TimGp16;
 use embassy_stm32::pac::timer::vals::{CcmrInputCcs, FilterValue, Sms};
 
-use super::current_loop::Encoder;
+use super::current_loop::{Encoder, ThreePhase};
+use crate::Selected;
+
+const TIMER: TimGp16 = <Selected as ThreePhase>::COUNTER;
 
 /// Such an encoder.
 pub(crate) struct Quadrature {
-    timer: TimGp16,
     /// Of 2³², which is once around; the rest of the division is less than the last bit of a count.
     per_count: u32,
 }
 
 impl Quadrature {
-    /// Starts it with `counts_per_turn`, 2 to 65 536, all four edges counted, on a timer that has its clock. An edge counts when
+    /// Starts it with `counts_per_turn`, 2 to 65 536, all four edges counted, on the board's timer, which has its clock. An edge counts when
     /// it has lasted for 8 samples of every fourth cycle of 168 MHz: 0.19 us.
-    pub(crate) fn start(timer: TimGp16, counts_per_turn: u32) -> Self {
-        timer.arr().write(|reload| reload.set_arr(u16::try_from(counts_per_turn - 1).unwrap_or(u16::MAX)));
-        timer.ccmr_input(0).modify(|channels| {
+    pub(crate) fn start(counts_per_turn: u32) -> Self {
+        TIMER.arr().write(|reload| reload.set_arr(u16::try_from(counts_per_turn - 1).unwrap_or(u16::MAX)));
+        TIMER.ccmr_input(0).modify(|channels| {
             for channel in 0..2 {
                 channels.set_ccs(channel, CcmrInputCcs::TI4);
                 channels.set_icf(channel, FilterValue::FDTS_DIV4_N8);
             }
         });
-        timer.smcr().modify(|mode| mode.set_sms(Sms::ENCODER_MODE_3));
-        timer.cr1().modify(|control| control.set_cen(true));
+        TIMER.smcr().modify(|mode| mode.set_sms(Sms::ENCODER_MODE_3));
+        TIMER.cr1().modify(|control| control.set_cen(true));
         let is_whole = counts_per_turn.is_power_of_two();
-        Self { timer, per_count: (u32::MAX / counts_per_turn).wrapping_add(u32::from(is_whole)) }
+        Self { per_count: (u32::MAX / counts_per_turn).wrapping_add(u32::from(is_whole)) }
     }
 }
 
@@ -36,7 +38,7 @@ impl Encoder for Quadrature {
     /// It does not say when it is gone.
     #[inline]
     fn rotor(&mut self) -> Rotor {
-        Rotor::At(Angle(u32::from(self.timer.cnt().read().cnt()).wrapping_mul(self.per_count)))
+        Rotor::At(Angle(u32::from(TIMER.cnt().read().cnt()).wrapping_mul(self.per_count)))
     }
 
     #[inline]
