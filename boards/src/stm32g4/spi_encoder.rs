@@ -24,8 +24,7 @@ const CLOCK: Br = Br::DIV32;
 const CLOCK_HZ: u32 = crate::CLOCK_HZ / 32;
 const _: () = assert!(CLOCK_HZ <= As5047p::MOST_CLOCK_HZ && CLOCK_HZ <= Mt6701::MOST_CLOCK_HZ);
 /// Cycles of what the slower of the two wants, rounded up.
-const SELECT_CYCLES: u32 =
-    (As5047p::LEAST_SELECT_NS as u64 * crate::CLOCK_HZ as u64).div_ceil(1_000_000_000) as u32;
+const SELECT_CYCLES: u32 = (As5047p::LEAST_SELECT_NS * (crate::CLOCK_HZ / 1_000_000)).div_ceil(1_000);
 const _: () = assert!(As5047p::LEAST_SELECT_NS >= Mt6701::LEAST_SELECT_NS);
 
 /// SPI 3 and the pin that selects its device.
