@@ -134,9 +134,9 @@ mod tests {
     #[test]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a converter")]
     fn currents_are_those_of_the_schematic() {
-        let boards: [(Scaling, fn(f64) -> f64, f64); 2] =
-            [(SCALING, counts, 40.0), (SHIELD, shield_counts, 28.0)];
-        for (scaling, counts, most_a) in boards {
+        for (scaling, counts, most_a) in
+            [(SCALING, counts as fn(f64) -> f64, 40.0), (SHIELD, shield_counts, 28.0)]
+        {
             assert!((f64::from(scaling.rest_counts) - counts(0.0)).abs() < 1.0, "{}", counts(0.0));
             let rest = [scaling.rest_counts; 3];
             for current_a in [-most_a, -1.0, 0.0, 3.0, most_a] {

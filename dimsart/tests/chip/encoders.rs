@@ -11,7 +11,7 @@ impl As5047pModel {
     /// The magnet is too weak (MAGL).
     pub(crate) const WEAK: u32 = 1 << 11;
 
-    pub(crate) fn new() -> SpiDevice {
+    pub(crate) fn device() -> SpiDevice {
         SpiDevice {
             name: "AS5047P",
             mode: 1,
@@ -50,7 +50,7 @@ impl Mt6701Model {
     /// The field is too weak.
     pub(crate) const WEAK: u32 = 0b0010;
 
-    pub(crate) fn new() -> SpiDevice {
+    pub(crate) fn device() -> SpiDevice {
         SpiDevice {
             name: "MT6701",
             mode: 1,

@@ -151,8 +151,8 @@ impl Powered {
     /// Plugs an absolute encoder in, or unplugs it.
     pub(crate) fn plug(&mut self, is_plugged: bool) {
         let device = match self.drive.configuration.encoder {
-            Encoder::As5047p => Some(As5047pModel::new()),
-            Encoder::Mt6701 => Some(Mt6701Model::new()),
+            Encoder::As5047p => Some(As5047pModel::device()),
+            Encoder::Mt6701 => Some(Mt6701Model::device()),
             _ => None,
         };
         self.chip().wire_spi("SPI3", ('D', 2), device.filter(|_| is_plugged));
