@@ -174,7 +174,8 @@ fn what_the_spi_does_not_take_is_told() {
         act(&mut lab);
         lab.told().into_iter().map(str::to_owned).collect::<Vec<_>>()
     };
-    let rules: [(&str, &dyn Fn(&mut Lab)); 8] = [
+    type Act<'a> = &'a dyn Fn(&mut Lab);
+    let rules: [(&str, Act<'_>); 8] = [
         ("SPI3_CR1 is accessed without a clock", &|lab| {
             lab.write(APB1ENR1, 0x400);
             lab.write(CR1, MODE_1 | ON);
