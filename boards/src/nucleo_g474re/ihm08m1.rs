@@ -21,23 +21,23 @@
 //!
 //! | Fact | Sources |
 //! |---|---|
-//! | pins of timer 1, currents, supply | `NuttX` (`nucleo-f446re`, `ihm08m1`); oxifoc, from UM1996 and UM2505; an NUCLEO-F401RE project for the shield |
-//! | temperature, encoder, connectors, R52, R73, PB14, PB15, PA6 | oxifoc alone |
-//! | lower switches are closed by a low level | `NuttX` (`CH1NPOL` 1); ST's motor control SDK, power board 4 (`L_ACTIVE_LOW`); L6398's data sheet: `LIN` draws its current when low, `HIN` when high, so that both are off at pins that nothing drives |
-//! | shunts of 10 mOhm, gain 5.18, 1.71 V without current | `NuttX` (the gain, negative: as here, a current into the motor lowers it); oxifoc, from the schematic: 680 Ohm, 6.8 kOhm to 3.3 V, 1 kOhm, 4.7 kOhm; 1.71 V in ST's forum, too |
+//! | pins of timer 1, currents, supply, encoder, PA6; that SPI 3's are free | oxifoc (its `docs/hw/nucleo-g474re-ihm08m1.md`, from ST's UM1996, UM2505 and the shield's schematic); invpend_BLDC, which runs the shield on a NUCLEO-F401RE |
+//! | temperature's pin, connectors, jumpers, R52, R73, PB14, PB15 | oxifoc alone |
+//! | a low level closes a lower switch | `NuttX` (`stm32_ihm08m1.c`: complementary outputs have to be inverted for the L6398); a project of ST's motor control SDK for its power board 4, which is this shield (`L_ACTIVE_LOW`); ST's forum; a student's project on this very pair, seen with a logic analyser |
+//! | at pins that nothing drives all switches are open | L6398's data sheet: `LIN` draws its current when low, `HIN` when high. That project saw upper inputs high there: measure PA8 to PA10 while the board is held in reset, before there is a supply |
+//! | shunts of 10 mOhm, gain 5.18 | `NuttX` (a current into the motor lowers it, as here); oxifoc, from the schematic: 680 Ohm, 6.8 kOhm to 3.3 V, 1 kOhm, 4.7 kOhm |
+//! | 1.71 V without current | oxifoc; ST's forum |
 //! | 19.15 of the supply | `NuttX`; oxifoc |
-//! | thermistor above a resistor, 1.055 V at 25 °C | ST's motor control SDK, power board 4; oxifoc has it the other way round, not measured: a board of room temperature that shows 46 °C has it so |
-//! | its 10 kOhm and B 3425 K, 4.7 kOhm | as on b-g431b-esc1, for which ST's SDK has the same figures; not seen for the shield |
+//! | thermistor above a resistor, 1.055 V at 25 °C | that project for power board 4, whose amplifiers and divider are its own. oxifoc has it the other way round, not measured: a shield at 25 °C that shows 46 °C has it so |
+//! | the thermistor's 10 kOhm and B 3425 K, its 4.7 kOhm | those of b-g431b-esc1, which has the same 1.055 V; no source for the shield |
 //!
 //! Nothing of it was seen on a shield.
 
 use dimsart_core::{InputLimits, OutputLimits};
 use drive::{Checked, Configuration, Encoder as Kind, Rotor};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
-use embassy_stm32::peripherals::{
-    PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC10, PC11, PC12, PD2,
-};
 use embassy_stm32::pac::timer::TimGp16;
+use embassy_stm32::peripherals::{PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC10, PC11, PC12, PD2};
 use embassy_stm32::{Peri, pac};
 
 use super::NucleoG474re;
