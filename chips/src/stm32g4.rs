@@ -230,14 +230,15 @@ impl Stm32g4 {
                 spi.see_pins(pins, hz, &mut Access { at, violations: &mut self.violations });
             }
         }
-        let short = self.timers.first().and_then(|timer| timer.short_circuit(self.gate_driver));
-        if let Some(channel) = short
-            && [format!("TIM1_CH{}", channel + 1), format!("TIM1_CH{}N", channel + 1)]
-                .iter()
-                .all(|pin| connected.iter().any(|connected| connected == pin))
-        {
-            let access = &mut Access { at, violations: &mut self.violations };
-            access.violates(format!("TIM1 closes both switches of half bridge {} at once", channel + 1));
+        for channel in 0..3 {
+            let number = channel + 1;
+            let pins = [format!("TIM1_CH{number}"), format!("TIM1_CH{number}N")];
+            let is_wired = pins.iter().all(|pin| connected.iter().any(|connected| connected == pin));
+            let misuse = self.timers.first().and_then(|timer| timer.misuse(channel, self.gate_driver));
+            if let Some(what) = misuse.filter(|_| is_wired) {
+                let access = &mut Access { at, violations: &mut self.violations };
+                access.violates(format!("half bridge {number} of TIM1: {what}"));
+            }
         }
     }
 

@@ -23,7 +23,8 @@ const INVERTED: u32 = 0b1000;
 const IDLE_HIGH: u32 = 1 << 9;
 const OSSI: u32 = 1 << 10;
 const MOE: u32 = 1 << 15;
-const SHORT: &str = "TIM1 closes both switches of half bridge 1 at once";
+const SHORT: &str = "half bridge 1 of TIM1: both switches are closed at once";
+const CLOSED: &str = "half bridge 1 of TIM1: a switch is closed while it is off";
 
 /// A chip whose first half bridge is wired to PA8 and PA7.
 fn told(is_low_side_inverted: bool, outputs: u32, idle: u32, switch: u32) -> Vec<String> {
@@ -61,13 +62,16 @@ fn a_driver_whose_low_side_is_inverted_wants_inverted_outputs_and_a_high_idle_le
 #[test]
 fn outputs_of_the_wrong_polarity_are_told() {
     // The upper switch is closed while the lower one's input is low: both are.
-    assert_eq!(told(true, BOTH, IDLE_HIGH, MOE), [SHORT]);
-    assert_eq!(told(false, BOTH | INVERTED, 0, MOE), [SHORT]);
+    assert_eq!(told(true, BOTH, IDLE_HIGH, MOE).last().unwrap(), SHORT);
+    assert_eq!(told(false, BOTH | INVERTED, 0, MOE).last().unwrap(), SHORT);
 }
 
 #[test]
-fn idle_levels_that_close_both_switches_are_told() {
+fn idle_levels_that_close_switches_are_told() {
     const UPPER_IDLE_HIGH: u32 = 1 << 8;
     assert_eq!(told(true, BOTH | INVERTED, UPPER_IDLE_HIGH, 0), [SHORT]);
     assert_eq!(told(false, BOTH, UPPER_IDLE_HIGH | IDLE_HIGH, 0), [SHORT]);
+    // The lower one alone, which brakes.
+    assert_eq!(told(true, BOTH | INVERTED, 0, 0), [CLOSED]);
+    assert_eq!(told(false, BOTH, IDLE_HIGH, 0), [CLOSED]);
 }

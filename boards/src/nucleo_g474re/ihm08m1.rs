@@ -21,7 +21,7 @@
 //!
 //! | Fact | Sources |
 //! |---|---|
-//! | pins of timer 1, currents, supply, encoder, PA6; that SPI 3's are free | oxifoc (its `docs/hw/nucleo-g474re-ihm08m1.md`, from ST's UM1996, UM2505 and the shield's schematic); invpend_BLDC, which runs the shield on a NUCLEO-F401RE |
+//! | pins of timer 1, currents, supply, encoder, PA6; that SPI 3's are free | oxifoc (its `docs/hw/nucleo-g474re-ihm08m1.md`, from ST's UM1996, UM2505 and the shield's schematic); `invpend_BLDC`, which runs the shield on a NUCLEO-F401RE |
 //! | temperature's pin, connectors, jumpers, R52, R73, PB14, PB15 | oxifoc alone |
 //! | a low level closes a lower switch | `NuttX` (`stm32_ihm08m1.c`: complementary outputs have to be inverted for the L6398); a project of ST's motor control SDK for its power board 4, which is this shield (`L_ACTIVE_LOW`); ST's forum; a student's project on this very pair, seen with a logic analyser |
 //! | at pins that nothing drives all switches are open | L6398's data sheet: `LIN` draws its current when low, `HIN` when high. That project saw upper inputs high there: measure PA8 to PA10 while the board is held in reset, before there is a supply |

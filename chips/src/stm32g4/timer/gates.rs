@@ -3,8 +3,6 @@
 
 use super::{BDTR, CCER, CR2, MOE, Timer, dead_time};
 
-/// Half bridges.
-const BRIDGES: u32 = 3;
 /// Of BDTR: off states while the main output is off, and while it is on.
 const OSSI: u32 = 10;
 const OSSR: u32 = 11;
@@ -50,20 +48,23 @@ impl Timer {
         }
     }
 
-    /// The half bridge both of whose switches are closed at once at any time of a period, as the registers are.
-    pub(in super::super) fn short_circuit(&self, driver: GateDriver) -> Option<u32> {
-        let off =
-            |channel: u32| [0, 1].map(|side| Some(self.registers.has(CCER, 4 * channel + 2 * side + 1)));
-        (0..BRIDGES).find(|channel| {
-            let levels =
-                [[true, false], [false, true], [false, false]].map(|active| self.levels(*channel, active));
-            // Behind the switch-off both are at their inactive levels first.
-            let is_driven = self.levels(*channel, [false; 2]) != [None; 2];
-            levels
-                .into_iter()
-                .chain(is_driven.then(|| off(*channel)))
-                .any(|levels| driver.closes(levels) == [true; 2])
-        })
+    /// What is wrong with a half bridge, as the registers are: at any time of a period both of its switches are closed at once, or
+    /// one of them is while the bridge is off.
+    pub(in super::super) fn misuse(&self, channel: u32, driver: GateDriver) -> Option<&'static str> {
+        let is_off = !self.registers.has(BDTR, MOE);
+        let levels =
+            [[true, false], [false, true], [false, false]].map(|active| self.levels(channel, active));
+        // Behind the switch-off both are at their inactive levels first.
+        let is_driven = self.levels(channel, [false; 2]) != [None; 2];
+        let inactive = [0, 1].map(|side| Some(self.registers.has(CCER, 4 * channel + 2 * side + 1)));
+        let mut closed =
+            levels.into_iter().chain(is_driven.then_some(inactive)).map(|levels| driver.closes(levels));
+        if closed.clone().any(|closed| closed == [true; 2]) {
+            Some("both switches are closed at once")
+        } else {
+            (is_off && closed.any(|closed| closed.contains(&true)))
+                .then_some("a switch is closed while it is off")
+        }
     }
 
     /// The levels of a channel's two pins, whose outputs are active or not; none where the timer does not drive one.
