@@ -1,6 +1,7 @@
 //! What tools need to know of a board to build, check and flash its images: a file per board.
 
 pub(crate) mod b_g431b_esc1;
+pub mod ihm08m1;
 pub(crate) mod mps2_an386;
 pub(crate) mod nucleo_g474re;
 
@@ -68,18 +69,11 @@ pub struct Tooling {
     pub scheme: BuiltInScheme,
 }
 
-/// A three-phase motor with an incremental encoder under field-oriented control.
+/// A three-phase motor under field-oriented control.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ThreePhaseDrive {
-    /// Motor, limits and inverter.
+    /// Of the image: what a board runs by that keeps no other one.
     pub configuration: drive::Configuration,
-    /// Of the encoder, all four edges counted; 2 to 65 536.
-    pub counts_per_turn: u32,
-    /// That turns the rotor when it is aligned, `A`.
-    pub aligning_current_a: f32,
-    /// Torque against the speed that is added to what is commanded, `N m s/rad`, at least 0: as much as a motor brakes by itself
-    /// that is driven by a voltage, without which a scheme has to damp the joint.
-    pub damping_nms_per_rad: f32,
     /// How the board measures.
     pub scaling: Scaling,
 }

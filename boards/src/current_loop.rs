@@ -2,10 +2,11 @@
 //!
 //! ```text
 //!   at rest     the bridge is off, and what the phases count is no current
-//!   unaligned   it is off; the next torque has the rotor aligned, where its encoder knows no angle after a start
+//!   unaligned   it is off; the next torque has the rotor aligned
 //!   aligning    a bounded current turns the rotor a little and back, once
 //!   driving     the torque that the tick wants
 //! ```
+//! A rotor whose encoder knows its angle from the first reading on is never aligned: the configuration says where its magnets are.
 //! A torque that is older than three ticks is none. While none is wanted for that long, a fault is forgotten, and found again
 //! in the same period if it is still there.
 
@@ -17,11 +18,15 @@ pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
 
 use dimsart_core::DriveFault;
 use drive::{
-    Checked, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep, Rotor, Sample,
+    Checked, Configuration, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep,
+    Rotor, Sample,
 };
 
 use crate::catalogue::ThreePhaseDrive;
 
+/// From an absolute encoder's taking its angle to the sampling of the currents that this is used with: it is asked at the end
+/// of a period's work, 12 us after the sampling of its currents, and answers in the next one.
+const ENCODER_AGE_PERIODS: f32 = 0.76;
 /// Ticks that a torque may be old.
 const MOST_TICKS: f32 = 3.0;
 
@@ -41,8 +46,6 @@ pub struct Counts {
 pub struct CurrentLoop {
     scaling: Scaling,
     configuration: Checked,
-    aligning_current_a: f32,
-    damping_nms_per_rad: f32,
     rest_counts: [f32; 3],
     stage: Stage,
     drive: Drive,
@@ -68,15 +71,15 @@ impl CurrentLoop {
     #[must_use]
     pub fn new(drive: &ThreePhaseDrive, checked: &Checked, tick_s: f32) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let most_periods = (MOST_TICKS * tick_s / checked.get().period_s + 0.5) as u16;
+        let most_periods = (MOST_TICKS * tick_s / checked.get().inverter.period_s + 0.5) as u16;
+        let Configuration { encoder, inverter, .. } = checked.get();
+        let encoder_age_s = if encoder.is_absolute() { ENCODER_AGE_PERIODS * inverter.period_s } else { 0.0 };
         Self {
             scaling: drive.scaling,
             configuration: *checked,
-            aligning_current_a: drive.aligning_current_a,
-            damping_nms_per_rad: drive.damping_nms_per_rad,
             rest_counts: [drive.scaling.rest_counts; 3],
             stage: Stage::AtRest(Rest::default()),
-            drive: Drive::of(checked),
+            drive: Drive::of(checked).with_encoder_age(encoder_age_s),
             age: Age::new(most_periods),
             idle_periods: 0,
             most_periods,
@@ -101,7 +104,8 @@ impl CurrentLoop {
             rotor,
         };
         let duties = if matches!(self.stage, Stage::Driving) {
-            let braked_nm = self.damping_nms_per_rad * self.drive.measured().speed_rad_per_s;
+            let braked_nm =
+                self.configuration.get().damping_nms_per_rad * self.drive.measured().speed_rad_per_s;
             self.drive.step(&sample, wanted_nm.map(|wanted_nm| wanted_nm - braked_nm))
         } else {
             // For angle and speed, and what is wrong with the rest.
@@ -133,7 +137,8 @@ impl CurrentLoop {
                 Ok(Some(rest_counts)) => {
                     self.rest_counts = rest_counts;
                     self.drive.clear();
-                    self.stage = Stage::Unaligned;
+                    let is_absolute = self.configuration.get().encoder.is_absolute();
+                    self.stage = if is_absolute { Stage::Driving } else { Stage::Unaligned };
                     self.fault = None;
                 }
                 Err(WrongAtRest) => {
@@ -143,8 +148,10 @@ impl CurrentLoop {
             },
             Stage::Unaligned => {
                 if is_wanted && self.fault.is_none() && self.drive.fault().is_none() {
-                    let identification =
-                        Identification::of_offset(&self.configuration, self.aligning_current_a);
+                    let identification = Identification::of_offset(
+                        &self.configuration,
+                        self.configuration.get().aligning_current_a,
+                    );
                     self.stage = Stage::Aligning(identification);
                 }
             }

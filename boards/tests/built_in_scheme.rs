@@ -123,7 +123,7 @@ fn a_pair_of_motors_follows_a_hand_and_comes_to_rest() {
     for (board, motor) in boards_with_motors() {
         for inertia_kg_m2 in [3e-6, 1e-5, 3e-5] {
             let mut pair = Pair::new(board);
-            let damping = board.tooling.drive.map(|drive| drive.damping_nms_per_rad);
+            let damping = board.tooling.drive.map(|drive| drive.configuration.damping_nms_per_rad);
             let mut shafts = [Shaft { motor, damping, inertia_kg_m2, angle: 0.0, speed: 0.0 }; 2];
             let hand = 0.1 * largest_torque_nm(motor);
             for tick in 0..3_000 {

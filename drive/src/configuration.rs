@@ -4,6 +4,7 @@ use core::f32::consts::{FRAC_PI_4, PI};
 use core::fmt;
 
 use crate::drive::{PERIODS_TO_VOLTAGE, TRACKING_RAD_PER_S};
+use crate::encoder::{As5047p, As5600, Mt6701};
 use crate::vector::Dq;
 
 /// Most that the tracking's poles may turn in a period, `rad`: beyond 0.8 it would not be stable.
@@ -54,25 +55,76 @@ pub struct Limits {
     pub stall_s: f32,
 }
 
-/// All of it.
+/// What measures the rotor's angle.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+#[cfg_attr(
+    feature = "serde",
+    derive(serde::Serialize, serde::Deserialize),
+    serde(tag = "kind", rename_all = "lowercase", deny_unknown_fields)
+)]
+pub enum Encoder {
+    /// Two channels, A and B: it knows its angle from a start on.
+    Incremental {
+        /// All four edges counted, 2 to 65 536.
+        counts_per_turn: u32,
+    },
+    /// See [`As5047p`].
+    As5047p,
+    /// See [`Mt6701`].
+    Mt6701,
+    /// See [`As5600`].
+    As5600,
+}
+
+/// What the rotor turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
-pub struct Configuration {
-    /// The motor.
-    pub motor: Motor,
-    /// Its limits and those of the inverter.
-    pub limits: Limits,
+pub struct Joint {
+    /// Turns of the rotor in one of the joint, 0.001 to 10 000; below 0 where the joint turns the other way.
+    pub gear_ratio: f32,
+    /// Angle of the joint at the encoder's zero, `rad`, -100 to 100; of an incremental one, that is where it starts.
+    pub zero_rad: f32,
+}
+
+/// What a board's half bridges are, whatever motor they turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Inverter {
     /// One period of the pulse-width modulation, and from one step to the next, `s`, > 0, up to 150 µs.
     pub period_s: f32,
-    /// `wc`, bandwidth of the current loops, `rad/s`, > 0; up to a third of `1/period_s`.
-    pub bandwidth_rad_per_s: f32,
     /// Dead time of one edge of a half bridge, as a share of a period, 0 to 0.2.
     pub dead_time_share: f32,
     /// Current below which that changes proportionally less, `A`, > 0.
     pub dead_time_current_a: f32,
     /// Largest duty cycle, 0.6 to 1: converters that measure at the low side need the rest.
     pub most_duty: f32,
+}
+
+/// All of it: what an inverter turns, and the inverter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize), serde(deny_unknown_fields))]
+pub struct Configuration {
+    /// `wc`, bandwidth of the current loops, `rad/s`, > 0; up to a third of `1/period_s`.
+    pub bandwidth_rad_per_s: f32,
+    /// That turns the rotor when it is aligned, `A`, > 0, up to `limits.current_a`.
+    pub aligning_current_a: f32,
+    /// Torque of the rotor against its speed, that is added to what is commanded, `N m s/rad`, at least 0: as much as a motor
+    /// brakes by itself that is driven by a voltage, without which a scheme has to damp the joint.
+    pub damping_nms_per_rad: f32,
+    /// The motor.
+    pub motor: Motor,
+    /// Its encoder.
+    pub encoder: Encoder,
+    /// Its joint.
+    pub joint: Joint,
+    /// Limits of motor and inverter.
+    pub limits: Limits,
+    /// The inverter.
+    pub inverter: Inverter,
 }
 
 /// A value that no drive can have.
@@ -106,6 +158,25 @@ impl Motor {
     pub fn torque_nm(&self, Dq { d, q }: Dq) -> f32 {
         let saliency_h = self.direct_inductance_h - self.quadrature_inductance_h;
         1.5 * f32::from(self.pole_pairs) * (self.flux_linkage_vs + saliency_h * d) * q
+    }
+}
+
+impl Encoder {
+    /// Angles that it tells apart in a turn of the rotor.
+    #[must_use]
+    pub const fn counts_per_turn(&self) -> u32 {
+        match self {
+            Self::Incremental { counts_per_turn } => *counts_per_turn,
+            Self::As5047p => As5047p::COUNTS_PER_TURN,
+            Self::Mt6701 => Mt6701::COUNTS_PER_TURN,
+            Self::As5600 => As5600::COUNTS_PER_TURN,
+        }
+    }
+
+    /// Whether it knows its angle from its first reading on.
+    #[must_use]
+    pub const fn is_absolute(&self) -> bool {
+        !matches!(self, Self::Incremental { .. })
     }
 }
 
@@ -160,7 +231,7 @@ impl Configuration {
     /// # Errors
     /// The first value outside its range.
     pub const fn checked(&self) -> Result<Checked, ConfigurationError> {
-        let Self { motor, limits, .. } = self;
+        let Self { motor, joint, limits, inverter, .. } = self;
         require!(self.motor.resistance_ohm, is_positive(motor.resistance_ohm), "above 0");
         require!(self.motor.direct_inductance_h, is_positive(motor.direct_inductance_h), "above 0");
         require!(self.motor.quadrature_inductance_h, is_positive(motor.quadrature_inductance_h), "above 0");
@@ -182,26 +253,42 @@ impl Configuration {
         require!(self.limits.derating_c, limits.derating_c.is_finite(), "a number");
         require!(self.limits.trip_c, is_above(limits.trip_c, limits.derating_c), "above limits.derating_c");
         require!(self.limits.speed_rad_per_s, is_positive(limits.speed_rad_per_s), "above 0");
-        let ahead_rad = PERIODS_TO_VOLTAGE * self.period_s * motor.pole_pairs as f32 * limits.speed_rad_per_s;
+        let ahead_rad =
+            PERIODS_TO_VOLTAGE * inverter.period_s * motor.pole_pairs as f32 * limits.speed_rad_per_s;
         require!(
             self.limits.speed_rad_per_s,
             ahead_rad <= FRAC_PI_4,
             "so slow that the rotor turns an eighth of an electrical turn in 1.5 periods at most"
         );
         require!(self.limits.stall_s, limits.stall_s > 0.0, "above 0, or infinity");
-        require!(self.period_s, is_positive(self.period_s), "above 0");
-        let is_followed = self.period_s * TRACKING_RAD_PER_S <= MOST_TRACKING_SHARE;
-        require!(self.period_s, is_followed, "up to 150e-6: the rotor is followed no slower");
+        require!(self.inverter.period_s, is_positive(inverter.period_s), "above 0");
+        let is_followed = inverter.period_s * TRACKING_RAD_PER_S <= MOST_TRACKING_SHARE;
+        require!(self.inverter.period_s, is_followed, "up to 150e-6: the rotor is followed no slower");
         require!(self.bandwidth_rad_per_s, is_positive(self.bandwidth_rad_per_s), "above 0");
-        let is_slow = self.bandwidth_rad_per_s * self.period_s <= 1.0 / 3.0;
-        require!(self.bandwidth_rad_per_s, is_slow, "at most a third of 1 / period_s");
+        let is_slow = self.bandwidth_rad_per_s * inverter.period_s <= 1.0 / 3.0;
+        require!(self.bandwidth_rad_per_s, is_slow, "at most a third of 1 / inverter.period_s");
+        require!(self.aligning_current_a, is_positive(self.aligning_current_a), "above 0");
         require!(
-            self.dead_time_share,
-            0.0 <= self.dead_time_share && self.dead_time_share <= 0.2,
-            "0 to 0.2"
+            self.aligning_current_a,
+            self.aligning_current_a <= limits.current_a,
+            "at most limits.current_a"
         );
-        require!(self.dead_time_current_a, is_positive(self.dead_time_current_a), "above 0");
-        require!(self.most_duty, 0.6 <= self.most_duty && self.most_duty <= 1.0, "0.6 to 1");
+        let is_damping = self.damping_nms_per_rad >= 0.0 && self.damping_nms_per_rad.is_finite();
+        require!(self.damping_nms_per_rad, is_damping, "at least 0");
+        if let Encoder::Incremental { counts_per_turn } = self.encoder {
+            let is_counted = 2 <= counts_per_turn && counts_per_turn <= 1 << 16;
+            if !is_counted {
+                let (name, value) = ("encoder.counts_per_turn", counts_per_turn as f32);
+                return Err(ConfigurationError { name, value, range: "2 to 65536" });
+            }
+        }
+        let ratio = joint.gear_ratio.abs();
+        require!(self.joint.gear_ratio, 1e-3 <= ratio && ratio <= 1e4, "0.001 to 10000, of either sign");
+        require!(self.joint.zero_rad, joint.zero_rad.abs() <= 100.0, "-100 to 100");
+        let dead_time = inverter.dead_time_share;
+        require!(self.inverter.dead_time_share, 0.0 <= dead_time && dead_time <= 0.2, "0 to 0.2");
+        require!(self.inverter.dead_time_current_a, is_positive(inverter.dead_time_current_a), "above 0");
+        require!(self.inverter.most_duty, 0.6 <= inverter.most_duty && inverter.most_duty <= 1.0, "0.6 to 1");
         Ok(Checked(*self))
     }
 }

@@ -13,7 +13,7 @@
 //! The voltage stays within a circle, `u_d` first: the flux is held, the torque gives way. What was cut off goes back
 //! through `1/Kp` into the integrals, which so never wind up.
 
-use crate::configuration::{Configuration, Motor};
+use crate::configuration::{Configuration, Inverter, Motor};
 use crate::modulation::Supply;
 use crate::number::within;
 use crate::vector::Dq;
@@ -38,7 +38,8 @@ struct Gains {
 
 impl Gains {
     fn new(inductance_h: f32, configuration: &Configuration) -> Self {
-        let Configuration { motor, period_s, bandwidth_rad_per_s, .. } = configuration;
+        let Configuration { motor, inverter: Inverter { period_s, .. }, bandwidth_rad_per_s, .. } =
+            configuration;
         let integral_ohm = bandwidth_rad_per_s * period_s * motor.resistance_ohm;
         let unwinding = decayed(period_s * motor.resistance_ohm / inductance_h);
         Self { proportional_ohm: integral_ohm / unwinding, integral_ohm, unwinding }

@@ -146,7 +146,7 @@ impl Identification<false> {
 impl<const FINDS_INDUCTANCES: bool> Identification<FINDS_INDUCTANCES> {
     fn begin(configuration: &Checked, current_a: f32) -> Self {
         let configuration = configuration.get();
-        let period_s = configuration.period_s;
+        let period_s = configuration.inverter.period_s;
         Self {
             current_a,
             period_s,

@@ -20,16 +20,17 @@
 //! #     current_a: 20.0, trip_current_a: 30.0, least_bus_v: 18.0, most_bus_v: 30.0, derating_c: 80.0, trip_c: 100.0,
 //! #     speed_rad_per_s: 400.0, stall_s: 2.0,
 //! # };
-//! use drive::{Angle, Configuration, Drive, Rotor, Sample};
+//! use drive::{Angle, Configuration, Drive, Encoder, Inverter, Joint, Rotor, Sample};
 //!
 //! let mut drive = Drive::new(&Configuration {
 //!     motor: MOTOR,
 //!     limits: LIMITS,
-//!     period_s: 50e-6,
 //!     bandwidth_rad_per_s: 6283.0,
-//!     dead_time_share: 0.02,
-//!     dead_time_current_a: 0.2,
-//!     most_duty: 0.95,
+//!     aligning_current_a: 5.0,
+//!     damping_nms_per_rad: 0.0,
+//!     encoder: Encoder::Incremental { counts_per_turn: 4_096 },
+//!     joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
+//!     inverter: Inverter { period_s: 50e-6, dead_time_share: 0.02, dead_time_current_a: 0.2, most_duty: 0.95 },
 //! })?;
 //! // Once per period, with what the converters show and the torque that the tick commands.
 //! let rotor = Rotor::At(Angle::from_counts(1_000, 4_096));
@@ -66,7 +67,9 @@ mod tracking;
 mod vector;
 
 pub use angle::Angle;
-pub use configuration::{Checked, Configuration, ConfigurationError, Limits, Motor};
+pub use configuration::{
+    Checked, Configuration, ConfigurationError, Encoder, Inverter, Joint, Limits, Motor,
+};
 pub use current_controller::CurrentController;
 pub use drive::{Drive, Measured};
 pub use encoder::{As5047p, As5600, Mt6701};

@@ -8,7 +8,7 @@
 //! mean, against the current. It is given back with the sign of the current that is wanted, which is free of noise, and
 //! in proportion to it where it is small.
 
-use crate::configuration::Configuration;
+use crate::configuration::{Configuration, Inverter};
 use crate::number::{larger, smaller, within};
 use crate::vector::{FRAC_1_SQRT_3, Stator};
 
@@ -40,7 +40,7 @@ impl Modulation {
     /// Of a configuration that is [right](Configuration::check).
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
-        let Configuration { dead_time_share, dead_time_current_a, most_duty, .. } = *configuration;
+        let Inverter { dead_time_share, dead_time_current_a, most_duty, .. } = configuration.inverter;
         let radius_share = FRAC_1_SQRT_3 * (2.0 * (most_duty - dead_time_share) - 1.0);
         Self {
             dead_time_share,

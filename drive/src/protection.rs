@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::configuration::{Configuration, Limits};
+use crate::configuration::{Configuration, Inverter, Limits};
 use crate::number::{larger, smaller};
 use crate::sample::{Rotor, Sample};
 
@@ -124,7 +124,7 @@ impl Protection {
     /// With the limits of a configuration that is [right](Configuration::check).
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
-        let Configuration { limits, period_s, .. } = *configuration;
+        let Configuration { limits, inverter: Inverter { period_s, .. }, .. } = *configuration;
         Self {
             limits,
             period_s,

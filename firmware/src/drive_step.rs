@@ -17,7 +17,7 @@ use boards as _;
 use cortex_m::Peripherals;
 use cortex_m::peripheral::DWT;
 use cortex_m_rt::entry;
-use drive::{Angle, Configuration, Drive, Limits, Motor, Rotor, Sample};
+use drive::{Angle, Configuration, Drive, Encoder, Inverter, Joint, Limits, Motor, Rotor, Sample};
 use semihosting::process::exit;
 
 /// Bytes of a [`Drive`].
@@ -87,11 +87,12 @@ const CONFIGURATION: Configuration = Configuration {
         speed_rad_per_s: 400.0,
         stall_s: 1.0,
     },
-    period_s: 5e-5,
     bandwidth_rad_per_s: 6283.0,
-    dead_time_share: 0.02,
-    dead_time_current_a: 0.2,
-    most_duty: 0.95,
+    aligning_current_a: 5.0,
+    damping_nms_per_rad: 0.0,
+    encoder: Encoder::Incremental { counts_per_turn: 4096 },
+    joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
+    inverter: Inverter { period_s: 5e-5, dead_time_share: 0.02, dead_time_current_a: 0.2, most_duty: 0.95 },
 };
 
 #[entry]

@@ -157,8 +157,8 @@ fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
     });
     let mut recording = Recording::new(columns.to_vec());
     let periods = found.iter().map(|follow| follow.response.len()).min().unwrap_or(0);
-    for (period, time_s) in
-        (0..periods).zip(std::iter::successors(Some(0.0), |time_s| Some(time_s + f64::from(told.period_s))))
+    for (period, time_s) in (0..periods)
+        .zip(std::iter::successors(Some(0.0), |time_s| Some(time_s + f64::from(told.inverter.period_s))))
     {
         for (value, follow) in recording.add_row(time_s).iter_mut().zip(found) {
             *value = follow.response.get(period).copied().unwrap_or(f64::NAN);

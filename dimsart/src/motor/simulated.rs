@@ -96,14 +96,14 @@ pub fn follow(told: &Configuration, resistance: f64, inductance: f64) -> Result<
     }
     for _ in 0..PERIODS {
         let next = drive.step(&sample(&bridge, told, truth.supply_v), Some(torque_nm));
-        bridge.advance(duties.map(wide), told.period_s.into());
+        bridge.advance(duties.map(wide), told.inverter.period_s.into());
         duties = next;
         response.push(bridge.state().quadrature_a / step_a);
     }
     let overshoot = response.iter().copied().fold(1.0, f64::max) - 1.0;
     let rough = response.iter().rposition(|share| (share - 1.0).abs() > SETTLED).map_or(0, |last| last + 1);
     #[expect(clippy::cast_precision_loss, reason = "a few periods")]
-    let settled_s = (rough < PERIODS).then(|| rough as f64 * f64::from(told.period_s));
+    let settled_s = (rough < PERIODS).then(|| rough as f64 * f64::from(told.inverter.period_s));
     Ok(Follow { response, overshoot, settled_s })
 }
 
@@ -129,12 +129,12 @@ pub fn identify(
     while time_s < LONGEST_S {
         match identification.step(&sample(&bridge, told, truth.supply_v)) {
             IdentificationStep::GoesOn(next) => {
-                bridge.advance(duties.map(wide), told.period_s.into());
+                bridge.advance(duties.map(wide), told.inverter.period_s.into());
                 duties = Some(next);
             }
             IdentificationStep::Over(end) => return Ok(end),
         }
-        time_s += f64::from(told.period_s);
+        time_s += f64::from(told.inverter.period_s);
     }
     Ok(Err(IdentificationError::DidNotMove))
 }

@@ -35,6 +35,11 @@ impl OnBench for Bench {
     }
 }
 
+/// The board of a name on the bench, with another image.
+pub(crate) fn bench_of(name: &str, image: Arc<Image>) -> Bench {
+    Bench::new(Board::named(name).unwrap(), image).unwrap()
+}
+
 /// A board that a test and its command line share.
 #[derive(Debug)]
 pub(crate) struct Shared<W = Bench>(Arc<Mutex<W>>);

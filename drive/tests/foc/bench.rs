@@ -3,7 +3,7 @@
 use core::cell::Cell;
 use core::f64::consts::TAU;
 
-use drive::{Angle, Configuration, Drive, Duties, Limits, Motor, Rotor, Sample};
+use drive::{Angle, Configuration, Drive, Duties, Encoder, Inverter, Joint, Limits, Motor, Rotor, Sample};
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 pub(crate) const PERIOD_S: f64 = 5e-5;
@@ -45,11 +45,17 @@ pub(crate) fn configuration(motor: &ThreePhaseParameters) -> Configuration {
             speed_rad_per_s: 400.0,
             stall_s: f32::INFINITY,
         },
-        period_s: as_f32(PERIOD_S),
         bandwidth_rad_per_s: as_f32(TAU * 1000.0),
-        dead_time_share: as_f32(motor.dead_time_share),
-        dead_time_current_a: as_f32(motor.dead_time_current_a),
-        most_duty: 0.95,
+        aligning_current_a: 5.0,
+        damping_nms_per_rad: 0.0,
+        encoder: Encoder::Incremental { counts_per_turn: 4096 },
+        joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
+        inverter: Inverter {
+            period_s: as_f32(PERIOD_S),
+            dead_time_share: as_f32(motor.dead_time_share),
+            dead_time_current_a: as_f32(motor.dead_time_current_a),
+            most_duty: 0.95,
+        },
     }
 }
 

@@ -38,7 +38,7 @@ fn identify(
             }
         };
         bench.motor.advance(duties, PERIOD_S);
-        let most = bench.configuration.most_duty - 0.5 + 1e-6;
+        let most = bench.configuration.inverter.most_duty - 0.5 + 1e-6;
         assert!(next.iter().all(|duty| (duty - 0.5).abs() <= most), "{next:?}");
         duties = Some(next.map(f64::from));
         most_a = bench.motor.phase_a().iter().fold(most_a, |most_a, phase_a| phase_a.abs().max(most_a));

@@ -12,7 +12,7 @@ use cycles::bound::{Bound, Call, Input, Question, Snapshot};
 use cycles::image::Image;
 use cycles::machine::{Machine, Run};
 use cycles::timing::{Column, Flash, Profile, Timing};
-use drive::{Configuration, Duties, Fault, Rotor, Sample};
+use drive::{Configuration, Duties, Encoder, Fault, Rotor, Sample};
 
 use crate::bench::{Bench, configuration, motor};
 
@@ -51,18 +51,26 @@ impl Emulated {
         let mut bytes = [0; 4];
         machine.read(place, &mut bytes).unwrap();
         machine.map(DRIVE, u32::from_le_bytes(bytes).next_multiple_of(4));
-        for (address, words) in [(NUMBERS, 19), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
+        for (address, words) in [(NUMBERS, 25), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
             machine.map(address, 4 * words);
         }
-        let Configuration { motor, limits, .. } = told;
+        let Configuration { motor, joint, limits, inverter, .. } = told;
         // As a `Configuration` lies in memory.
+        let Encoder::Incremental { counts_per_turn } = told.encoder else { panic!("{told:?}") };
         let numbers = [
+            told.bandwidth_rad_per_s,
+            told.aligning_current_a,
+            told.damping_nms_per_rad,
             motor.resistance_ohm,
             motor.direct_inductance_h,
             motor.quadrature_inductance_h,
             motor.flux_linkage_vs,
             f32::from_le_bytes([motor.pole_pairs, motor.is_encoder_reversed.into(), 0, 0]),
             motor.encoder_offset_rad,
+            f32::from_bits(0),
+            f32::from_bits(counts_per_turn),
+            joint.gear_ratio,
+            joint.zero_rad,
             limits.current_a,
             limits.trip_current_a,
             limits.least_bus_v,
@@ -71,11 +79,10 @@ impl Emulated {
             limits.trip_c,
             limits.speed_rad_per_s,
             limits.stall_s,
-            told.period_s,
-            told.bandwidth_rad_per_s,
-            told.dead_time_share,
-            told.dead_time_current_a,
-            told.most_duty,
+            inverter.period_s,
+            inverter.dead_time_share,
+            inverter.dead_time_current_a,
+            inverter.most_duty,
         ];
         machine.write(NUMBERS, &numbers.map(f32::to_le_bytes).concat()).unwrap();
         let function = |name: &str| image.function(name).unwrap().address;

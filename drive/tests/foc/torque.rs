@@ -96,9 +96,9 @@ fn cogging_turns_the_rotor_back_and_forth_and_leaves_the_torque_of_the_current_r
 fn dead_time_that_is_made_up_for_leaves_a_fifth_of_its_ripple() {
     let motor = motor();
     let ripple = |share: f32| {
-        let mut bench =
-            Bench::new(&motor, drive::Configuration { dead_time_share: share, ..configuration(&motor) });
-        bench = bench.exact();
+        let mut told = configuration(&motor);
+        told.inverter.dead_time_share = share;
+        let mut bench = Bench::new(&motor, told).exact();
         bench.motor.set_rotor(0.0, 40.0);
         let wanted_nm = bench.configuration.motor.torque_constant_nm_per_a() * 3.0;
         bench.run(Some(wanted_nm), 2_000);

@@ -85,8 +85,8 @@ impl From<&drive::Configuration> for ThreePhaseParameters {
             quadrature_inductance_h: told.motor.quadrature_inductance_h.into(),
             flux_linkage_vs: told.motor.flux_linkage_vs.into(),
             pole_pairs: told.motor.pole_pairs.into(),
-            dead_time_share: told.dead_time_share.into(),
-            dead_time_current_a: told.dead_time_current_a.into(),
+            dead_time_share: told.inverter.dead_time_share.into(),
+            dead_time_current_a: told.inverter.dead_time_current_a.into(),
             ..Self::default()
         }
     }
