@@ -14,7 +14,8 @@ use serde::Deserialize;
 use super::line::{Device, LineOptions};
 use super::{Ending, UsageError};
 use crate::commissioning::{
-    Check, Computer, EmulatedBoard, LockedRotor, Report, Surroundings, examine, save_and_restart, watch_ticks,
+    Check, Computer, EmulatedBoard, LockedRotor, Report, Step, Surroundings, examine, save_and_restart,
+    watch_ticks,
 };
 use crate::connect::{self, Patience};
 use crate::cycles::Firmware;
@@ -93,7 +94,7 @@ impl Commission {
         };
         if let Err(error) = all {
             report.add([Check::new(
-                "line",
+                "all checks",
                 false,
                 error.to_string(),
                 "that all checks get to their end",
@@ -116,7 +117,7 @@ impl Commission {
         let mut emulated = EmulatedBoard::new(Bench::new(board, firmware.image)?);
         let mut device = connect::Device::greet(emulated.line(), Patience::default())?;
         let checked = self.check(&mut device, &mut emulated, report);
-        report.add([rules(&emulated)]);
+        report.add([rules(&emulated), Check::not_run(LOCKED, "an emulated chip has no motor")]);
         checked
     }
 
@@ -132,12 +133,10 @@ impl Commission {
         let mut device = self.line.open(port)?;
         let mut around = Computer::new(port, self.restart.clone());
         self.check(&mut device, &mut around, report)?;
-        if !self.locked_rotor {
-            return Ok(());
-        }
         match self.step(info)? {
+            Some(step) if self.locked_rotor => turn(&step, &mut device, &around, folder, report, out)?,
+            Some(_) => report.add([Check::not_run(LOCKED, "not asked for: --locked-rotor")]),
             None => report.add([Check::not_run(LOCKED, "the board drives no three-phase motor")]),
-            Some(step) => turn(&step, &mut device, &around, folder, report, out)?,
         }
         Ok(())
     }
@@ -183,7 +182,7 @@ fn rules(emulated: &EmulatedBoard) -> Check {
     Check::new("rules of the chip", is_well, found, "none broken, no fault", next)
 }
 
-/// Asks twice, and moves the motor in between and afterwards.
+/// Asks twice, and moves the motor after each; the scheme that was there is put back, whatever comes of it.
 fn turn(
     step: &LockedRotor,
     device: &mut Device,
@@ -192,23 +191,10 @@ fn turn(
     report: &mut Report,
     out: &mut impl Write,
 ) -> Result<(), Box<dyn Error>> {
-    let free = "The rotor turns by up to one and a quarter of an electrical turn and back, for 9 s. Let it be FREE, with \
-                nothing on it and a hand at the supply's switch.";
-    if !is_allowed(free, out)? {
-        report.add([Check::not_run(LOCKED, "nobody said yes on a terminal")]);
-        return Ok(());
-    }
-    let rows = LockedRotor::align(device, around)?;
-    let hold = format!(
-        "HOLD the rotor now, by a clamp and not by hand: it gets {} N m for less than a second.",
-        step.torque_nm
-    );
-    let result = match is_allowed(&hold, out)? {
-        true => step.step(device, around).map(Some),
-        false => Ok(None),
-    };
+    let rows = LockedRotor::prepare(device)?;
+    let done = turn_if_allowed(step, device, around, out);
     LockedRotor::put_back(device, &rows)?;
-    let Some((check, drawn)) = result? else {
+    let Some((check, drawn)) = done? else {
         report.add([Check::not_run(LOCKED, "nobody said yes on a terminal")]);
         return Ok(());
     };
@@ -217,6 +203,28 @@ fn turn(
     report.pictures.extend(svg.file_name().map(|name| name.to_string_lossy().into_owned()));
     report.add([check]);
     Ok(())
+}
+
+fn turn_if_allowed(
+    step: &LockedRotor,
+    device: &mut Device,
+    around: &impl Surroundings,
+    out: &mut impl Write,
+) -> Result<Option<(Check, Step)>, Box<dyn Error>> {
+    let free = "The rotor turns by up to one and a quarter of an electrical turn and back, for 9 s. Let it be FREE, with \
+                nothing on it and a hand at the supply's switch.";
+    if !is_allowed(free, out)? {
+        return Ok(None);
+    }
+    LockedRotor::align(device, around)?;
+    let hold = format!(
+        "HOLD the rotor now, by a clamp and not by hand: it gets {} N m for less than a second.",
+        step.torque_nm
+    );
+    if !is_allowed(&hold, out)? {
+        return Ok(None);
+    }
+    Ok(Some(step.step(device, around)?))
 }
 
 /// Whether somebody at a terminal says yes.

@@ -40,7 +40,6 @@ pub fn examine<S: Read + Write>(
     checks.extend(watch_ticks(device, around, WATCHED_S)?);
     looks.look(device)?;
     let after = device.status_report()?;
-    checks.push(cycles(after.timing.as_ref()));
     let reason = device.reason()?.filter(|reason| reason.is_fault()).is_some();
     checks.push(faults(&device.faults()?, reason));
     let holder = [&before, &after].into_iter().filter_map(|status| holder(status)).next();
@@ -136,22 +135,6 @@ fn scheme(kept: Option<&KeptReport>) -> Check {
         kept.to_string().replace('\n', "; "),
         "the saved or the built-in one, and none on trial",
         next,
-    )
-}
-
-fn cycles(timing: Option<&TimingText>) -> Check {
-    let name = "cycles of a tick";
-    let Some((Some(mean), Some(most), Some(bound))) =
-        timing.map(|timing| (timing.mean_cycles, timing.max_cycles, timing.bound_cycles))
-    else {
-        return Check::not_run(name, "the device does not tell what its ticks take, or their bound");
-    };
-    Check::new(
-        name,
-        most <= bound,
-        format!("{mean} on average, {most} at most"),
-        format!("{bound} at most, by the machine code of the scheme that runs"),
-        "if no other scheme ran since its start: `cargo xtask cycle-table BOARD`, and report what it shows",
     )
 }
 

@@ -59,22 +59,30 @@ impl Step {
 }
 
 impl LockedRotor {
-    /// Puts a constant torque of 0 in place of the scheme, and arms the board for 9 s, in which it finds where its rotor's
-    /// magnets are: the rotor must be free for that. Gives the rows of the scheme that was there, to be put back.
+    /// Puts a constant torque of 0 in place of the scheme. Gives the rows of the one that was there, to be
+    /// [put back](Self::put_back).
     ///
     /// # Errors
-    /// [`ConnectError`] when the device does not answer, or refuses the scheme or the lease.
+    /// [`ConnectError`] when the device does not answer, or refuses the scheme.
+    pub fn prepare<S: Read + Write>(device: &mut Device<S>) -> Result<String, ConnectError> {
+        let rows = device.scheme_rows(None)?;
+        let scheme = SchemeText { name: "a constant torque".to_owned(), text: SCHEME.to_owned() };
+        device.replace_scheme(&scheme, ANY_SIDE)?;
+        Ok(rows)
+    }
+
+    /// Arms the board for 9 s, in which it finds where its rotor's magnets are: the rotor must be free for that.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer, or refuses the lease.
     pub fn align<S: Read + Write>(
         device: &mut Device<S>,
         around: &impl Surroundings,
-    ) -> Result<String, ConnectError> {
-        let rows = device.scheme_rows(None)?;
-        let scheme = SchemeText { name: "first_start".to_owned(), text: SCHEME.to_owned() };
-        device.replace_scheme(&scheme, ANY_SIDE)?;
+    ) -> Result<(), ConnectError> {
         device.hold_lease()?;
         let waited = wait(device, around, ALIGNING_S);
         device.give_lease_back()?;
-        waited.map(|()| rows)
+        waited
     }
 
     /// Arms the board for less than a second, and commands the step meanwhile.
@@ -102,7 +110,7 @@ impl LockedRotor {
         Ok((self.judge(&rows, &widths, period_s, reason), self.draw(&rows, &widths, period_s)))
     }
 
-    /// Puts the scheme back that was there before [`align`](Self::align).
+    /// Puts the scheme back that was there before.
     ///
     /// # Errors
     /// As [`align`](Self::align).

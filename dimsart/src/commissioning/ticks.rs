@@ -74,7 +74,8 @@ pub fn watch_ticks<S: Read + Write>(
     let over = format!(" over {duration_s} s");
     Ok(vec![
         rate(&format!("tick rate{over}"), around, &before, &after, hz),
-        in_time(&format!("ticks in time{over}"), &before, &after, &cycles),
+        in_time(&format!("ticks in time{over}"), &before, &after),
+        duration(&format!("cycles of a tick{over}"), after.timing.as_ref(), &cycles),
         line(&format!("line{over}"), &before.live, &after.live),
     ])
 }
@@ -120,7 +121,7 @@ fn restarted(name: &str) -> Check {
     Check::new(name, false, "the board has started over meanwhile", "that it goes on", next)
 }
 
-fn in_time(name: &str, before: &Counted, after: &Counted, cycles: &[f64]) -> Check {
+fn in_time(name: &str, before: &Counted, after: &Counted) -> Check {
     let (Some(then), Some(now)) = (&before.timing, &after.timing) else {
         return Check::not_run(name, "the device does not tell");
     };
@@ -133,16 +134,37 @@ fn in_time(name: &str, before: &Counted, after: &Counted, cycles: &[f64]) -> Che
         "{late} of {} ticks began more than a tenth of a period late, {overruns} overran",
         now.ticks - then.ticks
     );
-    if let (Some(least), Some(most)) =
-        (cycles.iter().copied().reduce(f64::min), cycles.iter().copied().reduce(f64::max))
-    {
-        found += &format!("; one took {least} to {most} cycles, of {} that were sent", cycles.len());
-    }
     if then.late + then.overruns > 0 {
         found += &format!("; before it {} were late and {} overran", then.late, then.overruns);
     }
     let next = "see what holds the tick up: a debugger, flash that is written, or a scheme that takes too long (`show`)";
     Check::new(name, late + overruns == 0, found, "none late, none overran", next)
+}
+
+/// The bound is that of a tick that is asked nothing: of those that were sent, or else of all on average.
+fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
+    let Some((timing, mean, most, bound)) = timing
+        .and_then(|timing| Some((timing, timing.mean_cycles?, timing.max_cycles?, timing.bound_cycles?)))
+    else {
+        return Check::not_run(name, "the device does not tell what its ticks take, or their bound");
+    };
+    let least_sent = cycles.iter().copied().reduce(f64::min);
+    let most_sent = cycles.iter().copied().reduce(f64::max);
+    let mut found = format!("{mean} on average, {most} at most since the start, with a request in it");
+    if let (Some(least), Some(most)) = (least_sent, most_sent) {
+        found = format!("{least} to {most} in {} ticks that were sent; {found}", cycles.len());
+    }
+    let limit = timing.limit_cycles;
+    Check::new(
+        name,
+        most_sent.unwrap_or(mean.into()) <= bound.into() && limit.is_none_or(|limit| most <= limit.get()),
+        found,
+        format!(
+            "{bound} at most without a request, by the machine code of the scheme that runs; {} in all",
+            limit.map_or("any".to_owned(), |limit| limit.to_string())
+        ),
+        "`cargo xtask cycle-table BOARD` compares the chip with the model: report what it shows",
+    )
 }
 
 fn line(name: &str, before: &LiveReport, after: &LiveReport) -> Check {

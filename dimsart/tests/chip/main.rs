@@ -12,12 +12,14 @@
 mod boot;
 mod client;
 mod command;
+mod commissioning;
 mod common;
 mod drive;
 mod frame_bits;
 mod kept_schemes;
 mod motor;
 mod pair;
+mod pin_plan;
 mod register_writes;
 mod transceiver;
 mod trouble;
