@@ -6,6 +6,8 @@ use std::time::Duration;
 use super::{Check, Surroundings};
 use crate::connect::{ConnectError, Device, LiveReport, Tap, TimingText};
 
+/// Of three heartbeats, `s`.
+const SILENCE_S: f64 = 0.3;
 /// Between two looks at the line.
 const A_MOMENT: Duration = Duration::from_millis(20);
 /// What crystals of boards and computers differ by, at most, and much more.
@@ -21,6 +23,8 @@ struct Counted {
     ticks: u64,
     timing: Option<TimingText>,
     live: LiveReport,
+    /// At the last heartbeat.
+    heartbeat: Option<u64>,
     /// When it was asked for `ticks`, by the other clock; and how sure that is.
     at_s: f64,
     within_s: f64,
@@ -33,10 +37,11 @@ impl Counted {
     ) -> Result<Self, ConnectError> {
         let timing = device.timing()?;
         let live = device.live()?;
+        let heartbeat = device.heartbeat_ticks();
         let begun_s = around.now_s();
         let ticks = device.ticks()?;
         let took_s = around.now_s() - begun_s;
-        Ok(Self { ticks, timing, live, at_s: begun_s + took_s / 2.0, within_s: took_s / 2.0 })
+        Ok(Self { ticks, timing, live, heartbeat, at_s: begun_s + took_s / 2.0, within_s: took_s / 2.0 })
     }
 }
 
@@ -76,7 +81,7 @@ pub fn watch_ticks<S: Read + Write>(
         rate(&format!("tick rate{over}"), around, &before, &after, hz),
         in_time(&format!("ticks in time{over}"), &before, &after),
         duration(&format!("cycles of a tick{over}"), after.timing.as_ref(), &cycles),
-        line(&format!("line{over}"), &before.live, &after.live),
+        line(&format!("line{over}"), &before, &after, hz),
     ])
 }
 
@@ -167,18 +172,24 @@ fn duration(name: &str, timing: Option<&TimingText>, cycles: &[f64]) -> Check {
     )
 }
 
-fn line(name: &str, before: &LiveReport, after: &LiveReport) -> Check {
-    let [dropped, damaged] =
-        [after.dropped.saturating_sub(before.dropped), after.damaged.saturating_sub(before.damaged)];
-    let mut found = match after.silence_s {
-        Some(silence_s) => format!("no heartbeat for {silence_s:.1} s, "),
-        None => String::new(),
+fn line(name: &str, before: &Counted, after: &Counted, hz: f64) -> Check {
+    let [then, now] = [&before.live, &after.live];
+    let dropped = now.dropped.saturating_sub(then.dropped);
+    let damaged = now.damaged.saturating_sub(then.damaged);
+    let silent_ticks = after.heartbeat.map(|heartbeat| difference(heartbeat, after.ticks));
+    let heartbeat = match silent_ticks {
+        Some(ticks) => format!("the last heartbeat {ticks} ticks ago"),
+        None => "no heartbeat".to_owned(),
     };
-    found += &format!(
-        "{dropped} dropped, {damaged} came damaged; since the start {} and {}",
-        after.dropped, after.damaged
-    );
-    let next = "look at cable and baud rate, and have fewer programs look at the board at once";
-    let is_well = after.silence_s.is_none() && dropped + damaged == 0;
-    Check::new(name, is_well, found, "a heartbeat, and nothing lost", next)
+    let is_alive = silent_ticks.is_some_and(|ticks| f64::from(ticks) < SILENCE_S * hz);
+    Check::new(
+        name,
+        is_alive && dropped + damaged == 0,
+        format!(
+            "{heartbeat}; {dropped} dropped, {damaged} came damaged; since the start {} and {}",
+            now.dropped, now.damaged
+        ),
+        "a heartbeat ten times a second, and nothing lost",
+        "look at cable and baud rate, and have fewer programs look at the board at once",
+    )
 }

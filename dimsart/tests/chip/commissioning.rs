@@ -20,7 +20,7 @@ fn folder(name: &str) -> PathBuf {
 
 fn commission(board: &str, image: &Path, folder: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-    command.args(["commission", board, "--seconds", "1", "--emulated"]).arg(image);
+    command.args(["commission", board, "--seconds", "0.5", "--emulated"]).arg(image);
     command.arg("--out").arg(folder).output().unwrap()
 }
 
