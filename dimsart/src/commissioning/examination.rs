@@ -42,7 +42,7 @@ pub fn examine<S: Read + Write>(
     let after = device.status_report()?;
     let reason = device.reason()?.filter(|reason| reason.is_fault()).is_some();
     checks.push(faults(&device.faults()?, reason));
-    let holder = [&before, &after].into_iter().filter_map(|status| holder(status)).next();
+    let holder = [&before, &after].into_iter().find_map(holder);
     let info = BOARDS.iter().find(|board| board.name == device.identity().device);
     checks.extend(at_rest::checks(&looks, info, holder));
     Ok(checks)

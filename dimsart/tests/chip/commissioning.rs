@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Arc, Mutex};
 
-use chips::{Bench, Board};
 use dimsart::commissioning::{Check, EmulatedBoard, LockedRotor, Surroundings, Verdict, examine};
 use dimsart::connect::{Device, Patience};
 
-use crate::common::{image, image_file};
+use crate::common::{CommandLine, bench, image_file};
 use crate::drive::aligned;
 use crate::motor::Powered;
 
@@ -80,11 +79,8 @@ fn an_image_without_a_stamp_fails_and_so_does_another_board() {
 }
 
 /// A board in an emulated chip that was spoilt first, as examined.
-fn examined(
-    spoil: impl FnOnce(&mut Device<dimsart::commissioning::EmulatedLine>, &mut EmulatedBoard),
-) -> Option<Vec<Check>> {
-    let board = Board::named("nucleo-g474re").unwrap();
-    let mut around = EmulatedBoard::new(Bench::new(board, image(board.name)?).unwrap());
+fn examined(spoil: impl FnOnce(&mut Device<CommandLine>, &mut EmulatedBoard)) -> Option<Vec<Check>> {
+    let mut around = EmulatedBoard::new(bench("nucleo-g474re")?);
     let mut device = Device::greet(around.line(), Patience::default()).unwrap();
     spoil(&mut device, &mut around);
     Some(examine(&mut device, &around, Some("nucleo-g474re")).unwrap())

@@ -1,15 +1,13 @@
 //! A board for a test, and its command line.
 
-use std::io::{self, ErrorKind, Read, Write};
 use std::path::PathBuf;
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, MutexGuard};
 
 use chips::{Bench, Board};
 use cycles::image::Image;
+use dimsart::commissioning::EmulatedBoard;
+pub(crate) use dimsart::commissioning::EmulatedLine as CommandLine;
 use dimsart::connect::{Device, Patience};
-
-/// What a read of the command line waits, `s` of the board's time.
-const READ_S: f64 = 1e-3;
 
 /// The board of a name on the bench, with its image; none where no images are.
 pub(crate) fn bench(name: &str) -> Option<Bench> {
@@ -19,16 +17,16 @@ pub(crate) fn bench(name: &str) -> Option<Bench> {
 
 /// A board that a test and its command line share.
 #[derive(Debug, Clone)]
-pub(crate) struct Shared(Arc<Mutex<Bench>>);
+pub(crate) struct Shared(EmulatedBoard);
 
 impl Shared {
     /// The board of a name on the bench, with its image; none where no images are.
     pub(crate) fn start(name: &str) -> Option<Self> {
-        Some(Self(Arc::new(Mutex::new(bench(name)?))))
+        Some(Self(EmulatedBoard::new(bench(name)?)))
     }
 
     pub(crate) fn bench(&self) -> MutexGuard<'_, Bench> {
-        self.0.lock().unwrap()
+        self.0.bench()
     }
 
     /// Lets so much time pass.
@@ -38,8 +36,7 @@ impl Shared {
 
     /// Asks who is there.
     pub(crate) fn greet(&self) -> Device<CommandLine> {
-        let line = CommandLine { board: self.clone(), rest: Vec::new() };
-        Device::greet(line, Patience::default()).unwrap()
+        Device::greet(self.0.line(), Patience::default()).unwrap()
     }
 
     /// Holds the board to the chip's rules.
@@ -48,40 +45,6 @@ impl Shared {
         let bench = self.bench();
         assert_eq!(bench.violations(), [] as [&str; 0]);
         assert_eq!(bench.processor.faults(), []);
-    }
-}
-
-/// The host's end of a board's command line. Who reads lets the board's time pass.
-#[derive(Debug)]
-pub(crate) struct CommandLine {
-    board: Shared,
-    rest: Vec<u8>,
-}
-
-impl Read for CommandLine {
-    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        if self.rest.is_empty() {
-            let mut bench = self.board.bench();
-            bench.run_for(READ_S).unwrap();
-            self.rest = bench.received();
-        }
-        if self.rest.is_empty() {
-            return Err(ErrorKind::WouldBlock.into());
-        }
-        let count = self.rest.as_slice().read(buffer)?;
-        self.rest.drain(..count);
-        Ok(count)
-    }
-}
-
-impl Write for CommandLine {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.board.bench().send(bytes);
-        Ok(bytes.len())
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        Ok(())
     }
 }
 
