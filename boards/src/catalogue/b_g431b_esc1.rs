@@ -163,7 +163,7 @@ const COMMAND_LINE: PinGroup = PinGroup {
 };
 
 const CAN: PinGroup = PinGroup {
-    title: "CAN at 1 Mbit/s, data too: the transceiver carries no more",
+    title: "CAN at 1 Mbit/s, data too",
     pins: &[
         Pin::input("PA11", 9, "CAN RX", "CANH and CANL behind the transceiver")
             .noting("FDCAN 1")

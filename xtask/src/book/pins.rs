@@ -82,7 +82,7 @@ fn sides(groups: &[PinGroup]) -> [&[PinGroup]; 2] {
 
 fn draw(board: &BoardInfo, plan: &PinPlan) -> Document {
     let sides = sides(plan.groups);
-    let height = sides.map(rows).into_iter().max().unwrap_or_default() * ROW;
+    let height = (sides.map(rows).into_iter().max().unwrap_or_default() + 1) * ROW;
     let [left, right] = CHIP;
     let title = format!("Pins of {}, {}", board.name, variants(plan).replace('`', ""));
     let chip = Rectangle::new()
