@@ -2,18 +2,9 @@
 //!
 //! Complete, linked, and never yet run on silicon.
 //!
-//! | What | Pins |
-//! |---|---|
-//! | Half bridges U, V, W, 20 kHz, 0.8 us dead time: timer 1 | high PA8, PA9, PA10; low PC13, PA12, PB15 |
-//! | Shunts of U, V, W, 3 mOhm: amplifiers 1, 2, 3 | PA1, PA7, PB0; their other ends PA3, PA5, PB2; amplified PA2, PA6, PB1 |
-//! | Supply over 187 to 18 kOhm | PA0 |
-//! | Temperature of the bridge | PB14 |
-//! | Encoder A, B (pull-ups on): timer 4 | PB6, PB7 |
-//! | Command line: USART 2 at 921 600 baud, the ST-LINK's virtual serial port and J3 | PB3 out, PB4 in |
-//! | Link 0: FDCAN 1, CAN FD frames at 1 Mbit/s, data too: the transceiver carries no more | PA11 in, PB9 out |
-//! | CAN transceiver's shutdown, low when on | PC11 |
-//! | CAN termination of 120 ohm, low when off | PC14 |
-//! | Crystal | 8 MHz |
+//! Its pins are in `catalogue/b_g431b_esc1.rs`; `cargo xtask book` draws them. The command line is USART 2 at 921 600 baud, the
+//! ST-LINK's virtual serial port and J3. Link 0 is FDCAN 1, CAN FD frames at 1 Mbit/s, data too: the transceiver carries no more.
+//! The crystal has 8 MHz.
 //!
 //! The half bridges have no enable pin: both transistors of each are held off by timer 1 instead. Timer 3
 //! is the time driver. The log goes out over RTT.

@@ -4,6 +4,9 @@ pub(crate) mod b_g431b_esc1;
 pub mod ihm08m1;
 pub(crate) mod mps2_an386;
 pub(crate) mod nucleo_g474re;
+mod pins;
+
+pub use pins::{Pin, PinDirection, PinGroup, PinMode, PinPlan};
 
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
@@ -58,6 +61,8 @@ pub struct Tooling {
     pub modules: &'static [&'static str],
     /// Features that make further images of it, next to the plain one; of several for one image, a comma between.
     pub variants: &'static [&'static str],
+    /// What its images have its pins for; nothing of an emulated board.
+    pub pins: &'static [PinPlan],
     /// Interrupt handlers of its images, each with the priority that the board gives it; smaller is more urgent.
     pub interrupts: &'static [(&'static str, i16)],
     /// The motor of each of its axes; none where the device is a simulated one.

@@ -2,22 +2,14 @@
 //!
 //! Complete, linked, and never yet run on silicon.
 //!
-//! | What | Axis 1 | Axis 2 | Axis 3 |
-//! |---|---|---|---|
-//! | Encoder A, B (pull-ups on) | PA0, PA1: timer 2 | PA6, PA7: timer 3 | PB6, PB7: timer 4 |
-//! | PWM, 20 kHz: timer 1 | PA8 | PA9 | PA10 |
-//! | Direction, high when the torque is positive | PC0 | PC1 | PC2 |
-//!
-//! | What | Pins |
-//! |---|---|
-//! | Enable of all drivers, high when on; give it a pull-down, it floats during a reset | PC3 |
-//! | Command line: LPUART 1 at 921 600 baud, the ST-LINK's virtual serial port | PA2 out, PA3 in |
-//! | Link 0: FDCAN 1, CAN FD at 1 and 4 Mbit/s, needs a transceiver | PA11 in, PA12 out |
-//! | Link 0 with feature `uart-link`: USART 3 at 921 600 baud instead | PC10 out, PC11 in |
-//! | Crystal | 24 MHz |
+//! Its pins are in `catalogue/nucleo_g474re.rs`; `cargo xtask book` draws them. Encoders have their pull-ups on. The enable pin of
+//! the drivers needs a pull-down: it floats during a reset. The command line is LPUART 1 at 921 600 baud, the ST-LINK's virtual
+//! serial port. Link 0 is FDCAN 1, CAN FD at 1 and 4 Mbit/s, and needs a transceiver; with feature `uart-link` it is USART 3 at
+//! 921 600 baud. The crystal has 24 MHz.
 //!
 //! With feature `moteus` the joints are drives of mjbots on FDCAN 1 instead, at 1 and 5 Mbit/s, and the clock is 170 MHz:
-//! `docs/moteus.md`. Link 0 is USART 3 then, and all pins of the first table are free.
+//! `docs/moteus.md`. Link 0 is USART 3 then, and all pins of motors and
+//! encoders are free.
 //!
 //! With feature `ihm08m1` the joint is a three-phase motor behind ST's shield X-NUCLEO-IHM08M1 instead: its pins and what it
 //! measures are in `nucleo_g474re/ihm08m1.rs`.

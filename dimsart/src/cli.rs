@@ -3,6 +3,7 @@
 mod bridge;
 mod bus;
 mod check;
+mod commission;
 mod completions;
 mod config;
 mod connect;
@@ -78,6 +79,7 @@ enum Command {
     Motor(motor::Motor),
     NewModule(new_module::NewModule),
     NewProject(new_project::NewProject),
+    Commission(commission::Commission),
     Connect(connect::Connect),
     Dbc(dbc::Dbc),
     Cycles(cycles::Cycles),
@@ -122,6 +124,7 @@ pub fn main() -> ExitCode {
         Command::Motor(motor) => motor.execute(&mut out),
         Command::NewModule(new_module) => new_module.execute(&mut out),
         Command::NewProject(new_project) => new_project.execute(&mut out),
+        Command::Commission(commission) => commission.execute(&mut out),
         Command::Connect(connect) => connect.execute(&mut out),
         Command::Dbc(dbc) => dbc.execute(&mut out),
         Command::Cycles(cycles) => cycles.execute(&mut out),

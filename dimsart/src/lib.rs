@@ -6,6 +6,7 @@
 //!  a recording: signals.mcap ──▶ replay: the same bits, or where they part
 //!  rows of a scheme ──▶ config: what differs from the defaults, or from another one
 //!  a board: Port ──▶ connect: questions, commands, telemetry; broker: one port for many clients
+//!  a board: Port ──▶ commissioning: what can be checked over its line, and a report of it
 //! ```
 //!
 //! | To add | Write | Register it |
@@ -20,6 +21,7 @@ pub mod broker;
 pub mod budget;
 mod cdr;
 pub mod cli;
+pub mod commissioning;
 pub mod config;
 pub mod connect;
 pub mod cycles;

@@ -335,3 +335,24 @@ fn a_record_has_every_tick_and_the_scheme() {
     assert!(summary.stats.unwrap().message_count > 500);
     assert_eq!(summary.attachment_indexes.len(), 2, "what was recorded, and its scheme");
 }
+
+#[test]
+fn a_controller_is_looked_over_and_nothing_of_it_changes() {
+    let served = Served::start("doctor", &[]);
+    let before = served.connect().scheme_rows(None).unwrap();
+    let mut doctor = std::process::Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output = doctor.args(["doctor", "--json", "--board", &served.port]).output().unwrap();
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let checks = json["checks"].as_array().unwrap();
+    let verdict = |name: &str| {
+        let check = checks.iter().find(|check| check["name"].as_str().unwrap().starts_with(name));
+        check.map_or("missing", |check| check["verdict"].as_str().unwrap())
+    };
+    let found = ["answers", "protocol", "board", "tick rate", "faults"].map(verdict);
+    assert_eq!(found, ["passed", "passed", "passed", "not_run", "passed"], "{json}");
+    assert_eq!(output.status.code(), Some(i32::from(json["is_well"] != true)), "{json}");
+    let mut device = served.connect();
+    assert_eq!(device.scheme_rows(None).unwrap(), before);
+    assert_eq!(device.live().unwrap().holder, None);
+    served.end();
+}

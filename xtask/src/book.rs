@@ -3,6 +3,7 @@
 mod boards;
 mod faults;
 mod modules;
+mod pins;
 mod source;
 
 use std::fs;

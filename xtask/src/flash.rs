@@ -36,14 +36,14 @@ pub(crate) fn run_on_chip(chip: &str, image: &Path) -> Outcome {
 }
 
 /// Before anything is built that only it can flash.
-fn find_probe_rs() -> Outcome {
+pub(crate) fn find_probe_rs() -> Outcome {
     if succeeds(&mut command("probe-rs", ["--version"])) {
         return Ok(());
     }
     Err("probe-rs is not there: cargo install probe-rs-tools --locked".into())
 }
 
-fn flashable(name: &str) -> Result<(&'static BoardInfo, &'static str), String> {
+pub(crate) fn flashable(name: &str) -> Result<(&'static BoardInfo, &'static str), String> {
     let found = BOARDS.iter().find(|board| board.name == name);
     found.and_then(|board| Some((board, board.tooling.chip?))).ok_or_else(|| {
         let names: Vec<&str> =

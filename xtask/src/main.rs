@@ -20,6 +20,7 @@ mod page;
 mod panic_free;
 mod setup;
 mod shell;
+mod silicon;
 mod stack;
 mod steps;
 mod table;
@@ -39,6 +40,9 @@ usage: cargo xtask COMMAND
               build a board's image, flash it through its debug probe and show its log
   cycle-table BOARD
               run the image that measures every row of the cycle table on a board (docs/cycles.md)
+  silicon BOARD[,VARIANT] [--emulated] [--port PORT] [--locked-rotor] [...]
+              flash a board, check all of it that can be checked, and write a report to runs/silicon/BOARD; further
+              arguments are those of `dimsart commission`
   two-engines run a planner below a joint's interrupt on the emulated board, and check what crosses between them
   budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
   figures     what the firmware takes, of memory and of time (docs/firmware.md), and what faults does
@@ -68,6 +72,7 @@ fn main() -> ExitCode {
         ["flash", board] => flash::flash(board, "master"),
         ["flash", board, side] => flash::flash(board, side),
         ["cycle-table", board] => cycle_table::cycle_table(board),
+        ["silicon", words @ ..] => silicon::silicon(words),
         ["two-engines"] => two_engines::run(),
         ["budgets"] => budgets::write(),
         ["figures"] => figures::run(),

@@ -2,7 +2,8 @@
 
 use drive::{Configuration, Encoder, Inverter, Joint, Limits};
 
-use super::{CodeMemory, SMALL_MOTORS, ThreePhaseDrive, Tooling};
+use super::pins::{DEBUG_PORT, HEARTBEATS, QUADRATURE, RECESSIVE};
+use super::{CodeMemory, Pin, PinDirection, PinGroup, PinPlan, SMALL_MOTORS, ThreePhaseDrive, Tooling};
 use crate::clock_switch;
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
@@ -85,10 +86,98 @@ pub(crate) const TOOLING: Tooling = Tooling {
     chip: Some("STM32G431CBUx"),
     modules: &["control", "teleoperation"],
     variants: &[],
+    pins: &[PinPlan {
+        variants: &[""],
+        groups: &[HALF_BRIDGES, MEASURED, ENCODER, COMMAND_LINE, CAN, DEBUG_PORT],
+    }],
     interrupts: INTERRUPTS,
     motor: Some(MOTOR),
     drive: Some(DRIVE),
     scheme: SMALL_MOTORS,
+};
+
+/// What the board connects itself, by its schematic (ST UM2516).
+const ON_BOARD: &str = "on the board";
+
+pub(super) const HALF_BRIDGE: &str =
+    "no pulses until it is armed; then 20 kHz, high and low never at once, 0.8 us between them";
+
+const HALF_BRIDGES: PinGroup = PinGroup {
+    title: "Half bridges, 20 kHz, 0.8 us dead time: timer 1",
+    pins: &[
+        Pin::output("PA8", 6, "U, high", ON_BOARD).showing(HALF_BRIDGE),
+        Pin::output("PC13", 4, "U, low", ON_BOARD).showing(HALF_BRIDGE),
+        Pin::output("PA9", 6, "V, high", ON_BOARD).showing(HALF_BRIDGE),
+        Pin::output("PA12", 6, "V, low", ON_BOARD).showing(HALF_BRIDGE),
+        Pin::output("PA10", 6, "W, high", ON_BOARD).showing(HALF_BRIDGE),
+        Pin::output("PB15", 4, "W, low", ON_BOARD).showing(HALF_BRIDGE),
+    ],
+};
+
+const MEASURED: PinGroup = PinGroup {
+    title: "Currents, supply, temperature",
+    pins: &[
+        Pin::analog("PA1", "shunt of U", ON_BOARD).noting("3 mOhm, amplifier 1"),
+        Pin::analog("PA3", "shunt of U, other end", ON_BOARD),
+        Pin {
+            direction: PinDirection::Out,
+            ..Pin::analog("PA2", "shunt of U, amplified", ON_BOARD)
+                .showing("about 2.06 V without current, 27 mV less per ampere into the motor")
+        },
+        Pin::analog("PA7", "shunt of V", ON_BOARD).noting("3 mOhm, amplifier 2"),
+        Pin::analog("PA5", "shunt of V, other end", ON_BOARD),
+        Pin {
+            direction: PinDirection::Out,
+            ..Pin::analog("PA6", "shunt of V, amplified", ON_BOARD)
+                .showing("about 2.06 V without current, 27 mV less per ampere into the motor")
+        },
+        Pin::analog("PB0", "shunt of W", ON_BOARD).noting("3 mOhm, amplifier 3"),
+        Pin::analog("PB2", "shunt of W, other end", ON_BOARD),
+        Pin {
+            direction: PinDirection::Out,
+            ..Pin::analog("PB1", "shunt of W, amplified", ON_BOARD)
+                .showing("about 2.06 V without current, 27 mV less per ampere into the motor")
+        },
+        Pin::analog("PA0", "supply", ON_BOARD)
+            .noting("18 of 187 kOhm")
+            .showing("0.0963 V per volt of the supply: 1.16 V at 12 V"),
+        Pin::analog("PB14", "temperature of the bridge", ON_BOARD)
+            .noting("thermistor")
+            .showing("1.06 V at 25 °C, more when it is warmer"),
+    ],
+};
+
+const ENCODER: PinGroup = PinGroup {
+    title: "Encoder, pull-ups on: timer 4",
+    pins: &[
+        Pin::input("PB6", 2, "encoder A", "pad A+/H1").showing(QUADRATURE),
+        Pin::input("PB7", 2, "encoder B", "pad B+/H2").showing(QUADRATURE),
+    ],
+};
+
+const COMMAND_LINE: PinGroup = PinGroup {
+    title: "Command line, 921 600 baud: USART 2",
+    pins: &[
+        Pin::output("PB3", 7, "to the host", "ST-LINK's serial port, J3").showing(HEARTBEATS),
+        Pin::input("PB4", 7, "from the host", "ST-LINK's serial port, J3")
+            .showing("high; bytes while a host asks"),
+    ],
+};
+
+const CAN: PinGroup = PinGroup {
+    title: "CAN at 1 Mbit/s, data too",
+    pins: &[
+        Pin::input("PA11", 9, "CAN RX", "CANH and CANL behind the transceiver")
+            .noting("FDCAN 1")
+            .showing("as TX, and what others send"),
+        Pin::output("PB9", 9, "CAN TX", "CANH and CANL behind the transceiver")
+            .noting("FDCAN 1")
+            .showing(RECESSIVE),
+        Pin::driven("PC11", "transceiver's shutdown", ON_BOARD).noting("low when on").showing("low"),
+        Pin::driven("PC14", "termination of 120 ohm", ON_BOARD)
+            .noting("high when on, as `IS_TERMINATED` says")
+            .showing("high"),
+    ],
 };
 
 const INTERRUPTS: &[(&str, i16)] = &[

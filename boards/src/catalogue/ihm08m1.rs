@@ -2,8 +2,9 @@
 
 use drive::{Configuration, Encoder, Inverter, Joint, Limits};
 
-use super::ThreePhaseDrive;
-use super::b_g431b_esc1::THERMISTOR_C;
+use super::b_g431b_esc1::{HALF_BRIDGE, THERMISTOR_C};
+use super::pins::QUADRATURE;
+use super::{Pin, PinGroup, ThreePhaseDrive};
 use crate::current_loop::Scaling;
 #[cfg(all(target_os = "none", feature = "ihm08m1"))]
 use crate::motor::Motor;
@@ -68,4 +69,55 @@ pub(crate) const MOTOR: Motor = Motor {
     supply_v: 12.0,
     counts_per_turn: 4096,
     pole_pairs: CONFIGURATION.motor.pole_pairs,
+};
+
+const LOWER: &str = "high until it is armed, as a low level closes the switch; then 20 kHz";
+
+pub(super) const GATES: PinGroup = PinGroup {
+    title: "Gate drivers, 20 kHz, 0.8 us dead time: timer 1",
+    pins: &[
+        Pin::output("PA8", 6, "U, high", "CN10-23, D7").showing(HALF_BRIDGE),
+        Pin::output("PA7", 6, "U, low, inverted", "CN10-15, D11").showing(LOWER),
+        Pin::output("PA9", 6, "V, high", "CN10-21, D8").showing(HALF_BRIDGE),
+        Pin::output("PB0", 6, "V, low, inverted", "CN7-34, A3").showing(LOWER),
+        Pin::output("PA10", 6, "W, high", "CN10-33, D2").showing(HALF_BRIDGE),
+        Pin::output("PB1", 6, "W, low, inverted", "CN10-24").showing(LOWER),
+    ],
+};
+
+pub(super) const MEASURED: PinGroup = PinGroup {
+    title: "Currents, supply, temperature",
+    pins: &[
+        Pin::analog("PA0", "shunt of U, amplified", "CN7-28, A0")
+            .noting("10 mOhm")
+            .showing("about 1.71 V without current, 52 mV less per ampere into the motor"),
+        Pin::analog("PC1", "shunt of V, amplified", "CN7-36, A4")
+            .noting("10 mOhm")
+            .showing("about 1.71 V without current, 52 mV less per ampere into the motor"),
+        Pin::analog("PC0", "shunt of W, amplified", "CN7-38, A5")
+            .noting("10 mOhm")
+            .showing("about 1.71 V without current, 52 mV less per ampere into the motor"),
+        Pin::analog("PA1", "supply over 169 to 9.31 kOhm", "CN7-30, A1").showing("1.25 V at 24 V"),
+        Pin::analog("PC2", "temperature of the bridge", "CN7-35").showing("about 1.06 V at 25 degrees C"),
+    ],
+};
+
+pub(super) const INCREMENTAL_ENCODER: PinGroup = PinGroup {
+    title: "Incremental encoder, pull-ups on: timer 2",
+    pins: &[
+        Pin::input("PA15", 1, "A", "CN7-17; J3 of the shield").showing(QUADRATURE).by_configuration(),
+        Pin::input("PB3", 1, "B", "CN10-31; J3 of the shield").showing(QUADRATURE).by_configuration(),
+    ],
+};
+
+pub(super) const ABSOLUTE_ENCODER: PinGroup = PinGroup {
+    title: "or an absolute encoder, AS5047P or MT6701: SPI 3",
+    pins: &[
+        Pin::output("PC10", 6, "clock", "CN7-1").showing("bursts every 50 us").by_configuration(),
+        Pin::input("PC11", 6, "the encoder's output", "CN7-2").noting("pull-up on").by_configuration(),
+        Pin::output("PC12", 6, "the encoder's input", "CN7-3")
+            .noting("of an AS5047P alone")
+            .by_configuration(),
+        Pin::driven("PD2", "select", "CN7-4").showing("low while the clock runs").by_configuration(),
+    ],
 };

@@ -12,6 +12,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     chip: None,
     modules: &MODULE_GROUPS,
     variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
+    pins: &[],
     interrupts: INTERRUPTS,
     motor: None,
     drive: None,

@@ -1,6 +1,8 @@
 //! What tools and the board itself need to know of ST's NUCLEO-G474RE.
 
-use super::{CodeMemory, MODULE_GROUPS, SMALL_MOTORS, Tooling};
+use super::ihm08m1;
+use super::pins::{DEBUG_PORT, HEARTBEATS, QUADRATURE, RECESSIVE};
+use super::{CodeMemory, MODULE_GROUPS, Pin, PinGroup, PinPlan, SMALL_MOTORS, Tooling};
 use crate::clock_switch;
 #[cfg(all(target_os = "none", feature = "moteus"))]
 use crate::moteus::Moteus;
@@ -39,10 +41,104 @@ pub(crate) const TOOLING: Tooling = Tooling {
     chip: Some("STM32G474RETx"),
     modules: &MODULE_GROUPS,
     variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "moteus", "ihm08m1"],
+    pins: PINS,
     interrupts: INTERRUPTS,
     motor: Some(MOTOR),
     drive: None,
     scheme: SMALL_MOTORS,
+};
+
+/// Connectors are those of ST UM2505: CN7 and CN10 are the morpho ones, `A0` and `D7` labels of the Arduino ones.
+const PINS: &[PinPlan] = &[
+    PinPlan {
+        variants: &["", "classic-can", "measure", "by-hand", "auth"],
+        groups: &[ENCODERS, BRUSHED, COMMAND_LINE, CAN, DEBUG_PORT],
+    },
+    PinPlan { variants: &["uart-link"], groups: &[ENCODERS, BRUSHED, COMMAND_LINE, UART_LINK, DEBUG_PORT] },
+    PinPlan { variants: &["moteus"], groups: &[COMMAND_LINE, CAN, UART_LINK, DEBUG_PORT] },
+    PinPlan {
+        variants: &["ihm08m1"],
+        groups: &[
+            ihm08m1::GATES,
+            ihm08m1::MEASURED,
+            ihm08m1::INCREMENTAL_ENCODER,
+            ihm08m1::ABSOLUTE_ENCODER,
+            COMMAND_LINE,
+            CAN,
+            DEBUG_PORT,
+        ],
+    },
+];
+
+const ENCODERS: PinGroup = PinGroup {
+    title: "Encoders, pull-ups on",
+    pins: &[
+        Pin::input("PA0", 1, "axis 1: A", "CN7-28, A0").noting("timer 2").showing(QUADRATURE),
+        Pin::input("PA1", 1, "axis 1: B", "CN7-30, A1").noting("timer 2").showing(QUADRATURE),
+        Pin::input("PA6", 2, "axis 2: A", "CN10-13, D12").noting("timer 3").showing(QUADRATURE),
+        Pin::input("PA7", 2, "axis 2: B", "CN10-15, D11").noting("timer 3").showing(QUADRATURE),
+        Pin::input("PB6", 2, "axis 3: A", "CN10-17, D10").noting("timer 4").showing(QUADRATURE),
+        Pin::input("PB7", 2, "axis 3: B", "CN7-21").noting("timer 4").showing(QUADRATURE),
+    ],
+};
+
+const BRUSHED: PinGroup = PinGroup {
+    title: "Motor drivers",
+    pins: &[
+        Pin::output("PA8", 6, "axis 1: PWM", "CN10-23, D7")
+            .noting("20 kHz, timer 1")
+            .showing("no pulses until it is armed; then 20 kHz, the longer the larger the torque"),
+        Pin::output("PA9", 6, "axis 2: PWM", "CN10-21, D8")
+            .noting("20 kHz, timer 1")
+            .showing("no pulses until it is armed; then 20 kHz, the longer the larger the torque"),
+        Pin::output("PA10", 6, "axis 3: PWM", "CN10-33, D2")
+            .noting("20 kHz, timer 1")
+            .showing("no pulses until it is armed; then 20 kHz, the longer the larger the torque"),
+        Pin::driven("PC0", "axis 1: direction", "CN7-38, A5")
+            .noting("high when the torque is positive")
+            .showing("low until it is armed"),
+        Pin::driven("PC1", "axis 2: direction", "CN7-36, A4")
+            .noting("high when the torque is positive")
+            .showing("low until it is armed"),
+        Pin::driven("PC2", "axis 3: direction", "CN7-35")
+            .noting("high when the torque is positive")
+            .showing("low until it is armed"),
+        Pin::driven("PC3", "enable of all drivers", "CN7-37")
+            .noting("high when on; give it a pull-down: it floats during a reset")
+            .showing("low until it is armed, then high"),
+    ],
+};
+
+const COMMAND_LINE: PinGroup = PinGroup {
+    title: "Command line, 921 600 baud",
+    pins: &[
+        Pin::output("PA2", 12, "to the host", "ST-LINK's serial port").noting("LPUART 1").showing(HEARTBEATS),
+        Pin::input("PA3", 12, "from the host", "ST-LINK's serial port")
+            .noting("LPUART 1")
+            .showing("high; bytes while a host asks"),
+    ],
+};
+
+const CAN: PinGroup = PinGroup {
+    title: "CAN, needs a transceiver",
+    pins: &[
+        Pin::input("PA11", 9, "CAN RX", "CN10-14")
+            .noting("FDCAN 1")
+            .showing("as TX, and what others send; high without a transceiver only if it is pulled up"),
+        Pin::output("PA12", 9, "CAN TX", "CN10-12").noting("FDCAN 1").showing(RECESSIVE),
+    ],
+};
+
+const UART_LINK: PinGroup = PinGroup {
+    title: "Link 0, 921 600 baud",
+    pins: &[
+        Pin::output("PC10", 7, "to the other side", "CN7-1")
+            .noting("USART 3")
+            .showing("high; packets while the scheme runs"),
+        Pin::input("PC11", 7, "from the other side", "CN7-2")
+            .noting("USART 3")
+            .showing("high where the other side is connected"),
+    ],
 };
 
 /// One without a three-phase motor has no `ADC1_2`, one without CAN no `FDCAN1`, one with it no `USART3` with its DMA; one whose tick asks drives has those of `FDCAN1`

@@ -9,10 +9,13 @@ use clap::Args;
 use serde::Serialize;
 
 use super::Ending;
+use super::line::LineOptions;
+use crate::commissioning::{self, Check, Computer, Verdict};
 
-/// Look for what firmware needs: compiler, emulator, probe-rs, udev rule and debug probe.
+/// Look for what firmware needs: compiler, emulator, probe-rs, udev rule and debug probe. Or look a board over.
 ///
-/// A line per thing, with the next step where it is missing. Exit status 0 when all of it is there, 1 when not.
+/// A line per thing, with the next step where it is missing or not well. Exit status 0 when all is well, 1 when not. A board
+/// is only looked at, for about a second: nothing moves, and no lease is taken.
 #[derive(Debug, Args)]
 #[command(
     after_help = "The simulator needs none of it; the emulated board needs no probe-rs, rule and probe.\n\n\
@@ -20,9 +23,22 @@ use super::Ending;
                   to be 0, as delivered, and nBOOT0 1."
 )]
 pub(super) struct Doctor {
+    /// Looks over the board at this port instead: how it started, its ticks by this computer's clock, its faults, what it
+    /// measures at rest, its links.
+    #[arg(long, value_name = "PORT")]
+    board: Option<String>,
     /// Prints one JSON object, and nothing else.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    line: LineOptions,
+}
+
+/// What was found of a board.
+#[derive(Serialize)]
+struct Examined {
+    is_well: bool,
+    checks: Vec<Check>,
 }
 
 /// What was found of everything.
@@ -55,6 +71,32 @@ const UDEV_FOLDERS: [&str; 3] = ["/etc/udev/rules.d", "/usr/lib/udev/rules.d", "
 
 impl Doctor {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        match &self.board {
+            Some(port) => self.look_over(port, out),
+            None => self.look_for_tools(out),
+        }
+    }
+
+    fn look_over(&self, port: &str, out: &mut impl Write) -> Ending {
+        let examined = self.line.open(port).and_then(|mut device| {
+            Ok(commissioning::examine(&mut device, &Computer::new(port, None), None)?)
+        });
+        let next =
+            "look at cable and port; no log, or a log of restarts: `cargo xtask flash BOARD` shows why";
+        let checks = examined.unwrap_or_else(|error| {
+            vec![Check::new("answers", false, error.to_string(), "an answer to all that is asked", next)]
+        });
+        let is_well = checks.iter().all(|check| check.verdict != Verdict::Failed);
+        let examined = Examined { is_well, checks };
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string(&examined)?)?;
+        } else {
+            examined.checks.iter().try_for_each(|check| writeln!(out, "{check}"))?;
+        }
+        Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+
+    fn look_for_tools(&self, out: &mut impl Write) -> Ending {
         let findings = [
             ("compiler", compiler()),
             ("emulator", emulator()),

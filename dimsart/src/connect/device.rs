@@ -96,6 +96,14 @@ impl<S: Read + Write> Device<S> {
         Ok(format!("tick {}: {}", status.ticks, self.state_text(status.blocked)?))
     }
 
+    /// Ticks since the start.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn ticks(&mut self) -> Result<u64, ConnectError> {
+        Ok(self.status()?.ticks)
+    }
+
     /// Asks; none when nothing has that number. A lease that is held is renewed before, when it is time to. What would
     /// change or move a device of a newer version is not sent.
     pub(super) fn ask<T>(

@@ -26,6 +26,9 @@ pub struct EventText {
     pub name: &'static str,
     /// What it is about, in words; empty where there is nothing more to say.
     pub text: String,
+    /// A link, a cause, a register, or the word's bits.
+    #[serde(skip)]
+    pub detail: u32,
 }
 
 /// The last events of a device, the oldest first.
@@ -37,7 +40,7 @@ impl fmt::Display for Events {
         if self.0.is_empty() {
             return write!(f, "no events: nothing has happened, or the device keeps none");
         }
-        for (place, EventText { number, tick, what, name, text }) in self.0.iter().enumerate() {
+        for (place, EventText { number, tick, what, name, text, .. }) in self.0.iter().enumerate() {
             let line = if place == 0 { "" } else { "\n" };
             write!(f, "{line}{number:>6}  tick {tick:>9}  {what:>3} {name}")?;
             if !text.is_empty() {
@@ -97,7 +100,7 @@ impl<S: Read + Write> Device<S> {
             Some(name) => name,
             None => "unknown to this version",
         };
-        Ok(EventText { number, tick, what, name, text })
+        Ok(EventText { number, tick, what, name, text, detail })
     }
 }
 

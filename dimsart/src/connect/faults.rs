@@ -148,6 +148,14 @@ impl<S: Read + Write> Device<S> {
         Ok(Check { is_running: is_sound && self.status()?.is_running, state, faults, findings })
     }
 
+    /// Why the scheme does not command the device now; none when it does.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn reason(&mut self) -> Result<Option<Reason>, ConnectError> {
+        Ok(self.status()?.blocked.map(|blocked| blocked.reason()))
+    }
+
     /// What is wrong; changes nothing.
     ///
     /// # Errors

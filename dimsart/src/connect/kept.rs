@@ -126,12 +126,18 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// How the kept schemes stand; none on a device that keeps none.
-    pub(super) fn kept(&mut self) -> Result<Option<KeptReport>, ConnectError> {
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn kept(&mut self) -> Result<Option<KeptReport>, ConnectError> {
         known(self.schemes(SchemeAction::Look).map(Some))
     }
 
     /// How well the ticks keep their time; none on a device that cannot tell.
-    pub(super) fn timing(&mut self) -> Result<Option<TimingText>, ConnectError> {
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn timing(&mut self) -> Result<Option<TimingText>, ConnectError> {
         let Some(timing) = known(self.ask(&Request::Timing, take!(Timing)))? else { return Ok(None) };
         let bound = known(self.ask(&Request::Bound, take!(Bound)))?;
         Ok(Some(TimingText::new(timing, bound)))

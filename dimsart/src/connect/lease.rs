@@ -164,6 +164,12 @@ impl<S: Read + Write> Device<S> {
         self.line_mut().listen(time)
     }
 
+    /// Ticks since the start, as the last heartbeat said; none before the first one.
+    #[must_use]
+    pub fn heartbeat_ticks(&self) -> Option<u64> {
+        self.line().unsolicited().heartbeat().map(|heard| heard.ticks)
+    }
+
     /// How the device is doing, as its last heartbeat said; without one it is asked.
     ///
     /// # Errors

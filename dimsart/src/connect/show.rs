@@ -236,7 +236,10 @@ impl<S: Read + Write> Device<S> {
     }
 
     /// What the device measures, and what it takes; nothing where it cannot tell.
-    fn device_types(&mut self) -> Result<[Vec<String>; 2], ConnectError> {
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn device_types(&mut self) -> Result<[Vec<String>; 2], ConnectError> {
         let mut names = [Vec::new(), Vec::new()];
         for index in 0..=u8::MAX {
             let found = self.ask(&Request::DeviceType { index }, |response| match response {
@@ -276,7 +279,11 @@ impl<S: Read + Write> Device<S> {
         Ok(kinds)
     }
 
-    fn status_report(&mut self) -> Result<StatusReport, ConnectError> {
+    /// How the device is doing.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer.
+    pub fn status_report(&mut self) -> Result<StatusReport, ConnectError> {
         let status = self.status()?;
         let first_fault = self.first_fault_text(status.first_fault)?;
         Ok(StatusReport {

@@ -13,7 +13,7 @@ const MOST_JITTER_CYCLES: u64 = 168;
 const LONGEST_ALIGNING_S: f64 = 8.0;
 
 /// A board that has aligned its rotor and makes no torque; none without images. It is done once, for all tests.
-fn aligned() -> Option<(Powered, Client)> {
+pub(crate) fn aligned() -> Option<(Powered, Client)> {
     static ALIGNED: LazyLock<Option<(Powered, Client)>> = LazyLock::new(|| {
         let (mut powered, mut client) = started()?;
         client.take_lease(&mut powered);

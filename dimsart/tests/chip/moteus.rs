@@ -5,12 +5,14 @@
 //! ```
 
 use chips::{Bench, Board, CanBus, Fate};
+use cycles::machine::MachineError;
+use dimsart::commissioning::OnBench;
 use dimsart::connect::Device;
 use hil_sim::plant::{Joint, JointParameters, MoteusDrive};
 use hil_sim::schemes::SchemeText;
 
 use crate::can_adapter::CanAdapter;
-use crate::common::{CommandLine, OnBench, Shared, image};
+use crate::common::{CommandLine, Shared, image};
 
 const BOARD: usize = 0;
 const ADAPTER: usize = 1;
@@ -52,12 +54,12 @@ impl World {
         world.bus.run_for(20e-3).unwrap();
         let timing = CanAdapter::timing(world.bench());
         CanAdapter::join(world.bus.bench(ADAPTER).unwrap(), timing);
-        world.run_for(100e-3);
+        world.run_for(100e-3).unwrap();
         Some(Shared::of(world))
     }
 
-    fn step(&mut self) {
-        self.bus.run_for(STEP_S).unwrap();
+    fn step(&mut self) -> Result<(), MachineError> {
+        self.bus.run_for(STEP_S)?;
         let adapter = self.bus.bench(ADAPTER).unwrap();
         while let Some((identifier, bytes)) = CanAdapter::take(adapter) {
             for ((drive, _), _) in
@@ -75,6 +77,7 @@ impl World {
             drive.advance(STEP_S);
         }
         self.time_s += STEP_S;
+        Ok(())
     }
 
     fn torques_nm(&self) -> Vec<f64> {
@@ -87,11 +90,12 @@ impl OnBench for World {
         self.bus.bench(BOARD).unwrap()
     }
 
-    fn run_for(&mut self, duration_s: f64) {
+    fn run_for(&mut self, duration_s: f64) -> Result<(), MachineError> {
         let end_s = self.time_s + duration_s - 0.5 * STEP_S;
         while self.time_s < end_s {
-            self.step();
+            self.step()?;
         }
+        Ok(())
     }
 }
 
@@ -108,8 +112,8 @@ fn drive(shared: &Shared<World>) -> Device<CommandLine<World>> {
 }
 
 fn run(shared: &Shared<World>, device: &mut Device<CommandLine<World>>, duration_s: f64) {
-    let end_s = shared.lock().time_s + duration_s;
-    while shared.lock().time_s < end_s {
+    let end_s = shared.bench().time_s + duration_s;
+    while shared.bench().time_s < end_s {
         shared.run_for(50e-3);
         device.renew_lease().unwrap();
     }
@@ -120,11 +124,11 @@ fn three_drives_follow_what_the_scheme_commands() {
     let Some(shared) = World::start() else { return };
     let mut device = drive(&shared);
     run(&shared, &mut device, 0.1);
-    shared.lock().bus.take_passed();
-    let before: Vec<_> = shared.lock().axes.iter().map(|(_, joint)| joint.state()).collect();
-    let begin_s = shared.lock().time_s;
+    shared.bench().bus.take_passed();
+    let before: Vec<_> = shared.bench().axes.iter().map(|(_, joint)| joint.state()).collect();
+    let begin_s = shared.bench().time_s;
     run(&shared, &mut device, 0.3);
-    let world = shared.lock();
+    let world = shared.bench();
     let duration_s = world.time_s - begin_s;
     for ((before, (drive, joint)), commanded_nm) in before.iter().zip(&world.axes).zip(COMMANDED_NM) {
         assert!((drive.torque_nm() - commanded_nm).abs() < 1e-6, "{} N m", drive.torque_nm());
@@ -143,7 +147,7 @@ fn three_drives_follow_what_the_scheme_commands() {
         let said: f64 = said.to_string().parse().unwrap();
         assert!((said - position_rad).abs() < late_rad, "{said} instead of {position_rad} rad");
     }
-    let mut world = shared.lock();
+    let mut world = shared.bench();
     let passed = world.bus.take_passed();
     assert!(passed.iter().all(|frame| frame.fate == Fate::Passed && frame.message.switches_rate));
     for node in [BOARD, ADAPTER] {
@@ -160,10 +164,10 @@ fn a_lease_that_ends_takes_the_torque_away() {
     let Some(shared) = World::start() else { return };
     let mut device = drive(&shared);
     run(&shared, &mut device, 0.1);
-    assert!(shared.lock().torques_nm().iter().all(|torque_nm| torque_nm.abs() > 0.04));
+    assert!(shared.bench().torques_nm().iter().all(|torque_nm| torque_nm.abs() > 0.04));
     // 200 ms, and 10 ms from the largest torque to none.
     shared.run_for(0.25);
-    assert_eq!(shared.lock().torques_nm(), [0.0; 3]);
+    assert_eq!(shared.bench().torques_nm(), [0.0; 3]);
     shared.assert_sound();
 }
 
@@ -172,20 +176,20 @@ fn a_drive_that_is_unplugged_stops_all_of_them_and_says_which_it_was() {
     let Some(shared) = World::start() else { return };
     let mut device = drive(&shared);
     run(&shared, &mut device, 0.1);
-    shared.lock().is_plugged[1] = false;
+    shared.bench().is_plugged[1] = false;
     // Three replies may be missing; the drive without a wire lets go by itself after 20 ms.
     shared.run_for(25e-3);
-    assert_eq!(shared.lock().torques_nm(), [0.0; 3]);
+    assert_eq!(shared.bench().torques_nm(), [0.0; 3]);
     let faults = device.faults().unwrap().to_string();
     println!("{faults}");
     assert!(faults.contains("word 1 of POSITION"), "{faults}");
 
-    shared.lock().is_plugged[1] = true;
+    shared.bench().is_plugged[1] = true;
     shared.run_for(50e-3);
     device.reset(None).unwrap();
     device.take_lease().unwrap();
     run(&shared, &mut device, 0.1);
-    for (torque_nm, commanded_nm) in shared.lock().torques_nm().iter().zip(COMMANDED_NM) {
+    for (torque_nm, commanded_nm) in shared.bench().torques_nm().iter().zip(COMMANDED_NM) {
         assert!((torque_nm - commanded_nm).abs() < 1e-6, "{torque_nm} N m");
     }
     shared.assert_sound();

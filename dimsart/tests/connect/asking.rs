@@ -465,3 +465,21 @@ fn a_file_that_is_sent_ends_no_transaction() {
         assert_eq!(device.overview().unwrap(), before, "{row}");
     }
 }
+
+#[test]
+fn a_board_whose_ticks_stand_still_is_not_well_and_one_that_does_not_answer_neither() {
+    let emulated = Emulated::with_scheme("slave");
+    let doctor = |port: &str| {
+        let output = crate::emulated::dimsart(&["doctor", "--board", port, "--timeout-s", "0.1"]);
+        assert_eq!(output.status.code(), Some(1), "{output:?}");
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let out = doctor(&emulated.port);
+    assert!(
+        out.contains("passed   answers: ") && out.contains("FAILED   tick rate over 1 s: 0.0 Hz"),
+        "{out}"
+    );
+    assert!(out.contains("; next: "), "{out}");
+    let out = doctor("tcp:localhost:1");
+    assert!(out.starts_with("FAILED   answers: ") && out.lines().count() == 1, "{out}");
+}

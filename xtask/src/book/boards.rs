@@ -4,7 +4,7 @@ use boards::BOARDS;
 use boards::catalogue::BoardInfo;
 use boards::motor::Motor;
 
-use super::{Page, head_of, read_text};
+use super::{Page, head_of, pins, read_text};
 
 /// All of them.
 pub(super) fn pages() -> Result<Vec<Page>, String> {
@@ -35,10 +35,11 @@ fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
         .map(|(handler, priority)| format!("| `{handler}` | {priority} |\n"))
         .collect();
     let text = format!(
-        "# {name}\n\n{says}\n## In figures\n\n| What | Is |\n|---|---|\n{rows}\n\
+        "# {name}\n\n{says}\n{}## In figures\n\n| What | Is |\n|---|---|\n{rows}\n\
          ## Interrupts\n\nSmaller is more urgent.\n\n| Handler | Priority |\n|---|---:|\n{handlers}\n\
          ## What it may take\n\nWhat it does take: [figures](../firmware.md).\n\n```toml\n{}\n```\n\n\
          ## Memory map\n\n```text\n{}\n```\n",
+        pins::section(board),
         budget.trim_end(),
         memory_map.trim_end()
     );
@@ -78,7 +79,8 @@ mod tests {
             }
         }
         let nucleo = pages.iter().find(|page| page.title == "nucleo-g474re").unwrap();
-        for part in ["| PC0 | PC1 | PC2 |", "| Clock, MHz | 168 |", "`classic-can`", "| `TIM5` | 1 |"] {
+        for part in ["| PC0 | axis 1: direction |", "| Clock, MHz | 168 |", "`classic-can`", "| `TIM5` | 1 |"]
+        {
             assert!(nucleo.text.contains(part), "{part}: {}", nucleo.text);
         }
     }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path};
 
-use super::{Page, boards, faults, modules, read, read_text};
+use super::{Page, boards, faults, modules, pins, read, read_text};
 use crate::markdown::links;
 use crate::shell::top;
 
@@ -35,6 +35,9 @@ pub(super) fn files() -> Result<Files, String> {
             wanted.extend(linked(path, text));
             files.insert(path.clone(), text.clone().into_bytes());
         }
+    }
+    for (path, picture) in ::boards::BOARDS.iter().flat_map(pins::pictures) {
+        files.insert(path, picture.into_bytes());
     }
     // A page that the summary does not name would be none in the book.
     for path in wanted.into_iter().filter(|path| !path.ends_with(".md")) {

@@ -1,0 +1,240 @@
+//! `dimsart commission`: everything that can be checked on a board over its line, as a report.
+
+use std::error::Error;
+use std::io::{self, IsTerminal as _, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use boards::BOARDS;
+use boards::catalogue::BoardInfo;
+use chips::{Bench, Board};
+use clap::Args;
+use serde::Deserialize;
+
+use super::line::{Device, LineOptions};
+use super::{Ending, UsageError};
+use crate::commissioning::{
+    Check, Computer, EmulatedBoard, LockedRotor, Report, Step, Surroundings, examine, save_and_restart,
+    watch_ticks,
+};
+use crate::connect::{self, Patience};
+use crate::cycles::Firmware;
+use crate::report;
+
+/// Check all of a board that can be checked over its line, and write a report: Markdown and JSON.
+///
+/// What `doctor --board` looks at; ticks over 10 s; the scheme that it has is saved, tried and confirmed over two restarts;
+/// and with --locked-rotor a step of the torque. `cargo xtask silicon BOARD` flashes the board before, and calls this. Exit
+/// status 1 where a check failed.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Commission {
+    /// Board that it should be, such as nucleo-g474re.
+    board: String,
+    /// Its port: a serial port such as /dev/ttyACM0, or a socket.
+    #[arg(long, required_unless_present = "emulated", conflicts_with = "emulated")]
+    port: Option<String>,
+    /// Boots this image (ELF), or the one that `cargo board BOARD` has built, in an emulated chip in the board's place.
+    #[arg(long, value_name = "ELF", num_args = 0..=1)]
+    emulated: Option<Option<PathBuf>>,
+    /// Program with its arguments that starts the board over, such as `probe-rs reset --chip STM32G474RETx`; without it
+    /// nothing is saved.
+    #[arg(long, value_name = "COMMAND", conflicts_with = "emulated")]
+    restart: Option<String>,
+    /// For how long ticks are watched, s.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10.0)]
+    seconds: f64,
+    /// MOVES THE MOTOR, behind a question on the terminal: a step of the torque on a rotor that is held, in less than a second.
+    #[arg(long, conflicts_with = "emulated")]
+    locked_rotor: bool,
+    /// Height of that step, N m; a fifth of the motor's largest torque when left out.
+    #[arg(long, value_name = "NM", requires = "locked_rotor")]
+    torque_nm: Option<f64>,
+    /// Of the motor, N m/A; that of the catalogue when left out.
+    #[arg(long, value_name = "NM_PER_A", requires = "locked_rotor")]
+    torque_constant: Option<f64>,
+    /// Facts and checks that go before, as JSON: what `cargo xtask silicon` has found.
+    #[arg(long, value_name = "FILE")]
+    with: Option<PathBuf>,
+    /// Folder of the report; runs/silicon/BOARD when left out.
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    line: LineOptions,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart commission nucleo-g474re --port /dev/ttyACM0 --restart 'probe-rs reset --chip STM32G474RETx'
+  dimsart commission b-g431b-esc1 --port /dev/ttyACM0 --locked-rotor --torque-nm 0.05
+  dimsart commission nucleo-g474re --emulated target/images/nucleo-g474re";
+
+/// What was found before.
+#[derive(Default, Deserialize)]
+struct Before {
+    facts: Vec<(String, String)>,
+    checks: Vec<Check>,
+}
+
+impl Commission {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let info = BOARDS.iter().find(|board| board.name == self.board).ok_or_else(|| {
+            let names: Vec<&str> = BOARDS.iter().map(|board| board.name).collect();
+            UsageError(format!("no board {}; there is: {}", self.board, names.join(", ")))
+        })?;
+        let before: Before = match &self.with {
+            Some(file) => serde_json::from_str(&std::fs::read_to_string(file)?)?,
+            None => Before::default(),
+        };
+        let folder = self.out.clone().unwrap_or_else(|| Path::new("runs/silicon").join(info.name));
+        let mut report = Report::new(info.name, self.emulated.is_some(), before.facts, before.checks);
+        let all: Result<(), Box<dyn Error>> = match &self.emulated {
+            Some(image) => self.check_emulated(image.as_deref(), &mut report),
+            None => self.check_board(info, &folder, &mut report, out),
+        };
+        if let Err(error) = all {
+            report.add([Check::new(
+                "all checks",
+                false,
+                error.to_string(),
+                "that all checks get to their end",
+                "as it says; `dimsart doctor --board PORT` looks alone",
+            )]);
+        }
+        for check in &report.checks {
+            writeln!(out, "{check}")?;
+        }
+        let [markdown, json] = report.write(&folder)?;
+        writeln!(out, "report: {}, {}", markdown.display(), json.display())?;
+        Ok(if report.is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    }
+
+    fn check_emulated(&self, image: Option<&Path>, report: &mut Report) -> Result<(), Box<dyn Error>> {
+        let board =
+            Board::named(&self.board).ok_or_else(|| format!("{} boots in no emulated chip", self.board))?;
+        let firmware = Firmware::find(image, Some(board.name))?;
+        report.facts.push(("image's file".to_owned(), firmware.path.display().to_string()));
+        let mut emulated = EmulatedBoard::new(Bench::new(board, firmware.image)?);
+        let mut device = connect::Device::greet(emulated.line(), Patience::default())?;
+        let checked = self.check(&mut device, &mut emulated, report);
+        report.add([rules(&emulated), Check::not_run(LOCKED, "an emulated chip has no motor")]);
+        checked
+    }
+
+    fn check_board(
+        &self,
+        info: &BoardInfo,
+        folder: &Path,
+        report: &mut Report,
+        out: &mut impl Write,
+    ) -> Result<(), Box<dyn Error>> {
+        let port = self.port.as_deref().unwrap_or_default();
+        report.facts.push(("port".to_owned(), port.to_owned()));
+        let mut device = self.line.open(port)?;
+        let mut around = Computer::new(port, self.restart.clone());
+        self.check(&mut device, &mut around, report)?;
+        match self.step(info)? {
+            Some(step) if self.locked_rotor => turn(&step, &mut device, &around, folder, report, out)?,
+            Some(_) => report.add([Check::not_run(LOCKED, "not asked for: --locked-rotor")]),
+            None => report.add([Check::not_run(LOCKED, "the board drives no three-phase motor")]),
+        }
+        Ok(())
+    }
+
+    /// All that moves nothing.
+    fn check<S: io::Read + Write>(
+        &self,
+        device: &mut connect::Device<S>,
+        around: &mut impl Surroundings,
+        report: &mut Report,
+    ) -> Result<(), Box<dyn Error>> {
+        report.facts.push(("image".to_owned(), device.identity().image.clone()));
+        report.add(examine(device, around, Some(&self.board))?);
+        report.add(watch_ticks(device, around, self.seconds)?);
+        report.add(save_and_restart(device, around)?);
+        Ok(())
+    }
+
+    fn step(&self, info: &BoardInfo) -> Result<Option<LockedRotor>, UsageError> {
+        let Some(drive) = info.tooling.drive else { return Ok(None) };
+        let motor = drive.configuration.motor;
+        let constant = self.torque_constant.unwrap_or_else(|| motor.torque_constant_nm_per_a().into());
+        let largest_nm = constant * f64::from(drive.configuration.limits.current_a);
+        let torque_nm = self.torque_nm.unwrap_or(0.2 * largest_nm);
+        if !(torque_nm > 0.0 && torque_nm <= largest_nm) {
+            return Err(UsageError(format!("--torque-nm is above 0 and up to {largest_nm} here")));
+        }
+        Ok(Some(LockedRotor { torque_nm, torque_constant_nm_per_a: constant }))
+    }
+}
+
+const LOCKED: &str = "torque on a locked rotor";
+
+/// What the emulated chip has noted.
+fn rules(emulated: &EmulatedBoard) -> Check {
+    let bench = emulated.bench();
+    let faults =
+        bench.processor.faults().iter().map(|fault| format!("fault at {}: {}", fault.place, fault.why));
+    let found: Vec<String> = bench.violations().into_iter().chain(faults).collect();
+    let next = "docs/emulated-chip.md says what each rule is; the place is in the image";
+    let is_well = found.is_empty();
+    let found = if is_well { "none broken".to_owned() } else { found.join("; ") };
+    Check::new("rules of the chip", is_well, found, "none broken, no fault", next)
+}
+
+/// Asks twice, and moves the motor after each; the scheme that was there is put back, whatever comes of it.
+fn turn(
+    step: &LockedRotor,
+    device: &mut Device,
+    around: &impl Surroundings,
+    folder: &Path,
+    report: &mut Report,
+    out: &mut impl Write,
+) -> Result<(), Box<dyn Error>> {
+    let rows = LockedRotor::prepare(device)?;
+    let done = turn_if_allowed(step, device, around, out);
+    LockedRotor::put_back(device, &rows)?;
+    let Some((check, drawn)) = done? else {
+        report.add([Check::not_run(LOCKED, "nobody said yes on a terminal")]);
+        return Ok(());
+    };
+    let (figure, recording) = drawn.picture();
+    let [svg, _] = report::write_figure(folder, figure, recording)?;
+    report.pictures.extend(svg.file_name().map(|name| name.to_string_lossy().into_owned()));
+    report.add([check]);
+    Ok(())
+}
+
+fn turn_if_allowed(
+    step: &LockedRotor,
+    device: &mut Device,
+    around: &impl Surroundings,
+    out: &mut impl Write,
+) -> Result<Option<(Check, Step)>, Box<dyn Error>> {
+    let free = "The rotor turns by up to one and a quarter of an electrical turn and back, for 9 s. Let it be FREE, with \
+                nothing on it and a hand at the supply's switch.";
+    if !is_allowed(free, out)? {
+        return Ok(None);
+    }
+    LockedRotor::align(device, around)?;
+    let hold = format!(
+        "HOLD the rotor now, by a clamp and not by hand: it gets {} N m for less than a second.",
+        step.torque_nm
+    );
+    if !is_allowed(&hold, out)? {
+        return Ok(None);
+    }
+    Ok(Some(step.step(device, around)?))
+}
+
+/// Whether somebody at a terminal says yes.
+fn is_allowed(question: &str, out: &mut impl Write) -> io::Result<bool> {
+    if !io::stdin().is_terminal() {
+        return Ok(false);
+    }
+    write!(out, "{question}\nType yes: ")?;
+    out.flush()?;
+    let mut answer = String::new();
+    io::stdin().read_line(&mut answer)?;
+    Ok(answer.trim() == "yes")
+}

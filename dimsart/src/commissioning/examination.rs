@@ -1,0 +1,155 @@
+//! What a board says of itself when it is only looked at.
+
+use std::io::{Read, Write};
+
+use boards::BOARDS;
+use dimsart_core::protocol::{NOBODY, PROTOCOL_VERSION};
+use dimsart_core::stamp::UNSTAMPED;
+use dimsart_core::{EventKind, StartCause};
+
+use super::at_rest::{self, Looks};
+use super::{Check, Surroundings, watch_ticks};
+use crate::connect::{ConnectError, Device, Events, Faults, KeptReport, StatusReport, TimingText};
+
+/// For how long ticks are watched, `s`.
+const WATCHED_S: f64 = 1.0;
+
+/// Looks at a board for about a second: takes no lease, moves and changes nothing. `name` is the board that it should be, if
+/// that is known.
+///
+/// # Errors
+/// [`ConnectError`] when the device stops answering.
+pub fn examine<S: Read + Write>(
+    device: &mut Device<S>,
+    around: &impl Surroundings,
+    name: Option<&str>,
+) -> Result<Vec<Check>, ConnectError> {
+    let begun_s = around.now_s();
+    device.ticks()?;
+    let answer_ms = 1e3 * (around.now_s() - begun_s);
+    let mut checks = vec![
+        Check::new("answers", true, format!("in {answer_ms:.1} ms"), "an answer", ""),
+        protocol(device.identity().protocol_version),
+        board(&device.identity().device, name),
+    ];
+    let before = device.status_report()?;
+    checks.push(stamp(&device.identity().image, before.timing.as_ref()));
+    checks.push(start(&device.events()?));
+    checks.push(scheme(before.schemes.as_ref()));
+    let mut looks = Looks::begin(device)?;
+    checks.extend(watch_ticks(device, around, WATCHED_S)?);
+    looks.look(device)?;
+    let after = device.status_report()?;
+    let reason = device.reason()?.filter(|reason| reason.is_fault()).is_some();
+    checks.push(faults(&device.faults()?, reason));
+    let holder = [&before, &after].into_iter().find_map(holder);
+    let info = BOARDS.iter().find(|board| board.name == device.identity().device);
+    checks.extend(at_rest::checks(&looks, info, holder));
+    Ok(checks)
+}
+
+fn protocol(theirs: u16) -> Check {
+    Check::new(
+        "protocol",
+        theirs == PROTOCOL_VERSION,
+        theirs.to_string(),
+        format!("{PROTOCOL_VERSION}, this program's"),
+        "use the `dimsart` that its image was built with, or flash an image of this version",
+    )
+}
+
+fn board(found: &str, wanted: Option<&str>) -> Check {
+    match wanted {
+        Some(wanted) => Check::new(
+            "board",
+            found == wanted,
+            found,
+            wanted,
+            "give the port of the board that you mean, or flash its image",
+        ),
+        None => Check::new("board", true, found, "a name", ""),
+    }
+}
+
+/// Who holds the lease.
+fn holder(status: &StatusReport) -> Option<u8> {
+    status.lease.map(|lease| lease.holder).filter(|holder| *holder != NOBODY)
+}
+
+fn stamp(image: &str, timing: Option<&TimingText>) -> Check {
+    let name = "image";
+    let limit = timing.and_then(|timing| timing.limit_cycles);
+    let is_unstamped = image.ends_with(UNSTAMPED);
+    if !is_unstamped && limit.is_none() {
+        return Check::not_run(
+            name,
+            format!("{image}, which tells no limit: of a controller without a stamp"),
+        );
+    }
+    let limit = limit.map_or(String::new(), |limit| format!(", a tick may take {limit} cycles"));
+    Check::new(
+        name,
+        !is_unstamped,
+        format!("{image}{limit}"),
+        "a stamp: what its modules cost",
+        "`cargo xtask flash BOARD` flashes a stamped image; `dimsart stamp IMAGE` stamps one before it is flashed",
+    )
+}
+
+fn start(events: &Events) -> Check {
+    let name = "start";
+    let is = |what: u8, kind: EventKind| what == kind as u8;
+    let Some(place) = events.0.iter().rposition(|event| is(event.what, EventKind::Started)) else {
+        return Check::not_run(name, "the device keeps no events, or has had many since its start");
+    };
+    let (before, last) = events.0.split_at(place);
+    let Some(started) = last.first() else { return Check::not_run(name, "the device keeps no events") };
+    let stop = before
+        .last()
+        .filter(|event| is(event.what, EventKind::Panic) || is(event.what, EventKind::Exception));
+    let found = match stop {
+        Some(stop) => format!("{} behind a {} in tick {}", started.text, stop.name, stop.tick),
+        None => started.text.clone(),
+    };
+    Check::new(
+        name,
+        stop.is_none() && started.detail != StartCause::Watchdog as u32,
+        found,
+        "by its supply, its reset pin or when it was flashed",
+        "its log (`cargo xtask flash BOARD`) and `events` say what went before; docs/faults.md, 128 to 133",
+    )
+}
+
+fn scheme(kept: Option<&KeptReport>) -> Check {
+    let name = "scheme";
+    let Some(kept) = kept else { return Check::not_run(name, "the device keeps none") };
+    let next = match (kept.origin, kept.trial) {
+        ("none", _) => "no scheme matches this device: `faults` names what does not",
+        (_, "waits") => "start the board over for the trial, or `rollback` forgets it",
+        (_, "tried") => "`confirm` keeps the one on trial if it runs and does well; `rollback` forgets it",
+        _ => "`save` a scheme that matches, restart, `confirm`",
+    };
+    Check::new(
+        name,
+        kept.origin != "none" && kept.reason.is_none() && kept.trial == "none",
+        kept.to_string().replace('\n', "; "),
+        "the saved or the built-in one, and none on trial",
+        next,
+    )
+}
+
+fn faults(faults: &Faults, has_fault: bool) -> Check {
+    let mut found = vec![faults.state.clone()];
+    found.extend(faults.cut_out.clone());
+    found.extend(faults.findings.iter().filter(|finding| finding.is_fault).map(ToString::to_string));
+    if let Some(first) = &faults.first_fault {
+        found.push(format!("the first trouble was in tick {}: {}", first.tick, first.reason));
+    }
+    Check::new(
+        "faults",
+        !has_fault && faults.faults == 0 && faults.cut_out.is_none(),
+        found.join("; "),
+        "none that stands",
+        "as it says; the numbers are those of docs/faults.md",
+    )
+}

@@ -1,0 +1,240 @@
+//! A step of the torque on a rotor that is held: the measured current is what the torque asks for.
+
+use std::io::{Read, Write};
+use std::time::Duration;
+
+use hil_sim::recording::{Column, Recording};
+use hil_sim::schemes::SchemeText;
+
+use super::ticks::wait;
+use super::{Check, Surroundings};
+use crate::connect::{ANY_SIDE, ConnectError, Device, Tap, TapRow};
+use crate::report::{Curve, Figure, Level, Panel};
+
+/// A constant torque, 0 at first.
+const SCHEME: &str = "\
+all MOD_ENG CLOSE
+all SIGGEN_MOD FORM CONSTANT
+all SIGGEN_MOD AMPLITUDE 0
+all SIGGEN_MOD PORT_SIGNAL_OUT DES_FORCE
+all MOD_ENG MOD_ON SIGGEN_MOD
+all MOD_ENG MATCHING_CHECK
+";
+/// Longest time that a board turns its rotor for, to find where the magnets are, `s`.
+const ALIGNING_S: f64 = 9.0;
+/// Before the step, on it, and behind it, `s`.
+const BEFORE_S: f64 = 0.1;
+const STEP_S: f64 = 0.4;
+/// Of the step, until the current is compared: commands rise within a rate.
+const SETTLING_S: f64 = 0.15;
+/// How far the current may be from what the torque asks for.
+const SHARE: f64 = 0.1;
+/// A rotor that is held turns no further, `rad`.
+const HELD_RAD: f64 = 0.2;
+const A_MOMENT: Duration = Duration::from_millis(5);
+const SIGNALS: [&str; 3] = ["DES_FORCE", "MOTOR_CURRENT", "POSITION"];
+
+/// What is to be seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LockedRotor {
+    /// Height of the step, `N m`.
+    pub torque_nm: f64,
+    /// Of the motor, `N m/A`, above 0.
+    pub torque_constant_nm_per_a: f64,
+}
+
+/// The step as it was measured, for a picture.
+#[derive(Debug)]
+pub struct Step {
+    figure: Figure,
+    recording: Recording,
+}
+
+impl Step {
+    /// What it is drawn from.
+    #[must_use]
+    pub fn picture(&self) -> (&Figure, &Recording) {
+        (&self.figure, &self.recording)
+    }
+}
+
+impl LockedRotor {
+    /// Puts a constant torque of 0 in place of the scheme. Gives the rows of the one that was there, to be
+    /// [put back](Self::put_back).
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer, or refuses the scheme.
+    pub fn prepare<S: Read + Write>(device: &mut Device<S>) -> Result<String, ConnectError> {
+        let rows = device.scheme_rows(None)?;
+        let scheme = SchemeText { name: "a constant torque".to_owned(), text: SCHEME.to_owned() };
+        device.replace_scheme(&scheme, ANY_SIDE)?;
+        Ok(rows)
+    }
+
+    /// Arms the board for 9 s, in which it finds where its rotor's magnets are: the rotor must be free for that.
+    ///
+    /// # Errors
+    /// [`ConnectError`] when the device does not answer, or refuses the lease.
+    pub fn align<S: Read + Write>(
+        device: &mut Device<S>,
+        around: &impl Surroundings,
+    ) -> Result<(), ConnectError> {
+        device.hold_lease()?;
+        let waited = wait(device, around, ALIGNING_S);
+        device.give_lease_back()?;
+        waited
+    }
+
+    /// Arms the board for less than a second, and commands the step meanwhile.
+    ///
+    /// # Errors
+    /// As [`align`](Self::align).
+    pub fn step<S: Read + Write>(
+        &self,
+        device: &mut Device<S>,
+        around: &impl Surroundings,
+    ) -> Result<(Check, Step), ConnectError> {
+        let names = SIGNALS.map(str::to_owned);
+        device.require_signals(&names)?;
+        let mut tap = Tap::new(1).of(&names);
+        device.hold_lease()?;
+        let recorded = self.record(device, around, &mut tap);
+        // Whatever came of it, it ends here.
+        let ended = device.set("SIGGEN_MOD", "AMPLITUDE[0]", "0");
+        device.give_lease_back()?;
+        device.end_tap(&mut tap)?;
+        ended?;
+        let (rows, reason) = recorded?;
+        let period_s = f64::from(device.identity().sample_period_s);
+        let widths: Vec<usize> = tap.signals().iter().map(|signal| signal.words).collect();
+        Ok((self.judge(&rows, &widths, period_s, reason), self.draw(&rows, &widths, period_s)))
+    }
+
+    /// Puts the scheme back that was there before.
+    ///
+    /// # Errors
+    /// As [`align`](Self::align).
+    pub fn put_back<S: Read + Write>(device: &mut Device<S>, rows: &str) -> Result<(), ConnectError> {
+        let scheme = SchemeText { name: "the scheme before".to_owned(), text: rows.to_owned() };
+        device.replace_scheme(&scheme, ANY_SIDE).map(drop)
+    }
+
+    fn record<S: Read + Write>(
+        &self,
+        device: &mut Device<S>,
+        around: &impl Surroundings,
+        tap: &mut Tap,
+    ) -> Result<(Vec<TapRow>, Option<&'static str>), ConnectError> {
+        let mut rows = Vec::new();
+        for (torque_nm, time_s) in [(0.0, BEFORE_S), (self.torque_nm, STEP_S), (0.0, BEFORE_S)] {
+            device.set("SIGGEN_MOD", "AMPLITUDE[0]", &torque_nm.to_string())?;
+            let end_s = around.now_s() + time_s;
+            while around.now_s() < end_s {
+                rows.extend(device.tap(tap, A_MOMENT)?);
+            }
+        }
+        Ok((rows, device.reason()?.map(dimsart_core::Reason::name)))
+    }
+
+    fn wanted_a(&self) -> f64 {
+        self.torque_nm / self.torque_constant_nm_per_a
+    }
+
+    fn judge(&self, rows: &[TapRow], widths: &[usize], period_s: f64, reason: Option<&str>) -> Check {
+        let name = "torque on a locked rotor";
+        let next = "look at the motor's torque constant (catalogue), the shunts' scaling and the wires of the phases";
+        let expected = format!(
+            "{:.3} A, to {:.0} %: {} N m / {} N m/A; and a rotor that is held",
+            self.wanted_a(),
+            100.0 * SHARE,
+            self.torque_nm,
+            self.torque_constant_nm_per_a
+        );
+        if let Some(reason) = reason {
+            let next = "`faults` says what is wrong, and what to do";
+            return Check::new(name, false, format!("the step ended by {reason}"), expected, next);
+        }
+        let settled: Vec<[f64; 3]> = settled(rows, widths, self.torque_nm, period_s);
+        if settled.is_empty() {
+            return Check::new(name, false, "nothing came of the step over the line", expected, next);
+        }
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred")]
+        let mean_a = settled.iter().map(|row| row[1]).sum::<f64>() / settled.len() as f64;
+        let angles = rows.iter().filter_map(|row| firsts(row, widths)).map(|row| row[2]);
+        let (least, most) =
+            angles.fold((f64::MAX, f64::MIN), |(least, most), angle| (least.min(angle), most.max(angle)));
+        let is_held = most - least < HELD_RAD;
+        Check::new(
+            name,
+            is_held && (mean_a / self.wanted_a() - 1.0).abs() <= SHARE,
+            format!(
+                "{mean_a:.3} A, the mean of {} ticks; the rotor turned by {:.3} rad",
+                settled.len(),
+                most - least
+            ),
+            expected,
+            if is_held { next } else { "hold the rotor: it turned" },
+        )
+    }
+
+    fn draw(&self, rows: &[TapRow], widths: &[usize], period_s: f64) -> Step {
+        let columns = [("DES_FORCE / kt", "A"), ("MOTOR_CURRENT", "A"), ("POSITION", "rad")];
+        let columns = columns.map(|(signal, unit)| Column {
+            source: "board".to_owned(),
+            signal: signal.to_owned(),
+            indices: Vec::new(),
+            unit: unit.to_owned(),
+            format: None,
+        });
+        let mut recording = Recording::new(columns.to_vec());
+        let begin = rows.first().map_or(0, |row| row.tick);
+        for row in rows {
+            let Some([force_nm, current_a, angle_rad]) = firsts(row, widths) else { continue };
+            let time_s = f64::from(row.tick.wrapping_sub(begin)) * period_s;
+            let values = [force_nm / self.torque_constant_nm_per_a, current_a, angle_rad];
+            recording.add_row(time_s).iter_mut().zip(values).for_each(|(place, value)| *place = value);
+        }
+        let curve = |label: &str, column| Curve { label: label.to_owned(), column, minus: None };
+        let panel = |title: &str, y_label: &str, curves, levels| Panel {
+            title: title.to_owned(),
+            y_label: y_label.to_owned(),
+            curves,
+            levels,
+        };
+        let level = Level { label: "wanted".to_owned(), value: self.wanted_a() };
+        let figure = Figure {
+            file_stem: "locked_rotor".to_owned(),
+            title: "A step of the torque on a locked rotor".to_owned(),
+            panels: vec![
+                panel(
+                    "Current that makes the torque",
+                    "current (A)",
+                    vec![curve("measured", 1), curve("commanded torque / kt", 0)],
+                    vec![level],
+                ),
+                panel("Rotor", "angle (rad)", vec![curve("angle", 2)], Vec::new()),
+            ],
+            spans: Vec::new(),
+        };
+        Step { figure, recording }
+    }
+}
+
+/// The first axis of each signal.
+fn firsts(row: &TapRow, widths: &[usize]) -> Option<[f64; 3]> {
+    let [force, current, _] = widths else { return None };
+    let value = |place: usize| row.values.get(place).copied().filter(|value| value.is_finite());
+    Some([value(0)?, value(*force)?, value(force + current)?])
+}
+
+/// The rows on the step, from when it has settled on.
+fn settled(rows: &[TapRow], widths: &[usize], torque_nm: f64, period_s: f64) -> Vec<[f64; 3]> {
+    let on: Vec<(u32, [f64; 3])> = rows
+        .iter()
+        .filter_map(|row| Some((row.tick, firsts(row, widths)?)))
+        .filter(|(_, [force_nm, ..])| (force_nm / torque_nm - 1.0).abs() < 0.01)
+        .collect();
+    let Some((begin, _)) = on.first().copied() else { return Vec::new() };
+    let is_settled = |tick: u32| f64::from(tick.wrapping_sub(begin)) * period_s > SETTLING_S;
+    on.into_iter().filter(|(tick, _)| is_settled(*tick)).map(|(_, row)| row).collect()
+}
