@@ -9,6 +9,9 @@ use crate::common::Shared;
 
 /// What the watchdog is started by: the last of a board's start.
 const STARTED: &str = "IWDG_KR          0x0000cccc";
+/// What every period of a current loop begins with, and behind it its switching the bridge off: where they come between the
+/// lines of the start hangs on the time that this takes.
+const PERIOD: &str = "ADC1_ISR ";
 /// Addresses of RAM are the linker's.
 const DMA_ADDRESSES: &str = "_CMAR";
 
@@ -21,7 +24,13 @@ fn a_board_writes_what_was_reviewed() {
         let lines = bench.chip().journal.lines();
         let end = lines.iter().position(|line| line == STARTED).unwrap();
         let mut written = String::new();
+        let mut of_period = 0;
         for line in &lines[..=end] {
+            of_period = if line.starts_with(PERIOD) { 2 } else { of_period };
+            if of_period > 0 {
+                of_period -= 1;
+                continue;
+            }
             let register = line.split(' ').next().unwrap();
             let line = if register.contains(DMA_ADDRESSES) { register } else { line };
             written.push_str(line);
