@@ -134,6 +134,22 @@ impl Powered {
         self.received.extend(bytes);
     }
 
+    /// Goes on to the next call of the current loop and through it; gives its cycles.
+    pub(crate) fn current_loop_cycles(&mut self) -> u64 {
+        let begin = self.bench.processor.image().function("dimsart_current_loop").unwrap().address;
+        self.step_to(begin);
+        let begun = self.bench.processor.cycles();
+        let [.., caller, _] = self.bench.processor.registers.core;
+        self.step_to(caller & !1);
+        self.bench.processor.cycles() - begun
+    }
+
+    fn step_to(&mut self, address: u32) {
+        while self.bench.processor.address() != address {
+            self.bench.processor.step(u64::MAX).unwrap();
+        }
+    }
+
     pub(crate) fn run_for(&mut self, time_s: f64) {
         let end_s = self.time_s() + time_s;
         while self.time_s() < end_s {
