@@ -15,6 +15,7 @@ use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
 use chips::stm32g4::Wire;
 use chips::{Bench, Stm32g4};
+use cycles::processor::Processor;
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 use crate::common::bench;
@@ -134,20 +135,19 @@ impl Powered {
         self.received.extend(bytes);
     }
 
-    /// Goes on to the next call of the current loop and through it; gives its cycles.
+    /// Goes on to the next call of the current loop and through it, back to what it has interrupted; gives its cycles.
     pub(crate) fn current_loop_cycles(&mut self) -> u64 {
-        let begin = self.bench.processor.image().function("dimsart_current_loop").unwrap().address;
-        self.step_to(begin);
-        let begun = self.bench.processor.cycles();
-        let [.., caller, _] = self.bench.processor.registers.core;
-        self.step_to(caller & !1);
-        self.bench.processor.cycles() - begun
-    }
-
-    fn step_to(&mut self, address: u32) {
-        while self.bench.processor.address() != address {
-            self.bench.processor.step(u64::MAX).unwrap();
+        let processor = &mut self.bench.processor;
+        let begin = processor.image().function("dimsart_current_loop").unwrap().address;
+        let stack = |processor: &Processor<Stm32g4>| processor.registers.core[13];
+        while processor.address() != begin {
+            processor.step(u64::MAX).unwrap();
         }
+        let (begun, stack_at_begin) = (processor.cycles(), stack(processor));
+        while stack(processor) <= stack_at_begin {
+            processor.step(u64::MAX).unwrap();
+        }
+        processor.cycles() - begun
     }
 
     pub(crate) fn run_for(&mut self, time_s: f64) {
