@@ -79,20 +79,17 @@ pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
             let reached =
                 reached.map_err(|error| format!("{name}: a current loop does what it must not: {error}"))?;
             hold_to_ccm(name, &image, CURRENT_LOOP, &reached.addresses, &beside)?;
-            println!("{name}: a current loop reaches {} functions, none of which can panic", reached.functions.len());
+            println!(
+                "{name}: a current loop reaches {} functions, none of which can panic",
+                reached.functions.len()
+            );
         }
     }
     Ok(())
 }
 
 /// Fails where what a root reaches is not in CCM SRAM, though the root is, but for what may be beside it.
-fn hold_to_ccm(
-    name: &str,
-    image: &Image,
-    root: &str,
-    functions: &BTreeSet<u32>,
-    beside: &[Name],
-) -> Outcome {
+fn hold_to_ccm(name: &str, image: &Image, root: &str, functions: &BTreeSet<u32>, beside: &[Name]) -> Outcome {
     let [start, end] = ["__sccm", "__eccm"].map(|name| image.symbols.get(name).copied().unwrap_or(0));
     let is_inside = |address: u32| (start..end).contains(&address);
     if !image.function(root).is_some_and(|root| is_inside(root.address)) {
@@ -121,9 +118,11 @@ mod tests {
         let reached = BTreeSet::from([0x1000_0000, 0x1000_0FFE, 0x1000_1000, 0x0800_0100]);
         let mut image = Image::default();
         let functions = [("tick", 0x1000_0000), ("late", 0x1000_1000), ("cold", 0x0800_0100)];
-        image.functions.extend(functions.map(|(name, address)| {
-            (address, Function { names: vec![name.to_owned()], address, bytes: 2 })
-        }));
+        image.functions.extend(
+            functions.map(|(name, address)| {
+                (address, Function { names: vec![name.to_owned()], address, bytes: 2 })
+            }),
+        );
         let hold = |image: &Image, beside: &[Name]| hold_to_ccm("board", image, "tick", &reached, beside);
         assert_eq!(hold(&image, &[]), Ok(()));
         let marks = [("__sccm", 0x1000_0000), ("__eccm", 0x1000_1000)];

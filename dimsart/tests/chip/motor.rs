@@ -135,16 +135,18 @@ impl Powered {
         self.received.extend(bytes);
     }
 
-    /// Goes on to the next call of the current loop and through it, back to what it has interrupted; gives its cycles.
+    /// Goes on to the next call of the current loop and through it; gives its cycles.
     pub(crate) fn current_loop_cycles(&mut self) -> u64 {
         let processor = &mut self.bench.processor;
-        let begin = processor.image().function("dimsart_current_loop").unwrap().address;
+        let current_loop = processor.image().function("dimsart_current_loop").unwrap();
+        let (begin, end) = (current_loop.address, current_loop.end());
         let stack = |processor: &Processor<Stm32g4>| processor.registers.core[13];
         while processor.address() != begin {
             processor.step(u64::MAX).unwrap();
         }
         let (begun, stack_at_begin) = (processor.cycles(), stack(processor));
-        while stack(processor) <= stack_at_begin {
+        // Until it has given its stack back, and something else runs.
+        while stack(processor) < stack_at_begin || (begin..end).contains(&processor.address()) {
             processor.step(u64::MAX).unwrap();
         }
         processor.cycles() - begun
