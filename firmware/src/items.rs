@@ -23,7 +23,8 @@ const KEYS: usize = 4;
 /// A whole number of words of every flash here.
 const WORD_BYTES: usize = 8;
 /// Of a page's and an item's beginning.
-const HEADER_BYTES: u32 = WORD_BYTES as u32;
+const HEADER_BYTES: u32 = 8;
+const _: () = assert!(HEADER_BYTES as usize == WORD_BYTES);
 /// A header that was never written.
 const BLANK: ([u8; 4], u32) = ([ERASED; 4], u32::MAX);
 /// Read at once.
