@@ -8,6 +8,8 @@ mod pins;
 
 pub use pins::{Pin, PinDirection, PinGroup, PinMode, PinPlan};
 
+use dimsart_core::limits::Sizes;
+
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
 
@@ -53,6 +55,8 @@ pub struct Tooling {
     pub axes: usize,
     /// Words of the Data Base that its memory has room for.
     pub words: usize,
+    /// What its images' controllers have room for.
+    pub sizes: Sizes,
     /// What its images run from.
     pub memory: CodeMemory,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.

@@ -40,7 +40,7 @@ compile_error!("packets over classic CAN have no tags on a board: leave `auth` o
 use core::ptr::with_exposed_provenance_mut;
 use core::sync::atomic::AtomicU32;
 
-use cortex_m::peripheral::SCB;
+use cortex_m::peripheral::{MPU, SCB};
 use defmt_rtt as _;
 use dimsart_core::{Counter, StartCause, Word};
 #[cfg(not(any(feature = "three-phase", feature = "moteus")))]
@@ -100,6 +100,7 @@ fn FMAC() {
 /// cycles.
 pub(crate) fn start(crystal: Hertz) -> Peripherals {
     let Some(mut core) = cortex_m::Peripherals::take() else { defmt::panic!("the board was started twice") };
+    guard_stack(&core.MPU);
     // Until each has its own, none is as urgent as the current loop: all of them would be.
     for interrupt in 0..core.NVIC.ipr.len() {
         #[expect(unsafe_code, reason = "a priority that changes in a critical section would break it")]
@@ -123,6 +124,27 @@ pub(crate) fn start(crystal: Hertz) -> Peripherals {
     core.DWT.set_cycle_count(0);
     core.DWT.enable_cycle_counter();
     chip
+}
+
+/// Whoever gets at the 32 KiB below the SRAM, which begins with the stack, is stopped there and then (ARMv7-M, B3.5): no RAM is
+/// lost for it, and the program has nothing there.
+fn guard_stack(protection: &MPU) {
+    const BELOW: u32 = 0x1FFF_8000;
+    const IS_REGION_0: u32 = 1 << 4;
+    const NO_CODE: u32 = 1 << 28;
+    /// 2^(14 + 1) bytes. Without more, they are nobody's.
+    const SIZE: u32 = 14 << 1;
+    const ALL_ELSE_AS_BEFORE: u32 = 1 << 2;
+    const ENABLED: u32 = 1;
+    #[expect(unsafe_code, reason = "the processor's own memory protection")]
+    // SAFETY: nothing that the program reads or writes is in this region; all else stays as it is.
+    unsafe {
+        protection.rbar.write(BELOW | IS_REGION_0);
+        protection.rasr.write(NO_CODE | SIZE | ENABLED);
+        protection.ctrl.write(ALL_ELSE_AS_BEFORE | ENABLED);
+    }
+    cortex_m::asm::dsb();
+    cortex_m::asm::isb();
 }
 
 /// The library is told of the clock that [`clock_switch`] makes behind it: what it sets up divides that frequency. It

@@ -145,6 +145,7 @@ impl Drive {
     }
 
     /// What it knows of its motor.
+    #[inline(always)]
     #[must_use]
     pub fn measured(&self) -> Measured {
         Measured {

@@ -38,7 +38,7 @@ use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
 use dimsart_core::saved_scheme::{SchemeBytes, fingerprint_of};
 use embassy_futures::block_on;
-use firmware::{BUFFER_BYTES, SchemeStore};
+use firmware::SchemeStore;
 use static_cell::ConstStaticCell;
 
 use crate::entry_points::Frames;
@@ -117,17 +117,17 @@ fn start_scheme(
 ) -> (SchemeService, KeyService, KeysToTake) {
     let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
     let keys = storage.as_ref().map(key_service::range);
-    static BUFFER: ConstStaticCell<[u8; BUFFER_BYTES]> = ConstStaticCell::new([0; BUFFER_BYTES]);
     static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
-    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
-    let status = block_on(firmware::start(store.as_mut(), stamp().scheme(), dimsart));
+    let scheme = SCHEME.take();
+    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
+    let status = block_on(firmware::start(store.as_mut(), scheme, stamp().scheme(), dimsart));
     defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);
     if status.fallback.is_some() {
         defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
     }
     let (keys, keys_to_take) = key_service::start(keys, store.as_mut().map(SchemeStore::flash));
     let fingerprint = fingerprint_of(stamp().scheme());
-    (SchemeService { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }, keys, keys_to_take)
+    (SchemeService { store, stalls_tick, status, fingerprint, scheme }, keys, keys_to_take)
 }
 
 /// A task that is started once; each is.

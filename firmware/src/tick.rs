@@ -97,8 +97,15 @@ pub(crate) async fn run(
 }
 
 /// At most one request, the packets that came, one tick.
-#[inline(never)]
 fn step(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
+    serve(dimsart, frames, info, ends);
+    tick(dimsart, frames, info, ends)
+}
+
+/// Apart from what comes after it: an answer is off the stack by then.
+#[inline(never)]
+#[cfg_attr(not(feature = "measure"), expect(unused_variables, reason = "measurements are in them"))]
+fn serve(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) {
     if let Some((id, request)) = ends.requests.take() {
         #[cfg(feature = "measure")]
         let answer = frames.measurements.serve(id, &request, dimsart, info);
@@ -107,6 +114,11 @@ fn step(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, 
         ends.answers.give(answer);
         links::listen(dimsart);
     }
+}
+
+/// What packets came, one tick.
+#[inline(never)]
+fn tick(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, ends: &mut Ends) -> Tick {
     for _ in 0..Selected::PACKETS_PER_TICK {
         let taken = ends.packets_in.take_in_place(|Received { link, packet }| {
             let was_wanted = |packet: &Packet| packet.channel == links::listened_to(*link);

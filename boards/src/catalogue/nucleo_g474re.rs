@@ -1,5 +1,7 @@
 //! What tools and the board itself need to know of ST's NUCLEO-G474RE.
 
+use dimsart_core::limits::Sizes;
+
 use super::ihm08m1;
 use super::pins::{DEBUG_PORT, HEARTBEATS, QUADRATURE, RECESSIVE};
 use super::{CodeMemory, MODULE_GROUPS, Pin, PinGroup, PinPlan, SMALL_MOTORS, Tooling};
@@ -37,6 +39,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     tick_hz: 1_000,
     axes: 3,
     words: 3_072,
+    sizes: Sizes::BOARD,
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
     modules: &MODULE_GROUPS,

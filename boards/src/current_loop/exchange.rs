@@ -88,18 +88,15 @@ impl Exchange {
         fence(Release);
         let flags =
             told.fault.map_or(0, |fault| u32::from(fault.reason().number())) | u32::from(told.is_ready) << 8;
-        let words = [
-            told.angle,
-            told.speed_rad_per_s.to_bits(),
-            told.current_a.to_bits(),
-            told.bus_v.to_bits(),
-            told.temperature_c.to_bits(),
-            flags,
-            told.periods,
-        ];
-        for (cell, word) in self.told.iter().zip(words) {
-            cell.store(word, Relaxed);
-        }
+        // One by one: as a loop, which boards are compiled to, it takes 50 cycles more.
+        let [angle, speed, current, bus, temperature, flag_word, periods] = &self.told;
+        angle.store(told.angle, Relaxed);
+        speed.store(told.speed_rad_per_s.to_bits(), Relaxed);
+        current.store(told.current_a.to_bits(), Relaxed);
+        bus.store(told.bus_v.to_bits(), Relaxed);
+        temperature.store(told.temperature_c.to_bits(), Relaxed);
+        flag_word.store(flags, Relaxed);
+        periods.store(told.periods, Relaxed);
         self.version.store(version.wrapping_add(2), Release);
     }
 

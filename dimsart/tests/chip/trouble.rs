@@ -54,3 +54,24 @@ fn a_board_whose_crystal_does_not_swing_starts_over_with_its_outputs_off() {
         shared.greet();
     }
 }
+
+#[test]
+fn a_stack_that_overflows_starts_the_board_over_which_then_says_so() {
+    for board in BOARDS {
+        let Some(shared) = Shared::start(board.name) else { return };
+        shared.run_for(0.1);
+        {
+            let mut bench = shared.bench();
+            assert_eq!(bench.processor.faults(), []);
+            let end = bench.processor.image().symbols.get("_stack_end").copied().unwrap();
+            // The next interrupt has more to save than there is room for.
+            bench.processor.registers.core[13] = end + 16;
+        }
+        shared.run_for(0.3);
+        let why = shared.bench().processor.faults().first().map(|fault| format!("{:?}", fault.why));
+        assert_eq!(shared.bench().chip().resets(), [Reset::Program], "{}: {why:?}", board.name);
+        let events = shared.greet().events().unwrap().to_string();
+        println!("{}: {why:?}\n{events}", board.name);
+        assert!(events.contains("exception"), "{events}");
+    }
+}
