@@ -1,7 +1,7 @@
 //! Schemes in flash, whole whenever the power goes.
 //!
-//! Three items of a map that `sequential-storage` keeps: two places for schemes, and a record of which one
-//! is confirmed. A new scheme goes to the place that is not confirmed. Every item is replaced whole or not
+//! Items of a map that `sequential-storage` keeps: two places for schemes, and a record of which one
+//! is confirmed; [`motor_store`](crate::motor_store) has one more. A new scheme goes to the place that is not confirmed. Every item is replaced whole or not
 //! at all, and every step is one item, so a cut leaves the state before it or the one after it. A step is done when it
 //! could be [read back](crate::read_back).
 
@@ -15,6 +15,7 @@ use sequential_storage::Error;
 use sequential_storage::cache::{Cache, Uncached};
 use sequential_storage::map::{MapConfig, MapStorage};
 
+use crate::motor_store::MOTOR;
 use crate::read_back::{ERASED, ReadBack};
 
 /// Keys of the items. A scheme's is its place.
@@ -38,16 +39,16 @@ impl<E> From<Error<E>> for Broken {
 
 /// Schemes in a range of a flash.
 pub struct SchemeStore<'b, F: NorFlash> {
-    map: MapStorage<u8, ReadBack<F>, Cache<Uncached, Uncached, Uncached, u8>>,
+    pub(crate) map: MapStorage<u8, ReadBack<F>, Cache<Uncached, Uncached, Uncached, u8>>,
     record: Record,
     /// Whether the flash holds what no store has written.
     is_garbage: bool,
-    buffer: &'b mut [u8; BUFFER_BYTES],
+    pub(crate) buffer: &'b mut [u8; BUFFER_BYTES],
 }
 
 /// Which scheme is which.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Record {
+pub(crate) struct Record {
     /// Place of the confirmed scheme.
     confirmed: Option<u8>,
     trial: Trial,
@@ -70,7 +71,9 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
         (self.record, self.is_garbage) = (Record::default(), false);
         if let Some(bytes) = self.map.fetch_item::<&[u8]>(self.buffer, &RECORD).await? {
             self.record = Record::from_bytes(bytes)?;
-        } else if !self.is_blank().await? {
+        } else if !self.is_blank().await?
+            && self.map.fetch_item::<&[u8]>(self.buffer, &MOTOR).await?.is_none()
+        {
             self.is_garbage = true;
             return Err(Broken);
         }
@@ -116,24 +119,30 @@ impl<'b, F: NorFlash> SchemeStore<'b, F> {
     /// # Errors
     /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
     pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
-        let mut is_stored = self.store(scheme).await?;
+        self.store_at(Record::other_place, scheme).await?;
+        self.set(Record { trial: Trial::Waits, ..self.record }).await
+    }
+
+    /// Stores an item in the place that the record gives it; a flash that holds garbage is erased before.
+    pub(crate) async fn store_at(&mut self, place: fn(Record) -> u8, item: &[u8]) -> Result<(), Broken> {
+        let mut is_stored = self.store(place(self.record), item).await?;
         if !is_stored {
             // Nothing in it can be read, so nothing is lost with it.
             (self.record, self.is_garbage) = (Record::default(), true);
             self.map.erase_all().await?;
             self.is_garbage = false;
-            is_stored = self.store(scheme).await?;
+            is_stored = self.store(place(self.record), item).await?;
         }
-        if is_stored { self.set(Record { trial: Trial::Waits, ..self.record }).await } else { Err(Broken) }
+        if is_stored { Ok(()) } else { Err(Broken) }
     }
 
     /// False when the flash must be erased first.
-    async fn store(&mut self, scheme: &[u8]) -> Result<bool, Broken> {
+    async fn store(&mut self, place: u8, item: &[u8]) -> Result<bool, Broken> {
         if self.is_garbage {
             return Ok(false);
         }
         // Bound to a name, so that what is awaited next finds its memory free.
-        let stored = self.map.store_item(self.buffer, &self.record.other_place(), &scheme).await;
+        let stored = self.map.store_item(self.buffer, &place, &item).await;
         if matches!(stored, Err(Error::Corrupted { .. })) { Ok(false) } else { Ok(stored.map(|()| true)?) }
     }
 
