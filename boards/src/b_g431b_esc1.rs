@@ -26,28 +26,29 @@
 //! shaft turns by up to one and a quarter of an electrical turn and back, with a bounded current, and commands have no effect
 //! meanwhile. Its angle is 0 where the board was started.
 
-use dimsart_core::{
-    AxisKind, Counter, DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, StartCause, Tick, Word,
-    types,
-};
-use drive::{Checked, Rotor};
+mod amplifiers;
+
+use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits, StartCause};
+use drive::Checked;
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::pac;
+use embassy_stm32::pac::timer::TimGp16;
 use embassy_stm32::peripherals::{DMA1_CH1, DMA1_CH2, FDCAN1, USART2};
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
-use crate::board::{Axes, Board, Joints, Parts, is_driven};
+use crate::board::{Axes, Board, Parts};
 use crate::catalogue::b_g431b_esc1::{DRIVE, MOTOR, TOOLING};
-use crate::current_loop::{CurrentLoop, Told};
-use crate::motor::Ramp;
-use crate::shaft::Shaft;
+use crate::current_loop::CurrentLoop;
+use crate::motor::Motor;
 use crate::stm32g4::current_loop::{self, ThreePhase};
 use crate::stm32g4::current_sensing::{self, Channels};
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::half_bridges::HalfBridges;
-use crate::stm32g4::quadrature;
+use crate::stm32g4::quadrature::Quadrature;
+use crate::stm32g4::three_phase_joint::{self, Joint, keep_as};
 use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep, fdcan};
 
@@ -56,7 +57,6 @@ const PWM_TOP: u16 = 4_200;
 /// 0.8 us: (64 + 3) times 2 cycles, as the timer has it.
 const DEAD_TIME: u8 = 0b1000_0011;
 const CRYSTAL: Hertz = Hertz(8_000_000);
-const TICK_S: f32 = 1.0 / crate::TICK_HZ as f32;
 
 const CHECKED: Checked = match DRIVE.configuration.checked() {
     Ok(checked) => checked,
@@ -90,14 +90,7 @@ impl Board for BG431bEsc1 {
     /// What the memory holds beside 16 modules, the queues, the log and the stack.
     const WORDS: usize = TOOLING.words;
     /// What its ticks take is not among it, for which there would be no room: `dimsart connect` shows it all the same.
-    const OUTPUTS: &'static [&'static DataType] = &[
-        types::POSITION,
-        types::VELOCITY,
-        types::MOTOR_CURRENT,
-        types::SUPPLY_VOLTAGE,
-        types::BRIDGE_TEMPERATURE,
-        types::CAN_REJOINS,
-    ];
+    const OUTPUTS: &'static [&'static DataType] = three_phase_joint::OUTPUTS;
     const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
     const OUTPUT_LIMITS: &'static [OutputLimits] = &[MOTOR.position_limits()];
 
@@ -129,13 +122,14 @@ impl Board for BG431bEsc1 {
         for pin in [Flex::new(chip.PB6), Flex::new(chip.PB7)] {
             keep_as(pin, 2, AfType::input(Pull::Up));
         }
-        quadrature::start(DRIVE.configuration.encoder.counts_per_turn());
+        pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim4en(true));
+        let _ = pac::RCC.apb1enr1().read();
+        let encoder = Quadrature::start(DRIVE.configuration.encoder.counts_per_turn());
         // Their pins are analog ones from the reset on.
-        current_sensing::start_amplifiers();
-        let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, TICK_S);
-        current_loop::start(current_loop, bridges);
+        amplifiers::start();
+        let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, current_loop::TICK_S);
+        current_loop::start(current_loop, bridges, encoder);
         current_sensing::start_converters(&CHANNELS);
-        let joints = Joint { shaft: Shaft::new(), told: Told::default(), fault: None, ramp: Ramp::default() };
 
         static RING: ConstStaticCell<[u8; uart::RING_BYTES]> = ConstStaticCell::new([0; uart::RING_BYTES]);
         let (receive, send) = ((chip.PB4, chip.DMA1_CH1), (chip.PB3, chip.DMA1_CH2));
@@ -150,7 +144,7 @@ impl Board for BG431bEsc1 {
         let links = fdcan::start(can, 0);
         stm32g4::parts(
             Axes::from_array([AxisKind::Rotary; TOOLING.axes]),
-            joints,
+            Joint::default(),
             command_port,
             links,
             storage,
@@ -179,67 +173,10 @@ impl Board for BG431bEsc1 {
     }
 }
 
-/// Has a pin be one of a peripheral's, for good.
-fn keep_as(mut pin: Flex<'static>, function: u8, kind: AfType) {
-    pin.set_as_af_unchecked(function, kind);
-    core::mem::forget(pin);
-}
-
 impl ThreePhase for BG431bEsc1 {
-    #[inline]
-    fn rotor() -> Rotor {
-        quadrature::rotor(DRIVE.configuration.encoder.counts_per_turn())
-    }
-}
+    const MOTOR: Motor = MOTOR;
+    const COUNTER: TimGp16 = pac::TIM4;
+    const IS_LOW_SIDE_INVERTED: bool = false;
 
-/// The joint, above the current loop.
-pub struct Joint {
-    shaft: Shaft,
-    /// Of the last tick.
-    told: Told,
-    fault: Option<DriveFault>,
-    /// From the end of the aligning on.
-    ramp: Ramp,
-}
-
-impl Joints for Joint {
-    fn read(&mut self, measured: &mut [Word]) {
-        let last = self.told.periods;
-        match current_loop::exchange().told() {
-            Some(told) if told.periods != last => {
-                self.told = told;
-                self.fault = told.fault;
-                self.shaft.update(told.angle);
-            }
-            // None in a whole tick.
-            _ => self.fault = Some(DriveFault::Silent),
-        }
-        let Told { speed_rad_per_s, current_a, bus_v, temperature_c, .. } = self.told;
-        let read = [self.shaft.angle_rad(), speed_rad_per_s, current_a, bus_v, temperature_c];
-        for (word, value) in measured.iter_mut().zip(read) {
-            *word = value.into_word();
-        }
-        stm32g4::measure(measured.get_mut(read.len()..));
-    }
-
-    fn fault(&self) -> Option<DriveFault> {
-        self.fault
-    }
-
-    fn write(&mut self, tick: Tick, commanded: &[Word]) {
-        let is_ready = self.told.is_ready;
-        if self.fault == Some(DriveFault::Silent)
-            || !is_driven(tick, commanded)
-            || tick != Tick::Ran && !is_ready
-        {
-            BG431bEsc1::disarm();
-            return self.ramp.begin();
-        }
-        if !is_ready {
-            self.ramp.begin();
-        }
-        let wanted_nm =
-            if is_ready { commanded.first().map_or(0.0, |word| f32::from_word(*word)) } else { 0.0 };
-        current_loop::exchange().want(Some(self.ramp.follow(wanted_nm, &MOTOR.limits(), TICK_S)));
-    }
+    type Encoder = Quadrature;
 }

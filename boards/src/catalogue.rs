@@ -1,6 +1,7 @@
 //! What tools need to know of a board to build, check and flash its images: a file per board.
 
 pub(crate) mod b_g431b_esc1;
+pub mod ihm08m1;
 pub(crate) mod mps2_an386;
 pub(crate) mod nucleo_g474re;
 

@@ -2,10 +2,11 @@
 //!
 //! ```text
 //!   at rest     the bridge is off, and what the phases count is no current
-//!   unaligned   it is off; the next torque has the rotor aligned, where its encoder knows no angle after a start
+//!   unaligned   it is off; the next torque has the rotor aligned
 //!   aligning    a bounded current turns the rotor a little and back, once
 //!   driving     the torque that the tick wants
 //! ```
+//! A rotor whose encoder knows its angle from the first reading on is never aligned: the configuration says where its magnets are.
 //! A torque that is older than three ticks is none. While none is wanted for that long, a fault is forgotten, and found again
 //! in the same period if it is still there.
 
@@ -17,11 +18,15 @@ pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
 
 use dimsart_core::DriveFault;
 use drive::{
-    Checked, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep, Rotor, Sample,
+    Checked, Configuration, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep,
+    Rotor, Sample,
 };
 
 use crate::catalogue::ThreePhaseDrive;
 
+/// From an absolute encoder's taking its angle to the sampling of the currents that this is used with: it is asked at the end
+/// of a period's work, 12 us after the sampling of its currents, and answers in the next one.
+const ENCODER_AGE_PERIODS: f32 = 0.76;
 /// Ticks that a torque may be old.
 const MOST_TICKS: f32 = 3.0;
 
@@ -67,12 +72,14 @@ impl CurrentLoop {
     pub fn new(drive: &ThreePhaseDrive, checked: &Checked, tick_s: f32) -> Self {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
         let most_periods = (MOST_TICKS * tick_s / checked.get().inverter.period_s + 0.5) as u16;
+        let Configuration { encoder, inverter, .. } = checked.get();
+        let encoder_age_s = if encoder.is_absolute() { ENCODER_AGE_PERIODS * inverter.period_s } else { 0.0 };
         Self {
             scaling: drive.scaling,
             configuration: *checked,
             rest_counts: [drive.scaling.rest_counts; 3],
             stage: Stage::AtRest(Rest::default()),
-            drive: Drive::of(checked),
+            drive: Drive::of(checked).with_encoder_age(encoder_age_s),
             age: Age::new(most_periods),
             idle_periods: 0,
             most_periods,
@@ -130,7 +137,8 @@ impl CurrentLoop {
                 Ok(Some(rest_counts)) => {
                     self.rest_counts = rest_counts;
                     self.drive.clear();
-                    self.stage = Stage::Unaligned;
+                    let is_absolute = self.configuration.get().encoder.is_absolute();
+                    self.stage = if is_absolute { Stage::Driving } else { Stage::Unaligned };
                     self.fault = None;
                 }
                 Err(WrongAtRest) => {

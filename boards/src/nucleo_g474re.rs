@@ -19,17 +19,22 @@
 //! With feature `moteus` the joints are drives of mjbots on FDCAN 1 instead, at 1 and 5 Mbit/s, and the clock is 170 MHz:
 //! `docs/moteus.md`. Link 0 is USART 3 then, and all pins of the first table are free.
 //!
+//! With feature `ihm08m1` the joint is a three-phase motor behind ST's shield X-NUCLEO-IHM08M1 instead: its pins and what it
+//! measures are in `nucleo_g474re/ihm08m1.rs`.
+//!
 //! The motors' and drives' data are in `catalogue/nucleo_g474re.rs`. Before a motor is powered: `docs/first-start.md` finds an
 //! encoder or a motor that is wired backwards.
 //!
 //! An axis with nothing connected stays at 0. Timer 5 is the time driver. The log goes out over RTT.
 
-#[cfg(not(feature = "moteus"))]
+#[cfg(not(any(feature = "ihm08m1", feature = "moteus")))]
 mod brushed;
 #[cfg(not(feature = "uart-link"))]
 mod can_link;
 #[cfg(feature = "moteus")]
 mod drives;
+#[cfg(feature = "ihm08m1")]
+mod ihm08m1;
 #[cfg(feature = "uart-link")]
 mod uart_link;
 
@@ -39,12 +44,14 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{bind_interrupts, dma, pac, usart};
 use static_cell::ConstStaticCell;
 
-#[cfg(not(feature = "moteus"))]
+#[cfg(not(any(feature = "ihm08m1", feature = "moteus")))]
 use self::brushed as joints;
 #[cfg(not(feature = "uart-link"))]
 use self::can_link as link;
 #[cfg(feature = "moteus")]
 use self::drives as joints;
+#[cfg(feature = "ihm08m1")]
+use self::ihm08m1 as joints;
 #[cfg(feature = "uart-link")]
 use self::uart_link as link;
 use crate::board::{Axes, Board, Parts};
@@ -53,7 +60,10 @@ use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep};
 
-const AXES: usize = TOOLING.axes;
+#[cfg(all(feature = "ihm08m1", feature = "uart-link"))]
+compile_error!("the shield's encoder is on the UART's pins: leave `uart-link` or `ihm08m1` out");
+
+const AXES: usize = if cfg!(feature = "ihm08m1") { 1 } else { TOOLING.axes };
 const CRYSTAL: Hertz = Hertz(24_000_000);
 
 bind_interrupts!(struct Interrupts {
@@ -82,7 +92,7 @@ impl Board for NucleoG474re {
 
     fn start() -> Parts<Self> {
         let chip = stm32g4::start(CRYSTAL);
-        #[cfg(not(feature = "moteus"))]
+        #[cfg(not(any(feature = "ihm08m1", feature = "moteus")))]
         let joints = joints::start(joints::Wiring {
             first: (chip.TIM2, chip.PA0, chip.PA1),
             second: (chip.TIM3, chip.PA6, chip.PA7),
@@ -91,6 +101,14 @@ impl Board for NucleoG474re {
             pwm: (chip.PA8, chip.PA9, chip.PA10),
             directions: (chip.PC0, chip.PC1, chip.PC2),
             enable: chip.PC3,
+        });
+        #[cfg(feature = "ihm08m1")]
+        let joints = joints::start(joints::Wiring {
+            high: (chip.PA8, chip.PA9, chip.PA10),
+            low: (chip.PA7, chip.PB0, chip.PB1),
+            incremental: (chip.PA15, chip.PB3),
+            spi: (chip.PC10, chip.PC11, chip.PC12),
+            select: chip.PD2,
         });
         #[cfg(feature = "moteus")]
         let joints = joints::start(chip.FDCAN1, chip.PA11, chip.PA12);

@@ -26,6 +26,10 @@ pub(crate) mod moteus_bus;
 pub(crate) mod power_stage;
 #[cfg(feature = "three-phase")]
 pub(crate) mod quadrature;
+#[cfg(feature = "ihm08m1")]
+pub(crate) mod spi_encoder;
+#[cfg(feature = "three-phase")]
+pub(crate) mod three_phase_joint;
 pub(crate) mod uart;
 #[cfg(feature = "uart-link")]
 pub(crate) mod uart_link;

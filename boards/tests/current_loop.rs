@@ -12,7 +12,7 @@ use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
 use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Told};
 use dimsart_core::DriveFault;
-use drive::{Angle, Duties, Rotor};
+use drive::{Angle, Duties, Encoder, Rotor};
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 const PERIODS_PER_TICK: u32 = 20;
@@ -39,6 +39,8 @@ struct Bench {
     rest: [f32; 3],
     bus_v: f32,
     temperature_counts: u16,
+    /// What the encoder says instead of an angle.
+    encoder_fault: Option<Rotor>,
 }
 
 impl Bench {
@@ -56,7 +58,20 @@ impl Bench {
             rest: [2540.0, 2561.0, 2550.0],
             bus_v: 12.0,
             temperature_counts: 1309,
+            encoder_fault: None,
         }
+    }
+
+    /// With an encoder that knows where the magnets are, which has said so.
+    fn absolute() -> Self {
+        let mut bench = Self::new(|drive| {
+            drive.configuration.encoder = Encoder::As5047p;
+            drive.configuration.motor.encoder_offset_rad = OFFSET_RAD as f32;
+            drive.configuration.damping_nms_per_rad = 0.0;
+        });
+        bench.motor.set_rotor(2.0, 0.0);
+        (0..100).for_each(|_| assert!(!bench.tick(None).is_ready || !bench.is_on()));
+        bench
     }
 
     /// One period, in which converter and encoder count.
@@ -69,10 +84,14 @@ impl Bench {
         }
         let bus = (self.bus_v / scaling.v_per_count).round() as u16;
         let counts = Counts { phases, bus, temperature: self.temperature_counts };
-        let turns = (self.motor.state().angle_rad + OFFSET_RAD) / TAU;
-        let count =
-            (turns.rem_euclid(1.0) * f64::from(self.drive.configuration.encoder.counts_per_turn())) as u32;
-        let rotor = Rotor::At(Angle::from_counts(count, self.drive.configuration.encoder.counts_per_turn()));
+        let encoder = self.drive.configuration.encoder;
+        let state = self.motor.state();
+        // An absolute one took it in the period before.
+        let age_s = if encoder.is_absolute() { 0.76 * 5e-5 } else { 0.0 };
+        let turns = (state.angle_rad - age_s * state.speed_rad_per_s + OFFSET_RAD) / TAU;
+        let count = (turns.rem_euclid(1.0) * f64::from(encoder.counts_per_turn())) as u32;
+        let shown = Rotor::At(Angle::from_counts(count, encoder.counts_per_turn()));
+        let rotor = self.encoder_fault.unwrap_or(shown);
         let next = self.current_loop.period(counts, rotor, &self.exchange);
         let now = self.duties.filter(|_| next.is_some());
         self.motor.advance(now.map(|duties| duties.map(f64::from)), 5e-5);
@@ -132,6 +151,44 @@ fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
             (f64::from(told.speed_rad_per_s) - bench.motor.state().speed_rad_per_s).abs() < 15.0,
             "{told:?}"
         );
+    }
+}
+
+#[test]
+fn a_rotor_with_an_absolute_encoder_is_driven_at_once_and_along_its_magnets_while_it_turns() {
+    let mut bench = Bench::absolute();
+    assert!(bench.told().is_ready);
+    assert!((bench.motor.state().angle_rad - 2.0).abs() < 1e-9, "nothing has turned it");
+    bench.tick(Some(0.02));
+    assert!(bench.is_on());
+    // So little that its acceleration is no matter.
+    let (mut sum_rad, mut periods) = (0.0, 0.0);
+    while bench.motor.state().speed_rad_per_s < 150.0 {
+        bench.tick(Some(0.05));
+        let state = bench.motor.state();
+        if state.speed_rad_per_s > 100.0 {
+            (sum_rad, periods) = (sum_rad + state.direct_a / state.quadrature_a, periods + 1.0);
+        }
+    }
+    let askew_rad: f64 = sum_rad / periods;
+    // As old as the angle is, it would be 0.033 rad behind.
+    assert!(askew_rad.abs() < 0.012, "{askew_rad}");
+}
+
+#[test]
+fn an_absolute_encoder_that_is_lost_or_has_no_magnet_opens_the_bridge_and_is_told() {
+    for (rotor, fault) in
+        [(Rotor::Lost, DriveFault::EncoderLost), (Rotor::BadMagnet, DriveFault::EncoderMagnet)]
+    {
+        let mut bench = Bench::absolute();
+        bench.tick(Some(0.02));
+        bench.encoder_fault = Some(rotor);
+        assert_eq!(bench.tick(Some(0.02)).fault, Some(fault));
+        assert!(!bench.is_on());
+        // Plugged in again, it goes on as soon as nothing is wanted for a while.
+        bench.encoder_fault = None;
+        (0..5).for_each(|_| drop(bench.tick(None)));
+        assert_eq!((bench.tick(Some(0.02)).fault, bench.is_on()), (None, true));
     }
 }
 

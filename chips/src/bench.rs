@@ -9,14 +9,16 @@ use cycles::processor::{At, Bus as _, Processor, Reset};
 use cycles::state::AccessError;
 use cycles::timing::{Column, Flash, Profile, Timing};
 
-use crate::stm32g4::Violation;
+use crate::stm32g4::{GateDriver, Violation};
 use crate::{Part, Stm32g4};
 
 /// What a board has around its chip.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Board {
-    /// Its name, as in `boards`.
+    /// Its name: that of its image.
     pub name: &'static str,
+    /// The board whose firmware it runs, as in `boards`: its name, but for a shield.
+    pub firmware: &'static str,
     /// Its chip.
     pub part: Part,
     /// Of its crystal.
@@ -25,6 +27,8 @@ pub struct Board {
     pub command_uart: &'static str,
     /// Between its chip and the CAN bus.
     pub transceiver: Transceiver,
+    /// Between timer 1 and its bridge.
+    pub gate_driver: GateDriver,
     /// At analog pins while nothing moves: port, pin, `V`.
     pub voltages: &'static [(char, u32, f64)],
 }
@@ -49,22 +53,41 @@ const TCAN330: Transceiver =
 const EXTERNAL: Transceiver =
     Transceiver { name: "an external transceiver", most_bits_per_s: 5e6, loop_delay_s: 255e-9, off: None };
 
+/// Of L6387, and of drivers that make the low side themselves.
+const NOT_INVERTED: GateDriver = GateDriver { is_low_side_inverted: false };
+/// Its data sheet: the low side is on at a low level.
+const L6398: GateDriver = GateDriver { is_low_side_inverted: true };
+
 /// Boards whose images boot here.
 pub const BOARDS: &[Board] = &[
     Board {
         name: "nucleo-g474re",
+        firmware: "nucleo-g474re",
         part: Part::G474re,
         crystal_hz: 24e6,
         command_uart: "LPUART1",
         transceiver: EXTERNAL,
+        gate_driver: NOT_INVERTED,
         voltages: &[],
     },
     Board {
+        name: "nucleo-g474re-ihm08m1",
+        firmware: "nucleo-g474re",
+        part: Part::G474re,
+        crystal_hz: 24e6,
+        command_uart: "LPUART1",
+        transceiver: EXTERNAL,
+        gate_driver: L6398,
+        voltages: SHIELD_AT_REST,
+    },
+    Board {
         name: "b-g431b-esc1",
+        firmware: "b-g431b-esc1",
         part: Part::G431cb,
         crystal_hz: 8e6,
         command_uart: "USART2",
         transceiver: TCAN330,
+        gate_driver: NOT_INVERTED,
         voltages: AT_REST,
     },
 ];
@@ -80,6 +103,10 @@ const AT_REST: &[(char, u32, f64)] = &[
     ('A', 0, 1.15508),
     ('B', 14, 1.05510),
 ];
+
+/// The shield's amplifiers without current; a supply of 12 V; a bridge of 25 °C (X-NUCLEO-IHM08M1).
+const SHIELD_AT_REST: &[(char, u32, f64)] =
+    &[('A', 0, 1.71), ('C', 1, 1.71), ('C', 0, 1.71), ('A', 1, 0.62656), ('C', 2, 1.05510)];
 
 impl Board {
     /// The board of this name.
@@ -116,6 +143,7 @@ impl Bench {
     /// [`MachineError::NoSymbol`].
     pub fn new(board: &'static Board, image: Arc<Image>) -> Result<Self, MachineError> {
         let mut chip = Stm32g4::new(board.part, &image, Some(board.crystal_hz));
+        chip.set_gate_driver(board.gate_driver);
         for (port, pin, volts) in board.voltages {
             chip.set_voltage(*port, *pin, *volts);
         }

@@ -18,6 +18,7 @@ mod part;
 mod pwr;
 mod rcc;
 mod registers;
+mod spi;
 mod timer;
 mod usart;
 mod violation;
@@ -34,7 +35,8 @@ pub use clock::Clock;
 pub use flash::FlashFault;
 pub use journal::Journal;
 pub use part::Part;
-pub use timer::Pulses;
+pub use spi::{SpiDevice, SpiEvent};
+pub use timer::{GateDriver, Pulses};
 pub use violation::Violation;
 
 use self::adc::{Adc, Common};
@@ -44,12 +46,13 @@ use self::fdcan::Fdcan;
 use self::flash::Flash;
 use self::gpio::Gpio;
 use self::iwdg::Iwdg;
-use self::map::{DMAMUX, PLAIN, PORTS, TIMERS, USARTS};
+use self::map::{Block, DMAMUX, PLAIN, PORTS, SPIS, TIMERS, USARTS};
 use self::memory::{MESSAGES, Memory};
 use self::opamp::Opamp;
 use self::pwr::Pwr;
 use self::rcc::{Cause, Rcc};
 use self::registers::Registers;
+use self::spi::Spi;
 use self::timer::Timer;
 use self::usart::Usart;
 use self::violation::Access;
@@ -69,6 +72,7 @@ pub struct Stm32g4 {
     ports: Vec<Gpio>,
     timers: Vec<Timer>,
     usarts: Vec<Usart>,
+    spis: Vec<Spi>,
     dmas: Vec<Dma>,
     iwdg: Iwdg,
     adcs: [Adc; 2],
@@ -76,6 +80,8 @@ pub struct Stm32g4 {
     opamp: Opamp,
     /// What gives pins their voltages.
     wires: BTreeMap<(char, u32), Wire>,
+    /// Between timer 1 and the bridge.
+    gate_driver: GateDriver,
     fdcan: Fdcan,
     plain: Vec<Registers>,
     violations: Vec<Violation>,
@@ -99,12 +105,14 @@ impl Stm32g4 {
             ports: PORTS.map(|letter| Gpio::new(part, letter)).into(),
             timers: TIMERS.map(|number| Timer::new(part, number)).into(),
             usarts: USARTS.map(|name| Usart::new(part, name)).into(),
+            spis: SPIS.map(|name| Spi::new(part, name)).into(),
             dmas: ["DMA1", "DMA2"].map(|name| Dma::new(part, name)).into(),
             iwdg: Iwdg::new(part),
             adcs: [1, 2].map(|number| Adc::new(part, number)),
             adc_common: Common::new(part),
             opamp: Opamp::new(part),
             wires: BTreeMap::new(),
+            gate_driver: GateDriver::default(),
             fdcan: Fdcan::new(part),
             plain: PLAIN.map(|(class, name)| Registers::new(part, class, name)).into(),
             violations: Vec::new(),
@@ -195,8 +203,9 @@ impl Stm32g4 {
     }
 
     fn sample(&mut self, now: u64) {
-        let Self { adcs, wires, opamp, ports, timers, violations, .. } = self;
-        let scene = Scene { wires, amplifiers: opamp, ports, bridge: timers.first(), now };
+        let Self { adcs, wires, opamp, ports, timers, gate_driver, violations, .. } = self;
+        let (bridge, driver) = (timers.first(), *gate_driver);
+        let scene = Scene { wires, amplifiers: opamp, ports, bridge, driver, now };
         for adc in adcs {
             adc.advance(now, |sampling| {
                 let volts = scene.channel_v(sampling.converter, sampling.channel).unwrap_or_else(|what| {
@@ -205,6 +214,30 @@ impl Stm32g4 {
                 });
                 analog::counts(volts)
             });
+        }
+    }
+
+    /// Looks at what a write has made of pins: who is selected, and whether the bridge is short-circuited at any time.
+    fn see_pins(&mut self, block: Block, at: At) {
+        if !matches!(block, Block::Gpio(_) | Block::Timer(1) | Block::Spi(_)) {
+            return;
+        }
+        let connected = self.connected();
+        if matches!(block, Block::Gpio(_) | Block::Spi(_)) {
+            let hz = self.clock.hz();
+            for (spi, name) in self.spis.iter_mut().zip(SPIS) {
+                let pins = spi::Pins::new(name, &connected, &self.ports, spi.select_pin());
+                spi.see_pins(pins, hz, &mut Access { at, violations: &mut self.violations });
+            }
+        }
+        let short = self.timers.first().and_then(|timer| timer.short_circuit(self.gate_driver));
+        if let Some(channel) = short
+            && [format!("TIM1_CH{}", channel + 1), format!("TIM1_CH{}N", channel + 1)]
+                .iter()
+                .all(|pin| connected.iter().any(|connected| connected == pin))
+        {
+            let access = &mut Access { at, violations: &mut self.violations };
+            access.violates(format!("TIM1 closes both switches of half bridge {} at once", channel + 1));
         }
     }
 
@@ -278,7 +311,7 @@ impl Bus for Stm32g4 {
         }
         let (block, offset) = self.find(address, at)?;
         self.convert(at.cycle);
-        let word = self.read_register(block, offset, at);
+        let word = self.read_register(block, offset, width, at);
         Ok(part_of(word, address, width))
     }
 
@@ -311,7 +344,8 @@ impl Bus for Stm32g4 {
             let name = registers.name(offset);
             self.journal.note(name, value);
         }
-        self.write_register(block, offset, value, at);
+        self.write_register(block, offset, value, width, at);
+        self.see_pins(block, at);
         self.move_data(at.cycle);
         Ok(())
     }
@@ -326,6 +360,7 @@ impl Bus for Stm32g4 {
         self.convert(now);
         self.timers.iter_mut().for_each(|timer| timer.advance(now));
         self.usarts.iter_mut().for_each(|usart| usart.advance(now));
+        self.spis.iter_mut().for_each(|spi| spi.advance(now));
         self.fdcan.advance(now, &mut self.memory.messages);
         self.move_data(now);
     }
@@ -336,7 +371,8 @@ impl Bus for Stm32g4 {
         let others = [self.rcc.next_event(), self.flash.next_event(), self.iwdg.next_event()];
         let converters = self.adcs.iter().map(Adc::next_event);
         let others = others.into_iter().chain([self.fdcan.next_event()]);
-        timers.chain(usarts).chain(others).chain(converters).min().unwrap_or(u64::MAX)
+        let spis = self.spis.iter().map(Spi::next_event);
+        timers.chain(usarts).chain(spis).chain(others).chain(converters).min().unwrap_or(u64::MAX)
     }
 
     fn lines(&self) -> u128 {
@@ -362,6 +398,9 @@ impl Bus for Stm32g4 {
         }
         for (usart, number) in self.usarts.iter().zip([37, 38, 39, 91]) {
             line(number, usart.interrupts());
+        }
+        for (spi, number) in self.spis.iter().zip([35, 36, 51]) {
+            line(number, spi.interrupts());
         }
         for (dma, first, eighth) in
             self.dmas.iter().zip([(11, 96), (56, 99)]).map(|(dma, (a, b))| (dma, a, b))

@@ -30,7 +30,8 @@ pub struct Drive {
     /// From a sample to the middle of the period that its voltage is made in, the one after it, for the electrical angle: `s`
     /// times pole pairs.
     ahead_s: f32,
-    pole_pairs: f32,
+    /// How long before the currents the encoder took its angle, `s`.
+    encoder_age_s: f32,
     period_s: f32,
     tracking: Tracking,
     controller: CurrentController,
@@ -79,7 +80,7 @@ impl Drive {
             offset: Angle::from_rad(motor.encoder_offset_rad),
             current_per_torque: 1.0 / motor.torque_constant_nm_per_a(),
             ahead_s: PERIODS_TO_VOLTAGE * period_s * pole_pairs,
-            pole_pairs,
+            encoder_age_s: 0.0,
             period_s,
             tracking: Tracking::new(period_s, TRACKING_RAD_PER_S),
             controller: CurrentController::new(configuration),
@@ -90,6 +91,13 @@ impl Drive {
             speed_per_v: 1.0 / (pole_pairs * motor.flux_linkage_vs),
             seen_s: None,
         }
+    }
+
+    /// With an encoder that took each angle `age_s` before the currents that come with it are sampled, at most two periods: it
+    /// answered in the period before.
+    #[must_use]
+    pub fn with_encoder_age(self, age_s: f32) -> Self {
+        Self { encoder_age_s: age_s, ..self }
     }
 
     /// Has the magnets point along phase U where the encoder, as it is read, is at `encoder_offset_rad`, -π to π: for an
@@ -107,8 +115,8 @@ impl Drive {
     pub fn step(&mut self, sample: &Sample, torque_nm: Option<f32>) -> Option<Duties> {
         self.track(sample.rotor);
         self.protection.look(sample);
-        let electrical = self.tracking.angle().minus(self.offset).times(self.motor.pole_pairs);
         let speed_rad_per_s = self.tracking.speed_rad_per_s();
+        let electrical = self.angle().minus(self.offset).times(self.motor.pole_pairs);
         let now = Turn::to(electrical);
         self.current_a = now.park(Stator::from_phases(sample.phase_a));
         let supply = self.modulation.supply(sample.bus_v);
@@ -125,8 +133,12 @@ impl Drive {
         };
         let most_a = self.protection.current_limit_a(sample.temperature_c);
         let wanted_a = Dq { d: 0.0, q: within(torque_nm * self.current_per_torque, most_a) };
-        self.voltage_v =
-            self.controller.step(wanted_a, self.current_a, self.pole_pairs * speed_rad_per_s, &supply);
+        self.voltage_v = self.controller.step(
+            wanted_a,
+            self.current_a,
+            f32::from(self.motor.pole_pairs) * speed_rad_per_s,
+            &supply,
+        );
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark(wanted_a), &supply))
@@ -136,7 +148,7 @@ impl Drive {
     #[must_use]
     pub fn measured(&self) -> Measured {
         Measured {
-            angle: self.tracking.angle(),
+            angle: self.angle(),
             speed_rad_per_s: self.tracking.speed_rad_per_s(),
             current_a: self.current_a,
             torque_nm: self.motor.torque_nm(self.current_a),
@@ -153,6 +165,12 @@ impl Drive {
     /// Forgets a fault, if there is one: what is still wrong is found again in the next period.
     pub fn clear(&mut self) {
         self.protection.clear();
+    }
+
+    /// Of the rotor where the currents are sampled.
+    #[inline]
+    fn angle(&self) -> Angle {
+        self.tracking.angle().plus_rad(self.encoder_age_s * self.tracking.speed_rad_per_s())
     }
 
     /// Follows the rotor. Where it is and how fast it turns is taken from two readings that agree; what disagrees with them

@@ -38,16 +38,18 @@ pub(crate) const TOOLING: Tooling = Tooling {
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
     modules: &MODULE_GROUPS,
-    variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "moteus"],
+    variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "moteus", "ihm08m1"],
     interrupts: INTERRUPTS,
     motor: Some(MOTOR),
     drive: None,
     scheme: SMALL_MOTORS,
 };
 
-/// An image without CAN has no `FDCAN1`, one with it no `USART3` with its DMA; one whose tick asks drives has those of `FDCAN1`
+/// One without a three-phase motor has no `ADC1_2`, one without CAN no `FDCAN1`, one with it no `USART3` with its DMA; one whose tick asks drives has those of `FDCAN1`
 /// off.
 const INTERRUPTS: &[(&str, i16)] = &[
+    // Current loop.
+    ("ADC1_2", 0),
     // Time.
     ("TIM5", 1),
     // Tick.

@@ -87,9 +87,10 @@ pub fn amperes(counts: [u16; 3], rest: [f32; 3], scaling: &Scaling) -> [f32; 3] 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalogue::b_g431b_esc1::DRIVE;
+    use crate::catalogue::{b_g431b_esc1, ihm08m1};
 
-    const SCALING: Scaling = DRIVE.scaling;
+    const SCALING: Scaling = b_g431b_esc1::DRIVE.scaling;
+    const SHIELD: Scaling = ihm08m1::DRIVE.scaling;
 
     #[test]
     fn offsets_are_the_mean_of_what_is_counted_at_rest() {
@@ -124,25 +125,37 @@ mod tests {
         16.0 * input_v / 3.3 * f64::from(MOST_COUNTS)
     }
 
+    /// The shield's: a shunt of 10 mOhm behind 680 Ohm, with 6.8 kOhm to 3.3 V; an amplifier with 4.7 kOhm and 1 kOhm.
+    fn shield_counts(current_a: f64) -> f64 {
+        let input_v = (-0.01 * current_a / 680.0 + 3.3 / 6_800.0) / (1.0 / 680.0 + 1.0 / 6_800.0);
+        (1.0 + 4.7) * input_v / 3.3 * f64::from(MOST_COUNTS)
+    }
+
     #[test]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts of a converter")]
     fn currents_are_those_of_the_schematic() {
-        assert!((f64::from(SCALING.rest_counts) - counts(0.0)).abs() < 1.0, "{}", counts(0.0));
-        let rest = [SCALING.rest_counts; 3];
-        for current_a in [-40.0, -1.0, 0.0, 3.0, 40.0] {
-            let shown = counts(current_a).round() as u16;
-            for measured_a in amperes([shown; 3], rest, &SCALING) {
-                assert!((f64::from(measured_a) - current_a).abs() < 0.06, "{current_a}: {measured_a}");
+        let boards: [(Scaling, fn(f64) -> f64, f64); 2] =
+            [(SCALING, counts, 40.0), (SHIELD, shield_counts, 28.0)];
+        for (scaling, counts, most_a) in boards {
+            assert!((f64::from(scaling.rest_counts) - counts(0.0)).abs() < 1.0, "{}", counts(0.0));
+            let rest = [scaling.rest_counts; 3];
+            for current_a in [-most_a, -1.0, 0.0, 3.0, most_a] {
+                let shown = counts(current_a).round() as u16;
+                for measured_a in amperes([shown; 3], rest, &scaling) {
+                    assert!((f64::from(measured_a) - current_a).abs() < 0.06, "{current_a}: {measured_a}");
+                }
             }
+            assert!(amperes([0, 4095, 2553], rest, &scaling)[..2].iter().all(|current_a| current_a.is_nan()));
         }
-        assert!(amperes([0, 4095, 2553], rest, &SCALING)[..2].iter().all(|current_a| current_a.is_nan()));
     }
 
     #[test]
     fn the_supply_is_behind_its_divider() {
-        for volts in [8.0_f32, 12.0, 24.0, 30.0] {
-            let count = (volts * 18.0 / (18.0 + 169.0) / 3.3 * 4095.0).round();
-            assert!((count * SCALING.v_per_count - volts).abs() < 0.01);
+        for (scaling, low_kohm, high_kohm) in [(SCALING, 18.0, 169.0), (SHIELD, 9.31, 169.0)] {
+            for volts in [8.0_f32, 12.0, 24.0, 30.0] {
+                let count = (volts * low_kohm / (low_kohm + high_kohm) / 3.3 * 4095.0).round();
+                assert!((count * scaling.v_per_count - volts).abs() < 0.01);
+            }
         }
     }
 

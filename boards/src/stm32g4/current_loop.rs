@@ -9,18 +9,37 @@ use core::mem::MaybeUninit;
 use drive::Rotor;
 use embassy_stm32::interrupt;
 use embassy_stm32::interrupt::{self as line, InterruptExt as _, Priority};
+use embassy_stm32::pac::timer::TimGp16;
 
 use super::current_sensing;
 use super::half_bridges::{HalfBridges, switch_off};
 use crate::Selected;
 use crate::current_loop::{CurrentLoop, Exchange};
+use crate::motor::Motor;
 
 const PRIORITY: Priority = Priority::P0;
+pub(crate) const TICK_S: f32 = 1.0 / crate::TICK_HZ as f32;
+
+/// What a board has to say where the rotor is. The current loop alone calls it, and it takes bounded time.
+pub(crate) trait Encoder {
+    /// At the begin of a period: what it says.
+    fn rotor(&mut self) -> Rotor;
+
+    /// At the end of what a period has to do: time to ask it again.
+    fn end(&mut self);
+}
 
 /// A board whose bridge drives a three-phase motor.
 pub(crate) trait ThreePhase {
-    /// What the encoder says now. Takes bounded time and never waits; called from the current loop alone.
-    fn rotor() -> Rotor;
+    /// As schemes see it.
+    const MOTOR: Motor;
+    /// That counts the edges of an incremental encoder.
+    const COUNTER: TimGp16;
+    /// Whether its gate drivers close a lower switch when their input is low.
+    const IS_LOW_SIDE_INVERTED: bool;
+
+    /// Its encoder.
+    type Encoder: Encoder;
 }
 
 static EXCHANGE: Exchange = Exchange::new();
@@ -29,6 +48,7 @@ static EXCHANGE: Exchange = Exchange::new();
 struct Kept {
     current_loop: CurrentLoop,
     bridges: HalfBridges,
+    encoder: <Selected as ThreePhase>::Encoder,
 }
 
 /// Written before the interrupt is unmasked, and from then on the interrupt's alone.
@@ -41,11 +61,15 @@ unsafe impl Sync for Own {}
 static KEPT: Own = Own(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// Begins, with the bridge off. Called once.
-pub(crate) fn start(current_loop: CurrentLoop, bridges: HalfBridges) {
+pub(crate) fn start(
+    current_loop: CurrentLoop,
+    bridges: HalfBridges,
+    encoder: <Selected as ThreePhase>::Encoder,
+) {
     #[expect(unsafe_code, reason = "the interrupt is still masked")]
     // SAFETY: the only one who has it: the interrupt is unmasked below, and this is called once, by whoever has all pins.
     unsafe {
-        (*KEPT.0.get()).write(Kept { current_loop, bridges });
+        (*KEPT.0.get()).write(Kept { current_loop, bridges, encoder });
     }
     line::ADC1_2.set_priority(PRIORITY);
     line::ADC1_2.unpend();
@@ -80,7 +104,9 @@ extern "C" fn period() {
     #[expect(unsafe_code, reason = "one interrupt's variables")]
     // SAFETY: the interrupt is unmasked only when they are there, and nobody else has them since. It does not interrupt itself.
     let kept = unsafe { (*KEPT.0.get()).assume_init_mut() };
+    let rotor = kept.encoder.rotor();
     let counts = current_sensing::take();
-    let duties = kept.current_loop.period(counts, <Selected as ThreePhase>::rotor(), &EXCHANGE);
+    let duties = kept.current_loop.period(counts, rotor, &EXCHANGE);
     kept.bridges.apply(duties);
+    kept.encoder.end();
 }

@@ -1,4 +1,4 @@
-//! Converters 1 and 2, and the amplifiers in front of them, by their registers (RM0440, 21 and 25).
+//! Converters 1 and 2, by their registers (RM0440, 21).
 //!
 //! Timer 1 starts a sequence on both at once, where the lower switches are in the middle of their time:
 //!
@@ -12,8 +12,6 @@ use embassy_stm32::pac;
 use embassy_stm32::pac::adc::Adc;
 use embassy_stm32::pac::adc::vals::{Adcaldif, Exten, SampleTime};
 use embassy_stm32::pac::adccommon::vals::Ckmode;
-use embassy_stm32::pac::opamp::Opamp;
-use embassy_stm32::pac::opamp::vals::{PgaGain, VmSel, VpSel};
 
 use crate::current_loop::Counts;
 
@@ -40,22 +38,6 @@ pub(crate) struct Channels {
     pub(crate) v: u8,
     /// Of converter 2.
     pub(crate) bus: u8,
-}
-
-/// Turns the amplifiers 1 to 3 on, as amplifiers of 16 with their inputs at `VINP0` and, where the gain's resistors end, at
-/// `VINM0`; each drives its output pin (RM0440, 25.3.5 and 25.5.1).
-pub(crate) fn start_amplifiers() {
-    pac::RCC.apb2enr().modify(|clocks| clocks.set_syscfgen(true));
-    let amplifiers: [Opamp; 3] = [pac::OPAMP1, pac::OPAMP2, pac::OPAMP3];
-    for amplifier in amplifiers {
-        amplifier.csr().write(|control| {
-            control.set_vp_sel(VpSel::VINP0);
-            control.set_vm_sel(VmSel::PGA);
-            control.set_pga_gain(PgaGain::GAIN16_INPUT_VINM0);
-            control.set_opahsm(true);
-        });
-        amplifier.csr().modify(|control| control.set_opampen(true));
-    }
 }
 
 /// Calibrates the converters and has them wait for timer 1.

@@ -7,10 +7,13 @@
 //!   lower on        ▕▔▔▔▔▔▔▔▔▏         and there, in its middle, at the top:
 //!                        ▲             new duty cycles are taken, and the phases are sampled
 //! ```
-//! The switch of them all is the master output enable: off, all six outputs are held low by hardware.
+//! The switch of them all is the master output enable: off, all six outputs are held by hardware where they close no switch.
 
 use embassy_stm32::pac::timer::vals::{Cms, Dir, Mms2, Ocm, Ossi, Ossr, Urs};
 use embassy_stm32::pac::{RCC, TIM1};
+
+use super::current_loop::ThreePhase;
+use crate::Selected;
 
 const CHANNELS: usize = 3;
 /// Looks at the timer until it has to have turned: five periods, with a few cycles each.
@@ -20,14 +23,14 @@ const TRIES: u8 = 8;
 
 /// Three half bridges whose switches are all open.
 pub(crate) struct HalfBridges {
-    top: f32,
+    top: u16,
     /// Whether the duty cycles that the timer has are of this time that the switches are closed.
     is_loaded: bool,
 }
 
 impl HalfBridges {
     /// Sets the timer up, with `top` cycles of its clock each way, and `dead_time` as its register has it (RM0440, 28.6.20). Its
-    /// second trigger output says when to sample.
+    /// second trigger output says when to sample. Pins that are connected to it afterwards close no switch.
     pub(crate) fn start(top: u16, dead_time: u8) -> Self {
         RCC.apb2enr().modify(|clocks| clocks.set_tim1en(true));
         // Once it is read the clock is there (RM0440, 7.2.17).
@@ -38,6 +41,11 @@ impl HalfBridges {
             control.set_urs(Urs::COUNTER_ONLY);
         });
         TIM1.arr().write(|reload| reload.set_arr(top));
+        if <Selected as ThreePhase>::IS_LOW_SIDE_INVERTED {
+            // Before the outputs are on: what they are at while the bridge is off, and what is active.
+            TIM1.cr2().modify(|levels| (0..CHANNELS).for_each(|channel| levels.set_oisn(channel, true)));
+            TIM1.ccer().modify(|outputs| (0..CHANNELS).for_each(|channel| outputs.set_ccnp(channel, true)));
+        }
         for channel in 0..CHANNELS {
             TIM1.ccmr_output(channel / 2).modify(|mode| {
                 mode.set_ocm(channel % 2, Ocm::PWM_MODE1);
@@ -57,7 +65,7 @@ impl HalfBridges {
         TIM1.cr1().modify(|control| control.set_cen(true));
         take_at_top(top);
         TIM1.cr2().modify(|control| control.set_mms2(Mms2::UPDATE));
-        Self { top: top.into(), is_loaded: false }
+        Self { top, is_loaded: false }
     }
 
     /// Has the next period made of these duty cycles, 0 to 1; or opens all switches now. They are closed when the timer has
@@ -73,7 +81,7 @@ impl HalfBridges {
             clippy::cast_sign_loss,
             reason = "casts saturate, NaN gives 0"
         )]
-        let compare = |duty: f32| (duty * self.top) as u16;
+        let compare = |duty: f32| (duty * f32::from(self.top)) as u16;
         TIM1.ccr(0).write(|value| value.set_ccr(compare(u)));
         TIM1.ccr(1).write(|value| value.set_ccr(compare(v)));
         TIM1.ccr(2).write(|value| value.set_ccr(compare(w)));

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::gpio::Gpio;
 use super::map::PORTS;
 use super::opamp::{Opamp, PINS, SUPPLY_V};
-use super::timer::{Gate, Timer};
+use super::timer::{Gate, GateDriver, Timer};
 
 /// What gives a pin its voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +74,7 @@ pub(super) struct Scene<'a> {
     pub(super) ports: &'a [Gpio],
     /// As it is at this instant.
     pub(super) bridge: Option<&'a Timer>,
+    pub(super) driver: GateDriver,
     pub(super) now: u64,
 }
 
@@ -111,7 +112,7 @@ impl Scene<'_> {
         match self.wires.get(&(port, pin)) {
             Some(Wire::At(volts)) => Ok(*volts),
             Some(Wire::Shunt { channel, low_v, high_v, open_v }) => {
-                Ok(match self.bridge.map_or(Gate::Open, |bridge| bridge.gate(*channel)) {
+                Ok(match self.bridge.map_or(Gate::Open, |bridge| bridge.gate(*channel, self.driver)) {
                     Gate::Low => *low_v,
                     Gate::High => *high_v,
                     Gate::Open => *open_v,

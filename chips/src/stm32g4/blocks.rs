@@ -1,5 +1,6 @@
 //! Which peripheral an access is for.
 
+use cycles::instruction::Width;
 use cycles::processor::At;
 use cycles::state::AccessError;
 
@@ -34,6 +35,7 @@ impl Stm32g4 {
                 self.timers.get(TIMERS.iter().position(|known| *known == number)?)?.registers()
             }
             Block::Usart(place) => self.usarts.get(place)?.registers(),
+            Block::Spi(place) => self.spis.get(place)?.registers(),
             Block::Dma(place) => self.dmas.get(place)?.registers(),
             Block::Iwdg => self.iwdg.registers(),
             Block::Adc(place) => self.adcs.get(place)?.registers(),
@@ -44,7 +46,7 @@ impl Stm32g4 {
         })
     }
 
-    pub(super) fn read_register(&mut self, block: Block, offset: u32, at: At) -> u32 {
+    pub(super) fn read_register(&mut self, block: Block, offset: u32, width: Width, at: At) -> u32 {
         let access = &mut Access { at, violations: &mut self.violations };
         match block {
             Block::Rcc => self.rcc.read(offset, access),
@@ -56,6 +58,7 @@ impl Stm32g4 {
                 self.timers.get_mut(place).map_or(0, |timer| timer.read(offset, access))
             }
             Block::Usart(place) => self.usarts.get_mut(place).map_or(0, |usart| usart.read(offset, access)),
+            Block::Spi(place) => self.spis.get_mut(place).map_or(0, |spi| spi.read(offset, width, access)),
             Block::Dma(place) => self.dmas.get_mut(place).map_or(0, |dma| dma.read(offset, access)),
             Block::Iwdg => self.iwdg.read(offset, access),
             Block::Adc(place) => self.adcs.get_mut(place).map_or(0, |adc| adc.read(offset, access)),
@@ -69,7 +72,7 @@ impl Stm32g4 {
         }
     }
 
-    pub(super) fn write_register(&mut self, block: Block, offset: u32, value: u32, at: At) {
+    pub(super) fn write_register(&mut self, block: Block, offset: u32, value: u32, width: Width, at: At) {
         let clock = self.clock;
         let access = &mut Access { at, violations: &mut self.violations };
         match block {
@@ -101,6 +104,11 @@ impl Stm32g4 {
             Block::Usart(place) => {
                 if let Some(usart) = self.usarts.get_mut(place) {
                     usart.write(offset, value, access);
+                }
+            }
+            Block::Spi(place) => {
+                if let Some(spi) = self.spis.get_mut(place) {
+                    spi.write(offset, value, width, access);
                 }
             }
             Block::Dma(place) => {
@@ -156,6 +164,11 @@ impl Stm32g4 {
             Block::Usart(place) => {
                 if let Some(usart) = self.usarts.get_mut(place) {
                     usart.reset();
+                }
+            }
+            Block::Spi(place) => {
+                if let Some(spi) = self.spis.get_mut(place) {
+                    spi.reset();
                 }
             }
             Block::Dma(place) => {

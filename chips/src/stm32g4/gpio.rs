@@ -71,6 +71,22 @@ impl Gpio {
         .map(|function| function.3)
     }
 
+    /// The level that its pull resistor gives to the pin that an alternate function is connected to.
+    pub(super) fn pull_of(&self, function: &str) -> Option<bool> {
+        let is_it = |one: &&Function| {
+            one.0 == self.letter
+                && one.3 == function
+                && self.mode(one.1) == ALTERNATE
+                && self.alternate(one.1) == one.2
+        };
+        let pin = self.functions.iter().find(is_it)?.1;
+        match self.registers.bits(PUPDR, 2 * pin, 2) {
+            1 => Some(true),
+            2 => Some(false),
+            _ => None,
+        }
+    }
+
     pub(super) fn is_analog(&self, pin: u32) -> bool {
         self.mode(pin) == ANALOG
     }

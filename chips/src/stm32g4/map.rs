@@ -17,6 +17,8 @@ pub(super) enum Block {
     /// By its number.
     Timer(u32),
     Usart(usize),
+    /// SPI 1 to 3, from 0 on.
+    Spi(usize),
     Dma(usize),
     Iwdg,
     /// Converter 1 or 2, from 0 on.
@@ -48,6 +50,8 @@ const fn part(begin: u32, bytes: u32, block: Block, gate: (u32, u32)) -> Place {
 
 /// UARTs that are modelled, in the order of their numbers here.
 pub(super) const USARTS: [&str; 4] = ["USART1", "USART2", "USART3", "LPUART1"];
+/// SPIs that are modelled.
+pub(super) const SPIS: [&str; 3] = ["SPI1", "SPI2", "SPI3"];
 /// Ports.
 pub(super) const PORTS: [char; 7] = ['A', 'B', 'C', 'D', 'E', 'F', 'G'];
 /// Numbers of timers that are modelled.
@@ -69,6 +73,8 @@ pub(super) const PLACES: &[Place] = &[
     at(0x4000_0800, Block::Timer(4), Some((APB1, 2))),
     at(0x4000_0C00, Block::Timer(5), Some((APB1, 3))),
     at(0x4000_3000, Block::Iwdg, None),
+    at(0x4000_3800, Block::Spi(1), Some((APB1, 14))),
+    at(0x4000_3C00, Block::Spi(2), Some((APB1, 15))),
     at(0x4000_4400, Block::Usart(1), Some((APB1, 17))),
     at(0x4000_4800, Block::Usart(2), Some((APB1, 18))),
     at(0x4000_6400, Block::Fdcan, Some((APB1, 25))),
@@ -78,6 +84,7 @@ pub(super) const PLACES: &[Place] = &[
     part(0x4001_0300, 0x100, Block::Opamp, (APB2, 0)),
     at(0x4001_0400, Block::Plain(1), None),
     at(0x4001_2C00, Block::Timer(1), Some((APB2, 11))),
+    at(0x4001_3000, Block::Spi(0), Some((APB2, 12))),
     at(0x4001_3800, Block::Usart(0), Some((APB2, 14))),
     at(0x4002_0000, Block::Dma(0), Some((AHB1, 0))),
     at(0x4002_0400, Block::Dma(1), Some((AHB1, 1))),

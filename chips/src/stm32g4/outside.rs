@@ -2,8 +2,9 @@
 
 use super::fdcan::Fdcan;
 use super::gpio::Gpio;
-use super::map::PORTS;
-use super::timer::{Pulses, Timer};
+use super::map::{PORTS, SPIS};
+use super::spi::{Chip, SpiDevice};
+use super::timer::{GateDriver, Pulses, Timer};
 use super::usart::Usart;
 use super::{Stm32g4, Wire};
 
@@ -38,6 +39,32 @@ impl Stm32g4 {
     /// The voltage that the outside has a pin at.
     pub fn set_voltage(&mut self, port: char, pin: u32, volts: f64) {
         self.wire(port, pin, Wire::At(volts));
+    }
+
+    /// Puts a driver between timer 1 and the bridge; without it, every high level closes a switch.
+    pub fn set_gate_driver(&mut self, driver: GateDriver) {
+        self.gate_driver = driver;
+    }
+
+    /// Wires a device to an SPI, which a low level at a pin selects; or takes it off, where it is none.
+    pub fn wire_spi(&mut self, name: &str, select: (char, u32), device: Option<SpiDevice>) {
+        if let Some(spi) = self.spi(name) {
+            spi.wire(device.map(|device| Chip::new(device, select)));
+        }
+    }
+
+    /// The device that is wired to an SPI.
+    pub fn spi_device(&mut self, name: &str) -> Option<&mut SpiDevice> {
+        self.spi(name)?.device()
+    }
+
+    /// The cycle in which that device was selected last, if it is.
+    pub fn spi_selected_at(&mut self, name: &str) -> Option<u64> {
+        self.spi(name)?.selected_at()
+    }
+
+    fn spi(&mut self, name: &str) -> Option<&mut super::Spi> {
+        self.spis.iter_mut().zip(SPIS).find(|(_, known)| *known == name).map(|(spi, _)| spi)
     }
 
     /// What timer 1 puts on the bridge, if all of its pins are connected.

@@ -10,6 +10,7 @@ use super::registers::Registers;
 use super::violation::Access;
 
 pub(super) use self::gates::Gate;
+pub use self::gates::GateDriver;
 use self::trigger::Select;
 pub(super) use self::trigger::{Edge, Output};
 

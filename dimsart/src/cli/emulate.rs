@@ -51,7 +51,7 @@ impl Emulate {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
         let board =
             Board::named(&self.board).ok_or_else(|| UsageError(format!("no board {}", self.board)))?;
-        let firmware = Firmware::find(self.elf.as_deref(), Some(board.name))?;
+        let firmware = Firmware::find(self.elf.as_deref(), Some(board.firmware))?;
         let mut bench = Bench::new(board, firmware.image)?;
         let stop = stop_on_interrupt()?;
         match self.seconds {

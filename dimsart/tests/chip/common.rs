@@ -17,6 +17,11 @@ pub(crate) fn bench(name: &str) -> Option<Bench> {
     Some(Bench::new(board, image(name)?).unwrap())
 }
 
+/// The board of a name on the bench, with another image.
+pub(crate) fn bench_of(name: &str, image: Arc<Image>) -> Bench {
+    Bench::new(Board::named(name).unwrap(), image).unwrap()
+}
+
 /// A board that a test and its command line share.
 #[derive(Debug, Clone)]
 pub(crate) struct Shared(Arc<Mutex<Bench>>);

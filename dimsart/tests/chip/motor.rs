@@ -1,7 +1,7 @@
-//! The b-g431b-esc1 with its supply on and a motor at its bridge.
+//! A board with its supply on and a motor at its bridge.
 //!
 //! ```text
-//! image ──▶ timer 1 ──duty cycles, on or off──▶ BridgeMotor ──angle──▶ timer 4
+//! image ──▶ timer 1 ──duty cycles, on or off──▶ BridgeMotor ──angle──▶ a timer, or an encoder on SPI 3
 //!   ▲                                               │ phase currents
 //!   └── converters ◀── amplifiers ◀── resistors ◀── shunts, while a lower switch or its diode leads
 //! ```
@@ -12,12 +12,15 @@ use core::f64::consts::TAU;
 use std::collections::VecDeque;
 
 use boards::BOARDS;
-use boards::catalogue::ThreePhaseDrive;
+use boards::catalogue::{ThreePhaseDrive, ihm08m1};
 use chips::stm32g4::Wire;
 use chips::{Bench, Stm32g4};
+use drive::Encoder;
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
-use crate::common::bench;
+use crate::common::{bench, bench_of};
+use crate::encoders::{As5047pModel, Mt6701Model};
+use crate::image_drive;
 
 const CLOCK_HZ: f64 = 168e6;
 pub(crate) const PERIOD_CYCLES: u64 = 8_400;
@@ -27,6 +30,43 @@ const ROTOR_KG_M2: f64 = 2e-5;
 /// No current turns it within a test.
 const LOCKED_KG_M2: f64 = 1e6;
 const ROOM_C: f64 = 25.0;
+/// From the lower switches' middle to where the current loop has an absolute encoder take its angle, `s`.
+const ASKED_S: f64 = 12e-6;
+/// What an absolute encoder shows where the magnets point along phase U, `rad`.
+pub(crate) const OFFSET_RAD: f64 = 1.1;
+
+/// What is around a board's chip.
+#[derive(Clone, Copy)]
+struct Surroundings {
+    /// Of the signals of the shunts of U, V, W.
+    shunts: [(char, u32); 3],
+    /// At them with a current into the motor, `V`.
+    shunt_v: fn(f64) -> f64,
+    supply: (char, u32),
+    supply_share: f64,
+    thermistor: (char, u32),
+    /// That counts an incremental encoder's edges.
+    timer: u32,
+}
+
+const ESC1: Surroundings = Surroundings {
+    shunts: [('A', 1), ('A', 7), ('B', 0)],
+    shunt_v: input_v,
+    supply: ('A', 0),
+    supply_share: 18.0 / 187.0,
+    thermistor: ('B', 14),
+    timer: 4,
+};
+
+/// X-NUCLEO-IHM08M1 on nucleo-g474re.
+const SHIELD: Surroundings = Surroundings {
+    shunts: [('A', 0), ('C', 1), ('C', 0)],
+    shunt_v: amplified_v,
+    supply: ('A', 1),
+    supply_share: 9.31 / 178.31,
+    thermistor: ('C', 2),
+    timer: 2,
+};
 
 /// The board and its motor.
 #[derive(Clone)]
@@ -34,6 +74,7 @@ pub(crate) struct Powered {
     pub(crate) bench: Bench,
     pub(crate) motor: BridgeMotor,
     pub(crate) drive: ThreePhaseDrive,
+    around: Surroundings,
     parameters: ThreePhaseParameters,
     /// What the encoder has shown so far.
     counts: i64,
@@ -51,9 +92,36 @@ pub(crate) struct Powered {
 }
 
 impl Powered {
-    /// At its power-on; none without images.
+    /// The b-g431b-esc1 at its power-on; none without images.
     pub(crate) fn new() -> Option<Self> {
         let drive = BOARDS.iter().find_map(|board| board.tooling.drive).unwrap();
+        let mut powered = Self::at(bench("b-g431b-esc1")?, drive, ESC1);
+        // Other ends of the shunts.
+        for (port, pin) in [('A', 3), ('A', 5), ('B', 2)] {
+            powered.bench.chip().set_voltage(port, pin, 0.0);
+        }
+        Some(powered)
+    }
+
+    /// The nucleo-g474re with its shield at its power-on, which is told of this encoder; none without images.
+    pub(crate) fn with_shield(encoder: Encoder) -> Option<Self> {
+        const NAME: &str = "nucleo-g474re-ihm08m1";
+        let mut drive = ihm08m1::DRIVE;
+        drive.configuration.encoder = encoder;
+        // What brakes is the motor's own.
+        drive.configuration.damping_nms_per_rad = 0.0;
+        if encoder.is_absolute() {
+            #[expect(clippy::cast_possible_truncation, reason = "an angle")]
+            let offset_rad = OFFSET_RAD as f32;
+            drive.configuration.motor.encoder_offset_rad = offset_rad;
+        }
+        let image = image_drive::configured(NAME, &drive.configuration)?;
+        let mut powered = Self::at(bench_of(NAME, image), drive, SHIELD);
+        powered.plug(true);
+        Some(powered)
+    }
+
+    fn at(bench: Bench, drive: ThreePhaseDrive, around: Surroundings) -> Self {
         let parameters = ThreePhaseParameters {
             supply_v: 12.0,
             rotor_inertia_kg_m2: ROTOR_KG_M2,
@@ -61,9 +129,10 @@ impl Powered {
             ..(&drive.configuration).into()
         };
         let mut powered = Self {
-            bench: bench("b-g431b-esc1")?,
+            bench,
             motor: BridgeMotor::new(&parameters).unwrap(),
             drive,
+            around,
             parameters,
             counts: 0,
             has_encoder: true,
@@ -76,11 +145,17 @@ impl Powered {
         };
         powered.set_supply(12.0);
         powered.set_bridge_temperature(ROOM_C);
-        // Other ends of the shunts.
-        for (port, pin) in [('A', 3), ('A', 5), ('B', 2)] {
-            powered.bench.chip().set_voltage(port, pin, 0.0);
-        }
-        Some(powered)
+        powered
+    }
+
+    /// Plugs an absolute encoder in, or unplugs it.
+    pub(crate) fn plug(&mut self, is_plugged: bool) {
+        let device = match self.drive.configuration.encoder {
+            Encoder::As5047p => Some(As5047pModel::new()),
+            Encoder::Mt6701 => Some(Mt6701Model::new()),
+            _ => None,
+        };
+        self.chip().wire_spi("SPI3", ('D', 2), device.filter(|_| is_plugged));
     }
 
     pub(crate) fn chip(&mut self) -> &mut Stm32g4 {
@@ -89,13 +164,15 @@ impl Powered {
 
     /// The supply's voltage, as the board measures it.
     pub(crate) fn set_supply(&mut self, volts: f64) {
-        self.chip().set_voltage('A', 0, volts * 18.0 / 187.0);
+        let Surroundings { supply: (port, pin), supply_share, .. } = self.around;
+        self.chip().set_voltage(port, pin, volts * supply_share);
     }
 
     /// A thermistor of 10 kOhm, B 3425 K, above 4.7 kOhm.
     pub(crate) fn set_bridge_temperature(&mut self, celsius: f64) {
         let ohm = 10e3 * (3_425.0 * (1.0 / (celsius + 273.15) - 1.0 / 298.15)).exp();
-        self.chip().set_voltage('B', 14, 3.3 * 4.7e3 / (4.7e3 + ohm));
+        let (port, pin) = self.around.thermistor;
+        self.chip().set_voltage(port, pin, 3.3 * 4.7e3 / (4.7e3 + ohm));
     }
 
     /// Holds the rotor where it is, or lets it go.
@@ -147,8 +224,8 @@ impl Powered {
     }
 
     fn wire_shunts(&mut self) {
-        let pins = [('A', 1), ('A', 7), ('B', 0)];
-        for (channel, ((port, pin), phase_a)) in (0..).zip(pins.into_iter().zip(self.phase_a())) {
+        let Surroundings { shunts, shunt_v: input_v, .. } = self.around;
+        for (channel, ((port, pin), phase_a)) in (0..).zip(shunts.into_iter().zip(self.phase_a())) {
             let wire = Wire::Shunt {
                 channel,
                 low_v: input_v(phase_a),
@@ -172,13 +249,31 @@ impl Powered {
             self.switched.push((cycle, is_on));
         }
         self.advance_motor(now);
+        self.show_angle();
+    }
+
+    /// Turns the encoder with the motor.
+    fn show_angle(&mut self) {
+        let encoder = self.drive.configuration.encoder;
+        let state = self.motor.state();
+        if encoder.is_absolute() {
+            // As of the instant at which it is asked.
+            let turns = (state.angle_rad + state.speed_rad_per_s * ASKED_S + OFFSET_RAD) / TAU;
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "14 bits")]
+            let count = (turns.rem_euclid(1.0) * f64::from(encoder.counts_per_turn())) as u32;
+            if let Some(device) = self.chip().spi_device("SPI3") {
+                device.state[0] = count;
+            }
+            return;
+        }
         #[expect(clippy::cast_possible_truncation, reason = "a few turns")]
         let counts = (self.motor.state().angle_rad / TAU
             * f64::from(self.drive.configuration.encoder.counts_per_turn()))
         .floor() as i64;
         if counts != self.counts && self.has_encoder {
             let by = counts - self.counts;
-            self.chip().turn(4, by);
+            let timer = self.around.timer;
+            self.chip().turn(timer, by);
             self.counts = counts;
         }
     }
@@ -203,4 +298,9 @@ impl Powered {
 fn input_v(phase_a: f64) -> f64 {
     let conductance = 1.0 / 1.5e3 + 1.0 / 22e3 + 1.0 / 2.2e3;
     (-0.003 * phase_a / 1.5e3 + 3.3 / 22e3) / conductance
+}
+
+/// Behind an amplifier of the shield: its shunt of 10 mOhm over 680 Ohm, with 6.8 kOhm to 3.3 V, times 5.7.
+fn amplified_v(phase_a: f64) -> f64 {
+    5.7 * (-0.01 * phase_a * 6.8e3 + 3.3 * 680.0) / 7.48e3
 }

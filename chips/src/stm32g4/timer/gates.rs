@@ -1,6 +1,27 @@
-//! Which switches of the bridge behind timer 1 are closed.
+//! Which switches of the bridge behind timer 1 are closed: what its pins are at (RM0440, 28, table of output control bits), and
+//! what the driver behind them takes for closed.
 
-use super::{BDTR, CCER, CHANNELS, MOE, Timer, dead_time};
+use super::{BDTR, CCER, CR2, MOE, Timer, dead_time};
+
+/// Half bridges.
+const BRIDGES: u32 = 3;
+/// Of BDTR: off states while the main output is off, and while it is on.
+const OSSI: u32 = 10;
+const OSSR: u32 = 11;
+
+/// What is between the pins and the switches. An upper switch is closed by a high level, and none by a pin that nothing drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct GateDriver {
+    /// Whether a low level closes the lower ones, instead of a high one.
+    pub is_low_side_inverted: bool,
+}
+
+impl GateDriver {
+    /// Whether the upper and the lower switch are closed at these levels.
+    fn closes(self, [upper, lower]: [Option<bool>; 2]) -> [bool; 2] {
+        [upper == Some(true), lower == Some(!self.is_low_side_inverted)]
+    }
+}
 
 /// A half bridge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,18 +36,54 @@ pub(in super::super) enum Gate {
 
 impl Timer {
     /// A half bridge now, by its channel. For a dead time after an edge none of its switches is closed.
-    pub(in super::super) fn gate(&self, channel: u32) -> Gate {
-        let is_driven = self.registers.has(CCER, 4 * channel) && self.registers.has(CCER, 4 * channel + 2);
-        if channel >= CHANNELS || !is_driven || !self.registers.has(BDTR, MOE) || !self.is_counting() {
-            return Gate::Open;
-        }
+    pub(in super::super) fn gate(&self, channel: u32, driver: GateDriver) -> Gate {
         let dead = u64::from(dead_time(self.registers.bits(BDTR, 0, 8))).div_ceil(self.prescaler + 1);
         let is_dead = self.counts_since_edge(channel).is_some_and(|counts| counts < dead);
-        match self.reference(channel, self.phase) {
-            Some(true) if !is_dead => Gate::High,
-            Some(false) if !is_dead => Gate::Low,
+        let active = match self.reference(channel, self.phase).filter(|_| self.is_counting()) {
+            Some(reference) if !is_dead => [reference, !reference],
+            _ => [false; 2],
+        };
+        match driver.closes(self.levels(channel, active)) {
+            [true, false] => Gate::High,
+            [false, true] => Gate::Low,
             _ => Gate::Open,
         }
+    }
+
+    /// The half bridge both of whose switches are closed at once at any time of a period, as the registers are.
+    pub(in super::super) fn short_circuit(&self, driver: GateDriver) -> Option<u32> {
+        let off =
+            |channel: u32| [0, 1].map(|side| Some(self.registers.has(CCER, 4 * channel + 2 * side + 1)));
+        (0..BRIDGES).find(|channel| {
+            let levels =
+                [[true, false], [false, true], [false, false]].map(|active| self.levels(*channel, active));
+            // Behind the switch-off both are at their inactive levels first.
+            let is_driven = self.levels(*channel, [false; 2]) != [None; 2];
+            levels
+                .into_iter()
+                .chain(is_driven.then(|| off(*channel)))
+                .any(|levels| driver.closes(levels) == [true; 2])
+        })
+    }
+
+    /// The levels of a channel's two pins, whose outputs are active or not; none where the timer does not drive one.
+    fn levels(&self, channel: u32, active: [bool; 2]) -> [Option<bool>; 2] {
+        let is_enabled = [0, 1].map(|side| self.registers.has(CCER, 4 * channel + 2 * side));
+        let is_any = is_enabled.contains(&true);
+        [(0, active[0]), (1, active[1])].map(|(side, is_active)| {
+            if !self.registers.has(BDTR, MOE) {
+                let idle = self.registers.has(CR2, 8 + 2 * channel + side);
+                return (is_any && self.registers.has(BDTR, OSSI)).then_some(idle);
+            }
+            let is_inverted = self.registers.has(CCER, 4 * channel + 2 * side + 1);
+            if self.registers.has(CCER, 4 * channel + 2 * side) {
+                // Alone it is no complement.
+                let is_alone = side == 1 && !is_enabled[0];
+                Some((if is_alone { active[0] } else { is_active }) != is_inverted)
+            } else {
+                (is_any && self.registers.has(BDTR, OSSR)).then_some(is_inverted)
+            }
+        })
     }
 
     /// The next cycle in which the counter is at its top, in the middle of the time that the lower switches are closed; none

@@ -1,0 +1,176 @@
+//! A three-phase motor behind ST's shield X-NUCLEO-IHM08M1: gate drivers L6398, three shunts, amplifiers.
+//!
+//! | What | Pins | Connector |
+//! |---|---|---|
+//! | Upper switches U, V, W, closed by a high level: timer 1, 20 kHz, 0.8 us dead time | PA8, PA9, PA10 | CN10-23, 21, 33 |
+//! | Lower switches U, V, W, closed by a **low** level | PA7, PB0, PB1 | CN10-15, CN7-34, CN10-24 |
+//! | Currents of U, V, W, amplified | PA0, PC1, PC0 | CN7-28, 36, 38 |
+//! | Supply over 169 to 9.31 kOhm | PA1 | CN7-30 |
+//! | Temperature of the bridge | PC2 | CN7-35 |
+//! | Incremental encoder A, B (pull-ups on): timer 2 | PA15, PB3 | CN7-17, CN10-31; J3 |
+//! | or an AS5047P or MT6701 on SPI 3: clock, its output, its input, select | PC10, PC11 (pull-up on), PC12, PD2 | CN7-1, 2, 3, 4 |
+//!
+//! Which encoder it is stands in the configuration. The shield's jumpers as for field-oriented control (ST UM1996, 2.2.1): JP1 and
+//! JP2 closed, J5 and J6 on three shunts, JP3 closed, C3, C5, C7 removed; J9 open above 12 V.
+//!
+//! **PA11 and PA12 are CAN's here**, and the shield has an overcurrent comparator's output at each: take its R73 and R52 off.
+//! PB14 and PB15 are wired to signals of the shield that other pins have, and stay analog. What the shield offers at PA6, to
+//! switch timer 1 off at 30 A without the processor, is not used.
+//!
+//! # Where these facts are from
+//!
+//! | Fact | Sources |
+//! |---|---|
+//! | pins of timer 1, currents, supply | `NuttX` (`nucleo-f446re`, `ihm08m1`); oxifoc, from UM1996 and UM2505; an NUCLEO-F401RE project for the shield |
+//! | temperature, encoder, connectors, R52, R73, PB14, PB15, PA6 | oxifoc alone |
+//! | lower switches are closed by a low level | `NuttX` (`CH1NPOL` 1); ST's motor control SDK, power board 4 (`L_ACTIVE_LOW`); L6398's data sheet: `LIN` draws its current when low, `HIN` when high, so that both are off at pins that nothing drives |
+//! | shunts of 10 mOhm, gain 5.18, 1.71 V without current | `NuttX` (the gain, negative: as here, a current into the motor lowers it); oxifoc, from the schematic: 680 Ohm, 6.8 kOhm to 3.3 V, 1 kOhm, 4.7 kOhm; 1.71 V in ST's forum, too |
+//! | 19.15 of the supply | `NuttX`; oxifoc |
+//! | thermistor above a resistor, 1.055 V at 25 °C | ST's motor control SDK, power board 4; oxifoc has it the other way round, not measured: a board of room temperature that shows 46 °C has it so |
+//! | its 10 kOhm and B 3425 K, 4.7 kOhm | as on b-g431b-esc1, for which ST's SDK has the same figures; not seen for the shield |
+//!
+//! Nothing of it was seen on a shield.
+
+use dimsart_core::{InputLimits, OutputLimits};
+use drive::{Checked, Configuration, Encoder as Kind, Rotor};
+use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
+use embassy_stm32::peripherals::{
+    PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC10, PC11, PC12, PD2,
+};
+use embassy_stm32::pac::timer::TimGp16;
+use embassy_stm32::{Peri, pac};
+
+use super::NucleoG474re;
+use crate::catalogue::ihm08m1::{DRIVE, MOTOR};
+use crate::current_loop::CurrentLoop;
+use crate::motor::Motor;
+use crate::stm32g4::current_loop::{self, Encoder, TICK_S, ThreePhase};
+use crate::stm32g4::current_sensing::{self, Channels};
+use crate::stm32g4::half_bridges::HalfBridges;
+use crate::stm32g4::quadrature::Quadrature;
+use crate::stm32g4::spi_encoder::SpiEncoder;
+use crate::stm32g4::three_phase_joint::{Joint, keep_as};
+
+pub(super) use crate::stm32g4::current_loop::disarm;
+pub(super) use crate::stm32g4::three_phase_joint::{Joint as Joints, OUTPUTS};
+
+/// Of timer 1 at 168 MHz, up and down in a period of 50 us.
+const PWM_TOP: u16 = 4_200;
+/// 0.8 us: (64 + 3) times 2 cycles, as the timer has it. The L6398 adds none of its own to more than 0.32 us.
+const DEAD_TIME: u8 = 0b1000_0011;
+const CHANNELS: Channels = Channels { u: 1, v: 7, w: 6, temperature: 8, bus: 2 };
+
+/// As it is compiled: what runs where another one that was put into the image is not right.
+const CHECKED: Checked = match DRIVE.configuration.checked() {
+    Ok(checked) => checked,
+    Err(_) => panic!("a value of the motor's configuration is out of its range"),
+};
+
+pub(super) const LIMITS: &[&[InputLimits]] = &[&[MOTOR.limits()]];
+pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTOR.position_limits()];
+
+/// What the image runs by.
+#[used]
+#[expect(unsafe_code, reason = "a host tool finds it by its name, and changes it behind the compiler's back")]
+#[unsafe(export_name = "dimsart_drive")]
+static CONFIGURATION: Configuration = DRIVE.configuration;
+static PLACE: &Configuration = &CONFIGURATION;
+
+fn configuration() -> Checked {
+    #[expect(unsafe_code, reason = "the compiler is to take nothing of what it was for granted")]
+    // SAFETY: it always holds a reference.
+    let configuration = unsafe { (&raw const PLACE).read_volatile() };
+    configuration.checked().unwrap_or(CHECKED)
+}
+
+/// What the joint is wired to.
+pub(super) struct Wiring {
+    pub(super) high: (Peri<'static, PA8>, Peri<'static, PA9>, Peri<'static, PA10>),
+    pub(super) low: (Peri<'static, PA7>, Peri<'static, PB0>, Peri<'static, PB1>),
+    pub(super) incremental: (Peri<'static, PA15>, Peri<'static, PB3>),
+    pub(super) spi: (Peri<'static, PC10>, Peri<'static, PC11>, Peri<'static, PC12>),
+    pub(super) select: Peri<'static, PD2>,
+}
+
+pub(super) fn start(wiring: Wiring) -> Joint {
+    let Wiring { high, low, incremental, spi, select } = wiring;
+    let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME);
+    // Only now: until here the drivers' own resistors have all switches open.
+    let outputs = AfType::output(OutputType::PushPull, Speed::High);
+    for pin in [
+        Flex::new(high.0),
+        Flex::new(high.1),
+        Flex::new(high.2),
+        Flex::new(low.0),
+        Flex::new(low.1),
+        Flex::new(low.2),
+    ] {
+        keep_as(pin, 6, outputs);
+    }
+    let checked = configuration();
+    let encoder = match checked.get().encoder {
+        Kind::Incremental { counts_per_turn } => {
+            for pin in [Flex::new(incremental.0), Flex::new(incremental.1)] {
+                keep_as(pin, 1, AfType::input(Pull::Up));
+            }
+            pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim2en(true));
+            let _ = pac::RCC.apb1enr1().read();
+            ShieldEncoder::Incremental(Quadrature::start(counts_per_turn))
+        }
+        kind => {
+            // It stays for good: a pin floats when its owner goes away.
+            core::mem::forget(Output::new(select, Level::High, Speed::High));
+            keep_as(Flex::new(spi.0), 6, outputs);
+            // An encoder that is not there is to say ones.
+            keep_as(Flex::new(spi.1), 6, AfType::input(Pull::Up));
+            keep_as(Flex::new(spi.2), 6, outputs);
+            match kind {
+                Kind::As5047p => ShieldEncoder::Spi(SpiEncoder::as5047p()),
+                Kind::Mt6701 => ShieldEncoder::Spi(SpiEncoder::mt6701()),
+                _ => ShieldEncoder::None,
+            }
+        }
+    };
+    current_loop::start(CurrentLoop::new(&DRIVE, &checked, TICK_S), bridges, encoder);
+    current_sensing::start_converters(&CHANNELS);
+    Joint::default()
+}
+
+impl ThreePhase for NucleoG474re {
+    const MOTOR: Motor = MOTOR;
+    #[expect(unsafe_code, reason = "the registers' library has it as a timer of 32 bits")]
+    // SAFETY: all registers of a timer of 16 bits are there, at the same places.
+    const COUNTER: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
+    /// Of the L6398.
+    const IS_LOW_SIDE_INVERTED: bool = true;
+
+    type Encoder = ShieldEncoder;
+}
+
+/// The encoder that the configuration says.
+pub(crate) enum ShieldEncoder {
+    Incremental(Quadrature),
+    Spi(SpiEncoder),
+    /// One that this board cannot ask.
+    None,
+}
+
+impl Encoder for ShieldEncoder {
+    #[inline]
+    fn rotor(&mut self) -> Rotor {
+        match self {
+            Self::Incremental(encoder) => encoder.rotor(),
+            Self::Spi(encoder) => encoder.rotor(),
+            Self::None => Rotor::Lost,
+        }
+    }
+
+    #[inline]
+    fn end(&mut self) {
+        match self {
+            Self::Incremental(encoder) => encoder.end(),
+            Self::Spi(encoder) => encoder.end(),
+            Self::None => {}
+        }
+    }
+}

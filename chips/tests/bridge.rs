@@ -1,0 +1,73 @@
+//! Timer 1's outputs as the driver behind them takes them: a bridge is never short-circuited, and off when it is to be off.
+
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use chips::stm32g4::GateDriver;
+use chips::{Part, Stm32g4};
+use cycles::image::Image;
+use cycles::instruction::Width;
+use cycles::processor::{At, Bus as _};
+
+const TIM1: u32 = 0x4001_2C00;
+const CR1: u32 = TIM1;
+const CR2: u32 = TIM1 + 0x04;
+const CCMR1: u32 = TIM1 + 0x18;
+const CCER: u32 = TIM1 + 0x20;
+const ARR: u32 = TIM1 + 0x2C;
+const BDTR: u32 = TIM1 + 0x44;
+
+/// Channel 1 and its complement on; inverted complement.
+const BOTH: u32 = 0b101;
+const INVERTED: u32 = 0b1000;
+/// Complement high while the main output is off.
+const IDLE_HIGH: u32 = 1 << 9;
+const OSSI: u32 = 1 << 10;
+const MOE: u32 = 1 << 15;
+const SHORT: &str = "TIM1 closes both switches of half bridge 1 at once";
+
+/// A chip whose first half bridge is wired to PA8 and PA7.
+fn told(is_low_side_inverted: bool, outputs: u32, idle: u32, switch: u32) -> Vec<String> {
+    let mut chip = Stm32g4::new(Part::G474re, &Image::default(), None);
+    chip.set_gate_driver(GateDriver { is_low_side_inverted });
+    let mut cycle = 0;
+    let mut write = |address, value| {
+        cycle += 100;
+        chip.advance(cycle);
+        chip.store(address, Width::Word, value, At { cycle, code: 0 }).unwrap();
+    };
+    write(0x4002_104C, 1);
+    write(0x4002_1060, 1 << 11);
+    write(0x4800_0020, 6 << 28);
+    write(0x4800_0024, 6);
+    write(0x4800_0000, 0xABFE_BFFF);
+    write(CR2, idle);
+    write(ARR, 4_200);
+    write(CCMR1, 0x68);
+    write(BDTR, OSSI | 0x83);
+    write(CCER, outputs);
+    write(CR1, 1 << 5 | 1);
+    write(BDTR, OSSI | 0x83 | switch);
+    chip.violations().iter().map(|violation| violation.what.clone()).collect()
+}
+
+#[test]
+fn a_driver_whose_low_side_is_inverted_wants_inverted_outputs_and_a_high_idle_level() {
+    for switch in [0, MOE] {
+        assert_eq!(told(true, BOTH | INVERTED, IDLE_HIGH, switch), [] as [&str; 0]);
+        assert_eq!(told(false, BOTH, 0, switch), [] as [&str; 0]);
+    }
+}
+
+#[test]
+fn outputs_of_the_wrong_polarity_are_told() {
+    // The upper switch is closed while the lower one's input is low: both are.
+    assert_eq!(told(true, BOTH, IDLE_HIGH, MOE), [SHORT]);
+    assert_eq!(told(false, BOTH | INVERTED, 0, MOE), [SHORT]);
+}
+
+#[test]
+fn idle_levels_that_close_both_switches_are_told() {
+    const UPPER_IDLE_HIGH: u32 = 1 << 8;
+    assert_eq!(told(true, BOTH | INVERTED, UPPER_IDLE_HIGH, 0), [SHORT]);
+    assert_eq!(told(false, BOTH, UPPER_IDLE_HIGH | IDLE_HIGH, 0), [SHORT]);
+}

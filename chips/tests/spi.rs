@@ -1,0 +1,240 @@
+//! SPI 3 and a device on its wires, by register writes.
+
+#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+
+use chips::stm32g4::{SpiDevice, SpiEvent};
+use chips::{Part, Stm32g4};
+use cycles::image::Image;
+use cycles::instruction::Width;
+use cycles::processor::{At, Bus as _};
+
+const AHB2ENR: u32 = 0x4002_104C;
+const APB1ENR1: u32 = 0x4002_1058;
+const GPIOC: u32 = 0x4800_0800;
+const GPIOD: u32 = 0x4800_0C00;
+const CR1: u32 = 0x4000_3C00;
+const CR2: u32 = CR1 + 4;
+const SR: u32 = CR1 + 8;
+const DR: u32 = CR1 + 12;
+
+/// Master by its own word, mode 1, a quarter of 16 MHz.
+const MODE_1: u32 = 1 << 9 | 1 << 8 | 1 << 3 | 1 << 2 | 1;
+const ON: u32 = 1 << 6;
+const FRAME_16: u32 = 15 << 8;
+const FRAME_12: u32 = 11 << 8;
+
+const RXNE: u32 = 1;
+const TXE: u32 = 1 << 1;
+const OVR: u32 = 1 << 6;
+const BSY: u32 = 1 << 7;
+/// Cycles of a frame of 16 bits.
+const FRAME_CYCLES: u64 = 64;
+
+/// Sends what it got in the last frame, and then the number of frames in which it was selected.
+const ECHO: SpiDevice = SpiDevice {
+    name: "echo",
+    mode: 1,
+    most_clock_hz: 5e6,
+    least_select_s: 1e-6,
+    least_release_s: 1e-6,
+    state: [0xABCD, 0, 0, 0],
+    behaviour: |state, event| match event {
+        SpiEvent::Frame { sent, .. } => std::mem::replace(&mut state[0], sent),
+        SpiEvent::Selected => {
+            state[1] += 1;
+            0
+        }
+        SpiEvent::Released => 0,
+    },
+};
+
+struct Lab {
+    chip: Stm32g4,
+    cycle: u64,
+}
+
+impl Lab {
+    /// SPI 3 with its clock and pins, and a device that PD2 selects.
+    fn new() -> Self {
+        let mut lab = Self { chip: Stm32g4::new(Part::G474re, &Image::default(), None), cycle: 0 };
+        lab.chip.wire_spi("SPI3", ('D', 2), Some(ECHO));
+        lab.write(AHB2ENR, 0b1100);
+        lab.write(APB1ENR1, 1 << 15 | 0x400);
+        lab.write(GPIOC + 0x24, 0x6_6600);
+        lab.write(GPIOC, 0xFEAF_FFFF);
+        // PC11 is pulled up.
+        lab.write(GPIOC + 0x0C, 1 << 22);
+        lab.write(GPIOD + 0x18, 1 << 2);
+        lab.write(GPIOD, 0xFFFF_FFDF);
+        lab
+    }
+
+    fn ready(frame: u32) -> Self {
+        let mut lab = Self::new();
+        lab.write(CR2, frame);
+        lab.write(CR1, MODE_1);
+        lab.write(CR1, MODE_1 | ON);
+        lab
+    }
+
+    fn wait(&mut self, cycles: u64) {
+        self.cycle += cycles;
+        self.chip.advance(self.cycle);
+    }
+
+    fn access(&mut self, address: u32, value: u32, width: Width) {
+        let at = At { cycle: self.cycle, code: 0 };
+        self.chip.store(address, width, value, at).unwrap();
+    }
+
+    fn write(&mut self, address: u32, value: u32) {
+        self.wait(100);
+        self.access(address, value, Width::Word);
+    }
+
+    fn send(&mut self, frame: u32) {
+        self.access(DR, frame, Width::Half);
+    }
+
+    fn read(&mut self, address: u32, width: Width) -> u32 {
+        self.chip.load(address, width, At { cycle: self.cycle, code: 0 }).unwrap()
+    }
+
+    fn flags(&mut self) -> u32 {
+        self.read(SR, Width::Word)
+    }
+
+    fn select(&mut self, is_selected: bool) {
+        self.write(GPIOD + 0x18, if is_selected { 1 << 18 } else { 1 << 2 });
+        self.wait(20);
+    }
+
+    fn told(&self) -> Vec<&str> {
+        self.chip.violations().iter().map(|violation| violation.what.as_str()).collect()
+    }
+}
+
+#[test]
+fn frames_take_their_time_and_go_both_ways() {
+    let mut lab = Lab::ready(FRAME_16);
+    lab.select(true);
+    assert_eq!(lab.flags() & (RXNE | TXE | BSY), TXE);
+    lab.send(0x1234);
+    assert_eq!(lab.flags() & (RXNE | BSY), BSY);
+    lab.wait(FRAME_CYCLES - 1);
+    assert_eq!(lab.flags() & (RXNE | BSY), BSY, "a bit is still missing");
+    lab.wait(1);
+    assert_eq!(lab.flags() & (RXNE | BSY), RXNE);
+    assert_eq!(lab.read(DR, Width::Half), 0xABCD);
+    assert_eq!(lab.flags() & (RXNE | OVR), 0);
+    // Two frames of 12 bits in the FIFO, one behind the other.
+    let mut lab = Lab::ready(FRAME_12);
+    lab.select(true);
+    lab.send(0x123);
+    lab.send(0x456);
+    lab.wait(2 * 48);
+    assert_eq!([lab.read(DR, Width::Half), lab.read(DR, Width::Half)], [0xBCD, 0x123]);
+    assert_eq!(lab.told(), [] as [&str; 0]);
+}
+
+#[test]
+fn a_line_that_nobody_drives_is_where_its_resistor_pulls_it() {
+    let mut lab = Lab::ready(FRAME_16);
+    lab.send(0x1234);
+    lab.wait(FRAME_CYCLES);
+    assert_eq!(lab.read(DR, Width::Half), 0xFFFF, "the device is not selected");
+    lab.chip.wire_spi("SPI3", ('D', 2), None);
+    lab.select(true);
+    lab.write(GPIOC + 0x0C, 0);
+    lab.send(0x1234);
+    lab.wait(FRAME_CYCLES);
+    assert_eq!(lab.read(DR, Width::Half), 0);
+    assert_eq!(lab.told(), [] as [&str; 0]);
+}
+
+#[test]
+fn frames_that_nobody_takes_are_an_overrun() {
+    let mut lab = Lab::ready(FRAME_16);
+    lab.select(true);
+    for frame in 0..3 {
+        lab.send(frame);
+        lab.wait(FRAME_CYCLES);
+    }
+    assert_eq!(lab.flags() & OVR, OVR);
+    assert_eq!([lab.read(DR, Width::Half), lab.read(DR, Width::Half)], [0xABCD, 0], "the third one is lost");
+    lab.flags();
+    assert_eq!(lab.flags() & OVR, 0, "cleared by reading data and then flags");
+    assert_eq!(lab.told(), [] as [&str; 0]);
+}
+
+#[test]
+fn what_the_spi_does_not_take_is_told() {
+    let told = |act: &dyn Fn(&mut Lab)| {
+        let mut lab = Lab::ready(FRAME_16);
+        act(&mut lab);
+        lab.told().into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let rules: [(&str, &dyn Fn(&mut Lab)); 8] = [
+        ("SPI3_CR1 is accessed without a clock", &|lab| {
+            lab.write(APB1ENR1, 0x400);
+            lab.write(CR1, MODE_1 | ON);
+        }),
+        ("SPI3_CR1 is changed while the SPI is on", &|lab| lab.write(CR1, MODE_1 | ON | 1 << 5)),
+        ("the frame of SPI3 is changed while the SPI is on", &|lab| lab.write(CR2, FRAME_12)),
+        ("SPI3_DR is written while the SPI is off", &|lab| {
+            lab.write(CR1, MODE_1);
+            lab.send(1);
+        }),
+        ("SPI3_DR is written while its FIFO is full", &|lab| (0..4).for_each(|frame| lab.send(frame))),
+        ("SPI3_DR is read while nothing was received", &|lab| {
+            lab.read(DR, Width::Half);
+        }),
+        ("SPI3 is switched off in the middle of a frame", &|lab| {
+            lab.send(1);
+            lab.access(CR1, MODE_1, Width::Word);
+        }),
+        ("SPI3_DR is accessed by another width than that of its frames", &|lab| {
+            lab.access(DR, 1, Width::Byte)
+        }),
+    ];
+    for (rule, act) in rules {
+        assert_eq!(told(act), [rule]);
+    }
+    let reserved = told(&|lab| lab.write(CR2, FRAME_16 | 1 << 15));
+    assert_eq!(reserved, ["SPI3_CR2 gets 0x00008f00: bits 0x00008000 are reserved"]);
+}
+
+#[test]
+fn what_the_device_does_not_take_is_told() {
+    let told = |control: u32, act: &dyn Fn(&mut Lab)| {
+        let mut lab = Lab::new();
+        lab.write(CR2, FRAME_16);
+        lab.write(CR1, control);
+        lab.write(CR1, control | ON);
+        act(&mut lab);
+        lab.wait(1_000);
+        lab.told().into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let send = |lab: &mut Lab| {
+        lab.select(true);
+        lab.send(1);
+    };
+    assert_eq!(told(MODE_1 & !(1 << 3), &send), ["echo is clocked with 8.0 MHz, and takes 5.0"]);
+    assert_eq!(told(MODE_1 & !1, &send), ["echo is clocked in mode 0, and takes mode 1"]);
+    let early = told(MODE_1, &|lab| {
+        lab.access(GPIOD + 0x18, 1 << 18, Width::Word);
+        lab.send(1);
+    });
+    assert_eq!(early, ["echo is clocked too early after it was selected"]);
+    let cut = told(MODE_1, &|lab| {
+        send(lab);
+        lab.access(GPIOD + 0x18, 1 << 2, Width::Word);
+    });
+    assert_eq!(cut, ["echo is selected or released in the middle of a frame"]);
+    let again = told(MODE_1, &|lab| {
+        lab.select(true);
+        lab.access(GPIOD + 0x18, 1 << 2, Width::Word);
+        lab.access(GPIOD + 0x18, 1 << 18, Width::Word);
+    });
+    assert_eq!(again, ["echo is selected again too early"]);
+}
