@@ -6,8 +6,8 @@ use std::{env, fs};
 
 /// Memory maps, each named after its board's feature.
 const MEMORY: &str = "memory";
-/// What maps of boards with CCM SRAM include.
-const CCM: &str = "ccm.x";
+/// What maps of boards with CCM SRAM include: the tick there, or the current loop.
+const CCM: [&str; 2] = ["ccm.x", "ccm-current-loop.x"];
 
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-changed=build.rs");
@@ -15,7 +15,7 @@ fn main() -> Result<(), String> {
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
         return Ok(());
     }
-    println!("cargo:rerun-if-changed={CCM}");
+    CCM.iter().for_each(|script| println!("cargo:rerun-if-changed={script}"));
     let maps = fs::read_dir(MEMORY).map_err(|error| format!("cannot read {MEMORY}: {error}"))?;
     let is_chosen = |map: &PathBuf| {
         let name = map.file_stem().unwrap_or_default().to_string_lossy().to_uppercase().replace('-', "_");
@@ -28,7 +28,8 @@ fn main() -> Result<(), String> {
         _ => return Err("more than one board is chosen: give one board's feature".to_owned()),
     };
     let out = PathBuf::from(env::var_os("OUT_DIR").ok_or("cargo sets OUT_DIR")?);
-    for (script, name) in [(memory.as_path(), "board-memory.x"), (Path::new(CCM), CCM)] {
+    let ccm = CCM.map(|script| (Path::new(script), script));
+    for (script, name) in ccm.into_iter().chain([(memory.as_path(), "board-memory.x")]) {
         let copied = fs::copy(script, out.join(name));
         copied.map_err(|error| format!("cannot copy {}: {error}", script.display()))?;
     }

@@ -87,7 +87,7 @@ pub struct BG431bEsc1;
 
 impl Board for BG431bEsc1 {
     const NAME: &'static str = "b-g431b-esc1";
-    /// What the memory holds beside 16 modules, the queues, the log and the stack.
+    /// What the memory holds beside [16 modules](dimsart_core::limits::Sizes::SMALL), the queues, the log and the stack.
     const WORDS: usize = TOOLING.words;
     /// What its ticks take is not among it, for which there would be no room: `dimsart connect` shows it all the same.
     const OUTPUTS: &'static [&'static DataType] = three_phase_joint::OUTPUTS;

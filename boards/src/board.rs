@@ -142,7 +142,7 @@ pub struct Storage<F> {
     /// The flash. It may wait in the background, but never holds up what is above it, unless it
     /// [stalls the tick](Self::stalls_tick).
     pub flash: F,
-    /// The part to be used: whole pages, four at least, and none of the image's.
+    /// The part to be used: whole pages, two at least, and none of the image's.
     pub range: Range<u32>,
     /// The part that a key is kept in: two whole pages, and none of the image's or the schemes'.
     #[cfg(feature = "auth")]

@@ -5,6 +5,8 @@ pub mod ihm08m1;
 pub(crate) mod mps2_an386;
 pub(crate) mod nucleo_g474re;
 
+use dimsart_core::limits::Sizes;
+
 use crate::current_loop::Scaling;
 use crate::motor::Motor;
 
@@ -50,6 +52,8 @@ pub struct Tooling {
     pub axes: usize,
     /// Words of the Data Base that its memory has room for.
     pub words: usize,
+    /// What its images' controllers have room for.
+    pub sizes: Sizes,
     /// What its images run from.
     pub memory: CodeMemory,
     /// Name of the chip in probe-rs, for `probe-rs run --chip NAME`; none for an emulated board.

@@ -215,6 +215,12 @@ impl<B: Bus> Processor<B> {
         &self.faults
     }
 
+    /// Address of the next instruction.
+    #[must_use]
+    pub fn address(&self) -> u32 {
+        self.address
+    }
+
     /// Where it is, for people.
     #[must_use]
     pub fn place(&self) -> String {

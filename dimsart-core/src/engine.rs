@@ -340,6 +340,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
     }
 
+    /// Ports, or handles if there are more, of all modules that are plugged in, and how many ports commands have bound: of
+    /// [`MAX_WIRES`](crate::limits::MAX_WIRES) and of [`MAX_BINDINGS`](crate::limits::MAX_BINDINGS).
+    #[must_use]
+    pub fn wires_and_bindings(&self) -> [usize; 2] {
+        let Plan { wiring, bindings, .. } = self.edited();
+        [wiring.wires(), bindings.len()]
+    }
+
     /// Words of the Data Base that an instance of a kind takes for its parameters and state, on this device.
     #[must_use]
     pub fn words_of(&self, kind: u8) -> Option<usize> {

@@ -64,7 +64,7 @@ extern crate std;
 pub mod auth;
 mod binding;
 pub mod carrier;
-mod checksum;
+pub mod checksum;
 mod command;
 mod content;
 mod context;

@@ -328,6 +328,11 @@ impl Wiring {
         self.find_spans(storage);
     }
 
+    /// Its ports, or its handles if there are more.
+    pub(crate) fn wires(&self) -> usize {
+        self.ports.len().max(self.handles.len())
+    }
+
     /// Slots that its ports use, a bit each.
     pub(crate) fn slots(&self) -> u64 {
         self.ports.iter().fold(0, |slots, port| slots | bit(port.slot))

@@ -7,8 +7,7 @@
 //! A new record goes to the other page and is committed by a word of its own; then the old one is retired by another
 //! word, and its page erased. A cut leaves the old record or the new one, and the next start finishes or erases what was
 //! half written. A record that was committed, not retired, and cannot be read is not the same as none: it may be the
-//! newer one, so the board is locked whatever the other page says. (`sequential-storage` takes the record before it in
-//! its place.)
+//! newer one, so the board is locked whatever the other page says.
 //!
 //! What is written counts when it could be [read back](crate::read_back).
 //!
@@ -16,10 +15,10 @@
 
 use core::ops::Range;
 
-use crc::{CRC_32_AUTOSAR, Crc, NoTable};
+use dimsart_core::checksum::CRC;
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::Broken;
+use crate::items::Broken;
 use crate::read_back::{ERASED, ReadBack};
 
 const PAGES: u32 = 2;
@@ -308,6 +307,5 @@ impl Record {
 }
 
 fn checksum(bytes: &[u8]) -> u32 {
-    const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_AUTOSAR);
     CRC.checksum(bytes)
 }

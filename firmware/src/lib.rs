@@ -3,6 +3,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod items;
 mod key_store;
 mod line_input;
 mod motor_store;
@@ -11,8 +12,9 @@ mod scheme_store;
 mod start;
 mod watchdog;
 
+pub use items::Broken;
 pub use key_store::{Kept, KeptKey, KeyStore, SEEDS_PER_START};
 pub use line_input::{LineInput, Next};
-pub use scheme_store::{BUFFER_BYTES, Broken, SchemeStore};
+pub use scheme_store::SchemeStore;
 pub use start::start;
 pub use watchdog::Watchdog;

@@ -40,7 +40,7 @@ use dimsart_core::modules::Standard;
 use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorReport};
 use dimsart_core::saved_scheme::{SchemeBytes, fingerprint_of};
 use embassy_futures::block_on;
-use firmware::{BUFFER_BYTES, SchemeStore};
+use firmware::SchemeStore;
 use static_cell::ConstStaticCell;
 
 use crate::entry_points::Frames;
@@ -75,8 +75,7 @@ fn start() -> <Selected as boards::Board>::Idle {
     let (dimsart, frames) = (DIMSART.take(), FRAMES.take());
     let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
     let key_range = storage.as_ref().map(key_service::range);
-    static BUFFER: ConstStaticCell<[u8; BUFFER_BYTES]> = ConstStaticCell::new([0; BUFFER_BYTES]);
-    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range, BUFFER.take()));
+    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
     let (motor, limits) = start_motor(store.as_mut(), &mut joints);
     entry_points::connect_with(dimsart, &axes, frames, limits);
     stamp::limit(dimsart);
@@ -145,14 +144,15 @@ fn start_scheme(
     dimsart: &mut BoardDimsart,
 ) -> (SchemeService, KeyService, KeysToTake) {
     static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
-    let status = block_on(firmware::start(store.as_mut(), stamp().scheme(), dimsart));
+    let scheme = SCHEME.take();
+    let status = block_on(firmware::start(store.as_mut(), scheme, stamp().scheme(), dimsart));
     defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);
     if status.fallback.is_some() {
         defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
     }
     let (keys, keys_to_take) = key_service::start(key_range, store.as_mut().map(SchemeStore::flash));
     let fingerprint = fingerprint_of(stamp().scheme());
-    (SchemeService { store, stalls_tick, status, fingerprint, scheme: SCHEME.take() }, keys, keys_to_take)
+    (SchemeService { store, stalls_tick, status, fingerprint, scheme }, keys, keys_to_take)
 }
 
 /// A task that is started once; each is.

@@ -1,4 +1,4 @@
-//! The configuration of a board's motor, beside the schemes: one more item of their map, replaced whole or not at all.
+//! The configuration of a board's motor: one more of the items that keep the schemes.
 //!
 //! ```text
 //! layout u32 | words u32 ...     little-endian; the layout alone, and 0, where nothing is kept any more
@@ -7,18 +7,22 @@
 use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
 use embedded_storage_async::nor_flash::NorFlash;
 
-use crate::scheme_store::{Broken, SchemeStore};
+use crate::items::Broken;
+use crate::scheme_store::SchemeStore;
 
 /// Key of the item.
-pub(crate) const MOTOR: u8 = 3;
-const MOST_BYTES: usize = 4 * (1 + MAX_MOTOR_WORDS);
+const MOTOR: u8 = 3;
+const MOST_WORDS: usize = 1 + MAX_MOTOR_WORDS;
 
-impl<F: NorFlash> SchemeStore<'_, F> {
+impl<F: NorFlash> SchemeStore<F> {
     /// The configuration that is kept, with whether there is one, and why it could not be read. What it says is not checked.
+    /// To be asked for before [`open`](Self::open), or after it.
     pub async fn motor(&mut self) -> MotorReport {
         let mut report = MotorReport::default();
-        let found = self.map.fetch_item::<&[u8]>(self.buffer, &MOTOR).await;
-        let Ok(bytes) = found else {
+        let mut bytes = [0; 4 * MOST_WORDS];
+        let opened = self.items.open().await;
+        let found = self.items.fetch(MOTOR, &mut bytes).await;
+        let (Ok(()), Ok(bytes)) = (opened, found) else {
             report.fallback = Some(MotorFallback::Storage);
             return report;
         };
@@ -36,10 +40,11 @@ impl<F: NorFlash> SchemeStore<'_, F> {
     /// # Errors
     /// [`Broken`]; what was kept still is.
     pub async fn keep_motor(&mut self, layout: u16, words: &[u32]) -> Result<(), Broken> {
-        let mut bytes = heapless::Vec::<u8, MOST_BYTES>::new();
-        for word in core::iter::once(&u32::from(layout)).chain(words) {
-            bytes.extend_from_slice(&word.to_le_bytes()).map_err(|_| Broken)?;
+        let mut bytes = [[0; 4]; MOST_WORDS];
+        let item = bytes.get_mut(..=words.len()).ok_or(Broken)?;
+        for (bytes, word) in item.iter_mut().zip(core::iter::once(&u32::from(layout)).chain(words)) {
+            *bytes = word.to_le_bytes();
         }
-        self.store_at(|_| MOTOR, &bytes).await
+        self.items.store(MOTOR, item.as_flattened()).await
     }
 }

@@ -57,9 +57,7 @@ impl<F: ErrorType> ErrorType for ReadBack<F> {
 }
 
 impl<F: NorFlash> ReadNorFlash for ReadBack<F> {
-    /// `sequential-storage` knows a page's state by that much of its first and last word. Of one byte, an erasure that
-    /// is cut may leave nothing in the one and enough in the other.
-    const READ_SIZE: usize = F::WRITE_SIZE;
+    const READ_SIZE: usize = F::READ_SIZE;
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         self.0.read(offset, bytes).await.map_err(ReadBackError::Flash)

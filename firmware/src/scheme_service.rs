@@ -10,7 +10,7 @@ use firmware::{Broken, SchemeStore};
 
 use crate::commands::{Answer, CommandLine, TickHandover};
 
-pub(crate) type Store = SchemeStore<'static, <Selected as boards::Board>::Flash>;
+pub(crate) type Store = SchemeStore<<Selected as boards::Board>::Flash>;
 
 /// The schemes that the board keeps, and what came of the last start.
 pub(crate) struct SchemeService {

@@ -1,17 +1,19 @@
 //! Which scheme a board starts with.
 
 use dimsart_core::protocol::{Fallback, Origin, SchemeStatus, Trial};
-use dimsart_core::{Dimsart, ModuleList, saved_scheme};
+use dimsart_core::saved_scheme::{self, SchemeBytes};
+use dimsart_core::{Dimsart, ModuleList};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::scheme_store::SchemeStore;
 
 /// Starts the scheme that waits for its trial, or else the saved one, or else the built-in one.
 ///
-/// Whatever the storage holds, it ends with the controller running one of them or none, and says why it
+/// What is kept is read into `bytes`. Whatever the storage holds, it ends with the controller running one of them or none, and says why it
 /// is not the first.
 pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
-    store: Option<&mut SchemeStore<'_, F>>,
+    store: Option<&mut SchemeStore<F>>,
+    bytes: &mut SchemeBytes,
     built_in: &[u8],
     dimsart: &mut Dimsart<M, WORDS>,
 ) -> SchemeStatus {
@@ -20,7 +22,7 @@ pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
     let (mut trial, mut is_saved) = (Trial::None, false);
     let mut origin = None;
     if let Some(store) = store {
-        origin = start_kept(store, fingerprint, dimsart, &mut |reason| {
+        origin = start_kept(store, fingerprint, bytes, dimsart, &mut |reason| {
             fallback.get_or_insert(reason);
         })
         .await;
@@ -37,8 +39,9 @@ pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
 }
 
 async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
-    store: &mut SchemeStore<'_, F>,
+    store: &mut SchemeStore<F>,
     fingerprint: u32,
+    bytes: &mut SchemeBytes,
     dimsart: &mut Dimsart<M, WORDS>,
     note: &mut impl FnMut(Fallback),
 ) -> Option<Origin> {
@@ -51,14 +54,14 @@ async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
         // Before it is run: it may be what ends this start.
         Trial::Waits => match store.begin_trial().await {
             Err(_) => note(Fallback::Storage),
-            Ok(()) => match store.load(true, fingerprint, dimsart).await {
+            Ok(()) => match store.load(true, fingerprint, bytes, dimsart).await {
                 Ok(()) => return Some(Origin::Trial),
                 Err(error) => note(Fallback::Trial(error)),
             },
         },
     }
     if store.is_saved() {
-        match store.load(false, fingerprint, dimsart).await {
+        match store.load(false, fingerprint, bytes, dimsart).await {
             Ok(()) => return Some(Origin::Saved),
             Err(error) => note(Fallback::Saved(error)),
         }

@@ -5,16 +5,15 @@ mod common;
 
 use dimsart_core::protocol::{MotorFallback, MotorReport, Trial};
 use embassy_futures::block_on;
-use firmware::{BUFFER_BYTES, Broken, SchemeStore};
+use firmware::{Broken, SchemeStore};
 
 use common::{Flash, PAGE, PAGES};
 
 const ALL: core::ops::Range<u32> = 0..8192;
 const _: () = assert!(PAGE * PAGES == 8192);
 
-fn in_store<T>(flash: Flash, act: impl FnOnce(&mut SchemeStore<'_, Flash>) -> T) -> (Flash, T) {
-    let mut buffer = [0; BUFFER_BYTES];
-    let mut store = SchemeStore::new(flash, ALL, &mut buffer).unwrap();
+fn in_store<T>(flash: Flash, act: impl FnOnce(&mut SchemeStore<Flash>) -> T) -> (Flash, T) {
+    let mut store = SchemeStore::new(flash, ALL).unwrap();
     let _ = block_on(store.open());
     let done = act(&mut store);
     (store.into_flash(), done)
@@ -40,7 +39,7 @@ fn what_is_kept_is_read_until_it_is_forgotten() {
     assert_eq!(done, Ok(()));
     let (flash, report) = kept(flash);
     assert_eq!((report.layout, report.is_kept, report.fallback), (1, true, None));
-    assert_eq!(report.words, words(7));
+    assert_eq!(report.words[..], words(7));
     let (flash, done) = in_store(flash, |store| block_on(store.keep_motor(0, &[])));
     assert_eq!(done, Ok(()));
     assert_eq!(kept(flash).1, MotorReport::default());
@@ -61,7 +60,7 @@ fn schemes_and_motor_leave_each_other_alone() {
         flash = in_store(flash, |store| {
             assert_eq!(block_on(store.keep_motor(1, &words(first))), Ok(()));
             block_on(store.save(&[6; 512])).unwrap();
-            assert_eq!(block_on(store.motor()).words, words(first));
+            assert_eq!(block_on(store.motor()).words[..], words(first));
             assert_eq!(store.trial(), Trial::Waits);
         })
         .0;
@@ -81,9 +80,9 @@ fn after_a_cut_at_any_write_the_old_or_the_new_one_is_read() {
             let (mut after, done) = keep(cut, first);
             after.power = None;
             let found = kept(after).1;
-            assert!(found.is_kept && (found.words == old || found.words == words(first)), "{found:?}");
+            assert!(found.is_kept && (found.words == old || found.words[..] == words(first)), "{found:?}");
             if done == Ok(()) {
-                assert_eq!(found.words, words(first));
+                assert_eq!(found.words[..], words(first));
                 break;
             }
             cuts += 1;
@@ -101,7 +100,7 @@ fn a_flash_that_holds_something_else_is_told_and_can_be_kept_in() {
     assert!(!found.is_kept && found.fallback == Some(MotorFallback::Storage), "{found:?}");
     let (flash, done) = keep(flash, 7);
     assert_eq!(done, Ok(()));
-    assert_eq!(kept(flash).1.words, words(7));
+    assert_eq!(kept(flash).1.words[..], words(7));
 }
 
 #[test]
@@ -112,5 +111,5 @@ fn a_byte_that_has_changed_is_no_configuration_of_another_kind() {
     damaged.bytes[place] ^= 4;
     let found = kept(damaged).1;
     assert!(!found.is_kept, "{found:?}");
-    assert_eq!(kept(flash).1.words, words(7));
+    assert_eq!(kept(flash).1.words[..], words(7));
 }

@@ -4,7 +4,6 @@
 mod common;
 
 use std::num::NonZeroU32;
-use std::ops::Range;
 
 use dimsart_core::modules::Standard;
 use dimsart_core::protocol::{
@@ -17,7 +16,7 @@ use dimsart_core::{
     TypeRef, Value, types,
 };
 use embassy_futures::block_on;
-use firmware::{BUFFER_BYTES, SchemeStore, start};
+use firmware::{SchemeStore, start};
 
 use common::{Flash, PAGE, PAGES, WORD};
 
@@ -63,25 +62,28 @@ fn scheme(gain: u16) -> Vec<u8> {
 
 const BUILT_IN: u16 = 9;
 
-/// Leaked, so that a board can own what a board's memory holds.
-fn buffer() -> &'static mut [u8; BUFFER_BYTES] {
-    Box::leak(Box::new([0; BUFFER_BYTES]))
-}
-
 /// A board with the flash in it.
 struct Board {
-    store: SchemeStore<'static, Flash>,
+    store: SchemeStore<Flash>,
     dimsart: Dimsart,
     status: SchemeStatus,
 }
 
-const ALL: Range<u32> = 0..8192;
+/// Pages, as boards have them.
+const SIZES: [usize; 2] = [2, PAGES];
+
+/// A store in all of a flash.
+fn store(flash: Flash) -> SchemeStore<Flash> {
+    let range = 0..u32::try_from(flash.bytes.len()).unwrap();
+    SchemeStore::new(flash, range).unwrap()
+}
 
 impl Board {
     fn start(flash: Flash) -> Self {
-        let mut store = SchemeStore::new(flash, ALL, buffer()).unwrap();
+        let mut store = store(flash);
         let mut dimsart = controller();
-        let status = block_on(start(Some(&mut store), &scheme(BUILT_IN), &mut dimsart));
+        let status =
+            block_on(start(Some(&mut store), &mut SchemeBytes::new(), &scheme(BUILT_IN), &mut dimsart));
         Self { store, dimsart, status }
     }
 
@@ -176,7 +178,10 @@ fn script() -> Vec<Step> {
             Confirm,
         ]
     };
-    (0..8).flat_map(|number| round(10 + 7 * number)).collect()
+    let mut script: Vec<_> = (0..4).flat_map(|number| round(10 + 7 * number)).collect();
+    // What was confirmed long ago moves on, page by page.
+    script.extend((0..24).flat_map(|gain| [Save(gain), RollBack]));
+    script
 }
 
 /// Carries out a step; gives the flash, and whether the step was done.
@@ -185,7 +190,7 @@ fn act(step: Step, flash: Flash) -> (Flash, bool) {
         let board = Board::start(flash);
         return (board.store.into_flash(), board.status.fallback != Some(Fallback::Storage));
     }
-    let mut store = SchemeStore::new(flash, ALL, buffer()).unwrap();
+    let mut store = store(flash);
     block_on(store.open()).unwrap();
     let result = match step {
         Step::Save(gain) => block_on(store.save(&scheme(gain))),
@@ -197,7 +202,11 @@ fn act(step: Step, flash: Flash) -> (Flash, bool) {
 
 #[test]
 fn after_a_cut_at_any_write_the_old_or_the_new_scheme_runs_whole_and_commands_are_answered() {
-    let (mut flash, mut model, mut cuts) = (Flash::new(), Model::default(), 0);
+    SIZES.into_iter().for_each(cut_at_any_write);
+}
+
+fn cut_at_any_write(pages: usize) {
+    let (mut flash, mut model, mut cuts) = (Flash::of_pages(pages), Model::default(), 0);
     for step in script() {
         let next = model.step(step);
         for power in 0.. {
@@ -235,8 +244,12 @@ fn after_a_cut_at_any_write_the_old_or_the_new_scheme_runs_whole_and_commands_ar
 
 #[test]
 fn ten_thousand_saved_schemes_lose_nothing_and_wear_every_page_alike() {
+    SIZES.into_iter().for_each(save_ten_thousand);
+}
+
+fn save_ten_thousand(pages: usize) {
     let schemes: Vec<_> = (0..100).map(scheme).collect();
-    let mut board = Board::start(Flash::new());
+    let mut board = Board::start(Flash::of_pages(pages));
     for cycle in 0..10_000_u16 {
         block_on(board.store.save(&schemes[usize::from(cycle % 100)])).unwrap();
         if cycle % 100 == 50 {
@@ -340,7 +353,8 @@ fn a_saved_scheme_of_another_image_gives_way_to_the_built_in_one() {
 #[test]
 fn without_any_scheme_that_loads_the_board_is_empty_and_answers() {
     let mut dimsart = controller();
-    let status = block_on(start(None::<&mut SchemeStore<'_, Flash>>, &[1, 2, 3], &mut dimsart));
+    let status =
+        block_on(start(None::<&mut SchemeStore<Flash>>, &mut SchemeBytes::new(), &[1, 2, 3], &mut dimsart));
     let fallback = Some(Fallback::BuiltIn(LoadError::Damaged));
     let expected = SchemeStatus { origin: Origin::Empty, fallback, trial: Trial::None, is_saved: false };
     assert_eq!((status, dimsart.engine().usage().modules), (expected, 0));
@@ -359,10 +373,10 @@ fn a_saved_scheme_that_takes_too_long_gives_way_to_the_built_in_one() {
     block_on(board.store.confirm()).unwrap();
 
     let limit_cycles = board.dimsart.engine().tick_cycles().unwrap();
-    let mut store = SchemeStore::new(board.store.into_flash(), ALL, buffer()).unwrap();
+    let mut store = store(board.store.into_flash());
     let mut dimsart = controller();
     dimsart.engine_mut().limit_cycles(NonZeroU32::new(limit_cycles));
-    let status = block_on(start(Some(&mut store), &scheme(BUILT_IN), &mut dimsart));
+    let status = block_on(start(Some(&mut store), &mut SchemeBytes::new(), &scheme(BUILT_IN), &mut dimsart));
     let Some(Fallback::Saved(LoadError::Refused { error, .. })) = status.fallback else {
         panic!("{status:?}")
     };

@@ -9,7 +9,7 @@ use std::ops::Range;
 use common::{Flash, PAGE, PAGES};
 use dimsart_core::protocol::Trial;
 use embassy_futures::block_on;
-use firmware::{BUFFER_BYTES, Broken, Kept, KeyStore, SchemeStore};
+use firmware::{Broken, Kept, KeyStore, SchemeStore};
 
 const SCHEMES: Range<u32> = 0..8192;
 const KEYS: Range<u32> = 4096..8192;
@@ -17,8 +17,8 @@ const KEYS: Range<u32> = 4096..8192;
 /// What is done to a flash at one go, and what it then is said to hold.
 type Step = fn(Flash, u8) -> (Flash, Result<(), Broken>);
 
-fn open_schemes(flash: Flash, buffer: &mut [u8; BUFFER_BYTES]) -> SchemeStore<'_, Flash> {
-    let mut store = SchemeStore::new(flash, SCHEMES, buffer).unwrap();
+fn open_schemes(flash: Flash) -> SchemeStore<Flash> {
+    let mut store = SchemeStore::new(flash, SCHEMES).unwrap();
     // A flash that holds something else is erased by the first save.
     let _ = block_on(store.open());
     store
@@ -26,8 +26,7 @@ fn open_schemes(flash: Flash, buffer: &mut [u8; BUFFER_BYTES]) -> SchemeStore<'_
 
 /// Saves and confirms a scheme of these bytes.
 fn save(flash: Flash, number: u8) -> (Flash, Result<(), Broken>) {
-    let mut buffer = [0; BUFFER_BYTES];
-    let mut store = open_schemes(flash, &mut buffer);
+    let mut store = open_schemes(flash);
     let saved = block_on(store.save(&[number; 300])).and_then(|()| block_on(store.confirm()));
     (store.into_flash(), saved)
 }
@@ -41,8 +40,7 @@ fn set(mut flash: Flash, number: u8) -> (Flash, Result<(), Broken>) {
 }
 
 fn is_saved(flash: Flash, number: u8) -> bool {
-    let mut buffer = [0; BUFFER_BYTES];
-    let store = open_schemes(flash, &mut buffer);
+    let store = open_schemes(flash);
     let is_confirmed = store.is_saved() && store.trial() == Trial::None;
     is_confirmed && store.into_flash().bytes.windows(300).any(|bytes| bytes == [number; 300])
 }

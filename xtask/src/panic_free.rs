@@ -1,5 +1,5 @@
-//! `cargo xtask panic-free`: nothing that a tick can reach in the machine code may panic, and all of it is in CCM SRAM
-//! where the board has the tick there.
+//! `cargo xtask panic-free`: nothing that a tick or a current loop can reach in the machine code may panic, and all of it is
+//! in CCM SRAM where the board has it there.
 //!
 //! From `dimsart_tick` on, and from what brings it packets and takes them from it, every call in the machine code of
 //! every image is followed. All of it must be the core's own, its mathematics', plain memory moves or statistics of
@@ -9,9 +9,10 @@
 use std::collections::BTreeSet;
 
 use cycles::declared::Name;
+use cycles::image::Image;
 use cycles::reach;
 
-use crate::boards::{Image, build_all, declared};
+use crate::boards::{self, build_all, declared};
 use crate::shell::Outcome;
 use crate::toolchain::Toolchain;
 
@@ -36,13 +37,28 @@ const ALLOWED: [&str; 14] = [
     "compiler_builtins::mem::*",
 ];
 
+/// A drive's current loop, where the board has one.
+const CURRENT_LOOP: &str = "dimsart_current_loop";
+/// What it may be made of.
+const ALLOWED_IN_LOOP: [&str; 3] = ["drive::*", "boards::current_loop::*", "fmaxf"];
+/// What it calls while it follows no torque, and what that calls: it may wait for flash.
+const BESIDE_LOOP: [&str; 6] = [
+    "boards::current_loop::CurrentLoop::prepare",
+    "boards::current_loop::CurrentLoop::forget",
+    "__aeabi_*",
+    "__*divmod*",
+    "compiler_builtins::int::*",
+    // To code in the CCM SRAM and back.
+    "__Thumbv7ABSLongThunk_*",
+];
+
 /// Builds every image and follows every path of its tick.
 pub(crate) fn run() -> Outcome {
     hold(&build_all(Toolchain::set_up()?)?)
 }
 
 /// Follows every path of the images' ticks.
-pub(crate) fn hold(images: &[Image]) -> Outcome {
+pub(crate) fn hold(images: &[boards::Image]) -> Outcome {
     let allowed = ALLOWED.map(Name::new);
     let declared = declared()?;
     for image in images {
@@ -52,40 +68,67 @@ pub(crate) fn hold(images: &[Image]) -> Outcome {
             let reached = reach::only(&image, &declared, root, &allowed);
             let reached =
                 reached.map_err(|error| format!("{name}: a tick does what it must not: {error}"))?;
-            let outside = outside_ccm(&image, &reached.addresses);
-            if !outside.is_empty() {
-                let functions = outside.join("\n    ");
-                return Err(format!(
-                    "{name}: {root} reaches what is not in CCM SRAM; name it in boards/ccm.x:\n    {functions}"
-                ));
-            }
+            hold_to_ccm(name, &image, root, &reached.addresses, &[])?;
             functions.extend(reached.functions);
         }
         println!("{name}: a tick reaches {} functions, none of which can panic", functions.len());
+        if image.function(CURRENT_LOOP).is_some() {
+            let beside = BESIDE_LOOP.map(Name::new);
+            let allowed = [&ALLOWED_IN_LOOP.map(Name::new)[..], &beside].concat();
+            let reached = reach::only(&image, &declared, CURRENT_LOOP, &allowed);
+            let reached =
+                reached.map_err(|error| format!("{name}: a current loop does what it must not: {error}"))?;
+            hold_to_ccm(name, &image, CURRENT_LOOP, &reached.addresses, &beside)?;
+            println!(
+                "{name}: a current loop reaches {} functions, none of which can panic",
+                reached.functions.len()
+            );
+        }
     }
     Ok(())
 }
 
-/// Which of these functions flash is waited for in, of an image that has a tick in CCM SRAM.
-fn outside_ccm(image: &cycles::image::Image, functions: &BTreeSet<u32>) -> Vec<String> {
+/// Fails where what a root reaches is not in CCM SRAM, though the root is, but for what may be beside it.
+fn hold_to_ccm(name: &str, image: &Image, root: &str, functions: &BTreeSet<u32>, beside: &[Name]) -> Outcome {
     let [start, end] = ["__sccm", "__eccm"].map(|name| image.symbols.get(name).copied().unwrap_or(0));
-    let outside = functions.iter().filter(|address| !(start..end).contains(*address));
-    if start == end { Vec::new() } else { outside.map(|address| image.place(*address)).collect() }
+    let is_inside = |address: u32| (start..end).contains(&address);
+    if !image.function(root).is_some_and(|root| is_inside(root.address)) {
+        return Ok(());
+    }
+    let is_beside = |address: &u32| {
+        image.functions.get(address).is_some_and(|function| beside.iter().any(|name| name.is_of(function)))
+    };
+    let outside = functions.iter().filter(|address| !is_inside(**address) && !is_beside(address));
+    let outside: Vec<String> = outside.map(|address| image.place(*address)).collect();
+    if outside.is_empty() {
+        return Ok(());
+    }
+    let functions = outside.join("\n    ");
+    Err(format!("{name}: {root} reaches what is not in CCM SRAM; name it in boards/ccm*.x:\n    {functions}"))
 }
 
 #[cfg(test)]
 mod tests {
-    use cycles::image::Image;
+    use cycles::image::Function;
 
-    use super::{BTreeSet, outside_ccm};
+    use super::{BTreeSet, Image, Name, hold_to_ccm};
 
     #[test]
-    fn what_is_not_in_the_ccm_sram_is_named_where_there_is_some() {
+    fn what_is_not_in_the_ccm_sram_is_named_where_the_root_is_there() {
         let reached = BTreeSet::from([0x1000_0000, 0x1000_0FFE, 0x1000_1000, 0x0800_0100]);
         let mut image = Image::default();
-        assert_eq!(outside_ccm(&image, &reached), [""; 0]);
+        let functions = [("tick", 0x1000_0000), ("late", 0x1000_1000), ("cold", 0x0800_0100)];
+        image.functions.extend(
+            functions.map(|(name, address)| {
+                (address, Function { names: vec![name.to_owned()], address, bytes: 2 })
+            }),
+        );
+        let hold = |image: &Image, beside: &[Name]| hold_to_ccm("board", image, "tick", &reached, beside);
+        assert_eq!(hold(&image, &[]), Ok(()));
         let marks = [("__sccm", 0x1000_0000), ("__eccm", 0x1000_1000)];
         image.symbols.extend(marks.map(|(name, address)| (name.to_owned(), address)));
-        assert_eq!(outside_ccm(&image, &reached), ["0x08000100", "0x10001000"]);
+        assert!(hold(&image, &[]).unwrap_err().ends_with("boards/ccm*.x:\n    cold\n    late"));
+        assert_eq!(hold(&image, &["cold", "late"].map(Name::new)), Ok(()));
+        assert!(hold(&image, &[Name::new("cold")]).is_err());
     }
 }

@@ -1,5 +1,6 @@
 //! What tools and the board itself need to know of ST's B-G431B-ESC1.
 
+use dimsart_core::limits::Sizes;
 use drive::{Configuration, Encoder, Inverter, Joint, Limits};
 
 use super::{CodeMemory, SMALL_MOTORS, ThreePhaseDrive, Tooling};
@@ -81,6 +82,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     tick_hz: 1_000,
     axes: 1,
     words: 480,
+    sizes: Sizes::SMALL,
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G431CBUx"),
     modules: &["control", "teleoperation"],

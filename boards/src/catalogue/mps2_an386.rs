@@ -1,5 +1,7 @@
 //! What tools need to know of the emulated MPS2+ AN386.
 
+use dimsart_core::limits::Sizes;
+
 use super::{BILATERAL, CodeMemory, MODULE_GROUPS, Tooling};
 
 /// See [`Tooling`].
@@ -8,6 +10,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     tick_hz: 1_000,
     axes: 3,
     words: 32_768,
+    sizes: Sizes::BOARD,
     memory: CodeMemory::NoWait,
     chip: None,
     modules: &MODULE_GROUPS,

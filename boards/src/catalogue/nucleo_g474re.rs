@@ -1,5 +1,7 @@
 //! What tools and the board itself need to know of ST's NUCLEO-G474RE.
 
+use dimsart_core::limits::Sizes;
+
 use super::{CodeMemory, MODULE_GROUPS, SMALL_MOTORS, Tooling};
 use crate::clock_switch;
 #[cfg(all(target_os = "none", feature = "moteus"))]
@@ -35,6 +37,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     tick_hz: 1_000,
     axes: 3,
     words: 3_072,
+    sizes: Sizes::BOARD,
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
     modules: &MODULE_GROUPS,

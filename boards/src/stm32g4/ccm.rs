@@ -1,11 +1,11 @@
-//! Copies the tick's code into the CCM SRAM (`boards/ccm.x`), before anything else runs.
+//! Copies code into the CCM SRAM (`boards/ccm.x`, `boards/ccm-current-loop.x`), before anything else runs.
 
 #![expect(unsafe_code, reason = "it runs before RAM holds anything, as what cortex-m-rt fills RAM by")]
 
 use core::arch::global_asm;
 
 // SAFETY: it writes to where the linker has put nothing but this code, in whole words, and calls nothing, for `memcpy`
-// itself is among what it copies. Where no code is for the CCM, begin and end are one.
+// itself is among what it copies.
 global_asm!(
     ".section .text.__pre_init, \"ax\", %progbits",
     ".global __pre_init",

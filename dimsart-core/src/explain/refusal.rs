@@ -4,9 +4,7 @@ use core::fmt;
 
 use super::Explanation;
 use crate::command::{CommandError, ModuleRef};
-use crate::limits::{
-    MAX_BINDINGS, MAX_CHANNEL_TYPES, MAX_MODULES, MAX_PACKET_WORDS, MAX_PORTS, MAX_SLOTS, MAX_WIRES,
-};
+use crate::limits::{MAX_CHANNEL_TYPES, MAX_PACKET_WORDS, MAX_PORTS};
 use crate::parameter::ParameterError;
 use crate::protocol::{DataTypeText, ParameterText, PortText};
 use crate::storage::StorageError;
@@ -46,11 +44,7 @@ pub(super) fn write<V: Vocabulary>(
         CommandError::UnknownPort(port) => write!(f, "the module has no port {port}"),
         CommandError::UnknownType(signal) => write!(f, "no data type has the number {}", signal.id),
         CommandError::TooManyModules => {
-            write!(
-                f,
-                "{MAX_MODULES} modules exist already and no more fit: close one first (MOD_CLOSE in a scheme, \
-                 `close` at a device)"
-            )
+            write!(f, "no more modules fit: close one first (MOD_CLOSE in a scheme, `close` at a device)")
         }
         CommandError::TooManyPorts => {
             write!(f, "the module needs more than {MAX_PORTS} ports: add fewer types to it")
@@ -70,7 +64,7 @@ pub(super) fn write<V: Vocabulary>(
             )
         }
         CommandError::Storage(StorageError::NoSlot) => {
-            write!(f, "all {MAX_SLOTS} slots of the Data Base are taken: unplug another module first")
+            write!(f, "all slots of the Data Base are taken: unplug another module first")
         }
         CommandError::Storage(StorageError::NoRoom { wanted, free }) => {
             write!(
@@ -133,9 +127,8 @@ pub(super) fn write<V: Vocabulary>(
         CommandError::WiringFull => {
             write!(
                 f,
-                "the modules have {MAX_WIRES} ports together, or commands have bound {MAX_BINDINGS} of them, and \
-                 no more fit: unplug another module, or initialise one whose bindings are not needed (MOD_INIT in a \
-                 scheme, `init` at a device)"
+                "no more ports fit, or no more that commands have bound: unplug another module, or initialise one \
+                 whose bindings are not needed (MOD_INIT in a scheme, `init` at a device)"
             )
         }
     }

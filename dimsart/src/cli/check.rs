@@ -9,9 +9,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use dimsart_core::limits::MAX_LINKS;
+use dimsart_core::limits::{DEFAULT_WORDS, MAX_LINKS, Sizes};
 use dimsart_core::modules::Standard;
-use dimsart_core::{DeviceDescriptor, Dimsart, Usage, limits};
+use dimsart_core::{DeviceDescriptor, Dimsart, Usage};
 use serde::Serialize;
 use target::Target;
 
@@ -110,13 +110,14 @@ impl Check {
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&verdicts)?)?;
         } else {
-            verdicts.iter().try_for_each(|verdict| self.print(verdict, out))?;
+            let sizes = target.map_or(Sizes::BOARD, |target| target.board.sizes);
+            verdicts.iter().try_for_each(|verdict| self.print(verdict, sizes, out))?;
         }
         let is_sound = verdicts.iter().all(|verdict| verdict.matches);
         Ok(if is_sound { ExitCode::SUCCESS } else { ExitCode::FAILURE })
     }
 
-    fn print(&self, verdict: &Verdict, out: &mut impl Write) -> std::io::Result<()> {
+    fn print(&self, verdict: &Verdict, sizes: Sizes, out: &mut impl Write) -> std::io::Result<()> {
         let Verdict { controller, matches, faults, delays, notes, modules, slots, words, most_words, time } =
             verdict;
         let says = if *matches { "matches" } else { "does NOT match" };
@@ -129,8 +130,7 @@ impl Check {
             writeln!(
                 out,
                 "  takes {modules} of {} modules, {slots} of {} slots, {words}{of_words} words",
-                limits::MAX_MODULES,
-                limits::MAX_SLOTS,
+                sizes.modules, sizes.slots,
             )?;
             time.iter().try_for_each(|time| writeln!(out, "  {time}"))?;
         }
@@ -226,7 +226,7 @@ fn check(
     let Some(found) = target else {
         // As large as on a board of the usual size: what passes here fits there.
         let mut dimsart: Dimsart = Dimsart::new(device).map_err(dimsart_core::CommandError::from)?;
-        return Ok(check_on(&mut dimsart, scheme, side, settings, limits::DEFAULT_WORDS, target));
+        return Ok(check_on(&mut dimsart, scheme, side, settings, DEFAULT_WORDS, target));
     };
     // More than there is on any board, so that it is known how much too much a scheme takes.
     let dimsart = SimulatedDimsart::new(device).map_err(dimsart_core::CommandError::from)?;

@@ -7,6 +7,8 @@ use dimsart_core::{Reason, types};
 use crate::client::Client;
 use crate::motor::{PERIOD_CYCLES, Powered};
 
+/// Of the whole loop: converters, encoder and timer are read and written in it, too, and the drive's own period is part of it.
+const MOST_LOOP_CYCLES: u64 = 1_000;
 /// Cycles of 1 us.
 const MOST_JITTER_CYCLES: u64 = 168;
 /// Until motion is allowed and the rotor is aligned, at most: `boards/src/b_g431b_esc1.rs`.
@@ -189,6 +191,23 @@ fn the_end_of_the_lease_opens_the_bridge() {
     }
     let after_s = powered.time_s() - begun_s;
     assert!(after_s < 0.21, "{after_s} s");
+}
+
+#[test]
+fn a_period_of_the_current_loop_takes_a_tenth_of_its_time() {
+    let Some((mut powered, mut client)) = aligned() else { return };
+    // Faster and faster, while the tick runs from flash beside it.
+    client.want(&mut powered, 0.08);
+    let mut cycles = Vec::new();
+    for _ in 0..2_000 {
+        client.period(&mut powered);
+        cycles.push(powered.current_loop_cycles());
+    }
+    assert!(powered.is_on() && powered.motor.state().speed_rad_per_s > 10.0);
+    let mean = cycles.iter().sum::<u64>() / 2_000;
+    let (least, most) = (cycles.iter().min().unwrap(), cycles.iter().max().unwrap());
+    eprintln!("{least} to {most} cycles, {mean} in the mean");
+    assert!(*most <= MOST_LOOP_CYCLES, "{most} cycles");
 }
 
 #[test]

@@ -15,6 +15,7 @@ use boards::BOARDS;
 use boards::catalogue::{ThreePhaseDrive, ihm08m1};
 use chips::stm32g4::Wire;
 use chips::{Bench, Stm32g4};
+use cycles::processor::Processor;
 use drive::Encoder;
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
@@ -209,6 +210,21 @@ impl Powered {
         self.turn_motor();
         let bytes = self.bench.received();
         self.received.extend(bytes);
+    }
+
+    /// Goes on to the next call of the current loop and through it, back to what it has interrupted; gives its cycles.
+    pub(crate) fn current_loop_cycles(&mut self) -> u64 {
+        let processor = &mut self.bench.processor;
+        let begin = processor.image().function("dimsart_current_loop").unwrap().address;
+        let stack = |processor: &Processor<Stm32g4>| processor.registers.core[13];
+        while processor.address() != begin {
+            processor.step(u64::MAX).unwrap();
+        }
+        let (begun, stack_at_begin) = (processor.cycles(), stack(processor));
+        while stack(processor) <= stack_at_begin {
+            processor.step(u64::MAX).unwrap();
+        }
+        processor.cycles() - begun
     }
 
     pub(crate) fn run_for(&mut self, time_s: f64) {

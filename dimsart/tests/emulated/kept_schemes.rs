@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Command;
 
-use crc::{Algorithm, CRC_32_AUTOSAR, CRC_32_ISCSI, Crc};
+use crc::{CRC_32_AUTOSAR, Crc};
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, Receiver, Request, Response, SchemeAction, decode_heartbeat, decode_response,
     encode_request, request_id,
@@ -105,26 +105,24 @@ fn a_scheme_of_another_image_is_not_run() {
 
 /// Makes the scheme in a flash that of an image with other modules: whole, but for its fingerprint.
 fn change_fingerprint(flash: &mut [u8]) {
-    const KEY: usize = 1;
-    // As `sequential-storage` sums up an item: header (sum u32, length u16, sum of that u16), key, value.
+    // As `firmware/src/items.rs` has an item: key, 0, length u16, CRC-32 of these and of the bytes behind it.
     const HEADER: usize = 8;
-    const ITEM: Algorithm<u32> = Algorithm { init: 0x7777_7777, ..CRC_32_ISCSI };
     let device = DeviceDescriptor::new("any", &[AxisKind::Linear], 1e-3, &[types::POSITION], &[]).unwrap();
     let mut dimsart: Dimsart = Dimsart::new(device).unwrap();
     let print = fingerprint(dimsart.engine_mut()).to_le_bytes();
     let place = flash.windows(5).position(|bytes| bytes[0] == SAVED_SCHEME_VERSION && bytes[1..] == print);
-    let item = &mut flash[place.unwrap() - KEY - HEADER..];
+    let item = &mut flash[place.unwrap() - HEADER..];
     let (header, rest) = item.split_first_chunk_mut::<HEADER>().unwrap();
-    let length = u16::from_le_bytes([header[4], header[5]]);
-    let data = &mut rest[..usize::from(length)];
-    let sum = |data: &[u8]| Crc::<u32>::new(&ITEM).checksum(data).to_le_bytes();
-    assert_eq!(header[..4], sum(data));
+    let scheme = &mut rest[..usize::from(u16::from_le_bytes([header[2], header[3]]))];
+    let crc = Crc::<u32>::new(&CRC_32_AUTOSAR);
+    let sum = |header: &[u8], scheme: &[u8]| crc.checksum(&[&header[..4], scheme].concat()).to_le_bytes();
+    assert_eq!(header[4..], sum(header, scheme));
 
-    let scheme = &mut data[KEY..];
     scheme[1] ^= 1;
     let (content, end) = scheme.split_last_chunk_mut::<4>().unwrap();
-    *end = Crc::<u32>::new(&CRC_32_AUTOSAR).checksum(content).to_le_bytes();
-    header[..4].copy_from_slice(&sum(data));
+    *end = crc.checksum(content).to_le_bytes();
+    let sum = sum(header, scheme);
+    header[4..].copy_from_slice(&sum);
 }
 
 #[test]

@@ -38,10 +38,14 @@ impl NorFlashError for PowerGone {
 
 impl Flash {
     pub(crate) fn new() -> Self {
+        Self::of_pages(PAGES)
+    }
+
+    pub(crate) fn of_pages(pages: usize) -> Self {
         Self {
-            bytes: vec![0xFF; PAGES * PAGE],
-            is_written: vec![false; PAGES * PAGE / WORD],
-            erasures: vec![0; PAGES],
+            bytes: vec![0xFF; pages * PAGE],
+            is_written: vec![false; pages * PAGE / WORD],
+            erasures: vec![0; pages],
             power: None,
             begun: 0,
             deaf: 0..0,

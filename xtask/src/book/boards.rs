@@ -22,6 +22,8 @@ fn page(board: &BoardInfo, readme: &str) -> Result<Page, String> {
         ("Ticks per second", tooling.tick_hz.to_string()),
         ("Axes", tooling.axes.to_string()),
         ("Words of the Data Base", tooling.words.to_string()),
+        ("Modules", tooling.sizes.modules.to_string()),
+        ("Links", tooling.sizes.links.to_string()),
         ("Built-in scheme", format!("`builtin:{}`", tooling.scheme.name)),
         ("Chip, for probe-rs", chip),
         ("Variants of its image", variants.join(", ")),

@@ -5,9 +5,9 @@ use std::path::Path;
 
 use boards::BOARDS;
 use boards::catalogue::Tooling;
-use dimsart_core::limits::{BOARD_LINKS, MAX_LINKS};
+use dimsart_core::limits::{MAX_LINKS, Sizes};
 use dimsart_core::modules::Standard;
-use dimsart_core::{Costs, Dimsart};
+use dimsart_core::{Costs, Dimsart, Usage};
 
 use crate::budget::{Budget, BudgetError};
 use crate::cycles::Firmware;
@@ -47,9 +47,20 @@ impl Target {
         }
         let mut uses =
             |link: &usize| dimsart.listening_channel(*link) > 0 || first_packet(dimsart, *link).is_some();
-        let missing = (BOARD_LINKS..MAX_LINKS).filter(|link| uses(link));
-        faults
-            .extend(missing.map(|link| format!("it uses link {link}, and {name} has {BOARD_LINKS}, from 0")));
+        let Sizes { modules, wires, bindings, slots, links } = board.sizes;
+        let missing = (links..MAX_LINKS).filter(|link| uses(link));
+        faults.extend(missing.map(|link| format!("it uses link {link}, and {name} has {links}, from 0")));
+        let Usage { modules: taken_modules, slots: taken_slots, .. } = dimsart.engine().usage();
+        let [taken_wires, taken_bindings] = dimsart.engine().wires_and_bindings();
+        let too_many = [
+            (taken_modules, modules, "modules"),
+            (taken_slots, slots, "slots of the Data Base"),
+            (taken_wires, wires, "ports that are plugged in"),
+            (taken_bindings, bindings, "ports that commands have bound"),
+        ];
+        for (taken, most, what) in too_many.into_iter().filter(|(taken, most, _)| taken > most) {
+            faults.push(format!("it takes {taken} {what}, and {name} has {most}: leave a module out"));
+        }
         if let (Ok(limit), Some(cycles)) = (limit, dimsart.engine().tick_cycles())
             && cycles > limit.cycles
         {
