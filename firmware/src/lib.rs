@@ -1,5 +1,5 @@
-//! What of the firmware needs no board: the schemes it starts with, its motor's configuration, its key, whose turn it is on the command line, and
-//! when a watchdog is fed.
+//! What of the firmware needs no board: the schemes it starts with, its motor's configuration, its key, whose turn it is on
+//! the command line, and when a watchdog is fed.
 #![no_std]
 #![forbid(unsafe_code)]
 
