@@ -74,7 +74,7 @@ fn compiler() -> Result<String, String> {
 fn link() {
     // Functions of the same code are one.
     // What only `dimsart cycles` needs stays.
-    for symbol in ["dimsart_image", "dimsart_load", "dimsart_stamp"] {
+    for symbol in ["dimsart_connect", "dimsart_image", "dimsart_load", "dimsart_stamp"] {
         println!("cargo:rustc-link-arg-bin=firmware=--undefined={symbol}");
     }
     if env::var_os("CARGO_FEATURE_BY_HAND").is_some() {

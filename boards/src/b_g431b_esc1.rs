@@ -20,7 +20,7 @@
 mod amplifiers;
 
 use dimsart_core::{AxisKind, Counter, DataType, InputLimits, OutputLimits, StartCause};
-use drive::Checked;
+use drive::{Checked, Encoder};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac;
@@ -31,17 +31,17 @@ use embassy_stm32::{bind_interrupts, dma, usart};
 use static_cell::ConstStaticCell;
 
 use crate::board::{Axes, Board, Parts};
-use crate::catalogue::b_g431b_esc1::{DRIVE, MOTOR, TOOLING};
-use crate::current_loop::CurrentLoop;
-use crate::motor::Motor;
+use crate::catalogue::ThreePhaseDrive;
+use crate::catalogue::b_g431b_esc1::{DRIVE, TOOLING};
 use crate::stm32g4::current_loop::{self, ThreePhase};
-use crate::stm32g4::current_sensing::{self, Channels};
+use crate::stm32g4::current_sensing::Channels;
 use crate::stm32g4::flash::{self, SchemeFlash};
 use crate::stm32g4::half_bridges::HalfBridges;
 use crate::stm32g4::quadrature::Quadrature;
 use crate::stm32g4::three_phase_joint::{self, Joint, keep_as};
 use crate::stm32g4::uart::{self, UartPort};
 use crate::stm32g4::{self, Sleep, fdcan};
+use crate::three_phase;
 
 /// Of timer 1 at 168 MHz, up and down in a period of 50 us.
 const PWM_TOP: u16 = 4_200;
@@ -82,8 +82,8 @@ impl Board for BG431bEsc1 {
     const WORDS: usize = TOOLING.words;
     /// What its ticks take is not among it, for which there would be no room: `dimsart connect` shows it all the same.
     const OUTPUTS: &'static [&'static DataType] = three_phase_joint::OUTPUTS;
-    const LIMITS: &'static [&'static [InputLimits]] = &[&[MOTOR.limits()]];
-    const OUTPUT_LIMITS: &'static [OutputLimits] = &[MOTOR.position_limits()];
+    const LIMITS: &'static [&'static [InputLimits]] = &[&[three_phase::torque_limits(&DRIVE.configuration)]];
+    const OUTPUT_LIMITS: &'static [OutputLimits] = &[three_phase::position_limits(&DRIVE.configuration)];
 
     /// Two of the current loop's periods, too: a call of more than 50 us is no module's.
     const SPARE_CYCLES: u32 = 7_000;
@@ -115,12 +115,8 @@ impl Board for BG431bEsc1 {
         }
         pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim4en(true));
         let _ = pac::RCC.apb1enr1().read();
-        let encoder = Quadrature::start(DRIVE.configuration.encoder.counts_per_turn());
         // Their pins are analog ones from the reset on.
         amplifiers::start();
-        let current_loop = CurrentLoop::new(&DRIVE, &CHECKED, current_loop::TICK_S);
-        current_loop::start(current_loop, bridges, encoder);
-        current_sensing::start_converters(&CHANNELS);
 
         static RING: ConstStaticCell<[u8; uart::RING_BYTES]> = ConstStaticCell::new([0; uart::RING_BYTES]);
         let (receive, send) = ((chip.PB4, chip.DMA1_CH1), (chip.PB3, chip.DMA1_CH2));
@@ -135,7 +131,7 @@ impl Board for BG431bEsc1 {
         let links = fdcan::start(can, 0);
         stm32g4::parts(
             Axes::from_array([AxisKind::Rotary; TOOLING.axes]),
-            Joint::default(),
+            Joint::new(bridges, ()),
             command_port,
             links,
             storage,
@@ -165,9 +161,23 @@ impl Board for BG431bEsc1 {
 }
 
 impl ThreePhase for BG431bEsc1 {
-    const MOTOR: Motor = MOTOR;
+    const DRIVE: ThreePhaseDrive = DRIVE;
+    const CHANNELS: Channels = CHANNELS;
     const COUNTER: TimGp16 = pac::TIM4;
     const IS_LOW_SIDE_INVERTED: bool = false;
 
     type Encoder = Quadrature;
+    type EncoderPins = ();
+
+    fn image() -> Checked {
+        CHECKED
+    }
+
+    fn reads(encoder: Encoder) -> bool {
+        !encoder.is_absolute()
+    }
+
+    fn start_encoder((): (), encoder: Encoder) -> Quadrature {
+        Quadrature::start(encoder.counts_per_turn())
+    }
 }

@@ -5,6 +5,7 @@ use core::ops::Range;
 #[cfg(feature = "auth")]
 use dimsart_core::auth::Profile;
 use dimsart_core::limits::{MAX_DOF, MAX_LINKS};
+use dimsart_core::protocol::{Identification, MotorFallback, MotorReport};
 use dimsart_core::{
     AxisKind, Counter, DataType, DriveFault, InputLimits, MAX_PACKET_BYTES, OutputLimits, Scalar as _,
     StartCause, Tick, Word, types,
@@ -105,6 +106,15 @@ pub trait Board: Sized {
 /// What moves on each axis.
 pub type Axes = heapless::Vec<AxisKind, MAX_DOF, u8>;
 
+/// What a device's inputs allow and its outputs can show.
+#[derive(Clone, Copy)]
+pub struct Limits {
+    /// As [`Board::LIMITS`].
+    pub inputs: &'static [&'static [InputLimits]],
+    /// As [`Board::OUTPUT_LIMITS`].
+    pub outputs: &'static [OutputLimits],
+}
+
 /// What a started board is made of.
 pub struct Parts<B: Board> {
     /// What moves on each axis of the device.
@@ -150,6 +160,31 @@ pub trait Joints: Send + 'static {
     ///
     /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe value.
     fn read(&mut self, measured: &mut [Word]);
+
+    /// Whether they have a drive whose configuration the board can keep: then they have all of the next four functions.
+    const HAS_DRIVE: bool = false;
+
+    /// Begins, once, before the first tick. `motor` is what is kept of the drive's configuration; it says then what the drive
+    /// runs by. Gives the device's limits where they follow from that, and are not the board's.
+    fn begin(&mut self, _motor: &mut MotorReport) -> Option<Limits> {
+        None
+    }
+
+    /// Says whether the next start would take a drive's configuration.
+    ///
+    /// # Errors
+    /// Why not.
+    fn check_motor(_layout: u16, _words: &[u32]) -> Result<(), MotorFallback> {
+        Err(MotorFallback::Layout)
+    }
+
+    /// Has the drive find out about its motor with this current, `A`, as long as motion is allowed.
+    fn identify(_current_a: f32) {}
+
+    /// How that stands.
+    fn identification() -> Identification {
+        Identification::None
+    }
 
     /// Why the bridge of the joints' drive is off, as of the last [`read`](Self::read); none while nothing is wrong.
     fn fault(&self) -> Option<DriveFault> {

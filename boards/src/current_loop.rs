@@ -5,21 +5,26 @@
 //!   unaligned   it is off; the next torque has the rotor aligned
 //!   aligning    a bounded current turns the rotor a little and back, once
 //!   driving     the torque that the tick wants
+//!   identifying a bounded current turns the rotor to find out what motor it is, when that is asked for; then nothing, until no
+//!               torque is wanted any more
 //! ```
 //! A rotor whose encoder knows its angle from the first reading on is never aligned: the configuration says where its magnets are.
 //! A torque that is older than three ticks is none. While none is wanted for that long, a fault is forgotten, and found again
 //! in the same period if it is still there.
 
 mod exchange;
+mod identifying;
 mod scaling;
 
 pub use exchange::{Age, Exchange, Told};
+pub use identifying::Identifying;
 pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
 
 use dimsart_core::DriveFault;
+use dimsart_core::protocol::{self, FoundMotor, IdentificationFailure};
 use drive::{
     Checked, Configuration, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep,
-    Rotor, Sample,
+    Identified, Rotor, Sample,
 };
 
 use crate::catalogue::ThreePhaseDrive;
@@ -62,8 +67,10 @@ pub struct CurrentLoop {
 enum Stage {
     AtRest(Rest),
     Unaligned,
-    Aligning(Identification<false>),
+    Aligning(Identification),
     Driving,
+    Identifying(Identification),
+    Identified,
 }
 
 impl CurrentLoop {
@@ -97,6 +104,9 @@ impl CurrentLoop {
             self.idle_periods = 0;
             self.forget();
         }
+        if exchange.identifying.is_asked() {
+            self.begin_identification(&exchange.identifying);
+        }
         let sample = Sample {
             phase_a: amperes(counts.phases, self.rest_counts, &self.scaling),
             bus_v: f32::from(counts.bus) * self.scaling.v_per_count,
@@ -110,7 +120,7 @@ impl CurrentLoop {
         } else {
             // For angle and speed, and what is wrong with the rest.
             let _ = self.drive.step(&sample, None);
-            self.prepare(&counts, &sample, wanted_nm.is_some())
+            self.prepare(&counts, &sample, wanted_nm.is_some(), exchange)
         };
         self.periods = self.periods.wrapping_add(1);
         let measured = self.drive.measured();
@@ -130,15 +140,20 @@ impl CurrentLoop {
     /// A period before the first one that drives.
     #[cold]
     #[inline(never)]
-    fn prepare(&mut self, counts: &Counts, sample: &Sample, is_wanted: bool) -> Option<Duties> {
+    fn prepare(
+        &mut self,
+        counts: &Counts,
+        sample: &Sample,
+        is_wanted: bool,
+        exchange: &Exchange,
+    ) -> Option<Duties> {
         match &mut self.stage {
             Stage::AtRest(rest) => match rest.step(counts.phases, &self.scaling) {
                 Ok(None) => {}
                 Ok(Some(rest_counts)) => {
                     self.rest_counts = rest_counts;
                     self.drive.clear();
-                    let is_absolute = self.configuration.get().encoder.is_absolute();
-                    self.stage = if is_absolute { Stage::Driving } else { Stage::Unaligned };
+                    self.stage = self.first_stage();
                     self.fault = None;
                 }
                 Err(WrongAtRest) => {
@@ -180,9 +195,42 @@ impl CurrentLoop {
                     self.stage = Stage::Unaligned;
                 }
             },
-            Stage::Driving => {}
+            Stage::Identifying(_) if !is_wanted => {
+                exchange.identifying.tell(failed(IdentificationFailure::Ended));
+                self.stage = self.first_stage();
+            }
+            Stage::Identifying(identification) => {
+                // What is wrong with the bridge it finds by itself; what is told of the motor is not believed.
+                self.drive.clear();
+                match identification.step(sample) {
+                    IdentificationStep::GoesOn(duties) => return Some(duties),
+                    IdentificationStep::Over(end) => {
+                        exchange.identifying.tell(end.map_or_else(|error| failed(why(error)), found));
+                        self.stage = Stage::Identified;
+                    }
+                }
+            }
+            Stage::Identified if !is_wanted => self.stage = self.first_stage(),
+            Stage::Identified | Stage::Driving => {}
         }
         None
+    }
+
+    /// Once nothing is wrong at rest.
+    fn first_stage(&self) -> Stage {
+        if self.configuration.get().encoder.is_absolute() { Stage::Driving } else { Stage::Unaligned }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn begin_identification(&mut self, identifying: &Identifying) {
+        let current_a = identifying.take_asked();
+        if matches!(self.stage, Stage::AtRest(_)) {
+            let fault = self.fault.unwrap_or(DriveFault::CurrentSensors);
+            return identifying.tell(failed(IdentificationFailure::Drive(fault.reason().number())));
+        }
+        self.fault = None;
+        self.stage = Stage::Identifying(Identification::of_motor(&self.configuration, current_a));
     }
 
     /// Forgets a fault.
@@ -193,6 +241,32 @@ impl CurrentLoop {
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
         }
+    }
+}
+
+fn failed(failure: IdentificationFailure) -> protocol::Identification {
+    protocol::Identification::Failed(failure)
+}
+
+/// What was found as it travels.
+fn found(found: Identified) -> protocol::Identification {
+    protocol::Identification::Found(FoundMotor {
+        resistance_ohm: found.resistance_ohm,
+        direct_inductance_h: found.direct_inductance_h,
+        quadrature_inductance_h: found.quadrature_inductance_h,
+        pole_pairs: found.pole_pairs,
+        is_encoder_reversed: found.is_encoder_reversed,
+        encoder_offset_rad: found.encoder_offset_rad,
+    })
+}
+
+fn why(error: IdentificationError) -> IdentificationFailure {
+    match error {
+        IdentificationError::NoCurrent => IdentificationFailure::NoCurrent,
+        IdentificationError::WrongPhases => IdentificationFailure::WrongPhases,
+        IdentificationError::DidNotMove => IdentificationFailure::DidNotMove,
+        IdentificationError::Slipped { .. } => IdentificationFailure::Slipped,
+        IdentificationError::Fault(fault) => IdentificationFailure::Drive(told(fault).reason().number()),
     }
 }
 

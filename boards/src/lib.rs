@@ -31,11 +31,13 @@ pub mod motor;
 pub mod shaft;
 #[cfg(all(target_os = "none", feature = "stm32g4"))]
 mod stm32g4;
+pub mod three_phase;
 pub mod unsent;
 
 #[cfg(target_os = "none")]
 pub use board::{
-    Axes, Board, CommandPort, Idle, Joints, LinkIn, LinkOut, MAX_CARRIED_BYTES, Parts, Storage, is_driven,
+    Axes, Board, CommandPort, Idle, Joints, Limits, LinkIn, LinkOut, MAX_CARRIED_BYTES, Parts, Storage,
+    is_driven,
 };
 #[cfg(target_os = "none")]
 pub use listening::Listening;

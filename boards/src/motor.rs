@@ -27,7 +27,7 @@ pub struct Motor {
 }
 
 /// Time in which a torque may rise from nothing to the largest one: no scheme steps a motor.
-const RISE_S: f32 = 0.01;
+pub(crate) const RISE_S: f32 = 0.01;
 
 impl Motor {
     /// The torques that a scheme may command, `N·m`: what the current limit allows, not faster than in 10 ms from

@@ -98,9 +98,11 @@ impl Board for NucleoG474re {
         let joints = joints::start(joints::Wiring {
             high: (chip.PA8, chip.PA9, chip.PA10),
             low: (chip.PA7, chip.PB0, chip.PB1),
-            incremental: (chip.PA15, chip.PB3),
-            spi: (chip.PC10, chip.PC11, chip.PC12),
-            select: chip.PD2,
+            encoder: joints::EncoderPins {
+                incremental: (chip.PA15, chip.PB3),
+                spi: (chip.PC10, chip.PC11, chip.PC12),
+                select: chip.PD2,
+            },
         });
         #[cfg(feature = "moteus")]
         let joints = joints::start(chip.FDCAN1, chip.PA11, chip.PA12);

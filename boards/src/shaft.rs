@@ -1,23 +1,29 @@
-//! The angle of a joint from that of its rotor, which wraps at every turn.
+//! Angle, speed and torque of a joint from those of its rotor, whose angle wraps at every turn.
+//!
+//! q = zero + rotor / ratio; torque of the rotor = torque of the joint / ratio
 
 use core::f32::consts::TAU;
+
+use drive::Joint;
 
 /// Parts of a turn.
 const TURN: f32 = 4_294_967_296.0;
 
 /// Follows a rotor.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Shaft {
+    joint: Joint,
     last: Option<u32>,
-    /// Since the start, in 2³² of a turn.
+    /// From the encoder's zero, in 2³² of a turn.
     turned: i64,
 }
 
 impl Shaft {
-    /// One whose angle is 0 where it is first seen.
+    /// Of a joint. An encoder that is not absolute is at its zero where it is first seen; an absolute one within half a turn of
+    /// it.
     #[must_use]
-    pub const fn new() -> Self {
-        Self { last: None, turned: 0 }
+    pub fn new(joint: Joint, is_absolute: bool) -> Self {
+        Self { joint, last: is_absolute.then_some(0), turned: 0 }
     }
 
     /// Takes in where the rotor is: share of a turn, which is 2³². Right as long as it makes less than half a turn between two
@@ -28,10 +34,22 @@ impl Shaft {
         self.last = Some(angle);
     }
 
-    /// Angle since the start, `rad`; not wrapped at a turn.
+    /// Of the joint, `rad`; not wrapped at a turn.
     #[must_use]
     pub fn angle_rad(&self) -> f32 {
-        self.turned as f32 * (TAU / TURN)
+        self.turned as f32 * (TAU / TURN / self.joint.gear_ratio) + self.joint.zero_rad
+    }
+
+    /// Of the joint, `rad/s`, when the rotor turns with this speed.
+    #[must_use]
+    pub fn speed_rad_per_s(&self, rotor_rad_per_s: f32) -> f32 {
+        rotor_rad_per_s / self.joint.gear_ratio
+    }
+
+    /// Of the rotor, `N m`, that makes this one of the joint, as if nothing were lost between them.
+    #[must_use]
+    pub fn rotor_nm(&self, joint_nm: f32) -> f32 {
+        joint_nm / self.joint.gear_ratio
     }
 }
 
@@ -41,7 +59,7 @@ mod tests {
 
     #[test]
     fn angles_go_on_across_turns_in_both_directions() {
-        let mut shaft = Shaft::new();
+        let mut shaft = Shaft::new(Joint { gear_ratio: 1.0, zero_rad: 0.0 }, false);
         assert_eq!(shaft.angle_rad().to_bits(), 0);
         let mut angle = 0xF000_0000_u32;
         shaft.update(angle);
@@ -56,5 +74,34 @@ mod tests {
             shaft.update(angle);
         }
         assert!((shaft.angle_rad() + 10.0 * TAU).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_gear_divides_the_angle_and_the_speed_and_multiplies_the_torque() {
+        for gear_ratio in [50.0, -50.0] {
+            let mut shaft = Shaft::new(Joint { gear_ratio, zero_rad: 0.5 }, false);
+            let mut angle = 0x1234_0000_u32;
+            shaft.update(angle);
+            assert_eq!(shaft.angle_rad().to_bits(), 0.5_f32.to_bits(), "its zero is where it starts");
+            for _ in 0..100 {
+                angle = angle.wrapping_add(0x4000_0000);
+                shaft.update(angle);
+            }
+            let turned_rad = shaft.angle_rad() - 0.5;
+            assert!((turned_rad - 25.0 * TAU / gear_ratio).abs() < 1e-5, "{turned_rad}");
+            assert!((shaft.speed_rad_per_s(100.0) - 100.0 / gear_ratio).abs() < 1e-6);
+            // What goes in comes out.
+            let (rotor_nm, joint_rad_per_s) = (shaft.rotor_nm(3.0), shaft.speed_rad_per_s(100.0));
+            assert!((rotor_nm * 100.0 - 3.0 * joint_rad_per_s).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn an_absolute_encoder_has_its_zero_where_it_says_so() {
+        for (angle, expected_rad) in [(0x4000_0000, TAU / 8.0), (0xC000_0000, -TAU / 8.0)] {
+            let mut shaft = Shaft::new(Joint { gear_ratio: 2.0, zero_rad: 0.5 }, true);
+            shaft.update(angle);
+            assert!((shaft.angle_rad() - 0.5 - expected_rad).abs() < 1e-6, "{}", shaft.angle_rad());
+        }
     }
 }

@@ -12,6 +12,7 @@ use boards::BOARDS;
 use boards::catalogue::ThreePhaseDrive;
 use boards::current_loop::{Counts, CurrentLoop, Exchange, MOST_COUNTS, Told};
 use dimsart_core::DriveFault;
+use dimsart_core::protocol::{Identification, IdentificationFailure};
 use drive::{Angle, Duties, Encoder, Rotor};
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
@@ -326,4 +327,101 @@ fn a_phase_that_is_short_circuited_opens_the_bridge_within_two_periods() {
     assert!(!bench.is_on());
     let fault = bench.told().fault.unwrap();
     assert!([DriveFault::Overcurrent, DriveFault::CurrentSensors].contains(&fault), "{fault:?}");
+}
+
+/// As long as the identification that was asked for is under way; gives what it came to.
+fn identify(bench: &mut Bench, current_a: f32) -> Identification {
+    for _ in 0..100 {
+        bench.tick(None);
+    }
+    bench.exchange.identifying.ask(current_a);
+    for _ in 0..12_000 {
+        let told = bench.tick(Some(0.0));
+        assert!(!told.is_ready && told.fault.is_none(), "{told:?}");
+        if bench.exchange.identifying.told() != Identification::UnderWay {
+            break;
+        }
+    }
+    bench.exchange.identifying.told()
+}
+
+#[test]
+fn a_motor_is_identified_whatever_the_board_was_told_of_it_and_rests_then() {
+    let truth = drive().configuration.motor;
+    let mut bench = Bench::new(|drive| {
+        let motor = &mut drive.configuration.motor;
+        (motor.pole_pairs, motor.is_encoder_reversed, motor.resistance_ohm) = (4, true, 1.5);
+        motor.direct_inductance_h = 1e-3;
+    });
+    let Identification::Found(found) = identify(&mut bench, 2.0) else {
+        panic!("{:?}", bench.exchange.identifying.told())
+    };
+    let is_near = |found: f32, truth: f32, share: f32| (found / truth - 1.0).abs() < share;
+    assert!(is_near(found.resistance_ohm, truth.resistance_ohm, 0.03), "{found:?}");
+    assert!(is_near(found.direct_inductance_h, truth.direct_inductance_h, 0.05), "{found:?}");
+    assert!(is_near(found.quadrature_inductance_h, truth.quadrature_inductance_h, 0.05), "{found:?}");
+    assert_eq!((found.pole_pairs, found.is_encoder_reversed), (truth.pole_pairs, false));
+    assert!(
+        (f64::from(found.encoder_offset_rad) - OFFSET_RAD)
+            .rem_euclid(TAU / 7.0)
+            .min((OFFSET_RAD - f64::from(found.encoder_offset_rad)).rem_euclid(TAU / 7.0))
+            < 0.01,
+        "{found:?}"
+    );
+    for _ in 0..100 {
+        assert!(!bench.tick(Some(0.1)).is_ready && !bench.is_on(), "it waits for the end of motion");
+    }
+}
+
+#[test]
+fn a_motor_that_was_identified_is_aligned_by_the_next_motion() {
+    let mut bench = Bench::new(|_| {});
+    bench.align();
+    assert!(matches!(identify(&mut bench, 2.0), Identification::Found(_)));
+    bench.tick(None);
+    bench.align();
+    bench.tick(Some(0.02));
+    assert!(bench.is_on());
+}
+
+#[test]
+fn a_rotor_that_is_held_is_not_identified() {
+    let mut bench = Bench::new(|_| {});
+    let held = ThreePhaseParameters { rotor_inertia_kg_m2: 1e6, ..motor(&drive()) };
+    bench.motor = BridgeMotor::new(&held).unwrap();
+    assert_eq!(identify(&mut bench, 2.0), Identification::Failed(IdentificationFailure::DidNotMove));
+    assert!(!bench.is_on());
+}
+
+#[test]
+fn the_end_of_motion_ends_an_identification() {
+    let mut bench = Bench::new(|_| {});
+    for _ in 0..100 {
+        bench.tick(None);
+    }
+    bench.exchange.identifying.ask(2.0);
+    for _ in 0..1_000 {
+        bench.tick(Some(0.0));
+    }
+    assert!(bench.is_on());
+    bench.tick(None);
+    assert!(!bench.is_on());
+    let told = bench.exchange.identifying.told();
+    assert_eq!(told, Identification::Failed(IdentificationFailure::Ended));
+}
+
+#[test]
+fn no_more_current_is_made_than_the_limit_whatever_is_asked_for() {
+    let mut bench = Bench::new(|drive| drive.configuration.limits.current_a = 3.0);
+    for _ in 0..100 {
+        bench.tick(None);
+    }
+    bench.exchange.identifying.ask(50.0);
+    let mut most_a = 0.0_f64;
+    for _ in 0..100_000 {
+        bench.exchange.want(Some(0.0));
+        bench.period();
+        most_a = bench.motor.phase_a().into_iter().fold(most_a, |most_a, phase_a| most_a.max(phase_a.abs()));
+    }
+    assert!((2.5..3.75).contains(&most_a), "{most_a} A");
 }

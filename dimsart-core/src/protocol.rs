@@ -68,6 +68,7 @@ mod gate;
 mod heartbeat;
 mod key;
 mod lease;
+mod motor;
 mod receiver;
 mod request;
 mod response;
@@ -94,6 +95,10 @@ pub use heartbeat::{HEARTBEATS_PER_S, Heartbeat, decode_heartbeat, encode_heartb
 pub use key::KeyBytes;
 pub use key::{KeyAction, KeyRefusal, KeyState};
 pub use lease::{Lease, LeaseAction, LeaseStatus, NOBODY};
+pub use motor::{
+    FoundMotor, Identification, IdentificationFailure, MAX_MOTOR_WORDS, MotorAction, MotorFallback,
+    MotorRefusal, MotorReport, MotorWords, motor_checksum,
+};
 pub use receiver::{Counters, Receiver};
 pub use request::{Request, client_of, decode_request, encode_request, request_id};
 pub use response::{
@@ -108,7 +113,7 @@ pub use serve::{answer, serve, serve_content};
 pub use telemetry::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS, Sample, decode_sample, encode_sample};
 
 /// Version of requests and responses; see the [module docs](self).
-pub const PROTOCOL_VERSION: u16 = 11;
+pub const PROTOCOL_VERSION: u16 = 12;
 
 /// Oldest version that a host of this one understands: before it, effects and states had other fields.
 pub const OLDEST_PROTOCOL_VERSION: u16 = 9;

@@ -1,6 +1,7 @@
 //! A drive's configuration as text, and what its motor does under it: the code of the crate `drive`, and the simulator's motor.
 
 mod simulated;
+mod text;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,6 +9,7 @@ use std::path::{Path, PathBuf};
 use drive::{Configuration, ConfigurationError};
 
 pub use simulated::{Follow, follow, identify};
+pub use text::{differences, text};
 
 /// A configuration with a word about every value.
 pub const EXAMPLE: &str = include_str!("motor/example.toml");

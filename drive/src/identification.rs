@@ -106,9 +106,10 @@ enum Stage {
     Over(Result<Identified, IdentificationError>),
 }
 
-/// An identification under way; one that does not find inductances has none of that code.
+/// An identification under way.
 #[derive(Debug, Clone)]
-pub struct Identification<const FINDS_INDUCTANCES: bool = true> {
+pub struct Identification {
+    finds_inductances: bool,
     current_a: f32,
     period_s: f32,
     modulation: Modulation,
@@ -130,24 +131,27 @@ impl Identification {
             let range = "above 0, up to limits.current_a";
             return Err(ConfigurationError { name: "current_a", value: current_a, range });
         }
-        Ok(Self::begin(&checked, current_a))
+        Ok(Self::of_motor(&checked, current_a))
     }
-}
 
-impl Identification<false> {
-    /// As [`new`](Identification::new), of a motor whose inductances are known: they are not shaken, and not found. More current
-    /// than the limit is not made.
+    /// As [`new`](Self::new), with a configuration that is checked. More current than the limit is not made.
+    #[must_use]
+    pub fn of_motor(configuration: &Checked, current_a: f32) -> Self {
+        Self::begin(configuration, current_a, true)
+    }
+
+    /// As [`of_motor`](Self::of_motor), of a motor whose inductances are known: they are not shaken, and not found.
     #[must_use]
     pub fn of_offset(configuration: &Checked, current_a: f32) -> Self {
-        Self::begin(configuration, within(current_a, configuration.get().limits.current_a))
+        Self::begin(configuration, current_a, false)
     }
-}
 
-impl<const FINDS_INDUCTANCES: bool> Identification<FINDS_INDUCTANCES> {
-    fn begin(configuration: &Checked, current_a: f32) -> Self {
+    fn begin(configuration: &Checked, current_a: f32, finds_inductances: bool) -> Self {
         let configuration = configuration.get();
+        let current_a = within(current_a, configuration.limits.current_a);
         let period_s = configuration.inverter.period_s;
         Self {
+            finds_inductances,
             current_a,
             period_s,
             modulation: Modulation::new(configuration),
@@ -199,7 +203,7 @@ impl<const FINDS_INDUCTANCES: bool> Identification<FINDS_INDUCTANCES> {
                 let (voltage_v, done) = resting.step(sample.phase_a, most_v)?;
                 let next = done.map(|rest| {
                     (self.found.resistance_ohm, self.held_v) = (rest.resistance_ohm, rest.voltage_v);
-                    match FINDS_INDUCTANCES {
+                    match self.finds_inductances {
                         true => {
                             Stage::Shaking(Shaking::new(Axis::Direct, current_a, rest.voltage_v, period_s))
                         }
@@ -208,7 +212,7 @@ impl<const FINDS_INDUCTANCES: bool> Identification<FINDS_INDUCTANCES> {
                 });
                 (voltage_v, next)
             }
-            Stage::Shaking(shaking) if FINDS_INDUCTANCES => {
+            Stage::Shaking(shaking) => {
                 let (voltage_v, done) = shaking.step(is_a, most_v)?;
                 let next = done.map(|inductance_h| match shaking.axis {
                     Axis::Direct => {
@@ -236,7 +240,7 @@ impl<const FINDS_INDUCTANCES: bool> Identification<FINDS_INDUCTANCES> {
                 }
                 (Turn::to(place).unpark(Dq { d: self.held_v, q: 0.0 }), None)
             }
-            Stage::Shaking(_) | Stage::Over(_) => return Ok(None),
+            Stage::Over(_) => return Ok(None),
         };
         if let Some(next) = next {
             self.stage = next;

@@ -65,6 +65,7 @@ mod protection;
 mod sample;
 mod tracking;
 mod vector;
+mod words;
 
 pub use angle::Angle;
 pub use configuration::{

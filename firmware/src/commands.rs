@@ -17,6 +17,7 @@ use firmware::{LineInput, Next};
 
 use crate::handover::{Giver, Taker};
 use crate::key_service::KeyService;
+use crate::motor_service::MotorService;
 use crate::scheme_service::SchemeService;
 
 type CommandPort = <Selected as boards::Board>::CommandPort;
@@ -59,6 +60,7 @@ pub(crate) async fn serve(
     mut tick: TickHandover,
     reports: Taker<Unsolicited>,
     mut schemes: SchemeService,
+    mut motor: MotorService,
     mut keys: KeyService,
 ) {
     let mut line =
@@ -80,6 +82,9 @@ pub(crate) async fn serve(
                                     Some(refusal) => Response::Refused(refusal),
                                     None => schemes.carry_out(action, &mut tick, &mut line).await,
                                 },
+                                Request::Motor(action) => {
+                                    motor.carry_out(action, &mut schemes, &mut tick).await
+                                }
                                 #[cfg(feature = "auth")]
                                 Request::Key(action) => {
                                     let flash = schemes.store.as_mut().map(firmware::SchemeStore::flash);

@@ -6,9 +6,7 @@
 #![expect(unsafe_code, reason = "the names are for a host tool; nothing else of the image has them")]
 #![expect(improper_ctypes_definitions, reason = "a host only hands on what has no layout of its own")]
 
-use core::sync::atomic::{AtomicBool, Ordering};
-
-use boards::{Board as _, Selected};
+use boards::{Board as _, Limits, Selected};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::saved_scheme::LoadError;
 use dimsart_core::{
@@ -70,30 +68,33 @@ impl Frames {
     }
 }
 
-/// False on a board. The emulator of `dimsart cycles` sets it before it starts a controller, so that limits of the real
-/// motors do not cut a simulated device's forces: the safety stage does all of its work then, and changes nothing.
-#[unsafe(export_name = "dimsart_ignores_limits")]
-static IGNORES_LIMITS: AtomicBool = AtomicBool::new(false);
-
 static NO_OUTPUT_LIMITS: [OutputLimits; Selected::OUTPUT_LIMITS.len()] =
     [OutputLimits::NONE; Selected::OUTPUT_LIMITS.len()];
 static NO_LIMITS: [&[InputLimits]; Selected::INPUTS.len()] = [&[InputLimits::NONE]; Selected::INPUTS.len()];
 
-/// Starts a controller anew for the board's device with these axes.
+/// Starts a controller anew for the board's device with these axes, for the emulator of `dimsart cycles`: limits of the real
+/// motors do not cut a simulated device's forces, and the safety stage does all of its work and changes nothing.
 #[unsafe(export_name = "dimsart_connect")]
 #[inline(never)]
-pub(crate) extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
+extern "C" fn connect(dimsart: &mut BoardDimsart, axes: &[AxisKind], frames: &mut Frames) {
+    connect_with(dimsart, axes, frames, Limits { inputs: &NO_LIMITS, outputs: &NO_OUTPUT_LIMITS });
+}
+
+/// Starts a controller anew for the board's device with these axes.
+#[inline(never)]
+pub(crate) fn connect_with(
+    dimsart: &mut BoardDimsart,
+    axes: &[AxisKind],
+    frames: &mut Frames,
+    limits: Limits,
+) {
     let period_s = 1.0 / boards::TICK_HZ as f32;
     let device = DeviceDescriptor::new(Selected::NAME, axes, period_s, Selected::outputs(), Selected::INPUTS);
-    let (limits, output_limits) = match IGNORES_LIMITS.load(Ordering::Relaxed) {
-        true => (NO_LIMITS.as_slice(), NO_OUTPUT_LIMITS.as_slice()),
-        false => (Selected::LIMITS, Selected::OUTPUT_LIMITS),
-    };
     let device = match Selected::LIMITS {
         [] => device,
-        _ => device.and_then(|device| device.with_limits(limits)),
+        _ => device.and_then(|device| device.with_limits(limits.inputs)),
     };
-    let device = device.and_then(|device| device.with_output_limits(output_limits));
+    let device = device.and_then(|device| device.with_output_limits(limits.outputs));
     let Ok(device) = device else { defmt::panic!("a device of {} axes", axes.len()) };
     if let Err(error) = dimsart.connect(device) {
         defmt::panic!("the board's Data Base is too small for its device: {}", error);

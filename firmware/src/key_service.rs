@@ -31,13 +31,16 @@ pub(crate) fn now_ms() -> u32 {
 /// What whoever authenticates packets is told of: every key after the one that is there now.
 pub(crate) type KeysToTake = (Taker<Kept>, Kept);
 
+/// Where a key is kept.
+pub(crate) type KeyRange = Range<u32>;
+
 /// Where the key is kept.
-pub(crate) fn range(storage: &Storage<Flash>) -> Range<u32> {
+pub(crate) fn range(storage: &Storage<Flash>) -> KeyRange {
     storage.keys.clone()
 }
 
 /// Reads the key. Without a place to keep one nothing is known of it, and the board is locked.
-pub(crate) fn start(range: Option<Range<u32>>, flash: Option<&mut Flash>) -> (KeyService, KeysToTake) {
+pub(crate) fn start(range: Option<KeyRange>, flash: Option<&mut Flash>) -> (KeyService, KeysToTake) {
     static KEYS: ConstStaticCell<Handover<Kept, 2>> = ConstStaticCell::new(Handover::new());
     let (links, keys_to_take) = KEYS.take().split();
     let mut store = range.and_then(KeyStore::new::<Flash>);

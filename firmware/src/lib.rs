@@ -1,11 +1,12 @@
-//! What of the firmware needs no board: the schemes it starts with, its key, whose turn it is on the command line, and
-//! when a watchdog is fed.
+//! What of the firmware needs no board: the schemes it starts with, its motor's configuration, its key, whose turn it is on
+//! the command line, and when a watchdog is fed.
 #![no_std]
 #![forbid(unsafe_code)]
 
 mod items;
 mod key_store;
 mod line_input;
+mod motor_store;
 mod read_back;
 mod scheme_store;
 mod start;

@@ -19,6 +19,7 @@ mod links;
 #[cfg(feature = "measure")]
 mod measure;
 mod memory;
+mod motor_service;
 mod rescue;
 mod scheme_service;
 mod stamp;
@@ -31,11 +32,12 @@ compile_error!(
      cargo board b-g431b-esc1,control,teleoperation --no-default-features"
 );
 
-use boards::{Board as _, Parts, Selected, Storage, handover};
+use boards::{Board as _, Joints as _, Limits, Parts, Selected, handover};
 use cortex_m_rt::entry;
 use dimsart_core::Dimsart;
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::modules::Standard;
+use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorReport};
 use dimsart_core::saved_scheme::{SchemeBytes, fingerprint_of};
 use embassy_futures::block_on;
 use firmware::SchemeStore;
@@ -44,7 +46,8 @@ use static_cell::ConstStaticCell;
 use crate::entry_points::Frames;
 use crate::handover::Handover;
 use crate::key_service::{KeyService, KeysToTake};
-use crate::scheme_service::SchemeService;
+use crate::motor_service::MotorService;
+use crate::scheme_service::{SchemeService, Store};
 use crate::stamp::stamp;
 
 type BoardDimsart = Dimsart<Standard, { Selected::WORDS }>;
@@ -64,16 +67,20 @@ fn main() -> ! {
 /// gives out the tasks.
 #[inline(never)]
 fn start() -> <Selected as boards::Board>::Idle {
-    let Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle } =
+    let Parts { axes, tick, background, mut joints, command_port, link_in, link_out, storage, idle } =
         Selected::start();
     rescue::restore_events();
     static DIMSART: ConstStaticCell<BoardDimsart> = ConstStaticCell::new(Dimsart::unconnected());
     static FRAMES: ConstStaticCell<Frames> = ConstStaticCell::new(Frames::new());
     let (dimsart, frames) = (DIMSART.take(), FRAMES.take());
-    entry_points::connect(dimsart, &axes, frames);
+    let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
+    let key_range = storage.as_ref().map(key_service::range);
+    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
+    let (motor, limits) = start_motor(store.as_mut(), &mut joints);
+    entry_points::connect_with(dimsart, &axes, frames, limits);
     stamp::limit(dimsart);
     stamp::log();
-    let (schemes, keys, keys_to_take) = start_scheme(storage, dimsart);
+    let (schemes, keys, keys_to_take) = start_scheme(store, stalls_tick, key_range, dimsart);
 
     static REQUESTS: ConstStaticCell<Handover<(u16, dimsart_core::protocol::Request), 2>> =
         ConstStaticCell::new(Handover::new());
@@ -103,29 +110,47 @@ fn start() -> <Selected as boards::Board>::Idle {
     let link = commands::TickHandover { requests, answers: answers_to_take, id: 0 };
     // The tasks wait until all that is on the stack here is off it.
     cortex_m::interrupt::disable();
-    background.spawn(token(commands::serve(command_port, link, reports_to_take, schemes, keys)));
+    background.spawn(token(commands::serve(command_port, link, reports_to_take, schemes, motor, keys)));
     links::start(background, (link_in, link_out), (packets_in, packets_to_send), keys_to_take);
     background.spawn(token(telemetry::log(status_to_take)));
     tick.spawn(token(tick::run(dimsart, frames, joints, ends)));
     idle
 }
 
+/// Has a drive begin with the configuration that is kept, or the image's.
+fn start_motor(
+    store: Option<&mut Store>,
+    joints: &mut <Selected as boards::Board>::Joints,
+) -> (MotorService, Limits) {
+    let mut report = match store {
+        Some(store) if <Selected as boards::Board>::Joints::HAS_DRIVE => block_on(store.motor()),
+        _ => MotorReport::default(),
+    };
+    let limits = joints.begin(&mut report);
+    if report.fallback.is_some() {
+        defmt::warn!(
+            "it does not take the motor's configuration that it keeps: `dimsart motor show` says why"
+        );
+    }
+    let limits = limits.unwrap_or(Limits { inputs: Selected::LIMITS, outputs: Selected::OUTPUT_LIMITS });
+    (MotorService { report, put: [0; MAX_MOTOR_WORDS] }, limits)
+}
+
 /// Starts a kept scheme or the built-in one. If none matches, the board is idle, but answers. Reads the key, too.
 fn start_scheme(
-    storage: Option<Storage<<Selected as boards::Board>::Flash>>,
+    mut store: Option<Store>,
+    stalls_tick: bool,
+    key_range: Option<key_service::KeyRange>,
     dimsart: &mut BoardDimsart,
 ) -> (SchemeService, KeyService, KeysToTake) {
-    let stalls_tick = storage.as_ref().is_some_and(|storage| storage.stalls_tick);
-    let keys = storage.as_ref().map(key_service::range);
     static SCHEME: ConstStaticCell<SchemeBytes> = ConstStaticCell::new(SchemeBytes::new());
     let scheme = SCHEME.take();
-    let mut store = storage.and_then(|storage| SchemeStore::new(storage.flash, storage.range));
     let status = block_on(firmware::start(store.as_mut(), scheme, stamp().scheme(), dimsart));
     defmt::info!("{}: starts with scheme {}", Selected::NAME, status.origin);
     if status.fallback.is_some() {
         defmt::warn!("it is not the scheme that comes first: `dimsart connect` shows why");
     }
-    let (keys, keys_to_take) = key_service::start(keys, store.as_mut().map(SchemeStore::flash));
+    let (keys, keys_to_take) = key_service::start(key_range, store.as_mut().map(SchemeStore::flash));
     let fingerprint = fingerprint_of(stamp().scheme());
     (SchemeService { store, stalls_tick, status, fingerprint, scheme }, keys, keys_to_take)
 }

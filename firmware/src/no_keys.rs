@@ -9,6 +9,9 @@ type Flash = <Selected as boards::Board>::Flash;
 pub(crate) type KeysToTake = ();
 
 /// Nothing.
+pub(crate) type KeyRange = ();
+
+/// Nothing.
 pub(crate) fn range(_: &Storage<Flash>) {}
 
 /// Nothing.

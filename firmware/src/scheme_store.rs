@@ -1,6 +1,7 @@
 //! Schemes in flash, whole whenever the power goes.
 //!
-//! Three [items](crate::items): two places for schemes, and a record of which one is confirmed. A new scheme goes to the
+//! [Items](crate::items): two places for schemes, and a record of which one is confirmed; beside them
+//! [a motor's configuration](crate::motor_store). A new scheme goes to the
 //! place that is not confirmed. Every step is one item, so a cut leaves the state before it or the one after it.
 
 use core::ops::Range;
@@ -20,7 +21,7 @@ const RECORD_BYTES: usize = 2;
 /// Schemes in a range of a flash.
 #[derive(Debug)]
 pub struct SchemeStore<F> {
-    items: Items<F>,
+    pub(crate) items: Items<F>,
     record: Record,
 }
 

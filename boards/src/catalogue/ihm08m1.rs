@@ -6,8 +6,6 @@ use super::b_g431b_esc1::{HALF_BRIDGE, THERMISTOR_C};
 use super::pins::QUADRATURE;
 use super::{Pin, PinGroup, ThreePhaseDrive};
 use crate::current_loop::Scaling;
-#[cfg(all(target_os = "none", feature = "ihm08m1"))]
-use crate::motor::Motor;
 
 /// Motor, encoder and limits. Change them to what is connected: see the data sheets of motor and supply.
 const CONFIGURATION: Configuration = Configuration {
@@ -58,17 +56,6 @@ const SCALING: Scaling = Scaling {
     rest_tolerance: 200.0,
     v_per_count: 3.3 / 4095.0 * 178.31 / 9.31,
     temperature_c: THERMISTOR_C,
-};
-
-/// The motor as schemes see it.
-#[cfg(all(target_os = "none", feature = "ihm08m1"))]
-pub(crate) const MOTOR: Motor = Motor {
-    torque_constant_nm_per_a: CONFIGURATION.motor.torque_constant_nm_per_a(),
-    resistance_ohm: CONFIGURATION.motor.resistance_ohm,
-    max_current_a: CONFIGURATION.limits.current_a,
-    supply_v: 12.0,
-    counts_per_turn: 4096,
-    pole_pairs: CONFIGURATION.motor.pole_pairs,
 };
 
 const LOWER: &str = "high until it is armed, as a low level closes the switch; then 20 kHz";

@@ -9,6 +9,8 @@ use core::sync::atomic::{AtomicU32, compiler_fence, fence};
 
 use dimsart_core::DriveFault;
 
+use super::identifying::Identifying;
+
 /// Times that a tick reads at most: the loop comes once in a period, and reading takes less than one.
 const MOST_LOOKS: u8 = 4;
 /// Given for a bridge that is to be off.
@@ -44,6 +46,8 @@ pub struct Exchange {
     /// Odd while what is told is being written.
     version: AtomicU32,
     told: [AtomicU32; 7],
+    /// What is asked and told of an identification, by whoever answers commands.
+    pub identifying: Identifying,
 }
 
 impl Default for Exchange {
@@ -61,6 +65,7 @@ impl Exchange {
             given: AtomicU32::new(0),
             version: AtomicU32::new(0),
             told: [const { AtomicU32::new(0) }; 7],
+            identifying: Identifying::new(),
         }
     }
 

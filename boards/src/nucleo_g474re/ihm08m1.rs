@@ -41,15 +41,15 @@ use embassy_stm32::peripherals::{PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC10,
 use embassy_stm32::{Peri, pac};
 
 use super::NucleoG474re;
-use crate::catalogue::ihm08m1::{DRIVE, MOTOR};
-use crate::current_loop::CurrentLoop;
-use crate::motor::Motor;
-use crate::stm32g4::current_loop::{self, Encoder, TICK_S, ThreePhase};
-use crate::stm32g4::current_sensing::{self, Channels};
+use crate::catalogue::ThreePhaseDrive;
+use crate::catalogue::ihm08m1::DRIVE;
+use crate::stm32g4::current_loop::{Encoder, ThreePhase};
+use crate::stm32g4::current_sensing::Channels;
 use crate::stm32g4::half_bridges::HalfBridges;
 use crate::stm32g4::quadrature::Quadrature;
 use crate::stm32g4::spi_encoder::SpiEncoder;
 use crate::stm32g4::three_phase_joint::{Joint, keep_as};
+use crate::three_phase;
 
 pub(super) use crate::stm32g4::current_loop::disarm;
 pub(super) use crate::stm32g4::three_phase_joint::{Joint as Joints, OUTPUTS};
@@ -66,8 +66,8 @@ const CHECKED: Checked = match DRIVE.configuration.checked() {
     Err(_) => panic!("a value of the motor's configuration is out of its range"),
 };
 
-pub(super) const LIMITS: &[&[InputLimits]] = &[&[MOTOR.limits()]];
-pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTOR.position_limits()];
+pub(super) const LIMITS: &[&[InputLimits]] = &[&[three_phase::torque_limits(&DRIVE.configuration)]];
+pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[three_phase::position_limits(&DRIVE.configuration)];
 
 /// What the image runs by.
 #[used]
@@ -76,24 +76,22 @@ pub(super) const OUTPUT_LIMITS: &[OutputLimits] = &[MOTOR.position_limits()];
 static CONFIGURATION: Configuration = DRIVE.configuration;
 static PLACE: &Configuration = &CONFIGURATION;
 
-fn configuration() -> Checked {
-    #[expect(unsafe_code, reason = "the compiler is to take nothing of what it was for granted")]
-    // SAFETY: it always holds a reference.
-    let configuration = unsafe { (&raw const PLACE).read_volatile() };
-    configuration.checked().unwrap_or(CHECKED)
-}
-
 /// What the joint is wired to.
 pub(super) struct Wiring {
     pub(super) high: (Peri<'static, PA8>, Peri<'static, PA9>, Peri<'static, PA10>),
     pub(super) low: (Peri<'static, PA7>, Peri<'static, PB0>, Peri<'static, PB1>),
+    pub(super) encoder: EncoderPins,
+}
+
+/// What the encoder is wired to.
+pub struct EncoderPins {
     pub(super) incremental: (Peri<'static, PA15>, Peri<'static, PB3>),
     pub(super) spi: (Peri<'static, PC10>, Peri<'static, PC11>, Peri<'static, PC12>),
     pub(super) select: Peri<'static, PD2>,
 }
 
 pub(super) fn start(wiring: Wiring) -> Joint {
-    let Wiring { high, low, incremental, spi, select } = wiring;
+    let Wiring { high, low, encoder } = wiring;
     let bridges = HalfBridges::start(PWM_TOP, DEAD_TIME);
     // Only now: until here the drivers' own resistors have all switches open.
     let outputs = AfType::output(OutputType::PushPull, Speed::High);
@@ -107,8 +105,36 @@ pub(super) fn start(wiring: Wiring) -> Joint {
     ] {
         keep_as(pin, 6, outputs);
     }
-    let checked = configuration();
-    let encoder = match checked.get().encoder {
+    Joint::new(bridges, encoder)
+}
+
+impl ThreePhase for NucleoG474re {
+    const DRIVE: ThreePhaseDrive = DRIVE;
+    const CHANNELS: Channels = CHANNELS;
+    #[expect(unsafe_code, reason = "the registers' library has it as a timer of 32 bits")]
+    // SAFETY: all registers of a timer of 16 bits are there, at the same places.
+    const COUNTER: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
+    /// Of the L6398.
+    const IS_LOW_SIDE_INVERTED: bool = true;
+
+    type Encoder = ShieldEncoder;
+    type EncoderPins = EncoderPins;
+
+    fn image() -> Checked {
+        #[expect(unsafe_code, reason = "the compiler is to take nothing of what it was for granted")]
+        // SAFETY: it always holds a reference.
+        let configuration = unsafe { (&raw const PLACE).read_volatile() };
+        configuration.checked().unwrap_or(CHECKED)
+    }
+
+    fn reads(encoder: Kind) -> bool {
+        !matches!(encoder, Kind::As5600)
+    }
+
+    fn start_encoder(pins: EncoderPins, encoder: Kind) -> ShieldEncoder {
+        let outputs = AfType::output(OutputType::PushPull, Speed::High);
+        let EncoderPins { incremental, spi, select } = pins;
+        match encoder {
         Kind::Incremental { counts_per_turn } => {
             for pin in [Flex::new(incremental.0), Flex::new(incremental.1)] {
                 keep_as(pin, 1, AfType::input(Pull::Up));
@@ -130,21 +156,8 @@ pub(super) fn start(wiring: Wiring) -> Joint {
                 _ => ShieldEncoder::None,
             }
         }
-    };
-    current_loop::start(CurrentLoop::new(&DRIVE, &checked, TICK_S), bridges, encoder);
-    current_sensing::start_converters(&CHANNELS);
-    Joint::default()
-}
-
-impl ThreePhase for NucleoG474re {
-    const MOTOR: Motor = MOTOR;
-    #[expect(unsafe_code, reason = "the registers' library has it as a timer of 32 bits")]
-    // SAFETY: all registers of a timer of 16 bits are there, at the same places.
-    const COUNTER: TimGp16 = unsafe { TimGp16::from_ptr(pac::TIM2.as_ptr()) };
-    /// Of the L6398.
-    const IS_LOW_SIDE_INVERTED: bool = true;
-
-    type Encoder = ShieldEncoder;
+    }
+    }
 }
 
 /// The encoder that the configuration says.

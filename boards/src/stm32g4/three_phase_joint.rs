@@ -1,16 +1,22 @@
 //! The joint that a three-phase motor turns, above its current loop.
 
-use dimsart_core::{DataType, DriveFault, Scalar as _, Tick, Word, types};
+use dimsart_core::protocol::{Identification, MotorFallback, MotorReport};
+use dimsart_core::{DataType, DriveFault, InputLimits, OutputLimits, Scalar as _, Tick, Word, types};
+use drive::Configuration;
 use embassy_stm32::gpio::{AfType, Flex};
+use static_cell::StaticCell;
 
-use super::current_loop::{self, ThreePhase};
+use super::current_loop::{self, TICK_S, ThreePhase};
+use super::current_sensing;
+use super::half_bridges::HalfBridges;
 use crate::Selected;
-use crate::board::{Joints, is_driven};
-use crate::current_loop::Told;
-use crate::motor::{Motor, Ramp};
+use crate::board::{Joints, Limits, is_driven};
+use crate::current_loop::{CurrentLoop, Told};
+use crate::motor::Ramp;
 use crate::shaft::Shaft;
+use crate::three_phase;
 
-const MOTOR: Motor = <Selected as ThreePhase>::MOTOR;
+type EncoderPins = <Selected as ThreePhase>::EncoderPins;
 
 /// What it measures.
 pub(crate) const OUTPUTS: &[&DataType] = &[
@@ -29,9 +35,11 @@ pub(crate) fn keep_as(mut pin: Flex<'static>, function: u8, kind: AfType) {
 }
 
 /// The joint, above the current loop.
-#[derive(Default)]
 pub struct Joint {
+    /// Until the configuration is there.
+    waiting: Option<(HalfBridges, EncoderPins)>,
     shaft: Shaft,
+    limits: InputLimits,
     /// Of the last tick.
     told: Told,
     fault: Option<DriveFault>,
@@ -39,7 +47,56 @@ pub struct Joint {
     ramp: Ramp,
 }
 
+impl Joint {
+    /// One whose current loop waits for its [configuration](Self::begin).
+    pub(crate) fn new(bridges: HalfBridges, pins: EncoderPins) -> Self {
+        let Configuration { joint, .. } = Selected::DRIVE.configuration;
+        Self {
+            waiting: Some((bridges, pins)),
+            shaft: Shaft::new(joint, false),
+            limits: InputLimits::NONE,
+            told: Told::default(),
+            fault: None,
+            ramp: Ramp::default(),
+        }
+    }
+}
+
 impl Joints for Joint {
+    const HAS_DRIVE: bool = true;
+
+    /// Starts encoder, current loop and converters, with what is kept or the image's.
+    fn begin(&mut self, motor: &mut MotorReport) -> Option<Limits> {
+        let checked = three_phase::take(motor, &Selected::image(), Selected::reads);
+        let Configuration { encoder, joint, .. } = *checked.get();
+        if let Some((bridges, pins)) = self.waiting.take() {
+            let current_loop = CurrentLoop::new(&Selected::DRIVE, &checked, TICK_S);
+            current_loop::start(current_loop, bridges, Selected::start_encoder(pins, encoder));
+            current_sensing::start_converters(&Selected::CHANNELS);
+        }
+        self.shaft = Shaft::new(joint, encoder.is_absolute());
+        self.limits = three_phase::torque_limits(checked.get());
+        static TORQUES: StaticCell<[InputLimits; 1]> = StaticCell::new();
+        static INPUTS: StaticCell<[&[InputLimits]; 1]> = StaticCell::new();
+        static POSITIONS: StaticCell<[OutputLimits; 1]> = StaticCell::new();
+        Some(Limits {
+            inputs: INPUTS.init([TORQUES.init([self.limits])]),
+            outputs: POSITIONS.init([three_phase::position_limits(checked.get())]),
+        })
+    }
+
+    fn check_motor(layout: u16, words: &[u32]) -> Result<(), MotorFallback> {
+        three_phase::read(layout, words, Selected::image().get(), Selected::reads).map(|_| ())
+    }
+
+    fn identify(current_a: f32) {
+        current_loop::exchange().identifying.ask(current_a);
+    }
+
+    fn identification() -> Identification {
+        current_loop::exchange().identifying.told()
+    }
+
     fn read(&mut self, measured: &mut [Word]) {
         let last = self.told.periods;
         match current_loop::exchange().told() {
@@ -52,6 +109,7 @@ impl Joints for Joint {
             _ => self.fault = Some(DriveFault::Silent),
         }
         let Told { speed_rad_per_s, current_a, bus_v, temperature_c, .. } = self.told;
+        let speed_rad_per_s = self.shaft.speed_rad_per_s(speed_rad_per_s);
         let read = [self.shaft.angle_rad(), speed_rad_per_s, current_a, bus_v, temperature_c];
         for (word, value) in measured.iter_mut().zip(read) {
             *word = value.into_word();
@@ -77,10 +135,7 @@ impl Joints for Joint {
         }
         let wanted_nm =
             if is_ready { commanded.first().map_or(0.0, |word| f32::from_word(*word)) } else { 0.0 };
-        current_loop::exchange().want(Some(self.ramp.follow(
-            wanted_nm,
-            &MOTOR.limits(),
-            current_loop::TICK_S,
-        )));
+        let joint_nm = self.ramp.follow(wanted_nm, &self.limits, TICK_S);
+        current_loop::exchange().want(Some(self.shaft.rotor_nm(joint_nm)));
     }
 }

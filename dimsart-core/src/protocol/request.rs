@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::frame::{DecodeError, NoRoom, decode, encode};
-use super::{KeyAction, LeaseAction, SchemeAction};
+use super::{KeyAction, LeaseAction, MotorAction, SchemeAction};
 use crate::command::{Command, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::envelope::Class;
@@ -136,6 +136,8 @@ pub enum Request {
     },
     /// What a tick takes at most.
     Bound,
+    /// The motor of a board that has a drive; for whoever has that, [`serve`](super::serve) says only who may not.
+    Motor(MotorAction),
 }
 
 impl Request {
@@ -147,6 +149,7 @@ impl Request {
         match self {
             Self::Command(command) => *command != Command::Stop,
             Self::Schemes(action) => *action != SchemeAction::Look,
+            Self::Motor(action) => !matches!(action, MotorAction::Look | MotorAction::Found),
             _ => false,
         }
     }

@@ -11,6 +11,7 @@ use super::device_info::{Blocked, FirstFault};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
 use super::key::{KeyRefusal, KeyState};
 use super::lease::LeaseStatus;
+use super::motor::{Identification, MotorRefusal, MotorReport};
 use super::safety::SafetyReport;
 use super::schemes::{SchemeStatus, StoreError};
 use crate::command::{Command, CommandError};
@@ -95,6 +96,10 @@ pub enum Response<'a> {
     },
     /// What a tick takes at most.
     Bound(BoundReport),
+    /// What a board's motor is run by.
+    Motor(MotorReport),
+    /// How the identification of a board's motor stands.
+    Identification(Identification),
 }
 
 /// Why a request was refused.
@@ -126,6 +131,8 @@ pub enum Refusal {
     Key(KeyRefusal),
     /// Something has failed, and motion waits for a reset. The number is that of a [`Reason`].
     Fault(u8),
+    /// Nothing was done to the board's motor.
+    Motor(MotorRefusal),
 }
 
 impl core::fmt::Display for Refusal {
@@ -141,6 +148,7 @@ impl core::fmt::Display for Refusal {
             Self::Engine(error) => error.fmt(f),
             Self::Store(error) => error.fmt(f),
             Self::Key(refusal) => refusal.fmt(f),
+            Self::Motor(refusal) => refusal.fmt(f),
             Self::Lease { holder: 0 } => {
                 write!(
                     f,

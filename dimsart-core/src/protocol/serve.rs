@@ -133,6 +133,10 @@ fn respond<M: ModuleList, const WORDS: usize>(
             Response::DeviceType { signal: found.first(), is_taken: usize::from(index) >= outputs.len() }
         }
         Request::Bound => Response::Bound(found(engine.bound())?),
+        Request::Motor(action) => {
+            action.admit(client_of(id), &info.lease, engine.is_running())?;
+            return Err(Refusal::NotThere);
+        }
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {

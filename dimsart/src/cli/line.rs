@@ -52,6 +52,27 @@ impl LineOptions {
     }
 }
 
+/// Whether it names a port, and no file. A serial port is a file, too, but none that is read.
+pub(super) fn is_port(name: &str) -> bool {
+    let is_windows = name.strip_prefix("COM").is_some_and(|number| number.parse::<u16>().is_ok());
+    [broker::SIMULATED, "tcp:", "unix:", "/dev/tty", "/dev/cu.", "/dev/serial/"]
+        .iter()
+        .any(|start| name.starts_with(start))
+        || is_windows
+        || is_device_file(Path::new(name))
+}
+
+#[cfg(unix)]
+fn is_device_file(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt;
+    path.metadata().is_ok_and(|found| found.file_type().is_char_device())
+}
+
+#[cfg(not(unix))]
+fn is_device_file(_path: &Path) -> bool {
+    false
+}
+
 /// Reads a key, and warns where others could read it, too.
 pub(super) fn read_key(file: &Path) -> Result<[u8; 16], KeyFileError> {
     if let Some(warning) = key_file::exposure(file) {

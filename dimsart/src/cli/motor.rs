@@ -1,4 +1,6 @@
-//! `dimsart motor`: a drive's motor as text: checked, tried, identified.
+//! `dimsart motor`: a drive's motor as text: checked, tried, identified, and kept by a board.
+
+mod board;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -8,22 +10,26 @@ use clap::{Args, Subcommand};
 use drive::{Configuration, Identified, Modulation};
 use hil_sim::recording::{Column, Recording};
 
-use super::Ending;
+use super::line::{LineOptions, is_port};
 use super::output::text_table;
+use super::{Ending, UsageError};
 use crate::motor::{self, Follow};
 use crate::report::{self, Curve, Figure, Panel};
 
+/// That identifies a simulated motor.
+const SIMULATED_A: f32 = 5.0;
 /// What of a motor is wrong at worst: resistance by heat, inductance by saturation.
 const SHARES: [(f64, f64); 5] = [(1.0, 1.0), (0.7, 0.7), (0.7, 1.3), (1.3, 0.7), (1.3, 1.3)];
 
-/// Check a drive's configuration, and try its current loop and its identification on a simulated motor.
-///
-/// The code is that of the crate `drive`, which no board runs yet (docs/drive.md).
+/// A drive's motor, encoder, joint and limits as text: checked and tried on a simulated motor, shown by a board, kept there, and
+/// identified.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Motor {
     #[command(subcommand)]
     action: Action,
+    #[command(flatten)]
+    line: LineOptions,
 }
 
 const EXAMPLES: &str = "\
@@ -31,7 +37,10 @@ Examples:
   dimsart motor example > motor.toml           a configuration to begin with, with a word about every value
   dimsart motor check motor.toml               what it is good for, and how its current loop follows a step
   dimsart motor identify motor.toml            what would be found of such a motor, with 5 A
-  dimsart motor identify motor.toml --friction-nm 1.5";
+  dimsart motor identify motor.toml --friction-nm 1.5
+  dimsart motor show /dev/ttyACM0 > motor.toml what the board runs its motor by, and whether it keeps it
+  dimsart motor set /dev/ttyACM0 motor.toml    has the board keep it: its next start takes it
+  dimsart motor identify /dev/ttyACM0 --current-a 2 --store";
 
 #[derive(Debug, Subcommand)]
 enum Action {
@@ -46,13 +55,34 @@ enum Action {
         #[arg(long, value_name = "FOLDER", default_value = "runs/motor")]
         out: PathBuf,
     },
-    /// Identify a simulated motor that is as a configuration says: what is found, beside what is true.
-    Identify {
+    /// Print what a board runs its motor by: kept, or the image's.
+    Show {
+        /// Port, as `connect` takes it, such as `/dev/ttyACM0`.
+        port: String,
+    },
+    /// Have a board keep a configuration; its next start takes it. The scheme is stopped where writing would hold it up.
+    Set {
+        /// Port, as `connect` takes it.
+        port: String,
         /// Configuration (TOML).
         file: PathBuf,
-        /// Current, peak of a phase, A; up to `limits.current_a`.
-        #[arg(long, value_name = "AMPERES", default_value_t = 5.0)]
-        current_a: f32,
+    },
+    /// Have a board keep none; its next start takes the image's.
+    Forget {
+        /// Port, as `connect` takes it.
+        port: String,
+    },
+    /// Identify a motor: of a file, a simulated one that is as it says; of a port, the board's, which TURNS: its joint must be
+    /// free, and a scheme run.
+    Identify {
+        /// Configuration (TOML), or port, as `connect` takes it.
+        source: String,
+        /// Current, peak of a phase, A; up to `limits.current_a`. 5 of a simulated motor when left out.
+        #[arg(long, value_name = "AMPERES")]
+        current_a: Option<f32>,
+        /// Has the board keep what it has found.
+        #[arg(long)]
+        store: bool,
         /// Of the rotor and what is on it, kg m², above 0.
         #[arg(long, value_name = "KG_M2", default_value_t = 1e-4)]
         inertia_kg_m2: f64,
@@ -64,16 +94,29 @@ enum Action {
 
 impl Motor {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let line = &self.line;
         match self.action {
             Action::Example => {
                 write!(out, "{}", motor::EXAMPLE)?;
                 Ok(ExitCode::SUCCESS)
             }
             Action::Check { file, out: folder } => check(&motor::read(&file)?, &folder, out),
-            Action::Identify { file, current_a, inertia_kg_m2, friction_nm } => {
-                let told = motor::read(&file)?;
+            Action::Show { port } => board::show(line, &port, out),
+            Action::Set { port, file } => board::set(line, &port, &file, out),
+            Action::Forget { port } => board::forget(line, &port, out),
+            Action::Identify { source, current_a, store, .. } if is_port(&source) => {
+                let current_a = current_a
+                    .ok_or_else(|| UsageError("--current-a says what turns the board's motor".to_owned()))?;
+                board::identify(line, &source, current_a, store, out)
+            }
+            Action::Identify { store: true, .. } => {
+                Err(UsageError("--store is for a board: give its port".to_owned()).into())
+            }
+            Action::Identify { source, current_a, inertia_kg_m2, friction_nm, .. } => {
+                let told = motor::read(Path::new(&source))?;
+                let current_a = current_a.unwrap_or(SIMULATED_A);
                 let found = motor::identify(&told, current_a, inertia_kg_m2, friction_nm)??;
-                print_found(&told, &found, out)?;
+                print_found(&told, &found, "true", out)?;
                 Ok(ExitCode::SUCCESS)
             }
         }
@@ -181,9 +224,14 @@ fn picture(told: &Configuration, found: &[Follow]) -> (Figure, Recording) {
     (figure, recording)
 }
 
-fn print_found(told: &Configuration, found: &Identified, out: &mut impl Write) -> std::io::Result<()> {
+fn print_found(
+    told: &Configuration,
+    found: &Identified,
+    beside: &str,
+    out: &mut impl Write,
+) -> std::io::Result<()> {
     let mut table = text_table();
-    table.set_header(["", "found", "true"]);
+    table.set_header(["", "found", beside]);
     let motor = &told.motor;
     let digits = |value: f32| format!("{value:.6}");
     for (name, found, truth) in [

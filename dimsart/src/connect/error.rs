@@ -1,6 +1,6 @@
 //! Why a device was not asked, or not told, what it was meant to be.
 
-use dimsart_core::protocol::{PROTOCOL_VERSION, Refusal};
+use dimsart_core::protocol::{IdentificationFailure, PROTOCOL_VERSION, Refusal};
 
 use hil_sim::link::PortError;
 
@@ -50,6 +50,17 @@ pub enum ConnectError {
         "this image has no authentication; flash the `auth` variant, such as `cargo xtask flash nucleo-g474re,auth`"
     )]
     NoKeys,
+    /// A board without a drive, or an older image.
+    #[error("this board has no drive whose motor could be configured, or its image is an older one")]
+    NoDrive,
+    /// A configuration that is not understood.
+    #[error(
+        "the board's configuration has layout {0}, which this program does not know: use the `dimsart` that its image was built with"
+    )]
+    MotorLayout(u16),
+    /// The board has found out nothing about its motor.
+    #[error("{0}")]
+    Identification(IdentificationFailure),
     /// The system gives no random numbers.
     #[error("the system gives no random number, which the device's nonces would begin with: {0}")]
     NoRandomness(String),

@@ -69,9 +69,6 @@ impl Controller {
         machine.map(CONTROLLER, firmware.controller_bytes.next_multiple_of(4));
         machine.map(ARGUMENTS, ARGUMENT_BYTES);
         COUNTERS.iter().for_each(|counter| machine.map(*counter, 4));
-        if let Some(place) = firmware.image.symbols.get("dimsart_ignores_limits") {
-            machine.write(*place, &[1]).map_err(access)?;
-        }
         machine.mark(firmware.compute.iter().copied().chain([firmware.command]));
         let mut controller = Self { machine, entry: firmware.entry, words_in: 0, words_out: 0 };
         // All zero: linear axes.

@@ -19,6 +19,7 @@ mod drive;
 mod encoders;
 mod frame_bits;
 mod image_drive;
+mod kept_motor;
 mod kept_schemes;
 mod moteus;
 mod motor;

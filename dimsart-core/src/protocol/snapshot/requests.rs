@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 11);
+    assert_eq!(PROTOCOL_VERSION, 12);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -35,6 +35,12 @@ fn requests() {
         Request::Event { back: 3 },
         Request::DeviceType { index: 9 },
         Request::Bound,
+        Request::Motor(MotorAction::Look),
+        Request::Motor(MotorAction::Put { place: 3, word: 300 }),
+        Request::Motor(MotorAction::Keep { layout: 300, count: 25, checksum: 300 }),
+        Request::Motor(MotorAction::Forget),
+        Request::Motor(MotorAction::Identify { current_a: 2.0 }),
+        Request::Motor(MotorAction::Found),
     ];
     let expected = [
         "00",
@@ -66,6 +72,12 @@ fn requests() {
         "15 03",
         "16 09",
         "17",
+        "18 00",
+        "18 01 03 ac 02",
+        "18 02 ac 02 19 ac 02",
+        "18 03",
+        "18 04 00 00 00 40",
+        "18 05",
     ];
     assert_bytes(&requests, &expected);
 }

@@ -120,6 +120,29 @@ fn responses() {
         Response::DeviceType { signal: SIGNAL, is_taken: true },
         Response::Bound(BoundReport { cycles: 300, limit_cycles: NonZeroU32::new(2) }),
         Response::Bound(BoundReport { cycles: 300, limit_cycles: None }),
+        Response::Motor(MotorReport {
+            layout: 300,
+            is_kept: true,
+            fallback: None,
+            waits: true,
+            words: MotorWords::from_slice(&[1, 300]).unwrap(),
+        }),
+        Response::Motor(MotorReport { fallback: Some(MotorFallback::Value), ..MotorReport::default() }),
+        Response::Identification(Identification::None),
+        Response::Identification(Identification::UnderWay),
+        Response::Identification(Identification::Found(FoundMotor {
+            resistance_ohm: 1.0,
+            direct_inductance_h: 2.0,
+            quadrature_inductance_h: 2.0,
+            pole_pairs: 7,
+            is_encoder_reversed: true,
+            encoder_offset_rad: -2.0,
+        })),
+        Response::Identification(Identification::Failed(IdentificationFailure::Ended)),
+        Response::Identification(Identification::Failed(IdentificationFailure::DidNotMove)),
+        Response::Identification(Identification::Failed(IdentificationFailure::Drive(57))),
+        Response::Refused(Refusal::Motor(MotorRefusal::InUse)),
+        Response::Refused(Refusal::Motor(MotorRefusal::NotTaken(MotorFallback::Layout))),
     ];
     let expected = [
         "00 01",
@@ -165,6 +188,16 @@ fn responses() {
         "16 ac 02 01 01",
         "17 ac 02 01 02",
         "17 ac 02 00",
+        "18 ac 02 01 00 01 02 01 ac 02",
+        "18 00 00 01 02 00 00",
+        "19 00",
+        "19 01",
+        "19 02 00 00 80 3f 00 00 00 40 00 00 00 40 07 01 00 00 00 c0",
+        "19 03 00",
+        "19 03 03",
+        "19 03 05 39",
+        "00 09 00",
+        "00 09 02 01",
     ];
     assert_bytes(&responses, &expected);
 }

@@ -1,13 +1,11 @@
 //! Where a configuration is read from.
 
 use std::error::Error;
-use std::path::Path;
 
 use dimsart_core::{AxisKind, CommandError, DeviceDescriptor, types};
 
 use super::super::UsageError;
-use super::super::line::{Device, LineOptions};
-use crate::broker::SIMULATED;
+use super::super::line::{Device, LineOptions, is_port};
 use crate::config::{Configuration, first_side};
 use crate::connect::ANY_SIDE;
 use hil_sim::bilateral::Side;
@@ -38,27 +36,6 @@ impl Source {
             Self::File(scheme) => without_a_device(scheme, side_of(scheme, side)?),
         }
     }
-}
-
-/// A serial port is a file, too, but none that is read.
-fn is_port(name: &str) -> bool {
-    let is_windows = name.strip_prefix("COM").is_some_and(|number| number.parse::<u16>().is_ok());
-    [SIMULATED, "tcp:", "unix:", "/dev/tty", "/dev/cu.", "/dev/serial/"]
-        .iter()
-        .any(|start| name.starts_with(start))
-        || is_windows
-        || is_device_file(Path::new(name))
-}
-
-#[cfg(unix)]
-fn is_device_file(path: &Path) -> bool {
-    use std::os::unix::fs::FileTypeExt;
-    path.metadata().is_ok_and(|found| found.file_type().is_char_device())
-}
-
-#[cfg(not(unix))]
-fn is_device_file(_path: &Path) -> bool {
-    false
 }
 
 /// The side whose rows are meant; rows that are for one side alone need one.

@@ -1,0 +1,149 @@
+//! What whoever answers commands and the current loop hand each other about an identification: atomics alone. The loop interrupts
+//! the other one and is never interrupted by it.
+
+use core::sync::atomic::Ordering::{Acquire, Relaxed, Release};
+use core::sync::atomic::{AtomicU32, compiler_fence};
+
+use dimsart_core::protocol::{FoundMotor, Identification, IdentificationFailure};
+
+/// Bits of no current that is asked for.
+const NOTHING: u32 = 0;
+
+/// How it stands; a failure by its place in [`FAILURES`] behind these, one of the drive by its reason's number behind those.
+const NONE: u32 = 0;
+const UNDER_WAY: u32 = 1;
+const FOUND: u32 = 2;
+const FAILED: u32 = 3;
+const DRIVE: u32 = 0x100;
+const FAILURES: [IdentificationFailure; 5] = [
+    IdentificationFailure::Ended,
+    IdentificationFailure::NoCurrent,
+    IdentificationFailure::WrongPhases,
+    IdentificationFailure::DidNotMove,
+    IdentificationFailure::Slipped,
+];
+
+/// Between one who asks and one current loop.
+#[derive(Debug, Default)]
+pub struct Identifying {
+    asked_a: AtomicU32,
+    state: AtomicU32,
+    found: [AtomicU32; 5],
+}
+
+impl Identifying {
+    /// With nothing asked for.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            asked_a: AtomicU32::new(NOTHING),
+            state: AtomicU32::new(NONE),
+            found: [const { AtomicU32::new(0) }; 5],
+        }
+    }
+
+    /// Asks for one, with a current above 0, `A`.
+    pub fn ask(&self, current_a: f32) {
+        self.state.store(UNDER_WAY, Relaxed);
+        compiler_fence(Release);
+        self.asked_a.store(current_a.to_bits(), Relaxed);
+    }
+
+    /// Whether one is asked for.
+    #[inline]
+    #[must_use]
+    pub fn is_asked(&self) -> bool {
+        self.asked_a.load(Relaxed) != NOTHING
+    }
+
+    /// The current that is asked for, from now on no more.
+    pub fn take_asked(&self) -> f32 {
+        let asked_a = f32::from_bits(self.asked_a.load(Relaxed));
+        self.asked_a.store(NOTHING, Relaxed);
+        asked_a
+    }
+
+    /// Tells what it came to.
+    pub fn tell(&self, end: Identification) {
+        let state = match end {
+            Identification::Found(motor) => {
+                let poles = u32::from(motor.pole_pairs) | u32::from(motor.is_encoder_reversed) << 8;
+                let words = [
+                    motor.resistance_ohm.to_bits(),
+                    motor.direct_inductance_h.to_bits(),
+                    motor.quadrature_inductance_h.to_bits(),
+                    poles,
+                    motor.encoder_offset_rad.to_bits(),
+                ];
+                for (cell, word) in self.found.iter().zip(words) {
+                    cell.store(word, Relaxed);
+                }
+                FOUND
+            }
+            Identification::Failed(IdentificationFailure::Drive(number)) => DRIVE | u32::from(number),
+            Identification::Failed(failure) => (FAILED..)
+                .zip(FAILURES)
+                .find(|(_, known)| *known == failure)
+                .map_or(FAILED, |(state, _)| state),
+            _ => return,
+        };
+        self.state.store(state, Release);
+    }
+
+    /// How it stands.
+    #[must_use]
+    pub fn told(&self) -> Identification {
+        let state = self.state.load(Acquire);
+        let [resistance, direct, quadrature, poles, offset] =
+            self.found.each_ref().map(|cell| cell.load(Relaxed));
+        let [pole_pairs, is_encoder_reversed, ..] = poles.to_le_bytes();
+        match state {
+            NONE => Identification::None,
+            UNDER_WAY => Identification::UnderWay,
+            FOUND => Identification::Found(FoundMotor {
+                resistance_ohm: f32::from_bits(resistance),
+                direct_inductance_h: f32::from_bits(direct),
+                quadrature_inductance_h: f32::from_bits(quadrature),
+                pole_pairs,
+                is_encoder_reversed: is_encoder_reversed != 0,
+                encoder_offset_rad: f32::from_bits(offset),
+            }),
+            state => {
+                let [number, ..] = state.to_le_bytes();
+                let known = (FAILED..).zip(FAILURES).find(|(known, _)| *known == state);
+                Identification::Failed(
+                    known.map_or(IdentificationFailure::Drive(number), |(_, failure)| failure),
+                )
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_told_comes_through() {
+        let identifying = Identifying::new();
+        assert_eq!(identifying.told(), Identification::None);
+        let motor = FoundMotor {
+            resistance_ohm: 0.6,
+            direct_inductance_h: 1e-4,
+            quadrature_inductance_h: 2e-4,
+            pole_pairs: 7,
+            is_encoder_reversed: true,
+            encoder_offset_rad: -1.0,
+        };
+        let failures = FAILURES.into_iter().chain([IdentificationFailure::Drive(57)]);
+        for end in failures.map(Identification::Failed).chain([Identification::Found(motor)]) {
+            identifying.ask(2.5);
+            assert!(identifying.is_asked());
+            assert_eq!(identifying.told(), Identification::UnderWay);
+            assert_eq!(identifying.take_asked().to_bits(), 2.5_f32.to_bits());
+            assert!(!identifying.is_asked());
+            identifying.tell(end);
+            assert_eq!(identifying.told(), end);
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! A board's motor: shown, set, forgotten, identified.
+
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+use std::thread;
+use std::time::Duration;
+
+use drive::{Configuration, Identified};
+
+use super::super::Ending;
+use super::super::line::{Device, LineOptions};
+use super::print_found;
+use crate::motor;
+
+/// Between two looks at an identification.
+const PAUSE: Duration = Duration::from_millis(20);
+
+pub(super) fn show(line: &LineOptions, port: &str, out: &mut impl Write) -> Ending {
+    let state = line.open(port)?.motor()?;
+    let whose = if state.is_kept { "kept by the board" } else { "the image's: the board keeps none" };
+    match state.fallback {
+        Some(reason) => writeln!(out, "# {port}: the image's, FOR WHAT IS KEPT WAS NOT TAKEN: {reason}.")?,
+        None => writeln!(out, "# {port}: {whose}.")?,
+    }
+    if state.waits {
+        writeln!(out, "# It was changed since: the next start takes the other one.")?;
+    }
+    write!(out, "{}", motor::text(&state.configuration))?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(super) fn set(line: &LineOptions, port: &str, file: &Path, out: &mut impl Write) -> Ending {
+    let mut told = motor::read(file)?;
+    let mut device = line.open(port)?;
+    let now = device.motor()?.configuration;
+    if told.inverter != now.inverter {
+        eprintln!(
+            "dimsart: note: the inverter is the board's: its values are taken, not those of {}",
+            file.display()
+        );
+        told.inverter = now.inverter;
+        told.check().map_err(|error| format!("{}: {error}", file.display()))?;
+    }
+    keep(&mut device, &now, &told, out)
+}
+
+pub(super) fn forget(line: &LineOptions, port: &str, out: &mut impl Write) -> Ending {
+    let stopped = line.open(port)?.forget_motor()?;
+    say_restart(stopped, "the image's configuration", out)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+pub(super) fn identify(
+    line: &LineOptions,
+    port: &str,
+    current_a: f32,
+    store: bool,
+    out: &mut impl Write,
+) -> Ending {
+    let mut device = line.open(port)?;
+    let told = device.motor()?.configuration;
+    let most_a = told.limits.current_a;
+    if !(current_a > 0.0 && current_a <= most_a) {
+        return Err(format!(
+            "--current-a is {current_a}: it has to be above 0, up to limits.current_a, {most_a}"
+        )
+        .into());
+    }
+    let found = device.identify_motor(current_a, || thread::sleep(PAUSE))?;
+    let found = Identified {
+        resistance_ohm: found.resistance_ohm,
+        direct_inductance_h: found.direct_inductance_h,
+        quadrature_inductance_h: found.quadrature_inductance_h,
+        pole_pairs: found.pole_pairs,
+        is_encoder_reversed: found.is_encoder_reversed,
+        encoder_offset_rad: found.encoder_offset_rad,
+    };
+    print_found(&told, &found, "configured", out)?;
+    if !told.encoder.is_absolute() {
+        writeln!(
+            out,
+            "encoder_offset_rad is this start's: of an incremental encoder it is found anew by each"
+        )?;
+    }
+    if !store {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut next = told;
+    next.motor.resistance_ohm = found.resistance_ohm;
+    next.motor.direct_inductance_h = found.direct_inductance_h;
+    next.motor.quadrature_inductance_h = found.quadrature_inductance_h;
+    next.motor.pole_pairs = found.pole_pairs;
+    next.motor.is_encoder_reversed = found.is_encoder_reversed;
+    if told.encoder.is_absolute() {
+        next.motor.encoder_offset_rad = found.encoder_offset_rad;
+    }
+    next.check()?;
+    keep(&mut device, &told, &next, out)
+}
+
+fn keep(device: &mut Device, now: &Configuration, next: &Configuration, out: &mut impl Write) -> Ending {
+    for (name, from, to) in motor::differences(now, next) {
+        writeln!(out, "{name}: {from} -> {to}")?;
+    }
+    let stopped = device.keep_motor(next)?;
+    say_restart(stopped, "it", out)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+fn say_restart(stopped: bool, what: &str, out: &mut impl Write) -> std::io::Result<()> {
+    let stopped = if stopped { " The scheme was stopped for it." } else { "" };
+    writeln!(out, "kept: restart the board, its next start takes {what}.{stopped}")
+}

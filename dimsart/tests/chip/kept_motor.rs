@@ -1,0 +1,168 @@
+//! The motor's configuration that b-g431b-esc1 keeps, and what it finds out about the motor at its bridge.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::sync::{Arc, Mutex, MutexGuard};
+
+use dimsart::connect::{ConnectError, Device, Patience, ValueText};
+use dimsart_core::protocol::IdentificationFailure;
+
+use crate::common::Shared;
+use crate::motor::Powered;
+
+/// Longer than a start takes.
+const START_S: f64 = 0.3;
+/// What a read of the command line waits.
+const READ_PERIODS: u32 = 20;
+
+/// A board with its motor that a test and its command line share.
+#[derive(Clone)]
+struct Board(Arc<Mutex<Powered>>);
+
+/// The host's end of its command line. Who reads lets its time pass.
+struct Line {
+    board: Board,
+    rest: Vec<u8>,
+}
+
+impl Board {
+    fn start() -> Option<Self> {
+        let mut powered = Powered::new()?;
+        powered.motor.set_rotor(0.3, 0.0);
+        powered.run_for(START_S);
+        Some(Self(Arc::new(Mutex::new(powered))))
+    }
+
+    fn powered(&self) -> MutexGuard<'_, Powered> {
+        self.0.lock().unwrap()
+    }
+
+    fn greet(&self) -> Device<Line> {
+        Device::greet(Line { board: self.clone(), rest: Vec::new() }, Patience::default()).unwrap()
+    }
+
+    fn restart(&self) -> Device<Line> {
+        self.powered().bench.reset();
+        self.powered().run_for(START_S);
+        self.greet()
+    }
+}
+
+impl Read for Line {
+    fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+        if self.rest.is_empty() {
+            let mut powered = self.board.powered();
+            (0..READ_PERIODS).for_each(|_| powered.period());
+            self.rest = powered.received.drain(..).collect();
+        }
+        if self.rest.is_empty() {
+            return Err(ErrorKind::WouldBlock.into());
+        }
+        let count = self.rest.as_slice().read(buffer)?;
+        self.rest.drain(..count);
+        Ok(count)
+    }
+}
+
+impl Write for Line {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.board.powered().bench.send(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[test]
+fn a_configuration_that_is_set_is_taken_by_the_next_start_until_it_is_forgotten() {
+    let Some(board) = Board::start() else { return };
+    let mut device = board.greet();
+    let image = device.motor().unwrap();
+    assert_eq!(image.configuration, board.powered().drive.configuration);
+    assert!(!image.is_kept && !image.waits && image.fallback.is_none());
+
+    let mut told = image.configuration;
+    (told.joint.gear_ratio, told.joint.zero_rad, told.limits.current_a) = (-4.0, 0.5, 4.0);
+    assert!(device.keep_motor(&told).unwrap(), "its scheme runs, and writing would hold it up");
+    let now = device.motor().unwrap();
+    assert!(now.waits && now.configuration == image.configuration);
+
+    let mut device = board.restart();
+    let kept = device.motor().unwrap();
+    assert!(kept.is_kept && !kept.waits && kept.fallback.is_none(), "{kept:?}");
+    assert_eq!(kept.configuration, told);
+    // The joint turns back by a quarter of what its rotor turns, from where it was at the start.
+    board.powered().motor.set_rotor(0.3 + 2.0, 0.0);
+    board.powered().run_for(0.05);
+    let signals = device.signals(&["POSITION".to_owned()]).unwrap();
+    let Some(ValueText::Real(position)) = signals.first().and_then(|signal| signal.values.first()) else {
+        panic!("{signals:?}")
+    };
+    assert!(position.abs() < 0.01, "0.5 - 2 / 4: {position}");
+
+    device.forget_motor().unwrap();
+    let forgotten = board.restart().motor().unwrap();
+    assert!(!forgotten.is_kept && forgotten.configuration == image.configuration);
+    assert_eq!(board.powered().bench.violations(), [] as [&str; 0]);
+}
+
+#[test]
+fn what_the_board_would_not_take_is_refused_and_nothing_is_kept() {
+    let Some(board) = Board::start() else { return };
+    let mut device = board.greet();
+    let right = device.motor().unwrap().configuration;
+    let mut too_much = right;
+    too_much.limits.current_a = 50.0;
+    let other_encoder = drive::Configuration { encoder: drive::Encoder::As5047p, ..right };
+    for wrong in [too_much, other_encoder] {
+        let refused = device.keep_motor(&wrong).unwrap_err().to_string();
+        assert!(refused.contains("out of its range"), "{refused}");
+    }
+    device.take_lease().unwrap();
+    let refused = device.keep_motor(&right).unwrap_err().to_string();
+    assert!(refused.contains("at rest"), "{refused}");
+    device.give_lease_back().unwrap();
+    assert!(!device.motor().unwrap().waits);
+    assert!(!board.restart().motor().unwrap().is_kept);
+}
+
+#[test]
+fn a_board_without_a_drive_says_so() {
+    let Some(shared) = Shared::start("nucleo-g474re") else { return };
+    shared.run_for(0.1);
+    let mut device = shared.greet();
+    assert!(matches!(device.motor(), Err(ConnectError::NoDrive)));
+    assert!(matches!(device.forget_motor(), Err(ConnectError::NoDrive)));
+}
+
+#[test]
+fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
+    let Some(board) = Board::start() else { return };
+    let mut device = board.greet();
+    let truth = device.motor().unwrap().configuration.motor;
+    let mut told = device.motor().unwrap().configuration;
+    (told.motor.pole_pairs, told.motor.resistance_ohm, told.motor.direct_inductance_h) = (4, 2.0, 1e-3);
+    device.keep_motor(&told).unwrap();
+    let mut device = board.restart();
+    let found = device.identify_motor(2.0, || {}).unwrap();
+    eprintln!("{found:?}");
+    let is_near = |found: f32, truth: f32, share: f32| (found / truth - 1.0).abs() < share;
+    assert!(is_near(found.resistance_ohm, truth.resistance_ohm, 0.05), "{found:?}");
+    assert!(is_near(found.direct_inductance_h, truth.direct_inductance_h, 0.05), "{found:?}");
+    assert!(is_near(found.quadrature_inductance_h, truth.quadrature_inductance_h, 0.05), "{found:?}");
+    assert_eq!((found.pole_pairs, found.is_encoder_reversed), (truth.pole_pairs, false));
+    board.powered().run_for(0.01);
+    assert!(!board.powered().is_on(), "the lease is given back");
+    assert_eq!(board.powered().bench.violations(), [] as [&str; 0]);
+}
+
+#[test]
+fn a_rotor_that_is_held_is_told() {
+    let Some(board) = Board::start() else { return };
+    board.powered().lock(true);
+    let error = board.greet().identify_motor(2.0, || {}).unwrap_err();
+    assert!(matches!(error, ConnectError::Identification(IdentificationFailure::DidNotMove)), "{error}");
+    board.powered().run_for(0.01);
+    assert!(!board.powered().is_on());
+}

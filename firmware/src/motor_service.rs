@@ -1,0 +1,82 @@
+//! Keeps the configuration of the board's motor, beside the tick.
+
+use boards::{Board, Joints, Selected};
+use dimsart_core::protocol::{
+    MAX_MOTOR_WORDS, MotorAction, MotorRefusal, MotorReport, Refusal, Request, Response, StoreError,
+    motor_checksum,
+};
+use firmware::Broken;
+
+use crate::commands::{Answer, TickHandover};
+use crate::scheme_service::{SchemeService, runs};
+
+type Motor = <Selected as Board>::Joints;
+
+/// What the motor is run by, and what is put to be kept.
+pub(crate) struct MotorService {
+    pub(crate) report: MotorReport,
+    pub(crate) put: [u32; MAX_MOTOR_WORDS],
+}
+
+impl MotorService {
+    /// Does what a client wants. The tick knows who may not, and has nothing else to say to it.
+    pub(crate) async fn carry_out(
+        &mut self,
+        action: MotorAction,
+        schemes: &mut SchemeService,
+        tick: &mut TickHandover,
+    ) -> Answer {
+        match tick.ask(Request::Motor(action)).await {
+            Response::Refused(Refusal::NotThere) if Motor::HAS_DRIVE => {}
+            refused => return refused,
+        }
+        let done = match action {
+            MotorAction::Put { place, word } => {
+                if let Some(put) = self.put.get_mut(usize::from(place)) {
+                    *put = word;
+                }
+                Ok(())
+            }
+            MotorAction::Keep { layout, count, checksum } => {
+                let words = self.put.get(..usize::from(count)).unwrap_or_default();
+                if motor_checksum(words) == checksum {
+                    match Motor::check_motor(layout, words) {
+                        Ok(()) => keep(layout, words, schemes, tick).await,
+                        Err(fallback) => Err(Refusal::Motor(MotorRefusal::NotTaken(fallback))),
+                    }
+                } else {
+                    Err(Refusal::Motor(MotorRefusal::Incomplete))
+                }
+            }
+            MotorAction::Forget => keep(0, &[], schemes, tick).await,
+            MotorAction::Identify { current_a } => {
+                Motor::identify(current_a);
+                return Response::Identification(Motor::identification());
+            }
+            MotorAction::Found => return Response::Identification(Motor::identification()),
+            _ => Ok(()),
+        };
+        match done {
+            Ok(()) => {
+                self.report.waits |= matches!(action, MotorAction::Keep { .. } | MotorAction::Forget);
+                Response::Motor(self.report.clone())
+            }
+            Err(refusal) => Response::Refused(refusal),
+        }
+    }
+}
+
+async fn keep(
+    layout: u16,
+    words: &[u32],
+    schemes: &mut SchemeService,
+    tick: &mut TickHandover,
+) -> Result<(), Refusal> {
+    let Some(store) = &mut schemes.store else { return Err(Refusal::Store(StoreError::NoStorage)) };
+    if schemes.stalls_tick && runs(tick).await {
+        return Err(Refusal::Store(StoreError::SchemeRuns));
+    }
+    let kept = store.keep_motor(layout, words).await;
+    (schemes.status.trial, schemes.status.is_saved) = (store.trial(), store.is_saved());
+    kept.map_err(|Broken| Refusal::Store(StoreError::Storage))
+}

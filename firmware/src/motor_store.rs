@@ -1,0 +1,50 @@
+//! The configuration of a board's motor: one more of the items that keep the schemes.
+//!
+//! ```text
+//! layout u32 | words u32 ...     little-endian; the layout alone, and 0, where nothing is kept any more
+//! ```
+
+use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
+use embedded_storage_async::nor_flash::NorFlash;
+
+use crate::items::Broken;
+use crate::scheme_store::SchemeStore;
+
+/// Key of the item.
+const MOTOR: u8 = 3;
+const MOST_WORDS: usize = 1 + MAX_MOTOR_WORDS;
+
+impl<F: NorFlash> SchemeStore<F> {
+    /// The configuration that is kept, with whether there is one, and why it could not be read. What it says is not checked.
+    /// To be asked for before [`open`](Self::open), or after it.
+    pub async fn motor(&mut self) -> MotorReport {
+        let mut report = MotorReport::default();
+        let mut bytes = [0; 4 * MOST_WORDS];
+        let opened = self.items.open().await;
+        let found = self.items.fetch(MOTOR, &mut bytes).await;
+        let (Ok(()), Ok(bytes)) = (opened, found) else {
+            report.fallback = Some(MotorFallback::Storage);
+            return report;
+        };
+        let (words, _) = bytes.unwrap_or_default().as_chunks::<4>();
+        if let Some((layout, words)) = words.split_first() {
+            report.layout = u16::try_from(u32::from_le_bytes(*layout)).unwrap_or(u16::MAX);
+            report.is_kept = report.layout != 0;
+            report.words.extend(words.iter().take(MAX_MOTOR_WORDS).map(|word| u32::from_le_bytes(*word)));
+        }
+        report
+    }
+
+    /// Keeps a configuration; layout 0 and no words are none.
+    ///
+    /// # Errors
+    /// [`Broken`]; what was kept still is.
+    pub async fn keep_motor(&mut self, layout: u16, words: &[u32]) -> Result<(), Broken> {
+        let mut bytes = [[0; 4]; MOST_WORDS];
+        let item = bytes.get_mut(..=words.len()).ok_or(Broken)?;
+        for (bytes, word) in item.iter_mut().zip(core::iter::once(&u32::from(layout)).chain(words)) {
+            *bytes = word.to_le_bytes();
+        }
+        self.items.store(MOTOR, item.as_flattened()).await
+    }
+}
