@@ -53,9 +53,10 @@ pub use moves::{
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name.
-pub const SHIPPED: [(&str, &str); 7] = [
+pub const SHIPPED: [(&str, &str); 8] = [
     ("arm", include_str!("../scenarios/arm.toml")),
     ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
+    ("cia402", include_str!("../scenarios/cia402.toml")),
     ("joint", include_str!("../scenarios/joint.toml")),
     ("moteus", include_str!("../scenarios/moteus.toml")),
     ("phantom", include_str!("../scenarios/phantom.toml")),

@@ -46,7 +46,7 @@ const PDOS: [Pdo; 4] = [
     Pdo { parameters: 0x1400, id: 0x200, transmission: 1, maps: &[0x6040_0010, 0x6071_0010], optional: 0 },
     Pdo { parameters: 0x1800, id: NO_REMOTE | 0x180, transmission: 1, maps: &[0x6041_0010, 0x6064_0020, 0x6077_0010], optional: 0 },
     Pdo { parameters: 0x1801, id: NO_REMOTE | 0x280, transmission: 1, maps: &[0x606c_0020, 0x6061_0008], optional: 0 },
-    Pdo { parameters: 0x1802, id: NO_REMOTE | 0x380, transmission: 100, maps: &[0x6079_0020], optional: 1 },
+    Pdo { parameters: 0x1802, id: NO_REMOTE | 0x380, transmission: 10, maps: &[0x6079_0020], optional: 1 },
 ];
 
 impl Pdo {
