@@ -95,6 +95,7 @@ impl Cia402Joint {
                 self.shown.position_rad = i32::from_le_bytes([a, b, c, d]) as f32 * self.rad_per_count();
                 self.shown.torque_nm = f32::from(torque) * self.nm_per_thousandth();
                 self.news[0] = true;
+                self.setup.see_operational();
             }
             &[a, b, c, d, mode] if id == node.tpdo_id(2) => {
                 self.shown.velocity_rad_per_s =
