@@ -53,6 +53,11 @@ impl Agreement {
         Self { missing_ticks: missing_ticks.min(254), starting_ticks, silent_ticks: 0, phase: Phase::Off }
     }
 
+    /// Whether the drive has been silent for too long.
+    pub(crate) fn is_gone(&self) -> bool {
+        self.silent_ticks > self.missing_ticks
+    }
+
     /// Once per tick, with what has come of the drive since the last one.
     pub(crate) fn read(&mut self, said: Option<Says>) -> Shows {
         self.silent_ticks = if said.is_some() { 0 } else { self.silent_ticks.saturating_add(1) };
@@ -71,7 +76,7 @@ impl Agreement {
             phase => phase,
         };
         match self.phase {
-            _ if was_refused || self.silent_ticks > self.missing_ticks => Shows::Nothing,
+            _ if was_refused || self.is_gone() => Shows::Nothing,
             _ if self.silent_ticks != 0 && self.silent_ticks == self.missing_ticks => Shows::Silent,
             Phase::Refused => Shows::Disobeys,
             _ => Shows::State,

@@ -122,10 +122,9 @@ impl Cia402Joint {
             self.lose(Cia402Trouble::NoHeartbeat);
         }
         let has_spoken = core::mem::take(&mut self.news) == [true; 2];
-        let said = match core::mem::take(&mut self.is_lost_now) {
-            true => Some(Says::Stuck),
-            false => has_spoken.then(|| self.says()),
-        };
+        // One that is silent was told of.
+        let is_lost = core::mem::take(&mut self.is_lost_now) && !self.agreement.is_gone();
+        let said = if is_lost { Some(Says::Stuck) } else { has_spoken.then(|| self.says()) };
         let shows = self.agreement.read(said);
         let of_setup = self.setup.refusal.or(self.lost).filter(|_| !self.setup.is_done);
         let emergency = self.emergency.map(Cia402Trouble::Emergency);
@@ -156,7 +155,9 @@ impl Cia402Joint {
         }
         let state = Cia402State::from_statusword(self.statusword);
         let (command, torque) = match (phase, torque_nm) {
-            (Phase::On, Some(torque_nm)) if torque_nm.is_finite() => {
+            (Phase::On, Some(torque_nm))
+                if torque_nm.is_finite() && state == Cia402State::OperationEnabled =>
+            {
                 (Cia402Command::EnableOperation, thousandths(torque_nm / self.nm_per_thousandth()))
             }
             (Phase::Clearing(_), _) => (Cia402Command::FaultReset, 0),
@@ -189,6 +190,7 @@ impl Cia402Joint {
     /// Sets the drive up anew.
     fn lose(&mut self, why: Cia402Trouble) {
         (self.lost, self.is_lost_now) = (Some(why), true);
+        self.statusword = 0;
         self.setup.begin();
     }
 

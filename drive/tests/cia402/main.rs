@@ -318,7 +318,7 @@ fn every_trouble_has_its_number_and_a_remedy() {
     let mut kinds = 0;
     for (number, trouble) in known {
         assert_eq!(u32::from(trouble), number, "{trouble}");
-        assert!(!trouble.remedy().is_empty() && drive::MoteusTrouble::from_number(512) != None);
+        assert!(!trouble.remedy().is_empty() && !trouble.to_string().is_empty());
         kinds += usize::from(number < 0x1000);
     }
     assert_eq!(kinds, 9 + 3 + 256);
@@ -345,10 +345,11 @@ fn frames() -> impl Strategy<Value = (u16, Vec<u8>)> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
     /// Whatever comes: a torque is sent in *operation enabled* alone, and where it is commanded.
     #[test]
     fn no_frames_make_a_joint_send_torque_outside_operation_enabled(
-        ticks in prop::collection::vec((prop::collection::vec(frames(), 0..4), prop::option::of(any::<f32>())), 0..200),
+        ticks in prop::collection::vec((prop::collection::vec(frames(), 0..4), prop::option::of(any::<f32>())), 0..100),
     ) {
         let mut bench = Bench::new(model());
         bench.ticks(100, None);
