@@ -44,9 +44,6 @@ pub struct Cia402Parameters {
     /// Share of the bits that all nodes see wrong, 0 to 1.
     #[serde(default)]
     pub bit_error_rate: f64,
-    /// Objects that no drive has, by their index.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub lacks: Vec<u16>,
     /// Faults that drives find.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub fault: Vec<FoundFault>,
@@ -92,8 +89,7 @@ impl Cia402Parameters {
             let settings = settings(*node)?;
             let [counts, gear_ratio, rated_nm] =
                 [self.counts_per_turn, self.gear_ratio, self.rated_torque_nm].map(f64::from);
-            let mut drive = Cia402Drive::new(*node, counts, gear_ratio, rated_nm);
-            self.lacks.iter().for_each(|object| drive.forget(*object));
+            let drive = Cia402Drive::new(*node, counts, gear_ratio, rated_nm);
             let control = Cia402Joint::new(&settings);
             Some(Box::new(Cia402 { control, drive, settings }) as Box<dyn OnBus>)
         });
