@@ -143,8 +143,9 @@ fn a_joint_moves_as_its_difference_equations_say() {
     }
     assert!(fastest > 0.2, "{fastest}");
     for (tick, (position, expected)) in positions.iter().zip(&expected).enumerate() {
-        // Two counts of an output's turn.
-        assert!((position - expected).abs() < 2e-5, "{tick}: {position} {expected}");
+        // Half a thousandth of 3 N m against the stiffness, and a count of what is read.
+        let coarse = 1.5e-3 / 30.0 + core::f64::consts::TAU / 655_360.0;
+        assert!((position - expected).abs() < coarse, "{tick}: {position} {expected}");
     }
 }
 
