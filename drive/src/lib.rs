@@ -45,14 +45,16 @@
 //! # Ok::<(), drive::ConfigurationError>(())
 //! ```
 //! A joint whose drive is a moteus of mjbots has all this inside it: [`MoteusFrame`] and [`MoteusState`] are what goes over its
-//! bus, [`MoteusJoint`] what a controller has of it.
+//! bus, [`MoteusJoint`] what a controller has of it. So has a drive of CiA 402 on a `CANopen` bus: [`Cia402Joint`].
 //!
 //! Quantities are in SI units. Phases are amplitude-invariant: the length of a current vector is the peak of a phase
 //! current. Positive `q` current makes positive torque.
 #![no_std]
 #![forbid(unsafe_code)]
 
+mod agreement;
 mod angle;
+mod cia402;
 mod configuration;
 mod current_controller;
 mod drive;
@@ -62,12 +64,18 @@ mod modulation;
 mod moteus;
 mod number;
 mod protection;
+mod reading;
 mod sample;
 mod tracking;
+mod trouble;
 mod vector;
 mod words;
 
 pub use angle::Angle;
+pub use cia402::{
+    Cia402Abort, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Host, Cia402Joint, Cia402Node,
+    Cia402Reading, Cia402Settings, Cia402State, Cia402Trouble,
+};
 pub use configuration::{
     Checked, Configuration, ConfigurationError, Encoder, Inverter, Joint, Limits, Motor,
 };
@@ -81,6 +89,8 @@ pub use moteus::{
     MoteusState, MoteusTrouble,
 };
 pub use protection::{Fault, Protection};
+pub use reading::DriveReading;
 pub use sample::{Rotor, Sample};
 pub use tracking::Tracking;
+pub use trouble::DriveTrouble;
 pub use vector::{Dq, Stator, Turn};

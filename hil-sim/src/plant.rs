@@ -14,14 +14,15 @@
 mod arm;
 mod axis;
 mod axis_wise;
+mod cia402;
 mod coupled;
 mod device;
+mod drive_bus;
 mod environment;
 mod hand;
 mod hand_phase;
 mod joint;
 mod moteus;
-mod moteus_bus;
 mod motor;
 mod obstacle;
 mod parameter;
@@ -39,8 +40,10 @@ mod wall;
 pub use arm::{Arm, ArmParameters, Chain, LinkKind, LinkParameters};
 pub use axis::Axis;
 pub use axis_wise::AxisWise;
+pub use cia402::Cia402Drive;
 pub use coupled::{Axes, Coupled, CoupledAxisState, Dynamics, Matrix, Mechanism, Tip};
 pub use device::DeviceParameters;
+pub use drive_bus::{Absence, Cia402Parameters, DriveBus, FoundFault, MoteusParameters};
 pub use environment::{Environment, Law, Role};
 pub use hand::{Hand, HandParameters};
 pub use hand_phase::HandPhase;
@@ -50,7 +53,6 @@ pub use joint::{
     ThermalParameters, ThreePhaseParameters,
 };
 pub use moteus::MoteusDrive;
-pub use moteus_bus::{Absence, FoundFault, MoteusBus, MoteusParameters};
 pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;

@@ -52,12 +52,13 @@ pub use moves::{
 
 use crate::scenario::RecordSection;
 
-/// Rigs that come with the command, by name.
-pub const SHIPPED: [(&str, &str); 7] = [
+/// Rigs that come with the command, by name; of those with the same scheme the one first that it is for.
+pub const SHIPPED: [(&str, &str); 8] = [
     ("arm", include_str!("../scenarios/arm.toml")),
     ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
     ("joint", include_str!("../scenarios/joint.toml")),
     ("moteus", include_str!("../scenarios/moteus.toml")),
+    ("cia402", include_str!("../scenarios/cia402.toml")),
     ("phantom", include_str!("../scenarios/phantom.toml")),
     ("rokviss", include_str!("../scenarios/rokviss.toml")),
     ("three", include_str!("../scenarios/three.toml")),

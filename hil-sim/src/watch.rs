@@ -1,7 +1,7 @@
 //! Watches whether every position, force and wave stays in its declared range, and none grows without bound.
 
 use dimsart_core::{DataType, Tick, Unit, Vocabulary as _, types};
-use drive::MoteusTrouble;
+use drive::DriveTrouble;
 
 use crate::growth::Growth;
 use crate::rig::{Probe, Rig, Station};
@@ -187,6 +187,6 @@ fn ends_it(axis: usize, number: f64, station: &Station) -> Option<String> {
         return None;
     }
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-    let trouble = MoteusTrouble::from_number(number as u16)?;
+    let trouble = DriveTrouble::from_number(number as u32)?;
     Some(format!("measures nothing: the drive of axis {axis}: {trouble}: {}", trouble.remedy()))
 }

@@ -1,6 +1,8 @@
 //! A drive as a joint of a controller that ticks.
 
 use super::{MoteusAddress, MoteusFrame, MoteusMode, MoteusReplyError, MoteusState, MoteusTrouble};
+use crate::DriveReading;
+use crate::agreement::{Agreement, Phase, Says, Shows};
 
 /// Ticks that a drive has from its first command until it is under torque: it makes itself ready for some milliseconds.
 const STARTING_TICKS: u8 = 50;
@@ -28,54 +30,15 @@ const STARTING_TICKS: u8 = 50;
 pub struct MoteusJoint {
     address: MoteusAddress,
     timeout_s: f32,
-    missing_ticks: u8,
     /// By the last reply.
     state: Option<MoteusState>,
     /// Whether a reply has come since the last tick.
     has_replied: bool,
-    silent_ticks: u8,
-    phase: Phase,
+    agreement: Agreement,
 }
 
-/// How far a joint and its drive agree.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    /// It is not commanded.
-    Off,
-    /// It is commanded, and its drive has to be stopped before, for so many ticks.
-    Clearing(u8),
-    /// It is commanded, and its drive was not yet seen under torque, for so many ticks.
-    Starting(u8),
-    /// The drive does what it is commanded.
-    On,
-    /// It does not, and has been told of once.
-    Refused,
-}
-
-/// What a joint shows in a tick: all NaN where it shows nothing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct MoteusReading {
-    /// Of the output, `rad`; not wrapped.
-    pub position_rad: f32,
-    /// Of the output, `rad/s`.
-    pub velocity_rad_per_s: f32,
-    /// By the measured currents, at the output, `N m`.
-    pub torque_nm: f32,
-    /// Of the supply, `V`.
-    pub voltage_v: f32,
-    /// Of the drive's board, `°C`.
-    pub temperature_c: f32,
-    /// What is wrong with it, or limits it.
-    pub trouble: Option<MoteusTrouble>,
-}
-
-impl MoteusReading {
-    /// The [number](MoteusTrouble::number) of its trouble as a signal has it; 0 for none.
-    #[must_use]
-    pub fn fault(&self) -> f32 {
-        self.trouble.map_or(0.0, |trouble| trouble.number().into())
-    }
-}
+/// What a joint shows in a tick.
+pub type MoteusReading = DriveReading<MoteusTrouble>;
 
 impl MoteusJoint {
     /// A joint that has not been commanded and whose drive is unknown. Each torque holds for `timeout_s`, > 0, if no other
@@ -85,11 +48,9 @@ impl MoteusJoint {
         Self {
             address,
             timeout_s,
-            missing_ticks: missing_ticks.min(254),
             state: None,
             has_replied: false,
-            silent_ticks: 0,
-            phase: Phase::Off,
+            agreement: Agreement::new(missing_ticks, STARTING_TICKS),
         }
     }
 
@@ -115,19 +76,14 @@ impl MoteusJoint {
     /// What the joint shows. Once per tick, before [`frame`](Self::frame).
     pub fn read(&mut self) -> MoteusReading {
         let is_new = core::mem::take(&mut self.has_replied);
-        self.silent_ticks = if is_new { 0 } else { self.silent_ticks.saturating_add(1) };
-        let was_refused = self.phase == Phase::Refused;
-        if let Some(state) = self.state.filter(|_| is_new) {
-            self.follow(state.mode);
-        }
-        self.wait();
-        let is_silent = self.silent_ticks != 0 && self.silent_ticks == self.missing_ticks;
-        let is_gone = self.silent_ticks > self.missing_ticks;
-        let Some(state) = self.state.filter(|_| !is_gone && !was_refused) else { return NOTHING };
-        let trouble = match state.fault.map(MoteusTrouble::Fault) {
-            _ if is_silent => Some(MoteusTrouble::Silent),
-            None if self.phase == Phase::Refused => Some(MoteusTrouble::Disobeys(state.mode)),
-            fault => fault,
+        let shows = self.agreement.read(self.state.filter(|_| is_new).map(|state| says(state.mode)));
+        let Some(state) = self.state.filter(|_| shows != Shows::Nothing) else {
+            return MoteusReading::NOTHING;
+        };
+        let trouble = match (shows, state.fault.map(MoteusTrouble::Fault)) {
+            (Shows::Silent, _) => Some(MoteusTrouble::Silent),
+            (Shows::Disobeys, None) => Some(MoteusTrouble::Disobeys(state.mode)),
+            (_, fault) => fault,
         };
         MoteusReading {
             position_rad: state.position_rad,
@@ -143,13 +99,8 @@ impl MoteusJoint {
     /// the joint is off. Once per tick.
     pub fn frame(&mut self, torque_nm: Option<f32>) -> MoteusFrame {
         let mode = self.state.map(|state| state.mode);
-        self.phase = match (torque_nm, self.phase) {
-            (None, _) => Phase::Off,
-            (Some(_), Phase::Off) if mode.is_none_or(needs_stop) => Phase::Clearing(0),
-            (Some(_), Phase::Off) => Phase::Starting(0),
-            (Some(_), phase) => phase,
-        };
-        match (torque_nm, self.phase) {
+        let phase = self.agreement.command(torque_nm.is_some(), mode.map(says));
+        match (torque_nm, phase) {
             (Some(torque_nm), Phase::Starting(_) | Phase::On) => {
                 MoteusFrame::torque(torque_nm, self.timeout_s)
             }
@@ -160,40 +111,13 @@ impl MoteusJoint {
             _ => MoteusFrame::stop(),
         }
     }
-
-    /// Compares what the drive is at with what it should be.
-    fn follow(&mut self, mode: MoteusMode) {
-        self.phase = match (self.phase, mode) {
-            (Phase::Clearing(_), mode) if !needs_stop(mode) => Phase::Starting(0),
-            (Phase::Starting(_), MoteusMode::Position) => Phase::On,
-            (Phase::Starting(_), mode) if needs_stop(mode) => Phase::Refused,
-            (Phase::On, mode) if mode != MoteusMode::Position => Phase::Refused,
-            (phase, _) => phase,
-        };
-    }
-
-    /// Counts the ticks of what must not last.
-    fn wait(&mut self) {
-        self.phase = match self.phase {
-            Phase::Clearing(STARTING_TICKS) | Phase::Starting(STARTING_TICKS) => Phase::Refused,
-            Phase::Clearing(ticks) => Phase::Clearing(ticks.saturating_add(1)),
-            Phase::Starting(ticks) => Phase::Starting(ticks.saturating_add(1)),
-            phase => phase,
-        };
-    }
 }
 
-/// Of a joint that shows nothing.
-const NOTHING: MoteusReading = MoteusReading {
-    position_rad: f32::NAN,
-    velocity_rad_per_s: f32::NAN,
-    torque_nm: f32::NAN,
-    voltage_v: f32::NAN,
-    temperature_c: f32::NAN,
-    trouble: None,
-};
-
-/// Whether a drive obeys no torque before it was stopped.
-fn needs_stop(mode: MoteusMode) -> bool {
-    matches!(mode, MoteusMode::Fault | MoteusMode::Timeout | MoteusMode::Other(_))
+/// A drive that went off by itself obeys no torque before it was stopped.
+fn says(mode: MoteusMode) -> Says {
+    match mode {
+        MoteusMode::Position => Says::Obeys,
+        MoteusMode::Stopped | MoteusMode::Preparing => Says::Ready,
+        MoteusMode::Fault | MoteusMode::Timeout | MoteusMode::Other(_) => Says::Stuck,
+    }
 }

@@ -55,6 +55,12 @@ impl MoteusTrouble {
     }
 }
 
+impl From<MoteusTrouble> for u32 {
+    fn from(trouble: MoteusTrouble) -> Self {
+        trouble.number().into()
+    }
+}
+
 impl fmt::Display for MoteusTrouble {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

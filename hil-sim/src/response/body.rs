@@ -2,10 +2,10 @@
 
 use dimsart_core::limits::MAX_DOF;
 
-use drive::MoteusReading;
+use drive::DriveReading;
 
 use super::error::ResponseError;
-use crate::plant::{Arm, Axes, Joint, JointParameters, MoteusBus, Phantom, PhantomPort};
+use crate::plant::{Arm, Axes, DriveBus, Joint, JointParameters, Phantom, PhantomPort};
 use crate::rig_file::{AxisSection, DeviceSection};
 
 /// The plant of a device.
@@ -14,7 +14,7 @@ pub(super) enum Body {
     Joints(Vec<Joint>),
     Arm(Box<Arm>),
     Phantom(Box<Tip>),
-    Moteus(Box<MoteusBus>),
+    Drives(Box<DriveBus>),
 }
 
 /// A `PHANToM`, whose Cartesian positions begin where it stands.
@@ -35,15 +35,15 @@ pub(super) struct AxisState {
     /// Current, voltage and winding temperature of its motor.
     pub(super) motor: Option<[f64; 3]>,
     /// What its drive says, in place of sensors.
-    pub(super) reading: Option<MoteusReading>,
+    pub(super) reading: Option<DriveReading>,
 }
 
 impl Body {
-    /// The plant of a device at rest.
+    /// The plant of a device at rest, for ticks of `tick_s`.
     ///
     /// # Errors
     /// [`ResponseError::Plant`] for one that cannot exist.
-    pub(super) fn new(section: &DeviceSection, seed: u64) -> Result<Self, ResponseError> {
+    pub(super) fn new(section: &DeviceSection, tick_s: f64, seed: u64) -> Result<Self, ResponseError> {
         let wrong = |axis| {
             let device = section.name.clone();
             move |error| ResponseError::Plant { device, axis, error }
@@ -73,9 +73,10 @@ impl Body {
             joint.build().map_err(wrong(axis))
         });
         let joints = joints.collect::<Result<_, _>>()?;
-        Ok(match &section.moteus {
-            Some(moteus) => Self::Moteus(Box::new(moteus.build(joints, seed))),
-            None => Self::Joints(joints),
+        Ok(match (&section.moteus, &section.cia402) {
+            (Some(moteus), _) => Self::Drives(Box::new(moteus.build(joints, seed))),
+            (_, Some(cia402)) => Self::Drives(Box::new(cia402.build(joints, tick_s, seed))),
+            _ => Self::Joints(joints),
         })
     }
 
@@ -83,7 +84,7 @@ impl Body {
     pub(super) fn state(&self, axis: usize) -> AxisState {
         match self {
             Self::Joints(joints) => joints.get(axis).map_or_else(AxisState::default, AxisState::of),
-            Self::Moteus(bus) => {
+            Self::Drives(bus) => {
                 let state = bus.joint(axis).map_or_else(AxisState::default, AxisState::of);
                 AxisState { reading: bus.reading(axis).copied(), ..state }
             }
@@ -100,7 +101,7 @@ impl Body {
     pub(super) fn is_at_stop(&self, axis: usize) -> bool {
         match self {
             Self::Joints(joints) => joints.get(axis).is_some_and(Joint::is_at_stop),
-            Self::Moteus(bus) => bus.joint(axis).is_some_and(Joint::is_at_stop),
+            Self::Drives(bus) => bus.joint(axis).is_some_and(Joint::is_at_stop),
             Self::Arm(arm) => arm.is_at_stop(),
             Self::Phantom(tip) => tip.phantom.body().is_at_stop(),
         }
@@ -108,14 +109,14 @@ impl Body {
 
     /// Whether the actuator of an axis is commanded from the next period on, or off.
     pub(super) fn switch(&mut self, axis: usize, is_on: bool) {
-        if let Self::Moteus(bus) = self {
+        if let Self::Drives(bus) = self {
             bus.switch(axis, is_on);
         }
     }
 
     /// Whether an actuator holds what it is commanded from the beginning of a period to its end.
     pub(super) fn holds_commands(&self) -> bool {
-        !matches!(self, Self::Moteus(_))
+        !matches!(self, Self::Drives(_))
     }
 
     /// Holds `commands` from `start_s` for `period_s` and moves on; `outside` is what pushes an axis by time alone,
@@ -138,7 +139,7 @@ impl Body {
                     joint.advance(start_s, period_s, command(axis), &|time_s| outside(axis, time_s));
                 }
             }
-            Self::Moteus(bus) => bus.advance(start_s, period_s, command, outside),
+            Self::Drives(bus) => bus.advance(start_s, period_s, command, outside),
             Self::Arm(arm) => {
                 let axes = arm.axes();
                 let pushed = |time_s: f64, positions: &Axes, velocities: &Axes| {

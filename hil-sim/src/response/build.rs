@@ -31,7 +31,7 @@ pub(super) fn rig(file: &RigFile, disturbance: Option<Disturbance>) -> Result<Ri
         });
         let count = of_device.clone().count();
         let machine = Machine::new(
-            Body::new(device, file.seed)?,
+            Body::new(device, file.sample_period_s, file.seed)?,
             axes_of(file, device)?,
             device.delay_ticks,
             disturbed,

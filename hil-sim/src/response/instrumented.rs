@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use dimsart_core::{DataType, types};
-use drive::MoteusReading;
+use drive::DriveReading;
 
 use super::body::AxisState;
 use super::machine::Machine;
@@ -168,7 +168,7 @@ fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
 }
 
 /// What a drive says of an axis.
-fn said(data_type: &DataType, reading: &MoteusReading) -> f32 {
+fn said(data_type: &DataType, reading: &DriveReading) -> f32 {
     match data_type.id {
         id if id == types::VELOCITY.id => reading.velocity_rad_per_s,
         id if id == types::MEASURED_TORQUE.id => reading.torque_nm,

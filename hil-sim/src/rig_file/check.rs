@@ -30,7 +30,7 @@ pub(super) const SENSED: [&DataType; 10] = [
 /// Those of its motor.
 const OF_MOTOR: [&DataType; 3] = [types::MOTOR_CURRENT, types::MOTOR_VOLTAGE, types::WINDING_TEMPERATURE];
 
-/// Those that a moteus drive says, in place of sensors.
+/// Those that a drive on a bus says, in place of sensors.
 const OF_DRIVE: [&DataType; 6] = [
     types::POSITION,
     types::VELOCITY,
@@ -262,24 +262,29 @@ impl RigFile {
     }
 }
 
-/// Drives of mjbots, and that nothing is measured but what they say.
+/// Drives on a bus, and that nothing is measured but what they say.
 fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
     let name = &device.name;
     let measured = |data_type: &&DataType| device.measures.iter().any(|name| name == data_type.name);
-    let Some(moteus) = &device.moteus else {
+    let axes = device.axes.len();
+    let of_moteus = device.moteus.as_ref().map(|moteus| ("moteus", moteus.problems(axes)));
+    let of_cia402 = device.cia402.as_ref().map(|cia402| ("cia402", cia402.problems(axes)));
+    let Some((kind, wrong)) = of_moteus.or(of_cia402) else {
         // What a sensor shows, too, is said with the sensors.
         for data_type in OF_DRIVE.into_iter().skip(2).filter(measured) {
             problems.push(format!(
-                "device '{name}' measures {}, and has no drives to say it: give it [device.moteus]",
+                "device '{name}' measures {}, and has no drives to say it: give it [device.moteus] or [device.cia402]",
                 data_type.name
             ));
         }
         return;
     };
-    let wrong = moteus.problems(device.axes.len());
-    problems.extend(wrong.into_iter().map(|problem| format!("device '{name}': moteus: {problem}")));
+    problems.extend(wrong.into_iter().map(|problem| format!("device '{name}': {kind}: {problem}")));
     if device.coupled_axes().is_some() {
-        problems.push(format!("device '{name}' has coupled axes and moteus drives: give it one of them"));
+        problems.push(format!("device '{name}' has coupled axes and {kind} drives: give it one of them"));
+    }
+    if device.moteus.is_some() && device.cia402.is_some() {
+        problems.push(format!("device '{name}' has drives of two kinds: give it one of them"));
     }
     if device.delay_ticks > 0.0 {
         problems.push(format!("device '{name}': its delay is its bus's: leave delay_ticks out"));
@@ -287,7 +292,10 @@ fn check_drives(device: &DeviceSection, problems: &mut Vec<String>) {
     if device.axes.iter().any(|axis| axis.unit != AxisUnit::Radian) {
         problems.push(format!("device '{name}': its drives turn: give every axis the unit \"rad\""));
     }
-    let silent = SENSED.into_iter().filter(|data_type| !OF_DRIVE.contains(data_type));
+    let is_silent = |data_type: &&DataType| {
+        !OF_DRIVE.contains(data_type) || device.cia402.is_some() && data_type.id == types::TEMPERATURE.id
+    };
+    let silent = SENSED.into_iter().filter(is_silent);
     for data_type in silent.filter(measured) {
         problems.push(format!("device '{name}' measures {}, which its drives do not say", data_type.name));
     }

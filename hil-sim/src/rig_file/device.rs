@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{AxisHand, AxisSpring, AxisWall};
 use crate::plant::{
-    ArmParameters, JointParameters, LinkKind, MoteusParameters, PhantomParameters, PhantomPort,
-    SensorParameters,
+    ArmParameters, Cia402Parameters, JointParameters, LinkKind, MoteusParameters, PhantomParameters,
+    PhantomPort, SensorParameters,
 };
 use crate::watch::Ranges;
 
@@ -47,6 +47,9 @@ pub struct DeviceSection {
     /// Drives of mjbots that turn its axes, behind a CAN FD bus.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub moteus: Option<MoteusParameters>,
+    /// Drives of CiA 402 that turn its axes, behind a `CANopen` bus.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cia402: Option<Cia402Parameters>,
 }
 
 /// `[[device.axis]]`.

@@ -1,10 +1,10 @@
 //! How much of the bus drives take.
 
-use drive::MoteusReading;
-use hil_sim::plant::{JointParameters, MoteusBus, MoteusParameters};
+use drive::DriveReading;
+use hil_sim::plant::{DriveBus, JointParameters, MoteusParameters};
 
 /// So many drives under torque for 200 ticks of `period_s`.
-fn run(drives: u8, period_s: f64, bits: &str) -> MoteusBus {
+fn run(drives: u8, period_s: f64, bits: &str) -> DriveBus {
     let ids: Vec<u8> = (1..=drives).collect();
     let parameters: MoteusParameters = toml::from_str(&format!("ids = {ids:?}\n{bits}")).unwrap();
     let joints = ids.iter().map(|_| JointParameters::of_inertia(0.01).build().unwrap()).collect();
@@ -16,12 +16,12 @@ fn run(drives: u8, period_s: f64, bits: &str) -> MoteusBus {
     bus
 }
 
-fn load(bus: &MoteusBus, period_s: f64) -> f64 {
+fn load(bus: &DriveBus, period_s: f64) -> f64 {
     bus.bus().busy_ns() as f64 * 1e-9 / (200.0 * period_s)
 }
 
-fn troubles(bus: &MoteusBus, drives: usize) -> usize {
-    let is_in_trouble = |reading: &MoteusReading| reading.trouble.is_some() || reading.position_rad.is_nan();
+fn troubles(bus: &DriveBus, drives: usize) -> usize {
+    let is_in_trouble = |reading: &DriveReading| reading.trouble.is_some() || reading.position_rad.is_nan();
     (0..drives).filter(|axis| bus.reading(*axis).is_some_and(is_in_trouble)).count()
 }
 

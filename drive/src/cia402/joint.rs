@@ -1,0 +1,211 @@
+//! A drive as a joint of a controller that ticks.
+
+use core::f32::consts::TAU;
+
+use super::setup::Setup;
+use super::{
+    BOOTING, Cia402Command, Cia402Emergency, Cia402Frame, Cia402Node, Cia402Settings, Cia402State,
+    Cia402Trouble, OPERATIONAL, TORQUE_MODE,
+};
+use crate::DriveReading;
+use crate::agreement::{Agreement, Phase, Says, Shows};
+
+/// Ticks that a drive has from its first command until it is under torque: it may have a brake to open.
+const STARTING_TICKS: u8 = 250;
+
+/// What a joint shows in a tick; it knows no temperature.
+pub type Cia402Reading = DriveReading<Cia402Trouble>;
+
+/// One drive: it is set up, then gets a torque in every tick, and says how it moves.
+///
+/// ```text
+///   tick: read ─▶ scheme ─▶ safety stage ─▶ frame of each joint, SYNC ─▶ bus ─▶ drives
+///         receive ◀───────────────────────────────────────────────────  bus ◀──┘     until the next tick
+/// ```
+/// By SYNC all drives obey what came before it, and say what they were at. So a controller sees the joint as it was when it
+/// took the last command, a tick before it takes the one that comes of it.
+///
+/// | Drive | What is read |
+/// |---|---|
+/// | was never set up | nothing but NaN; what it refused as the trouble |
+/// | does what it is commanded | what it said |
+/// | has said nothing for fewer than `missing_ticks` | what it said last |
+/// | is silent, or lost; under command: sent an emergency, or left *operation enabled* | once more, with the [trouble](Cia402Trouble); then nothing but NaN |
+/// | is not commanded | what it said, with its fault |
+///
+/// What is NaN stops the robot by its safety stage. A joint that is off has its drive's voltage disabled in every tick. A
+/// fault stays to be seen until the joint is commanded again: then it is reset, once. A drive that was switched off
+/// and on, or whose heartbeat stayed away, is set up anew.
+#[derive(Debug, Clone)]
+pub struct Cia402Joint {
+    settings: Cia402Settings,
+    setup: Setup,
+    agreement: Agreement,
+    statusword: u16,
+    mode: i8,
+    /// By the last process data; NaN before.
+    shown: Cia402Reading,
+    emergency: Option<Cia402Emergency>,
+    /// Why it was set up anew.
+    lost: Option<Cia402Trouble>,
+    is_lost_now: bool,
+    /// Which of both process data have come since the last tick.
+    news: [bool; 2],
+    ticks_since_heartbeat: u16,
+}
+
+impl Cia402Joint {
+    /// A joint that has not been commanded and whose drive is unknown.
+    #[must_use]
+    pub fn new(settings: &Cia402Settings) -> Self {
+        Self {
+            settings: *settings,
+            setup: Setup::new(settings),
+            agreement: Agreement::new(settings.missing_ticks, STARTING_TICKS),
+            statusword: 0,
+            mode: 0,
+            shown: Cia402Reading::NOTHING,
+            emergency: None,
+            lost: None,
+            is_lost_now: false,
+            news: [false; 2],
+            ticks_since_heartbeat: 0,
+        }
+    }
+
+    /// The drive's.
+    #[must_use]
+    pub fn node(&self) -> Cia402Node {
+        self.settings.node
+    }
+
+    /// Whether the drive was set up, and is there.
+    #[must_use]
+    pub fn is_set_up(&self) -> bool {
+        self.setup.is_done
+    }
+
+    /// Takes a frame with a standard identifier off the bus. What is another's or malformed says nothing.
+    pub fn receive(&mut self, id: u16, data: &[u8]) {
+        let node = self.settings.node;
+        match data {
+            &[low, high, a, b, c, d, torque_low, torque_high] if id == node.tpdo_id(1) => {
+                self.statusword = u16::from_le_bytes([low, high]);
+                let torque = i16::from_le_bytes([torque_low, torque_high]);
+                self.shown.position_rad = i32::from_le_bytes([a, b, c, d]) as f32 * self.rad_per_count();
+                self.shown.torque_nm = f32::from(torque) * self.nm_per_thousandth();
+                self.news[0] = true;
+                self.setup.see_operational();
+            }
+            &[a, b, c, d, mode] if id == node.tpdo_id(2) => {
+                self.shown.velocity_rad_per_s =
+                    i32::from_le_bytes([a, b, c, d]) as f32 * self.rad_per_count();
+                self.mode = i8::from_le_bytes([mode]);
+                self.news[1] = true;
+            }
+            &[a, b, c, d] if id == node.tpdo_id(3) => {
+                self.shown.voltage_v = 1e-3 * u32::from_le_bytes([a, b, c, d]) as f32;
+            }
+            &[low, high, ..] if id == node.emergency_id() => {
+                self.emergency = Cia402Emergency::from_code(u16::from_le_bytes([low, high]));
+            }
+            &[state] if id == node.heartbeat_id() => self.see_heartbeat(state & 0x7f),
+            answer if id == node.answer_id() => self.setup.receive(answer),
+            _ => {}
+        }
+    }
+
+    /// What the joint shows. Once per tick, before [`frame`](Self::frame).
+    pub fn read(&mut self) -> Cia402Reading {
+        self.ticks_since_heartbeat = self.ticks_since_heartbeat.saturating_add(1);
+        if self.setup.is_done && self.ticks_since_heartbeat > self.settings.timeout_ticks() {
+            self.lose(Cia402Trouble::NoHeartbeat);
+        }
+        let has_spoken = core::mem::take(&mut self.news) == [true; 2];
+        // One that is silent was told of.
+        let is_lost = core::mem::take(&mut self.is_lost_now) && !self.agreement.is_gone();
+        let said = if is_lost { Some(Says::Stuck) } else { has_spoken.then(|| self.says()) };
+        let shows = self.agreement.read(said);
+        let of_setup = self.setup.refusal.or(self.lost).filter(|_| !self.setup.is_done);
+        let emergency = self.emergency.map(Cia402Trouble::Emergency);
+        let state = Cia402State::from_statusword(self.statusword);
+        let trouble = match (shows, state) {
+            _ if of_setup.is_some() || emergency.is_some() => emergency.or(of_setup),
+            (Shows::Silent, _) => Some(Cia402Trouble::Silent),
+            (Shows::Disobeys, Cia402State::OperationEnabled) => Some(Cia402Trouble::Mode(self.mode)),
+            (Shows::Disobeys, _) | (Shows::State, Cia402State::Fault | Cia402State::FaultReactionActive) => {
+                Some(Cia402Trouble::State(state))
+            }
+            _ => None,
+        };
+        let shown = if shows == Shows::Nothing { Cia402Reading::NOTHING } else { self.shown };
+        Cia402Reading { trouble, ..shown }
+    }
+
+    /// What to send before SYNC, if anything: for a torque, `N m` at the output, or for none, where the joint is off. Once per
+    /// tick.
+    pub fn frame(&mut self, torque_nm: Option<f32>) -> Option<Cia402Frame> {
+        let said = self.shown.position_rad.is_finite().then(|| self.says());
+        let phase = self.agreement.command(torque_nm.is_some(), said);
+        if phase == Phase::Clearing(0) {
+            self.emergency = None;
+        }
+        if !self.setup.is_done {
+            return self.setup.frame();
+        }
+        let state = Cia402State::from_statusword(self.statusword);
+        let (command, torque) = match (phase, torque_nm) {
+            (Phase::On, Some(torque_nm))
+                if torque_nm.is_finite() && state == Cia402State::OperationEnabled =>
+            {
+                (Cia402Command::EnableOperation, thousandths(torque_nm / self.nm_per_thousandth()))
+            }
+            (Phase::Clearing(_), _) => (Cia402Command::FaultReset, 0),
+            (Phase::Starting(_), _) => (state.next_command(), 0),
+            _ => (Cia402Command::DisableVoltage, 0),
+        };
+        let ([a, b], [c, d]) = (command.controlword().to_le_bytes(), torque.to_le_bytes());
+        Some(Cia402Frame::new(self.settings.node.rpdo_id(1), [a, b, c, d]))
+    }
+
+    fn says(&self) -> Says {
+        match Cia402State::from_statusword(self.statusword) {
+            _ if self.emergency.is_some() => Says::Stuck,
+            Cia402State::OperationEnabled if self.mode == TORQUE_MODE => Says::Obeys,
+            Cia402State::Fault | Cia402State::FaultReactionActive | Cia402State::Unknown => Says::Stuck,
+            _ => Says::Ready,
+        }
+    }
+
+    fn see_heartbeat(&mut self, state: u8) {
+        self.ticks_since_heartbeat = 0;
+        match state {
+            OPERATIONAL => self.setup.see_operational(),
+            _ if self.setup.is_done => self.lose(Cia402Trouble::LeftOperation),
+            BOOTING => self.setup.begin(),
+            _ => {}
+        }
+    }
+
+    /// Sets the drive up anew.
+    fn lose(&mut self, why: Cia402Trouble) {
+        (self.lost, self.is_lost_now) = (Some(why), true);
+        self.statusword = 0;
+        self.setup.begin();
+    }
+
+    fn rad_per_count(&self) -> f32 {
+        TAU / (self.settings.counts_per_turn * self.settings.gear_ratio)
+    }
+
+    /// Of the rated torque, at the output.
+    fn nm_per_thousandth(&self) -> f32 {
+        1e-3 * self.setup.rated_nm * self.settings.gear_ratio
+    }
+}
+
+/// To the next whole number.
+#[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
+fn thousandths(number: f32) -> i16 {
+    (number + 0.5_f32.copysign(number)) as i16
+}

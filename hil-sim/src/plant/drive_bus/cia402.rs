@@ -1,0 +1,228 @@
+//! `[device.cia402]`: drives of CiA 402 and their bus.
+
+use drive::{Cia402Host, Cia402Joint, Cia402Node, Cia402Settings, DriveReading};
+use serde::{Deserialize, Serialize};
+
+use super::common::{Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s};
+use super::{DriveBus, QUEUE_FRAMES, classic};
+use crate::bus::can::{CanFrame, CanParameters, Format, Identifier};
+use crate::plant::{Cia402Drive, Joint};
+
+/// Ticks of preparation: for all questions, and for what is said by every tenth SYNC alone.
+const PREPARING_TICKS: u32 = 200;
+
+/// `[device.cia402]`: the drives of a device's axes, and the bus that they are on.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cia402Parameters {
+    /// Node number of each axis' drive, 1 to 127.
+    pub nodes: Vec<u8>,
+    /// The controller's own, 1 to 127.
+    #[serde(default = "host")]
+    pub host: u8,
+    /// Of every motor.
+    #[serde(default = "counts_per_turn")]
+    pub counts_per_turn: f32,
+    /// Turns of every motor for one of the output, not 0; below 0 where they turn against each other.
+    #[serde(default = "one")]
+    pub gear_ratio: f32,
+    /// Of every motor, `N m`; a drive makes three times as much at most.
+    #[serde(default = "one")]
+    pub rated_torque_nm: f32,
+    /// Time without a heartbeat after which a drive turns itself off, and is taken for lost, `s`.
+    #[serde(default = "timeout_s")]
+    pub timeout_s: f32,
+    /// Ticks in a row in which a drive may say nothing.
+    #[serde(default = "missing_ticks")]
+    pub missing_ticks: u8,
+    /// From SYNC to when what is said waits for the bus, `s`.
+    #[serde(default = "reply_delay_s")]
+    pub reply_delay_s: f64,
+    /// Bit rate.
+    #[serde(default = "bits_per_s")]
+    pub bits_per_s: u32,
+    /// Share of the bits that all nodes see wrong, 0 to 1.
+    #[serde(default)]
+    pub bit_error_rate: f64,
+    /// Faults that drives find.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fault: Vec<FoundFault>,
+    /// Who is off the bus, and when. What is sent to a drive that is not there is acknowledged by somebody else.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub absent: Vec<Absence>,
+}
+
+fn host() -> u8 {
+    127
+}
+
+fn counts_per_turn() -> f32 {
+    65_536.0
+}
+
+fn one() -> f32 {
+    1.0
+}
+
+fn timeout_s() -> f32 {
+    0.02
+}
+
+impl Cia402Parameters {
+    /// The bus with its drives, each set up and at rest with its joint, for ticks of `tick_s`. `seed` decides on bit errors.
+    #[must_use]
+    pub fn build(&self, joints: Vec<Joint>, tick_s: f64, seed: u64) -> DriveBus {
+        let settings = |node: u8| {
+            #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
+            let tick_s = tick_s as f32;
+            Some(Cia402Settings {
+                node: Cia402Node::new(node)?,
+                host: Cia402Node::new(self.host)?,
+                counts_per_turn: self.counts_per_turn,
+                gear_ratio: self.gear_ratio,
+                tick_s,
+                timeout_s: self.timeout_s,
+                missing_ticks: self.missing_ticks,
+            })
+        };
+        let drives = self.nodes.iter().filter_map(|node| {
+            let settings = settings(*node)?;
+            let [counts, gear_ratio, rated_nm] =
+                [self.counts_per_turn, self.gear_ratio, self.rated_torque_nm].map(f64::from);
+            let drive = Cia402Drive::new(*node, counts, gear_ratio, rated_nm);
+            let control = Cia402Joint::new(&settings);
+            Some(Box::new(Cia402 { control, drive, settings }) as Box<dyn OnBus>)
+        });
+        let host = self.nodes.first().and_then(|node| settings(*node)).map(|of_any| Cia402Host::new(&of_any));
+        DriveBus::new(self.wires(), drives.zip(joints), host, seed)
+    }
+
+    fn wires(&self) -> Wires {
+        let can = CanParameters {
+            bits_per_s: self.bits_per_s,
+            data_bits_per_s: self.bits_per_s,
+            bit_error_rate: self.bit_error_rate,
+            rejoins: 0,
+            queue_frames: QUEUE_FRAMES,
+        };
+        let (fault, absent) = (self.fault.clone(), self.absent.clone());
+        Wires { can, reply_delay_s: self.reply_delay_s, fault, absent }
+    }
+
+    /// What is wrong with it, for a device of so many axes.
+    #[must_use]
+    pub fn problems(&self, axes: usize) -> Vec<String> {
+        let mut problems = Vec::new();
+        if self.nodes.len() != axes {
+            let count = self.nodes.len();
+            problems.push(format!("nodes has {count} entries: give it one for each of {axes} axes"));
+        }
+        for (place, node) in self.nodes.iter().chain([&self.host]).enumerate() {
+            if Cia402Node::new(*node).is_none() {
+                problems.push(format!("node {node}: give it 1 to 127"));
+            }
+            if self.nodes.iter().take(place).any(|other| other == node) {
+                problems.push(format!("node {node} is there twice: give each drive and the host its own"));
+            }
+        }
+        if !(self.gear_ratio.is_finite() && self.gear_ratio.abs() > 0.0) {
+            problems.push(format!("gear_ratio is {}: give it a number that is not 0", self.gear_ratio));
+        }
+        if !(0.004..=60.0).contains(&self.timeout_s) {
+            problems.push(format!("timeout_s is {}: give it 0.004 to 60", self.timeout_s));
+        }
+        for (key, value) in [
+            ("counts_per_turn", f64::from(self.counts_per_turn)),
+            ("rated_torque_nm", f64::from(self.rated_torque_nm)),
+            ("bits_per_s", self.bits_per_s.into()),
+        ] {
+            if !(value.is_finite() && value > 0.0) {
+                problems.push(format!("{key} is {value}: give it a number > 0"));
+            }
+        }
+        check(&self.wires(), axes, &mut problems);
+        problems
+    }
+}
+
+/// A drive, and what runs on a board for it.
+#[derive(Debug)]
+struct Cia402 {
+    control: Cia402Joint,
+    drive: Cia402Drive,
+    settings: Cia402Settings,
+}
+
+impl OnBus for Cia402 {
+    fn identifiers(&self) -> (Vec<Identifier>, Vec<Identifier>) {
+        let Cia402Settings { node, host, .. } = self.settings;
+        let by_drive = [
+            Cia402Node::NMT_ID,
+            Cia402Node::SYNC_ID,
+            node.rpdo_id(1),
+            node.question_id(),
+            host.heartbeat_id(),
+        ];
+        let pdos = [1, 2, 3].map(|pdo| node.tpdo_id(pdo));
+        let by_host = [node.emergency_id(), node.answer_id(), node.heartbeat_id()].into_iter().chain(pdos);
+        (by_drive.map(Identifier::Standard).to_vec(), by_host.map(Identifier::Standard).collect())
+    }
+
+    fn prepare(&mut self) {
+        for _ in 0..PREPARING_TICKS {
+            if let Some(frame) = self.control.frame(None) {
+                self.drive.receive(frame.id(), frame.bytes());
+            }
+            self.drive.receive(Cia402Node::SYNC_ID, &[]);
+            self.drive.advance(self.settings.tick_s.into());
+            self.drive.sent().for_each(|(id, data)| self.control.receive(id, &data));
+            self.control.read();
+        }
+    }
+
+    fn command(&mut self, torque_nm: Option<f32>) -> Option<CanFrame> {
+        classic(&self.control.frame(torque_nm)?)
+    }
+
+    fn hear(&mut self, frame: &CanFrame) {
+        if let Identifier::Standard(id) = frame.identifier {
+            self.control.receive(id, frame.data());
+        }
+    }
+
+    fn read(&mut self) -> DriveReading {
+        self.control.read().of_any()
+    }
+
+    fn obey(&mut self, frame: &CanFrame) {
+        if let Identifier::Standard(id) = frame.identifier {
+            self.drive.receive(id, frame.data());
+        }
+    }
+
+    fn sent(&mut self) -> Vec<CanFrame> {
+        let frame =
+            |(id, data): (u16, Vec<u8>)| CanFrame::new(Identifier::Standard(id), Format::Classic, &data);
+        self.drive.sent().filter_map(frame).collect()
+    }
+
+    fn raise_fault(&mut self, number: u16) {
+        self.drive.raise_fault(number);
+    }
+
+    fn set_state(&mut self, position_rad: f64, velocity_rad_per_s: f64) {
+        self.drive.set_state(position_rad, velocity_rad_per_s);
+    }
+
+    fn torque_nm(&self) -> f64 {
+        self.drive.torque_nm()
+    }
+
+    fn left_s(&self) -> Option<f64> {
+        self.drive.left_s()
+    }
+
+    fn advance(&mut self, period_s: f64) {
+        self.drive.advance(period_s);
+    }
+}

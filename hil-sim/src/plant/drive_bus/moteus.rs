@@ -1,0 +1,191 @@
+//! What a rig file says of moteus drives and their bus.
+
+use drive::{DriveReading, MoteusAddress, MoteusFrame, MoteusJoint};
+use serde::{Deserialize, Serialize};
+
+use super::common::{Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s};
+use super::{DriveBus, QUEUE_FRAMES};
+use crate::bus::can::{CanFrame, CanParameters, Format, Identifier};
+use crate::plant::{Joint, MoteusDrive};
+
+/// `[device.moteus]`: the drives of a device's axes, and the bus that they are on.
+#[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct MoteusParameters {
+    /// `id.id` of each axis' drive, 0 to 126.
+    pub ids: Vec<u8>,
+    /// Number of the controller on the bus, 0 to 126.
+    #[serde(default)]
+    pub host: u8,
+    /// Time for which a drive holds a torque if no other comes, `s`.
+    #[serde(default = "timeout_s")]
+    pub timeout_s: f32,
+    /// Ticks in a row in which a reply may be missing.
+    #[serde(default = "missing_ticks")]
+    pub missing_ticks: u8,
+    /// Of every drive, at the output, `N m`.
+    #[serde(default = "most_torque_nm")]
+    pub most_torque_nm: f64,
+    /// From a frame's end to when the reply waits for the bus, `s`. None is published: look at your drives'.
+    #[serde(default = "reply_delay_s")]
+    pub reply_delay_s: f64,
+    /// Nominal bit rate.
+    #[serde(default = "bits_per_s")]
+    pub bits_per_s: u32,
+    /// Bit rate of the data.
+    #[serde(default = "data_bits_per_s")]
+    pub data_bits_per_s: u32,
+    /// Share of the bits that all nodes see wrong, 0 to 1.
+    #[serde(default)]
+    pub bit_error_rate: f64,
+    /// Faults that drives find.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fault: Vec<FoundFault>,
+    /// Who is off the bus, and when. What is sent to a drive that is not there is acknowledged by somebody else.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub absent: Vec<Absence>,
+}
+
+fn timeout_s() -> f32 {
+    0.02
+}
+
+fn most_torque_nm() -> f64 {
+    4.0
+}
+
+fn data_bits_per_s() -> u32 {
+    5_000_000
+}
+
+impl MoteusParameters {
+    /// The bus with its drives, each at rest with its joint. `seed` decides on bit errors.
+    #[must_use]
+    pub fn build(&self, joints: Vec<Joint>, seed: u64) -> DriveBus {
+        let drives = self.ids.iter().filter_map(|id| {
+            let address = MoteusAddress::new(self.host, *id)?;
+            let control = MoteusJoint::new(address, self.timeout_s, self.missing_ticks);
+            let drive = MoteusDrive::new(*id, self.most_torque_nm);
+            Some(Box::new(Moteus { control, drive, reply: None }) as Box<dyn OnBus>)
+        });
+        DriveBus::new(self.wires(), drives.zip(joints), None, seed)
+    }
+
+    fn wires(&self) -> Wires {
+        let can = CanParameters {
+            bits_per_s: self.bits_per_s,
+            data_bits_per_s: self.data_bits_per_s,
+            bit_error_rate: self.bit_error_rate,
+            rejoins: 0,
+            queue_frames: QUEUE_FRAMES,
+        };
+        let (fault, absent) = (self.fault.clone(), self.absent.clone());
+        Wires { can, reply_delay_s: self.reply_delay_s, fault, absent }
+    }
+
+    /// What is wrong with it, for a device of so many axes.
+    #[must_use]
+    pub fn problems(&self, axes: usize) -> Vec<String> {
+        let mut problems = Vec::new();
+        if self.ids.len() != axes {
+            problems.push(format!("ids has {} entries: give it one for each of {axes} axes", self.ids.len()));
+        }
+        for (place, id) in self.ids.iter().enumerate() {
+            if MoteusAddress::new(self.host, *id).is_none() {
+                let host = self.host;
+                problems.push(format!("id {id} with host {host}: give them 0 to 126, and not the same"));
+            }
+            if self.ids.iter().take(place).any(|other| other == id) {
+                problems.push(format!("id {id} is there twice: give each drive its own"));
+            }
+        }
+        let positive = [
+            ("timeout_s", f64::from(self.timeout_s)),
+            ("most_torque_nm", self.most_torque_nm),
+            ("bits_per_s", self.bits_per_s.into()),
+            ("data_bits_per_s", self.data_bits_per_s.into()),
+        ];
+        for (key, value) in positive.into_iter().filter(|(_, value)| !(value.is_finite() && *value > 0.0)) {
+            problems.push(format!("{key} is {value}: give it a number > 0"));
+        }
+        if self.fault.iter().any(|fault| fault.number > 255) {
+            problems.push("a fault has a number above 255, which no moteus knows".to_owned());
+        }
+        check(&self.wires(), axes, &mut problems);
+        problems
+    }
+}
+
+/// A drive, and what runs on a board for it.
+#[derive(Debug)]
+struct Moteus {
+    control: MoteusJoint,
+    drive: MoteusDrive,
+    reply: Option<CanFrame>,
+}
+
+impl OnBus for Moteus {
+    fn identifiers(&self) -> (Vec<Identifier>, Vec<Identifier>) {
+        let address = self.control.address();
+        (vec![Identifier::Extended(address.command_id())], vec![Identifier::Extended(address.reply_id())])
+    }
+
+    fn prepare(&mut self) {
+        let query = frame(self.control.address().command_id(), MoteusFrame::query().bytes());
+        query.iter().for_each(|query| self.obey(query));
+        self.sent().iter().for_each(|reply| self.hear(reply));
+    }
+
+    fn command(&mut self, torque_nm: Option<f32>) -> Option<CanFrame> {
+        frame(self.control.address().command_id(), self.control.frame(torque_nm).bytes())
+    }
+
+    fn hear(&mut self, frame: &CanFrame) {
+        // What says nothing is a reply that is missing.
+        let _ = self.control.receive(raw(frame.identifier), frame.data());
+    }
+
+    fn read(&mut self) -> DriveReading {
+        self.control.read().of_any()
+    }
+
+    fn obey(&mut self, asked: &CanFrame) {
+        let reply = self.drive.receive(raw(asked.identifier), asked.data());
+        self.reply = reply.and_then(|(id, data)| frame(id, &data));
+    }
+
+    fn sent(&mut self) -> Vec<CanFrame> {
+        self.reply.take().into_iter().collect()
+    }
+
+    fn raise_fault(&mut self, number: u16) {
+        self.drive.raise_fault(u8::try_from(number).unwrap_or(u8::MAX));
+    }
+
+    fn set_state(&mut self, position_rad: f64, velocity_rad_per_s: f64) {
+        self.drive.set_state(position_rad, velocity_rad_per_s);
+    }
+
+    fn torque_nm(&self) -> f64 {
+        self.drive.torque_nm()
+    }
+
+    fn left_s(&self) -> Option<f64> {
+        self.drive.left_s()
+    }
+
+    fn advance(&mut self, period_s: f64) {
+        self.drive.advance(period_s);
+    }
+}
+
+fn frame(id: u32, data: &[u8]) -> Option<CanFrame> {
+    CanFrame::new(Identifier::Extended(id), Format::Fd, data)
+}
+
+fn raw(identifier: Identifier) -> u32 {
+    match identifier {
+        Identifier::Standard(base) => base.into(),
+        Identifier::Extended(all) => all,
+    }
+}
