@@ -175,6 +175,7 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     powered.received.clear();
     let line = Line { powered: Arc::new(Mutex::new(powered)) };
     let mut device = Device::greet(line.clone(), Patience::default()).unwrap();
+    let before = LockedRotor::prepare(&mut device).unwrap();
     let right = LockedRotor { torque_nm: 0.05, torque_constant_nm_per_a: 0.05 };
     let (check, step) = right.step(&mut device, &line).unwrap();
     assert_eq!(check.verdict, Verdict::Passed, "{check}");
@@ -190,4 +191,6 @@ fn a_step_of_the_torque_on_a_locked_rotor_shows_the_motor_s_torque_constant() {
     let (check, _) = right.step(&mut device, &line).unwrap();
     assert!(check.verdict == Verdict::Failed && check.next_step.contains("hold the rotor"), "{check}");
     assert!(!line.powered.lock().unwrap().is_on(), "the lease was not given back");
+    LockedRotor::put_back(&mut device, &before).unwrap();
+    assert_eq!(device.scheme_rows(None).unwrap(), before);
 }
