@@ -135,28 +135,28 @@ impl ThreePhase for NucleoG474re {
         let outputs = AfType::output(OutputType::PushPull, Speed::High);
         let EncoderPins { incremental, spi, select } = pins;
         match encoder {
-        Kind::Incremental { counts_per_turn } => {
-            for pin in [Flex::new(incremental.0), Flex::new(incremental.1)] {
-                keep_as(pin, 1, AfType::input(Pull::Up));
+            Kind::Incremental { counts_per_turn } => {
+                for pin in [Flex::new(incremental.0), Flex::new(incremental.1)] {
+                    keep_as(pin, 1, AfType::input(Pull::Up));
+                }
+                pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim2en(true));
+                let _ = pac::RCC.apb1enr1().read();
+                ShieldEncoder::Incremental(Quadrature::start(counts_per_turn))
             }
-            pac::RCC.apb1enr1().modify(|clocks| clocks.set_tim2en(true));
-            let _ = pac::RCC.apb1enr1().read();
-            ShieldEncoder::Incremental(Quadrature::start(counts_per_turn))
-        }
-        kind => {
-            // It stays for good: a pin floats when its owner goes away.
-            core::mem::forget(Output::new(select, Level::High, Speed::High));
-            keep_as(Flex::new(spi.0), 6, outputs);
-            // An encoder that is not there is to say ones.
-            keep_as(Flex::new(spi.1), 6, AfType::input(Pull::Up));
-            keep_as(Flex::new(spi.2), 6, outputs);
-            match kind {
-                Kind::As5047p => ShieldEncoder::Spi(SpiEncoder::as5047p()),
-                Kind::Mt6701 => ShieldEncoder::Spi(SpiEncoder::mt6701()),
-                _ => ShieldEncoder::None,
+            kind => {
+                // It stays for good: a pin floats when its owner goes away.
+                core::mem::forget(Output::new(select, Level::High, Speed::High));
+                keep_as(Flex::new(spi.0), 6, outputs);
+                // An encoder that is not there is to say ones.
+                keep_as(Flex::new(spi.1), 6, AfType::input(Pull::Up));
+                keep_as(Flex::new(spi.2), 6, outputs);
+                match kind {
+                    Kind::As5047p => ShieldEncoder::Spi(SpiEncoder::as5047p()),
+                    Kind::Mt6701 => ShieldEncoder::Spi(SpiEncoder::mt6701()),
+                    _ => ShieldEncoder::None,
+                }
             }
         }
-    }
     }
 }
 
