@@ -63,7 +63,6 @@ pub struct CurrentLoop {
 }
 
 #[derive(Debug, Clone)]
-#[expect(clippy::large_enum_variant, reason = "there is one of it, and nothing moves it")]
 enum Stage {
     AtRest(Rest),
     Unaligned,

@@ -2,6 +2,7 @@
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
+use std::time::Duration;
 
 use dimsart::connect::{ConnectError, Device, Patience, ValueText};
 use dimsart_core::protocol::IdentificationFailure;
@@ -37,7 +38,9 @@ impl Board {
     }
 
     fn greet(&self) -> Device<Line> {
-        Device::greet(Line { board: self.clone(), rest: Vec::new() }, Patience::default()).unwrap()
+        // Of this computer, which is slower than the board.
+        let patience = Patience { timeout: Duration::from_secs(20), tries: 1 };
+        Device::greet(Line { board: self.clone(), rest: Vec::new() }, patience).unwrap()
     }
 
     fn restart(&self) -> Device<Line> {

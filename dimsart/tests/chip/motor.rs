@@ -202,7 +202,11 @@ impl Powered {
         let now = self.bench.processor.cycles();
         let end = match self.chip().next_middle() {
             Some(middle) if middle >= now + 2 * AHEAD_CYCLES => middle - AHEAD_CYCLES,
-            Some(middle) => middle + PERIOD_CYCLES - AHEAD_CYCLES,
+            // Several periods later where the processor stood still for its flash.
+            Some(middle) => {
+                let late = (now + 2 * AHEAD_CYCLES - middle).div_ceil(PERIOD_CYCLES);
+                middle + late * PERIOD_CYCLES - AHEAD_CYCLES
+            }
             None => now + PERIOD_CYCLES,
         };
         self.wire_shunts();
