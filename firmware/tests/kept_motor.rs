@@ -1,5 +1,5 @@
 //! The configuration of a motor in the flash that keeps the schemes, whose power goes at every byte.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 mod common;
 

@@ -84,7 +84,7 @@ pub(super) struct Wiring {
 }
 
 /// What the encoder is wired to.
-pub struct EncoderPins {
+pub(crate) struct EncoderPins {
     pub(super) incremental: (Peri<'static, PA15>, Peri<'static, PB3>),
     pub(super) spi: (Peri<'static, PC10>, Peri<'static, PC11>, Peri<'static, PC12>),
     pub(super) select: Peri<'static, PD2>,
