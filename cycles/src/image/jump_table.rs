@@ -39,7 +39,7 @@ pub(crate) fn targets(image: &Image, address: u32, n: Register, is_half: bool) -
 }
 
 /// Where the table of a branch begins: right behind it, or where the instruction in front of it (`ADR`) has `n` point
-/// to, because constants lie between them. Moves and loads to other registers can stand between the two.
+/// to, because constants lie between them. What gives other registers their values can stand between the two.
 fn table(image: &Image, mut address: u32, n: Register) -> Option<u32> {
     if n == PC {
         return Some(address.wrapping_add(4));
@@ -55,7 +55,11 @@ fn table(image: &Image, mut address: u32, n: Register) -> Option<u32> {
                 operand: Operand::Immediate { value, .. },
                 ..
             } if d == n => return Some((before.address.wrapping_add(4) & !3).wrapping_add(value)),
-            Operation::Move { d: other, .. } | Operation::Load { t: other, .. }
+            Operation::Move { d: other, .. }
+            | Operation::Load { t: other, .. }
+            | Operation::Arithmetic { d: Some(other), .. }
+            | Operation::Extend { d: other, .. }
+            | Operation::ExtractField { d: other, .. }
                 if other != n && other != PC =>
             {
                 address = before.address;
