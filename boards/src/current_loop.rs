@@ -30,8 +30,8 @@ use drive::{
 use crate::catalogue::ThreePhaseDrive;
 
 /// From an absolute encoder's taking its angle to the sampling of the currents that this is used with: it is asked at the end
-/// of a period's work, 12 us after the sampling of its currents, and answers in the next one.
-const ENCODER_AGE_PERIODS: f32 = 0.76;
+/// of a period's work, 10 us after the sampling of its currents, and answers in the next one.
+const ENCODER_AGE_PERIODS: f32 = 0.80;
 /// Ticks that a torque may be old.
 const MOST_TICKS: f32 = 3.0;
 

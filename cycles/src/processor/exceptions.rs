@@ -1,7 +1,7 @@
 //! Entry to an exception's handler and return from it (DDI 0403E B1.5.6 to B1.5.8).
 
 use super::system::{HARD_FAULT, System};
-use super::{Bus, Processor, State};
+use super::{Bus, Fault, Processor, State};
 use crate::concrete::Flags;
 use crate::instruction::{LR, SP, Width};
 use crate::machine::Stop;
@@ -39,8 +39,12 @@ impl<B: Bus> Processor<B> {
                 State::LockedUp => State::LockedUp,
                 _ => State::Running,
             };
-            if self.state == State::Running && self.enter(exception).is_err() {
-                self.state = State::LockedUp;
+            if self.state == State::Running {
+                let has_float = self.system.uses_float;
+                match self.push_frame(has_float) {
+                    Ok(()) => self.go(exception, has_float),
+                    Err(error) => self.derive(error, has_float),
+                }
             }
         } else if self.state == State::Sleeping && self.system.wakes(&self.registers) {
             self.state = State::Running;
@@ -57,15 +61,37 @@ impl<B: Bus> Processor<B> {
         self.image.place(self.faulted_at)
     }
 
+    /// A frame that finds no memory is a fault of its own, whose handler comes first, behind the place of that frame; what was to
+    /// come stays pending (DDI 0403E B1.5.11, derived exceptions).
+    fn derive(&mut self, error: AccessError, has_float: bool) {
+        self.faulted_at = self.address;
+        let locks_up = self.system.is_faulting();
+        if locks_up {
+            self.state = State::LockedUp;
+        } else {
+            self.go(HARD_FAULT, has_float);
+        }
+        self.faults.push(Fault {
+            cycle: self.cycles,
+            place: self.place_of_fault(),
+            why: error.into(),
+            locks_up,
+        });
+    }
+
     fn enter(&mut self, exception: u8) -> Result<(), AccessError> {
         let has_float = self.system.uses_float;
         self.push_frame(has_float)?;
+        self.go(exception, has_float);
+        Ok(())
+    }
+
+    fn go(&mut self, exception: u8, has_float: bool) {
         let mode = if self.system.current() == 0 { TO_THREAD } else { TO_HANDLER };
         let link = if has_float { mode & !HAS_BASIC_FRAME } else { mode };
         self.registers.write(LR, link);
         self.system.enter(exception, has_float);
         self.jump_to_handler(exception, ENTRY_CYCLES);
-        Ok(())
     }
 
     fn jump_to_handler(&mut self, exception: u8, cycles: u64) {
@@ -109,13 +135,13 @@ impl<B: Bus> Processor<B> {
             words.push(self.registers.float_flags.to_word());
         }
         let at = self.at();
+        self.registers.write(SP, frame);
         let mut address = frame;
         for word in words {
             self.protection.check(address, true)?;
             self.bus.store(address, Width::Word, word, at)?;
             address = address.wrapping_add(4);
         }
-        self.registers.write(SP, frame);
         Ok(())
     }
 

@@ -129,7 +129,7 @@ fn the_age_of_an_absolute_angle_is_made_up_for_while_the_rotor_turns() {
         // As old as it is, the angle would be 0.033 rad behind.
         assert!(askew_rad.abs() < 0.012, "{askew_rad}");
         // As `boards/src/current_loop.rs` has it.
-        assert!((1.0 - share - 0.76).abs() < 0.03, "{share}");
+        assert!((1.0 - share - 0.80).abs() < 0.03, "{share}");
         assert_eq!(client.reason(&mut powered), None);
         assert_sound(&powered);
     }
