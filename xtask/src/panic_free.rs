@@ -19,7 +19,7 @@ use crate::toolchain::Toolchain;
 /// What the tick's interrupt asks of a controller in every period.
 const ROOTS: [&str; 3] = ["dimsart_deliver", "dimsart_tick", "dimsart_take"];
 /// What a tick may be made of.
-const ALLOWED: [&str; 14] = [
+const ALLOWED: [&str; 15] = [
     "dimsart_core::*",
     "<dimsart_core::*",
     // The statistics of images that measure.
@@ -35,21 +35,27 @@ const ALLOWED: [&str; 14] = [
     "memcmp",
     "__aeabi_mem*",
     "compiler_builtins::mem::*",
+    LONG_JUMP,
 ];
+/// To code in the CCM SRAM and back.
+const LONG_JUMP: &str = "__Thumbv7ABSLongThunk_*";
 
 /// A drive's current loop, where the board has one.
 const CURRENT_LOOP: &str = "dimsart_current_loop";
 /// What it may be made of.
-const ALLOWED_IN_LOOP: [&str; 3] = ["drive::*", "boards::current_loop::*", "fmaxf"];
+const ALLOWED_IN_LOOP: [&str; 4] =
+    ["drive::*", "boards::current_loop::*", "boards::stm32g4::spi_encoder::*", "fmaxf"];
 /// What it calls while it follows no torque, and what that calls: it may wait for flash.
-const BESIDE_LOOP: [&str; 6] = [
+const BESIDE_LOOP: [&str; 9] = [
     "boards::current_loop::CurrentLoop::prepare",
+    "boards::current_loop::CurrentLoop::begin_identification",
+    "boards::current_loop::identifying::*",
+    "drive::identification::*",
     "boards::current_loop::CurrentLoop::forget",
     "__aeabi_*",
     "__*divmod*",
     "compiler_builtins::int::*",
-    // To code in the CCM SRAM and back.
-    "__Thumbv7ABSLongThunk_*",
+    LONG_JUMP,
 ];
 
 /// Builds every image and follows every path of its tick.
