@@ -10,7 +10,7 @@ use crate::current_loop::Scaling;
 use crate::motor::Motor;
 
 /// Motor, encoder and limits. Change them to what is connected: see the data sheets of motor and supply.
-const CONFIGURATION: Configuration = Configuration {
+pub(super) const CONFIGURATION: Configuration = Configuration {
     motor: drive::Motor {
         resistance_ohm: 0.6,
         direct_inductance_h: 2.5e-4,
@@ -116,6 +116,8 @@ const HALF_BRIDGES: PinGroup = PinGroup {
     ],
 };
 
+const CURRENT: &str = "about 2.06 V without current, 27 mV less per ampere into the motor";
+
 const MEASURED: PinGroup = PinGroup {
     title: "Currents, supply, temperature",
     pins: &[
@@ -123,22 +125,19 @@ const MEASURED: PinGroup = PinGroup {
         Pin::analog("PA3", "shunt of U, other end", ON_BOARD),
         Pin {
             direction: PinDirection::Out,
-            ..Pin::analog("PA2", "shunt of U, amplified", ON_BOARD)
-                .showing("about 2.06 V without current, 27 mV less per ampere into the motor")
+            ..Pin::analog("PA2", "shunt of U, amplified", ON_BOARD).showing(CURRENT)
         },
         Pin::analog("PA7", "shunt of V", ON_BOARD).noting("3 mOhm, amplifier 2"),
         Pin::analog("PA5", "shunt of V, other end", ON_BOARD),
         Pin {
             direction: PinDirection::Out,
-            ..Pin::analog("PA6", "shunt of V, amplified", ON_BOARD)
-                .showing("about 2.06 V without current, 27 mV less per ampere into the motor")
+            ..Pin::analog("PA6", "shunt of V, amplified", ON_BOARD).showing(CURRENT)
         },
         Pin::analog("PB0", "shunt of W", ON_BOARD).noting("3 mOhm, amplifier 3"),
         Pin::analog("PB2", "shunt of W, other end", ON_BOARD),
         Pin {
             direction: PinDirection::Out,
-            ..Pin::analog("PB1", "shunt of W, amplified", ON_BOARD)
-                .showing("about 2.06 V without current, 27 mV less per ampere into the motor")
+            ..Pin::analog("PB1", "shunt of W, amplified", ON_BOARD).showing(CURRENT)
         },
         Pin::analog("PA0", "supply", ON_BOARD)
             .noting("18 of 187 kOhm")

@@ -1,50 +1,18 @@
 //! What tools and the board itself need to know of ST's X-NUCLEO-IHM08M1 on a NUCLEO-G474RE.
 
-use drive::{Configuration, Encoder, Inverter, Joint, Limits};
+use drive::{Configuration, Limits};
 
-use super::b_g431b_esc1::{HALF_BRIDGE, THERMISTOR_C};
+use super::b_g431b_esc1::{self, HALF_BRIDGE, THERMISTOR_C};
 use super::pins::QUADRATURE;
 use super::{Pin, PinGroup, ThreePhaseDrive};
 use crate::current_loop::Scaling;
 
-/// Motor, encoder and limits. Change them to what is connected: see the data sheets of motor and supply.
+/// Motor, encoder and limits: those of b-g431b-esc1, at the shield's voltages. Change them to what is connected: see the data
+/// sheets of motor and supply.
 const CONFIGURATION: Configuration = Configuration {
-    motor: drive::Motor {
-        resistance_ohm: 0.6,
-        direct_inductance_h: 2.5e-4,
-        quadrature_inductance_h: 2.5e-4,
-        // 0.05 N·m/A.
-        flux_linkage_vs: 0.05 / (1.5 * 7.0),
-        pole_pairs: 7,
-        is_encoder_reversed: false,
-        // Of an absolute encoder; that of an incremental one is found anew after every start.
-        encoder_offset_rad: 0.0,
-    },
-    limits: Limits {
-        current_a: 5.0,
-        trip_current_a: 10.0,
-        // The shield's own, and less than it takes.
-        least_bus_v: 10.0,
-        most_bus_v: 45.0,
-        derating_c: 80.0,
-        trip_c: 100.0,
-        speed_rad_per_s: 400.0,
-        stall_s: 20.0,
-    },
-    bandwidth_rad_per_s: 6_283.0,
-    aligning_current_a: 2.0,
-    // As much as it brakes by itself when it is driven by a voltage.
-    damping_nms_per_rad: 0.05 * 0.05 / 0.6,
-    encoder: Encoder::Incremental { counts_per_turn: 4096 },
-    joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
-    inverter: Inverter {
-        period_s: 50e-6,
-        // 0.8 us.
-        dead_time_share: 0.016,
-        dead_time_current_a: 0.3,
-        // The lower switches have been on for 1.7 us when the phases are sampled.
-        most_duty: 0.9,
-    },
+    // The shield's own, and less than it takes.
+    limits: Limits { least_bus_v: 10.0, most_bus_v: 45.0, ..b_g431b_esc1::CONFIGURATION.limits },
+    ..b_g431b_esc1::CONFIGURATION
 };
 /// Motor and encoder, and what the shield has for them.
 pub const DRIVE: ThreePhaseDrive = ThreePhaseDrive { configuration: CONFIGURATION, scaling: SCALING };
@@ -72,18 +40,14 @@ pub(super) const GATES: PinGroup = PinGroup {
     ],
 };
 
+const CURRENT: &str = "about 1.71 V without current, 52 mV less per ampere into the motor";
+
 pub(super) const MEASURED: PinGroup = PinGroup {
     title: "Currents, supply, temperature",
     pins: &[
-        Pin::analog("PA0", "shunt of U, amplified", "CN7-28, A0")
-            .noting("10 mOhm")
-            .showing("about 1.71 V without current, 52 mV less per ampere into the motor"),
-        Pin::analog("PC1", "shunt of V, amplified", "CN7-36, A4")
-            .noting("10 mOhm")
-            .showing("about 1.71 V without current, 52 mV less per ampere into the motor"),
-        Pin::analog("PC0", "shunt of W, amplified", "CN7-38, A5")
-            .noting("10 mOhm")
-            .showing("about 1.71 V without current, 52 mV less per ampere into the motor"),
+        Pin::analog("PA0", "shunt of U, amplified", "CN7-28, A0").noting("10 mOhm").showing(CURRENT),
+        Pin::analog("PC1", "shunt of V, amplified", "CN7-36, A4").noting("10 mOhm").showing(CURRENT),
+        Pin::analog("PC0", "shunt of W, amplified", "CN7-38, A5").noting("10 mOhm").showing(CURRENT),
         Pin::analog("PA1", "supply over 169 to 9.31 kOhm", "CN7-30, A1").showing("1.25 V at 24 V"),
         Pin::analog("PC2", "temperature of the bridge", "CN7-35").showing("about 1.06 V at 25 degrees C"),
     ],

@@ -3,9 +3,11 @@
 use drive::{Cia402Host, Cia402Joint, Cia402Node, Cia402Settings, DriveReading};
 use serde::{Deserialize, Serialize};
 
-use super::common::{Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s};
-use super::{DriveBus, QUEUE_FRAMES, classic};
-use crate::bus::can::{CanFrame, CanParameters, Format, Identifier};
+use super::common::{
+    Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s, timeout_s,
+};
+use super::{DriveBus, classic};
+use crate::bus::can::{CanFrame, Format, Identifier};
 use crate::plant::{Cia402Drive, Joint};
 
 /// Ticks of preparation: for all questions, and for what is said by every tenth SYNC alone.
@@ -64,10 +66,6 @@ fn one() -> f32 {
     1.0
 }
 
-fn timeout_s() -> f32 {
-    0.02
-}
-
 impl Cia402Parameters {
     /// The bus with its drives, each set up and at rest with its joint, for ticks of `tick_s`. `seed` decides on bit errors.
     #[must_use]
@@ -98,15 +96,7 @@ impl Cia402Parameters {
     }
 
     fn wires(&self) -> Wires {
-        let can = CanParameters {
-            bits_per_s: self.bits_per_s,
-            data_bits_per_s: self.bits_per_s,
-            bit_error_rate: self.bit_error_rate,
-            rejoins: 0,
-            queue_frames: QUEUE_FRAMES,
-        };
-        let (fault, absent) = (self.fault.clone(), self.absent.clone());
-        Wires { can, reply_delay_s: self.reply_delay_s, fault, absent }
+        Wires::new([self.bits_per_s; 2], self.bit_error_rate, self.reply_delay_s, &self.fault, &self.absent)
     }
 
     /// What is wrong with it, for a device of so many axes.

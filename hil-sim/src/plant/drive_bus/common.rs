@@ -3,8 +3,8 @@
 use drive::DriveReading;
 use serde::{Deserialize, Serialize};
 
-use crate::bus::can::CanFrame;
-use crate::bus::can::{CanParameters, Identifier};
+use super::QUEUE_FRAMES;
+use crate::bus::can::{CanFrame, CanParameters, Identifier};
 
 /// A drive, and its joint on the controller's side.
 pub(super) trait OnBus: core::fmt::Debug + Send {
@@ -65,6 +65,10 @@ pub struct Absence {
     pub until_s: f64,
 }
 
+pub(super) fn timeout_s() -> f32 {
+    0.02
+}
+
 pub(super) fn missing_ticks() -> u8 {
     3
 }
@@ -93,6 +97,24 @@ pub(super) fn check(wires: &Wires, axes: usize, problems: &mut Vec<String>) {
 }
 
 impl Wires {
+    /// At these bit rates, the nominal one first; nobody that was driven off joins the bus again.
+    pub(super) fn new(
+        [bits_per_s, data_bits_per_s]: [u32; 2],
+        bit_error_rate: f64,
+        reply_delay_s: f64,
+        fault: &[FoundFault],
+        absent: &[Absence],
+    ) -> Self {
+        let can = CanParameters {
+            bits_per_s,
+            data_bits_per_s,
+            bit_error_rate,
+            rejoins: 0,
+            queue_frames: QUEUE_FRAMES,
+        };
+        Self { can, reply_delay_s, fault: fault.to_vec(), absent: absent.to_vec() }
+    }
+
     pub(super) fn is_absent(&self, axis: Option<usize>, now_s: f64) -> bool {
         let mut its = self.absent.iter().filter(|absence| absence.axis == axis);
         its.any(|absence| (absence.from_s..absence.until_s).contains(&now_s))

@@ -3,9 +3,11 @@
 use drive::{DriveReading, MoteusAddress, MoteusFrame, MoteusJoint};
 use serde::{Deserialize, Serialize};
 
-use super::common::{Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s};
-use super::{DriveBus, QUEUE_FRAMES};
-use crate::bus::can::{CanFrame, CanParameters, Format, Identifier};
+use super::DriveBus;
+use super::common::{
+    Absence, FoundFault, OnBus, Wires, bits_per_s, check, missing_ticks, reply_delay_s, timeout_s,
+};
+use crate::bus::can::{CanFrame, Format, Identifier};
 use crate::plant::{Joint, MoteusDrive};
 
 /// `[device.moteus]`: the drives of a device's axes, and the bus that they are on.
@@ -46,10 +48,6 @@ pub struct MoteusParameters {
     pub absent: Vec<Absence>,
 }
 
-fn timeout_s() -> f32 {
-    0.02
-}
-
 fn most_torque_nm() -> f64 {
     4.0
 }
@@ -72,15 +70,13 @@ impl MoteusParameters {
     }
 
     fn wires(&self) -> Wires {
-        let can = CanParameters {
-            bits_per_s: self.bits_per_s,
-            data_bits_per_s: self.data_bits_per_s,
-            bit_error_rate: self.bit_error_rate,
-            rejoins: 0,
-            queue_frames: QUEUE_FRAMES,
-        };
-        let (fault, absent) = (self.fault.clone(), self.absent.clone());
-        Wires { can, reply_delay_s: self.reply_delay_s, fault, absent }
+        Wires::new(
+            [self.bits_per_s, self.data_bits_per_s],
+            self.bit_error_rate,
+            self.reply_delay_s,
+            &self.fault,
+            &self.absent,
+        )
     }
 
     /// What is wrong with it, for a device of so many axes.
