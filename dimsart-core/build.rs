@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 use std::{env, fs};
 
-const NONE: &str = "const OWN: &[crate::Kind] = &[];\n";
+const NONE: &str = "const OWN: &[&crate::Kind] = &[];\n";
 
 fn main() -> Result<(), String> {
     println!("cargo:rerun-if-env-changed=DIMSART_MODULES");
@@ -24,7 +24,7 @@ fn main() -> Result<(), String> {
                  #[allow(missing_docs, unreachable_pub, dead_code, clippy::all)]\n\
                  #[path = {file:?}]\n\
                  pub mod own;\n\
-                 const OWN: &[crate::Kind] = <own::Own as crate::ModuleList>::KINDS;\n"
+                 const OWN: &[&crate::Kind] = <own::Own as crate::ModuleList>::KINDS;\n"
             )
         }
     };

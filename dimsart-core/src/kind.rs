@@ -80,11 +80,11 @@ impl Kind {
         }
     }
 
-    /// A kind that an image is built without: it has a name and a number, and no code.
-    #[must_use]
-    pub const fn left_out(name: &'static str) -> Self {
+    /// Every kind that an image is built without: each has its number, and they share this, which has no name and no
+    /// code. Who knows the whole library knows its name.
+    pub const LEFT_OUT: &'static Self = &const {
         Self {
-            name,
+            name: "",
             summary: Summary::new("Left out of this image."),
             is_left_out: true,
             outlasts_arming: true,
@@ -99,7 +99,7 @@ impl Kind {
             begin: None,
             compute: [|_, _, _| {}; 2],
         }
-    }
+    };
 
     /// Whether the image has its code.
     #[must_use]
@@ -260,8 +260,8 @@ fn compute_late<M: Module>(data: &Data<'_>, configuration: u16, state: u16) {
 /// Every module of an image, made by [`module_list!`](crate::module_list).
 #[doc(alias = "List of Modules")]
 pub trait ModuleList: Sized + 'static {
-    /// The kinds.
-    const KINDS: &'static [Kind];
+    /// The kinds, each in the place of its number; [`Kind::LEFT_OUT`] in that of one that the image has not.
+    const KINDS: &'static [&'static Kind];
 }
 
 /// Makes a [`ModuleList`] of the modules of an image; one line registers a module.
@@ -280,12 +280,12 @@ macro_rules! module_list {
         $visibility enum $list {}
 
         impl $crate::ModuleList for $list {
-            const KINDS: &'static [$crate::Kind] = &[$(
+            const KINDS: &'static [&'static $crate::Kind] = &[$(
                 // Decided where constants are: of a module that is left out, no code is made.
                 if true $(&& cfg!(feature = $feature))? {
-                    $crate::Kind::of::<$module>()
+                    const { &$crate::Kind::of::<$module>() }
                 } else {
-                    $crate::Kind::left_out(<$module as $crate::Module>::NAME)
+                    $crate::Kind::LEFT_OUT
                 }
             ),+];
         }

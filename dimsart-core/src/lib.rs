@@ -62,6 +62,7 @@ extern crate std;
 
 #[cfg(feature = "auth")]
 pub mod auth;
+mod bench;
 mod binding;
 pub mod carrier;
 pub mod checksum;
@@ -116,6 +117,7 @@ mod wiring;
 mod word;
 pub mod words;
 
+pub use bench::{Bench, BenchError};
 pub use command::{Command, CommandError, EngineCommand, ModuleRef};
 pub use content::Content;
 pub use context::{Context, Lane};

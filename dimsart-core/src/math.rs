@@ -1,7 +1,13 @@
 //! Functions beyond `+ - * /`, the same bits on every target.
 //!
-//! Everything goes through `micromath`; where its accuracy is not enough, the estimate is refined
-//! with plain arithmetic, which IEEE 754 makes identical everywhere.
+//! By `micromath` where its accuracy is enough or its estimate can be refined, and by polynomials of plain arithmetic
+//! elsewhere: IEEE 754 makes that identical everywhere.
+
+mod exponential;
+mod trigonometry;
+
+pub use exponential::exp;
+pub use trigonometry::{atan2, cos, sin, sin_cos, tan};
 
 use micromath::F32Ext;
 
@@ -18,12 +24,6 @@ pub fn sqrt(x: f32) -> f32 {
         root = 0.5 * (root + x / root);
     }
     root
-}
-
-/// Sine of `x` in `rad`; absolute error below 0.002 (micromath's).
-#[must_use]
-pub fn sin(x: f32) -> f32 {
-    F32Ext::sin(x)
 }
 
 /// What `x` is beyond the last whole number, `x` at least 0. Exact: `x % 1.0`, with a tenth of the code.

@@ -47,11 +47,11 @@ include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
 pub enum Standard {}
 
 impl ModuleList for Standard {
-    const KINDS: &'static [Kind] = &ALL;
+    const KINDS: &'static [&'static Kind] = &ALL;
 }
 
 #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
-const ALL: [Kind; Library::KINDS.len() + OWN.len()] = {
+const ALL: [&Kind; Library::KINDS.len() + OWN.len()] = {
     let mut all = [Library::KINDS[0]; Library::KINDS.len() + OWN.len()];
     let mut place = 0;
     while place < all.len() {

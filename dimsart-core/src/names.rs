@@ -36,7 +36,7 @@ pub fn split(word: &str) -> Option<(&str, u8)> {
 /// Finds `NAME` or `NAME.2` among the names of kinds of modules.
 pub(crate) fn numbered<'a>(mut kinds: impl Iterator<Item = &'a str>, word: &str) -> Option<ModuleRef> {
     let (name, number) = split(word)?;
-    let kind = kinds.position(|kind| kind == name)?;
+    let kind = kinds.position(|kind| kind == name && !kind.is_empty())?;
     Some(ModuleRef { kind: u8::try_from(kind).ok()?, number })
 }
 
@@ -76,7 +76,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Name of a module; `?` for a kind that is not in the image.
     #[must_use]
     pub fn module_name(module: ModuleRef) -> Name<'static> {
-        let name = M::KINDS.get(usize::from(module.kind)).map_or("?", |kind| kind.name);
+        let kind = M::KINDS.get(usize::from(module.kind)).filter(|kind| kind.is_there());
+        let name = kind.map_or("?", |kind| kind.name);
         Name { name, number: module.number }
     }
 

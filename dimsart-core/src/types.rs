@@ -24,6 +24,7 @@ catalogue! {
      4 MOTOR_CURRENT      Ampere    F32 Vector "Measured current of the motor; of three phases the one that makes the torque.";
      5 MOTOR_VOLTAGE      Volt      F32 Vector "Measured voltage at the motor.";
      6 WINDING_TEMPERATURE Celsius  F32 Vector "Measured temperature of the motor's winding.";
+     7 ACCELERATION       Acceleration F32 Vector "Measured or observed acceleration.";
      8 DES_POSITION       Position  F32 Vector "Desired position.";
      9 DES_VELOCITY       Velocity  F32 Vector "Desired velocity.";
     10 DES_FORCE          Force     F32 Vector "Force to command to the device.";
@@ -31,10 +32,15 @@ catalogue! {
     12 BUS_VOLTAGE        Volt      F32 Vector "Measured voltage of a drive's supply.";
     13 TEMPERATURE        Celsius   F32 Vector "Measured temperature of a drive's board.";
     14 DRIVE_FAULT        One       F32 Vector "Number of what is wrong with a drive, or limits it; 0 for nothing.";
+    15 DES_ACCELERATION   Acceleration F32 Vector "Desired acceleration.";
     16 CH1_WAVES          Wave      F32 Vector "Wave leaving on channel 1.";
     17 CH2_WAVES          Wave      F32 Vector "Wave that came in on channel 2.";
     18 CH1_TD_WAVES       Wave      F32 Vector "Channel 1 after its time delay.";
     19 CH2_TD_WAVES       Wave      F32 Vector "Channel 2 after its time delay.";
+    20 FEED_FORCE         Force     F32 Vector "Force to add to what a controller commands.";
+    21 EXTERNAL_FORCE     Force     F32 Vector "Observed force of the world on the device.";
+    22 PORT_ENERGY        Energy    F32 Vector "Energy that has gone into a port.";
+    23 CONDITION          One       F32 Vector "1 where something holds, 0 where not.";
     24 LINE_FORCE         Force     F32 Vector "Force at the wave port, positive from master to slave.";
     25 LINE_VELOCITY      Velocity  F32 Vector "Velocity at the wave port.";
     26 CONTROL_STIFFNESS  Stiffness F32 Vector "Slope of the control law: change of force per desired position.";

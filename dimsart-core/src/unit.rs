@@ -51,6 +51,12 @@ pub enum Unit {
     Volt,
     /// `°C`.
     Celsius,
+    /// `m/s²` or `rad/s²`.
+    Acceleration,
+    /// `m/s³` or `rad/s³`.
+    Jerk,
+    /// `kg` or `kg·m²`.
+    Inertia,
 }
 
 impl Unit {
@@ -80,6 +86,12 @@ impl Unit {
             (Self::Ampere, _) => "A",
             (Self::Volt, _) => "V",
             (Self::Celsius, _) => "°C",
+            (Self::Acceleration, AxisKind::Linear) => "m/s²",
+            (Self::Acceleration, AxisKind::Rotary) => "rad/s²",
+            (Self::Jerk, AxisKind::Linear) => "m/s³",
+            (Self::Jerk, AxisKind::Rotary) => "rad/s³",
+            (Self::Inertia, AxisKind::Linear) => "kg",
+            (Self::Inertia, AxisKind::Rotary) => "kg·m²",
         }
     }
 
@@ -91,6 +103,9 @@ impl Unit {
             Self::One => Some(Self::Second),
             Self::Hertz => Some(Self::One),
             Self::Velocity => Some(Self::Position),
+            Self::Acceleration => Some(Self::Velocity),
+            Self::Jerk => Some(Self::Acceleration),
+            Self::Damping => Some(Self::Inertia),
             Self::Stiffness => Some(Self::Damping),
             Self::IntegralGain => Some(Self::Stiffness),
             _ => None,
@@ -105,6 +120,9 @@ impl Unit {
             Self::One => Some(Self::Hertz),
             Self::Second => Some(Self::One),
             Self::Position => Some(Self::Velocity),
+            Self::Velocity => Some(Self::Acceleration),
+            Self::Acceleration => Some(Self::Jerk),
+            Self::Inertia => Some(Self::Damping),
             Self::Stiffness => Some(Self::IntegralGain),
             Self::Damping => Some(Self::Stiffness),
             _ => None,
@@ -118,7 +136,8 @@ impl Unit {
         match self {
             Self::Position | Self::Velocity | Self::Force | Self::Wave => 1e9,
             Self::Ampere | Self::Volt | Self::Celsius => 1e9,
-            Self::Stiffness | Self::Damping | Self::IntegralGain | Self::Energy => 1e12,
+            Self::Stiffness | Self::Damping | Self::Inertia | Self::IntegralGain | Self::Energy => 1e12,
+            Self::Acceleration | Self::Jerk => 1e12,
             Self::Any | Self::One | Self::Second | Self::Hertz | Self::Tick => f32::MAX,
         }
     }

@@ -280,7 +280,7 @@ impl Wiring {
     }
 
     /// Takes over the order of the calls.
-    pub(crate) fn set_calls(&mut self, calls: impl Iterator<Item = (u8, Stage)>, kinds: &[Kind]) {
+    pub(crate) fn set_calls(&mut self, calls: impl Iterator<Item = (u8, Stage)>, kinds: &[&Kind]) {
         self.calls.clear();
         for (order, stage) in calls {
             let Some(plugged) = self.modules.get(usize::from(order)) else { continue };

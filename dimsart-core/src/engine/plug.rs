@@ -153,7 +153,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     }
 
     fn kind(module: ModuleRef) -> Result<&'static Kind, CommandError> {
-        let kind = M::KINDS.get(usize::from(module.kind)).filter(|kind| kind.is_there() && module.number > 0);
+        let kind = M::KINDS
+            .get(usize::from(module.kind))
+            .copied()
+            .filter(|kind| kind.is_there() && module.number > 0);
         kind.ok_or(CommandError::UnknownModule(module))
     }
 

@@ -77,7 +77,7 @@ fn respond<M: ModuleList, const WORDS: usize>(
     let engine = dimsart.engine_mut();
     let response = match *request {
         Request::Identify => Response::Identity(identity(engine.device(), info)),
-        Request::Module { kind } => Response::Module(found(M::KINDS.get(usize::from(kind)))?.into()),
+        Request::Module { kind } => Response::Module((*found(M::KINDS.get(usize::from(kind)))?).into()),
         Request::Parameter { kind, index } => {
             Response::Parameter(found(Engine::<M, WORDS>::describe_parameter(kind, index))?.try_into()?)
         }

@@ -310,7 +310,7 @@ impl<const IS_PER_AXIS: bool> Module for Law<IS_PER_AXIS> {
 struct Laws<const IS_PER_AXIS: bool>;
 
 impl<const IS_PER_AXIS: bool> ModuleList for Laws<IS_PER_AXIS> {
-    const KINDS: &'static [Kind] = &[Kind::of::<Law<IS_PER_AXIS>>()];
+    const KINDS: &'static [&'static Kind] = &[&Kind::of::<Law<IS_PER_AXIS>>()];
 }
 
 #[test]

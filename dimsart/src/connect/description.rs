@@ -124,6 +124,10 @@ impl Vocabulary for Description {
 
     fn kind_name(&self, kind: u8) -> Option<&str> {
         match self.answer(Request::Module { kind })? {
+            // Left out of the image, which does not know its name.
+            Response::Module(found) if found.name.is_empty() => {
+                Some(Standard::KINDS.get(usize::from(kind)).map_or("", |known| known.name))
+            }
             Response::Module(found) => Some(found.name),
             _ => None,
         }

@@ -269,10 +269,9 @@ impl<S: Read + Write> Device<S> {
                 _ => None,
             });
             match found {
-                Ok(Some(found)) => kinds.push(found),
-                Ok(None) => break,
-                // Left out of the image.
-                Err(ConnectError::Refused(_)) => {}
+                // One without a name is left out of the image.
+                Ok(Some(found)) => kinds.extend((!found.name.is_empty()).then_some(found)),
+                Ok(None) | Err(ConnectError::Refused(_)) => break,
                 Err(error) => return Err(error),
             }
         }

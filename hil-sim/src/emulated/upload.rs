@@ -161,33 +161,44 @@ impl CommandLine<'_> {
         }
     }
 
-    /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers.
+    /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers. Kinds that
+    /// the board's image has not are not compared.
     fn compare_libraries(&mut self, copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
-        let mut info = DeviceInfo::new("");
-        let mut same = |request: Request, what: &str| {
-            let here = protocol::serve(request_id(CLIENT, 0), &request, copy, &mut info);
-            let is_there = !matches!(here, Response::Refused(_));
-            match self.ask(&request)? == here {
-                true => Ok(is_there),
-                false => Err(EmulatedError::OtherLibrary { what: what.to_owned() }),
-            }
-        };
         for kind in 0..=u8::MAX {
-            if !same(Request::Module { kind }, "list of modules")? {
+            let there = self.ask(&Request::Module { kind });
+            let is_left_out = matches!(there?, Response::Module(found) if found.name.is_empty());
+            if is_left_out {
+                continue;
+            }
+            if !self.is_same(copy, Request::Module { kind }, "list of modules")? {
                 break;
             }
             for index in 0..=u8::MAX {
-                if !same(Request::Parameter { kind, index }, "list of parameters")? {
+                if !self.is_same(copy, Request::Parameter { kind, index }, "list of parameters")? {
                     break;
                 }
             }
         }
         for index in 0..=u16::MAX {
-            if !same(Request::DataType { index }, "list of data types")? {
+            if !self.is_same(copy, Request::DataType { index }, "list of data types")? {
                 break;
             }
         }
         Ok(())
+    }
+
+    /// Whether there is anything of that number; it has to be the same there as here.
+    fn is_same(
+        &mut self,
+        copy: &mut SimulatedDimsart,
+        request: Request,
+        what: &str,
+    ) -> Result<bool, EmulatedError> {
+        let here = protocol::serve(request_id(CLIENT, 0), &request, copy, &mut DeviceInfo::new(""));
+        match self.ask(&request)? == here {
+            true => Ok(!matches!(here, Response::Refused(_))),
+            false => Err(EmulatedError::OtherLibrary { what: what.to_owned() }),
+        }
     }
 
     fn layout(&mut self, copy: &SimulatedDimsart) -> Result<Layout, EmulatedError> {
