@@ -21,9 +21,8 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use crate::math::{self, CompensatedSum};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of all axes.
@@ -44,7 +43,7 @@ words! {
         integral_per_tick: f32,
     }
     /// Of an axis.
-    pub struct Axis { integral: f32 }
+    pub struct Axis { integral: CompensatedSum }
     /// Signals.
     pub struct Ports {
         position: Input,
@@ -120,7 +119,7 @@ impl Module for Cascade {
                 (gains.proportional + gains.integral_per_tick) * error + context.axis(feed_force, number);
             let integral = math::limit(last, gains.limit) - others;
             let is_known = takes_over && gains.integral > 0.0 && integral.is_finite();
-            lane.set_axis(Axis { integral: if is_known { integral } else { 0.0 } });
+            lane.set_axis(Axis { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }) });
             []
         });
     }
@@ -134,12 +133,13 @@ impl Module for Cascade {
             [position, velocity, desired_position],
             [force],
             |number, lane, [x, v, desired]| {
-                let gains = lane.gains();
+                let (gains, mut axis) = (lane.gains(), lane.axis());
                 let error = gains.velocity_error(desired - x, context.axis(desired_velocity, number), v);
-                let integral = lane.axis().integral + gains.integral_per_tick * error;
+                let integral = axis.integral.add(gains.integral_per_tick * error);
                 let wanted = gains.proportional * error + integral + context.axis(feed_force, number);
                 let force = math::limit(wanted, gains.limit);
-                lane.set_axis(Axis { integral: integral + tracking * (force - wanted) });
+                axis.integral.add(tracking * (force - wanted));
+                lane.set_axis(axis);
                 [force]
             },
         );

@@ -19,9 +19,8 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use crate::math::{self, CompensatedSum};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of all axes.
@@ -39,7 +38,7 @@ words! {
         integral_per_tick: f32,
     }
     /// Of an axis.
-    pub struct Axis { integral: f32 }
+    pub struct Axis { integral: CompensatedSum }
     /// Signals.
     pub struct Ports { velocity: Input, desired_velocity: Input, force: Output }
 }
@@ -89,7 +88,7 @@ impl Module for Pi {
             let proportional = (gains.proportional + gains.integral_per_tick) * (desired - v);
             let integral = math::limit(last, gains.limit) - proportional;
             let is_known = takes_over && gains.integral > 0.0 && integral.is_finite();
-            Axis { integral: if is_known { integral } else { 0.0 } }
+            Axis { integral: CompensatedSum::new(if is_known { integral } else { 0.0 }) }
         });
     }
 
@@ -99,10 +98,9 @@ impl Module for Pi {
         let Settings { tracking, .. } = context.settings();
         context.map_axes([velocity, desired_velocity], [force], |gains, axis, [v, desired]| {
             let error = desired - v;
-            let integral = axis.integral + gains.integral_per_tick * error;
-            let wanted = gains.proportional * error + integral;
+            let wanted = gains.proportional * error + axis.integral.add(gains.integral_per_tick * error);
             let force = math::limit(wanted, gains.limit);
-            axis.integral = integral + tracking * (force - wanted);
+            axis.integral.add(tracking * (force - wanted));
             [force]
         });
     }

@@ -22,8 +22,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use crate::math::{self, CompensatedSum};
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
 };
 
 choice! {
@@ -58,7 +59,7 @@ words! {
     }
     /// Of an axis.
     pub struct Axis {
-        integral: f32,
+        integral: CompensatedSum,
         /// `c x_d - x`.
         previous: f32,
         filtered_change: f32,
@@ -141,7 +142,11 @@ impl Module for Pid2 {
                     + context.axis(feed_force, number);
                 let integral = math::limit(last, gains.limit) - others;
                 let is_known = takes_over && gains.integral_gain > 0.0 && integral.is_finite();
-                lane.set_axis(if is_known { Axis { integral, settling_ticks: 2, ..axis } } else { axis });
+                lane.set_axis(if is_known {
+                    Axis { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
+                } else {
+                    axis
+                });
                 []
             },
         );
@@ -160,21 +165,24 @@ impl Module for Pid2 {
             if axis.settling_ticks > 0 {
                 axis.settling_ticks -= 1;
                 axis.filtered_change = change;
-                axis.integral -= gains.damping_per_tick * change;
+                axis.integral.add(-gains.damping_per_tick * change);
             }
             let step = gains.integral_gain_per_tick * (desired - x);
-            let integral = axis.integral + step;
+            let before = axis.integral;
+            let integral = axis.integral.add(step);
             let wanted = gains.stiffness * (settings.setpoint_weight * desired - x)
                 + integral
                 + gains.damping_per_tick * axis.filtered_change
                 + context.axis(feed_force, number);
             let force = math::limit(wanted, gains.limit);
             let beyond = wanted - force;
-            axis.integral = match settings.anti_windup {
-                AntiWindup::BackCalculation => integral - settings.tracking * beyond,
-                AntiWindup::Clamping if beyond * step > 0.0 => axis.integral,
-                AntiWindup::Clamping => integral,
-            };
+            match settings.anti_windup {
+                AntiWindup::BackCalculation => {
+                    axis.integral.add(-settings.tracking * beyond);
+                }
+                AntiWindup::Clamping if beyond * step > 0.0 => axis.integral = before,
+                AntiWindup::Clamping => {}
+            }
             lane.set_axis(axis);
             [force]
         });

@@ -21,9 +21,8 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use crate::math::{self, CompensatedSum};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of all axes.
@@ -43,7 +42,7 @@ words! {
         integral_per_tick: f32,
     }
     /// Of an axis.
-    pub struct Axis { integral: f32 }
+    pub struct Axis { integral: CompensatedSum }
     /// Signals.
     pub struct Ports { position: Input, velocity: Input, desired_position: Input, force: Output }
 }
@@ -102,7 +101,7 @@ impl Module for StateFeedback {
                 + damping
                 + gains.integral_per_tick * (desired - x);
             let integral = math::limit(first, gains.limit) - others;
-            Axis { integral: if gains.integral > 0.0 { integral } else { 0.0 } }
+            Axis { integral: CompensatedSum::new(if gains.integral > 0.0 { integral } else { 0.0 }) }
         });
     }
 
@@ -111,10 +110,10 @@ impl Module for StateFeedback {
         let Ports { position, velocity, desired_position, force } = context.ports();
         let Settings { tracking, .. } = context.settings();
         context.map_axes([position, velocity, desired_position], [force], |gains, axis, [x, v, desired]| {
-            let integral = axis.integral + gains.integral_per_tick * (desired - x);
+            let integral = axis.integral.add(gains.integral_per_tick * (desired - x));
             let wanted = gains.reference * desired - gains.position * x - gains.velocity * v + integral;
             let force = math::limit(wanted, gains.limit);
-            axis.integral = integral + tracking * (force - wanted);
+            axis.integral.add(tracking * (force - wanted));
             [force]
         });
     }

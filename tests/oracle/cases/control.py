@@ -1,4 +1,4 @@
-"""P, PD and PID: `scipy.signal.lfilter` with their difference equations."""
+"""P, PD, PID and the wall: `scipy.signal.lfilter` with their difference equations, and a spring with numpy."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ TICKS = 2000
 
 
 def cases() -> list[Case]:
-    return [proportional(), proportional_derivative(), pid()]
+    return [proportional(), proportional_derivative(), pid(), wall()]
 
 
 def proportional() -> Case:
@@ -60,4 +60,23 @@ def pid() -> Case:
         rows="PIDCTRL_MOD K_PARAM 20\nPIDCTRL_MOD I_PARAM 50\nPIDCTRL_MOD D_PARAM 2\nPIDCTRL_MOD FILTER_TIME 0.01",
         inputs={"POSITION": position, "DES_POSITION": desired},
         expected={"DES_FORCE": force},
+    )
+
+
+def wall() -> Case:
+    """In, on and out again: the damper acts inside alone, and the wall never pulls."""
+    position = rounded(0.02 * np.sin(2 * np.pi * 4 * times(TICKS)) + noise(TICKS, seed=5, amplitude=1e-5))
+    depth = -0.005 - position
+    velocity = -np.diff(position, prepend=position[0]) / TICK_S
+    push = np.maximum(2000 * depth + 15 * velocity, 0)
+    return Case(
+        module="VWALL_MOD",
+        name="below, touched again and again",
+        oracle="numpy.maximum, numpy.diff",
+        rows="""VWALL_MOD WALL_POSITION -0.005
+VWALL_MOD K_PARAM 2000
+VWALL_MOD B_PARAM 15
+VWALL_MOD SIDE BELOW""",
+        inputs={"POSITION": position},
+        expected={"DES_FORCE": np.where(depth > 0, push, 0)},
     )
