@@ -1,19 +1,38 @@
 //! The module library, one file per kind.
 
+pub mod admittance;
+pub mod biquad;
+pub mod cascade;
 mod channel;
+pub mod cogging;
 pub mod comm_rx;
 pub mod comm_tx;
 pub mod differentiator;
+pub mod disturbance_observer;
+pub mod feed_forward;
+pub mod friction;
+pub mod impedance;
 pub mod integrator;
+pub mod kalman;
+mod lag;
+pub mod lead_lag;
+pub mod low_pass;
+pub mod moving_average;
 pub mod normalizer;
+pub mod notch;
 pub mod p;
 pub mod pd;
+pub mod pi;
 pub mod pid;
+pub mod pid2;
 mod reception;
 pub mod recorder;
 pub mod signal_generator;
+pub mod state_feedback;
+mod state_variable;
 pub mod sum;
 pub mod time_delay;
+pub mod velocity_observer;
 pub mod velocity_to_position;
 pub mod virtual_wall;
 pub mod wave_impedance;
@@ -22,18 +41,35 @@ pub mod wave_transformer;
 
 use crate::{Kind, ModuleList};
 
+pub use admittance::Admittance;
+pub use biquad::Biquad;
+pub use cascade::Cascade;
+pub use cogging::Cogging;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
 pub use differentiator::Differentiator;
+pub use disturbance_observer::DisturbanceObserver;
+pub use feed_forward::FeedForward;
+pub use friction::Friction;
+pub use impedance::Impedance;
 pub use integrator::Integrator;
+pub use kalman::Kalman;
+pub use lead_lag::LeadLag;
+pub use low_pass::LowPass;
+pub use moving_average::MovingAverage;
 pub use normalizer::Normalizer;
+pub use notch::Notch;
 pub use p::P;
 pub use pd::Pd;
+pub use pi::Pi;
 pub use pid::Pid;
+pub use pid2::Pid2;
 pub use recorder::Recorder;
 pub use signal_generator::SignalGenerator;
+pub use state_feedback::StateFeedback;
 pub use sum::Sum;
 pub use time_delay::TimeDelay;
+pub use velocity_observer::VelocityObserver;
 pub use velocity_to_position::VelocityToPosition;
 pub use virtual_wall::VirtualWall;
 pub use wave_impedance::WaveImpedance;
@@ -84,5 +120,22 @@ crate::module_list! {
         VelocityToPosition(VelocityToPosition) if "signals",
         SignalGenerator(SignalGenerator),
         Recorder(Recorder) if "signals",
+        Pi(Pi) if "joint-control",
+        Pid2(Pid2) if "joint-control",
+        Cascade(Cascade) if "joint-control",
+        StateFeedback(StateFeedback) if "joint-control",
+        LeadLag(LeadLag) if "joint-control",
+        Impedance(Impedance) if "joint-control",
+        Admittance(Admittance) if "joint-control",
+        DisturbanceObserver(DisturbanceObserver) if "joint-control",
+        FeedForward(FeedForward) if "joint-control",
+        Friction(Friction) if "joint-control",
+        Cogging(Cogging) if "joint-control",
+        LowPass(LowPass) if "filters",
+        Notch(Notch) if "filters",
+        Biquad(Biquad) if "filters",
+        MovingAverage(MovingAverage) if "filters",
+        VelocityObserver(VelocityObserver) if "filters",
+        Kalman(Kalman) if "filters",
     }
 }

@@ -148,8 +148,8 @@ macro_rules! choice {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
         $visibility enum $name {
-            #[doc = $first_text] $(#[$first_meta])* #[default] $first
-            $(, #[doc = $text] $(#[$variant_meta])* $variant)*
+            #[doc = concat!("`", $first_text, "`")] $(#[$first_meta])* #[default] $first
+            $(, #[doc = concat!("`", $text, "`")] $(#[$variant_meta])* $variant)*
         }
 
         impl $crate::Choice for $name {

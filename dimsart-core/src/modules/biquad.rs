@@ -1,0 +1,108 @@
+//! Any filter of up to eight poles: up to four sections of second order, one behind the other.
+//!
+//! Of each section `y = (b0 + b1 z⁻¹ + b2 z⁻²) / (1 + a1 z⁻¹ + a2 z⁻²) x`, in the transposed direct form II:
+//! `y = b0 x + s1`, `s1 = b1 x - a1 y + s2`, `s2 = b2 x - a2 y` (Oppenheim & Schafer, *Discrete-Time Signal Processing*,
+//! section 6.3). A row of `SOS` is a section as scipy's `output="sos"` gives it, `b0 b1 b2 a0 a1 a2`, and as there `a0` is 1;
+//! no other value is taken but 0, which leaves the section out.
+//!
+//! Every section begins as if the first input had been the same for ever; with no memory where that would not end, for a
+//! pole at 1. The entries come one by one: change those of a filter that runs in one transaction. Coefficients are `f32`:
+//! a corner below a thousandth of the ticks' frequency is `LOWPASS_MOD`'s.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! // scipy.signal.butter(1, 0.5, output="sos")
+//! let rows = "all BIQUAD_MOD SOS[0][0] 0.5
+//!             all BIQUAD_MOD SOS[0][1] 0.5
+//!             all BIQUAD_MOD SOS[0][3] 1
+//!             all MOD_ENG MOD_ON BIQUAD_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let mut bench: Bench = Bench::new(&[types::SIGNAL], rows)?;
+//! let steps = [0.0, 1.0, 1.0].map(|x| bench.tick(&[x], "SIGNAL_OUT"));
+//! assert_eq!(steps, [Some(0.0), Some(0.5), Some(1.0)]);
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::{
+    Context, Declare, Input, Module, Output, ParameterError, Parameters, Unit, UnitRelation, types, words,
+};
+
+/// Most sections.
+const SECTIONS: usize = 4;
+
+words! {
+    /// Of all axes.
+    pub struct Settings { sections: [[f32; 6]; SECTIONS] }
+    /// Of an axis: of each section.
+    pub struct Axis { sections: [[f32; 2]; SECTIONS] }
+    /// Signals.
+    pub struct Ports { input: Input, output: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Biquad;
+
+impl Module for Biquad {
+    const NAME: &'static str = "BIQUAD_MOD";
+    const SUMMARY: &'static str = "Filter of up to four sections of second order, as scipy designs them.";
+    type Settings = Settings;
+    type Gains = ();
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
+        let summary = "Sections, a row each: b0 b1 b2 a0 a1 a2; a0 is 1, or 0 for none.";
+        visit.matrix(&mut settings.sections, "SOS", Unit::One, -1e6..=1e6, 0.0, summary);
+    }
+
+    fn validate(settings: &Settings) -> Result<(), ParameterError> {
+        let is_wrong = |[_, _, _, a0, _, _]: &[f32; 6]| a0 * (a0 - 1.0) != 0.0;
+        if settings.sections.iter().any(is_wrong) { Err(ParameterError::OutOfRange) } else { Ok(()) }
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let ports = Ports {
+            input: declare.input("SIGNAL_IN", types::SIGNAL),
+            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
+        };
+        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Settings { sections } = context.settings();
+        context.begin_axes([context.ports().input], |(), [x]| {
+            let mut axis = Axis::default();
+            let mut level = x;
+            for ([b0, b1, b2, a0, a1, a2], memory) in sections.into_iter().zip(&mut axis.sections) {
+                let output = level * (b0 + b1 + b2) / (1.0 + a1 + a2);
+                if a0 > 0.0 && output.is_finite() {
+                    *memory = [output - b0 * level, b2 * level - a2 * output];
+                    level = output;
+                }
+            }
+            axis
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { input, output } = context.ports();
+        let Settings { sections } = context.settings();
+        context.map_axes([input], [output], |(), axis, [x]| {
+            let mut x = x;
+            for ([b0, b1, b2, a0, a1, a2], memory) in sections.into_iter().zip(&mut axis.sections) {
+                if a0 > 0.0 {
+                    let [s1, s2] = *memory;
+                    let y = b0 * x + s1;
+                    *memory = [b1 * x - a1 * y + s2, b2 * x - a2 * y];
+                    x = y;
+                }
+            }
+            [x]
+        });
+    }
+}

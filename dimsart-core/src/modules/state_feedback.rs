@@ -1,0 +1,121 @@
+//! State feedback of position and velocity, with integral action.
+//!
+//! `F = sat(N r - K_1 x - K_2 v + I)`: `I` integrates `K_I (r - x)` and is bled by `(sat(F) - F) h / T_t` while the force
+//! limit holds (Franklin, Powell & Workman, *Digital Control of Dynamic Systems*, section 8.5). `r` is `DES_POSITION`. The
+//! gains are those of `control.place` or `control.dlqr`, with `N = K_1` where there is no integral.
+//!
+//! It begins with what is needed of `I` to go on from the last force where it takes over, and otherwise to begin with
+//! `-K_2 v`; with `K_I = 0`, with zero.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all STATE_FEEDBACK_MOD K1_PARAM 100
+//!             all STATE_FEEDBACK_MOD K2_PARAM 8
+//!             all STATE_FEEDBACK_MOD REFERENCE_GAIN 100
+//!             all MOD_ENG MOD_ON STATE_FEEDBACK_MOD
+//!             all MOD_ENG MATCHING_CHECK";
+//! let measured = &[types::POSITION, types::VELOCITY, types::DES_POSITION];
+//! let mut bench: Bench = Bench::new(measured, rows)?;
+//! assert_eq!(bench.tick(&[0.5, 1.0, 1.0], "DES_FORCE"), Some(42.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        tracking_time_s: f32,
+        /// `h / T_t`, at most 1.
+        tracking: f32,
+    }
+    /// Of an axis.
+    pub struct Gains {
+        position: f32,
+        velocity: f32,
+        integral: f32,
+        reference: f32,
+        limit: f32,
+        /// `K_I h`.
+        integral_per_tick: f32,
+    }
+    /// Of an axis.
+    pub struct Axis { integral: f32 }
+    /// Signals.
+    pub struct Ports { position: Input, velocity: Input, desired_position: Input, force: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct StateFeedback;
+
+impl Module for StateFeedback {
+    const NAME: &'static str = "STATE_FEEDBACK_MOD";
+    const SUMMARY: &'static str = "State feedback of position and velocity with integral action.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { position, velocity, integral, reference, limit, .. } = gains;
+        visit.per_axis(position, "K1_PARAM", Unit::Stiffness, -1e6..=1e6, 0.0, "Gain of the position.");
+        visit.per_axis(velocity, "K2_PARAM", Unit::Damping, -1e5..=1e5, 0.0, "Gain of the velocity.");
+        visit.per_axis(integral, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
+        let summary = "Gain of the desired position.";
+        visit.per_axis(reference, "REFERENCE_GAIN", Unit::Stiffness, -1e6..=1e6, 0.0, summary);
+        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+        let summary = "Time in which the integral follows a saturated force (anti-windup).";
+        let tracking_time_s = &mut settings.tracking_time_s;
+        visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.tracking = (device.sample_period_s() / settings.tracking_time_s).min(1.0);
+    }
+
+    fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
+        gains.integral_per_tick = gains.integral * device.sample_period_s();
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            velocity: declare.input("VELOCITY", types::VELOCITY),
+            desired_position: declare.input("DES_POSITION", types::DES_POSITION),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, velocity, desired_position, force } = context.ports();
+        let takes_over = context.takes_over();
+        let inputs = [position, velocity, desired_position, force.last()];
+        context.begin_axes(inputs, |gains, [x, v, desired, last]| {
+            let damping = -gains.velocity * v;
+            let first = if takes_over && last.is_finite() { last } else { damping };
+            let others = gains.reference * desired - gains.position * x
+                + damping
+                + gains.integral_per_tick * (desired - x);
+            let integral = math::limit(first, gains.limit) - others;
+            Axis { integral: if gains.integral > 0.0 { integral } else { 0.0 } }
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, velocity, desired_position, force } = context.ports();
+        let Settings { tracking, .. } = context.settings();
+        context.map_axes([position, velocity, desired_position], [force], |gains, axis, [x, v, desired]| {
+            let integral = axis.integral + gains.integral_per_tick * (desired - x);
+            let wanted = gains.reference * desired - gains.position * x - gains.velocity * v + integral;
+            let force = math::limit(wanted, gains.limit);
+            axis.integral = integral + tracking * (force - wanted);
+            [force]
+        });
+    }
+}
