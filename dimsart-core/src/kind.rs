@@ -25,6 +25,8 @@ pub struct Kind {
     pub name: &'static str,
     /// [`Module::SUMMARY`].
     pub summary: Summary,
+    /// The feature that leaves it out of an image; empty for one that every image has.
+    pub group: Summary,
     is_left_out: bool,
     outlasts_arming: bool,
     handles: u8,
@@ -65,6 +67,7 @@ impl Kind {
         Self {
             name: M::NAME,
             summary: Summary::new(M::SUMMARY),
+            group: Summary::new(""),
             is_left_out: false,
             outlasts_arming: M::OUTLASTS_ARMING,
             handles: M::Ports::COUNT as u8,
@@ -86,6 +89,7 @@ impl Kind {
         Self {
             name: "",
             summary: Summary::new("Left out of this image."),
+            group: Summary::new(""),
             is_left_out: true,
             outlasts_arming: true,
             handles: 0,
@@ -100,6 +104,13 @@ impl Kind {
             compute: [|_, _, _| {}; 2],
         }
     };
+
+    /// The same kind as one of a group.
+    #[must_use]
+    pub const fn of_group(mut self, feature: &'static str) -> Self {
+        self.group = Summary::new(feature);
+        self
+    }
 
     /// Whether the image has its code.
     #[must_use]
@@ -283,7 +294,7 @@ macro_rules! module_list {
             const KINDS: &'static [&'static $crate::Kind] = &[$(
                 // Decided where constants are: of a module that is left out, no code is made.
                 if true $(&& cfg!(feature = $feature))? {
-                    const { &$crate::Kind::of::<$module>() }
+                    const { &$crate::Kind::of::<$module>()$(.of_group($feature))? }
                 } else {
                     $crate::Kind::LEFT_OUT
                 }

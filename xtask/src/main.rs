@@ -16,6 +16,7 @@ mod fuzz;
 mod long;
 mod markdown;
 mod module_groups;
+mod oracle;
 mod page;
 mod panic_free;
 mod setup;
@@ -45,6 +46,7 @@ usage: cargo xtask COMMAND
               arguments are those of `dimsart commission`
   two-engines run a planner below a joint's interrupt on the emulated board, and check what crosses between them
   budgets     what the shipped scheme takes on every board, of cycles and stack, into boards/budgets/
+  oracle      compare every module and plant with outside implementations: a table, and a page with the curves
   figures     what the firmware takes, of memory and of time (docs/firmware.md), and what faults does
   faults      how soon faults are noticed in the shipped scheme (docs/fault-latency.md); takes seconds
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
@@ -88,6 +90,7 @@ fn main() -> ExitCode {
         ["how-tos"] => tutorial::follow_how_tos(),
         ["bridge"] => bridge::bridge(),
         ["page"] => page::page(),
+        ["oracle"] => oracle::report(),
         ["long"] => long::run(),
         ["panic-free"] => panic_free::run(),
         ["stack"] => stack::run(),

@@ -1,11 +1,11 @@
 //! The tiers of tests: `quick` while one works, `test` for all tests, `ci` for every change. `long` is for the night.
 
 use crate::boards::Image;
-use crate::shell::{Outcome, cargo, command, run, top};
+use crate::shell::{Outcome, cargo, run};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
 use crate::{
-    bench, boards, budgets, cycle_table, fuzz, page, panic_free, setup, stack, tutorial, two_engines,
+    bench, boards, budgets, cycle_table, fuzz, oracle, page, panic_free, setup, stack, tutorial, two_engines,
 };
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
@@ -102,16 +102,9 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("the tutorial", tutorial::follow)?;
     steps.step("the how-to pages", tutorial::follow_how_tos)?;
     steps.step("the page in a browser", page::page)?;
-    let oracle = top().join("target/oracle");
-    steps.step("reference runs", || {
-        for name in ["two_sided_loop", "joint", "arm", "phantom"] {
-            let script = format!("tests/oracle/{name}.py");
-            run(command(setup::python()?, ["-B", &script, "--out"]).arg(&oracle))?;
-        }
-        Ok(())
-    })?;
+    steps.step("reference runs", oracle::references)?;
     steps.step("tests", || {
         let mut tests = cargo(&["test", "--workspace", "--quiet"]);
-        run(tests.env("DIMSART_ORACLE", &oracle).env("DIMSART_FIRMWARE", boards::folder()))
+        run(tests.env("DIMSART_ORACLE", oracle::folder()).env("DIMSART_FIRMWARE", boards::folder()))
     })
 }

@@ -19,11 +19,14 @@ pub(crate) fn follow() -> Outcome {
         fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
     fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    // What its project builds is kept from run to run.
-    let built = target().join("tutorial-built");
-    // A user's `dimsart` is built to be fast; here, to be built fast.
-    let quickly = ("CARGO_PROFILE_RELEASE_OPT_LEVEL", Path::new("1"));
-    page(&top().join("docs/tutorial.md"), &folder, &[("CARGO_TARGET_DIR", &built), quickly])
+    // A user's `dimsart` is built to be fast; here, of what this repository has built already.
+    let built = target();
+    let environment = [
+        ("CARGO_TARGET_DIR", built.as_path()),
+        ("CARGO_ALIAS_DIMSART", Path::new("run --quiet --package tools --")),
+        ("CARGO_PROFILE_DEV_DEBUG", Path::new("line-tables-only")),
+    ];
+    page(&top().join("docs/tutorial.md"), &folder, &environment)
 }
 
 /// Follows those of `docs/howto/` that have commands for a desk, each in a folder of its own.

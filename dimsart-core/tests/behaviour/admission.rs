@@ -110,9 +110,8 @@ fn a_module_that_just_fits_is_taken_and_unplugging_makes_room() {
 fn without_a_limit_every_module_is_taken_and_with_one_of_a_cycle_none() {
     let mut bench = robot();
     for kind in Standard::KINDS {
-        bench.rows(&format!("MOD_ENG MOD_ON {}", kind.name));
+        bench.rows(&format!("MOD_ENG MOD_ON {0}\nMOD_ENG MOD_CLOSE {0}", kind.name));
     }
-    let mut bench = robot();
     limit(&mut bench, 1);
     for kind in Standard::KINDS {
         let refused = bench.order(&format!("MOD_ENG MOD_ON {}", kind.name));
@@ -142,9 +141,10 @@ fn without_costs_nothing_is_refused_for_them_and_nothing_is_said_of_a_tick() {
     limit(&mut bench, 1);
     for kind in Standard::KINDS {
         bench.rows(&format!("MOD_ENG MOD_ON {}", kind.name));
+        let engine = bench.dimsart.engine();
+        assert_eq!((engine.usage().modules, engine.tick_cycles(), engine.cycles_of(0)), (1, None, None));
+        bench.rows(&format!("MOD_ENG MOD_CLOSE {}", kind.name));
     }
-    let engine = bench.dimsart.engine();
-    assert_eq!((engine.usage().modules, engine.tick_cycles(), engine.cycles_of(0)), (KINDS, None, None));
 }
 
 #[test]

@@ -15,6 +15,7 @@ mod containment;
 mod coupling;
 mod data_base;
 mod events;
+mod every_kind;
 mod faults;
 mod formats;
 mod frame;

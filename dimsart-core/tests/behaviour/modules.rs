@@ -242,13 +242,14 @@ fn sum_weighs_both_signals() {
 }
 
 /// A bench on which the device provides all that a kind of module reads.
-fn kind_alone(kind: u8) -> Alone {
+pub(crate) fn kind_alone(kind: u8) -> Alone {
     let module = ModuleRef { kind, number: 1 };
     let name = Standard::KINDS[usize::from(kind)].name;
     let mut bare: common::Bench = common::Bench::of(2, &[], &[]);
     let ports = bare.dimsart.engine_mut().ports(module).unwrap();
     let all = |direction| ports.iter().filter(move |port| port.direction == direction);
     let mut inputs: Vec<_> = all(Direction::Read).map(|port| port.data_type.unwrap().0).collect();
+    inputs.sort_by_key(|found| found.id);
     inputs.dedup();
     let output = all(Direction::Write).next().map_or("SIGNAL_OUT", |port| port.data_type.unwrap().0.name);
     Alone::new(2, inputs.leak(), output, &format!("MOD_ENG MOD_ON {name}"))

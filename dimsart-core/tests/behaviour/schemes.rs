@@ -203,7 +203,7 @@ fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
         for index in 0.. {
             let Some(parameter) = Engine::<Standard>::describe_parameter(kind, index) else { break };
             let value = match parameter.accepts {
-                Accepts::Real { max, .. } => max.to_string(),
+                Accepts::Real { min, max } => 1.0_f32.clamp(min, max).to_string(),
                 Accepts::Count { max, .. } => max.to_string(),
                 Accepts::Integer { max, .. } => max.to_string(),
                 Accepts::Flag => "ON".to_owned(),

@@ -1,4 +1,4 @@
-//! `dimsart modules`: every module with its ports and parameters.
+//! `dimsart modules`: the list of modules, and one with its ports and parameters.
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -8,8 +8,8 @@ use dimsart_core::modules::Standard;
 use dimsart_core::protocol::ParameterText;
 use dimsart_core::scheme::switch;
 use dimsart_core::{
-    Accepts, AxisKind, Direction, Engine, ModuleList, ModuleRef, Parameter, PortSpec, Unit, UnitRelation,
-    Value,
+    Accepts, AxisKind, Direction, Engine, Kind, ModuleList, ModuleRef, Parameter, PortSpec, Unit,
+    UnitRelation, Value, Word,
 };
 use serde::Serialize;
 
@@ -19,11 +19,11 @@ use crate::connect::range_text;
 use hil_sim::bilateral::device;
 use hil_sim::schemes::suggestion;
 
-/// List the modules with their ports, parameters, units and ranges.
+/// List the modules, or show one with its ports, parameters, units and ranges.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Modules {
-    /// Only this module, such as `PDCTRL_MOD`.
+    /// A module, such as `PDCTRL_MOD`, or a group of them, such as `filters`.
     name: Option<String>,
     /// Prints a page of Markdown, as `docs/modules.md` is one.
     #[arg(long, conflicts_with = "json")]
@@ -57,11 +57,16 @@ unplugged ([commands.md](commands.md#modules-that-do-not-run-in-every-tick)).
 #[derive(Serialize)]
 struct Description {
     name: &'static str,
+    /// The feature that leaves it out of an image; empty for one that every image has.
+    group: &'static str,
     summary: &'static str,
     ports: Vec<PortRow>,
     /// Parameters that add a port for each type they are given.
     port_lists: Vec<&'static str>,
     parameters: Vec<ParameterRow>,
+    /// Memory that an instance takes without axes, and for each.
+    bytes: usize,
+    bytes_per_axis: usize,
 }
 
 /// A port and what it is bound to at first.
@@ -111,45 +116,67 @@ type Rows<const COLUMNS: usize> = Vec<[String; COLUMNS]>;
 
 impl Modules {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let names: Vec<String> = Standard::KINDS.iter().map(|kind| kind.name.to_owned()).collect();
+        let names = Standard::KINDS.iter().flat_map(|kind| [kind.name, kind.group.text()]);
+        let names: Vec<String> = names.filter(|name| !name.is_empty()).map(str::to_owned).collect();
         if let Some(name) = &self.name
             && !names.contains(name)
         {
-            return Err(format!("there is no module '{name}'; {}", suggestion(name, &names)).into());
+            return Err(format!("there is no module or group '{name}'; {}", suggestion(name, &names)).into());
         }
         if self.markdown && self.name.is_none() {
             write!(out, "{MARKDOWN_HEAD}")?;
         }
         let mut engine: Engine = Engine::new(device("device", 1, 1e-3)?);
-        let is_wanted = |name: &str| self.name.as_deref().is_none_or(|wanted| wanted == name);
-        let wanted = (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind.name));
-        let descriptions: Vec<Description> = wanted
-            .map(|(number, kind)| Description::new(&mut engine, number, kind.name, kind.summary.text()))
-            .collect();
+        let is_wanted = |kind: &Kind| {
+            self.name.as_deref().is_none_or(|name| [kind.name, kind.group.text()].contains(&name))
+        };
+        let wanted = (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind));
+        let mut descriptions: Vec<Description> =
+            wanted.map(|(number, kind)| Description::new(&mut engine, number, kind)).collect();
+        // In the order of the list within a group.
+        descriptions.sort_by_key(|description| description.group);
         if self.json {
             writeln!(out, "{}", serde_json::to_string(&descriptions)?)?;
             return Ok(ExitCode::SUCCESS);
         }
-        for description in descriptions {
-            if self.markdown { description.markdown(out) } else { description.print(out) }?;
+        if descriptions.len() > 1 {
+            let list = rows(Description::HEADER, descriptions.iter().map(Description::cells));
+            if self.markdown { markdown_table(out, &list) } else { print_table(out, &list) }?;
+        }
+        if self.markdown {
+            descriptions.iter().try_for_each(|description| description.markdown(out))?;
+        } else if let [one] = descriptions.as_slice() {
+            one.print(out)?;
         }
         Ok(ExitCode::SUCCESS)
     }
 }
 
 impl Description {
-    fn new(engine: &mut Engine, number: u8, name: &'static str, summary: &'static str) -> Self {
+    const HEADER: [&str; 4] = ["group", "module", "what it does", "bytes, and for each axis"];
+
+    fn new(engine: &mut Engine, number: u8, kind: &Kind) -> Self {
         let ports = engine.ports(ModuleRef { kind: number, number: 1 }).unwrap_or_default();
         let parameters: Vec<_> =
             (0..).map_while(|index| <Engine>::describe_parameter(number, index)).collect();
         let lists = parameters.iter().filter(|parameter| parameter.accepts == Accepts::Types);
         Self {
-            name,
-            summary,
+            name: kind.name,
+            group: kind.group.text(),
+            summary: kind.summary.text(),
+            bytes: size_of::<Word>() * kind.words(0),
+            bytes_per_axis: size_of::<Word>() * (kind.words(1) - kind.words(0)),
             port_lists: lists.map(|list| list.name).collect(),
             ports: ports.iter().filter_map(|port| port_row(port, &ports)).collect(),
             parameters: parameters.iter().map(parameter_row).collect(),
         }
+    }
+
+    /// Its line in the list.
+    fn cells(&self) -> [String; 4] {
+        let Self { name, group, summary, bytes, bytes_per_axis, .. } = self;
+        let bytes = format!("{bytes} + {bytes_per_axis}");
+        [(*group).to_owned(), (*name).to_owned(), (*summary).to_owned(), bytes]
     }
 
     fn port_table(&self) -> Rows<5> {

@@ -1,18 +1,24 @@
-"""What works on a signal of any unit, and what makes a position of a velocity: numpy, scipy."""
+"""What works on a signal of any unit, the signal generator, and what makes a position of a velocity: numpy, scipy."""
 
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
-from scipy.signal import lfilter
+from scipy.signal import lfilter, sawtooth, square
 
 from module_case import TICK_S, Case, noise, rounded, times
 
 TICKS = 2000
+# Of the generator.
+GENERATED_TICKS = 5000
+FREQUENCY_HZ = 1.25
+AMPLITUDE, OFFSET = 0.5, 0.25
 
 
 def cases() -> list[Case]:
-    return [weighed_sum(), normalizer(), integrator(), differentiator(), velocity_to_position()]
+    laws = [weighed_sum(), normalizer(), integrator(), differentiator(), velocity_to_position()]
+    return laws + generated()
 
 
 def weighed_sum() -> Case:
@@ -76,4 +82,26 @@ def velocity_to_position() -> Case:
         rows="",
         inputs={"POSITION": position, "DES_VELOCITY": velocity},
         expected={"DES_POSITION": position[0] + TICK_S * np.cumsum(velocity)},
+    )
+
+
+def generated() -> list[Case]:
+    """The forms of scipy, from the time since the generator was plugged in."""
+    turns = 2 * np.pi * FREQUENCY_HZ * times(GENERATED_TICKS)
+    # scipy's triangle begins at its trough, ours halfway up.
+    forms = {"SINE": np.sin(turns), "TRIANGLE": sawtooth(turns + np.pi / 2, 0.5)}
+    smooth = [form(name, values) for name, values in forms.items()]
+    # Half a tick on: where a square wave steps, neither side of it is wrong.
+    return [*smooth, form("SQUARE", square(turns + np.pi * FREQUENCY_HZ * 1e-3))]
+
+
+def form(name: str, values: NDArray[np.float64]) -> Case:
+    rows = {"FORM": name, "FREQUENCY": FREQUENCY_HZ, "AMPLITUDE": AMPLITUDE, "OFFSET": OFFSET}
+    return Case(
+        module="SIGGEN_MOD",
+        name=name.lower(),
+        oracle="numpy.sin" if name == "SINE" else "scipy.signal",
+        rows="\n".join(f"SIGGEN_MOD {parameter} {value}" for parameter, value in rows.items()),
+        inputs={},
+        expected={"SIGNAL_OUT": OFFSET + AMPLITUDE * values},
     )

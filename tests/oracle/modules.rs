@@ -1,19 +1,7 @@
 //! The modules of the library, each against an outside implementation.
 //!
-//! `cargo xtask test` writes the cases (`tests/oracle/modules.py`) and says in `DIMSART_ORACLE` where they are. A case is a
-//! scheme, what the device measures tick by tick, and what the Data Base has to have behind each tick.
-#![expect(
-    clippy::unwrap_used,
-    clippy::indexing_slicing,
-    clippy::panic,
-    reason = "in helpers of tests as in tests"
-)]
-
-#[path = "common/evidence.rs"]
-mod evidence;
-
+//! The cases are those of `modules.py`. A case is a scheme, what the device measures tick by tick, and what the Data Base has to have behind each tick.
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
 
 use dimsart_core::modules::Library;
 use dimsart_core::{
@@ -21,7 +9,7 @@ use dimsart_core::{
 };
 use serde::Deserialize;
 
-use evidence::{Curve, Evidence, write};
+use crate::evidence::{self, Compared, Evidence, column};
 
 /// Ticks x axes.
 type Signal = Vec<Vec<f64>>;
@@ -149,57 +137,31 @@ fn signal(dimsart: &Dimsart, name: &str) -> Vec<f64> {
     engine.data_base().words(slot).iter().map(number).collect()
 }
 
-fn cases() -> Option<Vec<Case>> {
-    let folder = PathBuf::from(std::env::var_os("DIMSART_ORACLE")?);
-    let text = std::fs::read_to_string(folder.join("modules.json")).unwrap();
-    Some(serde_json::from_str(&text).unwrap())
-}
-
-/// The largest error of the axes as a share of the largest magnitude expected, from a tick on.
-fn error(case: &Case, expected: &Signal, found: &Signal) -> f64 {
-    let compared = || expected.iter().zip(found).skip(case.first_tick);
-    let scale = expected.iter().flatten().fold(0.0_f64, |most, value| most.max(value.abs()));
-    let errors = compared().flat_map(|(expected, found)| {
-        assert_eq!(expected.len(), found.len(), "{}: axes", case.title());
-        expected.iter().zip(found).map(|(expected, found)| (expected - found).abs())
-    });
-    // Not `max`: what is not a number is the worst of all.
-    let worst = errors.fold(0.0_f64, |worst, error| if error <= worst { worst } else { error });
-    if scale > 0.0 { worst / scale } else { worst }
-}
-
 #[test]
 fn every_module_does_what_an_outside_implementation_says() {
-    let Some(cases) = cases() else {
-        println!("skipped: DIMSART_ORACLE is not set, `cargo xtask test` sets it");
-        return;
-    };
-    let mut wrong = Vec::new();
-    let mut rows = Vec::new();
+    let Some(folder) = evidence::folder("the oracles of the modules") else { return };
+    let cases: Vec<Case> = evidence::read(&folder.join("modules.json"));
+    let mut evidence = Evidence::new("modules");
     for case in &cases {
         for (signal, expected, found) in case.run() {
-            let error = error(case, &expected, &found);
-            if error.is_nan() || error > case.tolerance {
-                wrong.push(format!(
-                    "{}: {signal} is off by {error:.2e} of {:.0e}",
-                    case.title(),
-                    case.tolerance
-                ));
+            let scale = expected.iter().flatten().fold(0.0_f64, |most, value| most.max(value.abs()));
+            for axis in 0..expected[0].len() {
+                let name = if expected[0].len() == 1 { signal.clone() } else { format!("{signal}[{axis}]") };
+                evidence.judge(&Compared {
+                    subject: &case.module,
+                    name: format!("{}, {name}", case.name),
+                    oracle: &case.oracle,
+                    expected: &column(&expected[case.first_tick..], axis),
+                    found: &column(&found[case.first_tick..], axis),
+                    scale: Some(scale),
+                    tolerance: case.tolerance,
+                    why: &case.why,
+                    period_s: Some(case.period_s.into()),
+                });
             }
-            rows.push(Evidence {
-                subject: case.module.clone(),
-                name: format!("{}, {signal}", case.name),
-                oracle: case.oracle.clone(),
-                samples: expected.len() * expected[0].len(),
-                largest_error: error,
-                tolerance: case.tolerance,
-                why: case.why.clone(),
-                curve: Some(Curve::of(f64::from(case.period_s), &expected, &found)),
-            });
         }
     }
-    write("modules", &rows);
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+    evidence.end();
     // The ends of a link, and what has no number to compare, have tests of their own.
     let elsewhere = ["COMM_RXMOD", "COMM_TXMOD", "RECORDER_MOD"];
     let compared: BTreeSet<&str> = cases.iter().map(|case| case.module.as_str()).chain(elsewhere).collect();

@@ -1,0 +1,145 @@
+//! Comparisons with an oracle: what is beyond its tolerance fails the test, and all of it is kept for `cargo xtask oracle` to
+//! show.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// Most points that are kept of a curve.
+const POINTS: usize = 1000;
+
+/// The folder of the reference runs; says that nothing is compared where there is none.
+#[expect(clippy::explicit_write, reason = "past the capture of a passing test's output: it is to be seen")]
+pub(crate) fn folder(oracle: &str) -> Option<PathBuf> {
+    let folder = std::env::var_os("DIMSART_ORACLE");
+    if folder.is_none() {
+        let line = format!("not compared with {oracle}: DIMSART_ORACLE is not set; run `cargo xtask test`");
+        writeln!(std::io::stderr(), "{line}").unwrap();
+    }
+    folder.map(PathBuf::from)
+}
+
+/// A file of the reference runs.
+pub(crate) fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
+    let text = std::fs::read_to_string(path).unwrap_or_else(|error| {
+        panic!("{}: {error}; make the reference runs with `cargo xtask test`", path.display())
+    });
+    serde_json::from_str(&text).unwrap()
+}
+
+/// Its rows of numbers, and what stands above each column.
+pub(crate) fn table(path: &Path) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut reader =
+        csv::Reader::from_path(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    let names = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    (names, reader.deserialize().map(Result::unwrap).collect())
+}
+
+/// A column of a table.
+pub(crate) fn column(rows: &[Vec<f64>], place: usize) -> Vec<f64> {
+    rows.iter().map(|row| row[place]).collect()
+}
+
+/// What a test has compared.
+pub(crate) struct Evidence {
+    test: &'static str,
+    rows: Vec<Row>,
+    wrong: Vec<String>,
+}
+
+/// One signal, or one quantity.
+pub(crate) struct Compared<'a> {
+    /// The module or the plant.
+    pub(crate) subject: &'a str,
+    /// What was compared.
+    pub(crate) name: String,
+    /// What says what is right.
+    pub(crate) oracle: &'a str,
+    pub(crate) expected: &'a [f64],
+    pub(crate) found: &'a [f64],
+    /// What the error is a share of; none for the largest magnitude that is expected.
+    pub(crate) scale: Option<f64>,
+    /// The share that is allowed.
+    pub(crate) tolerance: f64,
+    /// Why it is not 1e-5.
+    pub(crate) why: &'a str,
+    /// Time from one value to the next, `s`; none for what is no curve.
+    pub(crate) period_s: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct Row {
+    subject: String,
+    name: String,
+    oracle: String,
+    samples: usize,
+    largest_error: f64,
+    tolerance: f64,
+    why: String,
+    curve: Option<Curve>,
+}
+
+/// What was expected and what was found, thinned out.
+#[derive(Serialize)]
+struct Curve {
+    time_s: Vec<f64>,
+    expected: Vec<f64>,
+    found: Vec<f64>,
+}
+
+impl Evidence {
+    pub(crate) fn new(test: &'static str) -> Self {
+        Self { test, rows: Vec::new(), wrong: Vec::new() }
+    }
+
+    /// Keeps a comparison, and whether it fails the test.
+    pub(crate) fn judge(&mut self, of: &Compared<'_>) {
+        let Compared { subject, name, expected, found, tolerance, .. } = of;
+        assert_eq!(expected.len(), found.len(), "{subject}, {name}");
+        assert!(!expected.is_empty(), "{subject}, {name}: nothing was compared");
+        let errors = expected.iter().zip(*found).map(|(expected, found)| (expected - found).abs());
+        // Not `max`: what is not a number is the worst of all.
+        let worst = errors.fold(0.0_f64, |worst, error| if error <= worst { worst } else { error });
+        let peak = expected.iter().fold(0.0_f64, |peak, value| peak.max(value.abs()));
+        let scale = of.scale.unwrap_or(peak);
+        let share = if scale > 0.0 { worst / scale } else { worst };
+        println!("{subject}, {name}: {share:.1e} of {scale:.1e}, {tolerance:.0e} allowed");
+        if share.is_nan() || share > *tolerance {
+            self.wrong.push(format!("{subject}, {name}: off by {share:.1e} of {scale:.1e}"));
+        }
+        self.rows.push(Row {
+            subject: (*subject).to_owned(),
+            name: name.clone(),
+            oracle: of.oracle.to_owned(),
+            samples: expected.len(),
+            largest_error: share,
+            tolerance: *tolerance,
+            why: of.why.to_owned(),
+            curve: of.period_s.map(|period_s| Curve::of(period_s, expected, found)),
+        });
+    }
+
+    /// Writes what was compared beside the reference runs.
+    ///
+    /// # Panics
+    /// If anything was beyond its tolerance, or nothing was compared.
+    pub(crate) fn end(self) {
+        let folder = folder("an oracle").unwrap().join("found");
+        std::fs::create_dir_all(&folder).unwrap();
+        let text = serde_json::to_string(&self.rows).unwrap();
+        std::fs::write(folder.join(self.test).with_extension("json"), text).unwrap();
+        assert!(!self.rows.is_empty(), "nothing was compared");
+        assert!(self.wrong.is_empty(), "{:#?}", self.wrong);
+    }
+}
+
+impl Curve {
+    fn of(period_s: f64, expected: &[f64], found: &[f64]) -> Self {
+        let step = expected.len().div_ceil(POINTS);
+        let thin = |signal: &[f64]| signal.iter().step_by(step).copied().collect();
+        #[expect(clippy::cast_precision_loss, reason = "ticks of a test")]
+        let time_s = (0..expected.len()).step_by(step).map(|tick| tick as f64 * period_s).collect();
+        Self { time_s, expected: thin(expected), found: thin(found) }
+    }
+}

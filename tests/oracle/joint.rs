@@ -1,0 +1,80 @@
+//! The actuated joint against an outside integrator: the same equations in scipy's DOP853 at a tolerance of 1e-10.
+//!
+//! The reference runs are those of `joint.py`. Each signal stays within 1e-5 of its peak on every tick. Where the voltage reaches its limit, or teeth or a stop touch,
+//! a rate changes at once within a step of either integrator: that leaves up to 5e-6, smooth motion 1e-9.
+
+use hil_sim::plant::{JointParameters, JointState};
+use serde::Deserialize;
+
+use crate::evidence::{self, Compared, Evidence, column};
+
+/// Share of a signal's peak that it may be off by.
+const TOLERANCE: f64 = 1e-5;
+
+/// The reference runs, as `joint.json` lists them.
+#[derive(Deserialize)]
+struct Reference {
+    tick_s: f64,
+    cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    name: String,
+    file: String,
+    /// Its parameters, in TOML.
+    joint: String,
+    /// Amplitude of the outside force's cosine.
+    load: f64,
+    load_hz: f64,
+}
+
+/// A column of the reference, and where the simulator has it.
+type Column = (&'static str, fn(&JointState) -> f64);
+
+const COMPARED: [Column; 7] = [
+    ("position", |state| state.position),
+    ("velocity", |state| state.velocity),
+    ("motor_position", |state| state.motor_position),
+    ("motor_velocity", |state| state.motor_velocity),
+    ("force", |state| state.force),
+    ("current_a", |state| state.current_a),
+    ("winding_c", |state| state.winding_c),
+];
+
+/// Runs the case and gives each of [`COMPARED`] over the ticks.
+fn run(case: &Case, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut joint = toml::from_str::<JointParameters>(&case.joint).unwrap().build().unwrap();
+    let load = |t: f64| case.load * libm::cos(core::f64::consts::TAU * case.load_hz * t);
+    let ticks = (0_u32..).zip(rows).map(|(tick, row)| {
+        joint.advance(f64::from(tick) * tick_s, tick_s, row[0], &load);
+        COMPARED.map(|(_, seen)| seen(&joint.state())).to_vec()
+    });
+    ticks.collect()
+}
+
+#[test]
+fn the_joint_agrees_with_scipy() {
+    let Some(folder) = evidence::folder("scipy") else { return };
+    let reference: Reference = evidence::read(&folder.join("joint.json"));
+    let mut evidence = Evidence::new("joint");
+    for case in &reference.cases {
+        let (names, rows) = evidence::table(&folder.join(&case.file));
+        assert!(names.iter().skip(1).eq(COMPARED.map(|(name, _)| name).iter()));
+        let found = run(case, reference.tick_s, &rows);
+        for (place, (name, _)) in COMPARED.iter().enumerate() {
+            evidence.judge(&Compared {
+                subject: "joint",
+                name: format!("{}, {name}", case.name),
+                oracle: "scipy",
+                expected: &column(&rows, place + 1),
+                found: &column(&found, place),
+                scale: None,
+                tolerance: TOLERANCE,
+                why: "",
+                period_s: Some(reference.tick_s),
+            });
+        }
+    }
+    evidence.end();
+}

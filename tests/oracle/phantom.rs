@@ -1,0 +1,85 @@
+//! The PHANToM against an outside integrator: its five bodies, put in space one by one, in scipy's DOP853 at a tolerance
+//! of 1e-11, where the simulator has the published equations of motion.
+//!
+//! The reference runs are those of `phantom.py`. Each signal stays within 1e-9 of its peak on every tick. The reference finds its slopes by differences: that is what
+//! is left.
+
+use hil_sim::plant::{Phantom, PhantomParameters, Tip};
+use serde::Deserialize;
+
+use crate::evidence::{self, Compared, Evidence, column};
+
+/// Share of a signal's peak that it may be off by.
+const TOLERANCE: f64 = 1e-9;
+
+/// The reference runs, as `phantom.json` lists them.
+#[derive(Deserialize)]
+struct Reference {
+    tick_s: f64,
+    cases: Vec<Case>,
+}
+
+#[derive(Deserialize)]
+struct Case {
+    name: String,
+    file: String,
+    /// Its parameters, in TOML.
+    phantom: String,
+    /// Of a hand that holds the tip where it starts.
+    hand_stiffness_n_per_m: f64,
+    hand_damping_ns_per_m: f64,
+}
+
+/// Positions, velocities and tip after a tick.
+fn seen(phantom: &Phantom) -> [f64; 9] {
+    let [one, two, three] = [0, 1, 2].map(|axis| phantom.axis(axis));
+    let [x, y, z] = phantom.tip(0.0).position_m;
+    let positions = [one.position, two.position, three.position];
+    let velocities = [one.velocity, two.velocity, three.velocity];
+    [positions, velocities, [x, y, z]].concat().try_into().unwrap()
+}
+
+/// Runs the case and gives each signal over the ticks.
+fn run(case: &Case, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    let mut phantom = toml::from_str::<PhantomParameters>(&case.phantom).unwrap().build().unwrap();
+    let anchor = phantom.tip(0.0).position_m;
+    let hand = |tip: &Tip| {
+        [0, 1, 2].map(|direction| {
+            case.hand_stiffness_n_per_m * (anchor[direction] - tip.position_m[direction])
+                - case.hand_damping_ns_per_m * tip.velocity_m_per_s[direction]
+        })
+    };
+    let ticks = (0_u32..).zip(rows).map(|(tick, row)| {
+        #[expect(clippy::cast_possible_truncation, reason = "the reference holds single-precision commands")]
+        let command = [row[0] as f32, row[1] as f32, row[2] as f32];
+        phantom.advance(f64::from(tick) * tick_s, tick_s, &command, &hand);
+        seen(&phantom).to_vec()
+    });
+    ticks.collect()
+}
+
+#[test]
+fn the_phantom_agrees_with_scipy() {
+    let Some(folder) = evidence::folder("scipy") else { return };
+    let reference: Reference = evidence::read(&folder.join("phantom.json"));
+    let mut evidence = Evidence::new("phantom");
+    for case in &reference.cases {
+        let (names, rows) = evidence::table(&folder.join(&case.file));
+        let found = run(case, reference.tick_s, &rows);
+        assert_eq!(names.len(), 3 + found[0].len());
+        for (place, name) in names.iter().skip(3).enumerate() {
+            evidence.judge(&Compared {
+                subject: "PHANToM",
+                name: format!("{}, {name}", case.name),
+                oracle: "scipy",
+                expected: &column(&rows, place + 3),
+                found: &column(&found, place),
+                scale: None,
+                tolerance: TOLERANCE,
+                why: "",
+                period_s: Some(reference.tick_s),
+            });
+        }
+    }
+    evidence.end();
+}
