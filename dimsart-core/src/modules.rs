@@ -6,6 +6,7 @@ pub mod comm_tx;
 pub mod differentiator;
 pub mod integrator;
 pub mod normalizer;
+pub mod online;
 pub mod p;
 pub mod pd;
 pub mod pid;
@@ -27,6 +28,7 @@ pub use comm_tx::CommTx;
 pub use differentiator::Differentiator;
 pub use integrator::Integrator;
 pub use normalizer::Normalizer;
+pub use online::Online;
 pub use p::P;
 pub use pd::Pd;
 pub use pid::Pid;
@@ -84,5 +86,6 @@ crate::module_list! {
         VelocityToPosition(VelocityToPosition) if "signals",
         SignalGenerator(SignalGenerator),
         Recorder(Recorder) if "signals",
+        Online(Online) if "online",
     }
 }
