@@ -173,10 +173,10 @@ impl<'a> Declare<'a> {
         self.has_axis = is_there;
     }
 
-    /// The program of this number. Without it the module is not plugged in.
+    /// The program of this number; none has number 0. Without another one the module is not plugged in.
     pub(crate) fn program(&mut self, number: u32) -> Option<Program<'a>> {
         let found = self.programs.get(number);
-        self.has_program = found.is_some();
+        self.has_program = number == 0 || found.is_some();
         found
     }
 

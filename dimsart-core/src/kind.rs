@@ -116,7 +116,8 @@ impl Kind {
     }
 
     /// Whether its modules run a [program](crate::online).
-    pub(crate) const fn runs_program(&self) -> bool {
+    #[must_use]
+    pub const fn runs_program(&self) -> bool {
         self.runs_program
     }
 

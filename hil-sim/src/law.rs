@@ -28,6 +28,8 @@ mod tokens;
 mod values;
 
 use dimsart_core::{Command, TypeRef};
+use std::path::Path;
+
 use dimsart_core::online::{LawParameter, Program};
 
 pub use error::LawError;
@@ -83,6 +85,16 @@ impl Law {
         compiled.map_err(|problem| LawError::new(problem, text, origin))
     }
 
+    /// Compiles a file.
+    ///
+    /// # Errors
+    /// In words, with the place: it cannot be read, or is wrong.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
+        Self::compile(&text, &name).map_err(|error| error.to_string())
+    }
+
     /// What a program says of itself.
     #[must_use]
     pub fn of_program(program: &Program<'_>) -> Self {
@@ -105,11 +117,7 @@ impl Law {
     /// The commands that have a controller keep it as the program of this number.
     #[must_use]
     pub fn commands(&self, number: u8) -> Vec<Command> {
-        let (pairs, rest) = self.words.as_chunks::<2>();
-        let pairs = pairs.iter().copied().chain(rest.first().map(|last| [*last, 0]));
-        let puts = (0..=u8::MAX).step_by(2).zip(pairs).map(|(place, words)| Command::PutLaw { place, words });
-        let count = u8::try_from(self.words.len()).unwrap_or(u8::MAX);
-        puts.chain([Command::KeepLaw { number, count }]).collect()
+        commands_of(&self.words, number)
     }
 
     /// The program.
@@ -117,4 +125,14 @@ impl Law {
     pub fn program(&self) -> Option<Program<'_>> {
         Program::verify(&self.words).ok()
     }
+}
+
+/// The commands that have a controller keep the program of these words under this number.
+#[must_use]
+pub fn commands_of(words: &[u32], number: u8) -> Vec<Command> {
+    let (pairs, rest) = words.as_chunks::<2>();
+    let pairs = pairs.iter().copied().chain(rest.first().map(|last| [*last, 0]));
+    let puts = (0..=u8::MAX).step_by(2).zip(pairs).map(|(place, words)| Command::PutLaw { place, words });
+    let count = u8::try_from(words.len()).unwrap_or(u8::MAX);
+    puts.chain([Command::KeepLaw { number, count }]).collect()
 }

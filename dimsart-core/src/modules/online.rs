@@ -1,12 +1,11 @@
 //! Runs a [program](crate::online): a control law that came while the controller ran.
 //!
-//! `PROGRAM` is its number; its ports and parameters are the program's. `P_1` is its first parameter, with the range and
+//! `PROGRAM` is its number, 0 for none, which does nothing; its ports and parameters are the program's. `P_1` is its first parameter, with the range and
 //! default that the law gives it; beyond the last one, a value has no effect.
 
 use crate::online::{
     MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, Program, REGISTERS, Section, Surroundings, run,
 };
-use crate::limits::MAX_PROGRAMS;
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
@@ -34,8 +33,8 @@ const INPUTS: [&str; MAX_INPUTS] = ["IN_1", "IN_2", "IN_3", "IN_4", "IN_5", "IN_
 const OUTPUTS: [&str; MAX_OUTPUTS] = ["OUT_1", "OUT_2", "OUT_3", "OUT_4"];
 const PARAMETERS: [&str; MAX_PARAMETERS] = ["P_1", "P_2", "P_3", "P_4", "P_5", "P_6", "P_7", "P_8"];
 
-#[expect(clippy::cast_possible_truncation, reason = "a few")]
-const MAX_NUMBER: u32 = MAX_PROGRAMS as u32;
+/// Numbers of programs, whatever the controller has places for: a scheme means the same on every one.
+const MOST: u32 = u8::MAX as u32;
 
 /// See the [module docs](self).
 #[derive(Debug)]
@@ -53,7 +52,7 @@ impl Module for Online {
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         let summary = "Number of the law, as it was uploaded.";
-        visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MAX_NUMBER, 0, summary);
+        visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MOST, 0, summary);
         for (name, difference) in PARAMETERS.into_iter().zip(&mut gains.differences) {
             visit.of_program(difference, name, "A parameter of the law.");
         }

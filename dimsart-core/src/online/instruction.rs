@@ -18,6 +18,12 @@ macro_rules! opcodes {
             /// Every one, by its number.
             pub const ALL: &'static [Self] = &[$(Self::$name),*];
 
+            /// Its name.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self { $(Self::$name => stringify!($name)),* }
+            }
+
             /// What its fields are.
             #[must_use]
             pub const fn fields(self) -> &'static [Field] {
