@@ -14,7 +14,9 @@ mod verify;
 pub use instruction::{Field, Instruction, OPCODES, OWN_AXIS, Opcode, REGISTERS};
 pub use interpret::calculate;
 pub(crate) use interpret::{Surroundings, run};
-pub use program::{Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal};
+pub use program::{
+    Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,
+};
 pub(crate) use programs::Programs;
 pub use programs::{LawAction, LawRefusal, LawReport};
 pub use verify::ProgramError;

@@ -248,7 +248,8 @@ impl Wiring {
             };
             before.link_end == link_end
                 && before.program == program
-                && ports.len() == specs.len() && ports.iter().zip(&specs).all(is_same)
+                && ports.len() == specs.len()
+                && ports.iter().zip(&specs).all(is_same)
         });
         let plugged = Plugged {
             module: new.module,

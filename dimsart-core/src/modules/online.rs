@@ -4,7 +4,8 @@
 //! default that the law gives it; beyond the last one, a value has no effect.
 
 use crate::online::{
-    MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, Program, REGISTERS, Section, Surroundings, run,
+    MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, Program, REGISTERS, Section, Surroundings,
+    run,
 };
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 

@@ -18,6 +18,17 @@ macro_rules! opcodes {
             /// Every one, by its number.
             pub const ALL: &'static [Self] = &[$(Self::$name),*];
 
+            /// The one of a number; none for a number that no opcode has.
+            #[inline(always)]
+            #[must_use]
+            pub const fn of(number: u8) -> Option<Self> {
+                // A comparison and no more in machine code.
+                match number {
+                    $(number if number == Self::$name as u8 => Some(Self::$name),)*
+                    _ => None,
+                }
+            }
+
             /// Its name.
             #[must_use]
             pub const fn name(self) -> &'static str {
@@ -130,7 +141,7 @@ impl Instruction {
     #[must_use]
     pub fn opcode(self) -> Option<Opcode> {
         let [number, ..] = self.0.to_le_bytes();
-        Opcode::ALL.get(usize::from(number)).copied()
+        Opcode::of(number)
     }
 
     /// Its fields.

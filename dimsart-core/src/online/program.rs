@@ -109,7 +109,19 @@ impl Header {
         let [states, constants, axes, is_coupled] = words.get(1)?.to_le_bytes();
         let [once, begin, tick, text_bytes] = words.get(2)?.to_le_bytes();
         let is_coupled = is_coupled != 0;
-        Some(Self { inputs, outputs, parameters, states, constants, axes, is_coupled, once, begin, tick, text_bytes })
+        Some(Self {
+            inputs,
+            outputs,
+            parameters,
+            states,
+            constants,
+            axes,
+            is_coupled,
+            once,
+            begin,
+            tick,
+            text_bytes,
+        })
     }
 
     fn ports_end(self) -> u16 {

@@ -57,7 +57,9 @@ impl core::fmt::Display for LawRefusal {
                 f,
                 "a module has the law that is there: upload this one to another number, or `close` the module first"
             ),
-            Self::NoSuchNumber => write!(f, "the controller keeps laws 1 to {MAX_PROGRAMS}: give it one of these numbers"),
+            Self::NoSuchNumber => {
+                write!(f, "the controller keeps laws 1 to {MAX_PROGRAMS}: give it one of these numbers")
+            }
         }
     }
 }

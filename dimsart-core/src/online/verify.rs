@@ -2,11 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::instruction::{Field, Instruction, OWN_AXIS, Opcode, REGISTERS};
-use super::program::{
-    Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,
-};
 use super::PROGRAM_VERSION;
+use super::instruction::{Field, Instruction, OWN_AXIS, Opcode, REGISTERS};
+use super::program::{Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal};
 use crate::data_type::Shape;
 use crate::limits::{MAX_DOF, PROGRAM_WORDS};
 use crate::types;
@@ -172,7 +170,8 @@ fn check_instructions(program: &Program<'_>) -> Result<(), ProgramError> {
             if instruction.opcode() == Some(Opcode::Output) {
                 let [output, _, axis, _] = instruction.fields();
                 if let Some(axes) = outputs.get_mut(usize::from(output)) {
-                    *axes |= if axis == OWN_AXIS { u8::MAX } else { 1_u8.checked_shl(axis.into()).unwrap_or(0) };
+                    *axes |=
+                        if axis == OWN_AXIS { u8::MAX } else { 1_u8.checked_shl(axis.into()).unwrap_or(0) };
                 }
             }
             at = at.saturating_add(1);
@@ -182,7 +181,11 @@ fn check_instructions(program: &Program<'_>) -> Result<(), ProgramError> {
         }
     }
     let header = program.header();
-    let every = if header.is_coupled { u8::MAX >> (MAX_DOF - usize::from(header.axes).min(MAX_DOF)) } else { u8::MAX };
+    let every = if header.is_coupled {
+        u8::MAX >> (MAX_DOF - usize::from(header.axes).min(MAX_DOF))
+    } else {
+        u8::MAX
+    };
     let axes = outputs.iter().take(header.outputs.into());
     match (0..).zip(axes).find(|(_, axes)| **axes & every != every) {
         None => Ok(()),

@@ -2,12 +2,13 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use dimsart_core::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
+use dimsart_core::modules::Standard;
 use dimsart_core::online::{
     Header, Instruction, LawParameter, LawRefusal, OWN_AXIS, Opcode, Program, ProgramError, seal,
 };
-use dimsart_core::modules::Standard;
 use dimsart_core::{
-    Command, CommandError, Cost, Costs, Engine, ModuleList, ModuleRef, ParameterError, Unit, Value, saved_scheme, types,
+    Command, CommandError, Cost, Costs, Engine, ModuleList, ModuleRef, ParameterError, Unit, Value,
+    saved_scheme, types,
 };
 
 use crate::common::{self, Bench};
@@ -94,7 +95,8 @@ fn another_program_begins_with_its_own_defaults() {
     keep(&mut bench, 1, &spring()).unwrap();
     keep(&mut bench, 2, &with(8, |_| 7.0_f32.to_bits())).unwrap();
     bench.rows("ONLINE_MOD PROGRAM 1\nONLINE_MOD P_1 5\nONLINE_MOD PROGRAM 2");
-    let values = |bench: &mut Bench| [0, 1].map(|axis| bench.dimsart.engine_mut().get(module("ONLINE_MOD"), 1, axis));
+    let values =
+        |bench: &mut Bench| [0, 1].map(|axis| bench.dimsart.engine_mut().get(module("ONLINE_MOD"), 1, axis));
     assert_eq!(values(&mut bench), [Ok(Value::Real(7.0)); 2]);
     bench.rows("ONLINE_MOD P_1[0] 3\nONLINE_MOD PROGRAM 2");
     assert_eq!(values(&mut bench), [Ok(Value::Real(3.0)), Ok(Value::Real(7.0))], "it has not changed");
@@ -209,7 +211,8 @@ fn a_saved_scheme_has_its_laws() {
     let fingerprint = saved_scheme::fingerprint(other.dimsart.engine_mut());
     saved_scheme::load(&saved, fingerprint, &mut other.dimsart).unwrap();
     assert_eq!(other.tick(&[1.0, 3.0]), [-2.0, -15.0]);
-    let programs: Vec<_> = other.dimsart.engine().programs().map(|(number, found)| (number, found.words().to_vec())).collect();
+    let programs: Vec<_> =
+        other.dimsart.engine().programs().map(|(number, found)| (number, found.words().to_vec())).collect();
     assert_eq!(programs, [(2, spring())], "those that the scheme uses");
     assert_eq!(saved_scheme::save(other.dimsart.engine_mut()).unwrap(), saved);
 }
@@ -235,7 +238,10 @@ fn a_law_costs_what_its_instructions_do() {
     let limit = |cycles| core::num::NonZeroU32::new(cycles);
     bench.dimsart.engine_mut().limit_cycles(limit(120 + expected - 1));
     let refused = bench.order("MOD_ENG MOD_ON ONLINE_MOD");
-    assert!(matches!(refused, Err(CommandError::TooSlow { cycles, .. }) if cycles == expected), "{refused:?}");
+    assert!(
+        matches!(refused, Err(CommandError::TooSlow { cycles, .. }) if cycles == expected),
+        "{refused:?}"
+    );
     bench.dimsart.engine_mut().limit_cycles(limit(120 + expected));
     bench.rows("MOD_ENG MOD_ON ONLINE_MOD");
 }

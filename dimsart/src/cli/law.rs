@@ -108,12 +108,18 @@ struct Cycles {
 }
 
 impl Summary {
-    fn of(law: &hil_sim::law::Law, image: Option<&Path>, axes: u8) -> Result<Self, Box<dyn std::error::Error>> {
+    fn of(
+        law: &hil_sim::law::Law,
+        image: Option<&Path>,
+        axes: u8,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
         let header = law.program().map_or_else(Header::default, |program| program.header());
         let mut on_device = law_names(law).into_iter().map(|name| name.on_device);
         let mut next = || on_device.next().unwrap_or_default();
         let device = DeviceDescriptor::new("any", &[AxisKind::Rotary], 1e-3, &[], &[]);
-        let signal = |signal| device.as_ref().map_or_else(|_| String::new(), |device| device.signal_name(signal).to_string());
+        let signal = |signal| {
+            device.as_ref().map_or_else(|_| String::new(), |device| device.signal_name(signal).to_string())
+        };
         let inputs = law.inputs.iter().map(|port| (port, false));
         let ports = inputs.chain(law.outputs.iter().map(|port| (port, true)));
         let ports = ports.map(|(port, is_written)| Port {
@@ -134,7 +140,9 @@ impl Summary {
         });
         let cycles = match image {
             None => None,
-            Some(path) => Some(Cycles { image: path.display().to_string(), axes, cycles: cycles(law, path, axes)? }),
+            Some(path) => {
+                Some(Cycles { image: path.display().to_string(), axes, cycles: cycles(law, path, axes)? })
+            }
         };
         Ok(Self {
             name: law.name.clone(),

@@ -51,7 +51,9 @@ pub enum ConnectError {
     )]
     NoKeys,
     /// An image without laws, or an older one.
-    #[error("this image takes no laws: flash the `online` variant, such as `cargo xtask flash nucleo-g474re,online`")]
+    #[error(
+        "this image takes no laws: flash the `online` variant, such as `cargo xtask flash nucleo-g474re,online`"
+    )]
     NoLaws,
     /// A board without a drive, or an older image.
     #[error("this board has no drive whose motor could be configured, or its image is an older one")]

@@ -167,7 +167,9 @@ impl<S: Read + Write> Device<S> {
             // It does not exist yet.
             _ => 0,
         };
-        let Some(law) = (if number == 0 { None } else { self.law(number)? }) else { return Ok(word.to_owned()) };
+        let Some(law) = (if number == 0 { None } else { self.law(number)? }) else {
+            return Ok(word.to_owned());
+        };
         let (prefix, name) = word.strip_prefix("PORT_").map_or(("", word), |name| ("PORT_", name));
         let (name, axis) = name.find('[').map_or((name, ""), |place| name.split_at(place));
         let found = names(&law).into_iter().find(|found| found.in_law == name);
@@ -181,10 +183,11 @@ impl<S: Read + Write> Device<S> {
         let mut words: Vec<u32> = Vec::new();
         loop {
             let from = u8::try_from(words.len()).unwrap_or(u8::MAX);
-            let read = self.ask(&Request::Law(LawAction::Read { number, from }), |response| match response {
-                Response::Signal(text) => Some(text),
-                _ => None,
-            })?;
+            let read =
+                self.ask(&Request::Law(LawAction::Read { number, from }), |response| match response {
+                    Response::Signal(text) => Some(text),
+                    _ => None,
+                })?;
             let Some(SignalText { words_in_all, words: more, .. }) = read else { return Ok(None) };
             words.extend_from_slice(&more);
             if more.is_empty() || words.len() >= usize::from(words_in_all) {

@@ -20,10 +20,10 @@ pub(super) fn module() -> Option<ModuleRef> {
 
 /// A law with all ports, which writes an input to every output.
 pub(super) fn plain(module: ModuleRef) -> Variant {
-    Variant::with(module, commands(module, &[], &[]))
+    Variant::with(module, commands(module, &[]))
 }
 
-/// The same with copies of an instruction, where a law can have it.
+/// The same with copies of an instruction, if a tick can have it.
 pub(super) fn with(module: ModuleRef, opcode: Opcode) -> Variant {
     // Fields that are not registers are the first of their kind; what is read is what came in.
     let fields: Vec<u8> = opcode
@@ -36,22 +36,23 @@ pub(super) fn with(module: ModuleRef, opcode: Opcode) -> Variant {
         })
         .collect();
     let copies = vec![Instruction::new(opcode, &fields); COPIES.into()];
-    let (begin, tick) = if opcode == Opcode::Last { (&copies[..], &[][..]) } else { (&[][..], &copies[..]) };
-    Variant::with(module, commands(module, begin, tick))
+    let copies = if opcode == Opcode::Last { Vec::new() } else { copies };
+    Variant::with(module, commands(module, &copies))
 }
 
-fn commands(module: ModuleRef, begin: &[Instruction], more: &[Instruction]) -> Vec<Command> {
+fn commands(module: ModuleRef, more: &[Instruction]) -> Vec<Command> {
     let count = |count: usize| u8::try_from(count).unwrap_or(u8::MAX);
     let mut tick = vec![Instruction::new(Opcode::Input, &[0, 0, OWN_AXIS])];
     tick.extend(more);
-    tick.extend((0..count(MAX_OUTPUTS)).map(|output| Instruction::new(Opcode::Output, &[output, 0, OWN_AXIS])));
+    tick.extend(
+        (0..count(MAX_OUTPUTS)).map(|output| Instruction::new(Opcode::Output, &[output, 0, OWN_AXIS])),
+    );
     let header = Header {
         inputs: count(MAX_INPUTS),
         outputs: count(MAX_OUTPUTS),
         parameters: 1,
         states: 1,
         constants: 1,
-        begin: count(begin.len()),
         tick: count(tick.len()),
         ..Header::default()
     };
@@ -62,7 +63,7 @@ fn commands(module: ModuleRef, begin: &[Instruction], more: &[Instruction]) -> V
     words.extend(ports.map(|port| u32::from(port.id) | u32::from(port.number) << 16));
     words.extend(LawParameter { unit: Unit::One, min: 0.0, max: 1.0, default: 0.5 }.to_words());
     words.push(1.5_f32.to_bits());
-    words.extend(begin.iter().chain(&tick).map(|instruction| instruction.0));
+    words.extend(tick.iter().map(|instruction| instruction.0));
     words.push(seal(&words));
     let mut commands = law::commands_of(&words, 1);
     commands.push(Command::set(module, 0, Value::Count(1)));
@@ -71,10 +72,16 @@ fn commands(module: ModuleRef, begin: &[Instruction], more: &[Instruction]) -> V
 
 /// What each instruction adds for an axis, by bounds of the plain law and of those with copies of it on `dof` axes.
 pub(super) fn lines(plain: Option<SchemeBound>, with: &[Option<SchemeBound>], dof: u16) -> Vec<Cost> {
-    let lines = with.iter().map(|with| {
-        let more = with.as_ref()?.module.0.saturating_sub(plain?.module.0);
+    let lines = with.iter().zip(Opcode::ALL).map(|(bound, opcode)| {
+        let more = bound.as_ref()?.module.0.saturating_sub(plain?.module.0);
         let each = more.div_ceil(u64::from(COPIES) * u64::from(dof));
-        Some(Cost::new(u16::try_from(each).ok()?, 0))
+        u16::try_from(each).ok().filter(|each| *each > 0 || *opcode == Opcode::Last)
     });
-    lines.map(|line| line.unwrap_or(Cost::UNKNOWN)).collect()
+    let mut lines: Vec<Option<u16>> = lines.collect();
+    // It stands where a law begins alone, and does what an input does, and a comparison.
+    let input = lines.get(Opcode::Input as usize).copied().flatten();
+    if let Some(last) = lines.get_mut(Opcode::Last as usize) {
+        *last = input.map(|input| input.saturating_mul(2));
+    }
+    lines.into_iter().map(|line| line.map_or(Cost::UNKNOWN, |each| Cost::new(each, 0))).collect()
 }

@@ -85,7 +85,8 @@ fn run(dimsart: &mut Dimsart, dof: usize) -> Option<(Vec<Vec<u32>>, u64)> {
 #[test]
 fn a_law_has_the_bits_of_the_one_in_rust_and_takes_at_most_15_times_its_cycles() {
     let of_law = "all ONLINE_MOD PROGRAM 1\nall ONLINE_MOD P_1 150\n";
-    let of_pid = "all ONLINE_MOD P_2 900\nall ONLINE_MOD P_3 4\nall ONLINE_MOD P_4 20\nall ONLINE_MOD P_6 0.002\n";
+    let of_pid =
+        "all ONLINE_MOD P_2 900\nall ONLINE_MOD P_3 4\nall ONLINE_MOD P_4 20\nall ONLINE_MOD P_6 0.002\n";
     let pid = "all PIDCTRL_MOD K_PARAM 150\nall PIDCTRL_MOD I_PARAM 900\nall PIDCTRL_MOD D_PARAM 4\n\
                all PIDCTRL_MOD LIMIT 20\nall PIDCTRL_MOD FILTER_TIME 0.002\nall MOD_ENG MOD_ON PIDCTRL_MOD";
     for (name, text, rows, in_rust) in [
@@ -96,7 +97,9 @@ fn a_law_has_the_bits_of_the_one_in_rust_and_takes_at_most_15_times_its_cycles()
         for dof in [1, 3] {
             let rows = format!("{of_law}{rows}all MOD_ENG MOD_ON ONLINE_MOD");
             let Some((as_text, cycles)) = run(&mut controller(dof, Some(&law), &rows), dof) else { return };
-            let Some((in_rust, cycles_in_rust)) = run(&mut controller(dof, None, in_rust), dof) else { return };
+            let Some((in_rust, cycles_in_rust)) = run(&mut controller(dof, None, in_rust), dof) else {
+                return;
+            };
             assert_eq!(as_text, in_rust, "{name}, {dof} axes");
             let ticks = u64::from(TICKS - 1);
             println!(

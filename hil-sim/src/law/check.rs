@@ -57,11 +57,16 @@ impl Checked<'_> {
 
     /// The name that comes nearest, as advice.
     pub(super) fn advice(&self, name: &str, lets: impl Iterator<Item = String>) -> String {
-        let mut known: Vec<String> = self.inputs.iter().chain(&self.outputs).map(|port| port.name.clone()).collect();
+        let mut known: Vec<String> =
+            self.inputs.iter().chain(&self.outputs).map(|port| port.name.clone()).collect();
         known.extend(self.parameters.iter().map(|found| found.name.clone()));
         known.extend(self.states.iter().map(|found| found.name.text.clone()));
         known.extend(lets);
-        advice(name, known.iter().map(String::as_str), "declare it with `in`, `param`, `state` or `let` first")
+        advice(
+            name,
+            known.iter().map(String::as_str),
+            "declare it with `in`, `param`, `state` or `let` first",
+        )
     }
 
     fn declare(&self, name: &Word) -> Result<(), Problem> {
@@ -131,7 +136,8 @@ fn port(law: &mut Checked<'_>, name: &Word, is_output: bool, signal: &Word) -> R
     let all = law.inputs.iter().chain(&law.outputs);
     if let Some(other) = all.into_iter().find(|port| port.signal == found) {
         let message = format!("`{}` has this signal already", other.name);
-        let help = format!("use `{}`, or give this one a number of its own, such as {}.2", other.name, signal.text);
+        let help =
+            format!("use `{}`, or give this one a number of its own, such as {}.2", other.name, signal.text);
         return Err(Problem::new(signal.span.clone(), message, help));
     }
     let (ports, most, what) = if is_output {
@@ -150,7 +156,11 @@ fn data_type(signal: &Word) -> Result<TypeRef, Problem> {
     let Some((found, number)) = found else {
         let known = types::ALL.iter().filter(takes).map(|found| found.name);
         let help = advice(&signal.text, known, "`dimsart modules` lists the data types");
-        return Err(Problem::new(signal.span.clone(), format!("there is no data type {}", signal.text), help));
+        return Err(Problem::new(
+            signal.span.clone(),
+            format!("there is no data type {}", signal.text),
+            help,
+        ));
     };
     if !takes(&&found) {
         let message = format!("{} is not one real number for each axis", found.name);
@@ -195,8 +205,21 @@ fn parameter(statement: &Statement) -> Result<NamedParameter, Problem> {
 
 /// As [`Unit`] calls them.
 const UNITS: [&str; 15] = [
-    "One", "Position", "Velocity", "Force", "Stiffness", "Damping", "IntegralGain", "Wave", "Energy", "Second", "Hertz",
-    "Tick", "Ampere", "Volt", "Celsius",
+    "One",
+    "Position",
+    "Velocity",
+    "Force",
+    "Stiffness",
+    "Damping",
+    "IntegralGain",
+    "Wave",
+    "Energy",
+    "Second",
+    "Hertz",
+    "Tick",
+    "Ampere",
+    "Volt",
+    "Celsius",
 ];
 
 /// Every output on every axis is assigned once, and a state at most once.
@@ -208,7 +231,11 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
             Some(declared @ (Declared::Output(_) | Declared::State(_))) => declared,
             Some(_) => {
                 let message = format!("`{}` is not written by the law", name.text);
-                return Err(Problem::new(name.span.clone(), message, "only outputs and states are; use `let` for a value"));
+                return Err(Problem::new(
+                    name.span.clone(),
+                    message,
+                    "only outputs and states are; use `let` for a value",
+                ));
             }
             None => {
                 let help = law.advice(&name.text, std::iter::empty());
@@ -223,7 +250,11 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
         let axis = axis.as_ref().map(|axis| axis.number);
         if seen.contains(&(declared, axis)) {
             let message = format!("`{}` is written a second time", name.text);
-            return Err(Problem::new(name.span.clone(), message, "write it once, with `let` for what comes in between"));
+            return Err(Problem::new(
+                name.span.clone(),
+                message,
+                "write it once, with `let` for what comes in between",
+            ));
         }
         seen.push((declared, axis));
     }
@@ -248,7 +279,11 @@ fn assignments(law: &mut Checked<'_>, text: &str) -> Result<(), Problem> {
         }
         if law.coupled_axes.is_some() && seen.contains(&(Declared::Output(number), None)) {
             let help = format!("name its axis, as others do, such as `{}[0] = ...`", output.name);
-            return Err(Problem::new(end..end, format!("`{}` is written without an axis", output.name), help));
+            return Err(Problem::new(
+                end..end,
+                format!("`{}` is written without an axis", output.name),
+                help,
+            ));
         }
     }
     Ok(())

@@ -29,7 +29,11 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     })?;
     let names = names(law);
     let text_bytes = u8::try_from(names.len()).map_err(|_| {
-        Problem::new(law.name.span.clone(), "the names are longer than 255 bytes", "shorten the longest of them")
+        Problem::new(
+            law.name.span.clone(),
+            "the names are longer than 255 bytes",
+            "shorten the longest of them",
+        )
     })?;
     let counts = |count: usize| u8::try_from(count).unwrap_or(u8::MAX);
     let axes = law.coupled_axes.unwrap_or_else(|| lowered.values.axes());
@@ -51,7 +55,8 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     words.extend(ports.map(|port| u32::from(port.signal.id) | u32::from(port.signal.number) << 16));
     words.extend(law.parameters.iter().flat_map(|found| found.parameter.to_words()));
     words.extend(&code.constants);
-    words.extend([&code.once, &code.begin, &code.tick].into_iter().flatten().map(|instruction| instruction.0));
+    words
+        .extend([&code.once, &code.begin, &code.tick].into_iter().flatten().map(|instruction| instruction.0));
     words.extend(names.as_bytes().chunks(4).map(|bytes| {
         let mut word = [0; 4];
         word.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
@@ -64,7 +69,9 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     }
     match Program::verify(&words) {
         Ok(_) => Ok(compiled(words)),
-        Err(error) => Err(Problem::new(end..end, format!("a controller would refuse the law: {error}"), "simplify it")),
+        Err(error) => {
+            Err(Problem::new(end..end, format!("a controller would refuse the law: {error}"), "simplify it"))
+        }
     }
 }
 
@@ -96,7 +103,8 @@ impl Code {
     /// None where there are not registers enough.
     fn of(lowered: &Lowered, hoists: bool) -> Option<Self> {
         let mut code = Self::default();
-        let first = (0..).zip(&lowered.first).map(|(state, id)| (Sink::State(state), *id)).collect::<Vec<_>>();
+        let first =
+            (0..).zip(&lowered.first).map(|(state, id)| (Sink::State(state), *id)).collect::<Vec<_>>();
         let outputs = lowered.outputs.iter().map(|(output, axis, id)| (Sink::Output(*output, *axis), *id));
         let states = lowered.states.iter().map(|(state, id)| (Sink::State(*state), *id));
         let tick = outputs.chain(states).collect::<Vec<_>>();
@@ -171,7 +179,8 @@ impl<'v> Fused<'v> {
 
     /// Values that are the same for all axes and whatever comes in, of which others are made that are not.
     fn fixed_roots(&self, roots: impl Iterator<Item = Id>) -> BTreeSet<Id> {
-        let (mut waiting, mut seen, mut fixed) = (roots.collect::<Vec<_>>(), BTreeSet::new(), BTreeSet::new());
+        let (mut waiting, mut seen, mut fixed) =
+            (roots.collect::<Vec<_>>(), BTreeSet::new(), BTreeSet::new());
         while let Some(id) = waiting.pop() {
             if self.values.is_fixed(id) {
                 fixed.insert(id);
@@ -212,7 +221,10 @@ impl<'v> Fused<'v> {
                     constants.push(bits);
                     constants.len() - 1
                 });
-                Instruction::new(Opcode::Constant, &[to, u8::try_from(place).ok().filter(|place| *place < 64)?])
+                Instruction::new(
+                    Opcode::Constant,
+                    &[to, u8::try_from(place).ok().filter(|place| *place < 64)?],
+                )
             }
             Value::Period => Instruction::new(Opcode::Period, &[to]),
             Value::Input(input, axis) => Instruction::new(Opcode::Input, &[to, input, axis]),
@@ -264,7 +276,8 @@ impl Registers {
         let mut instructions = Vec::new();
         for (place, id) in order.iter().enumerate() {
             let arguments = values.arguments(*id);
-            let of: Option<Vec<u8>> = arguments.iter().map(|argument| self.of.get(argument).copied()).collect();
+            let of: Option<Vec<u8>> =
+                arguments.iter().map(|argument| self.of.get(argument).copied()).collect();
             let of = of?;
             for argument in arguments {
                 let is_done = last_use.get(&argument) == Some(&place);

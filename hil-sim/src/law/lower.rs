@@ -120,7 +120,11 @@ impl Lowering<'_> {
                 let (yes, no_value) = (self.expression(yes)?, self.expression(no)?);
                 if yes.is_truth != no_value.is_truth {
                     let help = "give both sides of `if` a number, or both a comparison";
-                    return Err(Problem::new(no.span.clone(), "this is not of the kind of what stands behind `then`", help));
+                    return Err(Problem::new(
+                        no.span.clone(),
+                        "this is not of the kind of what stands behind `then`",
+                        help,
+                    ));
                 }
                 let id = self.values.of(Opcode::Select, &[condition, yes.id, no_value.id]);
                 return Ok(Typed { id, is_truth: yes.is_truth });
@@ -163,7 +167,11 @@ impl Lowering<'_> {
         let Some((name, opcode, count)) = found else {
             let all: Vec<&str> = FUNCTIONS.iter().map(|(name, ..)| *name).collect();
             let help = format!("functions are {} and last", all.join(", "));
-            return Err(Problem::new(function.span.clone(), format!("there is no function `{}`", function.text), help));
+            return Err(Problem::new(
+                function.span.clone(),
+                format!("there is no function `{}`", function.text),
+                help,
+            ));
         };
         if arguments.len() != *count {
             let message = format!("`{name}` takes {count} value(s), and here are {}", arguments.len());
@@ -185,11 +193,19 @@ impl Lowering<'_> {
     fn last(&mut self, output: &Word, axis: Option<&Axis>, span: &Span) -> Result<Id, Problem> {
         if !self.begins {
             let help = "use it where a state begins: `state force_before = last(force)`";
-            return Err(Problem::new(span.clone(), "what was commanded last is known when the law begins", help));
+            return Err(Problem::new(
+                span.clone(),
+                "what was commanded last is known when the law begins",
+                help,
+            ));
         }
         let Some(Declared::Output(number)) = self.law.declared(&output.text) else {
             let message = format!("`{}` is no output", output.text);
-            return Err(Problem::new(output.span.clone(), message, "write the name of an output, such as `last(force)`"));
+            return Err(Problem::new(
+                output.span.clone(),
+                message,
+                "write the name of an output, such as `last(force)`",
+            ));
         };
         let axis = self.axis(output, axis)?;
         Ok(self.values.add(Value::Last(number, axis)))
@@ -223,7 +239,9 @@ impl Lowering<'_> {
             }
         };
         match name.text.as_str() {
-            "pi" => return without_axis(Typed { id: self.values.number(core::f32::consts::PI), is_truth: false }),
+            "pi" => {
+                return without_axis(Typed { id: self.values.number(core::f32::consts::PI), is_truth: false });
+            }
             "period" => return without_axis(Typed { id: self.values.add(Value::Period), is_truth: false }),
             _ => {}
         }
@@ -246,10 +264,8 @@ impl Lowering<'_> {
             }
             Some(Declared::State(number)) => {
                 let found = self.named.get(&name.text).copied();
-                let found = found.unwrap_or_else(|| Typed {
-                    id: self.values.add(Value::State(number)),
-                    is_truth: false,
-                });
+                let found = found
+                    .unwrap_or_else(|| Typed { id: self.values.add(Value::State(number)), is_truth: false });
                 without_axis(found)
             }
             Some(Declared::Output(_)) => {

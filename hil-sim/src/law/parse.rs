@@ -138,7 +138,8 @@ fn statement(input: &mut Input<'_>) -> Parsed<Statement> {
             Ok(Statement::Let { name, value: value(input)? })
         }
         keyword if KEYWORDS.contains(&keyword) => {
-            let help = "begin with `law`, `in`, `out`, `param`, `state`, `let`, or the name of an output or state";
+            let help =
+                "begin with `law`, `in`, `out`, `param`, `state`, `let`, or the name of an output or state";
             Err(ErrMode::Cut(Problem::new(first.span, format!("no statement begins with `{keyword}`"), help)))
         }
         _ => {

@@ -89,5 +89,6 @@ pub(super) const FUNCTIONS: &[(&str, Opcode, usize)] = &[
 
 /// Words that are no names.
 pub(super) const KEYWORDS: &[&str] = &[
-    "law", "in", "out", "param", "state", "let", "if", "then", "else", "and", "or", "not", "last", "pi", "period",
+    "law", "in", "out", "param", "state", "let", "if", "then", "else", "and", "or", "not", "last", "pi",
+    "period",
 ];

@@ -53,7 +53,11 @@ pub(super) fn tokens(text: &str) -> Result<Vec<Token<'_>>, Problem> {
             let wrong: String = rest.chars().take(1).collect();
             let span = start..start + wrong.len();
             return Err(match wrong.as_str() {
-                "\"" => Problem::new(span, "this text does not end", "put a quotation mark at its end, on the same line"),
+                "\"" => Problem::new(
+                    span,
+                    "this text does not end",
+                    "put a quotation mark at its end, on the same line",
+                ),
                 _ => Problem::new(
                     span,
                     format!("`{wrong}` means nothing in a law"),

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use dimsart_core::online::{Opcode, OWN_AXIS, calculate};
+use dimsart_core::online::{OWN_AXIS, Opcode, calculate};
 
 /// Number of a value.
 pub(super) type Id = usize;
@@ -53,7 +53,8 @@ impl Values {
             _ => None,
         };
         let constants: Option<Vec<f32>> = arguments.iter().map(constant).collect();
-        let known = constants.and_then(|constants| calculate(opcode, &constants)).filter(|value| value.is_finite());
+        let known =
+            constants.and_then(|constants| calculate(opcode, &constants)).filter(|value| value.is_finite());
         if let Some(known) = known {
             return self.number(known);
         }
@@ -66,7 +67,8 @@ impl Values {
     pub(super) fn arguments(&self, id: Id) -> Vec<Id> {
         match self.get(id) {
             Some(Value::Of(number, arguments)) => {
-                let count = Opcode::ALL.get(usize::from(number)).map_or(0, |opcode| opcode.fields().len() - 1);
+                let count =
+                    Opcode::ALL.get(usize::from(number)).map_or(0, |opcode| opcode.fields().len() - 1);
                 arguments.into_iter().take(count).collect()
             }
             _ => Vec::new(),

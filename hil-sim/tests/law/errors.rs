@@ -62,7 +62,10 @@ fn each_error_points_to_its_place_and_says_what_to_do() {
         assert!(error.message.contains(message), "{said}");
         assert!(error.help.contains(help), "{said}");
         let line = text.lines().nth(place.0 - 1).unwrap();
-        assert!(said.contains(&format!("wrong.law:{}:{}", place.0, place.1)) && said.contains(line.trim()), "{said}");
+        assert!(
+            said.contains(&format!("wrong.law:{}:{}", place.0, place.1)) && said.contains(line.trim()),
+            "{said}"
+        );
     }
 }
 

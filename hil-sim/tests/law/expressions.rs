@@ -80,8 +80,20 @@ impl Number {
                     ("sin", [a]) => math::sin(*a),
                     ("cos", [a]) => math::cos(*a),
                     ("atan2", [a, b]) => math::atan2(*a, *b),
-                    ("min", [a, b]) => if a < b { *a } else { *b },
-                    ("max", [a, b]) => if a > b { *a } else { *b },
+                    ("min", [a, b]) => {
+                        if a < b {
+                            *a
+                        } else {
+                            *b
+                        }
+                    }
+                    ("max", [a, b]) => {
+                        if a > b {
+                            *a
+                        } else {
+                            *b
+                        }
+                    }
                     ("clamp", [a, low, high]) => {
                         let a = if a < low { low } else { a };
                         if a > high { *high } else { *a }
@@ -139,7 +151,8 @@ fn any_number() -> impl Strategy<Value = Number> {
         let truth = compare.prop_recursive(2, 4, 2, |inner| {
             let both = (inner.clone(), inner.clone()).prop_map(|(a, b)| Box::new([a, b]));
             prop_oneof![
-                (prop_oneof![Just("and"), Just("or")], both).prop_map(|(sign, sides)| Truth::Join(sign, sides)),
+                (prop_oneof![Just("and"), Just("or")], both)
+                    .prop_map(|(sign, sides)| Truth::Join(sign, sides)),
                 inner.prop_map(|inner| Truth::Not(Box::new(inner))),
             ]
         });
@@ -151,7 +164,8 @@ fn any_number() -> impl Strategy<Value = Number> {
                 .prop_map(|(sign, sides)| Number::Binary(sign, sides)),
             (one, inner.clone()).prop_map(|(name, of)| Number::Call(name, vec![of])),
             (two, pair.clone()).prop_map(|(name, of)| Number::Call(name, of.to_vec())),
-            (inner.clone(), inner.clone(), inner.clone()).prop_map(|(a, b, c)| Number::Call("clamp", vec![a, b, c])),
+            (inner.clone(), inner.clone(), inner.clone())
+                .prop_map(|(a, b, c)| Number::Call("clamp", vec![a, b, c])),
             (truth, pair).prop_map(|(condition, sides)| Number::If(Box::new(condition), sides)),
         ]
     })

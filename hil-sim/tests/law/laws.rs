@@ -79,7 +79,8 @@ fn the_weight_of_two_links_is_what_lagrange_says() {
 
 #[test]
 fn a_law_takes_over_without_a_step() {
-    let text = "law HOLD\nin position: POSITION\nout force: DES_FORCE\nstate held = last(force)\nforce = held";
+    let text =
+        "law HOLD\nin position: POSITION\nout force: DES_FORCE\nstate held = last(force)\nforce = held";
     let law = compile(text);
     let mut dimsart = controller(1);
     let rows = "all PCTRL_MOD K_PARAM 10\nall MOD_ENG MOD_ON PCTRL_MOD\nall MOD_ENG MATCHING_CHECK";

@@ -4,7 +4,9 @@ mod errors;
 mod expressions;
 mod laws;
 
-use dimsart_core::{AxisKind, Command, DeviceDescriptor, Dimsart, Engine, ModuleRef, Tick, Value, Word, types};
+use dimsart_core::{
+    AxisKind, Command, DeviceDescriptor, Dimsart, Engine, ModuleRef, Tick, Value, Word, types,
+};
 use hil_sim::law::Law;
 
 /// A controller of an arm with so many axes, without a module.
