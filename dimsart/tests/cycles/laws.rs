@@ -6,7 +6,7 @@ use dimsart_core::{Dimsart, Word, saved_scheme, scheme};
 use hil_sim::bilateral::device;
 use hil_sim::law::Law;
 
-use crate::common::firmware;
+use crate::common::variant;
 
 /// The most that a law may take of what it takes in Rust.
 const MOST_TIMES: u64 = 15;
@@ -59,7 +59,7 @@ fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart {
 
 /// What the processor commands in each tick, and the cycles of the module's calls in all ticks but the first.
 fn run(dimsart: &mut Dimsart, dof: usize) -> Option<(Vec<Vec<u32>>, u64)> {
-    let firmware = firmware()?;
+    let firmware = variant("online")?;
     let timing = Timing::new(Profile::ZeroWait, Column::Likely);
     let mut controller = Controller::new(&firmware, timing, dof).unwrap();
     controller.load(&saved_scheme::save(dimsart.engine_mut()).unwrap()).unwrap();

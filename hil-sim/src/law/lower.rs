@@ -240,7 +240,10 @@ impl Lowering<'_> {
         };
         match name.text.as_str() {
             "pi" => {
-                return without_axis(Typed { id: self.values.number(core::f32::consts::PI), is_truth: false });
+                return without_axis(Typed {
+                    id: self.values.number(core::f32::consts::PI),
+                    is_truth: false,
+                });
             }
             "period" => return without_axis(Typed { id: self.values.add(Value::Period), is_truth: false }),
             _ => {}
