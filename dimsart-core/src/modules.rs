@@ -20,6 +20,7 @@ pub mod low_pass;
 pub mod moving_average;
 pub mod normalizer;
 pub mod notch;
+pub mod online;
 pub mod p;
 pub mod pd;
 pub mod pi;
@@ -59,6 +60,7 @@ pub use low_pass::LowPass;
 pub use moving_average::MovingAverage;
 pub use normalizer::Normalizer;
 pub use notch::Notch;
+pub use online::Online;
 pub use p::P;
 pub use pd::Pd;
 pub use pi::Pi;
@@ -137,5 +139,6 @@ crate::module_list! {
         MovingAverage(MovingAverage) if "filters",
         VelocityObserver(VelocityObserver) if "filters",
         Kalman(Kalman) if "filters",
+        Online(Online) if "online",
     }
 }
