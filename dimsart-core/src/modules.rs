@@ -3,10 +3,14 @@
 mod channel;
 pub mod comm_rx;
 pub mod comm_tx;
+pub mod delayed_passivity;
 pub mod differentiator;
+mod energy_ledger;
+pub mod energy_tank;
 pub mod integrator;
 pub mod normalizer;
 pub mod p;
+pub mod passivity_controller;
 pub mod pd;
 pub mod pid;
 mod reception;
@@ -24,10 +28,13 @@ use crate::{Kind, ModuleList};
 
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
+pub use delayed_passivity::DelayedPassivity;
 pub use differentiator::Differentiator;
+pub use energy_tank::EnergyTank;
 pub use integrator::Integrator;
 pub use normalizer::Normalizer;
 pub use p::P;
+pub use passivity_controller::PassivityController;
 pub use pd::Pd;
 pub use pid::Pid;
 pub use recorder::Recorder;
@@ -84,5 +91,8 @@ crate::module_list! {
         VelocityToPosition(VelocityToPosition) if "signals",
         SignalGenerator(SignalGenerator),
         Recorder(Recorder) if "signals",
+        PassivityController(PassivityController) if "energy",
+        DelayedPassivity(DelayedPassivity) if "energy",
+        EnergyTank(EnergyTank) if "energy",
     }
 }
