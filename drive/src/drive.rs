@@ -93,8 +93,8 @@ impl Drive {
         }
     }
 
-    /// With an encoder that took each angle `age_s` before the currents that come with it are sampled, at most two periods: it
-    /// answered in the period before.
+    /// With an encoder that took each angle `age_s` before the currents that come with it are sampled, at most ten periods: it
+    /// answered in a period before.
     #[must_use]
     pub fn with_encoder_age(self, age_s: f32) -> Self {
         Self { encoder_age_s: age_s, ..self }

@@ -186,6 +186,7 @@ impl Protection {
                 return Some(surprise_rad);
             }
             Rotor::At(_) => Fault::EncoderJumped,
+            Rotor::Awaited => return None,
             Rotor::Lost => Fault::EncoderLost,
             Rotor::BadMagnet => Fault::EncoderMagnet,
         };
