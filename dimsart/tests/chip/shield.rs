@@ -147,8 +147,10 @@ fn the_age_of_an_absolute_angle_is_made_up_for_while_the_rotor_turns() {
 
 #[test]
 fn a_period_of_the_current_loop_takes_a_quarter_of_its_time_at_most_with_any_encoder() {
-    for encoder in ABSOLUTE {
-        let Some((mut powered, mut client)) = started(encoder) else { return };
+    for (encoder, board) in
+        ABSOLUTE.map(|encoder| (encoder, started(encoder))).into_iter().chain([(INCREMENTAL, aligned())])
+    {
+        let Some((mut powered, mut client)) = board else { return };
         client.want(&mut powered, 0.05);
         client.run_for(&mut powered, 0.01);
         let mut cycles = [0; 100].map(|_: u64| powered.current_loop_cycles());
