@@ -242,9 +242,14 @@ impl CurrentLoop {
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
+        let has_lost_rotor = matches!(self.drive.fault(), Some(Fault::EncoderLost | Fault::EncoderJumped));
         self.drive.clear();
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
+            if has_lost_rotor {
+                // An encoder that counts has missed counts.
+                self.stage = self.first_stage();
+            }
         }
     }
 }

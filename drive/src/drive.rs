@@ -139,6 +139,8 @@ impl Drive {
             f32::from(self.motor.pole_pairs) * speed_rad_per_s,
             &supply,
         );
+        let unexpected_v = self.controller.unexpected_direct_v(self.current_a.d);
+        self.protection.feel(unexpected_v, self.current_a.q, speed_rad_per_s, sample.bus_v);
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark(wanted_a), &supply))

@@ -20,6 +20,12 @@ const COLDEST_C: f32 = -40.0;
 const COOLED_SHARE: f32 = 0.25;
 /// Below this share of the fastest speed a rotor stands still.
 const STANDSTILL_SHARE: f32 = 0.01;
+/// Voltage that a rotor at rest may seem to make along its magnets: as much of the supply, beside all that dead time takes of it,
+/// and as much of what its current needs. The converters' errors and those of three phases that differ are less.
+const UNEXPECTED_SHARE: f32 = 0.01;
+const UNEQUAL_SHARE: f32 = 0.1;
+/// So much longer than not it has to make more, `s`: longer than the current takes to change.
+const TURNING_UNSEEN_S: f32 = 0.005;
 
 /// Why the bridge is off, the first reason that was found. It stays until it is [cleared](Protection::clear).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +40,7 @@ pub enum Fault {
     Overvoltage,
     /// Too hot, or the sensor is gone.
     Overtemperature,
-    /// The encoder does not answer.
+    /// The encoder does not answer; or it says that the rotor stands still, which makes a voltage as it does when it turns.
     EncoderLost,
     /// It says angles to which no rotor can have turned.
     EncoderJumped,
@@ -75,7 +81,10 @@ impl Fault {
                 "it is too hot, or the sensor of its temperature is gone",
                 "let it cool, command less, or look at the sensor's wires",
             ),
-            Self::EncoderLost => ("the encoder does not answer", "look at the encoder's wires and supply"),
+            Self::EncoderLost => (
+                "the encoder does not answer, or says that the rotor stands still while it turns",
+                "look at the encoder's wires and supply",
+            ),
             Self::EncoderJumped => (
                 "the encoder says angles to which no rotor can have turned",
                 "look for disturbance on the encoder's wires, and for a loose magnet or wheel",
@@ -115,6 +124,10 @@ pub struct Protection {
     /// Of the square of a current, and what a winding loses: so that all of the current takes the time that it may.
     stall_per_a2: f32,
     cooled: f32,
+    /// Most voltage that a rotor at rest may seem to make, per volt of the supply and per ampere.
+    unexpected_share: f32,
+    unexpected_ohm: f32,
+    unseen_s: f32,
     bad_readings: u8,
     stalled_s: f32,
     fault: Option<Fault>,
@@ -124,7 +137,8 @@ impl Protection {
     /// With the limits of a configuration that is [right](Configuration::check).
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
-        let Configuration { limits, inverter: Inverter { period_s, .. }, .. } = *configuration;
+        let Configuration { motor, limits, inverter, .. } = *configuration;
+        let Inverter { period_s, dead_time_share, .. } = inverter;
         Self {
             limits,
             period_s,
@@ -134,6 +148,9 @@ impl Protection {
             derating_a_per_c: limits.current_a / (limits.trip_c - limits.derating_c),
             stall_per_a2: 1.0 / (limits.current_a * limits.current_a * (1.0 - COOLED_SHARE)),
             cooled: COOLED_SHARE / (1.0 - COOLED_SHARE),
+            unexpected_share: UNEXPECTED_SHARE + dead_time_share,
+            unexpected_ohm: UNEQUAL_SHARE * motor.resistance_ohm,
+            unseen_s: 0.0,
             bad_readings: 0,
             stalled_s: 0.0,
             fault: None,
@@ -149,7 +166,7 @@ impl Protection {
     /// Forgets the fault: what is still wrong is found again in the next period.
     pub fn clear(&mut self) {
         if self.fault.take().is_some() {
-            self.bad_readings = 0;
+            (self.bad_readings, self.unseen_s) = (0, 0.0);
         }
     }
 
@@ -207,17 +224,33 @@ impl Protection {
     /// a current that makes torque.
     #[inline]
     pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32, held_rad_per_s: f32) {
-        let speed_rad_per_s = speed_rad_per_s.abs();
-        let is_slow = speed_rad_per_s <= smaller(self.limits.speed_rad_per_s, held_rad_per_s);
+        let is_slow = speed_rad_per_s.abs() <= smaller(self.limits.speed_rad_per_s, held_rad_per_s);
         if !is_slow {
             self.note(Fault::Overspeed);
         }
-        let stands = speed_rad_per_s <= self.standstill_rad_per_s;
-        let heated = if stands { current_a * current_a * self.stall_per_a2 } else { 0.0 };
+        let heated =
+            if self.stands(speed_rad_per_s) { current_a * current_a * self.stall_per_a2 } else { 0.0 };
         self.stalled_s = larger(self.stalled_s + self.period_s * (heated - self.cooled), 0.0);
         if self.stalled_s > self.limits.stall_s {
             self.note(Fault::Stalled);
         }
+    }
+
+    /// Looks whether a rotor that seems to stand stands, while currents are controlled, by what it makes along its magnets
+    /// unexpectedly. Where the encoder is gone the field stands, and the rotor slips past it or swings about it.
+    #[inline]
+    pub(crate) fn feel(&mut self, unexpected_v: f32, current_a: f32, speed_rad_per_s: f32, bus_v: f32) {
+        let most_v = self.unexpected_share * bus_v + self.unexpected_ohm * current_a.abs();
+        let is_unseen = self.stands(speed_rad_per_s) && unexpected_v.abs() > most_v;
+        self.unseen_s = larger(self.unseen_s + if is_unseen { self.period_s } else { -self.period_s }, 0.0);
+        if self.unseen_s > TURNING_UNSEEN_S {
+            self.note(Fault::EncoderLost);
+        }
+    }
+
+    #[inline]
+    fn stands(&self, speed_rad_per_s: f32) -> bool {
+        speed_rad_per_s.abs() <= self.standstill_rad_per_s
     }
 
     /// The most current that may be asked for at a temperature below the trip temperature, `A`.

@@ -94,7 +94,7 @@ impl Emulated {
     fn step(&mut self, sample: &Sample, torque_nm: Option<f32>) -> (Option<Duties>, Run) {
         let (angle, has_angle) = match sample.rotor {
             Rotor::At(angle) => (angle.0, 1),
-            Rotor::Lost | Rotor::BadMagnet => (0, 0),
+            Rotor::Awaited | Rotor::Lost | Rotor::BadMagnet => (0, 0),
         };
         let [u, v, w] = sample.phase_a.map(f32::to_bits);
         let [bus, temperature, torque] =
