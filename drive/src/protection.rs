@@ -20,10 +20,9 @@ const COLDEST_C: f32 = -40.0;
 const COOLED_SHARE: f32 = 0.25;
 /// Below this share of the fastest speed a rotor stands still.
 const STANDSTILL_SHARE: f32 = 0.01;
-/// Voltage that a rotor at rest may seem to make along its magnets: as much of the supply, beside all that dead time takes of it,
-/// and as much of what its current needs. The converters' errors and those of three phases that differ are less.
+/// Of the supply, what a rotor at rest may seem to make along its magnets, beside all that dead time takes: three phases whose
+/// resistances differ by some percent make less.
 const UNEXPECTED_SHARE: f32 = 0.01;
-const UNEQUAL_SHARE: f32 = 0.1;
 /// So much longer than not it has to make more, `s`: longer than the current takes to change.
 const TURNING_UNSEEN_S: f32 = 0.005;
 
@@ -124,10 +123,10 @@ pub struct Protection {
     /// Of the square of a current, and what a winding loses: so that all of the current takes the time that it may.
     stall_per_a2: f32,
     cooled: f32,
-    /// Most voltage that a rotor at rest may seem to make, per volt of the supply and per ampere.
+    /// Of the supply, most that a rotor at rest may seem to make.
     unexpected_share: f32,
-    unexpected_ohm: f32,
-    unseen_s: f32,
+    unseen_periods: i32,
+    most_unseen_periods: i32,
     bad_readings: u8,
     stalled_s: f32,
     fault: Option<Fault>,
@@ -136,8 +135,9 @@ pub struct Protection {
 impl Protection {
     /// With the limits of a configuration that is [right](Configuration::check).
     #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
     pub fn new(configuration: &Configuration) -> Self {
-        let Configuration { motor, limits, inverter, .. } = *configuration;
+        let Configuration { limits, inverter, .. } = *configuration;
         let Inverter { period_s, dead_time_share, .. } = inverter;
         Self {
             limits,
@@ -149,8 +149,8 @@ impl Protection {
             stall_per_a2: 1.0 / (limits.current_a * limits.current_a * (1.0 - COOLED_SHARE)),
             cooled: COOLED_SHARE / (1.0 - COOLED_SHARE),
             unexpected_share: UNEXPECTED_SHARE + dead_time_share,
-            unexpected_ohm: UNEQUAL_SHARE * motor.resistance_ohm,
-            unseen_s: 0.0,
+            unseen_periods: 0,
+            most_unseen_periods: (TURNING_UNSEEN_S / period_s) as i32,
             bad_readings: 0,
             stalled_s: 0.0,
             fault: None,
@@ -166,7 +166,7 @@ impl Protection {
     /// Forgets the fault: what is still wrong is found again in the next period.
     pub fn clear(&mut self) {
         if self.fault.take().is_some() {
-            (self.bad_readings, self.unseen_s) = (0, 0.0);
+            (self.bad_readings, self.unseen_periods) = (0, 0);
         }
     }
 
@@ -221,36 +221,32 @@ impl Protection {
     }
 
     /// Looks at the speed, which the supply can hold against up to `held_rad_per_s`, and how long the rotor stands still with
-    /// a current that makes torque.
+    /// a current that makes torque. Gives whether it seems to stand.
     #[inline]
-    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32, held_rad_per_s: f32) {
-        let is_slow = speed_rad_per_s.abs() <= smaller(self.limits.speed_rad_per_s, held_rad_per_s);
+    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32, held_rad_per_s: f32) -> bool {
+        let speed_rad_per_s = speed_rad_per_s.abs();
+        let is_slow = speed_rad_per_s <= smaller(self.limits.speed_rad_per_s, held_rad_per_s);
         if !is_slow {
             self.note(Fault::Overspeed);
         }
-        let heated =
-            if self.stands(speed_rad_per_s) { current_a * current_a * self.stall_per_a2 } else { 0.0 };
+        let stands = speed_rad_per_s <= self.standstill_rad_per_s;
+        let heated = if stands { current_a * current_a * self.stall_per_a2 } else { 0.0 };
         self.stalled_s = larger(self.stalled_s + self.period_s * (heated - self.cooled), 0.0);
         if self.stalled_s > self.limits.stall_s {
             self.note(Fault::Stalled);
         }
+        stands
     }
 
-    /// Looks whether a rotor that seems to stand stands, while currents are controlled, by what it makes along its magnets
-    /// unexpectedly. Where the encoder is gone the field stands, and the rotor slips past it or swings about it.
+    /// Looks whether a rotor that seems to stand stands, while currents are controlled, by the voltage that it makes along its
+    /// magnets unexpectedly. Where the encoder is gone the field stands, and the rotor slips past it or swings about it.
     #[inline]
-    pub(crate) fn feel(&mut self, unexpected_v: f32, current_a: f32, speed_rad_per_s: f32, bus_v: f32) {
-        let most_v = self.unexpected_share * bus_v + self.unexpected_ohm * current_a.abs();
-        let is_unseen = self.stands(speed_rad_per_s) && unexpected_v.abs() > most_v;
-        self.unseen_s = larger(self.unseen_s + if is_unseen { self.period_s } else { -self.period_s }, 0.0);
-        if self.unseen_s > TURNING_UNSEEN_S {
+    pub(crate) fn feel(&mut self, unexpected_v: f32, bus_v: f32) {
+        let is_unseen = unexpected_v.abs() > self.unexpected_share * bus_v;
+        self.unseen_periods = (self.unseen_periods + if is_unseen { 1 } else { -1 }).max(0);
+        if self.unseen_periods > self.most_unseen_periods {
             self.note(Fault::EncoderLost);
         }
-    }
-
-    #[inline]
-    fn stands(&self, speed_rad_per_s: f32) -> bool {
-        speed_rad_per_s.abs() <= self.standstill_rad_per_s
     }
 
     /// The most current that may be asked for at a temperature below the trip temperature, `A`.

@@ -138,6 +138,8 @@ pub enum Request {
     Bound,
     /// The motor of a board that has a drive; for whoever has that, [`serve`](super::serve) says only who may not.
     Motor(MotorAction),
+    /// To start anew, as after a reset, while nobody holds the lease; for whoever can, [`serve`](super::serve) says only who may not.
+    Restart,
 }
 
 impl Request {
@@ -149,6 +151,7 @@ impl Request {
         match self {
             Self::Command(command) => *command != Command::Stop,
             Self::Schemes(action) => *action != SchemeAction::Look,
+            Self::Restart => true,
             Self::Motor(action) => !matches!(action, MotorAction::Look | MotorAction::Found),
             _ => false,
         }

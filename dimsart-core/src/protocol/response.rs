@@ -100,6 +100,8 @@ pub enum Response<'a> {
     Motor(MotorReport),
     /// How the identification of a board's motor stands.
     Identification(Identification),
+    /// The device starts anew, right behind this answer.
+    Restarts,
 }
 
 /// Why a request was refused.

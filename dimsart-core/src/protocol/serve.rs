@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::description::{Identity, InstanceText};
 use super::device_info::{Blocked, DeviceInfo};
 use super::frame::{DecodeError, NoRoom};
-use super::lease::LeaseAction;
+use super::lease::{LeaseAction, NOBODY};
 use super::request::{Request, client_of, decode_request};
 use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
 use super::schemes::StoreError;
@@ -136,6 +136,12 @@ fn respond<M: ModuleList, const WORDS: usize>(
         Request::Motor(action) => {
             action.admit(client_of(id), &info.lease, engine.is_running())?;
             return Err(Refusal::NotThere);
+        }
+        Request::Restart => {
+            return Err(match info.lease.status().holder {
+                NOBODY => Refusal::NotThere,
+                holder => Refusal::Lease { holder },
+            });
         }
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),

@@ -126,6 +126,7 @@ impl Client {
 
     /// Forgets what has failed, and allows motion anew.
     pub(crate) fn reset(&mut self, powered: &mut Powered) {
+        self.is_holding = false;
         self.command(powered, Command::Reset);
         self.take_lease(powered);
     }

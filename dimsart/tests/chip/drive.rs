@@ -174,11 +174,13 @@ fn an_encoder_that_is_unplugged_while_the_rotor_turns_is_a_named_fault_and_the_r
     eprintln!("{speed_rad_per_s:.1} rad/s, at most {most_a:.2} A, off after {after_s:.4} s");
     assert!(most_a < f64::from(powered.drive.configuration.limits.trip_current_a), "{most_a} A");
     assert!(after_s < 0.1, "{after_s} s");
+    client.run_for(&mut powered, 0.005);
     // An incremental encoder does not say that it is gone: the voltage that the rotor makes does.
     assert_eq!(client.reason(&mut powered), Some(Reason::EncoderLost));
     // It is plugged in again, elsewhere.
     powered.motor.set_rotor(2.0, 0.0);
     powered.has_encoder = true;
+    powered.run_for(0.05);
     client.reset(&mut powered);
     let begun_s = powered.time_s();
     while powered.motor.state().direct_a.abs() < 1.0 {

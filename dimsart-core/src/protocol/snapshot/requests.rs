@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 12);
+    assert_eq!(PROTOCOL_VERSION, 13);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -41,6 +41,7 @@ fn requests() {
         Request::Motor(MotorAction::Forget),
         Request::Motor(MotorAction::Identify { current_a: 2.0 }),
         Request::Motor(MotorAction::Found),
+        Request::Restart,
     ];
     let expected = [
         "00",
@@ -78,6 +79,7 @@ fn requests() {
         "18 03",
         "18 04 00 00 00 40",
         "18 05",
+        "19",
     ];
     assert_bytes(&requests, &expected);
 }

@@ -143,6 +143,7 @@ fn responses() {
         Response::Identification(Identification::Failed(IdentificationFailure::Drive(57))),
         Response::Refused(Refusal::Motor(MotorRefusal::InUse)),
         Response::Refused(Refusal::Motor(MotorRefusal::NotTaken(MotorFallback::Layout))),
+        Response::Restarts,
     ];
     let expected = [
         "00 01",
@@ -198,6 +199,7 @@ fn responses() {
         "19 03 05 39",
         "00 09 00",
         "00 09 02 01",
+        "1a",
     ];
     assert_bytes(&responses, &expected);
 }
