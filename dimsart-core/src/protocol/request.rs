@@ -142,6 +142,8 @@ pub enum Request {
     /// A law that was uploaded: a [program](crate::online). Reading is answered by
     /// [`Response::Signal`](super::Response::Signal), looking by [`Response::Law`](super::Response::Law).
     Law(LawAction),
+    /// To start anew, as after a reset, while nobody holds the lease; for whoever can, [`serve`](super::serve) says only who may not.
+    Restart,
 }
 
 impl Request {
@@ -153,6 +155,7 @@ impl Request {
         match self {
             Self::Command(command) => *command != Command::Stop,
             Self::Schemes(action) => *action != SchemeAction::Look,
+            Self::Restart => true,
             Self::Motor(action) => !matches!(action, MotorAction::Look | MotorAction::Found),
             _ => false,
         }

@@ -103,6 +103,8 @@ pub enum Response<'a> {
     Identification(Identification),
     /// How a place for a law stands.
     Law(LawReport),
+    /// The device starts anew, right behind this answer.
+    Restarts,
 }
 
 /// Why a request was refused.

@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::description::{Identity, InstanceText};
 use super::device_info::{Blocked, DeviceInfo};
 use super::frame::{DecodeError, NoRoom};
-use super::lease::LeaseAction;
+use super::lease::{LeaseAction, NOBODY};
 use super::request::{Request, client_of, decode_request};
 use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
 use super::schemes::StoreError;
@@ -145,6 +145,12 @@ fn respond<M: ModuleList, const WORDS: usize>(
             Response::Signal(found(words_of_law(engine, number, from))?)
         }
         Request::Law(LawAction::Look { number }) => Response::Law(found(engine.law(number))?),
+        Request::Restart => {
+            return Err(match info.lease.status().holder {
+                NOBODY => Refusal::NotThere,
+                holder => Refusal::Lease { holder },
+            });
+        }
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {

@@ -43,6 +43,7 @@ fn requests() {
         Request::Motor(MotorAction::Found),
         Request::Law(LawAction::Look { number: 3 }),
         Request::Law(LawAction::Read { number: 3, from: 32 }),
+        Request::Restart,
     ];
     let expected = [
         "00",
@@ -82,6 +83,7 @@ fn requests() {
         "18 05",
         "19 00 03",
         "19 01 03 20",
+        "1a",
     ];
     assert_bytes(&requests, &expected);
 }

@@ -145,6 +145,7 @@ fn responses() {
         Response::Refused(Refusal::Motor(MotorRefusal::NotTaken(MotorFallback::Layout))),
         Response::Law(LawReport { words: 90, is_used: true, cycles: Some(300) }),
         Response::Law(LawReport::default()),
+        Response::Restarts,
     ];
     let expected = [
         "00 01",
@@ -202,6 +203,7 @@ fn responses() {
         "00 09 02 01",
         "1a 5a 01 01 ac 02",
         "1a 00 00 00",
+        "1b",
     ];
     assert_bytes(&responses, &expected);
 }
