@@ -106,7 +106,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// What a program adds to a tick with the module that runs it; none if that is not known.
     fn cycles_of_law(&self, number: u8) -> Option<u32> {
-        let kind = M::KINDS.iter().position(Kind::runs_program)?;
+        let kind = M::KINDS.iter().position(|kind| kind.runs_program())?;
         let own = self.cycles_of(u8::try_from(kind).ok()?)?;
         Some(own.saturating_add(self.program_cycles(number)?))
     }
