@@ -10,7 +10,7 @@ use std::process::Command;
 use std::{env, fs};
 
 use boards::BOARDS;
-use boards::catalogue::{BoardInfo, MODULE_GROUPS};
+use boards::catalogue::{BoardInfo, MODULE_GROUPS, SHIPPED_GROUPS};
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{AxisKind, DeviceDescriptor, Dimsart, saved_scheme, scheme, types};
 
@@ -88,12 +88,17 @@ fn link() {
     let feature =
         |(name, _): (String, _)| Some(name.strip_prefix("CARGO_FEATURE_")?.replace('_', "-").to_lowercase());
     let mut features: Vec<String> = env::vars().filter_map(feature).collect();
-    // An image of which no modules are left out is not named after them.
-    let is_whole = MODULE_GROUPS.iter().all(|group| features.iter().any(|feature| feature == group));
-    let is_untold =
-        |name: &str| ["board", "default"].contains(&name) || is_whole && MODULE_GROUPS.contains(&name);
-    features.retain(|name| !is_untold(name));
-    if !MODULE_GROUPS.iter().any(|group| is_whole || features.iter().any(|feature| feature == group)) {
+    // An image is not named after the modules that it ships with, nor after all of them.
+    let has = |groups: &[&str]| groups.iter().all(|group| features.iter().any(|feature| feature == group));
+    let untold: &[&str] = match () {
+        () if has(&MODULE_GROUPS) => &MODULE_GROUPS,
+        () if has(&SHIPPED_GROUPS) => &SHIPPED_GROUPS,
+        () => &[],
+    };
+    let has_some = MODULE_GROUPS.iter().any(|group| has(&[group]));
+    features
+        .retain(|name| !["board", "default"].contains(&name.as_str()) && !untold.contains(&name.as_str()));
+    if !has_some {
         features.push("no-modules".to_owned());
     }
     features.sort();

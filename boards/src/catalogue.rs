@@ -97,7 +97,22 @@ pub enum CodeMemory {
 }
 
 /// Groups of modules that an image can be built without, each a feature of the firmware.
-pub const MODULE_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
+pub const MODULE_GROUPS: [&str; 11] = [
+    "control",
+    "energy",
+    "filters",
+    "joint-control",
+    "limits",
+    "logic",
+    "online",
+    "robots",
+    "signals",
+    "teleoperation",
+    "trajectories",
+];
+
+/// Those that an image has unless others are named.
+pub const SHIPPED_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
 
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.
 pub const CALLS: &str = include_str!("../calls.txt");

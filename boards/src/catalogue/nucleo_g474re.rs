@@ -4,7 +4,7 @@ use dimsart_core::limits::Sizes;
 
 use super::ihm08m1;
 use super::pins::{DEBUG_PORT, HEARTBEATS, QUADRATURE, RECESSIVE};
-use super::{CodeMemory, MODULE_GROUPS, Pin, PinGroup, PinPlan, SMALL_MOTORS, Tooling};
+use super::{CodeMemory, Pin, PinGroup, PinPlan, SHIPPED_GROUPS, SMALL_MOTORS, Tooling};
 use crate::clock_switch;
 #[cfg(all(target_os = "none", feature = "moteus"))]
 use crate::moteus::Moteus;
@@ -42,7 +42,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     sizes: Sizes::BOARD,
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
-    modules: &MODULE_GROUPS,
+    modules: &SHIPPED_GROUPS,
     variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "online", "moteus", "ihm08m1"],
     pins: PINS,
     interrupts: INTERRUPTS,
