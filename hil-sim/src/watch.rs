@@ -134,7 +134,7 @@ impl Watch {
                     return Some(Alarm::Left(at("got nothing new to follow for too long".to_owned())));
                 }
                 Tick::DriveFailed(fault) => {
-                    return Some(Alarm::Left(at(format!("drive's bridge off: {}", fault.reason().name()))));
+                    return Some(Alarm::Left(at(format!("drive's bridge off: {fault}"))));
                 }
                 Tick::CommandRefused(error) => {
                     return Some(Alarm::Left(at(format!("command refused ({error})"))));

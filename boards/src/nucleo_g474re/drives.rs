@@ -1,6 +1,6 @@
 //! Joints that are drives of mjbots on FDCAN 1.
 
-use dimsart_core::{DataType, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types};
+use dimsart_core::{DataType, DriveFault, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types};
 use drive::{MoteusAddress, MoteusFrame, MoteusJoint, MoteusReading};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
@@ -53,6 +53,9 @@ const fn address(id: u8) -> MoteusAddress {
 pub struct Joints {
     bus: MoteusBus,
     joints: [MoteusJoint; AXES],
+    /// What each drive showed last, of which a drive that is gone shows nothing more.
+    shown: [[Word; SAID.len()]; AXES],
+    gone: Option<DriveFault>,
 }
 
 pub(super) fn start(
@@ -64,6 +67,8 @@ pub(super) fn start(
     Joints {
         bus: MoteusBus::start(can, ADDRESSES.into_iter().map(MoteusAddress::reply_id)),
         joints: ADDRESSES.map(|address| MoteusJoint::new(address, MOTEUS.timeout_s, MOTEUS.missing_ticks)),
+        shown: [[f32::NAN.into_word(); SAID.len()]; AXES],
+        gone: None,
     }
 }
 
@@ -75,20 +80,31 @@ pub(super) fn disarm() {
 
 impl crate::board::Joints for Joints {
     fn read(&mut self, measured: &mut [Word]) {
-        let Self { bus, joints } = self;
+        let Self { bus, joints, shown, gone } = self;
         bus.receive(|identifier, data| {
             for joint in joints.iter_mut() {
                 // A reply that says nothing is one that is missing.
                 let _ = joint.receive(identifier, data);
             }
         });
-        for (place, joint) in joints.iter_mut().enumerate() {
-            let said = measured.chunks_exact_mut(AXES).zip(words(&joint.read()));
+        *gone = None;
+        for ((axis, joint), shown) in (0..).zip(joints.iter_mut()).zip(shown) {
+            let reading = joint.read();
+            if reading.position_rad.is_nan() {
+                gone.get_or_insert(DriveFault::Gone { axis });
+            } else {
+                *shown = words(&reading);
+            }
+            let (place, said) = (usize::from(axis), measured.chunks_exact_mut(AXES).zip(*shown));
             for (of_type, word) in said {
                 of_type.iter_mut().skip(place).take(1).for_each(|measured| *measured = word);
             }
         }
         stm32g4::measure(measured.get_mut(SAID.len() * AXES..));
+    }
+
+    fn fault(&self) -> Option<DriveFault> {
+        self.gone
     }
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {

@@ -1,5 +1,7 @@
 //! What a drive says of a bridge that is off.
 
+use core::fmt;
+
 use super::Reason;
 
 /// Why a drive has turned its bridge off. Each is a [`Reason`].
@@ -33,10 +35,15 @@ pub enum DriveFault {
     NotAligned,
     /// The current loop does not run.
     Silent,
+    /// A drive on a bus does not answer, or does something else than it is commanded.
+    Gone {
+        /// Its axis, from 0.
+        axis: u8,
+    },
 }
 
 impl DriveFault {
-    /// Every one.
+    /// Every one of a board's own drive.
     pub const ALL: [Self; 12] = [
         Self::Overcurrent,
         Self::CurrentSensors,
@@ -68,12 +75,23 @@ impl DriveFault {
             Self::Overspeed => Reason::Overspeed,
             Self::NotAligned => Reason::NotAligned,
             Self::Silent => Reason::DriveSilent,
+            Self::Gone { .. } => Reason::DriveGone,
         }
     }
 
-    /// The one of a reason, if it is one of a drive.
+    /// The one of a reason, if it is one of a board's own drive.
     #[must_use]
     pub fn by_number(number: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|fault| fault.reason().number() == number)
+    }
+}
+
+impl fmt::Display for DriveFault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.reason().name())?;
+        match self {
+            Self::Gone { axis } => write!(f, " of axis {axis}"),
+            _ => Ok(()),
+        }
     }
 }

@@ -93,7 +93,7 @@ reasons! {
         "The bridge is too hot, or the sensor of its temperature is gone. The bridge is off."
         "Let it cool, command less, or look at the sensor's wires; then `reset`.";
     61 EncoderLost "encoder lost"
-        "The encoder of the rotor does not answer. The bridge is off."
+        "The encoder of the rotor does not answer, or says that the rotor stands while it turns. The bridge is off."
         "Look at the encoder's wires and supply, then `reset`.";
     62 EncoderJumped "encoder jumped"
         "The encoder says angles to which no rotor can have turned. The bridge is off."
@@ -114,6 +114,9 @@ reasons! {
     67 DriveSilent "drive silent"
         "The current loop does not run, or does not keep its time. The bridge is off."
         "Start the board over, and report it.";
+    68 DriveGone "drive gone"
+        "A drive on the bus does not answer any more, or does something else than it is commanded."
+        "Look at its supply and at the bus; `DRIVE_FAULT` of its axis says what it showed last. Then `reset`.";
     96 RangeLimited "range limited"
         "The scheme runs; a command was outside its input's range and was cut."
         "Lower the gains, or declare the range that the actuator really has.";

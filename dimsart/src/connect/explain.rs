@@ -44,7 +44,7 @@ impl<S: Read + Write> Device<S> {
             Blocked::Drive(fault) => {
                 let reason = fault.reason();
                 let [meaning, next] = [reason.meaning(), reason.next_step()];
-                format!("{} (reason {}): {meaning} {next}", reason.name(), reason.number())
+                format!("{fault} (reason {}): {meaning} {next}", reason.number())
             }
             Blocked::Module(module) => {
                 let name = self.know(|known| known.name_of_module(module).to_string())?;

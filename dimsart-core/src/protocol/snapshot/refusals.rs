@@ -134,6 +134,7 @@ fn reasons() {
         Blocked::Module(MODULE),
         Blocked::Late,
         Blocked::Drive(DriveFault::NotAligned),
+        Blocked::Drive(DriveFault::Gone { axis: 1 }),
     ];
     let expected = [
         "00 00 ac 02 01 00",
@@ -153,6 +154,7 @@ fn reasons() {
         "06 03 02",
         "07",
         "08 0a",
+        "08 0c 01",
     ];
     assert_bytes(&reasons, &expected);
 }
