@@ -23,15 +23,17 @@ pub use scaling::{MOST_COUNTS, Rest, Scaling, WrongAtRest, amperes};
 use dimsart_core::DriveFault;
 use dimsart_core::protocol::{self, FoundMotor, IdentificationFailure};
 use drive::{
-    Checked, Configuration, Drive, Duties, Fault, Identification, IdentificationError, IdentificationStep,
-    Identified, Rotor, Sample,
+    As5600, Checked, Configuration, Drive, Duties, Encoder, Fault, Identification, IdentificationError,
+    IdentificationStep, Identified, Rotor, Sample,
 };
 
 use crate::catalogue::ThreePhaseDrive;
 
-/// From an absolute encoder's taking its angle to the sampling of the currents that this is used with: it is asked at the end
-/// of a period's work, 10 us after the sampling of its currents, and answers in the next one.
-const ENCODER_AGE_PERIODS: f32 = 0.80;
+/// From a board's taking an encoder's angle to the sampling of the currents that this is used with. On an SPI it is asked at the
+/// end of a period's work, 10 us after the sampling of its currents, and answers in the next one.
+const SPI_AGE_PERIODS: f32 = 0.80;
+/// On an I²C it is taken 24 us after the sampling of the currents of the period before the last one.
+const I2C_AGE_PERIODS: f32 = 1.51;
 /// Ticks that a torque may be old.
 const MOST_TICKS: f32 = 3.0;
 
@@ -79,7 +81,11 @@ impl CurrentLoop {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
         let most_periods = (MOST_TICKS * tick_s / checked.get().inverter.period_s + 0.5) as u16;
         let Configuration { encoder, inverter, .. } = checked.get();
-        let encoder_age_s = if encoder.is_absolute() { ENCODER_AGE_PERIODS * inverter.period_s } else { 0.0 };
+        let encoder_age_s = match encoder {
+            Encoder::Incremental { .. } => 0.0,
+            Encoder::As5047p | Encoder::Mt6701 => SPI_AGE_PERIODS * inverter.period_s,
+            Encoder::As5600 => I2C_AGE_PERIODS * inverter.period_s + As5600::AGE_S,
+        };
         Self {
             scaling: drive.scaling,
             configuration: *checked,
@@ -236,9 +242,14 @@ impl CurrentLoop {
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
+        let has_lost_rotor = matches!(self.drive.fault(), Some(Fault::EncoderLost | Fault::EncoderJumped));
         self.drive.clear();
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
+            if has_lost_rotor {
+                // An encoder that counts has missed counts.
+                self.stage = self.first_stage();
+            }
         }
     }
 }

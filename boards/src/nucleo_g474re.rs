@@ -102,6 +102,7 @@ impl Board for NucleoG474re {
                 incremental: (chip.PA15, chip.PB3),
                 spi: (chip.PC10, chip.PC11, chip.PC12),
                 select: chip.PD2,
+                i2c: (chip.PC6, chip.PC7),
             },
         });
         #[cfg(feature = "moteus")]

@@ -20,6 +20,8 @@ pub(crate) mod fdcan_registers;
 pub(crate) mod flash;
 #[cfg(feature = "three-phase")]
 pub(crate) mod half_bridges;
+#[cfg(feature = "ihm08m1")]
+pub(crate) mod i2c_encoder;
 #[cfg(feature = "moteus")]
 pub(crate) mod moteus_bus;
 #[cfg(not(any(feature = "three-phase", feature = "moteus")))]

@@ -8,6 +8,7 @@ mod dma;
 pub mod fdcan;
 mod flash;
 mod gpio;
+mod i2c;
 mod iwdg;
 mod journal;
 mod map;
@@ -33,6 +34,7 @@ use cycles::state::AccessError;
 pub use analog::Wire;
 pub use clock::Clock;
 pub use flash::FlashFault;
+pub use i2c::{I2cDevice, I2cEvent};
 pub use journal::Journal;
 pub use part::Part;
 pub use spi::{SpiDevice, SpiEvent};
@@ -45,8 +47,9 @@ use self::dma::Dma;
 use self::fdcan::Fdcan;
 use self::flash::Flash;
 use self::gpio::Gpio;
+use self::i2c::I2c;
 use self::iwdg::Iwdg;
-use self::map::{Block, DMAMUX, PLAIN, PORTS, SPIS, TIMERS, USARTS};
+use self::map::{Block, DMAMUX, I2CS, PLAIN, PORTS, SPIS, TIMERS, USARTS};
 use self::memory::{MESSAGES, Memory};
 use self::opamp::Opamp;
 use self::pwr::Pwr;
@@ -73,6 +76,7 @@ pub struct Stm32g4 {
     timers: Vec<Timer>,
     usarts: Vec<Usart>,
     spis: Vec<Spi>,
+    i2cs: Vec<I2c>,
     dmas: Vec<Dma>,
     iwdg: Iwdg,
     adcs: [Adc; 2],
@@ -106,6 +110,7 @@ impl Stm32g4 {
             timers: TIMERS.map(|number| Timer::new(part, number)).into(),
             usarts: USARTS.map(|name| Usart::new(part, name)).into(),
             spis: SPIS.map(|name| Spi::new(part, name)).into(),
+            i2cs: I2CS.map(|name| I2c::new(part, name)).into(),
             dmas: ["DMA1", "DMA2"].map(|name| Dma::new(part, name)).into(),
             iwdg: Iwdg::new(part),
             adcs: [1, 2].map(|number| Adc::new(part, number)),
@@ -219,7 +224,7 @@ impl Stm32g4 {
 
     /// Looks at what a write has made of pins: who is selected, and whether the bridge is short-circuited at any time.
     fn see_pins(&mut self, block: Block, at: At) {
-        if !matches!(block, Block::Gpio(_) | Block::Timer(1) | Block::Spi(_)) {
+        if !matches!(block, Block::Gpio(_) | Block::Timer(1) | Block::Spi(_) | Block::I2c(_)) {
             return;
         }
         let connected = self.connected();
@@ -228,6 +233,13 @@ impl Stm32g4 {
             for (spi, name) in self.spis.iter_mut().zip(SPIS) {
                 let pins = spi::Pins::new(name, &connected, &self.ports, spi.select_pin());
                 spi.see_pins(pins, hz, &mut Access { at, violations: &mut self.violations });
+            }
+        }
+        if matches!(block, Block::Gpio(_) | Block::I2c(_)) {
+            let hz = self.clock.hz();
+            for (i2c, name) in self.i2cs.iter_mut().zip(I2CS) {
+                let pins = i2c::Pins::new(name, &connected, &self.ports);
+                i2c.see_pins(pins, hz, &mut Access { at, violations: &mut self.violations });
             }
         }
         for channel in 0..3 {
@@ -257,42 +269,68 @@ impl Stm32g4 {
     }
 
     fn move_one(&mut self, now: u64) -> bool {
-        for (controller, dma) in self.dmas.iter_mut().enumerate() {
+        for controller in 0..self.dmas.len() {
             for channel in 0..8 {
-                let Some(transfer) = dma.transfer(channel) else { continue };
+                let Some(transfer) = self.dmas.get(controller).and_then(|dma| dma.transfer(channel)) else {
+                    continue;
+                };
                 let place = u32::try_from(controller).unwrap_or(0) * 8 + channel;
                 let request = self.plain.get(DMAMUX).map_or(0, |mux| mux.bits(4 * place, 0, 7));
-                let Some((usart, is_receiving)) = requester(request) else { continue };
-                let Some(usart) = self.usarts.get_mut(usart) else { continue };
-                if is_receiving == transfer.is_read || !usart.wants_dma(is_receiving) {
+                let Some((block, is_receiving)) = requester(request) else { continue };
+                if is_receiving == transfer.is_read || !self.wants_dma(block, is_receiving) {
                     continue;
                 }
-                if is_receiving {
-                    let byte = usart.take_received();
-                    self.memory.store(transfer.address, Width::Byte, byte);
-                } else {
-                    let byte = self.memory.load(transfer.address, Width::Byte).unwrap_or(0);
-                    usart.put_to_send(byte, now);
+                let Self { usarts, i2cs, memory, .. } = self;
+                match block {
+                    Block::I2c(place) => {
+                        let byte = i2cs.get_mut(place).map_or(0, |i2c| i2c.take_received(now));
+                        memory.store(transfer.address, Width::Byte, byte);
+                    }
+                    Block::Usart(place) if is_receiving => {
+                        let byte = usarts.get_mut(place).map_or(0, Usart::take_received);
+                        memory.store(transfer.address, Width::Byte, byte);
+                    }
+                    Block::Usart(place) => {
+                        let byte = memory.load(transfer.address, Width::Byte).unwrap_or(0);
+                        if let Some(usart) = usarts.get_mut(place) {
+                            usart.put_to_send(byte, now);
+                        }
+                    }
+                    _ => continue,
                 }
-                dma.moved(transfer.channel);
+                if let Some(dma) = self.dmas.get_mut(controller) {
+                    dma.moved(transfer.channel);
+                }
                 return true;
             }
         }
         false
     }
+
+    fn wants_dma(&self, block: Block, is_receiving: bool) -> bool {
+        match block {
+            Block::I2c(place) => self.i2cs.get(place).is_some_and(|i2c| i2c.wants_dma(is_receiving)),
+            Block::Usart(place) => self.usarts.get(place).is_some_and(|usart| usart.wants_dma(is_receiving)),
+            _ => false,
+        }
+    }
 }
 
-/// The UART behind a request of the multiplexer, and whether it has received (RM0440, "DMAMUX: assignment of multiplexer
+/// What is behind a request of the multiplexer, and whether it has received (RM0440, "DMAMUX: assignment of multiplexer
 /// inputs to resources").
-fn requester(request: u32) -> Option<(usize, bool)> {
-    let usart = match request {
-        24 | 25 => 0,
-        26 | 27 => 1,
-        28 | 29 => 2,
-        34 | 35 => 3,
+fn requester(request: u32) -> Option<(Block, bool)> {
+    let block = match request {
+        16 | 17 => Block::I2c(0),
+        18 | 19 => Block::I2c(1),
+        20 | 21 => Block::I2c(2),
+        22 | 23 => Block::I2c(3),
+        24 | 25 => Block::Usart(0),
+        26 | 27 => Block::Usart(1),
+        28 | 29 => Block::Usart(2),
+        34 | 35 => Block::Usart(3),
         _ => return None,
     };
-    Some((usart, request.is_multiple_of(2)))
+    Some((block, request.is_multiple_of(2)))
 }
 
 /// What an access takes of the register that it is in.
@@ -362,6 +400,7 @@ impl Bus for Stm32g4 {
         self.timers.iter_mut().for_each(|timer| timer.advance(now));
         self.usarts.iter_mut().for_each(|usart| usart.advance(now));
         self.spis.iter_mut().for_each(|spi| spi.advance(now));
+        self.i2cs.iter_mut().for_each(|i2c| i2c.advance(now));
         self.fdcan.advance(now, &mut self.memory.messages);
         self.move_data(now);
     }
@@ -373,7 +412,8 @@ impl Bus for Stm32g4 {
         let converters = self.adcs.iter().map(Adc::next_event);
         let others = others.into_iter().chain([self.fdcan.next_event()]);
         let spis = self.spis.iter().map(Spi::next_event);
-        timers.chain(usarts).chain(spis).chain(others).chain(converters).min().unwrap_or(u64::MAX)
+        let i2cs = self.i2cs.iter().map(I2c::next_event);
+        timers.chain(usarts).chain(spis).chain(i2cs).chain(others).chain(converters).min().unwrap_or(u64::MAX)
     }
 
     fn lines(&self) -> u128 {

@@ -4,6 +4,7 @@ mod wire;
 
 use crate::data_type::TypeRef;
 use crate::matching::Finding;
+use crate::online::LawRefusal;
 use crate::parameter::{ParameterError, Value};
 use crate::storage::StorageError;
 use wire::Wire;
@@ -80,6 +81,27 @@ pub enum Command {
         port: u8,
         /// The signal.
         signal: TypeRef,
+    },
+    /// Two words of a [program](crate::online) that is to be kept. This and the next two are for the controller, and not
+    /// for a scheme: they take effect at once, in a transaction too.
+    PutLaw {
+        /// Place of the first one among the words.
+        place: u8,
+        /// The words; one beyond the last one is dropped.
+        words: [u32; 2],
+    },
+    /// Verifies the first so many words that were put, and keeps them as the program of this number, where no module has
+    /// another one of that.
+    KeepLaw {
+        /// The program's number, from 1.
+        number: u8,
+        /// Number of words.
+        count: u8,
+    },
+    /// Forgets a program that no module has.
+    RemoveLaw {
+        /// The program's number.
+        number: u8,
     },
 }
 
@@ -242,11 +264,21 @@ pub enum CommandError {
     FaultReaction,
     /// An end of a link runs in every tick: its own parameters say how often it sends.
     RunsEveryTick(ModuleRef),
+    /// The module's parameter `PROGRAM` is the number of no [program](crate::online) that the controller has.
+    NoLaw(ModuleRef),
+    /// A program was not kept, or not removed.
+    Law(LawRefusal),
 }
 
 impl From<StorageError> for CommandError {
     fn from(error: StorageError) -> Self {
         Self::Storage(error)
+    }
+}
+
+impl From<LawRefusal> for CommandError {
+    fn from(refusal: LawRefusal) -> Self {
+        Self::Law(refusal)
     }
 }
 

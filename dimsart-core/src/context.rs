@@ -108,6 +108,20 @@ impl<'a, M: Module> Context<'a, M> {
         clear(self.state.get(M::State::COUNT..).unwrap_or_default());
     }
 
+    /// Words of the parameters of an axis.
+    #[inline(always)]
+    pub(crate) fn gain_words(&self, axis: usize) -> &'a [Cell<u32>] {
+        let start = Self::GAINS + axis * M::Gains::COUNT;
+        self.configuration.get(start..start + M::Gains::COUNT).unwrap_or_default()
+    }
+
+    /// Words of what the module remembers of an axis.
+    #[inline(always)]
+    pub(crate) fn axis_words(&self, axis: usize) -> &'a [Cell<u32>] {
+        let start = M::State::COUNT + axis * M::Axis::COUNT;
+        self.state.get(start..start + M::Axis::COUNT).unwrap_or_default()
+    }
+
     /// Begins every axis with the state that `first` makes of its gains and inputs.
     #[inline(always)]
     pub fn begin_axes<I: Inputs>(&self, inputs: I, mut first: impl FnMut(M::Gains, I::Values) -> M::Axis) {

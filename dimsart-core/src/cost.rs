@@ -1,5 +1,7 @@
 //! What a tick and each kind of module take at most: cycles of the processor.
 
+use crate::online::Opcode;
+
 /// Most cycles that something takes: `offset + per_dof * dof`.
 ///
 /// Worked out from the machine code of a linked image, and put into its [stamp](crate::stamp): what is measured and what
@@ -44,8 +46,8 @@ impl Cost {
 pub struct Costs(&'static [Cost]);
 
 impl Costs {
-    /// The tick's cost, then that of each kind in the order of the [list](crate::ModuleList::KINDS);
-    /// [`Cost::UNKNOWN`] where there is none.
+    /// The tick's cost, then that of each kind in the order of the [list](crate::ModuleList::KINDS), then that of each
+    /// [instruction](crate::online::Opcode) of programs; [`Cost::UNKNOWN`] where there is none.
     #[must_use]
     pub const fn new(lines: &'static [Cost]) -> Self {
         Self(lines)
@@ -61,6 +63,12 @@ impl Costs {
     #[must_use]
     pub fn kind(self, kind: u8) -> Option<Cost> {
         self.line(usize::from(kind) + 1)
+    }
+
+    /// Of an instruction of a program, by its opcode; these lines come behind those of so many kinds. None if it is not
+    /// known.
+    pub(crate) fn instruction(self, kinds: usize, opcode: Opcode) -> Option<u32> {
+        self.line(1 + kinds + opcode as usize).map(|cost| cost.cycles(0))
     }
 
     fn line(self, index: usize) -> Option<Cost> {

@@ -8,6 +8,7 @@ use crate::device::DeviceDescriptor;
 use crate::handle::{Grid, Input, Memory, Output, Signal, Single, Vector};
 use crate::limits::{MAX_DOF, MAX_LINKS};
 use crate::mailbox::LinkPort;
+use crate::online::Programs;
 use crate::wiring::Span;
 use crate::word::{Scalar, Word};
 
@@ -19,6 +20,7 @@ pub use self::written_out::{Inputs, Outputs};
 pub struct Data<'a> {
     words: &'a [Cell<u32>],
     links: &'a [LinkPort; MAX_LINKS],
+    programs: &'a Programs,
     device: &'a DeviceDescriptor,
     dof: Dof,
     takes_over: Cell<bool>,
@@ -49,16 +51,23 @@ impl<'a> Data<'a> {
     pub(crate) fn new(
         words: &'a [Cell<u32>],
         links: &'a [LinkPort; MAX_LINKS],
+        programs: &'a Programs,
         device: &'a DeviceDescriptor,
     ) -> Self {
         let dof = Dof::ALL.get(device.dof().wrapping_sub(1)).copied().unwrap_or(Dof::One);
-        Self { words, links, device, dof, takes_over: Cell::new(false) }
+        Self { words, links, programs, device, dof, takes_over: Cell::new(false) }
     }
 
     /// The device's descriptor: degrees of freedom, sample period.
     #[must_use]
     pub fn device(&self) -> &DeviceDescriptor {
         self.device
+    }
+
+    /// The programs that the controller has.
+    #[inline(always)]
+    pub(crate) fn programs(&self) -> &'a Programs {
+        self.programs
     }
 
     /// Whether the module that [begins](crate::Module::begin) takes over from another one in a scheme that runs: its

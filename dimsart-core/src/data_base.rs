@@ -7,6 +7,7 @@ use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::limits::{MAX_LINKS, MAX_SLOTS};
 use crate::mailbox::LinkPort;
+use crate::online::Programs;
 use crate::storage::{Block, Storage, StorageError};
 
 /// A signal that is in the Data Base now.
@@ -27,6 +28,7 @@ pub struct DataBase<const WORDS: usize> {
     storage: Storage<WORDS>,
     entries: [Option<Entry>; MAX_SLOTS],
     links: [LinkPort; MAX_LINKS],
+    programs: Programs,
     revision: u32,
 }
 
@@ -36,6 +38,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
             storage: Storage::new(),
             entries: [None; MAX_SLOTS],
             links: [const { LinkPort::new() }; MAX_LINKS],
+            programs: Programs::new(),
             revision: 0,
         }
     }
@@ -103,6 +106,14 @@ impl<const WORDS: usize> DataBase<WORDS> {
         &mut self.storage
     }
 
+    pub(crate) fn programs(&self) -> &Programs {
+        &self.programs
+    }
+
+    pub(crate) fn programs_mut(&mut self) -> &mut Programs {
+        &mut self.programs
+    }
+
     pub(crate) fn links(&self) -> &[LinkPort] {
         &self.links
     }
@@ -164,7 +175,7 @@ impl<const WORDS: usize> DataBase<WORDS> {
     /// The view that modules get during a tick.
     pub(crate) fn view<'a>(&'a mut self, device: &'a DeviceDescriptor) -> Data<'a> {
         let words = Cell::from_mut(self.storage.words.as_mut_slice()).as_slice_of_cells();
-        Data::new(words, &self.links, device)
+        Data::new(words, &self.links, &self.programs, device)
     }
 }
 

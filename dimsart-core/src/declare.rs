@@ -6,6 +6,7 @@ use crate::binding::Bound;
 use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::handle::{Input, Memory, Output, Signal};
+use crate::online::{Program, Programs};
 use crate::port::{Difference, Direction, LinkEnd, PortSpec, PortSpecs, Stage};
 use crate::storage::Block;
 use crate::unit_tie::{UnitRelation, UnitTie};
@@ -18,6 +19,7 @@ use crate::unit_tie::{UnitRelation, UnitTie};
 #[derive(Debug)]
 pub struct Declare<'a> {
     device: &'a DeviceDescriptor,
+    programs: &'a Programs,
     specs: &'a mut PortSpecs,
     count: u8,
     bound: Bound<'a>,
@@ -25,6 +27,7 @@ pub struct Declare<'a> {
     link_end: Option<LinkEnd>,
     packet_words: usize,
     has_axis: bool,
+    has_program: bool,
 }
 
 /// What was said of the port that is declared next.
@@ -40,9 +43,15 @@ struct Next {
 impl<'a> Declare<'a> {
     /// Collects what is declared into `specs`: they are large, and would be copied. `bound` says to which signal a
     /// command has bound a port.
-    pub(crate) fn new(device: &'a DeviceDescriptor, bound: Bound<'a>, specs: &'a mut PortSpecs) -> Self {
+    pub(crate) fn new(
+        device: &'a DeviceDescriptor,
+        programs: &'a Programs,
+        bound: Bound<'a>,
+        specs: &'a mut PortSpecs,
+    ) -> Self {
         Self {
             device,
+            programs,
             specs,
             count: 0,
             bound,
@@ -50,6 +59,7 @@ impl<'a> Declare<'a> {
             link_end: None,
             packet_words: 0,
             has_axis: true,
+            has_program: true,
         }
     }
 
@@ -161,6 +171,17 @@ impl<'a> Declare<'a> {
     /// Says whether the device has the axis that a parameter names. Without it the module is not plugged in.
     pub fn needs_axis(&mut self, is_there: bool) {
         self.has_axis = is_there;
+    }
+
+    /// The program of this number; none has number 0. Without another one the module is not plugged in.
+    pub(crate) fn program(&mut self, number: u32) -> Option<Program<'a>> {
+        let found = self.programs.get(number);
+        self.has_program = number == 0 || found.is_some();
+        found
+    }
+
+    pub(crate) fn has_program(&self) -> bool {
+        self.has_program
     }
 
     pub(crate) fn has_axis(&self) -> bool {

@@ -3,6 +3,7 @@
 mod commands;
 mod containment;
 mod costs;
+mod laws;
 mod observer;
 mod parameters;
 mod plan;
@@ -169,6 +170,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             Command::Reset => self.reset(),
             Command::Stop => self.stop(),
             Command::Close | Command::Init => self.close_all(),
+            Command::PutLaw { .. } | Command::KeepLaw { .. } | Command::RemoveLaw { .. } => {
+                return self.change_law(command).map_err(CommandError::Law);
+            }
             change => return self.change(change),
         }
         Ok(())

@@ -29,6 +29,7 @@ pub struct Kind {
     pub group: Summary,
     is_left_out: bool,
     outlasts_arming: bool,
+    runs_program: bool,
     handles: u8,
     settings_words: u8,
     state_words: u8,
@@ -70,6 +71,7 @@ impl Kind {
             group: Summary::new(""),
             is_left_out: false,
             outlasts_arming: M::OUTLASTS_ARMING,
+            runs_program: M::RUNS_PROGRAM,
             handles: M::Ports::COUNT as u8,
             settings_words: M::Settings::COUNT as u8,
             state_words: M::State::COUNT as u8,
@@ -92,6 +94,7 @@ impl Kind {
             group: Summary::new(""),
             is_left_out: true,
             outlasts_arming: true,
+            runs_program: false,
             handles: 0,
             settings_words: 0,
             state_words: 0,
@@ -121,6 +124,18 @@ impl Kind {
     /// [`Module::OUTLASTS_ARMING`].
     pub(crate) const fn outlasts_arming(&self) -> bool {
         self.outlasts_arming
+    }
+
+    /// Whether its modules run a [program](crate::online).
+    #[must_use]
+    pub const fn runs_program(&self) -> bool {
+        self.runs_program
+    }
+
+    /// Number of the [program](crate::online) that a module with these settings runs; 0 for none.
+    pub(crate) fn program(&self, settings: &[Cell<u32>]) -> u8 {
+        let number = settings.first().filter(|_| self.runs_program).map_or(0, Cell::get);
+        u8::try_from(number).unwrap_or(0)
     }
 
     /// Words that an instance takes on a device with `dof` axes.

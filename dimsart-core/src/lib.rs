@@ -95,6 +95,7 @@ pub mod math;
 mod module;
 pub mod modules;
 pub mod names;
+pub mod online;
 mod output_limits;
 mod packet;
 pub mod parameter;

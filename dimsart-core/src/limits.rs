@@ -16,15 +16,17 @@ pub struct Sizes {
     pub slots: usize,
     /// See [`MAX_LINKS`].
     pub links: usize,
+    /// See [`MAX_PROGRAMS`].
+    pub programs: usize,
 }
 
 impl Sizes {
     /// Of a controller on a board.
-    pub const BOARD: Self = Self { modules: 32, wires: 240, bindings: 64, slots: 64, links: 2 };
+    pub const BOARD: Self = Self { modules: 32, wires: 240, bindings: 64, slots: 64, links: 2, programs: 4 };
     /// Of one on a board for one joint, which has less memory; with the feature `small-sizes`.
-    pub const SMALL: Self = Self { modules: 16, wires: 120, bindings: 32, slots: 48, links: 1 };
+    pub const SMALL: Self = Self { modules: 16, wires: 120, bindings: 32, slots: 48, links: 1, programs: 2 };
     /// Of one on a host, where a coordinator has a link for every joint; with the feature `host-sizes`.
-    pub const HOST: Self = Self { links: 8, ..Self::BOARD };
+    pub const HOST: Self = Self { links: 8, programs: 8, ..Self::BOARD };
 }
 
 /// What this build has.
@@ -56,6 +58,10 @@ pub const MAX_SLOTS: usize = SIZES.slots;
 pub const MAX_CHANNEL_TYPES: usize = 4;
 /// Links a controller can exchange packets over.
 pub const MAX_LINKS: usize = SIZES.links;
+/// Most [programs](crate::online) at the same time; none without the feature `online`.
+pub const MAX_PROGRAMS: usize = if cfg!(feature = "online") { SIZES.programs } else { 0 };
+/// Most words of a program.
+pub const PROGRAM_WORDS: usize = 120;
 /// Clients, or parts of what one client looks at, that a controller sends [telemetry](crate::protocol::Sample) to.
 pub const TELEMETRY_STREAMS: usize = if cfg!(feature = "host-sizes") { 16 } else { 1 };
 /// Payload of a packet, 32-bit words.

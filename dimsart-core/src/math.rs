@@ -26,6 +26,28 @@ pub fn sqrt(x: f32) -> f32 {
     root
 }
 
+/// The smaller one; `b` where one is NaN. The standard's `min` leaves the sign of zero to the target.
+#[inline(always)]
+#[must_use]
+pub fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The larger one; `b` where one is NaN.
+#[inline(always)]
+#[must_use]
+pub fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// `x`, not below `low`, and then not above `high`; NaN stays NaN.
+#[inline(always)]
+#[must_use]
+pub fn clamp(x: f32, low: f32, high: f32) -> f32 {
+    let x = if x < low { low } else { x };
+    if x > high { high } else { x }
+}
+
 /// What `x` is beyond the last whole number, `x` at least 0. Exact: `x % 1.0`, with a tenth of the code.
 #[must_use]
 pub fn fraction(x: f32) -> f32 {

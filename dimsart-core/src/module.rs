@@ -76,6 +76,8 @@ pub trait Module: Sized + 'static {
     /// Whether it goes on with its state when motion is allowed again, where others begin anew: for a module whose state
     /// is not about the device, such as the end of a link or a record.
     const OUTLASTS_ARMING: bool = false;
+    /// Whether it runs a [program](crate::online), whose number is the first word of its settings.
+    const RUNS_PROGRAM: bool = false;
     /// Parameters that all axes share, and what is worked out from them.
     type Settings: Words + Default;
     /// Parameters that each axis has its own of, and what is worked out from them.

@@ -7,8 +7,11 @@ mod channel;
 pub mod cogging;
 pub mod comm_rx;
 pub mod comm_tx;
+pub mod delayed_passivity;
 pub mod differentiator;
 pub mod disturbance_observer;
+mod energy_ledger;
+pub mod energy_tank;
 pub mod feed_forward;
 pub mod friction;
 pub mod impedance;
@@ -20,7 +23,9 @@ pub mod low_pass;
 pub mod moving_average;
 pub mod normalizer;
 pub mod notch;
+pub mod online;
 pub mod p;
+pub mod passivity_controller;
 pub mod pd;
 pub mod pi;
 pub mod pid;
@@ -47,8 +52,10 @@ pub use cascade::Cascade;
 pub use cogging::Cogging;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
+pub use delayed_passivity::DelayedPassivity;
 pub use differentiator::Differentiator;
 pub use disturbance_observer::DisturbanceObserver;
+pub use energy_tank::EnergyTank;
 pub use feed_forward::FeedForward;
 pub use friction::Friction;
 pub use impedance::Impedance;
@@ -59,7 +66,9 @@ pub use low_pass::LowPass;
 pub use moving_average::MovingAverage;
 pub use normalizer::Normalizer;
 pub use notch::Notch;
+pub use online::Online;
 pub use p::P;
+pub use passivity_controller::PassivityController;
 pub use pd::Pd;
 pub use pi::Pi;
 pub use pid::Pid;
@@ -137,5 +146,9 @@ crate::module_list! {
         MovingAverage(MovingAverage) if "filters",
         VelocityObserver(VelocityObserver) if "filters",
         Kalman(Kalman) if "filters",
+        Online(Online) if "online",
+        PassivityController(PassivityController) if "energy",
+        DelayedPassivity(DelayedPassivity) if "energy",
+        EnergyTank(EnergyTank) if "energy",
     }
 }

@@ -1,7 +1,7 @@
 //! A scheme as bytes that are kept: checked before the first of its commands is given.
 //!
 //! ```text
-//! version u8 | fingerprint u32 | commands | CRC-32 (poly 0xF4ACFB13) u32     at most 512 bytes
+//! version u8 | fingerprint u32 | commands | CRC-32 (poly 0xF4ACFB13) u32     at most 512 bytes, with laws 920
 //! ```
 //! Little endian; the commands are one behind the other in postcard's format, `MATCHING_CHECK` last. The
 //! fingerprint is that of the image's modules and data types: commands are numbers, and mean something
@@ -17,13 +17,15 @@ use crate::dimsart::Dimsart;
 use crate::encode::encode_into;
 use crate::engine::Engine;
 use crate::kind::ModuleList;
+use crate::limits::MAX_PROGRAMS;
 use crate::protocol::ParameterText;
 use crate::types;
 
 /// Version of the layout.
 pub const SAVED_SCHEME_VERSION: u8 = 1;
-/// Most bytes of a scheme; one module with one gain takes 18.
-pub const MAX_SCHEME_BYTES: usize = 512;
+/// Most bytes of a scheme; one module with one gain takes 18, a law about 7 for each word of its program. With laws, two
+/// schemes and a motor's configuration are what a page of 2048 bytes of flash holds.
+pub const MAX_SCHEME_BYTES: usize = if MAX_PROGRAMS == 0 { 512 } else { 920 };
 
 const CRC_BYTES: usize = 4;
 

@@ -25,7 +25,6 @@
 use core::num::NonZeroU32;
 
 use crate::cost::{Cost, Costs};
-use crate::saved_scheme::MAX_SCHEME_BYTES;
 
 /// How a stamp begins.
 pub const MAGIC: [u8; 8] = *b"DIMSTAMP";
@@ -35,6 +34,9 @@ pub const VERSION: u16 = 1;
 pub const UNSTAMPED: &str = " unstamped";
 /// Most bytes of a text.
 pub const MAX_TEXT_BYTES: usize = 16;
+
+/// Most bytes of the scheme.
+pub const STAMP_SCHEME_BYTES: usize = 512;
 
 /// Text that ends at the first zero byte.
 pub type Text = [u8; MAX_TEXT_BYTES];
@@ -62,7 +64,7 @@ pub struct Stamp<const LINES: usize> {
     /// Bytes of the scheme that are used.
     pub scheme_bytes: u32,
     /// A [saved scheme](crate::saved_scheme).
-    pub scheme: [u8; MAX_SCHEME_BYTES],
+    pub scheme: [u8; STAMP_SCHEME_BYTES],
     /// What a tick and each kind of module cost.
     pub costs: [Cost; LINES],
 }

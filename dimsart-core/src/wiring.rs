@@ -57,6 +57,8 @@ pub(crate) struct Plugged {
     pub(crate) begins: bool,
     /// Whether it then takes over from the module that wrote to its outputs before.
     pub(crate) takes_over: bool,
+    /// Number of the program that it runs; 0 for none.
+    pub(crate) program: u8,
     /// Whether its ports are as in the scheme that runs: only then its state is still about them.
     pub(crate) is_alike: bool,
     /// Modules that it is cut out with: itself, and all that it depends on. A bit for each place in the plug-in order.
@@ -206,7 +208,7 @@ impl Wiring {
         bound: Bound<'_>,
     ) -> Result<Plugged, CommandError> {
         let mut specs = PortSpecs::new();
-        let mut declare = Declare::new(device, bound, &mut specs);
+        let mut declare = Declare::new(device, data_base.programs(), bound, &mut specs);
         let declared = [const { Cell::new(0) }; MAX_HANDLES];
         new.kind.ports(new.settings, &mut declare, &declared);
         let handles = new.kind.handles();
@@ -217,6 +219,9 @@ impl Wiring {
         if link_end.is_some_and(|end| usize::from(end.link) >= MAX_LINKS) {
             return Err(ParameterError::OutOfRange.into());
         }
+        if !declare.has_program() {
+            return Err(CommandError::NoLaw(new.module));
+        }
         if !declare.has_axis() {
             return Err(ParameterError::NoSuchEntry.into());
         }
@@ -226,6 +231,7 @@ impl Wiring {
         if words > MAX_PACKET_WORDS {
             return Err(CommandError::PacketTooLong { words });
         }
+        let program = new.kind.program(new.settings);
         let is_alike = new.before.is_some_and(|(before, ports)| {
             let words = |spec: &PortSpec| match (spec.data_type, spec.direction) {
                 (Some((_, default)), _) => {
@@ -240,7 +246,10 @@ impl Wiring {
                     && port.is_written() == (spec.direction == Direction::Write)
                     && data_base.words(port.slot).len() == words(spec)
             };
-            before.link_end == link_end && ports.len() == specs.len() && ports.iter().zip(&specs).all(is_same)
+            before.link_end == link_end
+                && before.program == program
+                && ports.len() == specs.len()
+                && ports.iter().zip(&specs).all(is_same)
         });
         let plugged = Plugged {
             module: new.module,
@@ -249,6 +258,7 @@ impl Wiring {
             rate: Rate { every_ticks: new.every_ticks, left_ticks: 0 },
             begins: true,
             takes_over: false,
+            program,
             is_alike,
             needs: 0,
             ports: Part { start: index(self.ports.len())?, count: index(specs.len())? },

@@ -14,6 +14,7 @@ mod doctor;
 #[cfg(test)]
 mod documented;
 mod emulate;
+mod law;
 mod line;
 mod man;
 mod modules;
@@ -61,6 +62,7 @@ Examples:
   dimsart check my.scheme            what is wrong with a scheme, if anything
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
   dimsart serve                      a simulated joint to tune, in real time, and its page
+  dimsart law check my.law           a control law as text: what it needs, or where it is wrong
   dimsart config diff sim:joint      what a controller has that differs from the defaults
   dimsart top                        the same in this terminal
   dimsart record sim:joint           every tick of it into a file
@@ -85,6 +87,7 @@ enum Command {
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
     Emulate(emulate::Emulate),
+    Law(law::Law),
     Record(record::Record),
     Replay(replay::Replay),
     Scheme(scheme::Scheme),
@@ -130,6 +133,7 @@ pub fn main() -> ExitCode {
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
         Command::Emulate(emulate) => emulate.execute(&mut out),
+        Command::Law(law) => law.execute(&mut out),
         Command::Record(record) => record.execute(&mut out),
         Command::Replay(replay) => replay.execute(&mut out),
         Command::Scheme(scheme) => scheme.execute(&mut out),

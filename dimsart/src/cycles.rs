@@ -17,6 +17,7 @@ mod error;
 mod figures;
 mod firmware;
 mod interrupt;
+mod law_costs;
 mod memory;
 mod random;
 mod replay;

@@ -7,8 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use dimsart_core::Cost;
-use dimsart_core::saved_scheme::MAX_SCHEME_BYTES;
-use dimsart_core::stamp::{MAGIC, MAX_TEXT_BYTES, Stamp, Text, VERSION, as_str, text};
+use dimsart_core::stamp::{MAGIC, MAX_TEXT_BYTES, STAMP_SCHEME_BYTES, Stamp, Text, VERSION, as_str, text};
 use object::{Object, ObjectSegment, ObjectSymbol};
 
 /// Where the image has its stamp.
@@ -124,7 +123,7 @@ impl StampedImage {
     pub fn scheme(&self) -> &[u8] {
         let length = usize::try_from(self.number(offset_of!(Layout, scheme_bytes))).unwrap_or(usize::MAX);
         let start = offset_of!(Layout, scheme);
-        let end = start + length.min(MAX_SCHEME_BYTES);
+        let end = start + length.min(STAMP_SCHEME_BYTES);
         self.stamp().get(start..end).unwrap_or_default()
     }
 
@@ -146,7 +145,9 @@ impl StampedImage {
     pub fn set_costs(&mut self, lines: &[Cost], memory: &str, limit_cycles: u32) -> Result<(), StampError> {
         let start = offset_of!(Layout, costs);
         let room = (self.at.len() - start) / LINE_BYTES;
-        if lines.len() != room {
+        // An image without laws has no room for their instructions.
+        let (lines, beyond) = lines.split_at_checked(room).unwrap_or((lines, &[]));
+        if lines.len() != room || beyond.iter().any(|cost| *cost != Cost::UNKNOWN) {
             return Err(StampError::NoRoom { what: "kinds of modules", room, wanted: lines.len() });
         }
         let bytes: Vec<u8> = lines
@@ -170,14 +171,14 @@ impl StampedImage {
             return Err(StampError::OtherImage);
         }
         let no_room =
-            StampError::NoRoom { what: "bytes of a scheme", room: MAX_SCHEME_BYTES, wanted: scheme.len() };
-        let length = u32::try_from(scheme.len()).ok().filter(|_| scheme.len() <= MAX_SCHEME_BYTES);
+            StampError::NoRoom { what: "bytes of a scheme", room: STAMP_SCHEME_BYTES, wanted: scheme.len() };
+        let length = u32::try_from(scheme.len()).ok().filter(|_| scheme.len() <= STAMP_SCHEME_BYTES);
         let length = length.ok_or(no_room)?;
         self.put(offset_of!(Layout, side), &fitting(side)?);
         let name = name.char_indices().take_while(|(at, next)| at + next.len_utf8() <= MAX_TEXT_BYTES);
         self.put(offset_of!(Layout, scheme_name), &fitting(&name.map(|(_, next)| next).collect::<String>())?);
         self.put(offset_of!(Layout, scheme_bytes), &length.to_le_bytes());
-        self.put(offset_of!(Layout, scheme), &[0; MAX_SCHEME_BYTES]);
+        self.put(offset_of!(Layout, scheme), &[0; STAMP_SCHEME_BYTES]);
         self.put(offset_of!(Layout, scheme), scheme);
         Ok(())
     }

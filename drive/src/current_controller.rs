@@ -12,6 +12,10 @@
 //!
 //! The voltage stays within a circle, `u_d` first: the flux is held, the torque gives way. What was cut off goes back
 //! through `1/Kp` into the integrals, which so never wind up.
+//!
+//! So each integral is, behind a low-pass filter of `L/R`, the voltage that was made less what is fed forward; and `R i` is,
+//! behind the same filter, the voltage that was made less what the motor makes. Their difference is what the motor makes and
+//! nobody expected.
 
 use crate::configuration::{Configuration, Inverter, Motor};
 use crate::modulation::Supply;
@@ -73,6 +77,14 @@ impl CurrentController {
     /// Forgets its integrals: what is done while nothing is driven.
     pub fn reset(&mut self) {
         self.integral_v = Dq::default();
+    }
+
+    /// What the motor makes along the magnets beyond what is fed forward, `V`. An error of `R` shows little: nearly no current
+    /// flows along them.
+    #[inline]
+    #[must_use]
+    pub fn unexpected_direct_v(&self, direct_a: f32) -> f32 {
+        self.integral_v.d - self.motor.resistance_ohm * direct_a
     }
 
     /// The voltage for the next period, `V`, not longer than the supply allows, from currents in `A` and the electrical speed.

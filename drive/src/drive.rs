@@ -93,8 +93,8 @@ impl Drive {
         }
     }
 
-    /// With an encoder that took each angle `age_s` before the currents that come with it are sampled, at most two periods: it
-    /// answered in the period before.
+    /// With an encoder that took each angle `age_s` before the currents that come with it are sampled, at most ten periods: it
+    /// answered in a period before.
     #[must_use]
     pub fn with_encoder_age(self, age_s: f32) -> Self {
         Self { encoder_age_s: age_s, ..self }
@@ -122,8 +122,10 @@ impl Drive {
         let supply = self.modulation.supply(sample.bus_v);
         // Before, one step of the encoder is a high speed.
         let has_settled = self.seen_s > Some(SETTLED_S);
+        let mut stands = false;
         if has_settled {
-            self.protection.weigh(self.current_a.q, speed_rad_per_s, supply.most_v * self.speed_per_v);
+            stands =
+                self.protection.weigh(self.current_a.q, speed_rad_per_s, supply.most_v * self.speed_per_v);
         }
         let may_be_on = has_settled && self.fault().is_none();
         let Some(torque_nm) = torque_nm.filter(|torque_nm| may_be_on && torque_nm.is_finite()) else {
@@ -139,6 +141,9 @@ impl Drive {
             f32::from(self.motor.pole_pairs) * speed_rad_per_s,
             &supply,
         );
+        if stands {
+            self.protection.feel(self.controller.unexpected_direct_v(self.current_a.d), sample.bus_v);
+        }
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark(wanted_a), &supply))

@@ -229,7 +229,7 @@ impl Identification {
             Stage::Turning(turning) => {
                 let angle = match sample.rotor {
                     Rotor::At(angle) => Some(angle),
-                    Rotor::Lost | Rotor::BadMagnet => None,
+                    Rotor::Awaited | Rotor::Lost | Rotor::BadMagnet => None,
                 };
                 let (place, done) = turning.step(angle)?;
                 if let Some(turned) = done {

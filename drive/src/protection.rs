@@ -20,6 +20,11 @@ const COLDEST_C: f32 = -40.0;
 const COOLED_SHARE: f32 = 0.25;
 /// Below this share of the fastest speed a rotor stands still.
 const STANDSTILL_SHARE: f32 = 0.01;
+/// Of the supply, what a rotor at rest may seem to make along its magnets, beside all that dead time takes: three phases whose
+/// resistances differ by some percent make less.
+const UNEXPECTED_SHARE: f32 = 0.01;
+/// So much longer than not it has to make more, `s`: longer than the current takes to change.
+const TURNING_UNSEEN_S: f32 = 0.005;
 
 /// Why the bridge is off, the first reason that was found. It stays until it is [cleared](Protection::clear).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,7 +39,7 @@ pub enum Fault {
     Overvoltage,
     /// Too hot, or the sensor is gone.
     Overtemperature,
-    /// The encoder does not answer.
+    /// The encoder does not answer; or it says that the rotor stands still, which makes a voltage as it does when it turns.
     EncoderLost,
     /// It says angles to which no rotor can have turned.
     EncoderJumped,
@@ -75,7 +80,10 @@ impl Fault {
                 "it is too hot, or the sensor of its temperature is gone",
                 "let it cool, command less, or look at the sensor's wires",
             ),
-            Self::EncoderLost => ("the encoder does not answer", "look at the encoder's wires and supply"),
+            Self::EncoderLost => (
+                "the encoder does not answer, or says that the rotor stands still while it turns",
+                "look at the encoder's wires and supply",
+            ),
             Self::EncoderJumped => (
                 "the encoder says angles to which no rotor can have turned",
                 "look for disturbance on the encoder's wires, and for a loose magnet or wheel",
@@ -115,6 +123,10 @@ pub struct Protection {
     /// Of the square of a current, and what a winding loses: so that all of the current takes the time that it may.
     stall_per_a2: f32,
     cooled: f32,
+    /// Of the supply, most that a rotor at rest may seem to make.
+    unexpected_share: f32,
+    unseen_periods: i32,
+    most_unseen_periods: i32,
     bad_readings: u8,
     stalled_s: f32,
     fault: Option<Fault>,
@@ -123,8 +135,10 @@ pub struct Protection {
 impl Protection {
     /// With the limits of a configuration that is [right](Configuration::check).
     #[must_use]
+    #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
     pub fn new(configuration: &Configuration) -> Self {
-        let Configuration { limits, inverter: Inverter { period_s, .. }, .. } = *configuration;
+        let Configuration { limits, inverter, .. } = *configuration;
+        let Inverter { period_s, dead_time_share, .. } = inverter;
         Self {
             limits,
             period_s,
@@ -134,6 +148,9 @@ impl Protection {
             derating_a_per_c: limits.current_a / (limits.trip_c - limits.derating_c),
             stall_per_a2: 1.0 / (limits.current_a * limits.current_a * (1.0 - COOLED_SHARE)),
             cooled: COOLED_SHARE / (1.0 - COOLED_SHARE),
+            unexpected_share: UNEXPECTED_SHARE + dead_time_share,
+            unseen_periods: 0,
+            most_unseen_periods: (TURNING_UNSEEN_S / period_s) as i32,
             bad_readings: 0,
             stalled_s: 0.0,
             fault: None,
@@ -149,7 +166,7 @@ impl Protection {
     /// Forgets the fault: what is still wrong is found again in the next period.
     pub fn clear(&mut self) {
         if self.fault.take().is_some() {
-            self.bad_readings = 0;
+            (self.bad_readings, self.unseen_periods) = (0, 0);
         }
     }
 
@@ -186,6 +203,7 @@ impl Protection {
                 return Some(surprise_rad);
             }
             Rotor::At(_) => Fault::EncoderJumped,
+            Rotor::Awaited => return None,
             Rotor::Lost => Fault::EncoderLost,
             Rotor::BadMagnet => Fault::EncoderMagnet,
         };
@@ -203,9 +221,9 @@ impl Protection {
     }
 
     /// Looks at the speed, which the supply can hold against up to `held_rad_per_s`, and how long the rotor stands still with
-    /// a current that makes torque.
+    /// a current that makes torque. Gives whether it seems to stand.
     #[inline]
-    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32, held_rad_per_s: f32) {
+    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32, held_rad_per_s: f32) -> bool {
         let speed_rad_per_s = speed_rad_per_s.abs();
         let is_slow = speed_rad_per_s <= smaller(self.limits.speed_rad_per_s, held_rad_per_s);
         if !is_slow {
@@ -216,6 +234,18 @@ impl Protection {
         self.stalled_s = larger(self.stalled_s + self.period_s * (heated - self.cooled), 0.0);
         if self.stalled_s > self.limits.stall_s {
             self.note(Fault::Stalled);
+        }
+        stands
+    }
+
+    /// Looks whether a rotor that seems to stand stands, while currents are controlled, by the voltage that it makes along its
+    /// magnets unexpectedly. Where the encoder is gone the field stands, and the rotor slips past it or swings about it.
+    #[inline]
+    pub(crate) fn feel(&mut self, unexpected_v: f32, bus_v: f32) {
+        let is_unseen = unexpected_v.abs() > self.unexpected_share * bus_v;
+        self.unseen_periods = (self.unseen_periods + if is_unseen { 1 } else { -1 }).max(0);
+        if self.unseen_periods > self.most_unseen_periods {
+            self.note(Fault::EncoderLost);
         }
     }
 

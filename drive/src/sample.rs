@@ -20,6 +20,8 @@ pub struct Sample {
 pub enum Rotor {
     /// It is there, a mechanical angle.
     At(Angle),
+    /// Its next reading is on the way: it is read less often than once in a period.
+    Awaited,
     /// It did not answer, or what it said was damaged.
     Lost,
     /// It says that its magnet is too weak, too strong or gone.

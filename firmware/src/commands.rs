@@ -7,11 +7,12 @@
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-use boards::Selected;
+use boards::{Board as _, Selected};
 use dimsart_core::protocol::{
     Counters, DecodeError, Heartbeat, MAX_FRAME_BYTES, Receiver, Refusal, Request, Response, Sample,
     encode_heartbeat, encode_response, encode_sample,
 };
+use embassy_time::{Duration, Timer};
 use embedded_io_async::Write as _;
 use firmware::{LineInput, Next};
 
@@ -45,6 +46,9 @@ impl TickHandover {
         self.answers.next().await
     }
 }
+
+/// Longer than what a port may hold takes.
+const LAST_BYTES: Duration = Duration::from_millis(5);
 
 /// Counts up as long as the task is alive.
 static ALIVE: AtomicU32 = AtomicU32::new(0);
@@ -85,6 +89,10 @@ pub(crate) async fn serve(
                                 Request::Motor(action) => {
                                     motor.carry_out(action, &mut schemes, &mut tick).await
                                 }
+                                Request::Restart => match tick.ask(request).await {
+                                    Response::Refused(Refusal::NotThere) => Response::Restarts,
+                                    refused => refused,
+                                },
                                 #[cfg(feature = "auth")]
                                 Request::Key(action) => {
                                     let flash = schemes.store.as_mut().map(firmware::SchemeStore::flash);
@@ -102,7 +110,15 @@ pub(crate) async fn serve(
                         Err(DecodeError::OtherClass) => continue,
                     };
                     line_input.answered();
-                    encode_response(&answer, tick.id, &mut line.frame).map_or(0, <[u8]>::len)
+                    let length = encode_response(&answer, tick.id, &mut line.frame).map_or(0, <[u8]>::len);
+                    if matches!(answer, Response::Restarts) {
+                        line.say(length).await;
+                        // Until the last byte has left the port.
+                        Timer::after(LAST_BYTES).await;
+                        Selected::disarm();
+                        Selected::reset();
+                    }
+                    length
                 }
             },
         };

@@ -5,12 +5,16 @@
 )]
 
 use dimsart_core::ModuleList as _;
+use dimsart_core::limits::MAX_PROGRAMS;
 use dimsart_core::modules::Standard;
+use dimsart_core::online::OPCODES;
 use dimsart_core::stamp::{Stamp, text};
 
 use crate::BoardDimsart;
 
-type BoardStamp = Stamp<{ 1 + Standard::KINDS.len() }>;
+/// The tick, kinds of modules, instructions of laws.
+const LINES: usize = 1 + Standard::KINDS.len() + if MAX_PROGRAMS == 0 { 0 } else { OPCODES };
+type BoardStamp = Stamp<LINES>;
 
 /// As the build has made it of the scheme's text.
 const SCHEME: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/built-in-scheme"));

@@ -79,6 +79,7 @@ pub mod faulty_pair;
 pub mod first_packet;
 pub mod growth;
 pub mod key_file;
+pub mod law;
 pub mod limit_cycle;
 pub mod link;
 pub mod meeting;

@@ -43,8 +43,13 @@ const LONG_JUMP: &str = "__Thumbv7ABSLongThunk_*";
 /// A drive's current loop, where the board has one.
 const CURRENT_LOOP: &str = "dimsart_current_loop";
 /// What it may be made of.
-const ALLOWED_IN_LOOP: [&str; 4] =
-    ["drive::*", "boards::current_loop::*", "boards::stm32g4::spi_encoder::*", "fmaxf"];
+const ALLOWED_IN_LOOP: [&str; 5] = [
+    "drive::*",
+    "boards::current_loop::*",
+    "boards::stm32g4::spi_encoder::*",
+    "boards::stm32g4::i2c_encoder::*",
+    "fmaxf",
+];
 /// What it calls while it follows no torque, and what that calls: it may wait for flash.
 const BESIDE_LOOP: [&str; 9] = [
     "boards::current_loop::CurrentLoop::prepare",

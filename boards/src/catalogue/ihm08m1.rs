@@ -4,7 +4,7 @@ use drive::{Configuration, Limits};
 
 use super::b_g431b_esc1::{self, HALF_BRIDGE, THERMISTOR_C};
 use super::pins::QUADRATURE;
-use super::{Pin, PinGroup, ThreePhaseDrive};
+use super::{Pin, PinDirection, PinGroup, ThreePhaseDrive};
 use crate::current_loop::Scaling;
 
 /// Motor, encoder and limits: those of b-g431b-esc1, at the shield's voltages. Change them to what is connected: see the data
@@ -62,7 +62,7 @@ pub(super) const INCREMENTAL_ENCODER: PinGroup = PinGroup {
 };
 
 pub(super) const ABSOLUTE_ENCODER: PinGroup = PinGroup {
-    title: "or an absolute encoder, AS5047P or MT6701: SPI 3",
+    title: "or an absolute encoder: an AS5047P or MT6701 on SPI 3, an AS5600 on I²C 4",
     pins: &[
         Pin::output("PC10", 6, "clock", "CN7-1").showing("bursts every 50 us").by_configuration(),
         Pin::input("PC11", 6, "the encoder's output", "CN7-2").noting("pull-up on").by_configuration(),
@@ -70,5 +70,12 @@ pub(super) const ABSOLUTE_ENCODER: PinGroup = PinGroup {
             .noting("of an AS5047P alone")
             .by_configuration(),
         Pin::driven("PD2", "select", "CN7-4").showing("low while the clock runs").by_configuration(),
+        Pin { direction: PinDirection::Both, ..Pin::input("PC6", 8, "I²C clock", "CN10-4") }
+            .noting("2.2 kOhm to 3.3 V")
+            .showing("bursts of 19 and 38 bits every 100 us")
+            .by_configuration(),
+        Pin { direction: PinDirection::Both, ..Pin::input("PC7", 8, "I²C data", "CN10-19") }
+            .noting("2.2 kOhm to 3.3 V")
+            .by_configuration(),
     ],
 };

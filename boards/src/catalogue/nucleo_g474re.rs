@@ -43,7 +43,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     memory: CodeMemory::Stm32G4,
     chip: Some("STM32G474RETx"),
     modules: &MODULE_GROUPS,
-    variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "moteus", "ihm08m1"],
+    variants: &["classic-can", "uart-link", "measure", "by-hand", "auth", "online", "moteus", "ihm08m1"],
     pins: PINS,
     interrupts: INTERRUPTS,
     motor: Some(MOTOR),
@@ -54,7 +54,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
 /// Connectors are those of ST UM2505: CN7 and CN10 are the morpho ones, `A0` and `D7` labels of the Arduino ones.
 const PINS: &[PinPlan] = &[
     PinPlan {
-        variants: &["", "classic-can", "measure", "by-hand", "auth"],
+        variants: &["", "classic-can", "measure", "by-hand", "auth", "online"],
         groups: &[ENCODERS, BRUSHED, COMMAND_LINE, CAN, DEBUG_PORT],
     },
     PinPlan { variants: &["uart-link"], groups: &[ENCODERS, BRUSHED, COMMAND_LINE, UART_LINK, DEBUG_PORT] },

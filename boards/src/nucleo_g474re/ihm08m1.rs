@@ -9,6 +9,7 @@
 //! | Temperature of the bridge | PC2 | CN7-35 |
 //! | Incremental encoder A, B (pull-ups on): timer 2 | PA15, PB3 | CN7-17, CN10-31; J3 |
 //! | or an AS5047P or MT6701 on SPI 3: clock, its output, its input, select | PC10, PC11 (pull-up on), PC12, PD2 | CN7-1, 2, 3, 4 |
+//! | or an AS5600 on I²C 4: clock, data, with 2.2 kOhm to 3.3 V each | PC6, PC7 (pull-ups on) | CN10-4, 19 |
 //!
 //! Which encoder it is stands in the configuration. The shield's jumpers as for field-oriented control (ST UM1996, 2.2.1): JP1 and
 //! JP2 closed, J5 and J6 on three shunts, JP3 closed, C3, C5, C7 removed; J9 open above 12 V.
@@ -21,7 +22,7 @@
 //!
 //! | Fact | Sources |
 //! |---|---|
-//! | pins of timer 1, currents, supply, encoder, PA6; that SPI 3's are free | oxifoc (its `docs/hw/nucleo-g474re-ihm08m1.md`, from ST's UM1996, UM2505 and the shield's schematic); `invpend_BLDC`, which runs the shield on a NUCLEO-F401RE |
+//! | pins of timer 1, currents, supply, encoder, PA6; that SPI 3's and I²C 4's are free | oxifoc (its `docs/hw/nucleo-g474re-ihm08m1.md`, from ST's UM1996, UM2505 and the shield's schematic); `invpend_BLDC`, which runs the shield on a NUCLEO-F401RE |
 //! | temperature's pin, connectors, jumpers, R52, R73, PB14, PB15 | oxifoc alone |
 //! | a low level closes a lower switch | `NuttX` (`stm32_ihm08m1.c`: complementary outputs have to be inverted for the L6398); a project of ST's motor control SDK for its power board 4, which is this shield (`L_ACTIVE_LOW`); ST's forum; a student's project on this very pair, seen with a logic analyser |
 //! | at pins that nothing drives all switches are open | L6398's data sheet: `LIN` draws its current when low, `HIN` when high. That project saw upper inputs high there: measure PA8 to PA10 while the board is held in reset, before there is a supply |
@@ -37,7 +38,7 @@ use dimsart_core::{InputLimits, OutputLimits};
 use drive::{Checked, Configuration, Encoder as Kind, Rotor};
 use embassy_stm32::gpio::{AfType, Flex, Level, Output, OutputType, Pull, Speed};
 use embassy_stm32::pac::timer::TimGp16;
-use embassy_stm32::peripherals::{PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC10, PC11, PC12, PD2};
+use embassy_stm32::peripherals::{PA7, PA8, PA9, PA10, PA15, PB0, PB1, PB3, PC6, PC7, PC10, PC11, PC12, PD2};
 use embassy_stm32::{Peri, pac};
 
 use super::NucleoG474re;
@@ -46,6 +47,7 @@ use crate::catalogue::ihm08m1::DRIVE;
 use crate::stm32g4::current_loop::{Encoder, ThreePhase};
 use crate::stm32g4::current_sensing::Channels;
 use crate::stm32g4::half_bridges::HalfBridges;
+use crate::stm32g4::i2c_encoder::{self, I2cEncoder};
 use crate::stm32g4::quadrature::Quadrature;
 use crate::stm32g4::spi_encoder::SpiEncoder;
 use crate::stm32g4::three_phase_joint::{Joint, keep_as};
@@ -88,6 +90,7 @@ pub(crate) struct EncoderPins {
     pub(super) incremental: (Peri<'static, PA15>, Peri<'static, PB3>),
     pub(super) spi: (Peri<'static, PC10>, Peri<'static, PC11>, Peri<'static, PC12>),
     pub(super) select: Peri<'static, PD2>,
+    pub(super) i2c: (Peri<'static, PC6>, Peri<'static, PC7>),
 }
 
 pub(super) fn start(wiring: Wiring) -> Joint {
@@ -127,13 +130,13 @@ impl ThreePhase for NucleoG474re {
         configuration.checked().unwrap_or(CHECKED)
     }
 
-    fn reads(encoder: Kind) -> bool {
-        !matches!(encoder, Kind::As5600)
+    fn reads(_: Kind) -> bool {
+        true
     }
 
     fn start_encoder(pins: EncoderPins, encoder: Kind) -> ShieldEncoder {
         let outputs = AfType::output(OutputType::PushPull, Speed::High);
-        let EncoderPins { incremental, spi, select } = pins;
+        let EncoderPins { incremental, spi, select, i2c } = pins;
         match encoder {
             Kind::Incremental { counts_per_turn } => {
                 for pin in [Flex::new(incremental.0), Flex::new(incremental.1)] {
@@ -143,18 +146,26 @@ impl ThreePhase for NucleoG474re {
                 let _ = pac::RCC.apb1enr1().read();
                 ShieldEncoder::Incremental(Quadrature::start(counts_per_turn))
             }
-            kind => {
+            Kind::As5600 => {
+                let (mut clock, mut data) = (Flex::new(i2c.0), Flex::new(i2c.1));
+                i2c_encoder::free(&mut clock, &mut data);
+                for pin in [clock, data] {
+                    // An encoder that is not there is to acknowledge nothing.
+                    keep_as(pin, 8, AfType::output_pull(OutputType::OpenDrain, Speed::High, Pull::Up));
+                }
+                ShieldEncoder::I2c(I2cEncoder::start())
+            }
+            Kind::As5047p | Kind::Mt6701 => {
                 // It stays for good: a pin floats when its owner goes away.
                 core::mem::forget(Output::new(select, Level::High, Speed::High));
                 keep_as(Flex::new(spi.0), 6, outputs);
                 // An encoder that is not there is to say ones.
                 keep_as(Flex::new(spi.1), 6, AfType::input(Pull::Up));
                 keep_as(Flex::new(spi.2), 6, outputs);
-                match kind {
-                    Kind::As5047p => ShieldEncoder::Spi(SpiEncoder::as5047p()),
-                    Kind::Mt6701 => ShieldEncoder::Spi(SpiEncoder::mt6701()),
-                    _ => ShieldEncoder::None,
-                }
+                ShieldEncoder::Spi(match encoder {
+                    Kind::As5047p => SpiEncoder::as5047p(),
+                    _ => SpiEncoder::mt6701(),
+                })
             }
         }
     }
@@ -164,8 +175,7 @@ impl ThreePhase for NucleoG474re {
 pub(crate) enum ShieldEncoder {
     Incremental(Quadrature),
     Spi(SpiEncoder),
-    /// One that this board cannot ask.
-    None,
+    I2c(I2cEncoder),
 }
 
 impl Encoder for ShieldEncoder {
@@ -174,7 +184,7 @@ impl Encoder for ShieldEncoder {
         match self {
             Self::Incremental(encoder) => encoder.rotor(),
             Self::Spi(encoder) => encoder.rotor(),
-            Self::None => Rotor::Lost,
+            Self::I2c(encoder) => encoder.rotor(),
         }
     }
 
@@ -183,7 +193,7 @@ impl Encoder for ShieldEncoder {
         match self {
             Self::Incremental(encoder) => encoder.end(),
             Self::Spi(encoder) => encoder.end(),
-            Self::None => {}
+            Self::I2c(encoder) => encoder.end(),
         }
     }
 }

@@ -36,6 +36,7 @@ impl Stm32g4 {
             }
             Block::Usart(place) => self.usarts.get(place)?.registers(),
             Block::Spi(place) => self.spis.get(place)?.registers(),
+            Block::I2c(place) => self.i2cs.get(place)?.registers(),
             Block::Dma(place) => self.dmas.get(place)?.registers(),
             Block::Iwdg => self.iwdg.registers(),
             Block::Adc(place) => self.adcs.get(place)?.registers(),
@@ -59,6 +60,7 @@ impl Stm32g4 {
             }
             Block::Usart(place) => self.usarts.get_mut(place).map_or(0, |usart| usart.read(offset, access)),
             Block::Spi(place) => self.spis.get_mut(place).map_or(0, |spi| spi.read(offset, width, access)),
+            Block::I2c(place) => self.i2cs.get_mut(place).map_or(0, |i2c| i2c.read(offset, access)),
             Block::Dma(place) => self.dmas.get_mut(place).map_or(0, |dma| dma.read(offset, access)),
             Block::Iwdg => self.iwdg.read(offset, access),
             Block::Adc(place) => self.adcs.get_mut(place).map_or(0, |adc| adc.read(offset, access)),
@@ -109,6 +111,14 @@ impl Stm32g4 {
             Block::Spi(place) => {
                 if let Some(spi) = self.spis.get_mut(place) {
                     spi.write(offset, value, width, access);
+                }
+            }
+            Block::I2c(place) => {
+                if !self.rcc.clocks_i2c_by_bus(place) {
+                    access.violates("an I²C has another clock than the bus's: not modelled");
+                }
+                if let Some(i2c) = self.i2cs.get_mut(place) {
+                    i2c.write(offset, value, access);
                 }
             }
             Block::Dma(place) => {
@@ -169,6 +179,11 @@ impl Stm32g4 {
             Block::Spi(place) => {
                 if let Some(spi) = self.spis.get_mut(place) {
                     spi.reset();
+                }
+            }
+            Block::I2c(place) => {
+                if let Some(i2c) = self.i2cs.get_mut(place) {
+                    i2c.reset();
                 }
             }
             Block::Dma(place) => {

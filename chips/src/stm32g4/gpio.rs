@@ -5,6 +5,7 @@ use super::registers::Registers;
 use super::violation::Access;
 
 const MODER: u32 = 0x00;
+const OTYPER: u32 = 0x04;
 const OSPEEDR: u32 = 0x08;
 const PUPDR: u32 = 0x0C;
 const IDR: u32 = 0x10;
@@ -73,18 +74,24 @@ impl Gpio {
 
     /// The level that its pull resistor gives to the pin that an alternate function is connected to.
     pub(super) fn pull_of(&self, function: &str) -> Option<bool> {
-        let is_it = |one: &&Function| {
-            one.0 == self.letter
-                && one.3 == function
-                && self.mode(one.1) == ALTERNATE
-                && self.alternate(one.1) == one.2
-        };
-        let pin = self.functions.iter().find(is_it)?.1;
+        let pin = self.pin_of(function)?;
+        self.connected().find(|connected| *connected == function)?;
         match self.registers.bits(PUPDR, 2 * pin, 2) {
             1 => Some(true),
             2 => Some(false),
             _ => None,
         }
+    }
+
+    /// Whether that pin only ever pulls down.
+    pub(super) fn is_open_drain(&self, function: &str) -> bool {
+        self.pin_of(function).is_some_and(|pin| self.registers.has(OTYPER, pin))
+    }
+
+    /// The pin that can have an alternate function.
+    pub(super) fn pin_of(&self, function: &str) -> Option<u32> {
+        let mut mine = self.functions.iter().filter(|one| one.0 == self.letter);
+        Some(mine.find(|one| one.3 == function)?.1)
     }
 
     pub(super) fn is_analog(&self, pin: u32) -> bool {

@@ -19,6 +19,8 @@ pub(super) enum Block {
     Usart(usize),
     /// SPI 1 to 3, from 0 on.
     Spi(usize),
+    /// I²C 1 to 4, from 0 on.
+    I2c(usize),
     Dma(usize),
     Iwdg,
     /// Converter 1 or 2, from 0 on.
@@ -52,6 +54,8 @@ const fn part(begin: u32, bytes: u32, block: Block, gate: (u32, u32)) -> Place {
 pub(super) const USARTS: [&str; 4] = ["USART1", "USART2", "USART3", "LPUART1"];
 /// SPIs that are modelled.
 pub(super) const SPIS: [&str; 3] = ["SPI1", "SPI2", "SPI3"];
+/// I²Cs that are modelled.
+pub(super) const I2CS: [&str; 4] = ["I2C1", "I2C2", "I2C3", "I2C4"];
 /// Ports.
 pub(super) const PORTS: [char; 7] = ['A', 'B', 'C', 'D', 'E', 'F', 'G'];
 /// Numbers of timers that are modelled.
@@ -77,9 +81,13 @@ pub(super) const PLACES: &[Place] = &[
     at(0x4000_3C00, Block::Spi(2), Some((APB1, 15))),
     at(0x4000_4400, Block::Usart(1), Some((APB1, 17))),
     at(0x4000_4800, Block::Usart(2), Some((APB1, 18))),
+    at(0x4000_5400, Block::I2c(0), Some((APB1, 21))),
+    at(0x4000_5800, Block::I2c(1), Some((APB1, 22))),
     at(0x4000_6400, Block::Fdcan, Some((APB1, 25))),
     at(0x4000_7000, Block::Pwr, Some((APB1, 28))),
+    at(0x4000_7800, Block::I2c(2), Some((APB1, 30))),
     at(0x4000_8000, Block::Usart(3), Some((APB1_HIGH, 0))),
+    at(0x4000_8400, Block::I2c(3), Some((APB1_HIGH, 1))),
     part(0x4001_0000, 0x300, Block::Plain(0), (APB2, 0)),
     part(0x4001_0300, 0x100, Block::Opamp, (APB2, 0)),
     at(0x4001_0400, Block::Plain(1), None),

@@ -2,7 +2,8 @@
 
 use super::fdcan::Fdcan;
 use super::gpio::Gpio;
-use super::map::{PORTS, SPIS};
+use super::i2c::I2cDevice;
+use super::map::{I2CS, PORTS, SPIS};
 use super::spi::{Chip, SpiDevice};
 use super::timer::{GateDriver, Pulses, Timer};
 use super::usart::Usart;
@@ -61,6 +62,34 @@ impl Stm32g4 {
     /// The cycle in which that device was selected last, if it is.
     pub fn spi_selected_at(&mut self, name: &str) -> Option<u64> {
         self.spi(name)?.selected_at()
+    }
+
+    /// Wires a device to an I²C, or takes it off, where it is none.
+    pub fn wire_i2c(&mut self, name: &str, device: Option<I2cDevice>) {
+        if let Some(i2c) = self.i2c(name) {
+            i2c.bus().device = device;
+        }
+    }
+
+    /// The device that is wired to an I²C.
+    pub fn i2c_device(&mut self, name: &str) -> Option<&mut I2cDevice> {
+        self.i2c(name)?.bus().device.as_mut()
+    }
+
+    /// The cycle in which an I²C last began to ask a device to send.
+    pub fn i2c_read_at(&mut self, name: &str) -> Option<u64> {
+        self.i2c(name)?.bus().read_at
+    }
+
+    /// Holds the data line of an I²C low, or lets it go.
+    pub fn hold_i2c(&mut self, name: &str, is_held: bool) {
+        if let Some(i2c) = self.i2c(name) {
+            i2c.bus().is_stuck = is_held;
+        }
+    }
+
+    fn i2c(&mut self, name: &str) -> Option<&mut super::I2c> {
+        self.i2cs.iter_mut().zip(I2CS).find(|(_, known)| *known == name).map(|(i2c, _)| i2c)
     }
 
     fn spi(&mut self, name: &str) -> Option<&mut super::Spi> {

@@ -89,6 +89,8 @@ const G474_FUNCTIONS: &[Function] = &[
     Function('C', 10, 6, "SPI3_SCK"),
     Function('C', 11, 6, "SPI3_MISO"),
     Function('C', 12, 6, "SPI3_MOSI"),
+    Function('C', 6, 8, "I2C4_SCL"),
+    Function('C', 7, 8, "I2C4_SDA"),
     Function('A', 2, 12, "LPUART1_TX"),
     Function('A', 3, 12, "LPUART1_RX"),
     Function('A', 11, 9, "FDCAN1_RX"),

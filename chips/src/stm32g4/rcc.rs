@@ -11,6 +11,7 @@ const PLLCFGR: u32 = 0x0C;
 const AHB1RSTR: u32 = 0x28;
 const APB2RSTR: u32 = 0x40;
 const CCIPR: u32 = 0x88;
+const CCIPR2: u32 = 0x9C;
 const CSR: u32 = 0x94;
 const CRRCR: u32 = 0x98;
 
@@ -268,6 +269,13 @@ impl Rcc {
             2 => Some(self.bus_hz()),
             _ => None,
         }
+    }
+
+    /// Whether an I²C, from 0 on, runs on its bus's clock.
+    pub(super) fn clocks_i2c_by_bus(&self, place: usize) -> bool {
+        let (register, bit) =
+            [(CCIPR, 12), (CCIPR, 14), (CCIPR, 16), (CCIPR2, 0)].get(place).copied().unwrap_or((CCIPR2, 0));
+        self.registers.bits(register, bit, 2) == 0
     }
 
     fn vco_hz(&self) -> f64 {

@@ -102,7 +102,11 @@ impl Timer {
     }
 
     pub(super) fn reset(&mut self, now: u64) {
-        *self = Self { seen: now, ..Self::new(self.part, self.number) };
+        let mut switched = std::mem::take(&mut self.switched);
+        if self.registers.has(BDTR, MOE) {
+            switched.push((now, false));
+        }
+        *self = Self { seen: now, switched, ..Self::new(self.part, self.number) };
     }
 
     pub(super) fn registers(&self) -> &Registers {

@@ -16,6 +16,10 @@ pub(super) struct Wire {
 
 /// From here on numbers are ports'.
 const PORT: u8 = 128;
+/// Numbers of what is done about laws.
+const PUT_LAW: u8 = 32;
+const KEEP_LAW: u8 = 33;
+const REMOVE_LAW: u8 = 34;
 
 /// Who a command is for.
 #[derive(PartialEq, serde::Serialize, serde::Deserialize)]
@@ -35,6 +39,7 @@ enum Value {
     Module(ModuleRef),
     Nothing,
     Integer(i32),
+    Words([u32; 2]),
 }
 
 /// Numbers and a value that are no command together.
@@ -71,8 +76,14 @@ impl TryFrom<Value> for parameter::Value {
             Value::Choice(value) => Self::Choice(value),
             Value::Type(value) => Self::Type(value),
             Value::Integer(value) => Self::Integer(value),
-            Value::Module(_) | Value::Nothing => return Err(NoCommand),
+            Value::Module(_) | Value::Nothing | Value::Words(_) => return Err(NoCommand),
         })
+    }
+}
+
+impl Wire {
+    fn of_law(number: u8, place: u8, value: Value) -> Self {
+        Self { target: Target::Engine, number, entry: Some(place), value }
     }
 }
 
@@ -88,6 +99,9 @@ impl From<Command> for Wire {
                 let (target, number) = (Target::Module(module), PORT.saturating_add(port));
                 Self { target, number, entry: None, value: Value::Type(signal) }
             }
+            Command::PutLaw { place, words } => Self::of_law(PUT_LAW, place, Value::Words(words)),
+            Command::KeepLaw { number, count } => Self::of_law(KEEP_LAW, number, Value::Count(count.into())),
+            Command::RemoveLaw { number } => Self::of_law(REMOVE_LAW, number, Value::Nothing),
             command => {
                 let to_engine = command.to_engine();
                 let (number, module) =
@@ -105,6 +119,16 @@ impl TryFrom<Wire> for Command {
     fn try_from(Wire { target, number, entry, value }: Wire) -> Result<Self, NoCommand> {
         let Target::Module(module) = target else {
             let module = match value {
+                Value::Words(words) if number == PUT_LAW => {
+                    return Ok(Self::PutLaw { place: entry.ok_or(NoCommand)?, words });
+                }
+                Value::Count(count) if number == KEEP_LAW => {
+                    let count = u8::try_from(count).map_err(|_| NoCommand)?;
+                    return Ok(Self::KeepLaw { number: entry.ok_or(NoCommand)?, count });
+                }
+                Value::Nothing if number == REMOVE_LAW => {
+                    return Ok(Self::RemoveLaw { number: entry.ok_or(NoCommand)? });
+                }
                 Value::Module(module) => Some(module),
                 Value::Nothing => None,
                 _ => return Err(NoCommand),
@@ -143,7 +167,12 @@ mod tests {
         ];
         let sets = values.map(|value| Command::Set { module: MODULE, parameter: 127, entry: Some(7), value });
         let others = [Command::bind(MODULE, 0, signal), Command::bind(MODULE, 127, signal)];
-        for command in of_engine.chain(sets).chain(others) {
+        let laws = [
+            Command::PutLaw { place: 118, words: [u32::MAX, 0] },
+            Command::KeepLaw { number: 4, count: 120 },
+            Command::RemoveLaw { number: 1 },
+        ];
+        for command in of_engine.chain(sets).chain(others).chain(laws) {
             let mut buffer = [0; 24];
             let bytes = postcard::to_slice(&command, &mut buffer).unwrap();
             assert_eq!(postcard::from_bytes(bytes), Ok(command));
@@ -162,6 +191,10 @@ mod tests {
             &[0, 1, 0, 6],
             &[0, 17, 0, 5, 3, 2],
             &[0, 16, 0, 0, 0, 0, 0x80, 0x3F],
+            // A law's words without a place, with the number of another command, and more words than can be.
+            &[0, 32, 0, 8, 1, 1],
+            &[0, 33, 1, 1, 8, 1, 1],
+            &[0, 33, 1, 1, 1, 0x80, 2],
             // A port bound to a number; a parameter set to a module, and to nothing.
             &[1, 3, 2, 128, 0, 1, 1],
             &[1, 3, 2, 4, 0, 5, 3, 2],

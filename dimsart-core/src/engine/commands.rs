@@ -16,13 +16,12 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// the same types, build the same scheme; `MATCHING_CHECK` then starts it.
     #[must_use]
     pub fn command_of(&mut self, place: u8, index: u16) -> Option<Command> {
-        let running = self.plans.running();
-        let plugged_in = running.wiring.modules().iter().map(|plugged| plugged.module);
-        let instances = running.instances.iter().map(|instance| instance.reference);
-        let unplugged = instances.filter(|module| !running.is_plugged_in(*module));
-        let module = plugged_in.chain(unplugged).nth(usize::from(place))?;
+        let module = self.modules_by_place().nth(usize::from(place))?;
         let is_plugged_in = self.is_plugged_in(module);
         let mut skip = index;
+        if let Some(command) = self.law_command(place, module, &mut skip) {
+            return Some(command);
+        }
         if !is_plugged_in {
             let Some(rest) = skip.checked_sub(1) else {
                 // Makes it exist, even if nothing else is to be said of it.
@@ -42,6 +41,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             .map(|(port, signal)| Command::bind(module, port, signal))
             .chain(is_plugged_in.then_some(Command::PlugIn(module)));
         commands.nth(usize::from(skip))
+    }
+
+    /// Every module of the scheme that runs, by its place.
+    pub(super) fn modules_by_place(&self) -> impl Iterator<Item = ModuleRef> + '_ {
+        let running = self.plans.running();
+        let plugged_in = running.wiring.modules().iter().map(|plugged| plugged.module);
+        let instances = running.instances.iter().map(|instance| instance.reference);
+        plugged_in.chain(instances.filter(|module| !running.is_plugged_in(*module)))
     }
 
     /// The command that gives a parameter a value other than the default one, or an entry of a list: the first one

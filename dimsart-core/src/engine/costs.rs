@@ -52,7 +52,11 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(super) fn cycles_in(&self, wiring: &Wiring, plugged: &Plugged) -> Option<u32> {
         let signals = wiring.ports(plugged).iter().filter(|port| !port.is_memory());
         let words = signals.map(|port| self.data_base.words(port.slot).len()).max().unwrap_or(0);
-        Some(self.costs?.kind(plugged.module.kind)?.cycles(words.max(self.device.dof())))
+        let own = self.costs?.kind(plugged.module.kind)?.cycles(words.max(self.device.dof()));
+        if plugged.program == 0 {
+            return Some(own);
+        }
+        Some(own.saturating_add(self.program_cycles(plugged.program)?))
     }
 
     /// What a module of a kind adds to a tick of this device, in processor cycles, with signals of at most one word per

@@ -120,7 +120,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     pub(super) fn declare(&self, plan: &Plan, module: ModuleRef, specs: &mut PortSpecs) -> bool {
         let Some(kind) = M::KINDS.get(usize::from(module.kind)) else { return false };
         let settings = self.settings(plan, module, kind);
-        let mut declare = Declare::new(&self.device, plan.bound(module), specs);
+        let mut declare = Declare::new(&self.device, self.data_base.programs(), plan.bound(module), specs);
         kind.ports(&settings, &mut declare, &[const { Cell::new(0) }; MAX_HANDLES]);
         declare.has_all()
     }
@@ -151,6 +151,10 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[inline(never)]
     pub(super) fn visit(&mut self, kind: u8, configuration: Block, axis: u8, visit: &mut Parameters<'_>) {
         if let Some(kind) = M::KINDS.get(usize::from(kind)) {
+            if kind.runs_program() {
+                let found = self.law_parameter(kind, configuration, visit.asked());
+                visit.say_of_program(found);
+            }
             kind.parameters(&kind.configuration(self.data_base.own(configuration)), axis, visit);
         }
     }

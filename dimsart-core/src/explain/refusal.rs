@@ -114,6 +114,14 @@ pub(super) fn write<V: Vocabulary>(
                 named(module)
             )
         }
+        CommandError::Law(refusal) => write!(f, "{refusal}"),
+        CommandError::NoLaw(module) => {
+            write!(
+                f,
+                "{} has no law: set PROGRAM to the number of one that was uploaded (`law list` at a device)",
+                named(module)
+            )
+        }
         CommandError::NoTransaction => {
             write!(f, "no transaction is open: BEGIN opens one (`begin` at a device)")
         }

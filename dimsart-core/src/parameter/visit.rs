@@ -6,6 +6,7 @@ use core::ops::RangeInclusive;
 use core::slice::from_mut;
 
 use super::{Accepts, Choice, Entries, Parameter, ParameterError, TypeList, Value};
+use crate::online::LawParameter;
 use crate::summary::Summary;
 use crate::unit::Unit;
 
@@ -14,6 +15,8 @@ use crate::unit::Unit;
 pub struct Parameters<'a> {
     request: Request<'a>,
     index: u8,
+    /// What the program of the module says of the parameter that is asked, if it runs one and that has it.
+    of_program: Option<LawParameter>,
 }
 
 /// A parameter and its value; of a list that has no such entry, none.
@@ -62,8 +65,34 @@ impl<'a> Parameters<'a> {
         Self::new(Request::Set(Set { index, element, value, may_restructure, result }))
     }
 
+    /// Number of the parameter that is asked; none where it is all of them.
+    pub(crate) fn asked(&self) -> Option<u8> {
+        match &self.request {
+            Request::Defaults => None,
+            Request::Get { index, .. } | Request::Set(Set { index, .. }) => Some(*index),
+        }
+    }
+
+    /// What the module's program says of the parameter that is asked.
+    pub(crate) fn say_of_program(&mut self, found: Option<LawParameter>) {
+        self.of_program = found;
+    }
+
+    /// A real number per axis whose range and default are the program's, as the bits in which it differs from that
+    /// default.
+    #[inline(never)]
+    pub(crate) fn of_program(&mut self, difference: &mut u32, name: &'static str, summary: &'static str) {
+        const UNKNOWN: LawParameter =
+            LawParameter { unit: Unit::Any, min: f32::MIN, max: f32::MAX, default: 0.0 };
+        let LawParameter { unit, min, max, default } = self.of_program.unwrap_or(UNKNOWN);
+        let mut value = f32::from_bits(*difference ^ default.to_bits());
+        let (field, summary) = (from_mut(&mut value), Summary::new(summary));
+        self.elements(field, name, unit, (min, max), default, Entries::AXES, summary);
+        *difference = value.to_bits() ^ default.to_bits();
+    }
+
     fn new(request: Request<'a>) -> Self {
-        Self { request, index: 0 }
+        Self { request, index: 0, of_program: None }
     }
 
     /// Whether what was visited has changed and is to be kept, which takes parameters that fit together.

@@ -7,6 +7,7 @@ use super::{KeyAction, LeaseAction, MotorAction, SchemeAction};
 use crate::command::{Command, ModuleRef};
 use crate::data_type::TypeRef;
 use crate::envelope::Class;
+use crate::online::LawAction;
 
 /// A request. New ones are added at the end; see [Versions](super#versions).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -138,6 +139,11 @@ pub enum Request {
     Bound,
     /// The motor of a board that has a drive; for whoever has that, [`serve`](super::serve) says only who may not.
     Motor(MotorAction),
+    /// A law that was uploaded: a [program](crate::online). Reading is answered by
+    /// [`Response::Signal`](super::Response::Signal), looking by [`Response::Law`](super::Response::Law).
+    Law(LawAction),
+    /// To start anew, as after a reset, while nobody holds the lease; for whoever can, [`serve`](super::serve) says only who may not.
+    Restart,
 }
 
 impl Request {
@@ -149,6 +155,7 @@ impl Request {
         match self {
             Self::Command(command) => *command != Command::Stop,
             Self::Schemes(action) => *action != SchemeAction::Look,
+            Self::Restart => true,
             Self::Motor(action) => !matches!(action, MotorAction::Look | MotorAction::Found),
             _ => false,
         }

@@ -21,6 +21,7 @@ use crate::engine::Usage;
 use crate::envelope::Class;
 use crate::event_log::Event;
 use crate::matching::Finding;
+use crate::online::LawReport;
 use crate::parameter::Value;
 use crate::safety::{DriveState, Reason};
 use crate::timing::Timing;
@@ -100,6 +101,10 @@ pub enum Response<'a> {
     Motor(MotorReport),
     /// How the identification of a board's motor stands.
     Identification(Identification),
+    /// How a place for a law stands.
+    Law(LawReport),
+    /// The device starts anew, right behind this answer.
+    Restarts,
 }
 
 /// Why a request was refused.

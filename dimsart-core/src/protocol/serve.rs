@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::description::{Identity, InstanceText};
 use super::device_info::{Blocked, DeviceInfo};
 use super::frame::{DecodeError, NoRoom};
-use super::lease::LeaseAction;
+use super::lease::{LeaseAction, NOBODY};
 use super::request::{Request, client_of, decode_request};
 use super::response::{Effect, Refusal, Response, SignalText, Status, encode_response};
 use super::schemes::StoreError;
@@ -18,6 +18,8 @@ use crate::dimsart::Dimsart;
 use crate::engine::{Engine, type_at};
 use crate::event_log::{Event, EventKind};
 use crate::kind::ModuleList;
+use crate::limits::MAX_PROGRAMS;
+use crate::online::LawAction;
 use crate::parameter::Value;
 use crate::unit::Unit;
 use crate::word::Format;
@@ -137,6 +139,18 @@ fn respond<M: ModuleList, const WORDS: usize>(
             action.admit(client_of(id), &info.lease, engine.is_running())?;
             return Err(Refusal::NotThere);
         }
+        // None in an image without laws: nothing of it is there.
+        Request::Law(_) if MAX_PROGRAMS == 0 => return Err(Refusal::NotUnderstood),
+        Request::Law(LawAction::Read { number, from }) => {
+            Response::Signal(found(words_of_law(engine, number, from))?)
+        }
+        Request::Law(LawAction::Look { number }) => Response::Law(found(engine.law(number))?),
+        Request::Restart => {
+            return Err(match info.lease.status().holder {
+                NOBODY => Refusal::NotThere,
+                holder => Refusal::Lease { holder },
+            });
+        }
         Request::Key(_) => return Err(Refusal::NotUnderstood),
         Request::Cycles { .. } => return Err(Refusal::NotThere),
         Request::Lease(LeaseAction::Take | LeaseAction::Renew) if state.is_fault() => {
@@ -215,7 +229,20 @@ fn words<const WORDS: usize>(data_base: &DataBase<WORDS>, slot: u8, from: u16) -
     // A memory is no signal.
     let meaning = data_base.entry(slot).map(|entry| (entry.data_type.format, entry.data_type.unit));
     let (format, unit) = meaning.unwrap_or((Format::U32, Unit::One));
-    let words = data_base.words(slot);
+    text_of(data_base.words(slot), from, format, unit)
+}
+
+/// As many words of a program as fit, from one of them on.
+fn words_of_law<M: ModuleList, const WORDS: usize>(
+    engine: &Engine<M, WORDS>,
+    number: u8,
+    from: u8,
+) -> Option<SignalText> {
+    let (_, program) = engine.programs().find(|(found, _)| *found == number)?;
+    text_of(program.words(), from.into(), Format::U32, Unit::One)
+}
+
+fn text_of(words: &[u32], from: u16, format: Format, unit: Unit) -> Option<SignalText> {
     let rest = words.get(usize::from(from)..)?;
     let wanted = rest.get(..MAX_SIGNAL_WORDS).unwrap_or(rest);
     Some(SignalText {

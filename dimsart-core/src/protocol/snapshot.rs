@@ -16,6 +16,7 @@ use super::frame::{decode, encode};
 use super::*;
 use crate::envelope::Class;
 use crate::limits::MAX_DOF;
+use crate::online::{LawAction, LawRefusal, LawReport, ProgramError};
 use crate::saved_scheme::LoadError;
 use crate::*;
 

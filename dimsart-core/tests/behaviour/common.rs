@@ -6,8 +6,8 @@ pub(crate) mod way;
 use std::collections::VecDeque;
 
 use dimsart_core::{
-    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, EVERY_TICKS, Engine, ModuleList, ModuleRef,
-    Packet, Step, Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme,
+    AxisKind, CommandError, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleList,
+    ModuleRef, Packet, Step, Tick, TypeRef, Usage, Value, Word, modules::Standard, scheme, types,
 };
 
 /// Sample period of every bench, `s`.
@@ -128,6 +128,35 @@ impl<M: ModuleList> Bench<M> {
             bindings,
         }
     }
+}
+
+/// What a device measures so that a module of a kind has all that it reads, and the bindings that this takes: of a copy of
+/// a signal, which only another module gives, to a type like it.
+pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u8, TypeRef)>) {
+    let none = DeviceDescriptor::new("none", &[AxisKind::Linear], H, &[], &[]).unwrap();
+    let ports = Engine::<Standard>::new(none).ports(module).unwrap();
+    let used: Vec<u16> = ports.iter().filter_map(|port| Some(port.data_type?.1.id)).collect();
+    let (mut measured, mut bindings) = (Vec::new(), Vec::new());
+    for (place, port) in (0..).zip(&ports) {
+        let Some((data_type, signal)) = port.data_type.filter(|_| port.direction == Direction::Read) else {
+            continue;
+        };
+        let data_type = types::by_id(signal.id).unwrap_or(data_type);
+        if signal.number == 1 {
+            measured.push(data_type);
+            continue;
+        }
+        let is_like = |other: &&&DataType| {
+            (other.unit, other.format, other.shape) == (data_type.unit, data_type.format, data_type.shape)
+                && !used.contains(&other.id)
+        };
+        let like = types::ALL.iter().find(is_like).unwrap();
+        measured.push(like);
+        bindings.push((place, like.first()));
+    }
+    measured.sort_by_key(|found| found.id);
+    measured.dedup_by_key(|found| found.id);
+    (measured, bindings)
 }
 
 /// One module alone, fed by the device, and the signal of it that matters.

@@ -30,6 +30,7 @@ mod link_rate;
 mod link_start;
 mod matching;
 mod modules;
+mod online;
 mod overruns;
 mod parameters;
 mod play_out;

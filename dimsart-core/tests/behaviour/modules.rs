@@ -3,7 +3,7 @@
 #![expect(clippy::cast_possible_truncation, clippy::float_cmp, reason = "rounded and compared on purpose")]
 
 use crate::common::{self, Alone, H, Types, assert_close};
-use dimsart_core::{Direction, Engine, ModuleList, ModuleRef, modules::Standard, types};
+use dimsart_core::{Command, Direction, Engine, ModuleList, ModuleRef, modules::Standard, types};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
@@ -245,14 +245,16 @@ fn sum_weighs_both_signals() {
 pub(crate) fn kind_alone(kind: u8) -> Alone {
     let module = ModuleRef { kind, number: 1 };
     let name = Standard::KINDS[usize::from(kind)].name;
-    let mut bare: common::Bench = common::Bench::of(2, &[], &[]);
-    let ports = bare.dimsart.engine_mut().ports(module).unwrap();
-    let all = |direction| ports.iter().filter(move |port| port.direction == direction);
-    let mut inputs: Vec<_> = all(Direction::Read).map(|port| port.data_type.unwrap().0).collect();
-    inputs.sort_by_key(|found| found.id);
-    inputs.dedup();
-    let output = all(Direction::Write).next().map_or("SIGNAL_OUT", |port| port.data_type.unwrap().0.name);
-    Alone::new(2, inputs.leak(), output, &format!("MOD_ENG MOD_ON {name}"))
+    let (measured, bindings) = common::surroundings(module);
+    let mut bench: common::Bench = common::Bench::of(2, measured.leak(), &[]);
+    for (port, signal) in bindings {
+        bench.dimsart.command(Command::bind(module, port, signal)).unwrap();
+    }
+    let ports = bench.dimsart.engine_mut().ports(module).unwrap();
+    let mut written = ports.iter().filter(|port| port.direction == Direction::Write);
+    let output = written.next().map_or("SIGNAL_OUT", |port| port.data_type.unwrap().0.name);
+    bench.run(&format!("MOD_ENG MOD_ON {name}"));
+    Alone { bench, output }
 }
 
 #[test]

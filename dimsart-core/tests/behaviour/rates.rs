@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 
 use dimsart_core::modules::Standard;
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleList,
-    ModuleRef, Observer, Tick, Value, Word, types,
+    AxisKind, Command, DeviceDescriptor, Dimsart, Direction, EVERY_TICKS, Engine, ModuleList, ModuleRef,
+    Observer, Tick, Value, Word, types,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-use crate::common::{Bench, H, Types};
+use crate::common::{Bench, H, Types, surroundings};
 
 const PERIODS: [u8; 8] = [1, 2, 4, 5, 10, 20, 50, 100];
 const DOF: usize = 2;
@@ -35,22 +35,16 @@ fn calls<M: ModuleList>(dimsart: &mut Dimsart<M>) -> u32 {
     count.0
 }
 
-/// A device that measures all that a module reads by default, with this sample period.
-fn device_for(module: ModuleRef, period_s: f32) -> DeviceDescriptor {
-    let empty = DeviceDescriptor::new("none", &[AxisKind::Linear; DOF], period_s, &[], &[]).unwrap();
-    let ports = Engine::<Standard>::new(empty).ports(module).unwrap();
-    let read = ports.iter().filter(|port| port.direction == Direction::Read);
-    let read = read.filter_map(|port| Some(port.data_type?.1));
-    let mut measured: Vec<&'static DataType> = read.map(|signal| types::by_id(signal.id).unwrap()).collect();
-    measured.sort_by_key(|found| found.id);
-    measured.dedup_by_key(|found| found.id);
-    DeviceDescriptor::new("bench", &[AxisKind::Linear; DOF], period_s, measured.leak(), &[]).unwrap()
-}
-
 /// One module alone, on random parameters.
 fn alone(module: ModuleRef, every_ticks: u8, period_s: f32, seed: u64) -> Option<Dimsart> {
     let mut random = Pcg32::seed_from_u64(seed);
-    let mut dimsart = Dimsart::new(device_for(module, period_s)).unwrap();
+    let (measured, bindings) = surroundings(module);
+    let axes = &[AxisKind::Linear; DOF];
+    let device = DeviceDescriptor::new("bench", axes, period_s, measured.leak(), &[]).unwrap();
+    let mut dimsart = Dimsart::new(device).unwrap();
+    for (port, signal) in bindings {
+        dimsart.command(Command::bind(module, port, signal)).unwrap();
+    }
     dimsart.command(Command::set(module, EVERY_TICKS, choice(every_ticks))).unwrap();
     for parameter in 0..8 {
         let value = Value::Real((random.next_u32() % 40) as f32 * 0.1);

@@ -212,12 +212,12 @@ fn every_module_parameter_and_port_can_be_named_in_a_scheme() {
             };
             rows += &format!("all {} {} {value}\n", known.name, parameter.name);
         }
-        let module = ModuleRef { kind, number: 1 };
-        for port in bench.dimsart.engine_mut().ports(module).unwrap() {
-            if port.data_type.is_some() {
-                rows += &format!("all {} PORT_{} FORCE.9\n", known.name, port.name);
-            }
-        }
+        assert_eq!(load(&mut bench, &rows), [], "{rows}");
+        // Ports are as the parameters say.
+        let ports = bench.dimsart.engine_mut().ports(ModuleRef { kind, number: 1 }).unwrap();
+        let signals = ports.iter().filter(|port| port.data_type.is_some());
+        let rows: String =
+            signals.map(|port| format!("all {} PORT_{} FORCE.9\n", known.name, port.name)).collect();
         assert_eq!(load(&mut bench, &rows), [], "{rows}");
         bench.rows("MOD_ENG CLOSE");
     }

@@ -14,6 +14,7 @@ use clap::{Args, Subcommand};
 use answer::{Json, KeyState, Look, SchemeRows, SentFile, write_recorded};
 
 use super::Ending;
+use super::law;
 use super::line::{self, Device, LineOptions};
 use hil_sim::bilateral::Side;
 use hil_sim::schemes::SchemeText;
@@ -42,6 +43,7 @@ Examples:
   dimsart connect /dev/ttyACM0 scheme my.scheme --side slave      a whole scheme, in force at once or not at all
   dimsart connect /dev/ttyACM0 scheme > its.scheme                what it has now, as rows
   dimsart connect /dev/ttyACM0 begin                              then `off`, `on`, `set` and `commit`: one change
+  dimsart connect /dev/ttyACM0 law upload spring.law              a control law as text, without a restart
   dimsart connect /dev/ttyACM0 arm                                lets the device be moved until Ctrl-C
   dimsart connect /dev/ttyACM0 save                               then restart the device and `confirm`
   dimsart connect /dev/ttyACM0 key set robot.key                  locks a board: then give --key-file robot.key
@@ -140,6 +142,9 @@ enum Action {
     Confirm,
     /// Forget the scheme on trial: the next start runs the one that was saved before, or the built-in one.
     Rollback,
+    /// Laws that come while the controller runs: upload one, list them, remove one.
+    #[command(subcommand)]
+    Law(LawAction),
     /// Give the board a key, or take it away: a board that holds one is locked.
     #[command(subcommand)]
     Key(KeyAction),
@@ -167,6 +172,26 @@ enum Action {
         /// Time between two looks, s.
         #[arg(long, value_name = "SECONDS", default_value = "0.2", value_parser = line::seconds)]
         period_s: Duration,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum LawAction {
+    /// Compile a law and have the device take it. Nothing that runs is touched: plug it in with
+    /// `set ONLINE_MOD PROGRAM NUMBER` and `on ONLINE_MOD`.
+    Upload {
+        /// Law file; `dimsart law check FILE` says what it needs.
+        file: PathBuf,
+        /// Number that it gets; the first free one when left out.
+        #[arg(long)]
+        number: Option<u8>,
+    },
+    /// The laws on the device, and what their parameters are called there.
+    List,
+    /// Have the device forget a law that no module has.
+    Remove {
+        /// Its number.
+        number: u8,
     },
 }
 
@@ -241,6 +266,11 @@ impl Action {
             Self::Save => json.print(out, &device.save()?)?,
             Self::Confirm => json.print(out, &device.confirm()?)?,
             Self::Rollback => json.print(out, &device.roll_back()?)?,
+            Self::Law(LawAction::Upload { file, number }) => {
+                json.print(out, &device.upload_law(&law::read(&file)?, number)?)?;
+            }
+            Self::Law(LawAction::List) => json.print(out, &device.laws()?)?,
+            Self::Law(LawAction::Remove { number }) => json.print(out, &device.remove_law(number)?)?,
             Self::Key(KeyAction::Set { file }) => {
                 json.print(out, &KeyState { key: device.set_key(&line::read_key(&file)?)? })?;
             }

@@ -39,7 +39,8 @@ Examples:
   dimsart motor identify motor.toml            what would be found of such a motor, with 5 A
   dimsart motor identify motor.toml --friction-nm 1.5
   dimsart motor show /dev/ttyACM0 > motor.toml what the board runs its motor by, and whether it keeps it
-  dimsart motor set /dev/ttyACM0 motor.toml    has the board keep it: its next start takes it
+  dimsart motor set /dev/ttyACM0 motor.toml --restart
+                                               has the board keep it, and run by it from now on
   dimsart motor identify /dev/ttyACM0 --current-a 2 --store";
 
 #[derive(Debug, Subcommand)]
@@ -66,11 +67,17 @@ enum Action {
         port: String,
         /// Configuration (TOML).
         file: PathBuf,
+        /// Has the board restart and take it.
+        #[arg(long)]
+        restart: bool,
     },
     /// Have a board keep none; its next start takes the image's.
     Forget {
         /// Port, as `connect` takes it.
         port: String,
+        /// Has the board restart and take that.
+        #[arg(long)]
+        restart: bool,
     },
     /// Identify a motor: of a file, a simulated one that is as it says; of a port, the board's, which TURNS: its joint must be
     /// free, and a scheme run.
@@ -80,7 +87,7 @@ enum Action {
         /// Current, peak of a phase, A; up to `limits.current_a`. 5 of a simulated motor when left out.
         #[arg(long, value_name = "AMPERES")]
         current_a: Option<f32>,
-        /// Has the board keep what it has found.
+        /// Has the board keep what it has found: its next start takes it.
         #[arg(long)]
         store: bool,
         /// Of the rotor and what is on it, kg m², above 0.
@@ -102,8 +109,8 @@ impl Motor {
             }
             Action::Check { file, out: folder } => check(&motor::read(&file)?, &folder, out),
             Action::Show { port } => board::show(line, &port, out),
-            Action::Set { port, file } => board::set(line, &port, &file, out),
-            Action::Forget { port } => board::forget(line, &port, out),
+            Action::Set { port, file, restart } => board::set(line, &port, &file, restart, out),
+            Action::Forget { port, restart } => board::forget(line, &port, restart, out),
             Action::Identify { source, current_a, store, .. } if is_port(&source) => {
                 let current_a = current_a
                     .ok_or_else(|| UsageError("--current-a says what turns the board's motor".to_owned()))?;

@@ -10,6 +10,7 @@ use std::{env, fs};
 use clap::Args;
 use dimsart_core::limits::MAX_DOF;
 use dimsart_core::modules::Standard;
+use dimsart_core::online::Opcode;
 use dimsart_core::saved_scheme::{self, SchemeBytes};
 use dimsart_core::{Cost, ModuleList};
 use serde::Serialize;
@@ -165,7 +166,8 @@ fn key(image: &StampedImage, memory: Memory) -> Result<String, Box<dyn std::erro
 
 /// The names of the lines in order.
 fn names() -> impl Iterator<Item = &'static str> {
-    std::iter::once("tick").chain(Standard::KINDS.iter().map(|kind| kind.name))
+    let kinds = Standard::KINDS.iter().map(|kind| kind.name);
+    std::iter::once("tick").chain(kinds).chain(Opcode::ALL.iter().map(|opcode| opcode.name()))
 }
 
 /// A line for each cost: what costs it, cycles, cycles for each degree of freedom, why they are not known.
@@ -185,7 +187,7 @@ fn read(text: &str, key: &str) -> Option<ImageCosts> {
     for (name, line) in names().zip(lines.lines()) {
         let [found, offset, per_dof, reason] = line.splitn(4, ' ').collect::<Vec<_>>().try_into().ok()?;
         let cost = Cost::new(offset.parse().ok()?, per_dof.parse().ok()?);
-        if cost == Cost::UNKNOWN {
+        if cost == Cost::UNKNOWN && !reason.is_empty() {
             costs.unknown.push((found.to_owned(), reason.to_owned()));
         }
         costs.lines.push(cost);

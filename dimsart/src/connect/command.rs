@@ -38,6 +38,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for a name that the device does not have or a module that does not exist.
     pub fn get(&mut self, module: &str, parameter: &str) -> Result<ParameterReport, ConnectError> {
+        let parameter = &*self.word_of_law(module, parameter)?;
         let row = Row::of(&[ANY_SIDE, module, parameter]);
         let (module, parameter, entry) = self.read(|known| {
             let named = row.parameter(known)?;
@@ -73,6 +74,7 @@ impl<S: Read + Write> Device<S> {
         parameter: &str,
         value: &str,
     ) -> Result<CommandOutcome, ConnectError> {
+        let parameter = &*self.word_of_law(module, parameter)?;
         let row = Row::of(&[ANY_SIDE, module, parameter, value]);
         let command = match self.read(|known| row.command(known)) {
             Err(ConnectError::Word(wrong)) => {

@@ -12,6 +12,9 @@ use super::description::{Description, Identity};
 use super::{ConnectError, LineError, Patience, RequestLine};
 use hil_sim::schemes::Explained;
 
+/// Looks at a board that starts anew, each as long as the line is patient.
+const RESTARTING_LOOKS: u32 = 4;
+
 /// A device at the other end of a line, and what is known of it so far.
 #[derive(Debug)]
 pub struct Device<S> {
@@ -122,6 +125,24 @@ impl<S: Read + Write> Device<S> {
             Response::Refused(refusal) => Err(ConnectError::Refused(refusal)),
             response => take(response).map(Some).ok_or(ConnectError::OtherAnswer),
         }
+    }
+
+    /// Has the board start anew, and waits until it answers again.
+    ///
+    /// # Errors
+    /// [`ConnectError::Refused`] while somebody holds the lease, and by a device that cannot; a [line](ConnectError) on which nothing
+    /// answers any more.
+    pub fn restart(&mut self) -> Result<(), ConnectError> {
+        let begins = |response: Response<'_>| matches!(response, Response::Restarts).then_some(());
+        self.ask(&Request::Restart, begins)?.ok_or(ConnectError::Refused(Refusal::NotThere))?;
+        let mut answer = self.status();
+        for _ in 0..RESTARTING_LOOKS {
+            if answer.is_ok() {
+                break;
+            }
+            answer = self.status();
+        }
+        answer.map(|_| ())
     }
 
     pub(super) fn status(&mut self) -> Result<Status, ConnectError> {

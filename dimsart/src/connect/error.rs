@@ -50,6 +50,11 @@ pub enum ConnectError {
         "this image has no authentication; flash the `auth` variant, such as `cargo xtask flash nucleo-g474re,auth`"
     )]
     NoKeys,
+    /// An image without laws, or an older one.
+    #[error(
+        "this image takes no laws: flash the `online` variant, such as `cargo xtask flash nucleo-g474re,online`"
+    )]
+    NoLaws,
     /// A board without a drive, or an older image.
     #[error("this board has no drive whose motor could be configured, or its image is an older one")]
     NoDrive,

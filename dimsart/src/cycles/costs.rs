@@ -12,8 +12,10 @@ use std::thread;
 
 use ::cycles::timing::Timing;
 use dimsart_core::modules::Standard;
+use dimsart_core::online::Opcode;
 use dimsart_core::{Cost, ModuleList};
 
+use super::law_costs;
 use super::scheme_bound::{SchemeBound, Variant};
 use super::{CyclesError, Firmware};
 
@@ -27,7 +29,7 @@ const CONTROLLERS: u8 = 10;
 /// What a tick and each kind of module cost on an image.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct ImageCosts {
-    /// The tick's cost, then each kind's, as a [stamp](dimsart_core::stamp) has them.
+    /// The tick's cost, then each kind's, then each instruction's of laws, as a [stamp](dimsart_core::stamp) has them.
     pub lines: Vec<Cost>,
     /// Kinds without a bound, and why.
     pub unknown: Vec<(String, String)>,
@@ -53,7 +55,9 @@ impl ImageCosts {
             (0..Standard::KINDS.len()).flat_map(|kind| worst(&found, kind)).collect();
         let worst = worst.into_iter().filter_map(|index| few.get(index)).map(|(variant, _)| *variant);
         found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), &MANY)));
-        Self::above(found)
+        let mut costs = Self::above(found)?;
+        costs.lines.extend(instructions(firmware, timing)?);
+        Ok(costs)
     }
 
     /// The lowest lines above bounds.
@@ -90,6 +94,20 @@ impl ImageCosts {
         }
         Ok(Self { lines, unknown })
     }
+}
+
+/// What each instruction of a law adds to it for an axis; not known where the image runs no laws.
+fn instructions(firmware: &Firmware, timing: Timing) -> Result<Vec<Cost>, CyclesError> {
+    let Some(module) = law_costs::module() else { return Ok(Vec::new()) };
+    let variants: Vec<Variant> = [law_costs::plain(module)]
+        .into_iter()
+        .chain(Opcode::ALL.iter().map(|opcode| law_costs::with(module, *opcode)))
+        .collect();
+    let [_, dof] = FEW;
+    let found = bounds(firmware, timing, &tasks(variants.iter().map(Some), &[dof]));
+    let found: Vec<_> = found.into_iter().map(|(_, bound)| bound).collect::<Result<_, _>>()?;
+    let (plain, with) = found.split_first().ok_or(CyclesError::NoTick)?;
+    Ok(law_costs::lines(*plain, with, dof))
 }
 
 fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, dofs: &[u16]) -> Vec<Task<'a>> {

@@ -308,7 +308,11 @@ impl Replay {
 
 /// A kind of command, in the words of a scheme.
 fn name(command: &Command) -> String {
-    let of_module = if matches!(command, Command::Bind { .. }) { "a port's type" } else { "a parameter" };
+    let of_module = match command {
+        Command::Bind { .. } => "a port's type",
+        Command::PutLaw { .. } | Command::KeepLaw { .. } => "a law",
+        _ => "a parameter",
+    };
     command.as_engine_command().map_or(of_module, |known| known.name).to_owned()
 }
 

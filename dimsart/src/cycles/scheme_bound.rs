@@ -11,6 +11,7 @@ use dimsart_core::{
 };
 
 use super::controller::Lengths;
+use super::law_costs;
 use super::steady::channels;
 use super::worst::Worst;
 use super::{Controller, CyclesError, Firmware};
@@ -62,8 +63,16 @@ impl Variant {
         usize::from(self.module.kind)
     }
 
+    /// A module with these commands before it is plugged in.
+    pub(super) fn with(module: ModuleRef, parameters: Vec<Command>) -> Self {
+        Self { module, parameters }
+    }
+
     fn of(kind: u8) -> Vec<Self> {
         let module = ModuleRef { kind, number: 1 };
+        if law_costs::module() == Some(module) {
+            return vec![law_costs::plain(module)];
+        }
         let described = |index| Some((index, Engine::<Standard>::describe_parameter(kind, index)?));
         let parameters: Vec<(u8, Parameter)> = (0..).map_while(described).collect();
         let mut all = Vec::new();

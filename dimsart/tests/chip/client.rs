@@ -124,6 +124,13 @@ impl Client {
         (self.is_holding, self.renewed_s) = (true, powered.time_s());
     }
 
+    /// Forgets what has failed, and allows motion anew.
+    pub(crate) fn reset(&mut self, powered: &mut Powered) {
+        self.is_holding = false;
+        self.command(powered, Command::Reset);
+        self.take_lease(powered);
+    }
+
     /// Has the scheme command a torque, `N m`.
     pub(crate) fn want(&mut self, powered: &mut Powered, torque_nm: f32) {
         let (module, parameter) = (self.generator, self.amplitude);

@@ -1,6 +1,6 @@
-//! Absolute encoders on an SPI, by their data sheets: what `drive` reads is written here anew.
+//! Absolute encoders on an SPI or I²C, by their data sheets: what `drive` reads is written here anew.
 
-use chips::stm32g4::{SpiDevice, SpiEvent};
+use chips::stm32g4::{I2cDevice, I2cEvent, SpiDevice, SpiEvent};
 
 /// ams AS5047P. State: its angle of 14 bits, DIAAGC, what it sends next, ERRFL.
 pub(crate) struct As5047pModel;
@@ -79,6 +79,73 @@ impl Mt6701Model {
                 24u32.checked_sub(*sent_bits).map_or(0, |left| *frame >> left & ((1 << bits) - 1))
             }
             SpiEvent::Released => 0,
+        }
+    }
+}
+
+/// ams AS5600. State: its angle of 12 bits, its status, the register that is next, CONF.
+pub(crate) struct As5600Model;
+
+impl As5600Model {
+    /// There is a magnet (MD), which is too weak (ML).
+    pub(crate) const GOOD: u32 = 1 << 5;
+    pub(crate) const WEAK: u32 = Self::GOOD | 1 << 4;
+    /// Of the register that is next: the next byte says which.
+    const OPEN: u32 = 1 << 8;
+
+    pub(crate) fn device() -> I2cDevice {
+        I2cDevice {
+            name: "AS5600",
+            address: 0x36,
+            most_clock_hz: 1e6,
+            least_low_s: 500e-9,
+            least_high_s: 260e-9,
+            least_setup_s: 50e-9 + 120e-9,
+            state: [0, Self::GOOD, 0, 0],
+            behaviour: Self::behave,
+        }
+    }
+
+    /// Samples that it takes the mean of (CONF, SF).
+    pub(crate) fn filtered_samples(device: &I2cDevice) -> usize {
+        16 >> (device.state[3] >> 8 & 3)
+    }
+
+    fn behave([angle, status, register, conf]: &mut [u32; 4], event: I2cEvent) -> u32 {
+        match event {
+            I2cEvent::Started { is_read } => {
+                *register |= if is_read { 0 } else { Self::OPEN };
+                1
+            }
+            I2cEvent::Written { byte } if *register & Self::OPEN != 0 => {
+                *register = byte.into();
+                1
+            }
+            I2cEvent::Written { byte } => {
+                match register {
+                    0x07 => *conf = *conf & 0xFF | u32::from(byte) << 8,
+                    0x08 => *conf = *conf & 0xFF00 | u32::from(byte),
+                    _ => {}
+                }
+                *register += 1;
+                1
+            }
+            I2cEvent::Read => {
+                let byte = match *register {
+                    0x07 => *conf >> 8,
+                    0x08 => *conf & 0xFF,
+                    0x0B => *status,
+                    // Both bytes are of one angle.
+                    0x0C => {
+                        *conf = *conf & 0xFFFF | *angle << 16;
+                        *angle >> 8
+                    }
+                    0x0D => *conf >> 16 & 0xFF,
+                    _ => 0,
+                };
+                *register += 1;
+                byte
+            }
         }
     }
 }

@@ -91,7 +91,7 @@ fn a_configuration_that_is_set_is_taken_by_the_next_start_until_it_is_forgotten(
     let now = device.motor().unwrap();
     assert!(now.waits && now.configuration == image.configuration);
 
-    let mut device = board.restart();
+    device.restart().unwrap();
     let kept = device.motor().unwrap();
     assert!(kept.is_kept && !kept.waits && kept.fallback.is_none(), "{kept:?}");
     assert_eq!(kept.configuration, told);
@@ -125,6 +125,8 @@ fn what_the_board_would_not_take_is_refused_and_nothing_is_kept() {
     device.take_lease().unwrap();
     let refused = device.keep_motor(&right).unwrap_err().to_string();
     assert!(refused.contains("at rest"), "{refused}");
+    let refused = device.restart().unwrap_err().to_string();
+    assert!(refused.contains("holds the lease"), "{refused}");
     device.give_lease_back().unwrap();
     assert!(!device.motor().unwrap().waits);
     assert!(!board.restart().motor().unwrap().is_kept);

@@ -21,6 +21,7 @@ mod frame_bits;
 mod image_drive;
 mod kept_motor;
 mod kept_schemes;
+mod law;
 mod moteus;
 mod motor;
 mod pair;

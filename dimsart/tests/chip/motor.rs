@@ -1,7 +1,7 @@
 //! A board with its supply on and a motor at its bridge.
 //!
 //! ```text
-//! image ──▶ timer 1 ──duty cycles, on or off──▶ BridgeMotor ──angle──▶ a timer, or an encoder on SPI 3
+//! image ──▶ timer 1 ──duty cycles, on or off──▶ BridgeMotor ──angle──▶ a timer, or an encoder on SPI 3 or I²C 4
 //!   ▲                                               │ phase currents
 //!   └── converters ◀── amplifiers ◀── resistors ◀── shunts, while a lower switch or its diode leads
 //! ```
@@ -20,7 +20,7 @@ use drive::Encoder;
 use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 
 use crate::common::{bench, bench_of};
-use crate::encoders::{As5047pModel, Mt6701Model};
+use crate::encoders::{As5047pModel, As5600Model, Mt6701Model};
 use crate::image_drive;
 
 const CLOCK_HZ: f64 = 168e6;
@@ -33,6 +33,10 @@ const LOCKED_KG_M2: f64 = 1e6;
 const ROOM_C: f64 = 25.0;
 /// From the lower switches' middle to where the current loop has an absolute encoder take its angle, `s`.
 const ASKED_S: f64 = 12e-6;
+/// An AS5600 takes a sample every 150 us.
+const SAMPLE_PERIODS: u64 = 3;
+/// Most that it takes the mean of.
+const MOST_SAMPLES: usize = 16;
 /// What an absolute encoder shows where the magnets point along phase U, `rad`.
 pub(crate) const OFFSET_RAD: f64 = 1.1;
 
@@ -79,6 +83,9 @@ pub(crate) struct Powered {
     parameters: ThreePhaseParameters,
     /// What the encoder has shown so far.
     counts: i64,
+    /// An AS5600's last samples, in turns, and periods since the last one.
+    samples: VecDeque<f64>,
+    sampled_periods: u64,
     pub(crate) has_encoder: bool,
     /// From phase U through the motor's side into V, as long as the bridge is on.
     pub(crate) short_circuit_a: f64,
@@ -136,6 +143,8 @@ impl Powered {
             around,
             parameters,
             counts: 0,
+            samples: VecDeque::new(),
+            sampled_periods: 0,
             has_encoder: true,
             short_circuit_a: 0.0,
             motor_cycle: 0,
@@ -157,6 +166,8 @@ impl Powered {
             _ => None,
         };
         self.chip().wire_spi("SPI3", ('D', 2), device.filter(|_| is_plugged));
+        let is_there = is_plugged && self.drive.configuration.encoder == Encoder::As5600;
+        self.chip().wire_i2c("I2C4", is_there.then(As5600Model::device));
     }
 
     pub(crate) fn chip(&mut self) -> &mut Stm32g4 {
@@ -278,6 +289,9 @@ impl Powered {
     fn show_angle(&mut self) {
         let encoder = self.drive.configuration.encoder;
         let state = self.motor.state();
+        if encoder == Encoder::As5600 {
+            return self.sample_angle((state.angle_rad + OFFSET_RAD) / TAU);
+        }
         if encoder.is_absolute() {
             // As of the instant at which it is asked.
             let turns = (state.angle_rad + state.speed_rad_per_s * ASKED_S + OFFSET_RAD) / TAU;
@@ -298,6 +312,24 @@ impl Powered {
             self.chip().turn(timer, by);
             self.counts = counts;
         }
+    }
+
+    /// Has an AS5600 take its next sample, when it is time.
+    fn sample_angle(&mut self, turns: f64) {
+        self.sampled_periods += 1;
+        if self.sampled_periods < SAMPLE_PERIODS {
+            return;
+        }
+        self.sampled_periods = 0;
+        self.samples.push_front(turns);
+        self.samples.truncate(MOST_SAMPLES);
+        let Some(device) = self.bench.chip().i2c_device("I2C4") else { return };
+        let count = As5600Model::filtered_samples(device).min(self.samples.len());
+        #[expect(clippy::cast_precision_loss, reason = "a few")]
+        let mean = self.samples.iter().take(count).sum::<f64>() / count as f64;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "12 bits")]
+        let angle = (mean.rem_euclid(1.0) * f64::from(Encoder::As5600.counts_per_turn())) as u32;
+        device.state[0] = angle;
     }
 
     fn advance_motor(&mut self, cycle: u64) {

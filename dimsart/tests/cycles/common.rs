@@ -2,6 +2,7 @@
 
 use std::env;
 use std::io::Write;
+use std::path::PathBuf;
 use std::sync::Once;
 
 use dimsart::cycles::Firmware;
@@ -32,6 +33,20 @@ pub(crate) fn firmware() -> Option<Firmware> {
             None
         }
     }
+}
+
+/// A variant of the board's image; none, after a line that says so, where no images are.
+pub(crate) fn variant(name: &str) -> Option<Firmware> {
+    let folder = env::var_os(FOLDER_VARIABLE);
+    let is_required = folder.is_some();
+    let folder = folder.map_or_else(|| PathBuf::from("../target/images"), PathBuf::from);
+    let file = folder.join(format!("{BOARD}-{name}"));
+    if !file.exists() && !is_required {
+        let line = format!("no cycles were counted: no image {}; run `cargo xtask test`\n", file.display());
+        std::io::stderr().write_all(line.as_bytes()).unwrap();
+        return None;
+    }
+    Some(Firmware::find(Some(&file), None).unwrap())
 }
 
 /// The same, unless it is of a board that has no memory for a scheme with every module.

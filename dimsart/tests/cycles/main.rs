@@ -10,5 +10,6 @@ mod ccm;
 mod command;
 mod common;
 mod kinds;
+mod laws;
 mod memory;
 mod reached;

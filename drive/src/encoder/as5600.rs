@@ -7,7 +7,7 @@ use crate::{Angle, Rotor};
 /// An AS5600.
 ///
 /// It cannot keep up with a period of 50 µs: at the fastest clock a reading takes 57 µs, and the chip samples only every
-/// 150 µs, and filters that. And nothing but the acknowledge bits guards the bytes.
+/// 150 µs, and filters that. Nothing but the acknowledge bits guards the bytes.
 #[derive(Debug, Clone, Copy)]
 pub struct As5600;
 
@@ -18,8 +18,17 @@ impl As5600 {
     pub const ADDRESS: u8 = 0x36;
     /// The fastest clock, `Hz`: Fast-mode Plus.
     pub const MOST_CLOCK_HZ: u32 = 1_000_000;
-    /// Least time between two readings that can differ, `µs`.
-    pub const SAMPLE_US: u32 = 150;
+    /// Least time that the clock is low, and high, and from the data's change to the clock's rise with the longest rise of the
+    /// data, `ns` (NXP UM10204, Fast-mode Plus).
+    pub const LEAST_NS: [u32; 3] = [500, 260, 50 + 120];
+    /// Least time between two readings that can differ, `s`.
+    pub const SAMPLE_S: f32 = 150e-6;
+    /// How old the angle is that it says, once it is [set up](Self::SETUP), in the mean, `s`: half a sample for waiting, and half a
+    /// sample for a mean over two. The latter is taken from the data sheet's step response of 0.286 ms, and was never measured.
+    pub const AGE_S: f32 = Self::SAMPLE_S;
+    /// Write this once after power-on: the fastest of its filters, over two samples (CONF, SF). The one that it starts with makes
+    /// the angle 2.2 ms late.
+    pub const SETUP: [u8; 2] = [0x07, 0x03];
     /// Write this, then read three bytes after a repeated start: the status, and the two bytes of the raw angle.
     pub const REQUEST: [u8; 1] = [0x0B];
 

@@ -3,6 +3,7 @@
 use core::f32::consts::PI;
 
 use drive::{Angle, Configuration, Drive, Encoder, Fault, Rotor, Sample};
+use hil_sim::plant::{BridgeMotor, ThreePhaseParameters};
 use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
@@ -92,13 +93,13 @@ fn the_currents_of_a_short_circuit_are_off_within_two_periods() {
     let (mut bench, _) = turning(|_| {});
     // A thirtieth of the inductance, as between two windings: the loop's gain is far too high.
     let state = bench.motor.state();
-    let shorted = hil_sim::plant::ThreePhaseParameters {
+    let shorted = ThreePhaseParameters {
         direct_inductance_h: 1e-5,
         quadrature_inductance_h: 1e-5,
         resistance_ohm: 0.03,
         ..motor()
     };
-    bench.motor = hil_sim::plant::BridgeMotor::new(&shorted).unwrap();
+    bench.motor = BridgeMotor::new(&shorted).unwrap();
     bench.motor.set_rotor(state.angle_rad, state.speed_rad_per_s);
     let is_beyond = |bench: &Bench| bench.motor.phase_a().iter().any(|phase_a| phase_a.abs() > 30.0);
     let began = (0..1_000)
@@ -341,4 +342,83 @@ fn whatever_converters_show_and_whoever_commands_duties_stay_within_their_range(
     });
     ran.unwrap();
     assert!(on.get() > 3_000, "the bridge was on in {} steps", on.get());
+}
+
+/// A motor that turns a rotor of its own, with friction.
+fn free() -> ThreePhaseParameters {
+    ThreePhaseParameters { rotor_inertia_kg_m2: 5e-4, viscous_nms_per_rad: 1e-2, ..motor() }
+}
+
+/// Errors of what the drive is told: of the resistance, of the inductances, of the flux.
+const ERRORS: [[f32; 3]; 5] =
+    [[1.0, 1.0, 1.0], [0.7, 0.7, 1.3], [0.7, 1.3, 0.7], [1.3, 0.7, 1.3], [1.3, 1.3, 0.7]];
+
+fn told_wrongly(motor: &ThreePhaseParameters, [resistance, inductance, flux]: [f32; 3]) -> Bench {
+    let mut told = configuration(motor);
+    told.motor.resistance_ohm *= resistance;
+    told.motor.direct_inductance_h *= inductance;
+    told.motor.quadrature_inductance_h *= inductance;
+    told.motor.flux_linkage_vs *= flux;
+    Bench::new(motor, told)
+}
+
+#[test]
+fn an_encoder_that_stands_still_while_the_rotor_turns_is_told_in_a_fiftieth_of_a_second() {
+    for (speed, torque_nm) in [(35.0, 0.02), (-35.0, 0.02), (60.0, 1.0), (100.0, 0.3), (100.0, -1.0)] {
+        for errors in ERRORS {
+            let mut bench = told_wrongly(&free(), errors);
+            bench.motor.set_rotor(0.5, speed);
+            bench.run(Some(torque_nm), 200);
+            assert_eq!(bench.drive.fault(), None);
+            let (rotor, mut most_a) = (bench.sample().rotor, 0.0_f64);
+            let found = (0..20_000_u16).find(|_| {
+                let sample = Sample { rotor, ..bench.sample() };
+                bench.step_with(&sample, Some(torque_nm));
+                most_a = bench
+                    .motor
+                    .phase_a()
+                    .into_iter()
+                    .fold(most_a, |most_a, phase_a| most_a.max(phase_a.abs()));
+                bench.drive.fault().is_some()
+            });
+            let found_s = found.map(|period| f64::from(period) * crate::bench::PERIOD_S);
+            let case =
+                format!("{speed} rad/s, {torque_nm} N m, {errors:?}: {found_s:?} s, at most {most_a:.1} A");
+            assert_eq!(bench.drive.fault(), Some(Fault::EncoderLost), "{case}");
+            assert!(found_s.is_some_and(|found_s| found_s < 0.02), "{case}");
+        }
+    }
+}
+
+#[test]
+fn a_sound_encoder_is_not_taken_for_lost_at_a_wall_in_steps_in_turning_back_and_in_coasting() {
+    let mut random = 1_u32;
+    let mut either_way = || {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        if random >> 31 == 0 { 1.0 } else { -1.0 }
+    };
+    // At a wall, and free; with cogging; with a dead time that is half as long again as is told.
+    for (motor, cogging_nm, dead_time_share) in
+        [(motor(), 0.0, 0.02), (motor(), 0.0, 0.03), (free(), 0.0, 0.02), (free(), 0.1, 0.03)]
+    {
+        for (errors, periods) in
+            ERRORS.into_iter().flat_map(|errors| [20, 60, 400].map(|periods| (errors, periods)))
+        {
+            let mut bench = told_wrongly(&motor, errors);
+            let real = ThreePhaseParameters { dead_time_share, ..motor.clone() };
+            bench.motor = BridgeMotor::new(&real).unwrap().with_cogging(cogging_nm, 42);
+            let step_nm = 18.0 * bench.configuration.motor.torque_constant_nm_per_a();
+            for step in 0..20_000 / periods {
+                // Half of the time it coasts.
+                let torque_nm = if step % 40 < 20 { either_way() * step_nm } else { 0.0 };
+                bench.run(Some(torque_nm), periods);
+                let speed = bench.motor.state().speed_rad_per_s;
+                assert_eq!(
+                    bench.drive.fault(),
+                    None,
+                    "{errors:?}, {dead_time_share}, {periods}, {speed} rad/s"
+                );
+            }
+        }
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use dimsart_core::{AxisKind, DataType, DeviceDescriptor, types};
+use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, types};
 
 use super::ResponseError;
 use super::body::Body;
@@ -11,6 +11,7 @@ use super::machine::{Axis, Machine};
 use super::moves::motions;
 use super::part::Part;
 use super::probe::Disturbance;
+use crate::law::Law;
 use crate::link::{Buses, InProcess, Link, Route};
 use crate::rig::{End, Rig, SimulatedDimsart, Station};
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, HAND, LOAD, LinkSection, RigFile};
@@ -113,9 +114,21 @@ fn loaded_controller(file: &RigFile, part: &Part<'_>) -> Result<LoadedController
         Box::new(SimulatedDimsart::new(descriptor(file, part)?).map_err(ResponseError::Storage)?);
     let sides: Vec<&str> =
         file.controllers.iter().map(ControllerSection::side).chain(SIDES.iter().copied()).collect();
+    for (number, law) in (1..=u8::MAX).zip(&part.controller.laws) {
+        let refused = |what| ResponseError::Law { controller: part.name().to_owned(), what };
+        let path = file.folder.join(law);
+        for command in Law::read(&path).map_err(refused)?.commands(number) {
+            dimsart.command(command).map_err(|error| refused(format!("{law}: {}", told(&dimsart, error))))?;
+        }
+    }
     let scheme = SchemeText::read_from(&part.controller.scheme, &file.folder)?;
     let loaded = schemes::load_for(&scheme, part.controller.side(), &sides, &[], &mut dimsart);
     Ok(LoadedController { name: part.name().to_owned(), scheme: scheme.name, dimsart, loaded })
+}
+
+/// A refusal in words.
+fn told(dimsart: &SimulatedDimsart, error: CommandError) -> String {
+    Explanation::of_refusal(dimsart.engine(), error).to_string()
 }
 
 /// A controller, joined to its axes of a machine.

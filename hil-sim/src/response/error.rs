@@ -36,6 +36,14 @@ pub enum ResponseError {
     /// The scheme cannot be read.
     #[error(transparent)]
     SchemeFile(#[from] SchemeFileError),
+    /// A law that cannot be read, is wrong, or is one too many.
+    #[error("the controller '{controller}': {what}")]
+    Law {
+        /// The controller.
+        controller: String,
+        /// What is wrong.
+        what: String,
+    },
     /// The scheme does not run on this device.
     #[error(
         "the scheme {name} does not run on the controller '{controller}':\n{}",

@@ -19,6 +19,9 @@ pub struct ControllerSection {
     pub axes: Option<Vec<usize>>,
     /// Scheme file, or a built-in one.
     pub scheme: String,
+    /// [Law](crate::law) files, which are its laws 1, 2, ...: what `ONLINE_MOD` of its scheme runs.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laws: Vec<String>,
     /// Whose rows of the scheme it takes beside those for `all`; left out, those for its name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub side: Option<String>,

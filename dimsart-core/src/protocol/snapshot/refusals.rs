@@ -37,6 +37,12 @@ fn refusals() {
         CommandError::TransactionOpen,
         CommandError::NoTransaction,
         CommandError::FaultReaction,
+        CommandError::RunsEveryTick(MODULE),
+        CommandError::NoLaw(MODULE),
+        CommandError::Law(LawRefusal::Program(ProgramError::Damaged)),
+        CommandError::Law(LawRefusal::Program(ProgramError::Register { at: 7 })),
+        CommandError::Law(LawRefusal::InUse),
+        CommandError::Law(LawRefusal::NoSuchNumber),
     ]);
     let expected = [
         "00 03 02",
@@ -64,6 +70,12 @@ fn refusals() {
         "0f",
         "10",
         "11",
+        "12 03 02",
+        "13 03 02",
+        "14 00 00",
+        "14 00 07 07",
+        "14 01",
+        "14 02",
     ];
     assert_bytes(&errors, &expected);
     let refusals = [

@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 12);
+    assert_eq!(PROTOCOL_VERSION, 13);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
@@ -41,6 +41,9 @@ fn requests() {
         Request::Motor(MotorAction::Forget),
         Request::Motor(MotorAction::Identify { current_a: 2.0 }),
         Request::Motor(MotorAction::Found),
+        Request::Law(LawAction::Look { number: 3 }),
+        Request::Law(LawAction::Read { number: 3, from: 32 }),
+        Request::Restart,
     ];
     let expected = [
         "00",
@@ -78,6 +81,9 @@ fn requests() {
         "18 03",
         "18 04 00 00 00 40",
         "18 05",
+        "19 00 03",
+        "19 01 03 20",
+        "1a",
     ];
     assert_bytes(&requests, &expected);
 }
@@ -95,6 +101,9 @@ fn commands() {
         set(Value::Integer(-2)),
         Command::PlugIn(MODULE),
         Command::bind(MODULE, 4, SIGNAL),
+        Command::PutLaw { place: 2, words: [300, u32::MAX] },
+        Command::KeepLaw { number: 3, count: 90 },
+        Command::RemoveLaw { number: 3 },
     ];
     let expected = [
         "00 11 00 06",
@@ -106,6 +115,9 @@ fn commands() {
         "01 03 02 04 01 01 07 03",
         "00 01 00 05 03 02",
         "01 03 02 84 00 04 ac 02 01",
+        "00 20 01 02 08 ac 02 ff ff ff ff 0f",
+        "00 21 01 03 01 5a",
+        "00 22 01 03 06",
     ];
     assert_bytes(&commands, &expected);
     let numbers = EngineCommand::ALL.iter().map(|known| {

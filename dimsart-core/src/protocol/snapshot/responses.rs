@@ -143,6 +143,9 @@ fn responses() {
         Response::Identification(Identification::Failed(IdentificationFailure::Drive(57))),
         Response::Refused(Refusal::Motor(MotorRefusal::InUse)),
         Response::Refused(Refusal::Motor(MotorRefusal::NotTaken(MotorFallback::Layout))),
+        Response::Law(LawReport { words: 90, is_used: true, cycles: Some(300) }),
+        Response::Law(LawReport::default()),
+        Response::Restarts,
     ];
     let expected = [
         "00 01",
@@ -198,6 +201,9 @@ fn responses() {
         "19 03 05 39",
         "00 09 00",
         "00 09 02 01",
+        "1a 5a 01 01 ac 02",
+        "1a 00 00 00",
+        "1b",
     ];
     assert_bytes(&responses, &expected);
 }

@@ -47,7 +47,7 @@ impl Target {
         }
         let mut uses =
             |link: &usize| dimsart.listening_channel(*link) > 0 || first_packet(dimsart, *link).is_some();
-        let Sizes { modules, wires, bindings, slots, links } = board.sizes;
+        let Sizes { modules, wires, bindings, slots, links, .. } = board.sizes;
         let missing = (links..MAX_LINKS).filter(|link| uses(link));
         faults.extend(missing.map(|link| format!("it uses link {link}, and {name} has {links}, from 0")));
         let Usage { modules: taken_modules, slots: taken_slots, .. } = dimsart.engine().usage();

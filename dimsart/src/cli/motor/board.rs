@@ -30,7 +30,13 @@ pub(super) fn show(line: &LineOptions, port: &str, out: &mut impl Write) -> Endi
     Ok(ExitCode::SUCCESS)
 }
 
-pub(super) fn set(line: &LineOptions, port: &str, file: &Path, out: &mut impl Write) -> Ending {
+pub(super) fn set(
+    line: &LineOptions,
+    port: &str,
+    file: &Path,
+    restart: bool,
+    out: &mut impl Write,
+) -> Ending {
     let mut told = motor::read(file)?;
     let mut device = line.open(port)?;
     let now = device.motor()?.configuration;
@@ -42,13 +48,13 @@ pub(super) fn set(line: &LineOptions, port: &str, file: &Path, out: &mut impl Wr
         told.inverter = now.inverter;
         told.check().map_err(|error| format!("{}: {error}", file.display()))?;
     }
-    keep(&mut device, &now, &told, out)
+    keep(&mut device, &now, &told, restart, out)
 }
 
-pub(super) fn forget(line: &LineOptions, port: &str, out: &mut impl Write) -> Ending {
-    let stopped = line.open(port)?.forget_motor()?;
-    say_restart(stopped, "the image's configuration", out)?;
-    Ok(ExitCode::SUCCESS)
+pub(super) fn forget(line: &LineOptions, port: &str, restart: bool, out: &mut impl Write) -> Ending {
+    let mut device = line.open(port)?;
+    let stopped = device.forget_motor()?;
+    end(&mut device, stopped, restart, "the image's configuration", out)
 }
 
 pub(super) fn identify(
@@ -96,19 +102,30 @@ pub(super) fn identify(
         next.motor.encoder_offset_rad = found.encoder_offset_rad;
     }
     next.check()?;
-    keep(&mut device, &told, &next, out)
+    keep(&mut device, &told, &next, false, out)
 }
 
-fn keep(device: &mut Device, now: &Configuration, next: &Configuration, out: &mut impl Write) -> Ending {
+fn keep(
+    device: &mut Device,
+    now: &Configuration,
+    next: &Configuration,
+    restart: bool,
+    out: &mut impl Write,
+) -> Ending {
     for (name, from, to) in motor::differences(now, next) {
         writeln!(out, "{name}: {from} -> {to}")?;
     }
     let stopped = device.keep_motor(next)?;
-    say_restart(stopped, "it", out)?;
-    Ok(ExitCode::SUCCESS)
+    end(device, stopped, restart, "it", out)
 }
 
-fn say_restart(stopped: bool, what: &str, out: &mut impl Write) -> std::io::Result<()> {
+fn end(device: &mut Device, stopped: bool, restart: bool, what: &str, out: &mut impl Write) -> Ending {
     let stopped = if stopped { " The scheme was stopped for it." } else { "" };
-    writeln!(out, "kept: restart the board, its next start takes {what}.{stopped}")
+    if restart {
+        device.restart()?;
+        writeln!(out, "kept, and restarted: the board runs by {what}.")?;
+    } else {
+        writeln!(out, "kept: restart the board (`--restart` does), its next start takes {what}.{stopped}")?;
+    }
+    Ok(ExitCode::SUCCESS)
 }

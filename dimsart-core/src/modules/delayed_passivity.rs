@@ -1,0 +1,181 @@
+//! Time-domain passivity of a link with delay: one port of the two-port that the link is.
+//!
+//! Each side counts the energy that goes into the link there and sends the count along (`LINE_ENERGY`). What a side gives
+//! out is what the other one has reported (`FAR_ENERGY`), or less; a damper takes back the rest (Ryu, Artigas and Preusche,
+//! *Mechatronics* 20(7), 2010; Artigas, Ryu, Preusche and Hirzinger, *IROS* 2011). It holds for any delay, jitter or loss,
+//! as counts only grow. `W` is `PORT_ENERGY`, with `E` the energy that has come out here and `E'` the count of the other side:
+//!
+//! ```text
+//! IMPEDANCE   W = E' - E,  P h = -F[k-1] (x[k] - x[k-1])       α = min(-W / (h v²), CAP) if W < 0        F = F_in - α v
+//! ADMITTANCE  W = E' - E,  P h = -F[k] (x_d[k] - x_d[k-1])     β = min((F Δ - W) / (h F²), CAP) if W < F Δ   x_d += Δ - h β F
+//! ```
+//!
+//! `P h > 0` goes into the link and is counted for the other side, `P h < 0` came out. The motion side knows what its step
+//! `Δ` will cost at the force of the last tick, and pays before.
+//! Its damper would leave a drift, so `Δ = Δx + DRIFT_RATE h (x - x_d)` leads back, as far as `W` pays for it (idea:
+//! Chawda, Van Quang, O'Malley and Ryu, *IROS* 2014).
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let mut bench: Bench = Bench::new(
+//!     &[types::POSITION, types::FAR_FORCE, types::FAR_ENERGY],
+//!     "all TDPA_MOD PORT_FORCE_IN FAR_FORCE\nall MOD_ENG MOD_ON TDPA_MOD\nall MOD_ENG MATCHING_CHECK",
+//! )?;
+//! bench.tick(&[0.0, 1.0, 0.0], "DES_FORCE");
+//! // 1 N pushed over 1 mm, and nobody has put 1 mJ into the other end.
+//! assert_eq!(bench.tick(&[1e-3, 1.0, 0.0], "PORT_ENERGY"), Some(-1e-3));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use super::energy_ledger::{Ledger, damping};
+use super::passivity_controller::Causality;
+use crate::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, Vector, math,
+    types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings {
+        causality: Causality,
+        drift_rate_hz: f32,
+        period_s: f32,
+        rate_hz: f32,
+        /// Share of the drift that a tick takes off, at most 1.
+        drift_share: f32,
+    }
+    /// Of an axis.
+    pub struct Gains { cap: f32, limit: f32, energy_limit_j: f32 }
+    /// Of an axis.
+    pub struct Axis {
+        ledger: Ledger,
+        /// Position of the last tick; under `ADMITTANCE` of the other side.
+        previous: f32,
+        /// Force that is held since the last tick.
+        force: f32,
+        desired: f32,
+        /// What the desired position moved by in this tick.
+        step: f32,
+    }
+    /// Signals.
+    pub struct Ports {
+        position: Input,
+        wanted: Input,
+        far_energy: Input<Vector<u32>>,
+        out: Output,
+        force: Input,
+        line_energy: Output<Vector<u32>>,
+        energy: Output,
+    }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct DelayedPassivity;
+
+impl Module for DelayedPassivity {
+    const NAME: &'static str = "TDPA_MOD";
+    const SUMMARY: &'static str =
+        "Time-domain passivity of a link with delay: gives out no more than went in.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        visit.structural_choice(
+            &mut settings.causality,
+            "CAUSALITY",
+            "What the port takes, and what it gives.",
+        );
+        let summary = "How fast drift is made up for under ADMITTANCE; 0: it stays.";
+        visit.real(&mut settings.drift_rate_hz, "DRIFT_RATE", Unit::Hertz, 0.0..=1e3, 10.0, summary);
+        let Gains { cap, limit, energy_limit_j } = gains;
+        let summary = "Largest damper; under ADMITTANCE, largest velocity per force.";
+        visit.per_axis(cap, "CAP", Unit::Any, 0.0..=1e4, 10.0, summary);
+        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force out, either way.");
+        let summary = "Most of what the other side took in that is kept.";
+        visit.per_axis(energy_limit_j, "ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 10.0, summary);
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+        settings.rate_hz = 1.0 / settings.period_s;
+        settings.drift_share = (settings.drift_rate_hz * settings.period_s).min(1.0);
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports { position: declare.input("POSITION", types::POSITION), ..Ports::default() };
+        ports.far_energy = declare.input("FAR_ENERGY", types::FAR_ENERGY);
+        if settings.causality == Causality::Impedance {
+            let wanted = TypeRef { number: 2, ..types::DES_FORCE.first() };
+            ports.wanted = declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE);
+            ports.out = declare.output("DES_FORCE", types::DES_FORCE);
+            ports.line_energy = declare.output("LINE_ENERGY", types::LINE_ENERGY);
+            ports.energy = declare.output("PORT_ENERGY", types::PORT_ENERGY);
+        } else {
+            ports.wanted = declare.input("POSITION_IN", types::FAR_POSITION);
+            ports.out = declare.output("DES_POSITION", types::DES_POSITION);
+            ports.force = declare.late().input("DES_FORCE", types::DES_FORCE);
+            ports.line_energy = declare.late().output("LINE_ENERGY", types::LINE_ENERGY);
+            ports.energy = declare.late().output("PORT_ENERGY", types::PORT_ENERGY);
+        }
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        let Ports { position, wanted, far_energy, out, .. } = context.ports();
+        let is_impedance = context.settings().causality == Causality::Impedance;
+        let takes_over = context.takes_over();
+        let inputs = (position, wanted, far_energy, out.last());
+        context.begin_axes(inputs, |_, (x, wanted, far_energy, last)| Axis {
+            ledger: Ledger::new(far_energy),
+            previous: if is_impedance { x } else { wanted },
+            desired: if takes_over { last } else { x },
+            ..Axis::default()
+        });
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, wanted, far_energy, out, line_energy, energy, .. } = context.ports();
+        let Settings { causality, period_s, rate_hz, drift_share, .. } = context.settings();
+        if causality == Causality::Admittance {
+            context.map_axes((wanted, far_energy), (out,), |gains, axis, (wanted, far_energy)| {
+                axis.ledger.receive(far_energy, gains.energy_limit_j);
+                let step = wanted - axis.previous + drift_share * (axis.previous - axis.desired);
+                axis.previous = wanted;
+                let deficit_j = axis.force * step - axis.ledger.balance_j();
+                let mobility = damping(deficit_j, axis.force, period_s, gains.cap);
+                axis.step = step - period_s * mobility * axis.force;
+                axis.desired += axis.step;
+                (axis.desired,)
+            });
+            return;
+        }
+        let (inputs, outputs) = ((position, wanted, far_energy), (out, line_energy, energy));
+        context.map_axes(inputs, outputs, |gains, axis, (x, wanted, far_energy)| {
+            let step = x - axis.previous;
+            axis.previous = x;
+            axis.ledger.receive(far_energy, gains.energy_limit_j);
+            axis.ledger.pass(-axis.force * step, gains.energy_limit_j);
+            let energy_j = axis.ledger.balance_j();
+            let velocity = step * rate_hz;
+            let damper = damping(-energy_j, velocity, period_s, gains.cap);
+            axis.force = math::limit(wanted - damper * velocity, gains.limit);
+            (axis.force, axis.ledger.sent(), energy_j)
+        });
+    }
+
+    #[inline(always)]
+    fn compute_late(context: &Context<'_, Self>) {
+        let Ports { force, line_energy, energy, .. } = context.ports();
+        context.map_axes((force,), (line_energy, energy), |gains, axis, (force,)| {
+            axis.force = force;
+            axis.ledger.pass(-force * axis.step, gains.energy_limit_j);
+            (axis.ledger.sent(), axis.ledger.balance_j())
+        });
+    }
+}

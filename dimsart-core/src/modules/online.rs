@@ -1,0 +1,179 @@
+//! Runs a [program](crate::online): a control law that came while the controller ran.
+//!
+//! `PROGRAM` is its number, 0 for none, which does nothing; its ports and parameters are the program's. `P_1` is its first parameter, with the range and
+//! default that the law gives it; beyond the last one, a value has no effect.
+
+use crate::online::{
+    MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, Program, REGISTERS, Section, Surroundings,
+    run,
+};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
+
+words! {
+    /// Of all axes. The program's number comes first.
+    pub struct Settings {
+        program: u32,
+        /// Whose parameters the values are.
+        valued_program: u32,
+        /// Whether the values are those of another program.
+        is_revalued: bool,
+        period_s: f32,
+    }
+    /// Of an axis.
+    pub struct Gains {
+        /// Bits in which a parameter's value differs from its default: zeros for any program's defaults.
+        differences: [u32; MAX_PARAMETERS],
+    }
+    /// Of an axis.
+    pub struct Axis { values: [f32; MAX_STATES] }
+    /// Signals.
+    pub struct Ports { inputs: [Input; MAX_INPUTS], outputs: [Output; MAX_OUTPUTS] }
+}
+
+const INPUTS: [&str; MAX_INPUTS] = ["IN_1", "IN_2", "IN_3", "IN_4", "IN_5", "IN_6"];
+const OUTPUTS: [&str; MAX_OUTPUTS] = ["OUT_1", "OUT_2", "OUT_3", "OUT_4"];
+const PARAMETERS: [&str; MAX_PARAMETERS] = ["P_1", "P_2", "P_3", "P_4", "P_5", "P_6", "P_7", "P_8"];
+
+/// Numbers of programs, whatever the controller has places for: a scheme means the same on every one.
+const MOST: u32 = u8::MAX as u32;
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct Online;
+
+impl Module for Online {
+    const NAME: &'static str = "ONLINE_MOD";
+    const SUMMARY: &'static str = "A control law that was uploaded while the controller ran.";
+    const RUNS_PROGRAM: bool = true;
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = Axis;
+    type Ports = Ports;
+
+    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let summary = "Number of the law, as it was uploaded.";
+        visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MOST, 0, summary);
+        for (name, difference) in PARAMETERS.into_iter().zip(&mut gains.differences) {
+            visit.of_program(difference, name, "A parameter of the law.");
+        }
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+        settings.is_revalued = settings.valued_program != settings.program;
+        settings.valued_program = settings.program;
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        if settings.is_revalued {
+            *gains = Gains::default();
+        }
+    }
+
+    fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let mut ports = Ports::default();
+        // As by default, it has no port.
+        let Some(program) = declare.program(settings.program) else { return ports };
+        let (header, dof) = (program.header(), declare.device().dof());
+        let axes = usize::from(header.axes);
+        declare.needs_axis(if header.is_coupled { axes == dof } else { axes <= dof });
+        let mut signals = program.ports();
+        for (name, input) in INPUTS.into_iter().zip(&mut ports.inputs).take(header.inputs.into()) {
+            let Some(signal) = signals.next() else { break };
+            let Some(data_type) = types::by_id(signal.id) else { break };
+            *input = declare.of_signal(signal).input(name, data_type);
+        }
+        for (name, output) in OUTPUTS.into_iter().zip(&mut ports.outputs).take(header.outputs.into()) {
+            let Some(signal) = signals.next() else { break };
+            let Some(data_type) = types::by_id(signal.id) else { break };
+            *output = declare.of_signal(signal).output(name, data_type);
+        }
+        ports
+    }
+
+    fn begin(context: &Context<'_, Self>) {
+        context.clear();
+        run_section(context, Section::Begin);
+    }
+
+    fn compute(context: &Context<'_, Self>) {
+        run_section(context, Section::Tick);
+    }
+}
+
+#[inline(never)]
+fn run_section(context: &Context<'_, Online>, section: Section) {
+    let Settings { program, period_s, .. } = context.settings();
+    let Some(program) = context.programs().get(program) else { return };
+    let constants = program.constants();
+    let mut registers = [0.0; REGISTERS];
+    let lanes = if program.header().is_coupled { 1 } else { context.dof() };
+    let mut lane = Lane { context, program, period_s, axis: 0 };
+    run(program.instructions(Section::Once), constants, &mut registers, &lane);
+    let instructions = program.instructions(section);
+    for axis in 0..lanes {
+        lane.axis = axis;
+        run(instructions, constants, &mut registers, &lane);
+    }
+}
+
+/// What a program reads and writes on an axis.
+struct Lane<'a> {
+    context: &'a Context<'a, Online>,
+    program: Program<'a>,
+    period_s: f32,
+    axis: usize,
+}
+
+impl Lane<'_> {
+    #[inline(always)]
+    fn axis(&self, axis: u8) -> usize {
+        if axis == OWN_AXIS { self.axis } else { axis.into() }
+    }
+}
+
+impl Surroundings for Lane<'_> {
+    #[inline(always)]
+    fn period_s(&self) -> f32 {
+        self.period_s
+    }
+
+    #[inline(always)]
+    fn input(&self, port: u8, axis: u8) -> f32 {
+        let input: Input = self.context.port(port.into());
+        self.context.axis(input, self.axis(axis))
+    }
+
+    #[inline(always)]
+    fn last(&self, port: u8, axis: u8) -> f32 {
+        let output: Output = self.context.port(MAX_INPUTS + usize::from(port));
+        if self.context.takes_over() { self.context.axis(output.last(), self.axis(axis)) } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn parameter(&self, number: u8, axis: u8) -> f32 {
+        let words = self.context.gain_words(self.axis(axis));
+        let difference = words.get(usize::from(number)).map_or(0, core::cell::Cell::get);
+        f32::from_bits(difference ^ self.program.default_bits(number))
+    }
+
+    #[inline(always)]
+    fn state(&self, number: u8) -> f32 {
+        let word = self.context.axis_words(self.axis).get(usize::from(number));
+        word.map_or(0.0, |word| f32::from_bits(word.get()))
+    }
+
+    #[inline(always)]
+    fn remember(&self, number: u8, value: f32) {
+        if let Some(word) = self.context.axis_words(self.axis).get(usize::from(number)) {
+            word.set(value.to_bits());
+        }
+    }
+
+    #[inline(always)]
+    fn write(&self, port: u8, axis: u8, value: f32) {
+        let output: Output = self.context.port(MAX_INPUTS + usize::from(port));
+        self.context.set_axis(output, self.axis(axis), value);
+    }
+}

@@ -1,0 +1,149 @@
+//! The programs that a controller has, and the next one while it comes in.
+
+use serde::{Deserialize, Serialize};
+
+use super::program::{Header, Program};
+use super::verify::ProgramError;
+use crate::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
+
+/// What is asked of the programs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum LawAction {
+    /// How the place of this number stands, from 1.
+    Look {
+        /// The place.
+        number: u8,
+    },
+    /// Words of the program in this place, from one of them on.
+    Read {
+        /// The place.
+        number: u8,
+        /// First word wanted; at most [`MAX_SIGNAL_WORDS`](crate::protocol::MAX_SIGNAL_WORDS) come at a time.
+        from: u8,
+    },
+}
+
+/// How a place for a program stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct LawReport {
+    /// Words of the program; 0 for none.
+    pub words: u8,
+    /// Whether a module has it, plugged in or not, in the scheme that runs or the next one.
+    pub is_used: bool,
+    /// What it adds to a tick of this device, cycles; none if that is not known.
+    pub cycles: Option<u32>,
+}
+
+/// Why nothing was done about a program.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum LawRefusal {
+    /// What was put is no program.
+    Program(ProgramError),
+    /// A module has the program that is there.
+    InUse,
+    /// The controller has no place of this number.
+    NoSuchNumber,
+}
+
+impl core::fmt::Display for LawRefusal {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Program(error) => write!(f, "the law was refused: {error}"),
+            Self::InUse => write!(
+                f,
+                "a module has the law that is there: upload this one to another number, or `close` the module first"
+            ),
+            Self::NoSuchNumber => {
+                write!(f, "the controller keeps laws 1 to {MAX_PROGRAMS}: give it one of these numbers")
+            }
+        }
+    }
+}
+
+impl core::error::Error for LawRefusal {}
+
+/// A place for a program.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    words: [u32; PROGRAM_WORDS],
+    /// Of these are the program's; 0 for none.
+    count: u8,
+    header: Header,
+}
+
+impl Place {
+    /// All zero bits.
+    const EMPTY: Self = Self { words: [0; PROGRAM_WORDS], count: 0, header: Header::NONE };
+}
+
+/// All programs, and what was put of the next one.
+#[derive(Debug)]
+pub(crate) struct Programs {
+    places: [Place; MAX_PROGRAMS],
+    /// No word where there is no place.
+    put: [[u32; PROGRAM_WORDS]; if MAX_PROGRAMS == 0 { 0 } else { 1 }],
+}
+
+impl Programs {
+    pub(crate) const fn new() -> Self {
+        Self {
+            places: [Place::EMPTY; MAX_PROGRAMS],
+            put: [[0; PROGRAM_WORDS]; if MAX_PROGRAMS == 0 { 0 } else { 1 }],
+        }
+    }
+
+    /// The program of this number, from 1.
+    #[inline(always)]
+    pub(crate) fn get(&self, number: u32) -> Option<Program<'_>> {
+        let place = self.places.get(usize::try_from(number).ok()?.checked_sub(1)?)?;
+        let words = place.words.get(..usize::from(place.count)).filter(|words| !words.is_empty())?;
+        Some(Program::trusted(words, place.header))
+    }
+
+    /// Every program that there is, with its number.
+    pub(crate) fn all(&self) -> impl Iterator<Item = (u8, Program<'_>)> {
+        (1..=MAX_PROGRAM_NUMBER).filter_map(|number| Some((number, self.get(number.into())?)))
+    }
+
+    /// Puts words of the next program; those beyond the last one are dropped.
+    pub(crate) fn put(&mut self, place: u8, words: [u32; 2]) {
+        for (target, word) in self.put.as_flattened_mut().iter_mut().skip(place.into()).zip(words) {
+            *target = word;
+        }
+    }
+
+    /// Keeps what was put. Where another program is in use, or these words are none, nothing changes.
+    pub(crate) fn keep(&mut self, number: u8, count: u8, is_used: bool) -> Result<(), LawRefusal> {
+        let words = self.put.as_flattened().get(..usize::from(count));
+        let words = words.ok_or(LawRefusal::Program(ProgramError::Size))?;
+        let header = Program::verify(words).map_err(LawRefusal::Program)?.header();
+        if self.get(number.into()).is_some_and(|there| there.words() == words) {
+            return Ok(());
+        }
+        if is_used {
+            return Err(LawRefusal::InUse);
+        }
+        let place = usize::from(number).checked_sub(1).and_then(|place| self.places.get_mut(place));
+        let place = place.ok_or(LawRefusal::NoSuchNumber)?;
+        for (target, word) in place.words.iter_mut().zip(words) {
+            *target = *word;
+        }
+        (place.count, place.header) = (count, header);
+        Ok(())
+    }
+
+    /// Empties a place.
+    pub(crate) fn remove(&mut self, number: u8) {
+        let place = usize::from(number).checked_sub(1).and_then(|place| self.places.get_mut(place));
+        if let Some(place) = place {
+            place.count = 0;
+        }
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a few")]
+const MAX_PROGRAM_NUMBER: u8 = MAX_PROGRAMS as u8;

@@ -1,0 +1,249 @@
+//! Whether words are a program: looked at when it is taken, never in a tick.
+
+use serde::{Deserialize, Serialize};
+
+use super::PROGRAM_VERSION;
+use super::instruction::{Field, Instruction, OWN_AXIS, Opcode, REGISTERS};
+use super::program::{Header, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal};
+use crate::data_type::Shape;
+use crate::limits::{MAX_DOF, PROGRAM_WORDS};
+use crate::types;
+use crate::word::Format;
+
+/// Why words are no program. `at` is the number of the instruction, from 0, of all sections.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum ProgramError {
+    /// They are not what was sent: the CRC is another one.
+    Damaged,
+    /// Another version of the format.
+    Version {
+        /// The version found.
+        found: u8,
+    },
+    /// There is more of something than fits, or the words are not as many as it says.
+    Size,
+    /// A port's signal is of no known type, or not one `f32` for each axis.
+    Port {
+        /// Number of the port, inputs first.
+        port: u8,
+    },
+    /// A parameter's range or default is none.
+    Parameter {
+        /// Its number.
+        parameter: u8,
+    },
+    /// A constant is not finite.
+    Constant {
+        /// Its number.
+        constant: u8,
+    },
+    /// No instruction has this opcode.
+    Opcode {
+        /// Which instruction.
+        at: u8,
+    },
+    /// A register is not there, or is read before it was written.
+    Register {
+        /// Which instruction.
+        at: u8,
+    },
+    /// An instruction names a constant, port, parameter, state or axis that is not there.
+    Range {
+        /// Which instruction.
+        at: u8,
+    },
+    /// An instruction stands where it must not: an output is written before the first tick, or an axis is read where
+    /// there is none.
+    Place {
+        /// Which instruction.
+        at: u8,
+    },
+    /// An output is not written on every axis.
+    Output {
+        /// Its number.
+        output: u8,
+    },
+}
+
+impl core::fmt::Display for ProgramError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Damaged => write!(f, "its words are not what was sent: upload it again"),
+            Self::Version { found } => write!(
+                f,
+                "its format is {found}, the image reads {PROGRAM_VERSION}: compile it with the `dimsart` of the image"
+            ),
+            Self::Size => write!(f, "it has more than {PROGRAM_WORDS} words, or not as many as it says"),
+            Self::Port { port } => write!(
+                f,
+                "its port {port} has a data type that the image does not know, or that is not one number for each axis"
+            ),
+            Self::Parameter { parameter } => {
+                write!(f, "its parameter {parameter} has a default outside its range, or a unit that is none")
+            }
+            Self::Constant { constant } => write!(f, "its constant {constant} is not a finite number"),
+            Self::Opcode { at } => write!(f, "its instruction {at} is unknown to the image"),
+            Self::Register { at } => write!(f, "its instruction {at} reads what was not computed before"),
+            Self::Range { at } => write!(f, "its instruction {at} names something that is not there"),
+            Self::Place { at } => write!(f, "its instruction {at} stands where it must not"),
+            Self::Output { output } => write!(f, "its output {output} is not written on every axis"),
+        }
+    }
+}
+
+impl core::error::Error for ProgramError {}
+
+/// A bit for each register that was written.
+type Written = u32;
+const _: () = assert!(REGISTERS == 32, "a bit for each");
+
+pub(super) fn verify(words: &[u32]) -> Result<Header, ProgramError> {
+    let (crc, content) = words.split_last().ok_or(ProgramError::Size)?;
+    let header = Header::of(words).ok_or(ProgramError::Size)?;
+    if words.len() > PROGRAM_WORDS {
+        return Err(ProgramError::Size);
+    }
+    if seal(content) != *crc {
+        return Err(ProgramError::Damaged);
+    }
+    let [version, ..] = words.first().copied().unwrap_or(0).to_le_bytes();
+    if version != PROGRAM_VERSION {
+        return Err(ProgramError::Version { found: version });
+    }
+    let has_room = [
+        (header.inputs, MAX_INPUTS),
+        (header.outputs, MAX_OUTPUTS),
+        (header.parameters, MAX_PARAMETERS),
+        (header.states, MAX_STATES),
+        (header.axes, MAX_DOF),
+    ];
+    let fits = has_room.iter().all(|(count, most)| usize::from(*count) <= *most);
+    if !fits || header.is_coupled && header.axes == 0 || header.words() != words.len() {
+        return Err(ProgramError::Size);
+    }
+    let program = Program::unverified(words, header);
+    check_ports(&program)?;
+    check_numbers(&program)?;
+    check_instructions(&program)?;
+    Ok(header)
+}
+
+fn check_ports(program: &Program<'_>) -> Result<(), ProgramError> {
+    for (port, signal) in (0..).zip(program.ports()) {
+        let is_right = types::by_id(signal.id).is_some_and(|found| {
+            found.format == Format::F32 && found.shape == Shape::Vector && signal.number > 0
+        });
+        if !is_right {
+            return Err(ProgramError::Port { port });
+        }
+    }
+    Ok(())
+}
+
+fn check_numbers(program: &Program<'_>) -> Result<(), ProgramError> {
+    for number in 0..program.header().parameters {
+        let is_right = program.parameter(number).is_some_and(|found| {
+            let ends = found.min.is_finite() && found.max.is_finite();
+            ends && (found.min..=found.max).contains(&found.default)
+        });
+        if !is_right {
+            return Err(ProgramError::Parameter { parameter: number });
+        }
+    }
+    let wrong = program.constants().iter().position(|bits| !f32::from_bits(*bits).is_finite());
+    match wrong {
+        None => Ok(()),
+        Some(place) => Err(ProgramError::Constant { constant: u8::try_from(place).unwrap_or(u8::MAX) }),
+    }
+}
+
+fn check_instructions(program: &Program<'_>) -> Result<(), ProgramError> {
+    let mut outputs = [0_u8; MAX_OUTPUTS];
+    let (mut at, mut once) = (0, 0);
+    for section in [Section::Once, Section::Begin, Section::Tick] {
+        let mut written = once;
+        for word in program.instructions(section) {
+            let instruction = Instruction(*word);
+            written = check(program.header(), section, instruction, at, written)?;
+            if instruction.opcode() == Some(Opcode::Output) {
+                let [output, _, axis, _] = instruction.fields();
+                if let Some(axes) = outputs.get_mut(usize::from(output)) {
+                    *axes |=
+                        if axis == OWN_AXIS { u8::MAX } else { 1_u8.checked_shl(axis.into()).unwrap_or(0) };
+                }
+            }
+            at = at.saturating_add(1);
+        }
+        if section == Section::Once {
+            once = written;
+        }
+    }
+    let header = program.header();
+    let every = if header.is_coupled {
+        u8::MAX >> (MAX_DOF - usize::from(header.axes).min(MAX_DOF))
+    } else {
+        u8::MAX
+    };
+    let axes = outputs.iter().take(header.outputs.into());
+    match (0..).zip(axes).find(|(_, axes)| **axes & every != every) {
+        None => Ok(()),
+        Some((output, _)) => Err(ProgramError::Output { output }),
+    }
+}
+
+/// Checks an instruction; gives the registers that are written behind it.
+fn check(
+    header: Header,
+    section: Section,
+    instruction: Instruction,
+    at: u8,
+    written: Written,
+) -> Result<Written, ProgramError> {
+    let opcode = instruction.opcode().ok_or(ProgramError::Opcode { at })?;
+    // The axis that is computed is known in the sections of an axis, and never where all are computed in one go.
+    let has_axis = section != Section::Once && !header.is_coupled;
+    let is_in_place = match opcode {
+        Opcode::Output => section == Section::Tick,
+        Opcode::Last => section == Section::Begin,
+        Opcode::Input | Opcode::Parameter | Opcode::State | Opcode::Remember => section != Section::Once,
+        _ => true,
+    };
+    if !is_in_place {
+        return Err(ProgramError::Place { at });
+    }
+    let mut behind = written;
+    for (field, number) in opcode.fields().iter().zip(instruction.fields()) {
+        let bit = 1_u32.checked_shl(number.into());
+        let count = match field {
+            Field::To => {
+                behind |= bit.ok_or(ProgramError::Register { at })?;
+                continue;
+            }
+            Field::From => {
+                let bit = bit.ok_or(ProgramError::Register { at })?;
+                if written & bit == 0 {
+                    return Err(ProgramError::Register { at });
+                }
+                continue;
+            }
+            Field::Axis if number == OWN_AXIS => {
+                if !has_axis {
+                    return Err(ProgramError::Place { at });
+                }
+                continue;
+            }
+            Field::Axis => header.axes,
+            Field::Constant => header.constants,
+            Field::Input => header.inputs,
+            Field::Output => header.outputs,
+            Field::Parameter => header.parameters,
+            Field::State => header.states,
+        };
+        if number >= count {
+            return Err(ProgramError::Range { at });
+        }
+    }
+    Ok(behind)
+}

@@ -1,0 +1,214 @@
+//! `dimsart law`: control laws as text.
+
+use std::fmt;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+use dimsart_core::modules::Standard;
+use dimsart_core::online::{Header, Instruction, Section};
+use dimsart_core::{AxisKind, Cost, DeviceDescriptor, ModuleList as _, Unit};
+use serde::Serialize;
+
+use super::Ending;
+use crate::connect::law_names;
+use crate::stamp::StampedImage;
+
+/// Control laws as text: what one needs, or where it is wrong.
+///
+/// A device takes them while it runs: `dimsart connect PORT law upload FILE`.
+#[derive(Debug, Args)]
+pub(super) struct Law {
+    #[command(subcommand)]
+    action: Action,
+}
+
+#[derive(Debug, Subcommand)]
+enum Action {
+    /// Compile a law, and say what it needs.
+    Check {
+        /// Law file.
+        file: PathBuf,
+        /// A stamped image: says what the law adds to a tick there.
+        #[arg(long, value_name = "FILE")]
+        image: Option<PathBuf>,
+        /// Axes that its cost is for.
+        #[arg(long, default_value_t = 1)]
+        axes: u8,
+        /// Prints JSON, and nothing else.
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+/// Compiles a file.
+pub(super) fn read(path: &Path) -> Result<hil_sim::law::Law, String> {
+    hil_sim::law::Law::read(path)
+}
+
+impl Law {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let Action::Check { file, image, axes, json } = self.action;
+        let law = read(&file)?;
+        let summary = Summary::of(&law, image.as_deref(), axes)?;
+        if json {
+            writeln!(out, "{}", serde_json::to_string(&summary)?)?;
+        } else {
+            writeln!(out, "{summary}")?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// What a law needs, and what it comes to.
+#[derive(Debug, Serialize)]
+struct Summary {
+    name: String,
+    summary: String,
+    ports: Vec<Port>,
+    parameters: Vec<Parameter>,
+    /// The fewest axes that it needs; just as many if it computes all of them in one go.
+    axes: u8,
+    is_coupled: bool,
+    /// Of a tick, on each axis.
+    instructions: u8,
+    /// Of a tick, once for all axes.
+    instructions_once: u8,
+    bytes: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    cycles: Option<Cycles>,
+}
+
+#[derive(Debug, Serialize)]
+struct Port {
+    name: String,
+    on_device: String,
+    is_written: bool,
+    signal: String,
+}
+
+#[derive(Debug, Serialize)]
+struct Parameter {
+    name: String,
+    on_device: String,
+    unit: String,
+    min: f32,
+    max: f32,
+    default: f32,
+    meaning: String,
+}
+
+/// At most, on an image.
+#[derive(Debug, Serialize)]
+struct Cycles {
+    image: String,
+    axes: u8,
+    cycles: u32,
+}
+
+impl Summary {
+    fn of(
+        law: &hil_sim::law::Law,
+        image: Option<&Path>,
+        axes: u8,
+    ) -> Result<Self, Box<dyn std::error::Error>> {
+        let header = law.program().map_or_else(Header::default, |program| program.header());
+        let mut on_device = law_names(law).into_iter().map(|name| name.on_device);
+        let mut next = || on_device.next().unwrap_or_default();
+        let device = DeviceDescriptor::new("any", &[AxisKind::Rotary], 1e-3, &[], &[]);
+        let signal = |signal| {
+            device.as_ref().map_or_else(|_| String::new(), |device| device.signal_name(signal).to_string())
+        };
+        let inputs = law.inputs.iter().map(|port| (port, false));
+        let ports = inputs.chain(law.outputs.iter().map(|port| (port, true)));
+        let ports = ports.map(|(port, is_written)| Port {
+            name: port.name.clone(),
+            on_device: next(),
+            is_written,
+            signal: signal(port.signal),
+        });
+        let ports = ports.collect();
+        let parameters = law.parameters.iter().map(|found| Parameter {
+            name: found.name.clone(),
+            on_device: next(),
+            unit: unit(found.parameter.unit),
+            min: found.parameter.min,
+            max: found.parameter.max,
+            default: found.parameter.default,
+            meaning: found.summary.clone(),
+        });
+        let cycles = match image {
+            None => None,
+            Some(path) => {
+                Some(Cycles { image: path.display().to_string(), axes, cycles: cycles(law, path, axes)? })
+            }
+        };
+        Ok(Self {
+            name: law.name.clone(),
+            summary: law.summary.clone(),
+            ports,
+            parameters: parameters.collect(),
+            axes: header.axes,
+            is_coupled: header.is_coupled,
+            instructions: header.tick,
+            instructions_once: header.once,
+            bytes: 4 * law.words.len(),
+            cycles,
+        })
+    }
+}
+
+/// Of both kinds of axes, where they differ.
+fn unit(unit: Unit) -> String {
+    let [linear, rotary] = [AxisKind::Linear, AxisKind::Rotary].map(|kind| unit.symbol(kind));
+    if linear == rotary { linear.to_owned() } else { format!("{linear} or {rotary}") }
+}
+
+/// What a law adds to a tick at most, with the module that runs it.
+fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dyn std::error::Error>> {
+    let unknown = || format!("{}: what laws cost is not known: `dimsart stamp` it", image.display());
+    let costs = StampedImage::read(image)?.costs().ok_or_else(unknown)?;
+    let kind = Standard::KINDS.iter().position(dimsart_core::Kind::runs_program).ok_or_else(unknown)?;
+    let line = |index: usize| costs.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN);
+    let program = law.program().ok_or_else(unknown)?;
+    let own = line(1 + kind).ok_or_else(unknown)?.cycles(axes.into());
+    let sum = |section| -> Option<u32> {
+        let each = program.instructions(section).iter().map(|word| {
+            let opcode = Instruction(*word).opcode()?;
+            Some(line(1 + Standard::KINDS.len() + opcode as usize)?.cycles(0))
+        });
+        each.sum()
+    };
+    let lanes = if program.header().is_coupled { 1 } else { u32::from(axes) };
+    let sums = [Section::Once, Section::Begin, Section::Tick].map(sum);
+    let [Some(once), Some(begin), Some(tick)] = sums else { return Err(unknown().into()) };
+    Ok(own + 2 * once + lanes * (begin + tick))
+}
+
+impl fmt::Display for Summary {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}  {}", self.name, self.summary)?;
+        for port in &self.ports {
+            let Port { name, on_device, is_written, signal } = port;
+            let does = if *is_written { "writes" } else { "reads" };
+            writeln!(f, "  {on_device:6} {name}: {does} {signal}")?;
+        }
+        for parameter in &self.parameters {
+            let Parameter { name, on_device, unit, min, max, default, meaning } = parameter;
+            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+            writeln!(f, "  {on_device:6} {name}: {default}{unit}, {min} to {max}  {meaning}")?;
+        }
+        match (self.axes, self.is_coupled) {
+            (axes, true) => writeln!(f, "for a device with {axes} axes, all computed in one go")?,
+            (0 | 1, false) => writeln!(f, "for any device, axis by axis")?,
+            (axes, false) => writeln!(f, "for a device with {axes} axes or more, axis by axis")?,
+        }
+        let Self { instructions, instructions_once, bytes, .. } = self;
+        write!(f, "{instructions} instructions for an axis, {instructions_once} for all, {bytes} bytes")?;
+        if let Some(Cycles { image, axes, cycles }) = &self.cycles {
+            write!(f, "\nat most {cycles} cycles of a tick with {axes} axes on {image}")?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,220 @@
+//! Laws that come while the controller runs: upload, list, remove, and their own names.
+
+use std::fmt;
+use std::io::{Read, Write};
+
+use dimsart_core::limits::PROGRAM_WORDS;
+use dimsart_core::online::{LawAction, Program};
+use dimsart_core::protocol::{Refusal, Request, Response, SignalText};
+use dimsart_core::{Command, Value};
+use hil_sim::law::Law;
+use serde::Serialize;
+
+use super::device::take;
+use super::{ConnectError, Device};
+
+/// Of the module that runs laws.
+const MODULE: &str = "ONLINE_MOD";
+
+/// A law that is on a device.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LawReport {
+    /// Its number, for the parameter `PROGRAM`.
+    pub number: u8,
+    /// Its name.
+    pub name: String,
+    /// Words of its program.
+    pub words: u8,
+    /// What it adds to a tick of the device, cycles; none if that is not known.
+    pub cycles: Option<u32>,
+    /// Whether a module has it.
+    pub is_used: bool,
+    /// Its ports and parameters, and what the device calls them.
+    pub names: Vec<LawName>,
+}
+
+/// A port or a parameter of a law.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LawName {
+    /// Name on the device, such as `P_1`.
+    pub on_device: String,
+    /// Name in the law.
+    pub in_law: String,
+}
+
+impl LawReport {
+    fn new(number: u8, law: &Law, cycles: Option<u32>, is_used: bool) -> Self {
+        let words = u8::try_from(law.words.len()).unwrap_or(u8::MAX);
+        Self { number, name: law.name.clone(), words, cycles, is_used, names: names(law) }
+    }
+}
+
+/// What the device calls the ports and parameters of a law.
+#[must_use]
+pub fn names(law: &Law) -> Vec<LawName> {
+    fn of<'n>(prefix: &'n str, names: impl Iterator<Item = &'n String>) -> impl Iterator<Item = LawName> {
+        (1..).zip(names).map(move |(number, name)| LawName {
+            on_device: format!("{prefix}_{number}"),
+            in_law: name.clone(),
+        })
+    }
+    let inputs = of("IN", law.inputs.iter().map(|port| &port.name));
+    let outputs = of("OUT", law.outputs.iter().map(|port| &port.name));
+    inputs.chain(outputs).chain(of("P", law.parameters.iter().map(|found| &found.name))).collect()
+}
+
+impl fmt::Display for LawReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { number, name, words, cycles, is_used, names } = self;
+        write!(f, "law {number}: {name}, {words} of {PROGRAM_WORDS} words")?;
+        if let Some(cycles) = cycles {
+            write!(f, ", at most {cycles} cycles of a tick")?;
+        }
+        f.write_str(if *is_used { ", in use" } else { ", not in use" })?;
+        let names: Vec<String> =
+            names.iter().map(|name| format!("{} {}", name.on_device, name.in_law)).collect();
+        write!(f, "\n  {}", names.join(", "))
+    }
+}
+
+/// All laws of a device.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Laws {
+    /// Laws.
+    pub laws: Vec<LawReport>,
+    /// How many there can be.
+    pub places: u8,
+}
+
+impl fmt::Display for Laws {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for law in &self.laws {
+            writeln!(f, "{law}")?;
+        }
+        write!(f, "{} of {} laws", self.laws.len(), self.places)
+    }
+}
+
+/// A law that is gone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct LawRemoved {
+    /// Its number.
+    pub number: u8,
+}
+
+impl fmt::Display for LawRemoved {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "law {} is removed", self.number)
+    }
+}
+
+impl<S: Read + Write> Device<S> {
+    /// Has the device take a law, under a number or the first free one. Nothing that runs is touched.
+    ///
+    /// # Errors
+    /// [`ConnectError::NoLaws`] of an image without laws; [`ConnectError::Command`] with the reason of a refusal, or when no
+    /// place is free; nothing has changed then.
+    pub fn upload_law(&mut self, law: &Law, number: Option<u8>) -> Result<LawReport, ConnectError> {
+        let number = match number {
+            Some(number) => number,
+            None => self.free_law()?,
+        };
+        for command in law.commands(number) {
+            self.give(command)?;
+        }
+        let look = self.look_at_law(number)?.ok_or(ConnectError::OtherAnswer)?;
+        Ok(LawReport::new(number, law, look.cycles, look.is_used))
+    }
+
+    /// The laws that the device has.
+    ///
+    /// # Errors
+    /// [`ConnectError::NoLaws`]; [`ConnectError::Line`] when the device does not answer.
+    pub fn laws(&mut self) -> Result<Laws, ConnectError> {
+        let (mut laws, mut places) = (Vec::new(), 0);
+        for number in 1..=u8::MAX {
+            let Some(look) = self.look_at_law(number)? else { break };
+            places = number;
+            if look.words > 0
+                && let Some(law) = self.law(number)?
+            {
+                laws.push(LawReport::new(number, &law, look.cycles, look.is_used));
+            }
+        }
+        Ok(Laws { laws, places })
+    }
+
+    /// Has the device forget a law that no module has.
+    ///
+    /// # Errors
+    /// [`ConnectError::Command`] while a module has it.
+    pub fn remove_law(&mut self, number: u8) -> Result<LawRemoved, ConnectError> {
+        self.give(Command::RemoveLaw { number })?;
+        Ok(LawRemoved { number })
+    }
+
+    /// What the device calls a parameter, `stiffness[0]`, or a port, `PORT_force`, of the law that a module runs; the word
+    /// itself where that has no such name.
+    pub(super) fn word_of_law(&mut self, module: &str, word: &str) -> Result<String, ConnectError> {
+        if module.split('.').next() != Some(MODULE) {
+            return Ok(word.to_owned());
+        }
+        let reference = self.module(module)?;
+        let program = self.ask(&Request::Get { module: reference, parameter: 0, entry: 0 }, take!(Value));
+        let number = match program {
+            Ok(Some(Value::Count(number))) => u8::try_from(number).unwrap_or(0),
+            Err(ConnectError::Line(error)) => return Err(error.into()),
+            // It does not exist yet.
+            _ => 0,
+        };
+        let Some(law) = (if number == 0 { None } else { self.law(number)? }) else {
+            return Ok(word.to_owned());
+        };
+        let (prefix, name) = word.strip_prefix("PORT_").map_or(("", word), |name| ("PORT_", name));
+        let (name, axis) = name.find('[').map_or((name, ""), |place| name.split_at(place));
+        let found = names(&law).into_iter().find(|found| found.in_law == name);
+        let is_port = |found: &LawName| !found.on_device.starts_with("P_");
+        let found = found.filter(|found| is_port(found) == (prefix == "PORT_"));
+        Ok(found.map_or_else(|| word.to_owned(), |found| format!("{prefix}{}{axis}", found.on_device)))
+    }
+
+    /// A law by its program; none where there is none.
+    fn law(&mut self, number: u8) -> Result<Option<Law>, ConnectError> {
+        let mut words: Vec<u32> = Vec::new();
+        loop {
+            let from = u8::try_from(words.len()).unwrap_or(u8::MAX);
+            let read =
+                self.ask(&Request::Law(LawAction::Read { number, from }), |response| match response {
+                    Response::Signal(text) => Some(text),
+                    _ => None,
+                })?;
+            let Some(SignalText { words_in_all, words: more, .. }) = read else { return Ok(None) };
+            words.extend_from_slice(&more);
+            if more.is_empty() || words.len() >= usize::from(words_in_all) {
+                break;
+            }
+        }
+        Ok(Program::verify(&words).ok().map(|program| Law::of_program(&program)))
+    }
+
+    fn look_at_law(&mut self, number: u8) -> Result<Option<dimsart_core::online::LawReport>, ConnectError> {
+        match self.ask(&Request::Law(LawAction::Look { number }), take!(Law)) {
+            Err(ConnectError::Refused(Refusal::NotUnderstood)) => Err(ConnectError::NoLaws),
+            look => look,
+        }
+    }
+
+    fn free_law(&mut self) -> Result<u8, ConnectError> {
+        let mut places = 0;
+        for number in 1..=u8::MAX {
+            let Some(look) = self.look_at_law(number)? else { break };
+            if look.words == 0 {
+                return Ok(number);
+            }
+            places = number;
+        }
+        Err(ConnectError::Command(format!(
+            "the device has {places} laws, and no place for another one: `law remove` one that is not in use"
+        )))
+    }
+}

@@ -1,0 +1,87 @@
+//! What a law costs: a program with as many ports as can be, and what each instruction adds to it.
+
+use dimsart_core::modules::Standard;
+use dimsart_core::online::{
+    Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, OWN_AXIS, Opcode, seal,
+};
+use dimsart_core::{Command, Cost, Kind, ModuleList as _, ModuleRef, TypeRef, Unit, Value, types};
+use hil_sim::law;
+
+use super::scheme_bound::{SchemeBound, Variant};
+
+/// Of an instruction in a program.
+const COPIES: u8 = 8;
+
+/// The module that runs laws; none in a build without it.
+pub(super) fn module() -> Option<ModuleRef> {
+    let kind = Standard::KINDS.iter().position(Kind::runs_program)?;
+    Some(ModuleRef { kind: u8::try_from(kind).ok()?, number: 1 })
+}
+
+/// A law with all ports, which writes an input to every output.
+pub(super) fn plain(module: ModuleRef) -> Variant {
+    Variant::with(module, commands(module, &[]))
+}
+
+/// The same with copies of an instruction, if a tick can have it.
+pub(super) fn with(module: ModuleRef, opcode: Opcode) -> Variant {
+    // Fields that are not registers are the first of their kind; what is read is what came in.
+    let fields: Vec<u8> = opcode
+        .fields()
+        .iter()
+        .map(|field| match field {
+            Field::To => 1,
+            Field::Axis => OWN_AXIS,
+            _ => 0,
+        })
+        .collect();
+    let copies = vec![Instruction::new(opcode, &fields); COPIES.into()];
+    let copies = if opcode == Opcode::Last { Vec::new() } else { copies };
+    Variant::with(module, commands(module, &copies))
+}
+
+fn commands(module: ModuleRef, more: &[Instruction]) -> Vec<Command> {
+    let count = |count: usize| u8::try_from(count).unwrap_or(u8::MAX);
+    let mut tick = vec![Instruction::new(Opcode::Input, &[0, 0, OWN_AXIS])];
+    tick.extend(more);
+    tick.extend(
+        (0..count(MAX_OUTPUTS)).map(|output| Instruction::new(Opcode::Output, &[output, 0, OWN_AXIS])),
+    );
+    let header = Header {
+        inputs: count(MAX_INPUTS),
+        outputs: count(MAX_OUTPUTS),
+        parameters: 1,
+        states: 1,
+        constants: 1,
+        tick: count(tick.len()),
+        ..Header::default()
+    };
+    let numbered = |of: TypeRef, most: usize| (1..=count(most)).map(move |number| TypeRef { number, ..of });
+    let ports = numbered(types::POSITION.first(), MAX_INPUTS);
+    let ports = ports.chain(numbered(types::DES_FORCE.first(), MAX_OUTPUTS));
+    let mut words = header.to_words().to_vec();
+    words.extend(ports.map(|port| u32::from(port.id) | u32::from(port.number) << 16));
+    words.extend(LawParameter { unit: Unit::One, min: 0.0, max: 1.0, default: 0.5 }.to_words());
+    words.push(1.5_f32.to_bits());
+    words.extend(tick.iter().map(|instruction| instruction.0));
+    words.push(seal(&words));
+    let mut commands = law::commands_of(&words, 1);
+    commands.push(Command::set(module, 0, Value::Count(1)));
+    commands
+}
+
+/// What each instruction adds for an axis, by bounds of the plain law and of those with copies of it on `dof` axes.
+pub(super) fn lines(plain: Option<SchemeBound>, with: &[Option<SchemeBound>], dof: u16) -> Vec<Cost> {
+    let lines = with.iter().zip(Opcode::ALL).map(|(bound, opcode)| {
+        let more = bound.as_ref()?.module.0.saturating_sub(plain?.module.0);
+        let each = more.div_ceil(u64::from(COPIES) * u64::from(dof));
+        u16::try_from(each).ok().filter(|each| *each > 0 || *opcode == Opcode::Last)
+    });
+    let mut lines: Vec<Option<u16>> = lines.collect();
+    // It stands where a law begins alone, and does what an input does, and a comparison.
+    let input = lines.get(Opcode::Input as usize).copied().flatten();
+    if let Some(last) = lines.get_mut(Opcode::Last as usize) {
+        *last = input.map(|input| input.saturating_mul(2));
+    }
+    lines.into_iter().map(|line| line.map_or(Cost::UNKNOWN, |each| Cost::new(each, 0))).collect()
+}

@@ -1,0 +1,114 @@
+//! Laws as text on the processor: the bits of the same law in Rust, and how many times its cycles.
+
+use cycles::timing::{Column, Profile, Timing};
+use dimsart::cycles::Controller;
+use dimsart_core::{Dimsart, Word, saved_scheme, scheme};
+use hil_sim::bilateral::device;
+use hil_sim::law::Law;
+
+use crate::common::variant;
+
+/// The most that a law may take of what it takes in Rust.
+const MOST_TIMES: u64 = 15;
+const TICKS: u16 = 300;
+
+const P: &str = "law P
+in position: POSITION
+in desired: DES_POSITION
+out force: DES_FORCE
+param stiffness: Stiffness = 0 in 0..1e6
+force = stiffness * (desired - position)";
+
+const PID: &str = "law PID
+in position: POSITION
+in desired: DES_POSITION
+out force: DES_FORCE
+param stiffness: Stiffness = 0 in 0..1e6
+param integral_gain: IntegralGain = 0 in 0..1e7
+param damping: Damping = 0 in 0..1e4
+param limit: Force = 1e4 in 0..1e4
+param tracking_time: Second = 0.1 in 1e-3..100
+param filter_time: Second = 0 in 0..10
+state integral = 0
+state previous = desired - position
+state before = 0
+let error = desired - position
+let change = error - previous
+let filtered = before + period / (period + filter_time) * (change - before)
+let sum = integral + integral_gain * period * error
+let wanted = stiffness * error + sum + damping / period * filtered
+force = clamp(wanted, -limit, limit)
+integral = sum + min(period / tracking_time, 1) * (force - wanted)
+previous = error
+before = filtered";
+
+/// A controller of so many axes with a generator of desired positions, and these rows.
+fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart {
+    let mut dimsart = Dimsart::new(device("master", dof, 1e-3).unwrap()).unwrap();
+    for command in law.iter().flat_map(|law| law.commands(1)) {
+        dimsart.command(command).unwrap();
+    }
+    let text = format!(
+        "all SIGGEN_MOD FORM SINE\nall SIGGEN_MOD AMPLITUDE 0.3\nall SIGGEN_MOD PORT_SIGNAL_OUT DES_POSITION\n\
+         all MOD_ENG MOD_ON SIGGEN_MOD\n{rows}\nall MOD_ENG MATCHING_CHECK"
+    );
+    let failed = scheme::load(&text, "master", &[], &mut dimsart, |error| eprintln!("{error:?}"));
+    assert_eq!(failed, 0);
+    dimsart
+}
+
+/// What the processor commands in each tick, and the cycles of the module's calls in all ticks but the first.
+fn run(dimsart: &mut Dimsart, dof: usize) -> Option<(Vec<Vec<u32>>, u64)> {
+    let firmware = variant("online")?;
+    let timing = Timing::new(Profile::ZeroWait, Column::Likely);
+    let mut controller = Controller::new(&firmware, timing, dof).unwrap();
+    controller.load(&saved_scheme::save(dimsart.engine_mut()).unwrap()).unwrap();
+    let (mut commanded, mut cycles) = (Vec::new(), 0);
+    for tick in 0..TICKS {
+        let position = (f32::from(tick) * 0.013).sin();
+        let measured: Vec<Word> = (0..dof).map(|_| Word::from(position)).collect();
+        let run = controller.tick(&measured).unwrap();
+        if tick > 0 {
+            // The generator's call, then the law's.
+            cycles += run.calls.get(1).unwrap().cycles;
+        }
+        let words: Vec<u32> = controller.commanded().into_iter().map(|word| word.0).collect();
+        let mut host = vec![Word(0); dof];
+        dimsart.tick(&measured, &mut host);
+        let host: Vec<u32> = host.into_iter().map(|word| word.0).collect();
+        assert_eq!(words.get(..dof), Some(&host[..]), "tick {tick}: the processor and the simulator");
+        commanded.push(host);
+    }
+    Some((commanded, cycles))
+}
+
+#[test]
+fn a_law_has_the_bits_of_the_one_in_rust_and_takes_at_most_15_times_its_cycles() {
+    let of_law = "all ONLINE_MOD PROGRAM 1\nall ONLINE_MOD P_1 150\n";
+    let of_pid =
+        "all ONLINE_MOD P_2 900\nall ONLINE_MOD P_3 4\nall ONLINE_MOD P_4 20\nall ONLINE_MOD P_6 0.002\n";
+    let pid = "all PIDCTRL_MOD K_PARAM 150\nall PIDCTRL_MOD I_PARAM 900\nall PIDCTRL_MOD D_PARAM 4\n\
+               all PIDCTRL_MOD LIMIT 20\nall PIDCTRL_MOD FILTER_TIME 0.002\nall MOD_ENG MOD_ON PIDCTRL_MOD";
+    for (name, text, rows, in_rust) in [
+        ("P", P, String::new(), "all PCTRL_MOD K_PARAM 150\nall MOD_ENG MOD_ON PCTRL_MOD"),
+        ("PID", PID, of_pid.to_owned(), pid),
+    ] {
+        let law = Law::compile(text, name).unwrap();
+        for dof in [1, 3] {
+            let rows = format!("{of_law}{rows}all MOD_ENG MOD_ON ONLINE_MOD");
+            let Some((as_text, cycles)) = run(&mut controller(dof, Some(&law), &rows), dof) else { return };
+            let Some((in_rust, cycles_in_rust)) = run(&mut controller(dof, None, in_rust), dof) else {
+                return;
+            };
+            assert_eq!(as_text, in_rust, "{name}, {dof} axes");
+            let ticks = u64::from(TICKS - 1);
+            println!(
+                "{name} on {dof} axes: {} cycles as text, {} in Rust, {:.1} times",
+                cycles / ticks,
+                cycles_in_rust / ticks,
+                cycles as f64 / cycles_in_rust as f64
+            );
+            assert!(cycles <= MOST_TIMES * cycles_in_rust, "{name}: {cycles} and {cycles_in_rust}");
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Programs that came over a line: what is no program is refused and changes nothing; what is taken runs, ends, writes
+//! within its ports, and commands finite forces.
+#![no_main]
+
+use std::cell::RefCell;
+
+use dimsart_core::online::{Header, Instruction, LawParameter, OWN_AXIS, Opcode, Program, seal};
+use dimsart_core::{Command, CommandError, Dimsart, Engine, ModuleRef, Tick, Unit, Value, Word, types};
+use dimsart_fuzz::{arm, controller};
+use libfuzzer_sys::fuzz_target;
+
+thread_local! {
+    static CONTROLLER: RefCell<(Dimsart, Vec<u32>)> = RefCell::new((controller(), whole()));
+}
+
+/// A program with every instruction there is.
+fn whole() -> Vec<u32> {
+    let one = |opcode, fields: &[u8]| Instruction::new(opcode, fields).0;
+    let once = [one(Opcode::Constant, &[0, 0]), one(Opcode::Period, &[1])];
+    let begin = [one(Opcode::Last, &[2, 0, OWN_AXIS]), one(Opcode::Remember, &[0, 2]), one(Opcode::Remember, &[1, 0])];
+    let mut tick = vec![
+        one(Opcode::Input, &[2, 0, OWN_AXIS]),
+        one(Opcode::Input, &[3, 0, 1]),
+        one(Opcode::Parameter, &[4, 0, OWN_AXIS]),
+        one(Opcode::State, &[5, 1]),
+    ];
+    for (opcode, to) in Opcode::ALL.iter().skip(Opcode::Add as usize).zip(6_u8..) {
+        tick.push(one(*opcode, &[to, 2 + to % 4, to - 1, 0]));
+    }
+    tick.extend([one(Opcode::Remember, &[1, 23]), one(Opcode::Output, &[0, 24, OWN_AXIS])]);
+    let count = |count: usize| u8::try_from(count).unwrap();
+    let header = Header {
+        inputs: 1,
+        outputs: 1,
+        parameters: 1,
+        states: 2,
+        constants: 1,
+        axes: 2,
+        is_coupled: false,
+        once: count(once.len()),
+        begin: count(begin.len()),
+        tick: count(tick.len()),
+        text_bytes: 3,
+    };
+    let mut words = header.to_words().to_vec();
+    words.extend([types::POSITION, types::DES_FORCE].map(|of| u32::from(of.id) | 1 << 16));
+    words.extend(LawParameter { unit: Unit::Stiffness, min: -10.0, max: 10.0, default: 2.0 }.to_words());
+    words.push(0.75_f32.to_bits());
+    words.extend(once.iter().chain(&begin).chain(&tick));
+    words.push(u32::from_le_bytes(*b"ANY\0"));
+    words.push(seal(&words));
+    assert!(Program::verify(&words).is_ok());
+    words
+}
+
+fn keep(dimsart: &mut Dimsart, words: &[u32]) -> Result<(), CommandError> {
+    for (place, pair) in (0_u8..=u8::MAX).step_by(2).zip(words.chunks(2)) {
+        let words = [pair[0], pair.get(1).copied().unwrap_or(0)];
+        dimsart.command(Command::PutLaw { place, words })?;
+    }
+    dimsart.command(Command::KeepLaw { number: 1, count: u8::try_from(words.len()).unwrap_or(u8::MAX) })
+}
+
+/// The words with their CRC, as if it had been right, which no fuzzer finds by chance.
+fn sealed(mut words: Vec<u32>) -> Vec<u32> {
+    if let Some(crc) = words.pop() {
+        words.push(seal(&words) ^ u32::from(crc == u32::MAX));
+    }
+    words
+}
+
+fuzz_target!(|bytes: &[u8]| {
+    CONTROLLER.with_borrow_mut(|(dimsart, whole)| {
+        let Some((mode, bytes)) = bytes.split_first() else { return };
+        let words = if mode % 4 == 0 {
+            // Whatever words.
+            bytes.as_chunks().0.iter().map(|bytes| u32::from_le_bytes(*bytes)).collect()
+        } else {
+            // A program, of which some words are others.
+            let mut words = whole.clone();
+            for [place, change @ ..] in bytes.as_chunks::<5>().0 {
+                let place = usize::from(*place) % words.len();
+                words[place] ^= u32::from_le_bytes(*change);
+            }
+            words
+        };
+        let words = sealed(words);
+        dimsart.connect(arm()).unwrap();
+        let _ = dimsart.command(Command::RemoveLaw { number: 1 });
+        let is_program = Program::verify(&words).is_ok();
+        assert_eq!(keep(dimsart, &words).is_ok(), is_program);
+        assert_eq!(dimsart.engine().programs().count(), usize::from(is_program));
+        let Some(ModuleRef { kind, .. }) = Engine::<dimsart_core::modules::Standard>::module("ONLINE_MOD") else { return };
+        let module = ModuleRef { kind, number: 1 };
+        dimsart.command(Command::set(module, 0, Value::Count(1))).unwrap();
+        let is_plugged_in = dimsart.command(Command::PlugIn(module)).is_ok();
+        assert!(is_program || !is_plugged_in);
+        let _ = dimsart.command(Command::set(module, 1, Value::Real(-1.5)));
+        let runs = dimsart.command(Command::Check).is_ok();
+        for position in [0.5, -1e30, f32::MIN_POSITIVE] {
+            let mut forces = [Word(0xDEAD); 3];
+            let tick = dimsart.tick(&[Word::from(position); 3], &mut forces);
+            assert!(forces.iter().all(|force| f32::from_bits(force.0).is_finite()));
+            assert!(tick == Tick::Ran || forces == [Word(0); 3]);
+            assert!(runs || tick != Tick::Ran);
+        }
+    });
+});

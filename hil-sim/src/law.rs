@@ -1,0 +1,138 @@
+//! Control laws as text, compiled to the programs that a controller takes while it runs.
+//!
+//! ```text
+//! law SPRING "A spring to the desired position."
+//! in position: POSITION
+//! in desired: DES_POSITION
+//! out force: DES_FORCE
+//! param stiffness: Stiffness = 100 in 0..10000 "Its stiffness."
+//! force = stiffness * (desired - position)
+//! ```
+//! A line is a statement; `#` starts a comment, and a line goes on within parentheses. Statements hold for every axis;
+//! `x[0]` is axis 0 of an input or a parameter. A law whose outputs are written axis by axis, `force[0] = ...`, computes
+//! all axes in one go, and its device has just so many. `let` names a value. `state` remembers one from tick to tick:
+//! behind `=` is what it begins with, and `last(force)` is there what another module commanded in the tick before. It
+//! is assigned anew like an output.
+//!
+//! There are `+ - * /`, `< <= > >= == !=`, `and or not`, `if a then b else c`, `abs sqrt sin cos atan2 min max clamp`,
+//! `pi`, and `period`, the sample period in seconds. All of it is done in `f32`, by the functions of
+//! [`math`](dimsart_core::math).
+
+mod check;
+mod emit;
+mod error;
+mod lower;
+mod parse;
+mod syntax;
+mod tokens;
+mod values;
+
+use dimsart_core::{Command, TypeRef};
+use std::path::Path;
+
+use dimsart_core::online::{LawParameter, Program};
+
+pub use error::LawError;
+
+/// A law that was compiled.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Law {
+    /// Its name, `UPPER_CASE`.
+    pub name: String,
+    /// What it is, in one sentence; empty where only the program is known.
+    pub summary: String,
+    /// Signals that it reads.
+    pub inputs: Vec<LawPort>,
+    /// Signals that it writes.
+    pub outputs: Vec<LawPort>,
+    /// Its parameters, in the order of the program's.
+    pub parameters: Vec<NamedParameter>,
+    /// The program's words.
+    pub words: Vec<u32>,
+}
+
+/// A port of a law.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct LawPort {
+    /// Its name in the law.
+    pub name: String,
+    /// The signal that it is bound to unless a command says otherwise.
+    pub signal: TypeRef,
+}
+
+/// A parameter of a law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct NamedParameter {
+    /// Its name in the law.
+    pub name: String,
+    /// Unit, range and default.
+    pub parameter: LawParameter,
+    /// What it is; empty where only the program is known.
+    pub summary: String,
+}
+
+impl Law {
+    /// Compiles a text. `origin` is what it is called in errors, such as the file's name.
+    ///
+    /// # Errors
+    /// [`LawError`] points to the first place that is wrong, and says what to do.
+    pub fn compile(text: &str, origin: &str) -> Result<Self, LawError> {
+        let compiled = parse::parse(text).and_then(|statements| {
+            let checked = check::check(&statements, text)?;
+            let lowered = lower::lower(&checked)?;
+            emit::emit(&checked, &lowered, text)
+        });
+        compiled.map_err(|problem| LawError::new(problem, text, origin))
+    }
+
+    /// Compiles a file.
+    ///
+    /// # Errors
+    /// In words, with the place: it cannot be read, or is wrong.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let name = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| format!("{name}: {error}"))?;
+        Self::compile(&text, &name).map_err(|error| error.to_string())
+    }
+
+    /// What a program says of itself.
+    #[must_use]
+    pub fn of_program(program: &Program<'_>) -> Self {
+        let bytes: Vec<u8> = program.text().collect();
+        let text = String::from_utf8_lossy(&bytes).into_owned();
+        let mut names = text.lines().map(str::to_owned);
+        let mut next = || names.next().unwrap_or_default();
+        let header = program.header();
+        let (name, summary) = (next(), String::new());
+        let mut ports: Vec<LawPort> =
+            program.ports().map(|signal| LawPort { name: next(), signal }).collect();
+        let outputs = ports.split_off(usize::from(header.inputs).min(ports.len()));
+        let parameters = (0..header.parameters).filter_map(|number| program.parameter(number));
+        let parameters = parameters
+            .map(|parameter| NamedParameter { name: next(), parameter, summary: String::new() })
+            .collect();
+        Self { name, summary, inputs: ports, outputs, parameters, words: program.words().to_vec() }
+    }
+
+    /// The commands that have a controller keep it as the program of this number.
+    #[must_use]
+    pub fn commands(&self, number: u8) -> Vec<Command> {
+        commands_of(&self.words, number)
+    }
+
+    /// The program.
+    #[must_use]
+    pub fn program(&self) -> Option<Program<'_>> {
+        Program::verify(&self.words).ok()
+    }
+}
+
+/// The commands that have a controller keep the program of these words under this number.
+#[must_use]
+pub fn commands_of(words: &[u32], number: u8) -> Vec<Command> {
+    let (pairs, rest) = words.as_chunks::<2>();
+    let pairs = pairs.iter().copied().chain(rest.first().map(|last| [*last, 0]));
+    let puts = (0..=u8::MAX).step_by(2).zip(pairs).map(|(place, words)| Command::PutLaw { place, words });
+    let count = u8::try_from(words.len()).unwrap_or(u8::MAX);
+    puts.chain([Command::KeepLaw { number, count }]).collect()
+}
