@@ -24,6 +24,7 @@ mod guard;
 mod latencies;
 mod lease;
 mod left_out;
+mod library;
 mod link;
 mod link_rate;
 mod link_start;

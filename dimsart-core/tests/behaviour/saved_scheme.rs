@@ -56,10 +56,17 @@ fn any_scheme(dof: usize, random: &mut Pcg32) -> Bench {
             };
             let index = if below(random, 8) == 0 { EVERY_TICKS } else { index };
             let parameter = dimsart_core::Engine::<Standard>::describe_parameter(module.kind, index).unwrap();
-            let axis = (below(random, 2) == 0).then(|| small(random, u32::try_from(dof).unwrap()));
-            let axis = axis.filter(|_| parameter.entries == Entries::AXES);
+            let place = |random: &mut Pcg32, count: usize| small(random, u32::try_from(count).unwrap());
+            // All of a large matrix take more than a saved scheme has room for.
+            let entry = match parameter.entries {
+                entries if entries.are_matrix() => {
+                    Some(place(random, entries.count(u8::try_from(dof).unwrap()).into()))
+                }
+                Entries::AXES if below(random, 2) == 0 => Some(place(random, dof)),
+                _ => None,
+            };
             let value = any_value(parameter.accepts, random);
-            let _ = bench.dimsart.command(Command::Set { module, parameter: index, entry: axis, value });
+            let _ = bench.dimsart.command(Command::Set { module, parameter: index, entry, value });
         }
         for _ in 0..below(random, 3) {
             let _ = bench.dimsart.command(Command::bind(module, small(random, 6), any_signal(random)));
@@ -86,7 +93,7 @@ fn parameters(kind: u8) -> u32 {
 fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
     let mut random = Pcg32::seed_from_u64(3);
     let (mut modules, mut bindings, mut too_long) = (0, 0, 0);
-    for round in 0..120 {
+    for round in 0..180 {
         let dof = [1, 3, 8][round % 3];
         let mut made = any_scheme(dof, &mut random);
         let Ok(bytes) = save(made.dimsart.engine_mut()) else {
@@ -133,7 +140,7 @@ fn a_scheme_comes_back_with_the_same_modules_signals_parameters_and_bits() {
             assert_eq!(signals(&made), signals(&copy), "round {round}, tick {tick}");
         }
     }
-    assert!(modules > 300 && bindings > 300 && too_long < 20, "{modules} {bindings} {too_long}");
+    assert!(modules > 300 && bindings > 300 && too_long < 90, "{modules} {bindings} {too_long}");
 }
 
 /// Loads as an image does that knows its fingerprint.
