@@ -14,6 +14,7 @@ mod verify;
 pub use instruction::{Field, Instruction, OPCODES, OWN_AXIS, Opcode, REGISTERS};
 pub use interpret::calculate;
 pub(crate) use interpret::{Surroundings, run};
+pub(crate) use program::PARAMETERS;
 pub use program::{
     Header, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, Program, Section, seal,
 };

@@ -4,7 +4,9 @@ use super::Engine;
 use crate::command::{Command, ModuleRef};
 use crate::kind::{Kind, ModuleList};
 use crate::limits::MAX_PROGRAMS;
-use crate::online::{Instruction, LawParameter, LawRefusal, LawReport, Program, Section};
+use crate::online::{
+    Instruction, LawParameter, LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program, Section,
+};
 use crate::storage::Block;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -91,6 +93,25 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         let words = self.data_base.storage().words(configuration).unwrap_or_default();
         let number = words.get(kind.settings().start).copied().unwrap_or(0);
         u8::try_from(number).unwrap_or(0)
+    }
+
+    /// Gives an instance that has got another program the defaults of that one's parameters. Which one they are of is
+    /// the second word of its settings.
+    pub(super) fn give_defaults_of_law(&mut self, kind: &Kind, configuration: Block) {
+        let number = self.program_of(kind, configuration);
+        let program = self.data_base.programs().get(number.into());
+        let default = |parameter| program.and_then(|program| program.parameter(parameter));
+        let defaults: [f32; MAX_PARAMETERS] =
+            PARAMETERS.map(|parameter| default(parameter).map_or(0.0, |found| found.default));
+        let words = self.data_base.own(configuration);
+        let settings = kind.settings();
+        let Some(valued) = words.get(settings.start + 1) else { return };
+        if valued.replace(number.into()) == u32::from(number) {
+            return;
+        }
+        for values in words.get(settings.end..).unwrap_or_default().chunks(MAX_PARAMETERS) {
+            values.iter().zip(defaults).for_each(|(value, default)| value.set(default.to_bits()));
+        }
     }
 
     /// What the program of an instance says of a parameter of its kind, of which the first one is the program's number.

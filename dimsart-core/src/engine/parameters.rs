@@ -163,6 +163,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     #[inline(never)]
     pub(super) fn prepare(&mut self, instance: &Instance) {
         if let Some(kind) = M::KINDS.get(usize::from(instance.reference.kind)) {
+            if kind.runs_program() {
+                self.give_defaults_of_law(kind, instance.configuration);
+            }
             let device = self.device.with_period_of(instance.every_ticks);
             kind.prepare(&kind.configuration(self.data_base.own(instance.configuration)), &device);
         }

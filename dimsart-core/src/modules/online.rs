@@ -4,8 +4,7 @@
 //! default that the law gives it; beyond the last one, a value has no effect.
 
 use crate::online::{
-    MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, Program, REGISTERS, Section, Surroundings,
-    run,
+    MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, REGISTERS, Section, Surroundings, run,
 };
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
@@ -13,17 +12,12 @@ words! {
     /// Of all axes. The program's number comes first.
     pub struct Settings {
         program: u32,
-        /// Whose parameters the values are.
+        /// Whose parameters the values are: the engine gives those of another one their defaults.
         valued_program: u32,
-        /// Whether the values are those of another program.
-        is_revalued: bool,
         period_s: f32,
     }
     /// Of an axis.
-    pub struct Gains {
-        /// Bits in which a parameter's value differs from its default: zeros for any program's defaults.
-        differences: [u32; MAX_PARAMETERS],
-    }
+    pub struct Gains { values: [f32; MAX_PARAMETERS] }
     /// Of an axis.
     pub struct Axis { values: [f32; MAX_STATES] }
     /// Signals.
@@ -54,21 +48,13 @@ impl Module for Online {
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         let summary = "Number of the law, as it was uploaded.";
         visit.structural_count(&mut settings.program, "PROGRAM", Unit::One, 0..=MOST, 0, summary);
-        for (name, difference) in PARAMETERS.into_iter().zip(&mut gains.differences) {
-            visit.of_program(difference, name, "A parameter of the law.");
+        for (name, value) in PARAMETERS.into_iter().zip(&mut gains.values) {
+            visit.of_program(value, name, "A parameter of the law.");
         }
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();
-        settings.is_revalued = settings.valued_program != settings.program;
-        settings.valued_program = settings.program;
-    }
-
-    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
-        if settings.is_revalued {
-            *gains = Gains::default();
-        }
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -102,26 +88,27 @@ impl Module for Online {
     }
 }
 
+/// Runs what all axes have in common, and then the section for each axis: one loop, so that the interpreter is there once.
 #[inline(never)]
 fn run_section(context: &Context<'_, Online>, section: Section) {
     let Settings { program, period_s, .. } = context.settings();
     let Some(program) = context.programs().get(program) else { return };
     let constants = program.constants();
     let mut registers = [0.0; REGISTERS];
-    let lanes = if program.header().is_coupled { 1 } else { context.dof() };
-    let mut lane = Lane { context, program, period_s, axis: 0 };
-    run(program.instructions(Section::Once), constants, &mut registers, &lane);
-    let instructions = program.instructions(section);
-    for axis in 0..lanes {
-        lane.axis = axis;
+    let mut lane = Lane { context, period_s, axis: 0 };
+    let (mut instructions, behind) = (program.instructions(Section::Once), program.instructions(section));
+    let mut left = if program.header().is_coupled { 1 } else { context.dof() };
+    loop {
         run(instructions, constants, &mut registers, &lane);
+        let Some(others) = left.checked_sub(1) else { return };
+        lane.axis = others;
+        (instructions, left) = (behind, others);
     }
 }
 
 /// What a program reads and writes on an axis.
 struct Lane<'a> {
     context: &'a Context<'a, Online>,
-    program: Program<'a>,
     period_s: f32,
     axis: usize,
 }
@@ -154,8 +141,7 @@ impl Surroundings for Lane<'_> {
     #[inline(always)]
     fn parameter(&self, number: u8, axis: u8) -> f32 {
         let words = self.context.gain_words(self.axis(axis));
-        let difference = words.get(usize::from(number)).map_or(0, core::cell::Cell::get);
-        f32::from_bits(difference ^ self.program.default_bits(number))
+        words.get(usize::from(number)).map_or(0.0, |word| f32::from_bits(word.get()))
     }
 
     #[inline(always)]

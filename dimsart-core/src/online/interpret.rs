@@ -19,7 +19,7 @@ pub(crate) trait Surroundings {
 pub(crate) type Registers = [f32; REGISTERS];
 
 /// Runs instructions one behind the other.
-#[inline(never)]
+#[inline(always)]
 pub(crate) fn run(
     instructions: &[u32],
     constants: &[u32],

@@ -29,6 +29,8 @@ pub const MAX_INPUTS: usize = 6;
 pub const MAX_OUTPUTS: usize = 4;
 /// Most parameters of a program.
 pub const MAX_PARAMETERS: usize = 8;
+/// Numbers of the parameters that a program can have.
+pub(crate) const PARAMETERS: [u8; MAX_PARAMETERS] = [0, 1, 2, 3, 4, 5, 6, 7];
 /// Most that a program remembers of an axis.
 pub const MAX_STATES: usize = 8;
 
@@ -241,13 +243,6 @@ impl<'a> Program<'a> {
         let unit = postcard::from_bytes(&[u8::try_from(unit).ok()?]).ok()?;
         let [min, max, default] = [min, max, default].map(f32::from_bits);
         Some(LawParameter { unit, min, max, default })
-    }
-
-    /// The bits of a parameter's default.
-    #[inline(always)]
-    pub(crate) fn default_bits(&self, number: u8) -> u32 {
-        let place = self.header.ports_end() + PARAMETER_WORDS * u16::from(number) + 3;
-        self.words.get(usize::from(place)).copied().unwrap_or(0)
     }
 
     /// Its constants, as bits.

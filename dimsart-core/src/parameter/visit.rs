@@ -78,17 +78,14 @@ impl<'a> Parameters<'a> {
         self.of_program = found;
     }
 
-    /// A real number per axis whose range and default are the program's, as the bits in which it differs from that
-    /// default.
+    /// A real number per axis whose range and default are the program's.
     #[inline(never)]
-    pub(crate) fn of_program(&mut self, difference: &mut u32, name: &'static str, summary: &'static str) {
+    pub(crate) fn of_program(&mut self, field: &mut f32, name: &'static str, summary: &'static str) {
         const UNKNOWN: LawParameter =
             LawParameter { unit: Unit::Any, min: f32::MIN, max: f32::MAX, default: 0.0 };
         let LawParameter { unit, min, max, default } = self.of_program.unwrap_or(UNKNOWN);
-        let mut value = f32::from_bits(*difference ^ default.to_bits());
-        let (field, summary) = (from_mut(&mut value), Summary::new(summary));
+        let (field, summary) = (from_mut(field), Summary::new(summary));
         self.elements(field, name, unit, (min, max), default, Entries::AXES, summary);
-        *difference = value.to_bits() ^ default.to_bits();
     }
 
     fn new(request: Request<'a>) -> Self {
