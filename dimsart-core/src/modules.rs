@@ -1,13 +1,16 @@
 //! The module library, one file per kind.
 
 mod channel;
+pub mod clutch;
 pub mod comm_rx;
 pub mod comm_tx;
 pub mod delayed_passivity;
 pub mod differentiator;
 mod energy_ledger;
 pub mod energy_tank;
+pub mod four_channel;
 pub mod integrator;
+pub mod matched_wave_port;
 pub mod normalizer;
 pub mod p;
 pub mod passivity_controller;
@@ -15,35 +18,46 @@ pub mod pd;
 pub mod pid;
 mod reception;
 pub mod recorder;
+pub mod shared_control;
 pub mod signal_generator;
 pub mod sum;
 pub mod time_delay;
 pub mod velocity_to_position;
 pub mod virtual_wall;
+pub mod wave_drift;
+pub mod wave_filter;
 pub mod wave_impedance;
 mod wave_integral;
+pub mod wave_scaling;
 pub mod wave_transformer;
 
 use crate::{Kind, ModuleList};
 
+pub use clutch::Clutch;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
 pub use delayed_passivity::DelayedPassivity;
 pub use differentiator::Differentiator;
 pub use energy_tank::EnergyTank;
+pub use four_channel::FourChannel;
 pub use integrator::Integrator;
+pub use matched_wave_port::MatchedWavePort;
 pub use normalizer::Normalizer;
 pub use p::P;
 pub use passivity_controller::PassivityController;
 pub use pd::Pd;
 pub use pid::Pid;
 pub use recorder::Recorder;
+pub use shared_control::SharedControl;
 pub use signal_generator::SignalGenerator;
 pub use sum::Sum;
 pub use time_delay::TimeDelay;
 pub use velocity_to_position::VelocityToPosition;
 pub use virtual_wall::VirtualWall;
+pub use wave_drift::WaveDrift;
+pub use wave_filter::WaveFilter;
 pub use wave_impedance::WaveImpedance;
+pub use wave_scaling::WaveScaling;
 pub use wave_transformer::WaveTransformer;
 
 include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
@@ -94,5 +108,12 @@ crate::module_list! {
         PassivityController(PassivityController) if "energy",
         DelayedPassivity(DelayedPassivity) if "energy",
         EnergyTank(EnergyTank) if "energy",
+        WaveFilter(WaveFilter) if "energy",
+        MatchedWavePort(MatchedWavePort) if "energy",
+        WaveDrift(WaveDrift) if "energy",
+        WaveScaling(WaveScaling) if "energy",
+        FourChannel(FourChannel) if "energy",
+        Clutch(Clutch) if "energy",
+        SharedControl(SharedControl) if "energy",
     }
 }

@@ -31,7 +31,8 @@
 use super::energy_ledger::{Ledger, damping};
 use super::passivity_controller::Causality;
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, Vector, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, Vector, math,
+    types, words,
 };
 
 words! {
@@ -75,7 +76,8 @@ pub struct DelayedPassivity;
 
 impl Module for DelayedPassivity {
     const NAME: &'static str = "TDPA_MOD";
-    const SUMMARY: &'static str = "Time-domain passivity of a link with delay: gives out no more than went in.";
+    const SUMMARY: &'static str =
+        "Time-domain passivity of a link with delay: gives out no more than went in.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -83,7 +85,11 @@ impl Module for DelayedPassivity {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.structural_choice(&mut settings.causality, "CAUSALITY", "What the port takes, and what it gives.");
+        visit.structural_choice(
+            &mut settings.causality,
+            "CAUSALITY",
+            "What the port takes, and what it gives.",
+        );
         let summary = "How fast drift is made up for under ADMITTANCE; 0: it stays.";
         visit.real(&mut settings.drift_rate_hz, "DRIFT_RATE", Unit::Hertz, 0.0..=1e3, 10.0, summary);
         let Gains { cap, limit, energy_limit_j } = gains;

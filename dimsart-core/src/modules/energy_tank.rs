@@ -26,7 +26,8 @@
 
 use super::energy_ledger::Ledger;
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, Vector, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, Vector, math,
+    types, words,
 };
 
 words! {

@@ -30,7 +30,8 @@
 use super::energy_ledger::damping;
 use crate::math::{self, CompensatedSum};
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, choice, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, choice, types,
+    words,
 };
 
 choice! {
@@ -79,7 +80,8 @@ pub struct PassivityController;
 
 impl Module for PassivityController {
     const NAME: &'static str = "PASSIVITY_MOD";
-    const SUMMARY: &'static str = "Passivity observer and controller: takes back what a port gave out too much.";
+    const SUMMARY: &'static str =
+        "Passivity observer and controller: takes back what a port gave out too much.";
     type Settings = Settings;
     type Gains = Gains;
     type State = ();
@@ -87,7 +89,11 @@ impl Module for PassivityController {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.structural_choice(&mut settings.causality, "CAUSALITY", "What the port takes, and what it gives.");
+        visit.structural_choice(
+            &mut settings.causality,
+            "CAUSALITY",
+            "What the port takes, and what it gives.",
+        );
         let Gains { cap, limit, energy_limit_j } = gains;
         let summary = "Largest damper; under ADMITTANCE, largest velocity per force.";
         visit.per_axis(cap, "CAP", Unit::Any, 0.0..=1e4, 10.0, summary);
