@@ -41,12 +41,16 @@ def clamped(form: str) -> Case:
     reflected = control.minreal(one - 2 * drive / (one + force_per_force), verbose=False)
     wave = noise(TICKS, seed=21)
     wave[:3] = 0.0
+    # The listing of the paper has the controller first.
+    order = ["PDCTRL_MOD", "WTRANSF_MOD"] if form == "PRINTED" else ["WTRANSF_MOD", "PDCTRL_MOD"]
     return Case(
         module="WTRANSF_MOD",
         name=f"what comes back from a held device, {form}",
         oracle="python-control, scipy.signal.lfilter",
         rows=f"WTRANSF_MOD FORM {form}\nPDCTRL_MOD K_PARAM 3000"
-        + ("\nPDCTRL_MOD LAW_OUTPUT ON" if form == "IMPLICIT" else ""),
+        + ("\nPDCTRL_MOD LAW_OUTPUT ON" if form == "IMPLICIT" else "")
+        + "".join(f"\nMOD_ENG MOD_ON {module}" for module in order)
+        + "\n",
         inputs={PORT: wave, "POSITION": np.zeros(TICKS)},
         expected={"CH1_WAVES": lfilter(*coefficients(reflected), wave)},
         tolerance=1e-4,
