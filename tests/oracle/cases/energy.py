@@ -53,8 +53,6 @@ def clamped(form: str) -> Case:
         + "\n",
         inputs={PORT: wave, "POSITION": np.zeros(TICKS)},
         expected={"CH1_WAVES": lfilter(*coefficients(reflected), wave)},
-        tolerance=1e-4,
-        why="desired position and force are of f32, and the loop has K h/b of gain",
         axis="linear",
     )
 
@@ -215,8 +213,6 @@ def published_wall() -> Case:
         rows="PASSIVITY_MOD CAP 0.8\nPASSIVITY_MOD LIMIT 2\nPASSIVITY_MOD PORT_FORCE_IN FEED_FORCE",
         inputs={"POSITION": np.array(positions), "FEED_FORCE": np.array(pushes)},
         expected={"DES_FORCE": np.array(forces), "PORT_ENERGY": np.array(energies)},
-        tolerance=1e-3,
-        why="a step of the encoder is the difference of two f32: 3e-9 of 6e-5 m, in each of 1500 terms",
         axis="linear",
     )
 
@@ -243,8 +239,6 @@ def admittance() -> Case:
         "PASSIVITY_MOD PORT_POSITION_IN FAR_POSITION",
         inputs={"POSITION": np.zeros(TICKS), "FAR_POSITION": wanted, "DES_FORCE": force},
         expected={"DES_POSITION": np.array(where), "PORT_ENERGY": np.array(energies)},
-        tolerance=1e-4,
-        why="the desired position is a sum in f32, of differences of f32",
         axis="linear",
     )
 
@@ -278,8 +272,6 @@ def impedance_link() -> Case:
         rows="TDPA_MOD PORT_FORCE_IN FAR_FORCE",
         inputs={"POSITION": position, "FAR_FORCE": wanted, "FAR_ENERGY": far},
         expected={"DES_FORCE": np.array(forces), "LINE_ENERGY": np.array(sent), "PORT_ENERGY": np.array(energies)},
-        tolerance=1e-3,
-        why="a step is the difference of two f32, and near rest the damper goes with its inverse square",
         axis="linear",
     )
 
@@ -311,8 +303,6 @@ def motion_link() -> Case:
         rows="TDPA_MOD CAUSALITY ADMITTANCE\nTDPA_MOD CAP 1\nTDPA_MOD DRIFT_RATE 5",
         inputs={"POSITION": np.zeros(TICKS), "FAR_POSITION": wanted, "FAR_ENERGY": far, "DES_FORCE": force},
         expected={"DES_POSITION": np.array(where), "LINE_ENERGY": np.array(sent), "PORT_ENERGY": np.array(energies)},
-        tolerance=1e-4,
-        why="the desired position is a sum in f32, of differences of f32",
         axis="linear",
     )
 
@@ -342,8 +332,6 @@ def tank(level_j: float) -> Case:
         rows=f"TANK_MOD PORT_FORCE_IN FAR_FORCE\nTANK_MOD ENERGY_LIMIT 0.04\nTANK_MOD LEVEL {level_j}\nTANK_MOD D_PARAM 6",
         inputs={"POSITION": position, "FAR_FORCE": wanted, "FAR_ENERGY": far},
         expected={"DES_FORCE": np.array(forces), "LINE_ENERGY": np.array(sent), "PORT_ENERGY": np.array(levels)},
-        tolerance=1e-3,
-        why="a step is the difference of two f32, and a tank that is nearly empty is the difference of what went through",
         axis="linear",
     )
 
@@ -390,6 +378,4 @@ def shared() -> Case:
         inputs={"DES_POSITION": operator, "FAR_POSITION": program},
         expected={"SIGNAL_OUT": (1 - share) * operator + share * program},
         commands={100: "SHARED_MOD SHARE 0.8", 1200: "SHARED_MOD SHARE 0.4"},
-        tolerance=1e-4,
-        why="the share is a sum of 400 steps in f32",
     )
