@@ -4,6 +4,7 @@ pub mod admittance;
 pub mod biquad;
 pub mod cascade;
 mod channel;
+pub mod clutch;
 pub mod cogging;
 pub mod comm_rx;
 pub mod comm_tx;
@@ -13,6 +14,7 @@ pub mod disturbance_observer;
 mod energy_ledger;
 pub mod energy_tank;
 pub mod feed_forward;
+pub mod four_channel;
 pub mod friction;
 pub mod impedance;
 pub mod integrator;
@@ -20,6 +22,7 @@ pub mod kalman;
 mod lag;
 pub mod lead_lag;
 pub mod low_pass;
+pub mod matched_wave_port;
 pub mod moving_average;
 pub mod normalizer;
 pub mod notch;
@@ -32,6 +35,7 @@ pub mod pid;
 pub mod pid2;
 mod reception;
 pub mod recorder;
+pub mod shared_control;
 pub mod signal_generator;
 pub mod state_feedback;
 mod state_variable;
@@ -40,8 +44,11 @@ pub mod time_delay;
 pub mod velocity_observer;
 pub mod velocity_to_position;
 pub mod virtual_wall;
+pub mod wave_drift;
+pub mod wave_filter;
 pub mod wave_impedance;
 mod wave_integral;
+pub mod wave_scaling;
 pub mod wave_transformer;
 
 use crate::{Kind, ModuleList};
@@ -49,6 +56,7 @@ use crate::{Kind, ModuleList};
 pub use admittance::Admittance;
 pub use biquad::Biquad;
 pub use cascade::Cascade;
+pub use clutch::Clutch;
 pub use cogging::Cogging;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
@@ -57,12 +65,14 @@ pub use differentiator::Differentiator;
 pub use disturbance_observer::DisturbanceObserver;
 pub use energy_tank::EnergyTank;
 pub use feed_forward::FeedForward;
+pub use four_channel::FourChannel;
 pub use friction::Friction;
 pub use impedance::Impedance;
 pub use integrator::Integrator;
 pub use kalman::Kalman;
 pub use lead_lag::LeadLag;
 pub use low_pass::LowPass;
+pub use matched_wave_port::MatchedWavePort;
 pub use moving_average::MovingAverage;
 pub use normalizer::Normalizer;
 pub use notch::Notch;
@@ -74,6 +84,7 @@ pub use pi::Pi;
 pub use pid::Pid;
 pub use pid2::Pid2;
 pub use recorder::Recorder;
+pub use shared_control::SharedControl;
 pub use signal_generator::SignalGenerator;
 pub use state_feedback::StateFeedback;
 pub use sum::Sum;
@@ -81,7 +92,10 @@ pub use time_delay::TimeDelay;
 pub use velocity_observer::VelocityObserver;
 pub use velocity_to_position::VelocityToPosition;
 pub use virtual_wall::VirtualWall;
+pub use wave_drift::WaveDrift;
+pub use wave_filter::WaveFilter;
 pub use wave_impedance::WaveImpedance;
+pub use wave_scaling::WaveScaling;
 pub use wave_transformer::WaveTransformer;
 
 include!(concat!(env!("OUT_DIR"), "/own_modules.rs"));
@@ -150,5 +164,12 @@ crate::module_list! {
         PassivityController(PassivityController) if "energy",
         DelayedPassivity(DelayedPassivity) if "energy",
         EnergyTank(EnergyTank) if "energy",
+        WaveFilter(WaveFilter) if "energy",
+        MatchedWavePort(MatchedWavePort) if "energy",
+        WaveDrift(WaveDrift) if "energy",
+        WaveScaling(WaveScaling) if "energy",
+        FourChannel(FourChannel) if "energy",
+        Clutch(Clutch) if "energy",
+        SharedControl(SharedControl) if "energy",
     }
 }

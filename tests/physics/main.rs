@@ -8,7 +8,10 @@ mod growth;
 #[path = "../common/loops.rs"]
 mod loops;
 mod lossy_link;
+mod matched_line;
 mod motion;
 mod perceived_stiffness;
+mod port;
 mod rounding;
 mod stability;
+mod virtual_wall;

@@ -1,0 +1,41 @@
+//! A controller of one axis at any sample period, for plants that a test integrates itself.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::cast_possible_truncation,
+    reason = "in helpers of tests as in tests"
+)]
+
+use dimsart_core::{AxisKind, DataType, DeviceDescriptor, Dimsart, Tick, Word, scheme};
+
+/// See the module docs.
+pub(crate) struct Port {
+    dimsart: Dimsart,
+}
+
+impl Port {
+    /// Of a device that measures these types, with rows `MODULE COMMAND VALUE`.
+    pub(crate) fn new(period_s: f64, measured: &'static [&'static DataType], rows: &str) -> Self {
+        let device = DeviceDescriptor::new("port", &[AxisKind::Linear], period_s as f32, measured, &[]);
+        let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+        let rows = rows.lines().map(|row| format!("all {row}\n")).collect::<String>();
+        let rows = rows + "all MOD_ENG MATCHING_CHECK\n";
+        let mut errors = Vec::new();
+        scheme::load(&rows, "all", &[], &mut dimsart, |error| errors.push(format!("{error:?}")));
+        assert!(errors.is_empty() && dimsart.engine().is_running(), "{errors:?}");
+        Self { dimsart }
+    }
+
+    /// Runs a tick on what is measured.
+    pub(crate) fn tick(&mut self, measured: &[f64]) {
+        let words: Vec<Word> = measured.iter().map(|value| Word::from(*value as f32)).collect();
+        assert_eq!(self.dimsart.tick(&words, &mut []), Tick::Ran);
+    }
+
+    /// A signal behind the tick.
+    pub(crate) fn signal(&self, name: &str) -> f64 {
+        let engine = self.dimsart.engine();
+        let slot = engine.data_base().slot(engine.device().signal(name).unwrap()).unwrap();
+        f64::from(f32::from_bits(engine.data_base().words(slot)[0]))
+    }
+}
