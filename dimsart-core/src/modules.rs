@@ -1,19 +1,28 @@
 //! The module library, one file per kind.
 
 mod channel;
+pub mod collision;
 pub mod comm_rx;
 pub mod comm_tx;
+pub mod computed_torque;
+pub mod denavit_hartenberg;
 pub mod differentiator;
+mod dynamics;
+pub mod gravity;
 pub mod integrator;
+pub mod inverse;
 pub mod normalizer;
 pub mod p;
 pub mod pd;
+pub mod phantom;
 pub mod pid;
+pub mod planar;
 mod reception;
 pub mod recorder;
 pub mod signal_generator;
 pub mod sum;
 pub mod time_delay;
+pub mod tip;
 pub mod velocity_to_position;
 pub mod virtual_wall;
 pub mod wave_impedance;
@@ -22,18 +31,26 @@ pub mod wave_transformer;
 
 use crate::{Kind, ModuleList};
 
+pub use collision::Collision;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
+pub use computed_torque::ComputedTorque;
+pub use denavit_hartenberg::DenavitHartenberg;
 pub use differentiator::Differentiator;
+pub use gravity::GravityCompensation;
 pub use integrator::Integrator;
+pub use inverse::Inverse;
 pub use normalizer::Normalizer;
 pub use p::P;
 pub use pd::Pd;
+pub use phantom::{Phantom, PhantomChain};
 pub use pid::Pid;
+pub use planar::{Planar, PlanarChain};
 pub use recorder::Recorder;
 pub use signal_generator::SignalGenerator;
 pub use sum::Sum;
 pub use time_delay::TimeDelay;
+pub use tip::Tip;
 pub use velocity_to_position::VelocityToPosition;
 pub use virtual_wall::VirtualWall;
 pub use wave_impedance::WaveImpedance;
@@ -84,5 +101,16 @@ crate::module_list! {
         VelocityToPosition(VelocityToPosition) if "signals",
         SignalGenerator(SignalGenerator),
         Recorder(Recorder) if "signals",
+        PhantomTip(Tip<PhantomChain>) if "robots",
+        PlanarTip(Tip<PlanarChain>) if "robots",
+        DenavitHartenbergTip(Tip<DenavitHartenberg>) if "robots",
+        PhantomInverse(Inverse<Phantom>) if "robots",
+        PlanarInverse(Inverse<Planar>) if "robots",
+        PhantomGravity(GravityCompensation<Phantom>) if "robots",
+        PlanarGravity(GravityCompensation<Planar>) if "robots",
+        PhantomTorque(ComputedTorque<Phantom>) if "robots",
+        PlanarTorque(ComputedTorque<Planar>) if "robots",
+        PhantomCollision(Collision<Phantom>) if "robots",
+        PlanarCollision(Collision<Planar>) if "robots",
     }
 }

@@ -62,6 +62,11 @@ catalogue! {
     53 CAN_REJOINS        One       U32 Scalar "Times the board joined the CAN bus again.";
     54 SUPPLY_VOLTAGE     Volt      F32 Scalar "Measured voltage of the supply of the motor's bridge.";
     55 BRIDGE_TEMPERATURE Celsius   F32 Scalar "Measured temperature of the motor's bridge.";
+    90 TIP_POSITION       Metre     F32 Vector "Place of the tip: x, y, z on the first three axes, as far as there are.";
+    91 TIP_VELOCITY       MetrePerSecond F32 Vector "Velocity of the tip along x, y, z.";
+    92 TIP_FORCE          Newton    F32 Vector "Force of the world on the tip along x, y, z.";
+    93 DES_TIP_POSITION   Metre     F32 Vector "Desired place of the tip.";
+    94 DES_TIP_FORCE      Newton    F32 Vector "Force to apply with the tip along x, y, z.";
 }
 
 /// What a device with a clock measures of its own ticks: the last ones of its outputs, in this order.
