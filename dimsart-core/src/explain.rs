@@ -188,6 +188,12 @@ impl<'a, V: Vocabulary> Explanation<'a, V> {
             Difference::Unit => write!(f, "which has another unit, {}", found.unit.on(self.known.axes())),
             Difference::Format => write!(f, "which has another format, {:?}", found.format),
             Difference::Shape => write!(f, "which has another shape, {:?}", found.shape),
+            Difference::Coordinates if found.unit.cartesian().is_some() => {
+                write!(f, "which is of joints, where other ports of the module are Cartesian")
+            }
+            Difference::Coordinates => {
+                write!(f, "which is Cartesian, where other ports of the module are of joints")
+            }
         }
     }
 }

@@ -8,6 +8,7 @@ use crate::data_type::{DataType, TypeRef};
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_FINDINGS;
 use crate::port::{Difference, Direction};
+use crate::unit::Unit;
 use crate::unit_tie::UnitRelation;
 use crate::wiring::{Call, Plugged, Port, Wiring};
 
@@ -195,6 +196,7 @@ impl Scheme<'_> {
         report: &mut CheckReport,
     ) {
         self.check_bindings(&signal_in, report);
+        self.check_coordinates(&signal_in, report);
         self.check_ties(&signal_in, report);
         self.check_links(report);
         self.check_rates(&signal_in, report);
@@ -243,6 +245,23 @@ impl Scheme<'_> {
             for (port, found) in (0..).zip(self.wiring.ports(plugged)) {
                 let Some(difference) = found.difference() else { continue };
                 if let Some(signal) = signal_in(found.slot) {
+                    report.add(Finding::Mismatch { module: plugged.module, port, signal, difference });
+                }
+            }
+        }
+    }
+
+    /// Holds the coordinates of a module against the first of them: all are Cartesian, or none is.
+    fn check_coordinates(&self, signal_in: &impl Fn(u8) -> Option<TypeRef>, report: &mut CheckReport) {
+        for plugged in self.wiring.modules() {
+            let mut first = None;
+            for (port, found) in (0..).zip(self.wiring.ports(plugged)) {
+                let takes_coordinate = found.takes_coordinate() && found.difference().is_none();
+                let Some(signal) = signal_in(found.slot).filter(|_| takes_coordinate) else { continue };
+                let Some(data_type) = self.device.data_type(signal.id) else { continue };
+                let is_joint_s = data_type.unit.cartesian().is_some();
+                if data_type.unit != Unit::Any && *first.get_or_insert(is_joint_s) != is_joint_s {
+                    let difference = Difference::Coordinates;
                     report.add(Finding::Mismatch { module: plugged.module, port, signal, difference });
                 }
             }

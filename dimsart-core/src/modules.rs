@@ -6,18 +6,24 @@ pub mod cascade;
 mod channel;
 pub mod clutch;
 pub mod cogging;
+pub mod collision;
 pub mod comm_rx;
 pub mod comm_tx;
+pub mod computed_torque;
 pub mod delayed_passivity;
+pub mod denavit_hartenberg;
 pub mod differentiator;
 pub mod disturbance_observer;
+mod dynamics;
 mod energy_ledger;
 pub mod energy_tank;
 pub mod feed_forward;
 pub mod four_channel;
 pub mod friction;
+pub mod gravity;
 pub mod impedance;
 pub mod integrator;
+pub mod inverse;
 pub mod kalman;
 mod lag;
 pub mod lead_lag;
@@ -30,9 +36,11 @@ pub mod online;
 pub mod p;
 pub mod passivity_controller;
 pub mod pd;
+pub mod phantom;
 pub mod pi;
 pub mod pid;
 pub mod pid2;
+pub mod planar;
 mod reception;
 pub mod recorder;
 pub mod shared_control;
@@ -41,6 +49,7 @@ pub mod state_feedback;
 mod state_variable;
 pub mod sum;
 pub mod time_delay;
+pub mod tip;
 pub mod velocity_observer;
 pub mod velocity_to_position;
 pub mod virtual_wall;
@@ -58,17 +67,22 @@ pub use biquad::Biquad;
 pub use cascade::Cascade;
 pub use clutch::Clutch;
 pub use cogging::Cogging;
+pub use collision::Collision;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
+pub use computed_torque::ComputedTorque;
 pub use delayed_passivity::DelayedPassivity;
+pub use denavit_hartenberg::DenavitHartenberg;
 pub use differentiator::Differentiator;
 pub use disturbance_observer::DisturbanceObserver;
 pub use energy_tank::EnergyTank;
 pub use feed_forward::FeedForward;
 pub use four_channel::FourChannel;
 pub use friction::Friction;
+pub use gravity::GravityCompensation;
 pub use impedance::Impedance;
 pub use integrator::Integrator;
+pub use inverse::Inverse;
 pub use kalman::Kalman;
 pub use lead_lag::LeadLag;
 pub use low_pass::LowPass;
@@ -80,15 +94,18 @@ pub use online::Online;
 pub use p::P;
 pub use passivity_controller::PassivityController;
 pub use pd::Pd;
+pub use phantom::{Phantom, PhantomChain};
 pub use pi::Pi;
 pub use pid::Pid;
 pub use pid2::Pid2;
+pub use planar::{Planar, PlanarChain};
 pub use recorder::Recorder;
 pub use shared_control::SharedControl;
 pub use signal_generator::SignalGenerator;
 pub use state_feedback::StateFeedback;
 pub use sum::Sum;
 pub use time_delay::TimeDelay;
+pub use tip::Tip;
 pub use velocity_observer::VelocityObserver;
 pub use velocity_to_position::VelocityToPosition;
 pub use virtual_wall::VirtualWall;
@@ -171,5 +188,16 @@ crate::module_list! {
         FourChannel(FourChannel) if "energy",
         Clutch(Clutch) if "energy",
         SharedControl(SharedControl) if "energy",
+        PhantomTip(Tip<PhantomChain>) if "robots",
+        PlanarTip(Tip<PlanarChain>) if "robots",
+        DenavitHartenbergTip(Tip<DenavitHartenberg>) if "robots",
+        PhantomInverse(Inverse<Phantom>) if "robots",
+        PlanarInverse(Inverse<Planar>) if "robots",
+        PhantomGravity(GravityCompensation<Phantom>) if "robots",
+        PlanarGravity(GravityCompensation<Planar>) if "robots",
+        PhantomTorque(ComputedTorque<Phantom>) if "robots",
+        PlanarTorque(ComputedTorque<Planar>) if "robots",
+        PhantomCollision(Collision<Phantom>) if "robots",
+        PlanarCollision(Collision<Planar>) if "robots",
     }
 }

@@ -42,6 +42,8 @@ pub enum Difference {
     Format,
     /// Another shape.
     Shape,
+    /// Cartesian coordinates where others of the module's ports have those of joints, or the other way round.
+    Coordinates,
 }
 
 /// The sending or the receiving end of a link. Only one module can have it.
@@ -88,12 +90,18 @@ pub struct PortSpec {
 }
 
 impl PortSpec {
+    /// Whether it takes a coordinate, of a joint or a Cartesian one.
+    pub(crate) fn takes_coordinate(&self) -> bool {
+        let takes_any = self.takes_any_unit || self.takes_any_type;
+        !takes_any && self.data_type.is_some_and(|(expected, _)| expected.unit.cartesian().is_some())
+    }
+
     /// How a signal of type `found` differs from what the port expects, if it does.
     pub(crate) fn difference(&self, found: &DataType) -> Option<Difference> {
         let (expected, _) = self.data_type?;
         if self.takes_any_type {
             None
-        } else if !self.takes_any_unit && !expected.unit.fits(found.unit) {
+        } else if !self.takes_any_unit && !expected.unit.takes(found.unit) {
             Some(Difference::Unit)
         } else if expected.format != found.format {
             Some(Difference::Format)

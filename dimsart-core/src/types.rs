@@ -66,6 +66,11 @@ catalogue! {
    121 FAR_FORCE          Force     F32 Vector "Force of the other side of a link.";
    122 LINE_ENERGY        One       U32 Vector "Energy that has gone into a link here, in counts of 2^-24 J; wraps.";
    123 FAR_ENERGY         One       U32 Vector "Energy that has gone into a link on its other side, in counts of 2^-24 J; wraps.";
+    90 TIP_POSITION       Metre     F32 Vector "Place of the tip: x, y, z on the first three axes, as far as there are.";
+    91 TIP_VELOCITY       MetrePerSecond F32 Vector "Velocity of the tip along x, y, z.";
+    92 TIP_FORCE          Newton    F32 Vector "Force of the world on the tip along x, y, z.";
+    93 DES_TIP_POSITION   Metre     F32 Vector "Desired place of the tip.";
+    94 DES_TIP_FORCE      Newton    F32 Vector "Force to apply with the tip along x, y, z.";
 }
 
 /// What a device with a clock measures of its own ticks: the last ones of its outputs, in this order.

@@ -2,6 +2,9 @@
 //!
 //! A generalised coordinate is a length on a linear axis and an angle on a rotary one, so the same
 //! control law serves both: `Unit::Position` reads `m` or `rad`, `Unit::Force` reads `N` or `N·m`.
+//!
+//! The tip of an arm moves in metres whatever its joints do: its signals have the units of their own, `Unit::Metre`, ...,
+//! and a law that serves both kinds of joints serves them, too: see [`Unit::takes`].
 
 /// What moves on an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
@@ -57,6 +60,18 @@ pub enum Unit {
     Jerk,
     /// `kg` or `kg·m²`.
     Inertia,
+    /// `m`: a Cartesian coordinate, or a length.
+    Metre,
+    /// `m/s`: its velocity.
+    MetrePerSecond,
+    /// `m/s²`: its acceleration.
+    MetrePerSecondSquared,
+    /// `N`: the force along it.
+    Newton,
+    /// `kg`.
+    Kilogram,
+    /// `rad`, whatever moves on an axis.
+    Radian,
 }
 
 impl Unit {
@@ -92,6 +107,12 @@ impl Unit {
             (Self::Jerk, AxisKind::Rotary) => "rad/s³",
             (Self::Inertia, AxisKind::Linear) => "kg",
             (Self::Inertia, AxisKind::Rotary) => "kg·m²",
+            (Self::Metre, _) => "m",
+            (Self::MetrePerSecond, _) => "m/s",
+            (Self::MetrePerSecondSquared, _) => "m/s²",
+            (Self::Newton, _) => "N",
+            (Self::Kilogram, _) => "kg",
+            (Self::Radian, _) => "rad",
         }
     }
 
@@ -105,6 +126,8 @@ impl Unit {
             Self::Velocity => Some(Self::Position),
             Self::Acceleration => Some(Self::Velocity),
             Self::Jerk => Some(Self::Acceleration),
+            Self::MetrePerSecond => Some(Self::Metre),
+            Self::MetrePerSecondSquared => Some(Self::MetrePerSecond),
             Self::Damping => Some(Self::Inertia),
             Self::Stiffness => Some(Self::Damping),
             Self::IntegralGain => Some(Self::Stiffness),
@@ -122,6 +145,8 @@ impl Unit {
             Self::Position => Some(Self::Velocity),
             Self::Velocity => Some(Self::Acceleration),
             Self::Acceleration => Some(Self::Jerk),
+            Self::Metre => Some(Self::MetrePerSecond),
+            Self::MetrePerSecond => Some(Self::MetrePerSecondSquared),
             Self::Inertia => Some(Self::Damping),
             Self::Stiffness => Some(Self::IntegralGain),
             Self::Damping => Some(Self::Stiffness),
@@ -135,11 +160,32 @@ impl Unit {
     pub const fn largest(self) -> f32 {
         match self {
             Self::Position | Self::Velocity | Self::Force | Self::Wave => 1e9,
+            Self::Metre | Self::MetrePerSecond | Self::Newton => 1e9,
             Self::Ampere | Self::Volt | Self::Celsius => 1e9,
             Self::Stiffness | Self::Damping | Self::Inertia | Self::IntegralGain | Self::Energy => 1e12,
-            Self::Acceleration | Self::Jerk => 1e12,
+            Self::Acceleration | Self::Jerk | Self::MetrePerSecondSquared => 1e12,
+            Self::Kilogram | Self::Radian => 1e9,
             Self::Any | Self::One | Self::Second | Self::Hertz | Self::Tick => f32::MAX,
         }
+    }
+
+    /// The unit of the same quantity in Cartesian coordinates; none for what is no coordinate's.
+    #[must_use]
+    pub const fn cartesian(self) -> Option<Self> {
+        match self {
+            Self::Position => Some(Self::Metre),
+            Self::Velocity => Some(Self::MetrePerSecond),
+            Self::Acceleration => Some(Self::MetrePerSecondSquared),
+            Self::Force => Some(Self::Newton),
+            _ => None,
+        }
+    }
+
+    /// Whether a port that expects this unit takes a signal of unit `found`: one that [fits](Self::fits), or the same
+    /// quantity in Cartesian coordinates. Then all coordinates of its module have to be Cartesian.
+    #[must_use]
+    pub fn takes(self, found: Self) -> bool {
+        self.fits(found) || self.cartesian() == Some(found)
     }
 
     /// Whether a signal of this unit may be bound where `other` is expected.

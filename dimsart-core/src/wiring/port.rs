@@ -10,7 +10,7 @@ use crate::word::Format;
 pub(crate) struct Port {
     pub(crate) slot: u8,
     flags: u8,
-    /// Relation and port of its tie, [`Port::NO_TIE`] for none.
+    /// Relation and port of its tie, [`Port::NO_TIE`] for none; and [`Port::COORDINATE`].
     tie: u8,
 }
 
@@ -27,7 +27,9 @@ impl Port {
     const DIFFERENCES: [Difference; 3] = [Difference::Unit, Difference::Format, Difference::Shape];
     const RELATIONS: [UnitRelation; 4] =
         [UnitRelation::Same, UnitRelation::Integral, UnitRelation::Derivative, UnitRelation::Alike];
-    const NO_TIE: u8 = u8::MAX;
+    const NO_TIE: u8 = 0x7F;
+    /// Beside the tie.
+    const COORDINATE: u8 = 0x80;
 
     /// A port that is bound to a signal of this type; a memory without one.
     pub(super) fn new(slot: u8, spec: &PortSpec, bound: Option<&DataType>) -> Self {
@@ -51,7 +53,8 @@ impl Port {
             | flag(spec.data_type.is_none(), Self::MEMORY)
             | u8::try_from(difference).unwrap_or(0) << Self::DIFFERENCE
             | u8::try_from(largest).unwrap_or(0) << Self::LARGEST;
-        Self { slot, flags, tie: tie.unwrap_or(Self::NO_TIE) }
+        let coordinate = flag(spec.takes_coordinate(), Self::COORDINATE);
+        Self { slot, flags, tie: tie.unwrap_or(Self::NO_TIE) | coordinate }
     }
 
     pub(crate) fn is_written(self) -> bool {
@@ -86,11 +89,17 @@ impl Port {
         Self::LARGEST_VALUES.get(usize::from(self.flags >> Self::LARGEST).checked_sub(1)?).copied()
     }
 
+    /// Whether it takes a coordinate, of a joint or a Cartesian one.
+    pub(crate) fn takes_coordinate(self) -> bool {
+        self.tie & Self::COORDINATE != 0
+    }
+
     pub(crate) fn tie(self) -> Option<UnitTie> {
-        if self.tie == Self::NO_TIE {
+        let tie = self.tie & !Self::COORDINATE;
+        if tie == Self::NO_TIE {
             return None;
         }
-        let relation = *Self::RELATIONS.get(usize::from(self.tie >> 4))?;
-        Some(UnitTie { relation, port: self.tie & 0xF })
+        let relation = *Self::RELATIONS.get(usize::from(tie >> 4))?;
+        Some(UnitTie { relation, port: tie & 0xF })
     }
 }

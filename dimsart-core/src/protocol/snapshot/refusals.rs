@@ -108,6 +108,7 @@ fn reasons() {
         Blocked::Fault(mismatch(Difference::Unit)),
         Blocked::Fault(mismatch(Difference::Format)),
         Blocked::Fault(mismatch(Difference::Shape)),
+        Blocked::Fault(mismatch(Difference::Coordinates)),
         Blocked::Fault(Finding::Delay { signal: SIGNAL, writer: first, reader: second, is_declared: true }),
         Blocked::Fault(Finding::UnitsDiffer {
             module: MODULE,
@@ -142,6 +143,7 @@ fn reasons() {
         "00 02 03 02 04 ac 02 01 00",
         "00 02 03 02 04 ac 02 01 01",
         "00 02 03 02 04 ac 02 01 02",
+        "00 02 03 02 04 ac 02 01 03",
         "00 03 ac 02 01 00 01 03 02 01",
         "00 04 03 02 01 ac 02 01 00 ac 02 01 01",
         "00 04 03 02 01 ac 02 01 00 ac 02 01 03",
