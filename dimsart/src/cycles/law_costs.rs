@@ -4,7 +4,7 @@ use dimsart_core::modules::Standard;
 use dimsart_core::online::{
     Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, OWN_AXIS, Opcode, seal,
 };
-use dimsart_core::{Command, Cost, Kind, ModuleList as _, ModuleRef, TypeRef, Unit, Value, types};
+use dimsart_core::{Command, Cost, ModuleList as _, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;
 
 use super::scheme_bound::{SchemeBound, Variant};
@@ -14,7 +14,7 @@ const COPIES: u8 = 8;
 
 /// The module that runs laws; none in a build without it.
 pub(super) fn module() -> Option<ModuleRef> {
-    let kind = Standard::KINDS.iter().position(Kind::runs_program)?;
+    let kind = Standard::KINDS.iter().position(|kind| kind.runs_program())?;
     Some(ModuleRef { kind: u8::try_from(kind).ok()?, number: 1 })
 }
 
