@@ -1,6 +1,10 @@
 //! I²C 4 and a device on its wires, by register writes.
 
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::cast_possible_truncation,
+    reason = "in helpers of tests as in tests; cycles are few"
+)]
 
 use chips::stm32g4::{I2cDevice, I2cEvent};
 use chips::{Part, Stm32g4};

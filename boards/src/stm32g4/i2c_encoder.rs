@@ -28,14 +28,14 @@ const REQUEST: u8 = 22;
 const MOST_PERIODS: u8 = 3;
 
 /// Cycles of the bus clock that the prescaler makes one of.
-const PRESCALER: u32 = 4;
-const LOW: u32 = 22;
-const HIGH: u32 = 15;
-const SETUP: u32 = 8;
+const PRESCALER: u8 = 4;
+const LOW: u8 = 22;
+const HIGH: u8 = 15;
+const SETUP: u8 = 8;
 /// In which an edge is seen at least, twice per bit, `ns`: through the analog filter (data sheet), and after 2 cycles.
 const FASTEST_EDGES_NS: u32 = 2 * (50 + 11);
-const fn ns(counts: u32) -> u32 {
-    counts * PRESCALER * 1_000_000 / (crate::CLOCK_HZ / 1_000)
+const fn ns(counts: u8) -> u32 {
+    counts as u32 * PRESCALER as u32 * 1_000_000 / (crate::CLOCK_HZ / 1_000)
 }
 const _: () = {
     let [low_ns, high_ns, setup_ns] = As5600::LEAST_NS;
@@ -44,7 +44,8 @@ const _: () = {
 };
 
 /// What the DMA writes.
-static BYTES: [AtomicU8; 3] = [const { AtomicU8::new(0) }; 3];
+static BYTES: [AtomicU8; COUNT as usize] = [const { AtomicU8::new(0) }; COUNT as usize];
+const COUNT: u8 = 3;
 
 /// Such an encoder.
 pub(crate) struct I2cEncoder {
@@ -84,6 +85,7 @@ pub(crate) fn free<'a>(clock: &mut Flex<'a>, data: &mut Flex<'a>) {
 
 impl I2cEncoder {
     /// One that has said nothing yet. Its pins are connected already.
+    #[expect(clippy::cast_possible_truncation, reason = "addresses have 32 bits")]
     pub(crate) fn start() -> Self {
         RCC.apb1enr2().modify(|clocks| clocks.set_i2c4en(true));
         RCC.ahb1enr().modify(|clocks| {
@@ -92,10 +94,10 @@ impl I2cEncoder {
         });
         let _ = RCC.ahb1enr().read();
         I2C4.timingr().write(|timing| {
-            timing.set_presc(PRESCALER as u8 - 1);
-            timing.set_scll(LOW as u8 - 1);
-            timing.set_sclh(HIGH as u8 - 1);
-            timing.set_scldel(SETUP as u8 - 1);
+            timing.set_presc(PRESCALER - 1);
+            timing.set_scll(LOW - 1);
+            timing.set_sclh(HIGH - 1);
+            timing.set_scldel(SETUP - 1);
         });
         DMAMUX1.ccr(CHANNEL).write(|request| request.set_dmareq_id(REQUEST));
         let channel = DMA1.ch(CHANNEL);
@@ -141,7 +143,7 @@ impl I2cEncoder {
     fn read(&mut self) {
         let channel = DMA1.ch(CHANNEL);
         channel.cr().write(|_| ());
-        channel.ndtr().write(|count| count.set_ndt(BYTES.len() as u16));
+        channel.ndtr().write(|count| count.set_ndt(COUNT.into()));
         channel.cr().write(|control| {
             control.set_msize(Size::BITS8);
             control.set_psize(Size::BITS8);
@@ -149,7 +151,7 @@ impl I2cEncoder {
             control.set_en(true);
         });
         self.stage = Stage::Reading;
-        transfer(Dir::READ, BYTES.len() as u8, Autoend::AUTOMATIC);
+        transfer(Dir::READ, COUNT, Autoend::AUTOMATIC);
     }
 }
 

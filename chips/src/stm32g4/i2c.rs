@@ -1,5 +1,5 @@
 //! I²C as a master with addresses of 7 bits (RM0440, chapter 41), and the device behind its wires. There are no reloads, no
-//! interrupts, no slave and no SMBus.
+//! interrupts and no slave.
 
 mod wires;
 
@@ -23,7 +23,7 @@ const PE: u32 = 0;
 const DNF: u32 = 8;
 const ANFOFF: u32 = 12;
 const RXDMAEN: u32 = 15;
-/// Interrupts, the DMA of what is sent, slave, wake-up, SMBus.
+/// Interrupts, the DMA of what is sent, slave, wake-up.
 const NOT_MODELLED: u32 = 0x00FF_40FE;
 /// What is only written while the peripheral is off.
 const FILTERS: u32 = 1 << ANFOFF | 0xF << DNF;
