@@ -169,7 +169,7 @@ fn unit(unit: Unit) -> String {
 fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dyn std::error::Error>> {
     let unknown = || format!("{}: what laws cost is not known: `dimsart stamp` it", image.display());
     let costs = StampedImage::read(image)?.costs().ok_or_else(unknown)?;
-    let kind = Standard::KINDS.iter().position(dimsart_core::Kind::runs_program).ok_or_else(unknown)?;
+    let kind = Standard::KINDS.iter().copied().position(dimsart_core::Kind::runs_program).ok_or_else(unknown)?;
     let line = |index: usize| costs.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN);
     let program = law.program().ok_or_else(unknown)?;
     let own = line(1 + kind).ok_or_else(unknown)?.cycles(axes.into());

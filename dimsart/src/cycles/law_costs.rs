@@ -14,7 +14,7 @@ const COPIES: u8 = 8;
 
 /// The module that runs laws; none in a build without it.
 pub(super) fn module() -> Option<ModuleRef> {
-    let kind = Standard::KINDS.iter().position(Kind::runs_program)?;
+    let kind = Standard::KINDS.iter().copied().position(Kind::runs_program)?;
     Some(ModuleRef { kind: u8::try_from(kind).ok()?, number: 1 })
 }
 
