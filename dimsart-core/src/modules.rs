@@ -1,9 +1,11 @@
 //! The module library, one file per kind.
 
 pub mod admittance;
+pub mod binary_noise;
 pub mod biquad;
 pub mod cascade;
 mod channel;
+pub mod chirp;
 pub mod cogging;
 pub mod comm_rx;
 pub mod comm_tx;
@@ -20,7 +22,9 @@ pub mod kalman;
 mod lag;
 pub mod lead_lag;
 pub mod low_pass;
+pub mod minimum_jerk;
 pub mod moving_average;
+pub mod multisine;
 pub mod normalizer;
 pub mod notch;
 pub mod online;
@@ -32,13 +36,18 @@ pub mod pid;
 pub mod pid2;
 mod reception;
 pub mod recorder;
+pub mod s_curve;
+mod seven_segments;
 pub mod signal_generator;
 pub mod state_feedback;
 mod state_variable;
 pub mod sum;
+mod target;
 pub mod time_delay;
+pub mod trapezoid;
 pub mod velocity_observer;
 pub mod velocity_to_position;
+pub mod via_points;
 pub mod virtual_wall;
 pub mod wave_impedance;
 mod wave_integral;
@@ -47,8 +56,10 @@ pub mod wave_transformer;
 use crate::{Kind, ModuleList};
 
 pub use admittance::Admittance;
+pub use binary_noise::BinaryNoise;
 pub use biquad::Biquad;
 pub use cascade::Cascade;
+pub use chirp::Chirp;
 pub use cogging::Cogging;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
@@ -63,7 +74,9 @@ pub use integrator::Integrator;
 pub use kalman::Kalman;
 pub use lead_lag::LeadLag;
 pub use low_pass::LowPass;
+pub use minimum_jerk::MinimumJerk;
 pub use moving_average::MovingAverage;
+pub use multisine::Multisine;
 pub use normalizer::Normalizer;
 pub use notch::Notch;
 pub use online::Online;
@@ -74,12 +87,15 @@ pub use pi::Pi;
 pub use pid::Pid;
 pub use pid2::Pid2;
 pub use recorder::Recorder;
+pub use s_curve::SCurve;
 pub use signal_generator::SignalGenerator;
 pub use state_feedback::StateFeedback;
 pub use sum::Sum;
 pub use time_delay::TimeDelay;
+pub use trapezoid::Trapezoid;
 pub use velocity_observer::VelocityObserver;
 pub use velocity_to_position::VelocityToPosition;
+pub use via_points::ViaPoints;
 pub use virtual_wall::VirtualWall;
 pub use wave_impedance::WaveImpedance;
 pub use wave_transformer::WaveTransformer;
@@ -150,5 +166,12 @@ crate::module_list! {
         PassivityController(PassivityController) if "energy",
         DelayedPassivity(DelayedPassivity) if "energy",
         EnergyTank(EnergyTank) if "energy",
+        Trapezoid(Trapezoid) if "trajectories",
+        SCurve(SCurve) if "trajectories",
+        MinimumJerk(MinimumJerk) if "trajectories",
+        ViaPoints(ViaPoints) if "trajectories",
+        Chirp(Chirp) if "trajectories",
+        Multisine(Multisine) if "trajectories",
+        BinaryNoise(BinaryNoise) if "trajectories",
     }
 }
