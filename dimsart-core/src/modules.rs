@@ -9,22 +9,30 @@ pub mod chirp;
 pub mod cogging;
 pub mod comm_rx;
 pub mod comm_tx;
+pub mod comparator;
 pub mod delayed_passivity;
+pub mod demux;
 pub mod differentiator;
 pub mod disturbance_observer;
 mod energy_ledger;
 pub mod energy_tank;
 pub mod feed_forward;
+pub mod fixture;
 pub mod friction;
+pub mod homing;
 pub mod impedance;
 pub mod integrator;
+pub mod joint_limit;
 pub mod kalman;
 mod lag;
 pub mod lead_lag;
+pub mod limit;
+pub mod logic;
 pub mod low_pass;
 pub mod minimum_jerk;
 pub mod moving_average;
 pub mod multisine;
+pub mod mux;
 pub mod normalizer;
 pub mod notch;
 pub mod online;
@@ -39,9 +47,12 @@ pub mod recorder;
 pub mod s_curve;
 mod seven_segments;
 pub mod signal_generator;
+pub mod soft_limit;
 pub mod state_feedback;
+pub mod state_machine;
 mod state_variable;
 pub mod sum;
+pub mod table;
 mod target;
 pub mod time_delay;
 pub mod trapezoid;
@@ -63,20 +74,28 @@ pub use chirp::Chirp;
 pub use cogging::Cogging;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
+pub use comparator::Comparator;
 pub use delayed_passivity::DelayedPassivity;
+pub use demux::Demux;
 pub use differentiator::Differentiator;
 pub use disturbance_observer::DisturbanceObserver;
 pub use energy_tank::EnergyTank;
 pub use feed_forward::FeedForward;
+pub use fixture::Fixture;
 pub use friction::Friction;
+pub use homing::Homing;
 pub use impedance::Impedance;
 pub use integrator::Integrator;
+pub use joint_limit::JointLimit;
 pub use kalman::Kalman;
 pub use lead_lag::LeadLag;
+pub use limit::Limit;
+pub use logic::Logic;
 pub use low_pass::LowPass;
 pub use minimum_jerk::MinimumJerk;
 pub use moving_average::MovingAverage;
 pub use multisine::Multisine;
+pub use mux::Mux;
 pub use normalizer::Normalizer;
 pub use notch::Notch;
 pub use online::Online;
@@ -89,8 +108,11 @@ pub use pid2::Pid2;
 pub use recorder::Recorder;
 pub use s_curve::SCurve;
 pub use signal_generator::SignalGenerator;
+pub use soft_limit::SoftLimit;
 pub use state_feedback::StateFeedback;
+pub use state_machine::StateMachine;
 pub use sum::Sum;
+pub use table::Table;
 pub use time_delay::TimeDelay;
 pub use trapezoid::Trapezoid;
 pub use velocity_observer::VelocityObserver;
@@ -173,5 +195,16 @@ crate::module_list! {
         Chirp(Chirp) if "trajectories",
         Multisine(Multisine) if "trajectories",
         BinaryNoise(BinaryNoise) if "trajectories",
+        Limit(Limit) if "limits",
+        JointLimit(JointLimit) if "limits",
+        SoftLimit(SoftLimit) if "limits",
+        Fixture(Fixture) if "limits",
+        Homing(Homing) if "limits",
+        Mux(Mux) if "logic",
+        Demux(Demux) if "logic",
+        Comparator(Comparator) if "logic",
+        Logic(Logic) if "logic",
+        StateMachine(StateMachine) if "logic",
+        Table(Table) if "logic",
     }
 }
