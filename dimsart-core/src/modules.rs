@@ -1,16 +1,20 @@
 //! The module library, one file per kind.
 
 pub mod admittance;
+pub mod binary_noise;
 pub mod biquad;
 pub mod cascade;
 mod channel;
+pub mod chirp;
 pub mod clutch;
 pub mod cogging;
 pub mod collision;
 pub mod comm_rx;
 pub mod comm_tx;
+pub mod comparator;
 pub mod computed_torque;
 pub mod delayed_passivity;
+pub mod demux;
 pub mod denavit_hartenberg;
 pub mod differentiator;
 pub mod disturbance_observer;
@@ -18,18 +22,26 @@ mod dynamics;
 mod energy_ledger;
 pub mod energy_tank;
 pub mod feed_forward;
+pub mod fixture;
 pub mod four_channel;
 pub mod friction;
 pub mod gravity;
+pub mod homing;
 pub mod impedance;
 pub mod integrator;
 pub mod inverse;
+pub mod joint_limit;
 pub mod kalman;
 mod lag;
 pub mod lead_lag;
+pub mod limit;
+pub mod logic;
 pub mod low_pass;
 pub mod matched_wave_port;
+pub mod minimum_jerk;
 pub mod moving_average;
+pub mod multisine;
+pub mod mux;
 pub mod normalizer;
 pub mod notch;
 pub mod online;
@@ -43,15 +55,23 @@ pub mod pid2;
 pub mod planar;
 mod reception;
 pub mod recorder;
+pub mod s_curve;
+mod seven_segments;
 pub mod shared_control;
 pub mod signal_generator;
+pub mod soft_limit;
 pub mod state_feedback;
+pub mod state_machine;
 mod state_variable;
 pub mod sum;
+pub mod table;
+mod target;
 pub mod time_delay;
 pub mod tip;
+pub mod trapezoid;
 pub mod velocity_observer;
 pub mod velocity_to_position;
+pub mod via_points;
 pub mod virtual_wall;
 pub mod wave_drift;
 pub mod wave_filter;
@@ -63,31 +83,43 @@ pub mod wave_transformer;
 use crate::{Kind, ModuleList};
 
 pub use admittance::Admittance;
+pub use binary_noise::BinaryNoise;
 pub use biquad::Biquad;
 pub use cascade::Cascade;
+pub use chirp::Chirp;
 pub use clutch::Clutch;
 pub use cogging::Cogging;
 pub use collision::Collision;
 pub use comm_rx::CommRx;
 pub use comm_tx::CommTx;
+pub use comparator::Comparator;
 pub use computed_torque::ComputedTorque;
 pub use delayed_passivity::DelayedPassivity;
+pub use demux::Demux;
 pub use denavit_hartenberg::DenavitHartenberg;
 pub use differentiator::Differentiator;
 pub use disturbance_observer::DisturbanceObserver;
 pub use energy_tank::EnergyTank;
 pub use feed_forward::FeedForward;
+pub use fixture::Fixture;
 pub use four_channel::FourChannel;
 pub use friction::Friction;
 pub use gravity::GravityCompensation;
+pub use homing::Homing;
 pub use impedance::Impedance;
 pub use integrator::Integrator;
 pub use inverse::Inverse;
+pub use joint_limit::JointLimit;
 pub use kalman::Kalman;
 pub use lead_lag::LeadLag;
+pub use limit::Limit;
+pub use logic::Logic;
 pub use low_pass::LowPass;
 pub use matched_wave_port::MatchedWavePort;
+pub use minimum_jerk::MinimumJerk;
 pub use moving_average::MovingAverage;
+pub use multisine::Multisine;
+pub use mux::Mux;
 pub use normalizer::Normalizer;
 pub use notch::Notch;
 pub use online::Online;
@@ -100,14 +132,20 @@ pub use pid::Pid;
 pub use pid2::Pid2;
 pub use planar::{Planar, PlanarChain};
 pub use recorder::Recorder;
+pub use s_curve::SCurve;
 pub use shared_control::SharedControl;
 pub use signal_generator::SignalGenerator;
+pub use soft_limit::SoftLimit;
 pub use state_feedback::StateFeedback;
+pub use state_machine::StateMachine;
 pub use sum::Sum;
+pub use table::Table;
 pub use time_delay::TimeDelay;
 pub use tip::Tip;
+pub use trapezoid::Trapezoid;
 pub use velocity_observer::VelocityObserver;
 pub use velocity_to_position::VelocityToPosition;
+pub use via_points::ViaPoints;
 pub use virtual_wall::VirtualWall;
 pub use wave_drift::WaveDrift;
 pub use wave_filter::WaveFilter;
@@ -199,5 +237,23 @@ crate::module_list! {
         PlanarTorque(ComputedTorque<Planar>) if "robots",
         PhantomCollision(Collision<Phantom>) if "robots",
         PlanarCollision(Collision<Planar>) if "robots",
+        Trapezoid(Trapezoid) if "trajectories",
+        SCurve(SCurve) if "trajectories",
+        MinimumJerk(MinimumJerk) if "trajectories",
+        ViaPoints(ViaPoints) if "trajectories",
+        Chirp(Chirp) if "trajectories",
+        Multisine(Multisine) if "trajectories",
+        BinaryNoise(BinaryNoise) if "trajectories",
+        Limit(Limit) if "limits",
+        JointLimit(JointLimit) if "limits",
+        SoftLimit(SoftLimit) if "limits",
+        Fixture(Fixture) if "limits",
+        Homing(Homing) if "limits",
+        Mux(Mux) if "logic",
+        Demux(Demux) if "logic",
+        Comparator(Comparator) if "logic",
+        Logic(Logic) if "logic",
+        StateMachine(StateMachine) if "logic",
+        Table(Table) if "logic",
     }
 }

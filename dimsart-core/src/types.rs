@@ -62,6 +62,7 @@ catalogue! {
     53 CAN_REJOINS        One       U32 Scalar "Times the board joined the CAN bus again.";
     54 SUPPLY_VOLTAGE     Volt      F32 Scalar "Measured voltage of the supply of the motor's bridge.";
     55 BRIDGE_TEMPERATURE Celsius   F32 Scalar "Measured temperature of the motor's bridge.";
+    80 STATE              One       F32 Vector "Number of the state that a sequence is in.";
    120 FAR_POSITION       Position  F32 Vector "Position of the other side of a link.";
    121 FAR_FORCE          Force     F32 Vector "Force of the other side of a link.";
    122 LINE_ENERGY        One       U32 Vector "Energy that has gone into a link here, in counts of 2^-24 J; wraps.";

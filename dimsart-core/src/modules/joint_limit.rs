@@ -1,0 +1,113 @@
+//! Joint limits: lets a force through only as far as the joint can still stop before its limits.
+//!
+//! With the distance `d` to a limit and the deceleration `a` that is always to be had, the joint may have at the end of this
+//! tick the velocity `w` with which it can still stop, `w² / 2a <= d - h (v + w) / 2`, and no more than `VELOCITY_LIMIT`:
+//!
+//! `w = -a h / 2 + sqrt((a h / 2)² + a (2 d - h v))`, `F <= INERTIA (w - v) / h`,
+//!
+//! and so on the other side. Then the force is held within `±FORCE_LIMIT`. It holds as long as `DECELERATION × INERTIA` and
+//! what pushes the joint from outside are below `FORCE_LIMIT` together, and the force is the joint's within the tick: leave
+//! room for a lag, or for a velocity that is filtered.
+//!
+//! Beyond a limit it brakes, and lets through what leads back. It keeps nothing from tick to tick.
+//!
+//! ```
+//! use dimsart_core::{Bench, types};
+//!
+//! let rows = "all JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nall JLIMIT_MOD POSITION_HIGH 1\nall JLIMIT_MOD FORCE_LIMIT 20
+//!             all MOD_ENG MOD_ON JLIMIT_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let mut bench: Bench = Bench::new(&[types::POSITION, types::VELOCITY, types::FEED_FORCE], rows)?;
+//! // 1 m away at rest; at the limit.
+//! assert_eq!(bench.tick(&[0.0, 0.0, 5.0], "DES_FORCE"), Some(5.0));
+//! assert_eq!(bench.tick(&[1.0, 0.0, 5.0], "DES_FORCE"), Some(0.0));
+//! # Ok::<(), dimsart_core::BenchError>(())
+//! ```
+
+use crate::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, math, types, words,
+};
+
+words! {
+    /// Of all axes.
+    pub struct Settings { period_s: f32 }
+    /// Of an axis.
+    pub struct Gains {
+        low: f32,
+        high: f32,
+        velocity_limit: f32,
+        force_limit: f32,
+        deceleration: f32,
+        inertia: f32,
+        /// `INERTIA / h`.
+        inertia_per_tick: f32,
+    }
+    /// Signals.
+    pub struct Ports { position: Input, velocity: Input, wanted: Input, force: Output }
+}
+
+/// See the [module docs](self).
+#[derive(Debug)]
+pub struct JointLimit;
+
+impl Module for JointLimit {
+    const NAME: &'static str = "JLIMIT_MOD";
+    const SUMMARY: &'static str = "Reduces a force so that the joint can stop before its limits.";
+    type Settings = Settings;
+    type Gains = Gains;
+    type State = ();
+    type Axis = ();
+    type Ports = Ports;
+
+    fn parameters(_: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
+        let Gains { low, high, velocity_limit, force_limit, deceleration, inertia, .. } = gains;
+        visit.per_axis(low, "POSITION_LOW", Unit::Position, -1e6..=1e6, -1.0, "Smallest position.");
+        visit.per_axis(high, "POSITION_HIGH", Unit::Position, -1e6..=1e6, 1.0, "Largest position.");
+        let summary = "Largest velocity.";
+        visit.per_axis(velocity_limit, "VELOCITY_LIMIT", Unit::Velocity, 0.0..=1e4, 1.0, summary);
+        visit.per_axis(force_limit, "FORCE_LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force.");
+        let summary = "With which the joint can always brake.";
+        visit.per_axis(deceleration, "DECELERATION", Unit::Acceleration, 1e-3..=1e5, 10.0, summary);
+        visit.per_axis(inertia, "INERTIA", Unit::Inertia, 1e-6..=1e4, 1.0, "Of the joint and its load.");
+    }
+
+    fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
+        settings.period_s = device.sample_period_s();
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        gains.inertia_per_tick = gains.inertia / settings.period_s;
+    }
+
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
+        let wanted = TypeRef { number: 2, ..types::DES_FORCE.first() };
+        Ports {
+            position: declare.input("POSITION", types::POSITION),
+            velocity: declare.input("VELOCITY", types::VELOCITY),
+            wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
+            force: declare.output("DES_FORCE", types::DES_FORCE),
+        }
+    }
+
+    #[inline(always)]
+    fn compute(context: &Context<'_, Self>) {
+        let Ports { position, velocity, wanted, force } = context.ports();
+        let Settings { period_s } = context.settings();
+        context.map_axes([position, velocity, wanted], [force], |gains, (), [x, v, wanted]| {
+            // Seen in the direction of each limit.
+            let most = gains.inertia_per_tick * (gains.fastest(gains.high - x, v, period_s) - v);
+            let least = -gains.inertia_per_tick * (gains.fastest(x - gains.low, -v, period_s) + v);
+            [math::limit(math::clamp(wanted, least, most), gains.force_limit)]
+        });
+    }
+}
+
+impl Gains {
+    /// Velocity at the end of the tick with which it stops in the distance.
+    #[inline(always)]
+    fn fastest(&self, distance: f32, v: f32, period_s: f32) -> f32 {
+        let a = self.deceleration;
+        let half = 0.5 * a * period_s;
+        let root = math::sqrt(half * half + a * (2.0 * distance - period_s * v));
+        (root - half).min(self.velocity_limit)
+    }
+}

@@ -1,0 +1,34 @@
+//! Where trajectories go to, and where they begin.
+
+use crate::{Data, Declare, Input, TypeRef, choice, types};
+
+choice! {
+    /// What says where to go.
+    pub(super) enum Source { Parameter = "PARAMETER", Signal = "SIGNAL" }
+}
+
+impl Source {
+    /// The port of the target, if a signal says where to go.
+    pub(super) fn port(self, declare: &mut Declare<'_>) -> Input {
+        let signal = TypeRef { number: 2, ..types::DES_POSITION.first() };
+        match self {
+            Self::Parameter => Input::default(),
+            Self::Signal => declare.of_signal(signal).input("TARGET", types::DES_POSITION),
+        }
+    }
+
+    /// The target of an axis.
+    #[inline(always)]
+    pub(super) fn target(self, data: &Data<'_>, port: Input, axis: usize, parameter: f32) -> f32 {
+        match self {
+            Self::Parameter => parameter,
+            Self::Signal => data.axis(port, axis),
+        }
+    }
+}
+
+/// What was commanded last where a module takes over, otherwise what it begins with by itself.
+#[inline(always)]
+pub(super) fn first(takes_over: bool, last: f32, own: f32) -> f32 {
+    if takes_over && last.is_finite() { last } else { own }
+}
