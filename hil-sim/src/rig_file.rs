@@ -53,7 +53,7 @@ pub use moves::{
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name; of those with the same scheme the one first that it is for.
-pub const SHIPPED: [(&str, &str); 8] = [
+pub const SHIPPED: [(&str, &str); 9] = [
     ("arm", include_str!("../scenarios/arm.toml")),
     ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
     ("joint", include_str!("../scenarios/joint.toml")),
@@ -61,6 +61,7 @@ pub const SHIPPED: [(&str, &str); 8] = [
     ("cia402", include_str!("../scenarios/cia402.toml")),
     ("phantom", include_str!("../scenarios/phantom.toml")),
     ("rokviss", include_str!("../scenarios/rokviss.toml")),
+    ("telerobot", include_str!("../scenarios/telerobot.toml")),
     ("three", include_str!("../scenarios/three.toml")),
 ];
 

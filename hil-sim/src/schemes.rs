@@ -23,11 +23,15 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("joint", include_str!("../schemes/joint.scheme")),
     ("moteus", include_str!("../schemes/moteus.scheme")),
     ("phantom", include_str!("../schemes/phantom.scheme")),
+    ("position_force", include_str!("../schemes/position_force.scheme")),
     ("position_position", include_str!("../schemes/position_position.scheme")),
     ("rokviss", include_str!("../schemes/rokviss.scheme")),
     ("small_motors", include_str!("../schemes/small_motors.scheme")),
     ("table1", include_str!("../schemes/table1.scheme")),
+    ("tank", include_str!("../schemes/tank.scheme")),
+    ("tdpa", include_str!("../schemes/tdpa.scheme")),
     ("three", include_str!("../schemes/three.scheme")),
+    ("waves", include_str!("../schemes/waves.scheme")),
 ];
 
 /// The text of a scheme and where it is from.

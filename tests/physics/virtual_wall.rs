@@ -141,7 +141,7 @@ fn push(stiffness: f64, wall_every_ticks: usize, cap_ns_per_m: f64) -> Push {
         &format!(
             "VWALL_MOD K_PARAM {stiffness}\nVWALL_MOD WALL_POSITION 0.03\nVWALL_MOD PORT_DES_FORCE DES_FORCE.2\n\
              VWALL_MOD EVERY_TICKS {wall_every_ticks}\nMOD_ENG MOD_ON VWALL_MOD\n\
-             PASSIVITY_MOD CAP {cap_ns_per_m}\nPASSIVITY_MOD LIMIT 2\nMOD_ENG MOD_ON PASSIVITY_MOD"
+             PASSIVITY_MOD DAMPER {cap_ns_per_m}\nPASSIVITY_MOD LIMIT 2\nMOD_ENG MOD_ON PASSIVITY_MOD"
         ),
     );
     let count_m = 2.0 * PI * 0.010 / 1024.0;

@@ -6,13 +6,14 @@
 //! as counts only grow. `W` is `PORT_ENERGY`, with `E` the energy that has come out here and `E'` the count of the other side:
 //!
 //! ```text
-//! IMPEDANCE   W = E' - E,  P h = -F[k-1] (x[k] - x[k-1])       α = min(-W / (h v²), CAP) if W < 0        F = F_in - α v
-//! ADMITTANCE  W = E' - E,  P h = -F[k] (x_d[k] - x_d[k-1])     β = min((F Δ - W) / (h F²), CAP) if W < F Δ   x_d += Δ - h β F
+//! IMPEDANCE   W = E' - E,  P h = -F[k-1] (x[k] - x[k-1])       α = min(-W / (h v²), DAMPER) if W < 0        F = F_in - α v
+//! ADMITTANCE  W = E' - E,  P h = -F[k] (x_d[k] - x_d[k-1])     β = min((F Δ - W) / (h F²), 1/DAMPER) if W < F Δ   x_d += Δ - h β F
 //! ```
 //!
 //! `P h > 0` goes into the link and is counted for the other side, `P h < 0` came out. The motion side knows what its step
 //! `Δ` will cost at the force of the last tick, and pays before.
-//! Its damper would leave a drift, so `Δ = Δx + DRIFT_RATE h (x - x_d)` leads back, as far as `W` pays for it (idea:
+//! As in [`PASSIVITY_MOD`](super::passivity_controller), `DAMPER` is to stay below `m/h`, under `ADMITTANCE` above `h K`.
+//! The damper would leave a drift, so `Δ = Δx + DRIFT_RATE h (x - x_d)` leads back, as far as `W` pays for it (idea:
 //! Chawda, Van Quang, O'Malley and Ryu, *IROS* 2014).
 //!
 //! ```
@@ -46,7 +47,13 @@ words! {
         drift_share: f32,
     }
     /// Of an axis.
-    pub struct Gains { cap: f32, limit: f32, energy_limit_j: f32 }
+    pub struct Gains {
+        damper: f32,
+        limit: f32,
+        energy_limit_j: f32,
+        /// Most of a damping, or of one over it.
+        cap: f32,
+    }
     /// Of an axis.
     pub struct Axis {
         ledger: Ledger,
@@ -92,9 +99,9 @@ impl Module for DelayedPassivity {
         );
         let summary = "How fast drift is made up for under ADMITTANCE; 0: it stays.";
         visit.real(&mut settings.drift_rate_hz, "DRIFT_RATE", Unit::Hertz, 0.0..=1e3, 10.0, summary);
-        let Gains { cap, limit, energy_limit_j } = gains;
-        let summary = "Largest damper; under ADMITTANCE, largest velocity per force.";
-        visit.per_axis(cap, "CAP", Unit::Any, 0.0..=1e4, 10.0, summary);
+        let Gains { damper, limit, energy_limit_j, .. } = gains;
+        let summary = "Largest damper in series; under ADMITTANCE the smallest one in parallel.";
+        visit.per_axis(damper, "DAMPER", Unit::Damping, 0.0..=1e6, 10.0, summary);
         visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force out, either way.");
         let summary = "Most of what the other side took in that is kept.";
         visit.per_axis(energy_limit_j, "ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 10.0, summary);
@@ -104,6 +111,11 @@ impl Module for DelayedPassivity {
         settings.period_s = device.sample_period_s();
         settings.rate_hz = 1.0 / settings.period_s;
         settings.drift_share = (settings.drift_rate_hz * settings.period_s).min(1.0);
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        let is_impedance = settings.causality == Causality::Impedance;
+        gains.cap = if is_impedance { gains.damper } else { 1.0 / gains.damper.max(1e-3) };
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {

@@ -4,13 +4,15 @@
 //! damper, as soon as something moves:
 //!
 //! ```text
-//! IMPEDANCE   E += -F[k-1] (x[k] - x[k-1])         α = min(-E / (h v²), CAP) if E < 0     F = F_in - α v
-//! ADMITTANCE  E += -F[k] (x_d[k] - x_d[k-1])       β = min(-E / (h F²), CAP) if E < 0     x_d += Δx_in - h β F
+//! IMPEDANCE   E += -F[k-1] (x[k] - x[k-1])         α = min(-E / (h v²), DAMPER) if E < 0     F = F_in - α v
+//! ADMITTANCE  E += -F[k] (x_d[k] - x_d[k-1])       β = min(-E / (h F²), 1/DAMPER) if E < 0     x_d += Δx_in - h β F
 //! ```
 //!
 //! A force is held until the next tick, so the energy that the device gets is the held force times the way it then went:
 //! with the force of the same tick, what the hold leaks would have the wrong sign (Stramigioli and others, *IEEE T-RO*
-//! 21(4), 2005). What the cap or the force limit leaves unpaid stays in `E`, and is paid later.
+//! 21(4), 2005). What the damper's bound or the force limit leaves unpaid stays in `E`, and is paid later.
+//! A damper acts a tick late: in series it is to stay below `m/h` of the mass `m` that moves, in parallel above `h K` of the
+//! stiffness `K` behind it, or it swings by itself.
 //! `E` is held below `ENERGY_LIMIT`, or what was taken in an hour ago would pay for a port that is active now.
 //!
 //! ```
@@ -48,7 +50,13 @@ words! {
     /// Of all axes.
     pub struct Settings { causality: Causality, period_s: f32, rate_hz: f32 }
     /// Of an axis.
-    pub struct Gains { cap: f32, limit: f32, energy_limit_j: f32 }
+    pub struct Gains {
+        damper: f32,
+        limit: f32,
+        energy_limit_j: f32,
+        /// Most of a damping, or of one over it.
+        cap: f32,
+    }
     /// Of an axis.
     pub struct Axis {
         energy: CompensatedSum,
@@ -94,9 +102,9 @@ impl Module for PassivityController {
             "CAUSALITY",
             "What the port takes, and what it gives.",
         );
-        let Gains { cap, limit, energy_limit_j } = gains;
-        let summary = "Largest damper; under ADMITTANCE, largest velocity per force.";
-        visit.per_axis(cap, "CAP", Unit::Any, 0.0..=1e4, 10.0, summary);
+        let Gains { damper, limit, energy_limit_j, .. } = gains;
+        let summary = "Largest damper in series; under ADMITTANCE the smallest one in parallel.";
+        visit.per_axis(damper, "DAMPER", Unit::Damping, 0.0..=1e6, 10.0, summary);
         visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force out, either way.");
         let summary = "Most of what was taken in that is kept.";
         visit.per_axis(energy_limit_j, "ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 10.0, summary);
@@ -105,6 +113,11 @@ impl Module for PassivityController {
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();
         settings.rate_hz = 1.0 / settings.period_s;
+    }
+
+    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
+        let is_impedance = settings.causality == Causality::Impedance;
+        gains.cap = if is_impedance { gains.damper } else { 1.0 / gains.damper.max(1e-3) };
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {

@@ -210,7 +210,7 @@ def published_wall() -> Case:
         module="PASSIVITY_MOD",
         name="a hand at a stiff wall, through an encoder",
         oracle="numpy",
-        rows="PASSIVITY_MOD CAP 0.8\nPASSIVITY_MOD LIMIT 2\nPASSIVITY_MOD PORT_FORCE_IN FEED_FORCE",
+        rows="PASSIVITY_MOD DAMPER 0.8\nPASSIVITY_MOD LIMIT 2\nPASSIVITY_MOD PORT_FORCE_IN FEED_FORCE",
         inputs={"POSITION": np.array(positions), "FEED_FORCE": np.array(pushes)},
         expected={"DES_FORCE": np.array(forces), "PORT_ENERGY": np.array(energies)},
         axis="linear",
@@ -235,7 +235,7 @@ def admittance() -> Case:
         module="PASSIVITY_MOD",
         name="a force that goes before the motion, ADMITTANCE",
         oracle="numpy",
-        rows="PASSIVITY_MOD CAUSALITY ADMITTANCE\nPASSIVITY_MOD CAP 0.02\nPASSIVITY_MOD ENERGY_LIMIT 0.02\n"
+        rows="PASSIVITY_MOD CAUSALITY ADMITTANCE\nPASSIVITY_MOD DAMPER 50\nPASSIVITY_MOD ENERGY_LIMIT 0.02\n"
         "PASSIVITY_MOD PORT_POSITION_IN FAR_POSITION",
         inputs={"POSITION": np.zeros(TICKS), "FAR_POSITION": wanted, "DES_FORCE": force},
         expected={"DES_POSITION": np.array(where), "PORT_ENERGY": np.array(energies)},
@@ -300,7 +300,7 @@ def motion_link() -> Case:
         module="TDPA_MOD",
         name="motion that the other side has not paid for, ADMITTANCE",
         oracle="numpy",
-        rows="TDPA_MOD CAUSALITY ADMITTANCE\nTDPA_MOD CAP 1\nTDPA_MOD DRIFT_RATE 5",
+        rows="TDPA_MOD CAUSALITY ADMITTANCE\nTDPA_MOD DAMPER 1\nTDPA_MOD DRIFT_RATE 5",
         inputs={"POSITION": np.zeros(TICKS), "FAR_POSITION": wanted, "FAR_ENERGY": far, "DES_FORCE": force},
         expected={"DES_POSITION": np.array(where), "LINE_ENERGY": np.array(sent), "PORT_ENERGY": np.array(energies)},
         axis="linear",
