@@ -14,6 +14,7 @@ mod doctor;
 #[cfg(test)]
 mod documented;
 mod emulate;
+mod identify;
 mod line;
 mod man;
 mod modules;
@@ -62,6 +63,7 @@ Examples:
   dimsart modules PDCTRL_MOD         ports, parameters, units and ranges of a module
   dimsart serve                      a simulated joint to tune, in real time, and its page
   dimsart config diff sim:joint      what a controller has that differs from the defaults
+  dimsart identify                   inertia, friction and weight of a joint from its motion
   dimsart top                        the same in this terminal
   dimsart record sim:joint           every tick of it into a file
   dimsart new-project gripper        a project of your own: laws, tests, images
@@ -85,6 +87,7 @@ enum Command {
     Cycles(cycles::Cycles),
     Doctor(doctor::Doctor),
     Emulate(emulate::Emulate),
+    Identify(identify::Identify),
     Record(record::Record),
     Replay(replay::Replay),
     Scheme(scheme::Scheme),
@@ -130,6 +133,7 @@ pub fn main() -> ExitCode {
         Command::Cycles(cycles) => cycles.execute(&mut out),
         Command::Doctor(doctor) => doctor.execute(&mut out),
         Command::Emulate(emulate) => emulate.execute(&mut out),
+        Command::Identify(identify) => identify.execute(&mut out),
         Command::Record(record) => record.execute(&mut out),
         Command::Replay(replay) => replay.execute(&mut out),
         Command::Scheme(scheme) => scheme.execute(&mut out),

@@ -23,6 +23,9 @@ mod guard;
 mod latencies;
 mod lease;
 mod left_out;
+mod library {
+    mod robots;
+}
 mod link;
 mod link_rate;
 mod link_start;
