@@ -104,7 +104,7 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("the page in a browser", page::page)?;
     let oracle = top().join("target/oracle");
     steps.step("reference runs", || {
-        for name in ["two_sided_loop", "joint", "arm", "phantom"] {
+        for name in ["two_sided_loop", "joint", "arm", "phantom", "identify"] {
             let script = format!("tests/oracle/{name}.py");
             run(command(setup::python()?, ["-B", &script, "--out"]).arg(&oracle))?;
         }
