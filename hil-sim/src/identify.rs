@@ -4,7 +4,7 @@
 //! J q'' + b q' + F_c sgn(q') + g_s sin q + g_c cos q + F_0 = F
 //! ```
 //!
-//! Each window of time makes one equation of that: it is multiplied by `φ(t) = (t/T)³ (1 - t/T)³` and integrated, and the
+//! Each window of time makes one equation of that: it is multiplied by `φ(t) = (t/T)⁶ (1 - t/T)⁶` and integrated, and the
 //! derivatives are moved to `φ` (modulating functions; M. Shinbrot, "On the analysis of linear and nonlinear systems", Trans.
 //! ASME 79, 1957). So neither speed nor acceleration has to be measured. In a window the joint moves one way, and not slowly:
 //! what friction does around rest is not in the model. Least squares, each column scaled to 1; the half widths are of 95 %
@@ -97,10 +97,14 @@ pub enum IdentifyError {
         tick: usize,
     },
     /// Its position or force never changes.
-    #[error("the joint does not move, or its force never changes: excite it by a chirp or a PRBS on its reference or force")]
+    #[error(
+        "the joint does not move, or its force never changes: excite it by a chirp or a PRBS on its reference or force"
+    )]
     NotExcited,
     /// Too few windows in which it moves one way.
-    #[error("{found} stretches of {window_s} s in which the joint moves one way, and it takes {needed}: record for longer, or excite it more slowly")]
+    #[error(
+        "{found} stretches of {window_s} s in which the joint moves one way, and it takes {needed}: record for longer, or excite it more slowly"
+    )]
     TooShort {
         /// As many as there are.
         found: usize,
@@ -198,8 +202,8 @@ fn window_change(positions: &[f64]) -> f64 {
     positions.last().zip(positions.first()).map_or(0.0, |(last, first)| last - first)
 }
 
-/// What a quantity of 1 adds to the mean force of a window. Sums are integrals by the trapezoidal rule: `φ` and two of its
-/// derivatives are 0 at both ends, where that is exact to the sixth order.
+/// What a quantity of 1 adds to the mean force of a window. Sums are integrals by the trapezoidal rule: all that is
+/// summed is 0 at both ends with its slopes, where that rule is exact to the sixth order of a tick.
 fn column(quantity: Quantity, moved: &[f64], way: f64, period_s: f64) -> f64 {
     let window_s = period_s * count(WINDOW);
     let weighted = |weight: fn(f64) -> f64, of: &dyn Fn(f64) -> f64| -> f64 {
@@ -229,31 +233,33 @@ fn driven(force_is: ForceIs, forces: &[f64], before: usize) -> f64 {
     terms.sum()
 }
 
-/// `x³ (1 - x)³` and its derivatives.
+/// `x⁶ (1 - x)⁶` and its derivatives.
 fn bump(x: f64) -> f64 {
-    let product = x * (1.0 - x);
-    product * product * product
+    libm::pow(x * (1.0 - x), 6.0)
 }
 
 fn slope(x: f64) -> f64 {
-    let product = x * (1.0 - x);
-    3.0 * product * product * (1.0 - 2.0 * x)
+    6.0 * libm::pow(x * (1.0 - x), 5.0) * (1.0 - 2.0 * x)
 }
 
 fn curvature(x: f64) -> f64 {
-    let product = x * (1.0 - x);
-    let inner = 1.0 - 2.0 * x;
-    6.0 * product * (inner * inner - product)
+    let (product, inner) = (x * (1.0 - x), 1.0 - 2.0 * x);
+    6.0 * libm::pow(product, 4.0) * (5.0 * inner * inner - 2.0 * product)
 }
 
-/// Its integral from 0 to `x`, held inside 0 to 1.
+/// Its integral from 0 to `x`, held inside 0 to 1: term by term of the binomial.
 fn area(x: f64) -> f64 {
     let x = x.clamp(0.0, 1.0);
-    x * x * x * x * (0.25 - x * (0.6 - x * (0.5 - x / 7.0)))
+    let binomial = [1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0];
+    binomial
+        .into_iter()
+        .zip([7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 13.0])
+        .map(|(of, power)| of * libm::pow(x, power) / power)
+        .sum()
 }
 
 /// Its integral from 0 to 1.
-const AREA: f64 = 1.0 / 140.0;
+const AREA: f64 = 1.0 / 12_012.0;
 
 fn share(tick: usize) -> f64 {
     count(tick) / count(WINDOW)
@@ -286,11 +292,11 @@ fn solve(quantities: &[Quantity], equations: &[Equation]) -> Result<Identified, 
     let inflations: Vec<f64> = inverse.row_iter().map(|row| row.norm_squared()).collect();
     // A direction that is cut off the pseudo-inverse has no variance in it, and is no better known.
     let is_known = |place: usize| match &decomposed.v_t {
-        Some(directions) => decomposed
-            .singular_values
-            .iter()
-            .zip(directions.row_iter())
-            .all(|(value, direction)| *value > smallest || direction.get(place).is_none_or(|part| part.abs() < 1e-6)),
+        Some(directions) => {
+            decomposed.singular_values.iter().zip(directions.row_iter()).all(|(value, direction)| {
+                *value > smallest || direction.get(place).is_none_or(|part| part.abs() < 1e-6)
+            })
+        }
         None => false,
     };
     let estimate = |(place, quantity): (usize, &Quantity)| {

@@ -28,9 +28,7 @@
 use core::marker::PhantomData;
 
 use super::dynamics::{Body, axes, links};
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of an axis.

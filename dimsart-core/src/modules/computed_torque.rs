@@ -26,9 +26,7 @@ use core::marker::PhantomData;
 
 use super::dynamics::{Body, axes, links};
 use crate::limits::MAX_DOF;
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words,
-};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of an axis.
@@ -59,7 +57,8 @@ pub struct ComputedTorque<B>(PhantomData<B>);
 
 impl<B: Body> Module for ComputedTorque<B> {
     const NAME: &'static str = B::COMPUTED_TORQUE;
-    const SUMMARY: &'static str = "Computed torque: the arm's equations of motion, and PD on the acceleration.";
+    const SUMMARY: &'static str =
+        "Computed torque: the arm's equations of motion, and PD on the acceleration.";
     type Settings = B::Settings;
     type Gains = (Follow, B::Link);
     type State = ();

@@ -17,7 +17,7 @@
 //! let rows = "all MOD_ENG MOD_ON PLANAR_INVERSE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let bench: Result<Bench, _> = Bench::new(&[types::DES_TIP_POSITION], rows);
-//! assert!(bench.is_err()); // one axis is none too many for a plane
+//! assert!(bench.is_err()); // a plane takes two axes, and a bench has one
 //! ```
 
 use core::fmt::Debug;
@@ -26,7 +26,9 @@ use core::marker::PhantomData;
 use super::dynamics::{Axes, axes};
 use super::phantom::{Lengths, Phantom};
 use super::planar::Planar;
-use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, choice, math, types, words};
+use crate::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, choice, math, types, words,
+};
 
 choice! {
     /// Which way the second link turns from the first one.

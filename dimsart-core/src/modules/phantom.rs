@@ -95,7 +95,12 @@ impl Body for Phantom {
 
     fn parameters(masses: &mut Masses, (): &mut (), visit: &mut Parameters<'_>) {
         let inertias = [
-            (&mut masses.turning, "T0", 2.832_787_77e-3, "Inertia about the vertical: what is constant of it."),
+            (
+                &mut masses.turning,
+                "T0",
+                2.832_787_77e-3,
+                "Inertia about the vertical: what is constant of it.",
+            ),
             (&mut masses.turning_with_inner, "T1", 1.131_892_81e-3, "The part of it with cos 2 q2."),
             (&mut masses.turning_with_outer, "T2", -3.912_006_63e-4, "The part of it with cos 2 q3."),
             (&mut masses.inner, "T3", 2.426_395_63e-3, "Inertia of the inner link's axis."),
@@ -165,10 +170,10 @@ impl Phantom {
     /// How `M11` changes with the angle of either link.
     fn turning_slopes(&self) -> (f32, f32) {
         let Self { sin_inner, cos_inner, sin_outer, cos_outer, masses } = self;
-        let by_inner =
-            -4.0 * masses.turning_with_inner * sin_inner * cos_inner - masses.coupling * sin_inner * sin_outer;
-        let by_outer =
-            -4.0 * masses.turning_with_outer * sin_outer * cos_outer + masses.coupling * cos_inner * cos_outer;
+        let by_inner = -4.0 * masses.turning_with_inner * sin_inner * cos_inner
+            - masses.coupling * sin_inner * sin_outer;
+        let by_outer = -4.0 * masses.turning_with_outer * sin_outer * cos_outer
+            + masses.coupling * cos_inner * cos_outer;
         (by_inner, by_outer)
     }
 }

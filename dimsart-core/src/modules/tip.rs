@@ -108,7 +108,12 @@ impl<A: Placed> Module for Tip<A> {
         joint: &mut Self::Gains,
         visit: &mut Parameters<'_>,
     ) {
-        visit.structural_flag(&mut options.velocity, "VELOCITY", false, "Whether it says the tip's velocity.");
+        visit.structural_flag(
+            &mut options.velocity,
+            "VELOCITY",
+            false,
+            "Whether it says the tip's velocity.",
+        );
         visit.structural_flag(&mut options.force, "FORCE", true, "Whether it commands the tip's force.");
         A::parameters(settings, joint, visit);
     }

@@ -99,13 +99,8 @@ impl Identify {
             None => self.read(&self.source)?,
         };
         let Joint { period_s, position, force, force_is, turns, .. } = &joint;
-        let experiment = Experiment {
-            period_s: *period_s,
-            position,
-            force,
-            force_is: *force_is,
-            turns: *turns,
-        };
+        let experiment =
+            Experiment { period_s: *period_s, position, force, force_is: *force_is, turns: *turns };
         let identified = identify(&experiment)?;
         let segment = usize::try_from(self.segment_ticks)?;
         let points = frequency_response(*period_s, force, position, segment, POINTS);
@@ -143,7 +138,8 @@ impl Identify {
             let reason = "the axes of this device move each other, and the model is that of one joint alone";
             return Err(UsageError(reason.to_owned()).into());
         }
-        let axis = device.axes.get(self.axis).ok_or_else(|| UsageError("the device has no such axis".to_owned()))?;
+        let axis =
+            device.axes.get(self.axis).ok_or_else(|| UsageError("the device has no such axis".to_owned()))?;
         let is_measured = device.measures.iter().any(|measured| measured == "FORCE");
         let run = response::Experiment::new(file)?.run(&AtomicBool::new(false), |_| ());
         let column = |signal: &str| {
@@ -175,7 +171,8 @@ impl Identify {
         let place = |signal: &str| {
             let end = format!(".{signal}[{}] ", self.axis);
             let is_it = |header: &str| {
-                let of_controller = self.controller.as_ref().is_none_or(|name| header.starts_with(&format!("{name}.")));
+                let of_controller =
+                    self.controller.as_ref().is_none_or(|name| header.starts_with(&format!("{name}.")));
                 of_controller && header.contains(&end)
             };
             headers.iter().position(is_it)
@@ -190,7 +187,8 @@ impl Identify {
         let (mut times_s, mut position, mut force) = (Vec::new(), Vec::new(), Vec::new());
         for row in reader.records() {
             let row = row?;
-            let value = |place: usize| row.get(place).and_then(|text| text.parse::<f64>().ok()).unwrap_or(f64::NAN);
+            let value =
+                |place: usize| row.get(place).and_then(|text| text.parse::<f64>().ok()).unwrap_or(f64::NAN);
             times_s.push(value(0));
             position.push(value(position_place));
             force.push(value(force_place));
@@ -217,8 +215,10 @@ fn force_is(is_measured: bool, device: &DeviceSection) -> ForceIs {
 fn period_s(times_s: &[f64]) -> Result<f64, UsageError> {
     let wrong = || UsageError("its rows are not evenly apart in time, or fewer than two".to_owned());
     let first = times_s.windows(2).find_map(|pair| <[f64; 2]>::try_from(pair).ok());
-    let period_s = first.map(|[one, other]| other - one).filter(|period_s| *period_s > 0.0).ok_or_else(wrong)?;
-    let is_even = |pair: &[f64]| matches!(pair, [one, other] if ((other - one) / period_s - 1.0).abs() < 0.01);
+    let period_s =
+        first.map(|[one, other]| other - one).filter(|period_s| *period_s > 0.0).ok_or_else(wrong)?;
+    let is_even =
+        |pair: &[f64]| matches!(pair, [one, other] if ((other - one) / period_s - 1.0).abs() < 0.01);
     if times_s.windows(2).all(is_even) { Ok(period_s) } else { Err(wrong()) }
 }
 
@@ -244,7 +244,8 @@ fn print(out: &mut dyn Write, joint: &Joint, identified: &Identified) -> std::io
             None => ("cannot be told from the others by this motion".to_owned(), String::new()),
         };
         let off = known.zip(*value).filter(|(truth, _)| truth.abs() > 0.0);
-        let off = off.map_or(String::new(), |(truth, (value, _))| format!("{:.2} %", 100.0 * (value / truth - 1.0)));
+        let off = off
+            .map_or(String::new(), |(truth, (value, _))| format!("{:.2} %", 100.0 * (value / truth - 1.0)));
         let (name, unit) = describe(*quantity, joint.turns);
         let truth = known.map_or("-".to_owned(), |truth| format!("{truth:.5}"));
         table.add_row([name.to_owned(), unit.to_owned(), estimate, half_width, truth, off]);

@@ -5,7 +5,9 @@ use plotters::prelude::{DrawingBackend, FontStyle};
 use plotters::style::Color;
 use plotters::style::text_anchor::HPos;
 
-use super::plot::{Area, BLACK, Drawn, GREY, GRID, LIGHT_GREY, Picture, color, fitting, font, label, px, width};
+use super::plot::{
+    Area, BLACK, Drawn, GREY, GRID, LIGHT_GREY, Picture, color, fitting, font, label, px, width,
+};
 use hil_sim::identify::FrequencyPoint;
 
 /// A frequency response to draw.
@@ -63,9 +65,15 @@ impl Bode {
         (first, last.max(first + 0.1))
     }
 
-    fn draw_panel<B: DrawingBackend>(&self, area: &Area<B>, panel: &Panel, (top, bottom): (f64, f64)) -> Drawn<B> {
+    fn draw_panel<B: DrawingBackend>(
+        &self,
+        area: &Area<B>,
+        panel: &Panel,
+        (top, bottom): (f64, f64),
+    ) -> Drawn<B> {
         let (first, last) = self.decades();
-        let x = |frequency_hz: f64| LEFT + (RIGHT - LEFT) * (libm::log10(frequency_hz) - first) / (last - first);
+        let x =
+            |frequency_hz: f64| LEFT + (RIGHT - LEFT) * (libm::log10(frequency_hz) - first) / (last - first);
         let least = panel.values.iter().copied().fold(f64::INFINITY, f64::min);
         let most = panel.values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
         let (low, high) = (libm::floor(least / panel.step), libm::floor(most / panel.step) + 1.0);
@@ -90,8 +98,9 @@ impl Bode {
         }
         label(area, &panel.name, (LEFT, top - 12.0), HPos::Left, &font(15.0, FontStyle::Normal, BLACK))?;
         let places = self.points.iter().zip(&panel.values);
-        let places: Vec<_> =
-            places.map(|(point, value)| (point.coherence, (px(x(point.frequency_hz)), px(y(*value))))).collect();
+        let places: Vec<_> = places
+            .map(|(point, value)| (point.coherence, (px(x(point.frequency_hz)), px(y(*value)))))
+            .collect();
         for pair in places.windows(2) {
             let [(one_coherence, one), (other_coherence, other)] = pair else { continue };
             let is_sure = one_coherence.min(*other_coherence) >= COHERENT;

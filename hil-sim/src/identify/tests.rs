@@ -49,7 +49,10 @@ fn a_joint_that_hardly_turns_does_not_say_how_it_hangs() {
     let truth = [0.08, 0.3, 0.02, 0.0, 0.7, 0.2];
     let (position, force) = joint(20, chirp(0.3), truth);
     let found = identify(&held(&position, &force)).unwrap();
-    assert!(found.of(Quantity::WeightCosine).is_none() && found.of(Quantity::Constant).is_none(), "{found:?}");
+    assert!(
+        found.of(Quantity::WeightCosine).is_none() && found.of(Quantity::Constant).is_none(),
+        "{found:?}"
+    );
     let (inertia, _) = found.of(Quantity::Inertia).unwrap();
     assert!((inertia / 0.08 - 1.0).abs() < 0.02, "{inertia}");
 }
@@ -68,7 +71,10 @@ fn experiments_that_cannot_say_are_refused() {
     // The force of another joint.
     let (_, other) = joint(20, |t| 12.0 * (3.0 * t).sin(), [0.08, 0.3, 0.4, 2.0, 0.7, 0.2]);
     let wrong = identify(&held(&position, &other));
-    assert!(matches!(wrong, Err(IdentifyError::Unexplained { unexplained }) if unexplained > 0.1), "{wrong:?}");
+    assert!(
+        matches!(wrong, Err(IdentifyError::Unexplained { unexplained }) if unexplained > 0.1),
+        "{wrong:?}"
+    );
 }
 
 #[test]

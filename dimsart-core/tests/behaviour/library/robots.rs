@@ -23,14 +23,18 @@ fn a_law_takes_coordinates_of_joints_or_cartesian_ones_and_never_both() {
     assert_eq!(law("TIP_POSITION", "TIP_POSITION", "DES_TIP_FORCE"), [""; 0]);
     assert_eq!(
         law("TIP_POSITION", "TIP_POSITION", "DES_FORCE"),
-        ["port DES_FORCE of PDCTRL_MOD is bound to DES_FORCE, which is of joints, where other ports of the module are \
-          Cartesian: bind it to a signal that fits (PORT_DES_FORCE command); `dimsart modules PDCTRL_MOD` shows what does"]
+        [
+            "port DES_FORCE of PDCTRL_MOD is bound to DES_FORCE, which is of joints, where other ports of the module are \
+          Cartesian: bind it to a signal that fits (PORT_DES_FORCE command); `dimsart modules PDCTRL_MOD` shows what does"
+        ]
     );
     assert_eq!(
         law("POSITION", "TIP_POSITION", "DES_FORCE"),
-        ["port DES_POSITION of PDCTRL_MOD is bound to TIP_POSITION, which is Cartesian, where other ports of the module \
+        [
+            "port DES_POSITION of PDCTRL_MOD is bound to TIP_POSITION, which is Cartesian, where other ports of the module \
           are of joints: bind it to a signal that fits (PORT_DES_POSITION command); `dimsart modules PDCTRL_MOD` shows \
-          what does"]
+          what does"
+        ]
     );
 }
 
@@ -60,7 +64,9 @@ fn a_wave_transformer_and_its_law_work_at_the_tip_with_every_coordinate_there() 
 
 #[test]
 fn what_is_of_the_tip_takes_nothing_of_joints_and_a_sum_of_both_is_refused() {
-    let inverse = findings("PHANTOM_INVERSE_MOD PORT_DES_TIP_POSITION POSITION\nPHANTOM_INVERSE_MOD PORT_DES_POSITION DES_POSITION.2\nMOD_ENG MOD_ON PHANTOM_INVERSE_MOD");
+    let inverse = findings(
+        "PHANTOM_INVERSE_MOD PORT_DES_TIP_POSITION POSITION\nPHANTOM_INVERSE_MOD PORT_DES_POSITION DES_POSITION.2\nMOD_ENG MOD_ON PHANTOM_INVERSE_MOD",
+    );
     assert!(inverse.len() == 1 && inverse[0].contains("another unit"), "{inverse:?}");
     assert!(!UnitRelation::Same.admits(Unit::Position, Unit::Metre));
     assert!(UnitRelation::Derivative.admits(Unit::MetrePerSecond, Unit::Metre));
@@ -73,7 +79,12 @@ const MOTION: Types =
     &[types::POSITION, types::VELOCITY, types::DES_POSITION, types::DES_VELOCITY, types::DES_ACCELERATION];
 
 /// Torques of a PHANToM at these positions, velocities and accelerations.
-fn phantom_torques(law: &mut Alone, position: [f32; 3], velocity: [f32; 3], acceleration: [f32; 3]) -> [f64; 3] {
+fn phantom_torques(
+    law: &mut Alone,
+    position: [f32; 3],
+    velocity: [f32; 3],
+    acceleration: [f32; 3],
+) -> [f64; 3] {
     let measured = [position, velocity, position, velocity, acceleration].concat();
     let torques = law.axes(&measured);
     [0, 1, 2].map(|axis| f64::from(torques[axis]))
@@ -120,7 +131,11 @@ fn the_tip_of_a_phantom_is_as_heavy_as_published() {
                 row[axis] * determinant(&replaced) / determinant(&mass)
             })
             .sum();
-        assert!((1.0 / mobility - expected_kg).abs() < 0.5e-4, "direction {direction}: {} kg", 1.0 / mobility);
+        assert!(
+            (1.0 / mobility - expected_kg).abs() < 0.5e-4,
+            "direction {direction}: {} kg",
+            1.0 / mobility
+        );
     }
 }
 
