@@ -14,6 +14,7 @@ mod doctor;
 #[cfg(test)]
 mod documented;
 mod emulate;
+mod identify;
 mod law;
 mod line;
 mod man;
@@ -64,6 +65,7 @@ Examples:
   dimsart serve                      a simulated joint to tune, in real time, and its page
   dimsart law check my.law           a control law as text: what it needs, or where it is wrong
   dimsart config diff sim:joint      what a controller has that differs from the defaults
+  dimsart identify                   inertia, friction and weight of a joint from its motion
   dimsart top                        the same in this terminal
   dimsart record sim:joint           every tick of it into a file
   dimsart new-project gripper        a project of your own: laws, tests, images
@@ -88,6 +90,7 @@ enum Command {
     Doctor(doctor::Doctor),
     Emulate(emulate::Emulate),
     Law(law::Law),
+    Identify(identify::Identify),
     Record(record::Record),
     Replay(replay::Replay),
     Scheme(scheme::Scheme),
@@ -134,6 +137,7 @@ pub fn main() -> ExitCode {
         Command::Doctor(doctor) => doctor.execute(&mut out),
         Command::Emulate(emulate) => emulate.execute(&mut out),
         Command::Law(law) => law.execute(&mut out),
+        Command::Identify(identify) => identify.execute(&mut out),
         Command::Record(record) => record.execute(&mut out),
         Command::Replay(replay) => replay.execute(&mut out),
         Command::Scheme(scheme) => scheme.execute(&mut out),

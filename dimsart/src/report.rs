@@ -6,6 +6,7 @@
 //! ```
 
 mod bitmap;
+mod bode;
 mod bus_timeline;
 mod contour;
 mod csv;
@@ -29,6 +30,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indicatif::ProgressBar;
 use serde::Serialize;
 
+pub use bode::Bode;
 pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use contour::{Piece, contour};
 pub use cycle_bars::{CycleBar, CycleBars};
@@ -54,6 +56,7 @@ const TIMELINE_STEM: &str = "timeline";
 const BUS_STEM: &str = "bus";
 const CYCLES_STEM: &str = "cycles";
 const MAP_STEM: &str = "map";
+const BODE_STEM: &str = "bode";
 
 /// Everything a run has to say about itself.
 #[derive(Debug)]
@@ -281,6 +284,15 @@ pub fn write_bus(folder: &Path, bus: &BusTimeline) -> Result<[PathBuf; 2], Repor
 pub fn write_cycles(folder: &Path, cycles: &CycleBars) -> Result<[PathBuf; 2], ReportError> {
     make_folder(folder)?;
     write_picture(folder, CYCLES_STEM, cycles, &ProgressBar::hidden())
+}
+
+/// Writes a frequency response alone into `folder`, made if missing.
+///
+/// # Errors
+/// [`ReportError`] names the file and what to do.
+pub fn write_bode(folder: &Path, bode: &Bode) -> Result<[PathBuf; 2], ReportError> {
+    make_folder(folder)?;
+    write_picture(folder, BODE_STEM, bode, &ProgressBar::hidden())
 }
 
 /// Writes the map of a sweep alone into `folder`, made if missing.

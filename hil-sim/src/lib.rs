@@ -78,6 +78,7 @@ pub mod fault_table;
 pub mod faulty_pair;
 pub mod first_packet;
 pub mod growth;
+pub mod identify;
 pub mod key_file;
 pub mod law;
 pub mod limit_cycle;

@@ -53,13 +53,15 @@ pub use moves::{
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name; of those with the same scheme the one first that it is for.
-pub const SHIPPED: [(&str, &str); 9] = [
+pub const SHIPPED: [(&str, &str); 11] = [
     ("arm", include_str!("../scenarios/arm.toml")),
     ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
     ("joint", include_str!("../scenarios/joint.toml")),
+    ("identify", include_str!("../scenarios/identify.toml")),
     ("moteus", include_str!("../scenarios/moteus.toml")),
     ("cia402", include_str!("../scenarios/cia402.toml")),
     ("phantom", include_str!("../scenarios/phantom.toml")),
+    ("phantom_tip", include_str!("../scenarios/phantom_tip.toml")),
     ("rokviss", include_str!("../scenarios/rokviss.toml")),
     ("telerobot", include_str!("../scenarios/telerobot.toml")),
     ("three", include_str!("../scenarios/three.toml")),

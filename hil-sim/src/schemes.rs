@@ -24,6 +24,7 @@ pub const BUILT_IN: &[(&str, &str)] = &[
     ("moteus", include_str!("../schemes/moteus.scheme")),
     ("phantom", include_str!("../schemes/phantom.scheme")),
     ("position_force", include_str!("../schemes/position_force.scheme")),
+    ("phantom_tip", include_str!("../schemes/phantom_tip.scheme")),
     ("position_position", include_str!("../schemes/position_position.scheme")),
     ("rokviss", include_str!("../schemes/rokviss.scheme")),
     ("small_motors", include_str!("../schemes/small_motors.scheme")),

@@ -448,3 +448,20 @@ fn a_sampled_spring_gives_out_the_energy_of_its_delay() {
     let led = SchemeFile::new(PD).run(&pd_rig(0.0)).outcome;
     assert_eq!(led.energy_ports_min_j, None, "the reference brings energy");
 }
+
+/// The paper's scheme at the tip of a `PHANToM` whose motors and encoders are at its joints: the hand feels the springs of both
+/// laws, of the line and of the table one behind the other.
+#[test]
+fn a_table_feels_at_the_tip_of_a_phantom_like_the_springs_between() {
+    let text = RigFile::shipped("phantom_tip").unwrap();
+    for (set, wall_n_per_m, round_trip_s) in
+        [("seed=1", 1e4, 0.022), ("device.robot.axis.2.wall.stiffness=1000", 1e3, 0.022)]
+    {
+        let file = RigFile::read(text, "phantom_tip", PathBuf::new(), &[set.to_owned()]).unwrap();
+        let outcome = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ()).outcome;
+        assert!(outcome.stable, "{outcome:?}");
+        let expected = 1.0 / (1.0 / 3000.0 + round_trip_s / 20.0 + 1.0 / 5000.0 + 1.0 / wall_n_per_m);
+        let felt = outcome.perceived.first().unwrap();
+        assert!((felt.stiffness / expected - 1.0).abs() < 0.01, "{felt:?} instead of {expected}");
+    }
+}

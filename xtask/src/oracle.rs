@@ -6,7 +6,7 @@ use crate::setup;
 use crate::shell::{Outcome, cargo, command, run, target, top};
 
 /// The scripts that write reference runs.
-const REFERENCES: [&str; 5] = ["two_sided_loop", "joint", "arm", "phantom", "modules"];
+const REFERENCES: [&str; 6] = ["two_sided_loop", "joint", "arm", "phantom", "identify", "modules"];
 
 /// Where the reference runs are.
 pub(crate) fn folder() -> PathBuf {

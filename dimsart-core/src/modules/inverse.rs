@@ -17,7 +17,7 @@
 //! let rows = "all MOD_ENG MOD_ON PLANAR_INVERSE_MOD
 //!             all MOD_ENG MATCHING_CHECK";
 //! let bench: Result<Bench, _> = Bench::new(&[types::DES_TIP_POSITION], rows);
-//! assert!(bench.is_err()); // one axis is none too many for a plane
+//! assert!(bench.is_err()); // a plane takes two axes, and a bench has one
 //! ```
 
 use core::fmt::Debug;

@@ -2,3 +2,4 @@
 
 mod filters;
 mod joint_control;
+mod robots;

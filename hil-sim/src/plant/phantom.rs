@@ -28,6 +28,16 @@ pub enum PhantomPort {
     Cartesian,
     /// Torques of the three axes, `N m`.
     Joint,
+    /// Torques of the three axes, too; but it is held at its tip, as with forces there.
+    HeldAtTip,
+}
+
+impl PhantomPort {
+    /// Whether what pushes and holds it does so at its tip.
+    #[must_use]
+    pub fn is_held_at_tip(self) -> bool {
+        self != Self::Joint
+    }
 }
 
 /// One PHANToM.
@@ -247,7 +257,7 @@ impl Phantom {
     fn torques(&self, wanted: [f64; 3]) -> Axes {
         match self.port {
             PhantomPort::Cartesian => transposed(&self.body.tip_jacobian(self.body.positions()), &wanted),
-            PhantomPort::Joint => self.body.axes_of(&wanted),
+            PhantomPort::Joint | PhantomPort::HeldAtTip => self.body.axes_of(&wanted),
         }
     }
 

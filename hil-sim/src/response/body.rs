@@ -36,6 +36,8 @@ pub(super) struct AxisState {
     pub(super) motor: Option<[f64; 3]>,
     /// What its drive says, in place of sensors.
     pub(super) reading: Option<DriveReading>,
+    /// Angle and speed of a joint whose axis is a direction of the tip.
+    pub(super) joint: Option<[f64; 2]>,
 }
 
 impl Body {
@@ -61,7 +63,7 @@ impl Body {
         }
         if let Some(phantom) = &section.phantom {
             let mut phantom = phantom.clone();
-            if phantom.port == PhantomPort::Cartesian {
+            if phantom.port.is_held_at_tip() {
                 phantom.linkage.tip_kg += section.axes.first().map_or(0.0, inertia);
             }
             let phantom = phantom.build().map_err(wrong(0))?;
@@ -168,6 +170,7 @@ impl AxisState {
             force: state.force,
             motor: Some([state.current_a, state.voltage_v, state.winding_c]),
             reading: None,
+            joint: None,
         }
     }
 }
@@ -177,10 +180,13 @@ impl Tip {
         let of = |values: &[f64; 3]| values.get(axis).copied().unwrap_or_default();
         let force = of(&self.command);
         match self.phantom.port() {
-            PhantomPort::Cartesian => {
+            port @ (PhantomPort::Cartesian | PhantomPort::HeldAtTip) => {
                 let tip = self.phantom.tip(0.0);
                 let position = of(&tip.position_m) - of(&self.origin_m);
-                AxisState { position, velocity: of(&tip.velocity_m_per_s), force, ..AxisState::default() }
+                let turned = self.phantom.axis(axis);
+                let joint = (port == PhantomPort::HeldAtTip).then_some([turned.position, turned.velocity]);
+                let velocity = of(&tip.velocity_m_per_s);
+                AxisState { position, velocity, force, joint, ..AxisState::default() }
             }
             PhantomPort::Joint => {
                 let state = self.phantom.axis(axis);
@@ -203,7 +209,7 @@ impl Tip {
             outside(axis, time_s) + around(axis, position, velocity)
         };
         match self.phantom.port() {
-            PhantomPort::Cartesian => {
+            PhantomPort::Cartesian | PhantomPort::HeldAtTip => {
                 let origin_m = self.origin_m;
                 self.phantom.advance_at_tip(start_s, period_s, command, &|tip| {
                     let places = tip.position_m.iter().zip(origin_m).zip(tip.velocity_m_per_s);

@@ -145,7 +145,7 @@ fn station(file: &RigFile, part: &Part<'_>, machine: Arc<Mutex<Machine>>) -> Res
 }
 
 fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, ResponseError> {
-    let kinds: Vec<AxisKind> = part.sections().map(|(_, axis)| axis.unit.kind()).collect();
+    let kinds: Vec<AxisKind> = part.sections().map(|(_, axis)| part.device.kind(axis)).collect();
     // A descriptor lives as long as the program: on a board it is in flash.
     let leak = |names: &[String]| -> &'static [&'static DataType] {
         Vec::leak(names.iter().filter_map(|name| file.data_type(name)).collect())

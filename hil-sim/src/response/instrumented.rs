@@ -156,14 +156,15 @@ fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
     if let Some(reading) = &state.reading {
         return said(data_type, reading).into();
     }
+    let [position, velocity] = state.joint.unwrap_or([state.position, state.velocity]);
     let [current_a, voltage_v, winding_c] = state.motor.unwrap_or_default();
     match data_type.id {
-        id if id == types::VELOCITY.id => state.velocity,
+        id if id == types::VELOCITY.id => velocity,
         id if id == types::FORCE.id => state.force,
         id if id == types::MOTOR_CURRENT.id => current_a,
         id if id == types::MOTOR_VOLTAGE.id => voltage_v,
         id if id == types::WINDING_TEMPERATURE.id => winding_c,
-        _ => state.position,
+        _ => position,
     }
 }
 

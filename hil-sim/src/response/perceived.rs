@@ -79,7 +79,9 @@ impl Perceived {
                 let obstacles: Vec<Obstacle> = others.filter_map(meets).collect();
                 if section.hand_stiffness() > 0.0 && !obstacles.is_empty() {
                     let watched_s = rests_s(file, place)?.into_iter().map(half).collect();
-                    let force = Probe::new(types::DES_FORCE.first());
+                    let is_at_tip = part.device.kind(section) != section.unit.kind();
+                    let command = if is_at_tip { types::DES_TIP_FORCE } else { types::DES_FORCE };
+                    let force = Probe::new(command.first());
                     let unit = section.unit.stiffness();
                     all.push(Self { station, axis, unit, force, watched_s, obstacles, last: None });
                 }

@@ -7,7 +7,7 @@ use super::{
     TypeSection,
 };
 use crate::link::InProcessParameters;
-use crate::plant::{JointParameters, ParameterError, PhantomPort};
+use crate::plant::{JointParameters, ParameterError};
 use crate::schemes::suggestion;
 
 /// Longest delay of a device, ticks.
@@ -327,7 +327,7 @@ fn check_coupled(device: &DeviceSection, problems: &mut Vec<String>) {
         device.axes.iter().map(|axis| axis.hand.as_ref().map_or(0.0, |hand| hand.inertia)).collect();
     let is_one_mass =
         hands.windows(2).all(|pair| matches!(pair, [one, other] if one.to_bits() == other.to_bits()));
-    if device.phantom.as_ref().is_some_and(|phantom| phantom.port == PhantomPort::Cartesian) && !is_one_mass {
+    if device.phantom.as_ref().is_some_and(|phantom| phantom.port.is_held_at_tip()) && !is_one_mass {
         problems.push(format!(
             "device '{name}': its tip is held by one hand: give each axis of it the same hand.inertia"
         ));

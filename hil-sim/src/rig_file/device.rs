@@ -132,12 +132,22 @@ impl DeviceSection {
                 Some(LinkKind::Prismatic) => AxisUnit::Metre,
                 _ => AxisUnit::Radian,
             },
-            (_, Some(PhantomParameters { port: PhantomPort::Cartesian, .. })) => AxisUnit::Metre,
+            (_, Some(phantom)) if phantom.port.is_held_at_tip() => AxisUnit::Metre,
             _ => AxisUnit::Radian,
         };
         let units: Vec<AxisUnit> = (0..self.axes.len()).map(units).collect();
         for (axis, unit) in self.axes.iter_mut().zip(units) {
             axis.unit = unit;
+        }
+    }
+
+    /// What an axis is for its controller: a joint that turns, though its directions are those of the tip, where a
+    /// `PHANToM` is held there.
+    #[must_use]
+    pub fn kind(&self, axis: &AxisSection) -> AxisKind {
+        match &self.phantom {
+            Some(PhantomParameters { port: PhantomPort::HeldAtTip, .. }) => AxisKind::Rotary,
+            _ => axis.unit.kind(),
         }
     }
 

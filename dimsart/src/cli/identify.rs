@@ -1,0 +1,266 @@
+//! `dimsart identify`: what a joint has, by what was recorded of it.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+use serde::Serialize;
+
+use super::output::{say, text_table};
+use super::run::rig;
+use super::{Ending, UsageError};
+use crate::report::{self, Bode};
+use hil_sim::identify::{
+    Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, frequency_response, identify, truth,
+};
+use hil_sim::response;
+use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
+
+/// Estimate inertia, friction and weight of a joint, and draw its frequency response.
+///
+/// Takes a rig, which is run, or signals.csv of a run or a recording. The joint has to be moved by something that is neither
+/// slow nor fast all the time: a chirp or a PRBS on its reference or force. Its force is the measured FORCE, or the commanded
+/// DES_FORCE where it has none. A parameter that the motion cannot tell from the others gets no number.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub(super) struct Identify {
+    /// Rig file (TOML), the name of a shipped one, or a recording (CSV); the shipped rig `identify` when left out.
+    #[arg(default_value = "identify")]
+    source: PathBuf,
+    /// Changes one setting of a rig, such as `duration_s=60`; can be given often.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    sets: Vec<String>,
+    /// The controller of the joint; the first one when left out.
+    #[arg(long, value_name = "NAME")]
+    controller: Option<String>,
+    /// The axis, from 0.
+    #[arg(long, value_name = "AXIS", default_value_t = 0)]
+    axis: usize,
+    /// Ticks from a command to the force that comes of it, of a recording; a rig says its own.
+    #[arg(long, value_name = "TICKS", default_value_t = 0.0, value_parser = delay)]
+    delay_ticks: f64,
+    /// Ticks of a segment of the frequency response.
+    #[arg(long, value_name = "TICKS", default_value_t = 8192, value_parser = clap::value_parser!(u32).range(64..=1_048_576))]
+    segment_ticks: u32,
+    /// Folder for the picture.
+    #[arg(long, value_name = "FOLDER", default_value = "runs/identify")]
+    out: PathBuf,
+    /// Draws no picture.
+    #[arg(long)]
+    no_picture: bool,
+    /// Prints the figures as one JSON object, all that goes to standard output; the table goes to standard error.
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  dimsart identify                                       a joint with a pendulum, against the truth
+  dimsart identify --set device.joint.axis.0.plant.load.inertia=0.08
+  dimsart run identify && dimsart identify runs/latest/signals.csv
+  dimsart identify my.toml --axis 1 --json               figures for a program
+
+Exit status: 0 identified, 1 the experiment cannot say, 2 wrong usage.";
+
+/// Frequencies that are looked at.
+const POINTS: usize = 60;
+
+fn delay(text: &str) -> Result<f64, String> {
+    let ticks: f64 = text.parse().map_err(|_| "give it a number of ticks".to_owned())?;
+    if (0.0..=10.0).contains(&ticks) { Ok(ticks) } else { Err("give it 0 to 10 ticks".to_owned()) }
+}
+
+/// What was recorded of a joint, and what is known of it.
+struct Joint {
+    name: String,
+    period_s: f64,
+    position: Vec<f64>,
+    force: Vec<f64>,
+    force_is: ForceIs,
+    turns: bool,
+    truth: Option<[(Quantity, f64); 6]>,
+}
+
+#[derive(Serialize)]
+struct Answer<'a> {
+    joint: &'a str,
+    #[serde(flatten)]
+    identified: &'a Identified,
+    truth: Option<&'a [(Quantity, f64); 6]>,
+    response: &'a [FrequencyPoint],
+}
+
+impl Identify {
+    pub(super) fn execute(self, out: &mut impl Write) -> Ending {
+        let joint = match rig::read(Some(&self.source), &self.sets)? {
+            Some(file) => self.run(&file)?,
+            None => self.read(&self.source)?,
+        };
+        let Joint { period_s, position, force, force_is, turns, .. } = &joint;
+        let experiment =
+            Experiment { period_s: *period_s, position, force, force_is: *force_is, turns: *turns };
+        let identified = identify(&experiment)?;
+        let segment = usize::try_from(self.segment_ticks)?;
+        let points = frequency_response(*period_s, force, position, segment, POINTS);
+        say(self.json, out, |text| print(text, &joint, &identified))?;
+        if let Err(error) = &points {
+            say(self.json, out, |text| {
+                writeln!(text, "no frequency response: {error}; record for longer, or give --segment-ticks")
+            })?;
+        }
+        let points = points.unwrap_or_default();
+        if !self.no_picture && !points.is_empty() {
+            let [unit, _] = units(joint.turns);
+            let title = format!("{}: position over force, as recorded", joint.name);
+            let bode = Bode { title, unit: unit.to_owned(), points: points.clone() };
+            let [svg, _] = report::write_bode(&self.out, &bode)?;
+            say(self.json, out, |text| writeln!(text, "picture: {}", svg.display()))?;
+        }
+        if self.json {
+            let (name, truth) = (&joint.name, joint.truth.as_ref());
+            let answer = Answer { joint: name, identified: &identified, truth, response: &points };
+            writeln!(out, "{}", serde_json::to_string(&answer)?)?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Runs a rig and takes what it records.
+    fn run(&self, file: &RigFile) -> Result<Joint, Box<dyn std::error::Error>> {
+        let controllers = &file.controllers;
+        let wanted = self.controller.as_ref();
+        let found = controllers.iter().find(|found| wanted.is_none_or(|name| name == found.name()));
+        let found = found.ok_or_else(|| UsageError("the rig has no such controller".to_owned()))?;
+        let device = file.devices.iter().find(|device| device.name == found.device);
+        let device = device.ok_or_else(|| UsageError("the rig has no such device".to_owned()))?;
+        if device.coupled_axes().is_some() {
+            let reason = "the axes of this device move each other, and the model is that of one joint alone";
+            return Err(UsageError(reason.to_owned()).into());
+        }
+        let axis =
+            device.axes.get(self.axis).ok_or_else(|| UsageError("the device has no such axis".to_owned()))?;
+        let is_measured = device.measures.iter().any(|measured| measured == "FORCE");
+        let run = response::Experiment::new(file)?.run(&AtomicBool::new(false), |_| ());
+        let column = |signal: &str| {
+            let place = run.recording.find(found.name(), signal, Some(self.axis));
+            let missing = || UsageError(format!("the run recorded no {signal} of this axis: measure it"));
+            place.map(|place| run.recording.column(place).collect()).ok_or_else(missing)
+        };
+        let force = if is_measured { "FORCE" } else { "DES_FORCE" };
+        Ok(Joint {
+            name: format!("{}, axis {}, by {force}", found.name(), self.axis),
+            period_s: period_s(run.recording.time_s())?,
+            position: column("POSITION")?,
+            force: column(force)?,
+            force_is: force_is(is_measured, device),
+            turns: axis.unit == AxisUnit::Radian,
+            truth: axis.plant.as_ref().and_then(|plant| truth(plant, is_measured)),
+        })
+    }
+
+    /// Reads a recording of `dimsart run`, or of a board.
+    fn read(&self, path: &Path) -> Result<Joint, Box<dyn std::error::Error>> {
+        let wrong = |reason: String| UsageError(format!("{}: {reason}", path.display()));
+        if path.extension().is_none_or(|extension| extension != "csv") {
+            let reason = "it is neither a rig nor a recording as CSV (`--signals csv`, `dimsart record`)";
+            return Err(wrong(reason.to_owned()).into());
+        }
+        let mut reader = csv::Reader::from_path(path)?;
+        let headers = reader.headers()?.clone();
+        let place = |signal: &str| {
+            let end = format!(".{signal}[{}] ", self.axis);
+            let is_it = |header: &str| {
+                let of_controller =
+                    self.controller.as_ref().is_none_or(|name| header.starts_with(&format!("{name}.")));
+                of_controller && header.contains(&end)
+            };
+            headers.iter().position(is_it)
+        };
+        let missing = |signal: &str| wrong(format!("it has no {signal} of this axis"));
+        let position_place = place("POSITION").ok_or_else(|| missing("POSITION"))?;
+        let (force_place, is_measured) = match (place("FORCE"), place("DES_FORCE")) {
+            (Some(measured), _) => (measured, true),
+            (None, Some(commanded)) => (commanded, false),
+            (None, None) => return Err(missing("FORCE, nor DES_FORCE,").into()),
+        };
+        let (mut times_s, mut position, mut force) = (Vec::new(), Vec::new(), Vec::new());
+        for row in reader.records() {
+            let row = row?;
+            let value =
+                |place: usize| row.get(place).and_then(|text| text.parse::<f64>().ok()).unwrap_or(f64::NAN);
+            times_s.push(value(0));
+            position.push(value(position_place));
+            force.push(value(force_place));
+        }
+        let header = headers.get(position_place).unwrap_or_default();
+        let delay_ticks = self.delay_ticks;
+        Ok(Joint {
+            name: header.split('.').next().unwrap_or_default().to_owned(),
+            period_s: period_s(&times_s)?,
+            position,
+            force,
+            force_is: if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks } },
+            turns: header.contains("rad"),
+            truth: None,
+        })
+    }
+}
+
+fn force_is(is_measured: bool, device: &DeviceSection) -> ForceIs {
+    if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks: device.delay_ticks } }
+}
+
+/// Between two rows, which are all of the same distance.
+fn period_s(times_s: &[f64]) -> Result<f64, UsageError> {
+    let wrong = || UsageError("its rows are not evenly apart in time, or fewer than two".to_owned());
+    let first = times_s.windows(2).find_map(|pair| <[f64; 2]>::try_from(pair).ok());
+    let period_s =
+        first.map(|[one, other]| other - one).filter(|period_s| *period_s > 0.0).ok_or_else(wrong)?;
+    let is_even =
+        |pair: &[f64]| matches!(pair, [one, other] if ((other - one) / period_s - 1.0).abs() < 0.01);
+    if times_s.windows(2).all(is_even) { Ok(period_s) } else { Err(wrong()) }
+}
+
+/// Of the frequency response, and of a force.
+const fn units(turns: bool) -> [&'static str; 2] {
+    if turns { ["rad/(N·m)", "N·m"] } else { ["m/N", "N"] }
+}
+
+fn print(out: &mut dyn Write, joint: &Joint, identified: &Identified) -> std::io::Result<()> {
+    writeln!(
+        out,
+        "{}: {} stretches of motion, {:.2} % of the force unexplained",
+        joint.name,
+        identified.windows,
+        100.0 * identified.unexplained
+    )?;
+    let mut table = text_table();
+    table.set_header(["quantity", "unit", "estimate", "± (95 %)", "truth", "off by"]);
+    for Estimate { quantity, value } in &identified.estimates {
+        let known = joint.truth.iter().flatten().find(|(of, _)| of == quantity).map(|(_, truth)| *truth);
+        let (estimate, half_width) = match value {
+            Some((value, half_width)) => (format!("{value:.5}"), format!("{half_width:.5}")),
+            None => ("cannot be told from the others by this motion".to_owned(), String::new()),
+        };
+        let off = known.zip(*value).filter(|(truth, _)| truth.abs() > 0.0);
+        let off = off
+            .map_or(String::new(), |(truth, (value, _))| format!("{:.2} %", 100.0 * (value / truth - 1.0)));
+        let (name, unit) = describe(*quantity, joint.turns);
+        let truth = known.map_or("-".to_owned(), |truth| format!("{truth:.5}"));
+        table.add_row([name.to_owned(), unit.to_owned(), estimate, half_width, truth, off]);
+    }
+    writeln!(out, "{table}")
+}
+
+fn describe(quantity: Quantity, turns: bool) -> (&'static str, &'static str) {
+    let [_, force] = units(turns);
+    match quantity {
+        Quantity::Inertia => ("inertia", if turns { "kg·m²" } else { "kg" }),
+        Quantity::Viscous => ("viscous friction", if turns { "N·m·s/rad" } else { "N·s/m" }),
+        Quantity::Coulomb => ("Coulomb friction", force),
+        Quantity::WeightSine => ("weight, with sin q", force),
+        Quantity::WeightCosine => ("weight, with cos q", force),
+        Quantity::Constant => ("constant force", force),
+    }
+}
