@@ -3,6 +3,8 @@
 //! `PROGRAM` is its number, 0 for none, which does nothing; its ports and parameters are the program's. `P_1` is its first parameter, with the range and
 //! default that the law gives it; beyond the last one, a value has no effect.
 
+use core::cell::Cell;
+
 use crate::online::{
     MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, REGISTERS, Section, Surroundings, run,
 };
@@ -92,17 +94,17 @@ impl Module for Online {
 #[inline(never)]
 fn run_section(context: &Context<'_, Online>, section: Section) {
     let Settings { program, period_s, .. } = context.settings();
-    let Some(program) = context.programs().get(program) else { return };
-    let constants = program.constants();
+    let Some(code) = context.programs().code(program, section) else { return };
     let mut registers = [0.0; REGISTERS];
-    let mut lane = Lane { context, period_s, axis: 0 };
-    let (mut instructions, behind) = (program.instructions(Section::Once), program.instructions(section));
-    let mut left = if program.header().is_coupled { 1 } else { context.dof() };
+    let mut lane = Lane { context, period_s, axis: 0, parameters: &[], states: &[] };
+    let mut instructions = code.once;
+    let mut left = if code.is_coupled { 1 } else { context.dof() };
     loop {
-        run(instructions, constants, &mut registers, &lane);
+        run(instructions, code.constants, &mut registers, &lane);
         let Some(others) = left.checked_sub(1) else { return };
         lane.axis = others;
-        (instructions, left) = (behind, others);
+        (lane.parameters, lane.states) = (context.gain_words(others), context.axis_words(others));
+        (instructions, left) = (code.section, others);
     }
 }
 
@@ -111,12 +113,15 @@ struct Lane<'a> {
     context: &'a Context<'a, Online>,
     period_s: f32,
     axis: usize,
+    /// Of that axis.
+    parameters: &'a [Cell<u32>],
+    states: &'a [Cell<u32>],
 }
 
 impl Lane<'_> {
     #[inline(always)]
-    fn axis(&self, axis: u8) -> usize {
-        if axis == OWN_AXIS { self.axis } else { axis.into() }
+    fn axis(&self, axis: u32) -> usize {
+        if axis == u32::from(OWN_AXIS) { self.axis } else { axis as usize }
     }
 }
 
@@ -127,39 +132,40 @@ impl Surroundings for Lane<'_> {
     }
 
     #[inline(always)]
-    fn input(&self, port: u8, axis: u8) -> f32 {
-        let input: Input = self.context.port(port.into());
+    fn input(&self, port: u32, axis: u32) -> f32 {
+        let input: Input = self.context.port(port as usize);
         self.context.axis(input, self.axis(axis))
     }
 
     #[inline(always)]
-    fn last(&self, port: u8, axis: u8) -> f32 {
-        let output: Output = self.context.port(MAX_INPUTS + usize::from(port));
+    fn last(&self, port: u32, axis: u32) -> f32 {
+        let output: Output = self.context.port(MAX_INPUTS + port as usize);
         if self.context.takes_over() { self.context.axis(output.last(), self.axis(axis)) } else { 0.0 }
     }
 
     #[inline(always)]
-    fn parameter(&self, number: u8, axis: u8) -> f32 {
-        let words = self.context.gain_words(self.axis(axis));
-        words.get(usize::from(number)).map_or(0.0, |word| f32::from_bits(word.get()))
+    fn parameter(&self, number: u32, axis: u32) -> f32 {
+        let is_own = axis == u32::from(OWN_AXIS);
+        let words = if is_own { self.parameters } else { self.context.gain_words(axis as usize) };
+        words.get(number as usize).map_or(0.0, |word| f32::from_bits(word.get()))
     }
 
     #[inline(always)]
-    fn state(&self, number: u8) -> f32 {
-        let word = self.context.axis_words(self.axis).get(usize::from(number));
+    fn state(&self, number: u32) -> f32 {
+        let word = self.states.get(number as usize);
         word.map_or(0.0, |word| f32::from_bits(word.get()))
     }
 
     #[inline(always)]
-    fn remember(&self, number: u8, value: f32) {
-        if let Some(word) = self.context.axis_words(self.axis).get(usize::from(number)) {
+    fn remember(&self, number: u32, value: f32) {
+        if let Some(word) = self.states.get(number as usize) {
             word.set(value.to_bits());
         }
     }
 
     #[inline(always)]
-    fn write(&self, port: u8, axis: u8, value: f32) {
-        let output: Output = self.context.port(MAX_INPUTS + usize::from(port));
+    fn write(&self, port: u32, axis: u32, value: f32) {
+        let output: Output = self.context.port(MAX_INPUTS + port as usize);
         self.context.set_axis(output, self.axis(axis), value);
     }
 }

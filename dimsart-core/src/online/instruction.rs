@@ -29,6 +29,16 @@ macro_rules! opcodes {
                 }
             }
 
+            /// That of an instruction that was verified; for a number that no opcode has, the first one.
+            #[inline(always)]
+            pub(super) const fn of_word(word: u32) -> Self {
+                // As few bits as all numbers take: a jump table needs no comparison before it.
+                match word & NUMBERS {
+                    $(number if number == Self::$name as u32 => Self::$name,)*
+                    _ => Self::FIRST,
+                }
+            }
+
             /// Its name.
             #[must_use]
             pub const fn name(self) -> &'static str {
@@ -120,6 +130,17 @@ opcodes! {
     Arctangent [To From From],
 }
 
+impl Opcode {
+    const FIRST: Self = Self::Constant;
+}
+
+/// As many as all numbers take.
+const NUMBERS: u32 = 0x1F;
+const _: () = assert!(OPCODES <= 0x20, "as many as fit");
+
+/// Where the fields of an instruction begin, 6 bits each.
+pub(super) const PLACES: [u32; 4] = [8, 14, 20, 26];
+
 /// Number of opcodes.
 pub const OPCODES: usize = Opcode::ALL.len();
 
@@ -131,8 +152,7 @@ impl Instruction {
     /// One with these fields, of which 6 bits each are taken; those that are missing are 0.
     #[must_use]
     pub fn new(opcode: Opcode, fields: &[u8]) -> Self {
-        let places = [8, 14, 20, 26];
-        let bits = fields.iter().zip(places).map(|(field, place)| u32::from(field & FIELD) << place);
+        let bits = fields.iter().zip(PLACES).map(|(field, place)| u32::from(field & FIELD) << place);
         Self(bits.fold(opcode as u32, |word, bits| word | bits))
     }
 
@@ -148,7 +168,8 @@ impl Instruction {
     #[inline(always)]
     #[must_use]
     pub const fn fields(self) -> [u8; 4] {
-        [self.field(8), self.field(14), self.field(20), self.field(26)]
+        let [a, b, c, d] = PLACES;
+        [self.field(a), self.field(b), self.field(c), self.field(d)]
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "6 bits")]

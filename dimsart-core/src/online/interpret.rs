@@ -1,18 +1,18 @@
 //! Runs instructions.
 
-use super::instruction::{Field, Instruction, Opcode, REGISTERS};
+use super::instruction::{Field, Instruction, Opcode, PLACES, REGISTERS};
 use crate::math;
 
 /// What a program reads and writes on the axis that is computed. What is not there reads as 0, and what is written to
 /// it is dropped.
 pub(crate) trait Surroundings {
     fn period_s(&self) -> f32;
-    fn input(&self, port: u8, axis: u8) -> f32;
-    fn last(&self, port: u8, axis: u8) -> f32;
-    fn parameter(&self, number: u8, axis: u8) -> f32;
-    fn state(&self, number: u8) -> f32;
-    fn remember(&self, number: u8, value: f32);
-    fn write(&self, port: u8, axis: u8, value: f32);
+    fn input(&self, port: u32, axis: u32) -> f32;
+    fn last(&self, port: u32, axis: u32) -> f32;
+    fn parameter(&self, number: u32, axis: u32) -> f32;
+    fn state(&self, number: u32) -> f32;
+    fn remember(&self, number: u32, value: f32);
+    fn write(&self, port: u32, axis: u32, value: f32);
 }
 
 /// Numbers that instructions work on.
@@ -27,58 +27,65 @@ pub(crate) fn run(
     around: &impl Surroundings,
 ) {
     for word in instructions {
-        let instruction = Instruction(*word);
-        let [a, b, c, d] = instruction.fields();
-        let Some(opcode) = instruction.opcode() else { return };
-        let value = match opcode {
-            Opcode::Constant => f32::from_bits(constants.get(usize::from(b)).copied().unwrap_or(0)),
+        // Each case takes the fields that it needs out of the word: nothing else is done for all of them.
+        let field = |place: u32| (word >> place) & FIELD;
+        let get = |place: u32| read(registers, word >> place);
+        let value = match Opcode::of_word(*word) {
+            Opcode::Constant => f32::from_bits(constants.get(field(B) as usize).copied().unwrap_or(0)),
             Opcode::Period => around.period_s(),
-            Opcode::Input => around.input(b, c),
-            Opcode::Parameter => around.parameter(b, c),
-            Opcode::State => around.state(b),
-            Opcode::Last => around.last(b, c),
+            Opcode::Input => around.input(field(B), field(C)),
+            Opcode::Parameter => around.parameter(field(B), field(C)),
+            Opcode::State => around.state(field(B)),
+            Opcode::Last => around.last(field(B), field(C)),
             Opcode::Remember => {
-                around.remember(a, get(registers, b));
+                around.remember(field(A), get(B));
                 continue;
             }
             Opcode::Output => {
-                around.write(a, c, get(registers, b));
+                around.write(field(A), field(C), get(B));
                 continue;
             }
-            Opcode::Add => get(registers, b) + get(registers, c),
-            Opcode::Subtract => get(registers, b) - get(registers, c),
-            Opcode::Multiply => get(registers, b) * get(registers, c),
-            Opcode::Divide => get(registers, b) / get(registers, c),
+            Opcode::Add => get(B) + get(C),
+            Opcode::Subtract => get(B) - get(C),
+            Opcode::Multiply => get(B) * get(C),
+            Opcode::Divide => get(B) / get(C),
             Opcode::MultiplyAdd => {
                 // Not in one: that has other bits.
-                let product = get(registers, b) * get(registers, c);
-                product + get(registers, d)
+                let product = get(B) * get(C);
+                product + get(D)
             }
-            Opcode::Negate => -get(registers, b),
-            Opcode::Absolute => get(registers, b).abs(),
-            Opcode::Minimum => math::min(get(registers, b), get(registers, c)),
-            Opcode::Maximum => math::max(get(registers, b), get(registers, c)),
-            Opcode::Clamp => math::clamp(get(registers, b), get(registers, c), get(registers, d)),
-            Opcode::Less => truth(get(registers, b) < get(registers, c)),
-            Opcode::LessOrEqual => truth(get(registers, b) <= get(registers, c)),
+            Opcode::Negate => -get(B),
+            Opcode::Absolute => get(B).abs(),
+            Opcode::Minimum => math::min(get(B), get(C)),
+            Opcode::Maximum => math::max(get(B), get(C)),
+            Opcode::Clamp => math::clamp(get(B), get(C), get(D)),
+            Opcode::Less => truth(get(B) < get(C)),
+            Opcode::LessOrEqual => truth(get(B) <= get(C)),
             #[expect(clippy::float_cmp, reason = "what a law asks for by that name")]
-            Opcode::Equal => truth(get(registers, b) == get(registers, c)),
-            Opcode::Select if get(registers, b).to_bits() == 0 => get(registers, d),
-            Opcode::Select => get(registers, c),
-            Opcode::SquareRoot => math::sqrt(get(registers, b)),
-            Opcode::Sine => math::sin(get(registers, b)),
-            Opcode::Cosine => math::cos(get(registers, b)),
-            Opcode::Arctangent => math::atan2(get(registers, b), get(registers, c)),
+            Opcode::Equal => truth(get(B) == get(C)),
+            Opcode::Select if get(B).to_bits() == 0 => get(D),
+            Opcode::Select => get(C),
+            Opcode::SquareRoot => math::sqrt(get(B)),
+            Opcode::Sine => math::sin(get(B)),
+            Opcode::Cosine => math::cos(get(B)),
+            Opcode::Arctangent => math::atan2(get(B), get(C)),
         };
-        if let Some(register) = registers.get_mut(usize::from(a) % REGISTERS) {
+        if let Some(register) = registers.get_mut((word >> A) as usize % REGISTERS) {
             *register = value;
         }
     }
 }
 
+/// Where the fields of an instruction are.
+const A: u32 = PLACES[0];
+const B: u32 = PLACES[1];
+const C: u32 = PLACES[2];
+const D: u32 = PLACES[3];
+const FIELD: u32 = 0x3F;
+
 #[inline(always)]
-fn get(registers: &Registers, number: u8) -> f32 {
-    registers.get(usize::from(number) % REGISTERS).copied().unwrap_or(0.0)
+fn read(registers: &Registers, number: u32) -> f32 {
+    registers.get(number as usize % REGISTERS).copied().unwrap_or(0.0)
 }
 
 fn truth(holds: bool) -> f32 {
@@ -107,18 +114,18 @@ impl Surroundings for Nowhere {
     fn period_s(&self) -> f32 {
         0.0
     }
-    fn input(&self, _: u8, _: u8) -> f32 {
+    fn input(&self, _: u32, _: u32) -> f32 {
         0.0
     }
-    fn last(&self, _: u8, _: u8) -> f32 {
+    fn last(&self, _: u32, _: u32) -> f32 {
         0.0
     }
-    fn parameter(&self, _: u8, _: u8) -> f32 {
+    fn parameter(&self, _: u32, _: u32) -> f32 {
         0.0
     }
-    fn state(&self, _: u8) -> f32 {
+    fn state(&self, _: u32) -> f32 {
         0.0
     }
-    fn remember(&self, _: u8, _: f32) {}
-    fn write(&self, _: u8, _: u8, _: f32) {}
+    fn remember(&self, _: u32, _: f32) {}
+    fn write(&self, _: u32, _: u32, _: f32) {}
 }

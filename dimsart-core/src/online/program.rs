@@ -126,29 +126,38 @@ impl Header {
         })
     }
 
-    fn ports_end(self) -> u16 {
+    #[inline(always)]
+    fn ports_end(&self) -> u16 {
         HEADER_WORDS + u16::from(self.inputs) + u16::from(self.outputs)
     }
 
-    fn constants_start(self) -> u16 {
+    #[inline(always)]
+    fn constants_start(&self) -> u16 {
         self.ports_end() + PARAMETER_WORDS * u16::from(self.parameters)
     }
 
-    fn instructions_start(self) -> u16 {
+    #[inline(always)]
+    fn instructions_start(&self) -> u16 {
         self.constants_start() + u16::from(self.constants)
     }
 
-    fn text_start(self) -> u16 {
+    fn text_start(&self) -> u16 {
         self.instructions_start() + u16::from(self.once) + u16::from(self.begin) + u16::from(self.tick)
     }
 
     /// Words of the whole program.
     #[must_use]
-    pub fn words(self) -> usize {
+    pub fn words(&self) -> usize {
         usize::from(self.text_start() + u16::from(self.text_bytes).div_ceil(4) + 1)
     }
 
-    fn instructions(self, section: Section) -> Range<usize> {
+    #[inline(always)]
+    pub(super) fn constants_range(&self) -> Range<usize> {
+        self.constants_start().into()..self.instructions_start().into()
+    }
+
+    #[inline(always)]
+    pub(super) fn instructions(&self, section: Section) -> Range<usize> {
         let start = self.instructions_start();
         let (start, count) = match section {
             Section::Once => (start, self.once),
@@ -246,15 +255,12 @@ impl<'a> Program<'a> {
     }
 
     /// Its constants, as bits.
-    #[inline(always)]
     #[must_use]
     pub fn constants(&self) -> &'a [u32] {
-        let (start, end) = (self.header.constants_start(), self.header.instructions_start());
-        self.words.get(start.into()..end.into()).unwrap_or_default()
+        self.words.get(self.header.constants_range()).unwrap_or_default()
     }
 
     /// Its instructions.
-    #[inline(always)]
     #[must_use]
     pub fn instructions(&self, section: Section) -> &'a [u32] {
         self.words.get(self.header.instructions(section)).unwrap_or_default()

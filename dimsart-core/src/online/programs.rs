@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::program::{Header, Program};
+use super::program::{Header, Program, Section};
 use super::verify::ProgramError;
 use crate::limits::{MAX_PROGRAMS, PROGRAM_WORDS};
 
@@ -80,6 +80,15 @@ impl Place {
     const EMPTY: Self = Self { words: [0; PROGRAM_WORDS], count: 0, header: Header::NONE };
 }
 
+/// What a tick needs of a program.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Code<'a> {
+    pub(crate) constants: &'a [u32],
+    pub(crate) once: &'a [u32],
+    pub(crate) section: &'a [u32],
+    pub(crate) is_coupled: bool,
+}
+
 /// All programs, and what was put of the next one.
 #[derive(Debug)]
 pub(crate) struct Programs {
@@ -102,6 +111,20 @@ impl Programs {
         let place = self.places.get(usize::try_from(number).ok()?.checked_sub(1)?)?;
         let words = place.words.get(..usize::from(place.count)).filter(|words| !words.is_empty())?;
         Some(Program::trusted(words, place.header))
+    }
+
+    /// What a tick needs of the program of this number: the instructions of a section, with what is before them.
+    #[inline(always)]
+    pub(crate) fn code(&self, number: u32, section: Section) -> Option<Code<'_>> {
+        let place = self.places.get(usize::try_from(number).ok()?.checked_sub(1)?)?;
+        let words = place.words.get(..usize::from(place.count)).filter(|words| !words.is_empty())?;
+        let (header, part) = (&place.header, |range| words.get(range).unwrap_or_default());
+        Some(Code {
+            constants: part(header.constants_range()),
+            once: part(header.instructions(Section::Once)),
+            section: part(header.instructions(section)),
+            is_coupled: header.is_coupled,
+        })
     }
 
     /// Every program that there is, with its number.
