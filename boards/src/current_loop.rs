@@ -31,7 +31,7 @@ use crate::catalogue::ThreePhaseDrive;
 
 /// From a board's taking an encoder's angle to the sampling of the currents that this is used with. On an SPI it is asked at the
 /// end of a period's work, 10 us after the sampling of its currents, and answers in the next one.
-const SPI_AGE_PERIODS: f32 = 0.80;
+const SPI_AGE_PERIODS: f32 = 0.785;
 /// On an I²C it is taken 24 us after the sampling of the currents of the period before the last one.
 const I2C_AGE_PERIODS: f32 = 1.51;
 /// Ticks that a torque may be old.

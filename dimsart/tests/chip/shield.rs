@@ -138,7 +138,7 @@ fn the_age_of_an_absolute_angle_is_made_up_for_while_the_rotor_turns() {
             let taken = share.rem_euclid(1.0) + 18.5 * 1.15 / 50.0;
             assert!((2.0 - taken - 1.51).abs() < 0.03, "{share}");
         } else {
-            assert!((1.0 - share - 0.80).abs() < 0.03, "{share}");
+            assert!((1.0 - share - 0.785).abs() < 0.03, "{share}");
         }
         assert_eq!(client.reason(&mut powered), None);
         assert_sound(&powered);
