@@ -98,22 +98,22 @@ impl Body for Phantom {
             (
                 &mut masses.turning,
                 "T0",
-                2.832_787_77e-3,
+                2.832_787_8e-3,
                 "Inertia about the vertical: what is constant of it.",
             ),
-            (&mut masses.turning_with_inner, "T1", 1.131_892_81e-3, "The part of it with cos 2 q2."),
-            (&mut masses.turning_with_outer, "T2", -3.912_006_63e-4, "The part of it with cos 2 q3."),
-            (&mut masses.inner, "T3", 2.426_395_63e-3, "Inertia of the inner link's axis."),
-            (&mut masses.outer, "T4", 9.318_856_25e-4, "Inertia of the outer link's axis."),
-            (&mut masses.coupling, "A", 9.122_987_50e-4, "Inertia that couples the two links."),
+            (&mut masses.turning_with_inner, "T1", 1.131_892_8e-3, "The part of it with cos 2 q2."),
+            (&mut masses.turning_with_outer, "T2", -3.912_006_6e-4, "The part of it with cos 2 q3."),
+            (&mut masses.inner, "T3", 2.426_395_6e-3, "Inertia of the inner link's axis."),
+            (&mut masses.outer, "T4", 9.318_856e-4, "Inertia of the outer link's axis."),
+            (&mut masses.coupling, "A", 9.122_987_5e-4, "Inertia that couples the two links."),
         ];
         for (field, name, default, summary) in inertias {
             visit.real(field, name, Unit::Inertia, -10.0..=10.0, default, summary);
         }
         let summary = "Torque that holds the inner link level.";
-        visit.real(&mut masses.inner_weight, "W1", Unit::Force, -100.0..=100.0, -1.629_803_97e-2, summary);
+        visit.real(&mut masses.inner_weight, "W1", Unit::Force, -100.0..=100.0, -1.629_804e-2, summary);
         let summary = "Torque that holds the outer link level.";
-        visit.real(&mut masses.outer_weight, "W2", Unit::Force, -100.0..=100.0, -7.375_520_97e-2, summary);
+        visit.real(&mut masses.outer_weight, "W2", Unit::Force, -100.0..=100.0, -7.375_521e-2, summary);
     }
 
     fn at(masses: Masses, _: &[(); MAX_DOF], position: &Axes) -> Self {
