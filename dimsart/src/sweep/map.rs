@@ -39,7 +39,11 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
         None => Field::Nothing,
     };
     let fields = down.values.iter().map(|high| right.values.iter().map(|low| field(low, high)).collect());
-    let is_growth = |name: &String| name.starts_with("loops.") && name.ends_with(".growth_per_tick");
+    let is_growth = |name: &String| {
+        let is_contact = name.starts_with("axes.") && name.ends_with(".contact_growth_per_tick");
+        is_contact
+            || ["loops.", "axes."].iter().any(|of| name.starts_with(of)) && name.ends_with(".growth_per_tick")
+    };
     let growths: Vec<usize> =
         table.header.iter().enumerate().filter(|(_, name)| is_growth(name)).map(|(at, _)| at).collect();
     // NaN where no loop has a growth: there is no border beside it.
