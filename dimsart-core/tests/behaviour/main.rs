@@ -24,6 +24,11 @@ mod guard;
 mod latencies;
 mod lease;
 mod left_out;
+mod library {
+    mod limits;
+    mod logic;
+    mod trajectories;
+}
 mod link;
 mod link_rate;
 mod link_start;
