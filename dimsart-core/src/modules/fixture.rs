@@ -59,10 +59,10 @@ impl Module for Fixture {
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         let Settings { form, stiffness, damping, .. } = settings;
         visit.choice(form, "FORM", "What it guides to.");
-        visit.real(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
+        visit.real(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e5, 0.0, "Stiffness.");
         visit.real(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping of what it acts against.");
         let Gains { origin, direction } = gains;
-        visit.per_axis(origin, "ORIGIN", Unit::Position, -1e6..=1e6, 0.0, "A point of the line or plane.");
+        visit.per_axis(origin, "ORIGIN", Unit::Position, -1e3..=1e3, 0.0, "A point of the line or plane.");
         let summary = "Along the line or across the plane, of any length.";
         visit.per_axis(direction, "DIRECTION", Unit::One, -1e3..=1e3, 0.0, summary);
     }

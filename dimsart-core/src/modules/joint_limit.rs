@@ -9,7 +9,8 @@
 //! what pushes the joint from outside are below `FORCE_LIMIT` together, and the force is the joint's within the tick: leave
 //! room for a lag, or for a velocity that is filtered.
 //!
-//! Beyond a limit it brakes, and lets through what leads back. It keeps nothing from tick to tick.
+//! Beyond a limit (`d < 0`) `w` is at most `d / (10 h)`, and not below `-5 a h`: so a load that pushes outwards is held, and the
+//! joint goes back slowly. It keeps nothing from tick to tick.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -29,7 +30,7 @@ use crate::{
 
 words! {
     /// Of all axes.
-    pub struct Settings { period_s: f32 }
+    pub struct Settings { period_s: f32, rate_hz: f32 }
     /// Of an axis.
     pub struct Gains {
         low: f32,
@@ -72,10 +73,11 @@ impl Module for JointLimit {
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         settings.period_s = device.sample_period_s();
+        settings.rate_hz = 1.0 / settings.period_s;
     }
 
     fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
-        gains.inertia_per_tick = gains.inertia / settings.period_s;
+        gains.inertia_per_tick = gains.inertia * settings.rate_hz;
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -91,11 +93,11 @@ impl Module for JointLimit {
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
         let Ports { position, velocity, wanted, force } = context.ports();
-        let Settings { period_s } = context.settings();
+        let settings = context.settings();
         context.map_axes([position, velocity, wanted], [force], |gains, (), [x, v, wanted]| {
             // Seen in the direction of each limit.
-            let most = gains.inertia_per_tick * (gains.fastest(gains.high - x, v, period_s) - v);
-            let least = -gains.inertia_per_tick * (gains.fastest(x - gains.low, -v, period_s) + v);
+            let most = gains.inertia_per_tick * (gains.fastest(gains.high - x, v, &settings) - v);
+            let least = -gains.inertia_per_tick * (gains.fastest(x - gains.low, -v, &settings) + v);
             [math::limit(math::clamp(wanted, least, most), gains.force_limit)]
         });
     }
@@ -104,10 +106,11 @@ impl Module for JointLimit {
 impl Gains {
     /// Velocity at the end of the tick with which it stops in the distance.
     #[inline(always)]
-    fn fastest(&self, distance: f32, v: f32, period_s: f32) -> f32 {
+    fn fastest(&self, distance: f32, v: f32, &Settings { period_s, rate_hz }: &Settings) -> f32 {
         let a = self.deceleration;
         let half = 0.5 * a * period_s;
-        let root = math::sqrt(half * half + a * (2.0 * distance - period_s * v));
-        (root - half).min(self.velocity_limit)
+        let stopping = math::sqrt(half * half + a * (2.0 * distance - period_s * v)) - half;
+        let back = if distance < 0.0 { (0.1 * distance * rate_hz).max(-10.0 * half) } else { stopping };
+        stopping.min(back).min(self.velocity_limit)
     }
 }

@@ -1,13 +1,13 @@
 //! Logic of conditions: gates, a latch, edges and delays.
 //!
-//! `A` and `B` hold where they are above 0.5. The output is 1 where:
+//! `A` and `B` hold where they are above 0.5; with `INVERT`, `A` holds where it is not. The output is 1 where:
 //!
 //! | `FUNCTION` | |
 //! |---|---|
 //! | `AND`, `OR`, `XOR` | both hold, one does, only one does |
 //! | `NOT` | `A` does not hold |
 //! | `LATCH` | `A` has held since `B` did; `B` wins |
-//! | `RISING`, `FALLING` | `A` holds and did not in the tick before; the other way round |
+//! | `EDGE` | `A` holds and did not in the tick before |
 //! | `ON_DELAY` | `A` has held for `DELAY` |
 //! | `OFF_DELAY` | `A` holds, or has held not longer than `DELAY` ago |
 //!
@@ -16,7 +16,7 @@
 //! ```
 //! use dimsart_core::{Bench, types};
 //!
-//! let rows = "all LOGIC_MOD FUNCTION FALLING\nall MOD_ENG MOD_ON LOGIC_MOD\nall MOD_ENG MATCHING_CHECK";
+//! let rows = "all LOGIC_MOD FUNCTION EDGE\nall LOGIC_MOD INVERT ON\nall MOD_ENG MOD_ON LOGIC_MOD\nall MOD_ENG MATCHING_CHECK";
 //! let mut bench: Bench = Bench::new(&[types::CONDITION], rows)?;
 //! assert_eq!([0.0, 1.0, 0.0, 0.0].map(|x| bench.tick(&[x], "CONDITION.3")), [0.0, 0.0, 1.0, 0.0].map(Some));
 //! # Ok::<(), dimsart_core::BenchError>(())
@@ -30,14 +30,14 @@ use crate::{
 choice! {
     /// What is made of the conditions.
     pub enum Function {
-        And = "AND", Or = "OR", Xor = "XOR", Not = "NOT", Latch = "LATCH", Rising = "RISING", Falling = "FALLING",
+        And = "AND", Or = "OR", Xor = "XOR", Not = "NOT", Latch = "LATCH", Edge = "EDGE",
         OnDelay = "ON_DELAY", OffDelay = "OFF_DELAY",
     }
 }
 
 words! {
     /// Of all axes.
-    pub struct Settings { function: Function, delay_s: f32, delay_ticks: u32 }
+    pub struct Settings { function: Function, is_inverted: bool, delay_s: f32, delay_ticks: u32 }
     /// Of an axis.
     pub struct Axis {
         held: bool,
@@ -64,6 +64,7 @@ impl Module for Logic {
 
     fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
         visit.structural_choice(&mut settings.function, "FUNCTION", "What is made of the conditions.");
+        visit.flag(&mut settings.is_inverted, "INVERT", false, "Whether A holds where it is not above 0.5.");
         visit.real(&mut settings.delay_s, "DELAY", Unit::Second, 0.0..=1e4, 0.1, "Time of a delay.");
     }
 
@@ -86,8 +87,9 @@ impl Module for Logic {
     }
 
     fn begin(context: &Context<'_, Self>) {
+        let Settings { is_inverted, .. } = context.settings();
         context.begin_axes([context.ports().a], |(), [a]| Axis {
-            held: a > 0.5,
+            held: (a > 0.5) != is_inverted,
             latched: false,
             ticks: u32::MAX,
         });
@@ -96,9 +98,9 @@ impl Module for Logic {
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
         let Ports { a, b, output } = context.ports();
-        let Settings { function, delay_ticks, .. } = context.settings();
+        let Settings { function, is_inverted, delay_ticks, .. } = context.settings();
         context.map_lanes([a], [output], |number, lane, [a]| {
-            let (a, b) = (a > 0.5, context.axis(b, number) > 0.5);
+            let (a, b) = ((a > 0.5) != is_inverted, context.axis(b, number) > 0.5);
             let mut axis = lane.axis();
             let held = axis.held;
             axis.held = a;
@@ -111,8 +113,7 @@ impl Module for Logic {
                 Function::Xor => a != b,
                 Function::Not => !a,
                 Function::Latch => axis.latched,
-                Function::Rising => a && !held,
-                Function::Falling => !a && held,
+                Function::Edge => a && !held,
                 Function::OnDelay => a && axis.ticks >= delay_ticks,
                 Function::OffDelay => a || axis.ticks < delay_ticks,
             };

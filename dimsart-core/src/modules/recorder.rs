@@ -7,7 +7,9 @@
 //! With a `TRIGGER` it waits for word `WORD` of the signal, in every tick, to go beyond `LEVEL` after it was not, takes
 //! `AFTER` rows behind the one that caught it, and keeps them until it is reset. Its second memory is the number of that row,
 //! from 1; 0 before. So a fast event is caught in its tick and read over a slow line. What is no real number has its bits
-//! compared as if it were one: a switch goes beyond 0.
+//! compared as if it were one: a switch goes beyond 0. `TRIGGER CONDITION` waits in the same way for axis `WORD` of a condition
+//! beside the signal, and with `AT_ONCE` what is beyond the level from the start is caught, too. So `LENGTH` less `AFTER` rows are
+//! from before the event.
 
 use crate::{
     Context, Declare, Input, Memory, Module, Output, Parameters, Single, Unit, Untyped, choice, types, words,
@@ -15,7 +17,7 @@ use crate::{
 
 choice! {
     /// What ends the recording.
-    pub enum Trigger { Off = "OFF", Rising = "RISING", Falling = "FALLING" }
+    pub enum Trigger { Off = "OFF", Rising = "RISING", Falling = "FALLING", Condition = "CONDITION" }
 }
 
 words! {
@@ -28,6 +30,7 @@ words! {
         level: f32,
         word: u32,
         rows_after: u32,
+        is_level: bool,
     }
     /// Of all axes.
     pub struct State {
@@ -41,7 +44,13 @@ words! {
         caught: u32,
     }
     /// Signals and memory.
-    pub struct Ports { input: Input<Untyped>, rows: Output<Single<u32>>, memory: Memory, caught: Memory }
+    pub struct Ports {
+        input: Input<Untyped>,
+        rows: Output<Single<u32>>,
+        memory: Memory,
+        caught: Memory,
+        condition: Input,
+    }
 }
 
 /// See the [module docs](self).
@@ -59,7 +68,8 @@ impl Module for Recorder {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, _: &mut (), visit: &mut Parameters<'_>) {
-        let Settings { length, every_ticks, is_recording, trigger, level, word, rows_after } = settings;
+        let Settings { length, every_ticks, is_recording, trigger, level, word, rows_after, is_level } =
+            settings;
         visit.structural_count(length, "LENGTH", Unit::One, 1..=60_000, 100, "Rows kept.");
         visit.count(every_ticks, "EVERY", Unit::Tick, 1..=1_000_000, 1, "Ticks from one row to the next.");
         visit.flag(is_recording, "RECORD", true, "Whether rows are taken.");
@@ -67,6 +77,7 @@ impl Module for Recorder {
         visit.real(level, "LEVEL", Unit::Any, f32::MIN..=f32::MAX, 0.0, "What the edge goes beyond.");
         visit.count(word, "WORD", Unit::One, 0..=4095, 0, "Word of the signal that has the edge.");
         visit.count(rows_after, "AFTER", Unit::One, 0..=60_000, 50, "Rows taken behind the edge.");
+        visit.flag(is_level, "AT_ONCE", false, "Whether what is beyond the level from the start is caught.");
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -78,22 +89,30 @@ impl Module for Recorder {
             rows: declare.output("ROWS", types::RECORDED_ROWS),
             memory: declare.memory("ROWS_KEPT", words),
             caught: declare.memory("CAUGHT", 1),
+            condition: match settings.trigger {
+                Trigger::Condition => declare.input("CONDITION", types::CONDITION),
+                _ => Input::default(),
+            },
         }
     }
 
     fn begin(context: &Context<'_, Self>) {
-        context.clear();
+        context.set_state(State { is_ready: context.settings().is_level, ..State::default() });
         note(context, 0);
     }
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Ports { input, rows, memory, .. } = context.ports();
+        let Ports { input, rows, memory, condition, .. } = context.ports();
         let settings = context.settings();
         let mut state = context.state();
         let sample = context.words(input);
         if settings.trigger != Trigger::Off && state.caught == 0 {
-            let word = usize::try_from(settings.word).ok().and_then(|word| sample.get(word));
+            let watched = match settings.trigger {
+                Trigger::Condition => context.words(condition),
+                _ => sample,
+            };
+            let word = usize::try_from(settings.word).ok().and_then(|word| watched.get(word));
             let value = word.map_or(f32::NAN, |word| f32::from_bits(word.get()));
             let is_beyond = match settings.trigger {
                 Trigger::Falling => value < settings.level,

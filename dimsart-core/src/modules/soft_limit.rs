@@ -50,8 +50,8 @@ impl Module for SoftLimit {
 
     fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
         let Gains { low, high, stiffness, damping, .. } = gains;
-        visit.per_axis(low, "LOW", Unit::Position, -1e6..=1e6, -1.0, "Where the lower wall begins.");
-        visit.per_axis(high, "HIGH", Unit::Position, -1e6..=1e6, 1.0, "Where the upper wall begins.");
+        visit.per_axis(low, "LOW", Unit::Position, -1e3..=1e3, -1.0, "Where the lower wall begins.");
+        visit.per_axis(high, "HIGH", Unit::Position, -1e3..=1e3, 1.0, "Where the upper wall begins.");
         visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Stiffness.");
         visit.per_axis(damping, "B_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Damping beyond the limits.");
     }

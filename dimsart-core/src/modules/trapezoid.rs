@@ -182,14 +182,12 @@ fn step(axis: &mut Axis, (velocity_limit, acceleration): (f32, f32), period_s: f
     // With no velocity at the top there is nothing to keep.
     let keeping_s = ((d - speeding - braking) / top).max(0.0);
     let left_s = period_s - speeding_s;
-    let (velocity, distance) = if left_s <= keeping_s {
+    if left_s <= keeping_s {
         axis.distance.add(-side * (speeding + top * left_s));
         axis.velocity = CompensatedSum::new(side * top);
         return;
-    } else {
-        let velocity = (top - acceleration * (left_s - keeping_s)).max(0.0);
-        (velocity, 0.5 * velocity * velocity * per_acceleration)
-    };
+    }
+    let velocity = (top - acceleration * (left_s - keeping_s)).max(0.0);
     axis.velocity = CompensatedSum::new(side * velocity);
-    axis.distance = CompensatedSum::new(side * distance);
+    axis.distance = CompensatedSum::new(side * 0.5 * velocity * velocity * per_acceleration);
 }

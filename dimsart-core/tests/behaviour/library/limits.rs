@@ -1,0 +1,96 @@
+//! Limits: what they hold back, and that they never let a joint through.
+
+use dimsart_core::types;
+use rand_core::{Rng, SeedableRng};
+use rand_pcg::Pcg32;
+
+use crate::common::{Alone, H};
+
+/// A mass with friction, pushed at random: always as hard as it may go in one direction, for a while.
+#[test]
+fn a_joint_never_goes_beyond_its_limits_and_reaches_them() {
+    let rows = "JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nJLIMIT_MOD POSITION_LOW -0.5\nJLIMIT_MOD POSITION_HIGH 0.7
+        JLIMIT_MOD VELOCITY_LIMIT 2\nJLIMIT_MOD FORCE_LIMIT 30\nJLIMIT_MOD DECELERATION 20\nJLIMIT_MOD INERTIA 1
+        MOD_ENG MOD_ON JLIMIT_MOD";
+    let measured = &[types::POSITION, types::VELOCITY, types::FEED_FORCE];
+    for friction in [0.0, 3.0] {
+        let mut module = Alone::new(1, measured, "DES_FORCE", rows);
+        let mut random = Pcg32::seed_from_u64(3);
+        let (mut x, mut v, mut push) = (0.0_f64, 0.0_f64, 0.0_f32);
+        let (mut lowest, mut highest, mut fastest) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for _ in 0..60_000 {
+            if random.next_u32() % 400 == 0 {
+                push = [-1000.0, -5.0, 0.0, 5.0, 1000.0][(random.next_u32() % 5) as usize];
+            }
+            #[expect(clippy::cast_possible_truncation, reason = "as it is measured")]
+            let force = module.step(&[x as f32, v as f32, push]);
+            assert!(force.abs() <= 30.0);
+            // The force holds for the tick.
+            let a = f64::from(force) - friction * v;
+            let h = f64::from(H);
+            x += h * (v + 0.5 * h * a);
+            v += h * a;
+            (lowest, highest, fastest) = (lowest.min(x), highest.max(x), fastest.max(v.abs()));
+        }
+        assert!(lowest > -0.5 - 1e-6 && highest < 0.7 + 1e-6, "{friction}: {lowest}, {highest}");
+        assert!(lowest < -0.499 && highest > 0.699, "{friction}: {lowest}, {highest}");
+        assert!(fastest < 2.000_01 && fastest > 1.4, "{friction}: {fastest}");
+    }
+}
+
+#[test]
+fn beyond_a_limit_a_joint_is_braked_and_may_go_back() {
+    let rows = "JLIMIT_MOD PORT_FORCE_IN FEED_FORCE\nJLIMIT_MOD FORCE_LIMIT 30\nMOD_ENG MOD_ON JLIMIT_MOD";
+    let measured = &[types::POSITION, types::VELOCITY, types::FEED_FORCE];
+    let mut module = Alone::new(1, measured, "DES_FORCE", rows);
+    assert_eq!(module.step(&[1.5, 1.0, 10.0]).to_bits(), (-30.0_f32).to_bits());
+    assert_eq!(module.step(&[1.5, -0.5, -4.0]).to_bits(), (-4.0_f32).to_bits());
+}
+
+#[test]
+fn homing_finds_a_stop_by_its_force_and_says_when_there_is_none() {
+    let rows = "HOMING_MOD HOMING_VELOCITY 0.1\nHOMING_MOD BACK_OFF 0.005\nHOMING_MOD SEARCH_DISTANCE 0.1
+        HOMING_MOD STALL_FORCE 2\nHOMING_MOD HOME_POSITION 1\nMOD_ENG MOD_ON HOMING_MOD";
+    for (stop, state, homed) in [(0.05, 2.0, 0.995), (9.0, 3.0, 0.1)] {
+        let mut module = Alone::new(1, &[types::POSITION, types::MEASURED_TORQUE], "DES_POSITION", rows);
+        let (mut x, mut force, mut states) = (0.0_f32, 0.0_f32, Vec::new());
+        for _ in 0..3000 {
+            // A joint that follows as far as the stop lets it, and pushes with 300 N/m.
+            let desired = module.step(&[x, force]);
+            x = desired.min(stop);
+            force = 300.0 * (desired - x);
+            states.extend(module.bench.signal("STATE"));
+        }
+        states.dedup();
+        assert_eq!(states.last(), Some(&state), "{states:?}");
+        assert!(states.is_sorted() && states.len() == if state < 3.0 { 3 } else { 2 }, "{states:?}");
+        let found = module.bench.signal("POSITION.2");
+        assert!(found.iter().all(|x| (x - homed).abs() < 1e-4), "{found:?}");
+    }
+}
+
+#[test]
+fn a_fixture_without_a_direction_does_nothing() {
+    for form in ["PLANE", "HALF_SPACE"] {
+        let rows = format!(
+            "FIXTURE_MOD PORT_FORCE_IN FEED_FORCE\nFIXTURE_MOD K_PARAM 100\nFIXTURE_MOD FORM {form}\nMOD_ENG MOD_ON FIXTURE_MOD"
+        );
+        let mut module = Alone::new(2, &[types::POSITION, types::FEED_FORCE], "DES_FORCE", &rows);
+        assert_eq!(module.axes(&[3.0, -2.0, 5.0, 7.0]), [5.0, 7.0]);
+    }
+}
+
+#[test]
+fn a_limit_that_takes_over_makes_a_ramp_of_the_step() {
+    let rows = "SIGGEN_MOD AMPLITUDE 3\nMOD_ENG MOD_ON SIGGEN_MOD";
+    let mut module = Alone::new(1, &[types::SIGNAL], "SIGNAL_OUT", rows);
+    module.step(&[-1.0]);
+    module.bench.rows("LIMIT_MOD RATE 1000\nMOD_ENG BEGIN\nMOD_ENG MOD_OFF SIGGEN_MOD\nMOD_ENG MOD_ON LIMIT_MOD\nMOD_ENG COMMIT");
+    let outputs = [-1.0; 5].map(|x| module.step(&[x]));
+    assert!(
+        outputs
+            .iter()
+            .zip([2.0, 1.0, 0.0, -1.0, -1.0])
+            .all(|(x, wanted): (_, f32)| (x - wanted).abs() < 1e-6)
+    );
+}
