@@ -27,11 +27,6 @@ mod latencies;
 mod lease;
 mod left_out;
 mod library;
-mod library {
-    mod limits;
-    mod logic;
-    mod trajectories;
-}
 mod link;
 mod link_rate;
 mod link_start;

@@ -22,7 +22,7 @@ use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
 ///
 /// Takes a rig, which is run, or signals.csv of a run or a recording. The joint has to be moved by something that is neither
 /// slow nor fast all the time: a chirp or a PRBS on its reference or force. Its force is the measured FORCE, or the commanded
-/// DES_FORCE where it has none. A parameter that the motion cannot tell from the others gets no number.
+/// `DES_FORCE` where it has none. A parameter that the motion cannot tell from the others gets no number.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Identify {
