@@ -108,12 +108,6 @@ impl<'a, M: Module> Context<'a, M> {
         clear(self.state.get(M::State::COUNT..).unwrap_or_default());
     }
 
-    /// Words of the module's handles.
-    #[inline(always)]
-    pub(crate) fn handle_words(&self) -> &'a [Cell<u32>] {
-        self.part(0, M::Ports::COUNT)
-    }
-
     /// Words of the parameters of an axis.
     #[inline(always)]
     pub(crate) fn gain_words(&self, axis: usize) -> &'a [Cell<u32>] {

@@ -8,9 +8,7 @@ use core::cell::Cell;
 use crate::online::{
     MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, REGISTERS, Section, Surroundings, run,
 };
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Words, types, words,
-};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of all axes. The program's number comes first.
@@ -98,8 +96,7 @@ fn run_section(context: &Context<'_, Online>, section: Section) {
     let Settings { program, period_s, .. } = context.settings();
     let Some(code) = context.programs().code(program, section) else { return };
     let mut registers = [0.0; REGISTERS];
-    let ports = context.handle_words();
-    let mut lane = Lane { context, ports, period_s, axis: 0, parameters: &[], states: &[] };
+    let mut lane = Lane { context, period_s, axis: 0, parameters: &[], states: &[] };
     let mut instructions = code.once;
     let mut left = if code.is_coupled { 1 } else { context.dof() };
     loop {
@@ -114,8 +111,6 @@ fn run_section(context: &Context<'_, Online>, section: Section) {
 /// What a program reads and writes on an axis.
 struct Lane<'a> {
     context: &'a Context<'a, Online>,
-    /// Handles: inputs, then outputs.
-    ports: &'a [Cell<u32>],
     period_s: f32,
     axis: usize,
     /// Of that axis.
@@ -124,11 +119,6 @@ struct Lane<'a> {
 }
 
 impl Lane<'_> {
-    #[inline(always)]
-    fn port<T: Words>(&self, place: usize) -> T {
-        T::load(self.ports.get(place..=place).unwrap_or_default())
-    }
-
     #[inline(always)]
     fn axis(&self, axis: u32) -> usize {
         if axis == u32::from(OWN_AXIS) { self.axis } else { axis as usize }
@@ -143,13 +133,13 @@ impl Surroundings for Lane<'_> {
 
     #[inline(always)]
     fn input(&self, port: u32, axis: u32) -> f32 {
-        let input: Input = self.port(port as usize);
+        let input: Input = self.context.port(port as usize);
         self.context.axis(input, self.axis(axis))
     }
 
     #[inline(always)]
     fn last(&self, port: u32, axis: u32) -> f32 {
-        let output: Output = self.port(MAX_INPUTS + port as usize);
+        let output: Output = self.context.port(MAX_INPUTS + port as usize);
         if self.context.takes_over() { self.context.axis(output.last(), self.axis(axis)) } else { 0.0 }
     }
 
@@ -175,7 +165,7 @@ impl Surroundings for Lane<'_> {
 
     #[inline(always)]
     fn write(&self, port: u32, axis: u32, value: f32) {
-        let output: Output = self.port(MAX_INPUTS + port as usize);
+        let output: Output = self.context.port(MAX_INPUTS + port as usize);
         self.context.set_axis(output, self.axis(axis), value);
     }
 }

@@ -29,12 +29,13 @@ macro_rules! opcodes {
                 }
             }
 
-            /// That of an instruction that was verified, by as few bits as all numbers take.
+            /// That of an instruction that was verified; for a number that no opcode has, the first one.
             #[inline(always)]
-            pub(super) const fn of_word(word: u32) -> Option<Self> {
+            pub(super) const fn of_word(word: u32) -> Self {
+                // As few bits as all numbers take: a jump table needs no comparison before it.
                 match word & NUMBERS {
-                    $(number if number == Self::$name as u32 => Some(Self::$name),)*
-                    _ => None,
+                    $(number if number == Self::$name as u32 => Self::$name,)*
+                    _ => Self::FIRST,
                 }
             }
 
@@ -127,6 +128,10 @@ opcodes! {
     Cosine [To From],
     /// [`math::atan2`](crate::math::atan2).
     Arctangent [To From From],
+}
+
+impl Opcode {
+    const FIRST: Self = Self::Constant;
 }
 
 /// As many as all numbers take.

@@ -30,8 +30,7 @@ pub(crate) fn run(
         // Each case takes the fields that it needs out of the word: nothing else is done for all of them.
         let field = |place: u32| (word >> place) & FIELD;
         let get = |place: u32| read(registers, word >> place);
-        let Some(opcode) = Opcode::of_word(*word) else { return };
-        let value = match opcode {
+        let value = match Opcode::of_word(*word) {
             Opcode::Constant => f32::from_bits(constants.get(field(B) as usize).copied().unwrap_or(0)),
             Opcode::Period => around.period_s(),
             Opcode::Input => around.input(field(B), field(C)),
