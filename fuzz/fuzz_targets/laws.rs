@@ -17,7 +17,11 @@ thread_local! {
 fn whole() -> Vec<u32> {
     let one = |opcode, fields: &[u8]| Instruction::new(opcode, fields).0;
     let once = [one(Opcode::Constant, &[0, 0]), one(Opcode::Period, &[1])];
-    let begin = [one(Opcode::Last, &[2, 0, OWN_AXIS]), one(Opcode::Remember, &[0, 2]), one(Opcode::Remember, &[1, 0])];
+    let begin = [
+        one(Opcode::Last, &[2, 0, OWN_AXIS]),
+        one(Opcode::Remember, &[0, 2]),
+        one(Opcode::Remember, &[1, 0]),
+    ];
     let mut tick = vec![
         one(Opcode::Input, &[2, 0, OWN_AXIS]),
         one(Opcode::Input, &[3, 0, 1]),
@@ -27,7 +31,7 @@ fn whole() -> Vec<u32> {
     for (opcode, to) in Opcode::ALL.iter().skip(Opcode::Add as usize).zip(6_u8..) {
         tick.push(one(*opcode, &[to, 2 + to % 4, to - 1, 0]));
     }
-    tick.extend([one(Opcode::Remember, &[1, 23]), one(Opcode::Output, &[0, 24, OWN_AXIS])]);
+    tick.extend([one(Opcode::Remember, &[1, 23]), one(Opcode::Output, &[0, 22, OWN_AXIS])]);
     let count = |count: usize| u8::try_from(count).unwrap();
     let header = Header {
         inputs: 1,
@@ -90,7 +94,10 @@ fuzz_target!(|bytes: &[u8]| {
         let is_program = Program::verify(&words).is_ok();
         assert_eq!(keep(dimsart, &words).is_ok(), is_program);
         assert_eq!(dimsart.engine().programs().count(), usize::from(is_program));
-        let Some(ModuleRef { kind, .. }) = Engine::<dimsart_core::modules::Standard>::module("ONLINE_MOD") else { return };
+        let Some(ModuleRef { kind, .. }) = Engine::<dimsart_core::modules::Standard>::module("ONLINE_MOD")
+        else {
+            return;
+        };
         let module = ModuleRef { kind, number: 1 };
         dimsart.command(Command::set(module, 0, Value::Count(1))).unwrap();
         let is_plugged_in = dimsart.command(Command::PlugIn(module)).is_ok();

@@ -42,7 +42,8 @@ fn a_law_is_uploaded_plugged_in_saved_and_runs_after_a_restart_and_no_tick_is_lo
     device.set("ONLINE_MOD", "PROGRAM", "1").unwrap();
     device.set("ONLINE_MOD", "offset[0]", "0.5").unwrap();
     assert!(device.set("ONLINE_MOD", "offset", "1.5").is_err(), "the law's own range");
-    device.on("ONLINE_MOD", None).unwrap();
+    // In the PD controller's place: what follows reads what comes of its force.
+    device.on("ONLINE_MOD", Some("TIMEDELAY_MOD")).unwrap();
     device.commit().unwrap();
     shared.run_for(START_S);
     assert!(force(&shared).contains("0.5"), "{}", force(&shared));

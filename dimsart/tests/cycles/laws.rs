@@ -19,26 +19,26 @@ out force: DES_FORCE
 param stiffness: Stiffness = 0 in 0..1e6
 force = stiffness * (desired - position)";
 
+/// What the module in Rust works out between ticks, such as a gain over the period, is a parameter here.
 const PID: &str = "law PID
 in position: POSITION
 in desired: DES_POSITION
 out force: DES_FORCE
 param stiffness: Stiffness = 0 in 0..1e6
-param integral_gain: IntegralGain = 0 in 0..1e7
-param damping: Damping = 0 in 0..1e4
+param integral_gain_per_tick = 0 in 0..1e7
+param damping_per_tick = 0 in 0..1e9
 param limit: Force = 1e4 in 0..1e4
-param tracking_time: Second = 0.1 in 1e-3..100
-param filter_time: Second = 0 in 0..10
+param tracking = 0.01 in 0..1
+param smoothing = 1 in 0..1
 state integral = 0
 state previous = desired - position
 state before = 0
 let error = desired - position
-let change = error - previous
-let filtered = before + period / (period + filter_time) * (change - before)
-let sum = integral + integral_gain * period * error
-let wanted = stiffness * error + sum + damping / period * filtered
+let filtered = before + smoothing * (error - previous - before)
+let sum = integral + integral_gain_per_tick * error
+let wanted = stiffness * error + sum + damping_per_tick * filtered
 force = clamp(wanted, -limit, limit)
-integral = sum + min(period / tracking_time, 1) * (force - wanted)
+integral = sum + tracking * (force - wanted)
 previous = error
 before = filtered";
 
@@ -85,13 +85,17 @@ fn run(dimsart: &mut Dimsart, dof: usize) -> Option<(Vec<Vec<u32>>, u64)> {
 #[test]
 fn a_law_has_the_bits_of_the_one_in_rust_and_takes_at_most_15_times_its_cycles() {
     let of_law = "all ONLINE_MOD PROGRAM 1\nall ONLINE_MOD P_1 150\n";
-    let of_pid =
-        "all ONLINE_MOD P_2 900\nall ONLINE_MOD P_3 4\nall ONLINE_MOD P_4 20\nall ONLINE_MOD P_6 0.002\n";
+    let [period_s, filter_time_s, tracking_time_s] = [1e-3_f32, 0.002, 0.1];
+    let per_tick = [900.0 * period_s, 4.0 / period_s, 20.0, period_s / tracking_time_s];
+    let smoothing = period_s / (period_s + filter_time_s);
+    let values = (2..).zip(per_tick.into_iter().chain([smoothing]));
+    let of_pid: String =
+        values.map(|(number, value)| format!("all ONLINE_MOD P_{number} {value}\n")).collect();
     let pid = "all PIDCTRL_MOD K_PARAM 150\nall PIDCTRL_MOD I_PARAM 900\nall PIDCTRL_MOD D_PARAM 4\n\
                all PIDCTRL_MOD LIMIT 20\nall PIDCTRL_MOD FILTER_TIME 0.002\nall MOD_ENG MOD_ON PIDCTRL_MOD";
     for (name, text, rows, in_rust) in [
         ("P", P, String::new(), "all PCTRL_MOD K_PARAM 150\nall MOD_ENG MOD_ON PCTRL_MOD"),
-        ("PID", PID, of_pid.to_owned(), pid),
+        ("PID", PID, of_pid, pid),
     ] {
         let law = Law::compile(text, name).unwrap();
         for dof in [1, 3] {
