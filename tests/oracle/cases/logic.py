@@ -133,6 +133,4 @@ def table() -> Case:
         expected={
             "SIGNAL_OUT": np.stack([np.interp(x[:, axis], points[axis], values[axis]) for axis in (0, 1)], axis=1)
         },
-        tolerance=5e-5,
-        why="a slope in f32, of points that are near each other",
     )
