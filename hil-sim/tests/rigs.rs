@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 
+use hil_sim::identify;
 use hil_sim::response::{Experiment, Outcome, Run};
 use hil_sim::rig_file::{RigFile, SHIPPED};
 
@@ -463,5 +464,24 @@ fn a_table_feels_at_the_tip_of_a_phantom_like_the_springs_between() {
         let expected = 1.0 / (1.0 / 3000.0 + round_trip_s / 20.0 + 1.0 / 5000.0 + 1.0 / wall_n_per_m);
         let felt = outcome.perceived.first().unwrap();
         assert!((felt.stiffness / expected - 1.0).abs() < 0.01, "{felt:?} instead of {expected}");
+    }
+}
+
+/// Noise of the sensor, an encoder's steps and a gear with losses before it: the load is found all the same.
+#[test]
+fn the_shipped_experiment_identifies_its_joint_within_two_percent() {
+    let text = RigFile::shipped("identify").unwrap();
+    let file = RigFile::read(text, "identify", PathBuf::new(), &[]).unwrap();
+    let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
+    let (position, force) = (column(&run, "joint", "POSITION"), column(&run, "joint", "FORCE"));
+    let (position, force, force_is) = (&position[..], &force[..], identify::ForceIs::Measured);
+    let experiment = identify::Experiment { period_s: 1e-3, position, force, force_is, turns: true };
+    let found = identify::identify(&experiment).unwrap();
+    let truth = identify::truth(file.devices[0].axes[0].plant.as_ref().unwrap(), true).unwrap();
+    for (quantity, truth) in truth {
+        let (value, half_width) = found.of(quantity).unwrap();
+        // What is 0 is inside of its interval, or small beside the weight.
+        let allowed = if truth > 0.0 { 0.02 * truth } else { 0.01 };
+        assert!((value - truth).abs() < allowed, "{quantity:?}: {value} ± {half_width} instead of {truth}");
     }
 }
