@@ -14,8 +14,6 @@ mod common;
 mod containment;
 mod coupling;
 mod data_base;
-#[path = "library/energy.rs"]
-mod energy;
 mod events;
 mod every_kind;
 mod faults;
