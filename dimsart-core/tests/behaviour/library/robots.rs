@@ -1,4 +1,5 @@
 //! Arms: Cartesian coordinates beside those of joints, what is published of the PHANToM, collisions, places beyond reach.
+#![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::{Alone, Bench, Types, assert_close};
 use dimsart_core::{AxisKind, Unit, UnitRelation, types};
