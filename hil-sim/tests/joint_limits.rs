@@ -1,5 +1,4 @@
 //! `JLIMIT_MOD` at a motor with its winding, its voltage, its gear and friction, pushed at random by force and load.
-#![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, reason = "as it is measured")]
 
 use dimsart_core::{Bench, types};
