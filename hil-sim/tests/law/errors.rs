@@ -5,7 +5,9 @@ use hil_sim::law::Law;
 const HEAD: &str = "law L\nin x: POSITION\nout f: DES_FORCE\nparam k = 1\n";
 
 /// A text behind [`HEAD`], or alone; where the mark stands; and of what is said, something of both parts.
-const WRONG: &[(&str, bool, (usize, usize), &str, &str)] = &[
+type Wrong = (&'static str, bool, (usize, usize), &'static str, &'static str);
+
+const WRONG: &[Wrong] = &[
     ("in x: POSITION", false, (1, 1), "no name", "begin the text with `law"),
     ("law", false, (1, 4), "a name stands here", "give it a word"),
     ("law L\nlaw M", false, (2, 5), "second law", "one law in a file"),

@@ -205,7 +205,7 @@ proptest! {
                 value
             }).collect();
             // What cannot be a force cuts the module out, in this tick: the engine's part.
-            if expected.iter().any(|force| !(force.abs() <= 1e9)) {
+            if expected.iter().any(|force| force.is_nan() || force.abs() > 1e9) {
                 return Ok(());
             }
             let found = super::tick(&mut dimsart, measured);

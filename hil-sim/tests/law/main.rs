@@ -1,4 +1,10 @@
 //! Laws as text: what they come to, what is refused, and that they have the bits of the same law in Rust.
+#![expect(
+    clippy::unwrap_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    reason = "in helpers of tests as in tests"
+)]
 
 mod errors;
 mod expressions;
