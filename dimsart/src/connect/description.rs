@@ -172,7 +172,9 @@ pub(super) fn kind_summary(kind: &str) -> &'static str {
 /// What a parameter takes, in words, and how many of it.
 pub(crate) fn range_text(parameter: &ParameterText<'_>) -> String {
     let takes = match &parameter.accepts {
-        Accepted::Real { min, max, .. } => format!("{min} to {max}"),
+        // Beyond a million million in powers of ten.
+        Accepted::Real { min, max } if max.abs() > 1e12 => format!("{min:e} to {max:e}"),
+        Accepted::Real { min, max } => format!("{min} to {max}"),
         Accepted::Count { min, max } => format!("{min} to {max}"),
         Accepted::Integer { min, max } => format!("{min} to {max}"),
         Accepted::Flag => SWITCH.join(", "),
