@@ -78,8 +78,8 @@ fn more_than_fits_is_refused_with_what_fits() {
     let product = (0..50).fold("let p = 1".to_owned(), |product, n| product + &format!(" * a{n}"));
     let error = Law::compile(&format!("{HEAD}{many}{product}\n{sum} + p"), "l").unwrap_err();
     assert!(error.message.contains("more than 32 values"), "{error}");
-    let long: String = (1..99).map(|n| format!("let a{n} = a{} * x + 1\n", n - 1)).collect();
-    let error = Law::compile(&format!("{HEAD}let a0 = x\n{long}f = a98"), "l").unwrap_err();
+    let long: String = (1..120).map(|n| format!("let a{n} = a{} * x + 1\n", n - 1)).collect();
+    let error = Law::compile(&format!("{HEAD}let a0 = x\n{long}f = a119"), "l").unwrap_err();
     assert!(error.message.contains("and 120 fit"), "{error}");
     let ports: String = (2..9).map(|n| format!("in y{n}: POSITION.{n}\n")).collect();
     let error = Law::compile(&format!("{HEAD}{ports}f = x"), "l").unwrap_err();
