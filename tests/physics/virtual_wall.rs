@@ -1,4 +1,5 @@
 //! A sampled wall: how stiff it may be, when it stops being passive, and what a passivity controller makes of it.
+#![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use std::f64::consts::PI;
 
@@ -81,7 +82,7 @@ fn leak_j(stiffness: f64, damping: f64, amplitude_m: f64) -> f64 {
     const TICKS: usize = 200;
     let mut port = wall(stiffness, damping, -1.0);
     let mut given_j = 0.0;
-    let at = |tick: usize| if tick % 2 == 0 { amplitude_m } else { -amplitude_m };
+    let at = |tick: usize| if tick.is_multiple_of(2) { amplitude_m } else { -amplitude_m };
     port.tick(&[at(1)]);
     for tick in 0..TICKS {
         port.tick(&[at(tick)]);

@@ -1,5 +1,4 @@
 //! Modules that watch energy: what counts that wrap, restart or stay away do, and what begins without a jump.
-#![expect(clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 use crate::common::Bench;
 use dimsart_core::{Tick, Word, types};
