@@ -43,7 +43,8 @@ impl Content {
     /// `every_ticks`-th tick, with the counters of its first wave or without.
     ///
     /// The id is the low half of a CRC-32 over the version of this layout, `every_ticks`, 1 for counters, the kind of
-    /// every axis, and of every type its unit, format and shape, by number. It does not hold the types themselves: what
+    /// every axis (linear, where the units of no type depend on it), and of every type its unit, format and shape, by
+    /// number. It does not hold the types themselves: what
     /// leaves as `CH1_WAVES` arrives as `CH2_WAVES`. Types of one unit, format and shape are told apart by their order
     /// alone.
     #[must_use]
@@ -56,7 +57,14 @@ impl Content {
     ) -> Self {
         let mut digest = CRC.digest();
         digest.update(&[LAYOUT, every_ticks, u8::from(has_counters)]);
-        axes.iter().for_each(|axis| digest.update(&[*axis as u8]));
+        // Waves are the same on every axis: a joint that turns can be coupled to a tool that slides.
+        let tells_axes = |data_type: &&DataType| {
+            data_type.unit.symbol(AxisKind::Linear) != data_type.unit.symbol(AxisKind::Rotary)
+        };
+        let kinds_matter = types.iter().any(tells_axes);
+        for axis in axes {
+            digest.update(&[if kinds_matter { *axis } else { AxisKind::Linear } as u8]);
+        }
         for data_type in types {
             let [shape, rows, columns] = match data_type.shape {
                 Shape::Scalar => [0; 3],

@@ -8,7 +8,7 @@
 //! derivatives are moved to `φ` (modulating functions; M. Shinbrot, "On the analysis of linear and nonlinear systems", Trans.
 //! ASME 79, 1957). So neither speed nor acceleration has to be measured. In a window the joint moves one way, and not slowly:
 //! what friction does around rest is not in the model. Least squares, each column scaled to 1; the half widths are of 95 %
-//! confidence, from what the windows leave unexplained.
+//! confidence, from what the windows leave unexplained: noise is in them, what is wrong all along, as half a tick of delay, is not.
 //!
 //! A parameter that the motion cannot tell from the others gets no number.
 
