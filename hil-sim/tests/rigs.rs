@@ -456,7 +456,7 @@ fn a_sampled_spring_gives_out_the_energy_of_its_delay() {
 fn a_table_feels_at_the_tip_of_a_phantom_like_the_springs_between() {
     let text = RigFile::shipped("phantom_tip").unwrap();
     for (set, wall_n_per_m, round_trip_s) in
-        [("seed=1", 1e4, 0.022), ("device.robot.axis.2.wall.stiffness=1000", 1e3, 0.022)]
+        [("seed=1", 1e4, 0.021), ("device.robot.axis.2.wall.stiffness=1000", 1e3, 0.021)]
     {
         let file = RigFile::read(text, "phantom_tip", PathBuf::new(), &[set.to_owned()]).unwrap();
         let outcome = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ()).outcome;
