@@ -1,6 +1,8 @@
 //! Joints that are drives of mjbots on FDCAN 1.
 
-use dimsart_core::{DataType, DriveFault, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types};
+use dimsart_core::{
+    DataType, DriveFault, InputLimits, MAX_DEVICE_TYPES, OutputLimits, Scalar as _, Tick, Word, types,
+};
 use drive::{MoteusAddress, MoteusFrame, MoteusJoint, MoteusReading};
 use embassy_stm32::can::{CanConfigurator, IT0InterruptHandler, IT1InterruptHandler};
 use embassy_stm32::peripherals::{FDCAN1, PA11, PA12};
