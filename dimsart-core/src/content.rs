@@ -58,9 +58,7 @@ impl Content {
         let mut digest = CRC.digest();
         digest.update(&[LAYOUT, every_ticks, u8::from(has_counters)]);
         // Waves are the same on every axis: a joint that turns can be coupled to a tool that slides.
-        let tells_axes = |data_type: &&DataType| {
-            data_type.unit.symbol(AxisKind::Linear) != data_type.unit.symbol(AxisKind::Rotary)
-        };
+        let tells_axes = |data_type: &&DataType| data_type.unit.is_of_axis();
         let kinds_matter = types.iter().any(tells_axes);
         for axis in axes {
             digest.update(&[if kinds_matter { *axis } else { AxisKind::Linear } as u8]);

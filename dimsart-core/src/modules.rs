@@ -164,9 +164,20 @@ impl ModuleList for Standard {
     const KINDS: &'static [&'static Kind] = &ALL;
 }
 
+/// How many kinds there are up to the last one that the build has. Of a build with laws every one: what their instructions
+/// cost stands behind all kinds ([`stamp`](crate::stamp)).
 #[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
-const ALL: [&Kind; Library::KINDS.len() + OWN.len()] = {
-    let mut all = [Library::KINDS[0]; Library::KINDS.len() + OWN.len()];
+const COUNT: usize = {
+    let mut count = Library::KINDS.len() + OWN.len();
+    while !cfg!(feature = "online") && OWN.is_empty() && !Library::KINDS[count - 1].is_there() {
+        count -= 1;
+    }
+    count
+};
+
+#[expect(clippy::indexing_slicing, reason = "of a constant: out of bounds is an error of the build")]
+const ALL: [&Kind; COUNT] = {
+    let mut all = [Library::KINDS[0]; COUNT];
     let mut place = 0;
     while place < all.len() {
         all[place] = match place.checked_sub(Library::KINDS.len()) {

@@ -75,6 +75,16 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// Whether it is another one on a rotary axis than on a linear one.
+    #[must_use]
+    pub const fn is_of_axis(self) -> bool {
+        match self {
+            Self::Position | Self::Velocity | Self::Acceleration | Self::Jerk => true,
+            Self::Force | Self::Stiffness | Self::Damping | Self::IntegralGain | Self::Inertia => true,
+            _ => false,
+        }
+    }
+
     /// The unit as text on an axis of `kind`; empty for a pure number.
     #[must_use]
     pub const fn symbol(self, kind: AxisKind) -> &'static str {
@@ -169,10 +179,12 @@ impl Unit {
         }
     }
 
-    /// The unit of the same quantity in Cartesian coordinates; none for what is no coordinate's.
+    /// The unit of the same quantity in Cartesian coordinates; none for what is no coordinate's, nor in a build without
+    /// `robots`, where nothing is Cartesian.
     #[must_use]
     pub const fn cartesian(self) -> Option<Self> {
         match self {
+            _ if !cfg!(feature = "robots") => None,
             Self::Position => Some(Self::Metre),
             Self::Velocity => Some(Self::MetrePerSecond),
             Self::Acceleration => Some(Self::MetrePerSecondSquared),

@@ -29,6 +29,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Carries out what a command wants of the programs.
     #[inline(never)]
     pub(super) fn change_law(&mut self, command: Command) -> Result<(), LawRefusal> {
+        if MAX_PROGRAMS == 0 {
+            return Err(LawRefusal::NoSuchNumber);
+        }
         match command {
             Command::PutLaw { place, words } => self.data_base.programs_mut().put(place, words),
             Command::KeepLaw { number, count } => {
@@ -79,6 +82,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn uses_program(&self, number: u8) -> bool {
         let plans = [self.plans.running(), self.plans.next()];
         number > 0
+            && MAX_PROGRAMS > 0
             && plans.into_iter().flat_map(|plan| &plan.instances).any(|instance| {
                 let kind = M::KINDS.get(usize::from(instance.reference.kind));
                 kind.is_some_and(|kind| self.program_of(kind, instance.configuration) == number)
@@ -87,7 +91,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
 
     /// The program of an instance with this configuration; 0 for none.
     fn program_of(&self, kind: &Kind, configuration: Block) -> u8 {
-        if !kind.runs_program() {
+        if MAX_PROGRAMS == 0 || !kind.runs_program() {
             return 0;
         }
         let words = self.data_base.storage().words(configuration).unwrap_or_default();
