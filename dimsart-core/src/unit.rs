@@ -78,11 +78,18 @@ impl Unit {
     /// Whether it is another one on a rotary axis than on a linear one.
     #[must_use]
     pub const fn is_of_axis(self) -> bool {
-        match self {
-            Self::Position | Self::Velocity | Self::Acceleration | Self::Jerk => true,
-            Self::Force | Self::Stiffness | Self::Damping | Self::IntegralGain | Self::Inertia => true,
-            _ => false,
-        }
+        matches!(
+            self,
+            Self::Position
+                | Self::Velocity
+                | Self::Acceleration
+                | Self::Jerk
+                | Self::Force
+                | Self::Stiffness
+                | Self::Damping
+                | Self::IntegralGain
+                | Self::Inertia
+        )
     }
 
     /// The unit as text on an axis of `kind`; empty for a pure number.
