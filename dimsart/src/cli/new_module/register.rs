@@ -36,7 +36,7 @@ mod tests {
     /// The library's own list, and that of a project.
     #[test]
     fn a_module_comes_into_both_lists_among_its_like_and_at_the_end() {
-        let names = Names::new("lead lag").unwrap();
+        let names = Names::new("swing damper").unwrap();
         let library = include_str!("../../../../dimsart-core/src/modules.rs");
         let project = include_str!("../new_project/modules.rs");
         for text in [library, project] {
@@ -52,11 +52,11 @@ mod tests {
         }
         let entries = register(library, &names).unwrap();
         let last = entries.lines().rev().find(|row| row.starts_with("        ")).unwrap();
-        assert_eq!(last, "        LeadLag(LeadLag),");
+        assert_eq!(last, "        SwingDamper(SwingDamper),");
     }
 
     #[test]
     fn a_file_without_a_list_is_left_alone() {
-        assert_eq!(register("fn main() {}\n", &Names::new("lead lag").unwrap()), None);
+        assert_eq!(register("fn main() {}\n", &Names::new("swing damper").unwrap()), None);
     }
 }
