@@ -367,16 +367,25 @@ fn the_printed_keys_are_a_scenario_file() {
 #[test]
 fn the_modules_are_readable_on_a_terminal_of_100_columns() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-    let out = text(&command.env("COLUMNS", "100").arg("modules").output().unwrap().stdout);
+    let list = text(&command.env("COLUMNS", "100").arg("modules").output().unwrap().stdout);
+    let out = list + &text(&command.arg("PDCTRL_MOD").output().unwrap().stdout);
     let widest = out.lines().map(|line| line.chars().count()).max().unwrap();
     assert!(widest <= 100, "{widest} columns");
-    for expected in
-        ["PDCTRL_MOD: ", "K_PARAM", "N/m or N·m/rad", "0 to 1000000, per axis", "reads DES_POSITION"]
-    {
+    for expected in [
+        "trajectories",
+        "PDCTRL_MOD: ",
+        "K_PARAM",
+        "N/m or N·m/rad",
+        "0 to 1000000, per axis",
+        "reads DES_POSITION",
+    ] {
         assert!(out.contains(expected), "{expected} is missing");
     }
     let message = refused(&["modules", "PDCTL_MOD"], 1);
-    assert!(message.contains("there is no module 'PDCTL_MOD'; did you mean 'PDCTRL_MOD'?"), "{message}");
+    assert!(
+        message.contains("there is no module or group 'PDCTL_MOD'; did you mean 'PDCTRL_MOD'?"),
+        "{message}"
+    );
 }
 
 #[test]

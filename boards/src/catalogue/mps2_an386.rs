@@ -2,7 +2,7 @@
 
 use dimsart_core::limits::Sizes;
 
-use super::{BILATERAL, CodeMemory, MODULE_GROUPS, Tooling};
+use super::{BILATERAL, CodeMemory, SHIPPED_GROUPS, Tooling};
 
 /// See [`Tooling`].
 pub(crate) const TOOLING: Tooling = Tooling {
@@ -13,7 +13,7 @@ pub(crate) const TOOLING: Tooling = Tooling {
     sizes: Sizes::BOARD,
     memory: CodeMemory::NoWait,
     chip: None,
-    modules: &MODULE_GROUPS,
+    modules: &SHIPPED_GROUPS,
     variants: &["timer-tick", "timer-tick,measure", "auth", "auth,timer-tick"],
     pins: &[],
     interrupts: INTERRUPTS,
