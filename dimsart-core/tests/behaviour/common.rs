@@ -146,11 +146,11 @@ pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u
             measured.push(data_type);
             continue;
         }
-        let is_like = |other: &&&DataType| {
+        let is_like = |other: &&DataType| {
             (other.unit, other.format, other.shape) == (data_type.unit, data_type.format, data_type.shape)
                 && !used.contains(&other.id)
         };
-        let like = types::ALL.iter().find(is_like).unwrap();
+        let like = types::ALL.iter().copied().find(|other| is_like(&other)).unwrap_or(types::SIGNAL);
         measured.push(like);
         bindings.push((place, like.first()));
     }

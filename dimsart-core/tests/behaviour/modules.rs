@@ -246,7 +246,7 @@ pub(crate) fn kind_alone(kind: u8) -> Alone {
     let module = ModuleRef { kind, number: 1 };
     let name = Standard::KINDS[usize::from(kind)].name;
     let (measured, bindings) = common::surroundings(module);
-    let mut bench: common::Bench = common::Bench::of(2, measured.leak(), &[]);
+    let mut bench: common::Bench = common::Bench::of(3, measured.leak(), &[]);
     for (port, signal) in bindings {
         bench.dimsart.command(Command::bind(module, port, signal)).unwrap();
     }
