@@ -64,7 +64,13 @@ impl DataType {
     /// The first signal of this type.
     #[must_use]
     pub const fn first(&self) -> TypeRef {
-        TypeRef { id: self.id, number: 1 }
+        self.copy(1)
+    }
+
+    /// The signal of this type with a number, from 1.
+    #[must_use]
+    pub const fn copy(&self, number: u8) -> TypeRef {
+        TypeRef { id: self.id, number }
     }
 }
 

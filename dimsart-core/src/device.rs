@@ -265,6 +265,13 @@ impl DeviceDescriptor {
         self.sample_period_s
     }
 
+    /// Ticks that come nearest to a time of at least 0; saturates.
+    #[must_use]
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+    pub fn ticks(&self, time_s: f32) -> u32 {
+        (time_s / self.sample_period_s + 0.5) as u32
+    }
+
     /// As a module sees it that runs in one of so many ticks.
     pub(crate) fn with_period_of(&self, every_ticks: u8) -> Self {
         let sample_period_s = self.sample_period_s * f32::from(every_ticks);

@@ -87,9 +87,20 @@ impl CompensatedSum {
         self.sum
     }
 
-    /// Takes off one turn, for a sum that has just passed it: exact from one to two turns.
-    pub fn turn_back(&mut self, turn: f32) {
-        self.sum -= turn;
+    /// Adds a share of a turn to a sum of turns, and takes off a whole one that it has just passed, which is exact.
+    #[inline(always)]
+    pub fn turn_on(&mut self, share: f32) {
+        if self.add(share) >= 1.0 {
+            self.sum -= 1.0;
+        }
+    }
+
+    /// Adds a step; what is beyond `most` is lost.
+    #[inline(always)]
+    pub fn add_up_to(&mut self, step: f32, most: f32) {
+        if self.add(step) > most {
+            *self = Self::new(most);
+        }
     }
 
     /// Adds a step and gives the new sum.

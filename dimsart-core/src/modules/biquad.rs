@@ -24,9 +24,8 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::{
-    Context, Declare, Input, Module, Output, ParameterError, Parameters, Unit, UnitRelation, types, words,
-};
+use super::filtered::Filtered;
+use crate::{Context, Declare, Module, ParameterError, Parameters, Unit, words};
 
 /// Most sections.
 const SECTIONS: usize = 4;
@@ -36,8 +35,6 @@ words! {
     pub struct Settings { sections: [[f32; 6]; SECTIONS] }
     /// Of an axis: of each section.
     pub struct Axis { sections: [[f32; 2]; SECTIONS] }
-    /// Signals.
-    pub struct Ports { input: Input, output: Output }
 }
 
 /// See the [module docs](self).
@@ -51,7 +48,7 @@ impl Module for Biquad {
     type Gains = ();
     type State = ();
     type Axis = Axis;
-    type Ports = Ports;
+    type Ports = Filtered;
 
     fn parameters(settings: &mut Settings, (): &mut (), visit: &mut Parameters<'_>) {
         let summary = "Sections, a row each: b0 b1 b2 a0 a1 a2; a0 is 1, or 0 for none.";
@@ -63,13 +60,8 @@ impl Module for Biquad {
         if settings.sections.iter().any(is_wrong) { Err(ParameterError::OutOfRange) } else { Ok(()) }
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let ports = Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        };
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
-        ports
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Filtered {
+        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {
@@ -90,7 +82,7 @@ impl Module for Biquad {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Ports { input, output } = context.ports();
+        let Filtered { input, output } = context.ports();
         let Settings { sections } = context.settings();
         context.map_axes([input], [output], |(), axis, [x]| {
             let mut x = x;

@@ -94,9 +94,7 @@ impl Module for Chirp {
                 settings.periods = from_hz * h * share;
             }
         }
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let ticks = (duration_s / h + 0.5) as u32;
-        settings.ticks = ticks;
+        settings.ticks = device.ticks(duration_s);
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -121,9 +119,7 @@ impl Module for Chirp {
             Sweep::Logarithmic => first * math::exp(growth * tick),
         };
         // Whole periods change nothing.
-        if periods.add(math::fraction(step.max(0.0))) >= 1.0 {
-            periods.turn_back(1.0);
-        }
+        periods.turn_on(math::fraction(step.max(0.0)));
         context.set_state(State { periods, ticks: ticks + 1 });
     }
 }

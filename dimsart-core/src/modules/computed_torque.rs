@@ -24,7 +24,7 @@
 
 use core::marker::PhantomData;
 
-use super::dynamics::{Body, axes, links};
+use super::dynamics::{Body, axes, links, write};
 use crate::limits::MAX_DOF;
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
@@ -110,8 +110,8 @@ impl<B: Body> Module for ComputedTorque<B> {
             }
             []
         });
-        let torques = body.torques(&axes(context, velocity), &accelerations);
-        let mut forces = torques.iter().zip(own).map(|(torque, own)| torque + own);
-        context.map_axes([position], [force], |_, (), _| [forces.next().unwrap_or(0.0)]);
+        let mut forces = body.torques(&axes(context, velocity), &accelerations);
+        forces.iter_mut().zip(own).for_each(|(force, own)| *force += own);
+        write(context, force, &forces);
     }
 }

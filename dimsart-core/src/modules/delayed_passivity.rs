@@ -29,11 +29,10 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use super::energy_ledger::{Ledger, damping};
-use super::passivity_controller::Causality;
+use super::damper::{Causality, Damper, damping};
+use super::energy_ledger::Ledger;
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, Vector, math,
-    types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Vector, math, types, words,
 };
 
 words! {
@@ -45,14 +44,6 @@ words! {
         rate_hz: f32,
         /// Share of the drift that a tick takes off, at most 1.
         drift_share: f32,
-    }
-    /// Of an axis.
-    pub struct Gains {
-        damper: f32,
-        limit: f32,
-        energy_limit_j: f32,
-        /// Most of a damping, or of one over it.
-        cap: f32,
     }
     /// Of an axis.
     pub struct Axis {
@@ -86,25 +77,16 @@ impl Module for DelayedPassivity {
     const SUMMARY: &'static str =
         "Time-domain passivity of a link with delay: gives out no more than went in.";
     type Settings = Settings;
-    type Gains = Gains;
+    type Gains = Damper;
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.structural_choice(
-            &mut settings.causality,
-            "CAUSALITY",
-            "What the port takes, and what it gives.",
-        );
+    fn parameters(settings: &mut Settings, gains: &mut Damper, visit: &mut Parameters<'_>) {
+        settings.causality.parameter(visit);
         let summary = "How fast drift is made up for under ADMITTANCE; 0: it stays.";
         visit.real(&mut settings.drift_rate_hz, "DRIFT_RATE", Unit::Hertz, 0.0..=1e3, 10.0, summary);
-        let Gains { damper, limit, energy_limit_j, .. } = gains;
-        let summary = "Largest damper in series; under ADMITTANCE the smallest one in parallel.";
-        visit.per_axis(damper, "DAMPER", Unit::Damping, 0.0..=1e6, 10.0, summary);
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force out, either way.");
-        let summary = "Most of what the other side took in that is kept.";
-        visit.per_axis(energy_limit_j, "ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 10.0, summary);
+        gains.parameters(visit, "Most of what the other side took in that is kept.");
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -113,16 +95,15 @@ impl Module for DelayedPassivity {
         settings.drift_share = (settings.drift_rate_hz * settings.period_s).min(1.0);
     }
 
-    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
-        let is_impedance = settings.causality == Causality::Impedance;
-        gains.cap = if is_impedance { gains.damper } else { 1.0 / gains.damper.max(1e-3) };
+    fn prepare_axis(settings: &Settings, gains: &mut Damper, _: &DeviceDescriptor) {
+        gains.prepare(settings.causality);
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
         let mut ports = Ports { position: declare.input("POSITION", types::POSITION), ..Ports::default() };
         ports.far_energy = declare.input("FAR_ENERGY", types::FAR_ENERGY);
         if settings.causality == Causality::Impedance {
-            let wanted = TypeRef { number: 2, ..types::DES_FORCE.first() };
+            let wanted = types::DES_FORCE.copy(2);
             ports.wanted = declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE);
             ports.out = declare.output("DES_FORCE", types::DES_FORCE);
             ports.line_energy = declare.output("LINE_ENERGY", types::LINE_ENERGY);

@@ -14,7 +14,7 @@
 //! ```
 
 use super::mux::{SelectBy, number};
-use crate::{Context, Declare, Input, Module, Output, Parameters, TypeRef, Unit, UnitRelation, types, words};
+use crate::{Context, Declare, Input, Module, Output, Parameters, Unit, UnitRelation, types, words};
 
 words! {
     /// Of all axes.
@@ -57,7 +57,7 @@ impl Module for Demux {
         for ((output, name), number) in
             outputs.iter_mut().zip(["OUT1", "OUT2", "OUT3", "OUT4"]).zip(1..).take(count)
         {
-            let signal = TypeRef { number, ..types::SIGNAL_OUT.first() };
+            let signal = types::SIGNAL_OUT.copy(number);
             *output = declare.of_signal(signal).output(name, types::SIGNAL_OUT);
             declare.tie(name, UnitRelation::Same, "SIGNAL_IN");
         }

@@ -26,6 +26,7 @@
 use core::f32::consts::TAU;
 
 use super::lag;
+use super::take_over::first;
 use crate::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
 };
@@ -98,7 +99,7 @@ impl Module for DisturbanceObserver {
         let Ports { velocity, force, external_force, .. } = context.ports();
         let takes_over = context.takes_over();
         context.begin_axes([velocity, force, external_force.last()], |gains, [v, force, last]| {
-            let estimate = if takes_over && last.is_finite() { last } else { 0.0 };
+            let estimate = first(takes_over, last, 0.0);
             // As if the estimate had been right in the tick before.
             let previous_velocity = v - (force + estimate) / gains.inertia_per_tick;
             Axis { previous_velocity, first: estimate, estimate }

@@ -3,7 +3,7 @@
 use core::fmt::Debug;
 
 use crate::limits::MAX_DOF;
-use crate::{Context, Input, Module, Parameters, Words};
+use crate::{Context, Input, Module, Output, Parameters, Words};
 
 /// A value of each axis, 0 beyond the last one.
 pub(super) type Axes = [f32; MAX_DOF];
@@ -42,6 +42,13 @@ pub trait Body: Debug + Copy + 'static {
 /// A signal of every axis.
 pub(super) fn axes<M: Module>(context: &Context<'_, M>, signal: Input) -> Axes {
     core::array::from_fn(|axis| context.axis(signal, axis))
+}
+
+/// Writes a value of every axis.
+pub(super) fn write<M: Module>(context: &Context<'_, M>, signal: Output, values: &Axes) {
+    for (axis, value) in values.iter().enumerate() {
+        context.set_axis(signal, axis, *value);
+    }
 }
 
 /// What `of_link` finds of each link among the parameters of its axis.

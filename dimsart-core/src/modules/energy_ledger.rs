@@ -37,9 +37,7 @@ impl Ledger {
 
     /// Changes what may be given out. What is beyond the limit is lost, which is on the safe side.
     pub(super) fn add(&mut self, energy_j: f32, limit_j: f32) {
-        if self.balance.add(energy_j) > limit_j {
-            self.balance = CompensatedSum::new(limit_j);
-        }
+        self.balance.add_up_to(energy_j, limit_j);
     }
 
     /// Tells the other side of an energy, at least 0.
@@ -63,22 +61,6 @@ impl Ledger {
     /// What may still be given out, `J`; below 0 what was given out too much.
     pub(super) fn balance_j(&self) -> f32 {
         self.balance.value()
-    }
-}
-
-/// The damping that takes `deficit_j` out of a port in a tick, at most `cap`: `-E / (h flow²)`.
-///
-/// `flow` is a velocity for a damper in series (impedance causality), a force for one in parallel (admittance
-/// causality). With the cap, what is not taken now is left for later ticks.
-#[inline(always)]
-pub(super) fn damping(deficit_j: f32, flow: f32, period_s: f32, cap: f32) -> f32 {
-    let square = period_s * flow * flow;
-    if deficit_j <= 0.0 {
-        0.0
-    } else if cap * square <= deficit_j {
-        cap
-    } else {
-        deficit_j / square
     }
 }
 

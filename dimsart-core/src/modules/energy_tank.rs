@@ -26,8 +26,7 @@
 
 use super::energy_ledger::Ledger;
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, Vector, math,
-    types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Vector, math, types, words,
 };
 
 words! {
@@ -88,7 +87,7 @@ impl Module for EnergyTank {
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let wanted = TypeRef { number: 2, ..types::DES_FORCE.first() };
+        let wanted = types::DES_FORCE.copy(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),

@@ -23,8 +23,7 @@
 //! ```
 
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, choice, types,
-    words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
 };
 
 choice! {
@@ -72,7 +71,7 @@ impl Module for Fixture {
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let wanted = TypeRef { number: 2, ..types::DES_FORCE.first() };
+        let wanted = types::DES_FORCE.copy(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),

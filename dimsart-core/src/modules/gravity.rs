@@ -18,7 +18,7 @@
 
 use core::marker::PhantomData;
 
-use super::dynamics::{Body, axes, links};
+use super::dynamics::{Body, axes, links, write};
 use crate::{Context, Declare, Input, Module, Output, Parameters, types, words};
 
 words! {
@@ -54,7 +54,6 @@ impl<B: Body> Module for GravityCompensation<B> {
         let Ports { position, force } = context.ports();
         let links = links(context, position, |link| link);
         let body = B::at(context.settings(), &links, &axes(context, position));
-        let mut forces = body.gravity().into_iter();
-        context.map_axes([position], [force], |_, (), _| [forces.next().unwrap_or(0.0)]);
+        write(context, force, &body.gravity());
     }
 }

@@ -25,11 +25,10 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use super::target::first;
+use super::take_over::first;
 use crate::math::{self, CompensatedSum};
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, choice, types,
-    words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
 };
 
 choice! {
@@ -103,7 +102,7 @@ impl Module for Homing {
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let homed = TypeRef { number: 2, ..types::POSITION.first() };
+        let homed = types::POSITION.copy(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             sign: match settings.stop_by {

@@ -23,7 +23,7 @@
 use core::fmt::Debug;
 use core::marker::PhantomData;
 
-use super::dynamics::{Axes, axes};
+use super::dynamics::{Axes, axes, write};
 use super::phantom::{Lengths, Phantom};
 use super::planar::Planar;
 use crate::{
@@ -130,7 +130,6 @@ impl<A: Invertible> Module for Inverse<A> {
             let sine = if elbow == Elbow::Positive { bent } else { -bent };
             [math::atan2(y, x) - math::atan2(outer * sine, inner + outer * cosine), math::atan2(sine, cosine)]
         });
-        let mut joints = joints.into_iter();
-        context.map_axes([desired_tip], [desired_position], |(), (), _| [joints.next().unwrap_or(0.0)]);
+        write(context, desired_position, &joints);
     }
 }

@@ -25,7 +25,7 @@
 //! ```
 
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, math, types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
 };
 
 words! {
@@ -81,7 +81,7 @@ impl Module for JointLimit {
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let wanted = TypeRef { number: 2, ..types::DES_FORCE.first() };
+        let wanted = types::DES_FORCE.copy(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             velocity: declare.input("VELOCITY", types::VELOCITY),

@@ -31,6 +31,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::take_over::first;
 use crate::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, math, types, words,
 };
@@ -124,7 +125,7 @@ impl Module for Kalman {
         let Settings { period_s, .. } = context.settings();
         let takes_over = context.takes_over();
         context.begin_axes([position, velocity.last()], |_, [x, last]| {
-            let velocity = if takes_over && last.is_finite() { last } else { 0.0 };
+            let velocity = first(takes_over, last, 0.0);
             Axis { position: x - period_s * velocity, velocity, acceleration: 0.0 }
         });
     }

@@ -15,11 +15,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use super::target::first;
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, math, types,
-    words,
-};
+use super::filtered::Filtered;
+use super::take_over::first;
+use crate::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, math, words};
 
 words! {
     /// Of an axis.
@@ -32,8 +30,6 @@ words! {
     }
     /// Of an axis.
     pub struct Axis { output: f32 }
-    /// Signals.
-    pub struct Ports { input: Input, output: Output }
 }
 
 /// See the [module docs](self).
@@ -47,7 +43,7 @@ impl Module for Limit {
     type Gains = Gains;
     type State = ();
     type Axis = Axis;
-    type Ports = Ports;
+    type Ports = Filtered;
 
     fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
         visit.per_axis(&mut gains.low, "LOW", Unit::Any, -1e9..=1e9, -1e9, "Smallest output.");
@@ -60,17 +56,12 @@ impl Module for Limit {
         gains.step = gains.rate * device.sample_period_s();
     }
 
-    fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        let ports = Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        };
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
-        ports
+    fn ports((): &(), declare: &mut Declare<'_>) -> Filtered {
+        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {
-        let Ports { input, output } = context.ports();
+        let Filtered { input, output } = context.ports();
         let takes_over = context.takes_over();
         context.begin_axes([input, output.last()], |gains, [x, last]| Axis {
             output: first(takes_over, last, math::clamp(x, gains.low, gains.high)),
@@ -79,7 +70,7 @@ impl Module for Limit {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Ports { input, output } = context.ports();
+        let Filtered { input, output } = context.ports();
         context.map_axes([input], [output], |gains, axis, [x]| {
             let wanted = math::clamp(x, gains.low, gains.high);
             let change = wanted - axis.output;

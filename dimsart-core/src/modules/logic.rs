@@ -23,8 +23,7 @@
 //! ```
 
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, choice, types,
-    words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
 };
 
 choice! {
@@ -69,13 +68,11 @@ impl Module for Logic {
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let ticks = (settings.delay_s / device.sample_period_s() + 0.5) as u32;
-        settings.delay_ticks = ticks;
+        settings.delay_ticks = device.ticks(settings.delay_s);
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let [second, third] = [2, 3].map(|number| TypeRef { number, ..types::CONDITION.first() });
+        let [second, third] = [2, 3].map(|number| types::CONDITION.copy(number));
         let a = declare.input("A", types::CONDITION);
         let b = match settings.function {
             Function::And | Function::Or | Function::Xor | Function::Latch => {

@@ -25,13 +25,12 @@
 
 use core::f32::consts::{FRAC_1_SQRT_2, TAU};
 
+use super::filtered::Filtered;
 use super::lag;
 use super::state_variable::{Coefficients, Integrators, warped};
+use super::take_over::first;
 use crate::math::CompensatedSum;
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, choice, types,
-    words,
-};
+use crate::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, choice, words};
 
 choice! {
     /// Order of the filter.
@@ -51,8 +50,6 @@ words! {
     }
     /// Of an axis.
     pub struct Axis { first: CompensatedSum, second: Integrators }
-    /// Signals.
-    pub struct Ports { input: Input, output: Output }
 }
 
 /// See the [module docs](self).
@@ -66,7 +63,7 @@ impl Module for LowPass {
     type Gains = Gains;
     type State = ();
     type Axis = Axis;
-    type Ports = Ports;
+    type Ports = Filtered;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
         visit.choice(&mut settings.order, "ORDER", "Order of the filter.");
@@ -82,27 +79,22 @@ impl Module for LowPass {
         gains.coefficients = Coefficients::new(warped(gains.frequency_hz, h), 2.0 * gains.damping);
     }
 
-    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let ports = Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        };
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
-        ports
+    fn ports(_: &Settings, declare: &mut Declare<'_>) -> Filtered {
+        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {
-        let Ports { input, output } = context.ports();
+        let Filtered { input, output } = context.ports();
         let takes_over = context.takes_over();
         context.begin_axes([input, output.last()], |_, [x, last]| {
-            let level = if takes_over && last.is_finite() { last } else { x };
+            let level = first(takes_over, last, x);
             Axis { first: CompensatedSum::new(level), second: Integrators::at_rest(level) }
         });
     }
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Ports { input, output } = context.ports();
+        let Filtered { input, output } = context.ports();
         let Settings { order } = context.settings();
         context.map_axes([input], [output], |gains, axis, [x]| match order {
             Order::First => [axis.first.add(gains.share * (x - axis.first.value()))],

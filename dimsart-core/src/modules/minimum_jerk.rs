@@ -21,7 +21,8 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use super::target::{Source, first};
+use super::take_over::first;
+use super::target::Source;
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {

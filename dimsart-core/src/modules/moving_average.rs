@@ -18,8 +18,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::filtered::Filtered;
 use crate::math::CompensatedSum;
-use crate::{Context, Declare, Input, Memory, Module, Output, Parameters, Unit, UnitRelation, types, words};
+use crate::{Context, Declare, Input, Memory, Module, Output, Parameters, Unit, words};
 
 words! {
     /// Of all axes.
@@ -60,9 +61,7 @@ impl Module for MovingAverage {
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let input = declare.input("SIGNAL_IN", types::SIGNAL);
-        let output = declare.output("SIGNAL_OUT", types::SIGNAL_OUT);
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
+        let Filtered { input, output } = Filtered::declare(declare);
         let ticks = usize::try_from(settings.window_ticks).unwrap_or(usize::MAX);
         let words = ticks.saturating_mul(declare.words_of("SIGNAL_IN"));
         Ports { input, output, window: declare.memory("WINDOW", words) }

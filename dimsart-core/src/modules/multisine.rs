@@ -91,9 +91,7 @@ impl Module for Multisine {
         context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
             [offset + amplitude * sum]
         });
-        if periods.add(periods_per_tick) >= 1.0 {
-            periods.turn_back(1.0);
-        }
+        periods.turn_on(periods_per_tick);
         context.set_state(State { periods });
     }
 }

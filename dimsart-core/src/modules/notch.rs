@@ -21,10 +21,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::filtered::Filtered;
 use super::state_variable::{Coefficients, Integrators, warped};
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
-};
+use crate::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, words};
 
 words! {
     /// Of an axis.
@@ -36,8 +35,6 @@ words! {
     }
     /// Of an axis.
     pub struct Axis { integrators: Integrators }
-    /// Signals.
-    pub struct Ports { input: Input, output: Output }
 }
 
 /// See the [module docs](self).
@@ -51,7 +48,7 @@ impl Module for Notch {
     type Gains = Gains;
     type State = ();
     type Axis = Axis;
-    type Ports = Ports;
+    type Ports = Filtered;
 
     fn parameters(_: &mut (), gains: &mut Gains, visit: &mut Parameters<'_>) {
         let Gains { frequency_hz, quality, .. } = gains;
@@ -67,13 +64,8 @@ impl Module for Notch {
         gains.coefficients = Coefficients::new(g, gains.k);
     }
 
-    fn ports(_: &(), declare: &mut Declare<'_>) -> Ports {
-        let ports = Ports {
-            input: declare.input("SIGNAL_IN", types::SIGNAL),
-            output: declare.output("SIGNAL_OUT", types::SIGNAL_OUT),
-        };
-        declare.tie("SIGNAL_OUT", UnitRelation::Same, "SIGNAL_IN");
-        ports
+    fn ports(_: &(), declare: &mut Declare<'_>) -> Filtered {
+        Filtered::declare(declare)
     }
 
     fn begin(context: &Context<'_, Self>) {
@@ -82,7 +74,7 @@ impl Module for Notch {
 
     #[inline(always)]
     fn compute(context: &Context<'_, Self>) {
-        let Ports { input, output } = context.ports();
+        let Filtered { input, output } = context.ports();
         context.map_axes([input], [output], |gains, axis, [x]| {
             let (band, _) = axis.integrators.step(gains.coefficients, x);
             [x - gains.k * band]

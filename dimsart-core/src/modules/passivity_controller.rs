@@ -29,34 +29,13 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use super::energy_ledger::damping;
+use super::damper::{Causality, Damper, damping};
 use crate::math::{self, CompensatedSum};
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, choice, types,
-    words,
-};
-
-choice! {
-    /// What the port takes, and what it gives.
-    pub enum Causality {
-        /// Motion in, force out.
-        Impedance = "IMPEDANCE",
-        /// Force in, motion out.
-        Admittance = "ADMITTANCE",
-    }
-}
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, types, words};
 
 words! {
     /// Of all axes.
     pub struct Settings { causality: Causality, period_s: f32, rate_hz: f32 }
-    /// Of an axis.
-    pub struct Gains {
-        damper: f32,
-        limit: f32,
-        energy_limit_j: f32,
-        /// Most of a damping, or of one over it.
-        cap: f32,
-    }
     /// Of an axis.
     pub struct Axis {
         energy: CompensatedSum,
@@ -75,9 +54,7 @@ words! {
 impl Axis {
     /// Adds what went in and gives what is missing, `J`.
     fn observe(&mut self, energy_in_j: f32, limit_j: f32) -> f32 {
-        if self.energy.add(energy_in_j) > limit_j {
-            self.energy = CompensatedSum::new(limit_j);
-        }
+        self.energy.add_up_to(energy_in_j, limit_j);
         self.energy.value()
     }
 }
@@ -91,23 +68,14 @@ impl Module for PassivityController {
     const SUMMARY: &'static str =
         "Passivity observer and controller: takes back what a port gave out too much.";
     type Settings = Settings;
-    type Gains = Gains;
+    type Gains = Damper;
     type State = ();
     type Axis = Axis;
     type Ports = Ports;
 
-    fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        visit.structural_choice(
-            &mut settings.causality,
-            "CAUSALITY",
-            "What the port takes, and what it gives.",
-        );
-        let Gains { damper, limit, energy_limit_j, .. } = gains;
-        let summary = "Largest damper in series; under ADMITTANCE the smallest one in parallel.";
-        visit.per_axis(damper, "DAMPER", Unit::Damping, 0.0..=1e6, 10.0, summary);
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force out, either way.");
-        let summary = "Most of what was taken in that is kept.";
-        visit.per_axis(energy_limit_j, "ENERGY_LIMIT", Unit::Energy, 0.0..=100.0, 10.0, summary);
+    fn parameters(settings: &mut Settings, gains: &mut Damper, visit: &mut Parameters<'_>) {
+        settings.causality.parameter(visit);
+        gains.parameters(visit, "Most of what was taken in that is kept.");
     }
 
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
@@ -115,16 +83,14 @@ impl Module for PassivityController {
         settings.rate_hz = 1.0 / settings.period_s;
     }
 
-    fn prepare_axis(settings: &Settings, gains: &mut Gains, _: &DeviceDescriptor) {
-        let is_impedance = settings.causality == Causality::Impedance;
-        gains.cap = if is_impedance { gains.damper } else { 1.0 / gains.damper.max(1e-3) };
+    fn prepare_axis(settings: &Settings, gains: &mut Damper, _: &DeviceDescriptor) {
+        gains.prepare(settings.causality);
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let second = |first: TypeRef| TypeRef { number: 2, ..first };
         let position = declare.input("POSITION", types::POSITION);
         if settings.causality == Causality::Impedance {
-            let wanted = second(types::DES_FORCE.first());
+            let wanted = types::DES_FORCE.copy(2);
             return Ports {
                 position,
                 wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),
@@ -133,7 +99,7 @@ impl Module for PassivityController {
                 ..Ports::default()
             };
         }
-        let wanted = second(types::DES_POSITION.first());
+        let wanted = types::DES_POSITION.copy(2);
         Ports {
             position,
             wanted: declare.of_signal(wanted).input("POSITION_IN", types::DES_POSITION),

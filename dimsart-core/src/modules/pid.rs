@@ -24,14 +24,14 @@ words! {
     }
     /// Of an axis.
     pub struct Gains {
-        stiffness: f32,
-        integral_gain: f32,
+        pub(super) stiffness: f32,
+        pub(super) integral_gain: f32,
         damping: f32,
-        limit: f32,
+        pub(super) limit: f32,
         /// `K_I h`.
-        integral_gain_per_tick: f32,
+        pub(super) integral_gain_per_tick: f32,
         /// `D / h`.
-        damping_per_tick: f32,
+        pub(super) damping_per_tick: f32,
     }
     /// Of an axis.
     pub struct Axis {
@@ -43,6 +43,23 @@ words! {
     }
     /// Signals.
     pub struct Ports { position: Input, desired_position: Input, force: Output }
+}
+
+impl Gains {
+    #[inline(always)]
+    pub(super) fn parameters(&mut self, visit: &mut Parameters<'_>) {
+        let Self { stiffness, integral_gain, damping, limit, .. } = self;
+        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
+        visit.per_axis(integral_gain, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
+        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
+        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+    }
+
+    #[inline(always)]
+    pub(super) fn prepare(&mut self, period_s: f32) {
+        self.integral_gain_per_tick = self.integral_gain * period_s;
+        self.damping_per_tick = self.damping / period_s;
+    }
 }
 
 /// See the [module docs](self).
@@ -59,11 +76,7 @@ impl Module for Pid {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { stiffness, integral_gain, damping, limit, .. } = gains;
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
-        visit.per_axis(integral_gain, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
-        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+        gains.parameters(visit);
         let Settings { tracking_time_s, filter_time_s, .. } = settings;
         let summary = "Time in which the integral follows a saturated force (anti-windup).";
         visit.real(tracking_time_s, "TRACKING_TIME", Unit::Second, 1e-3..=100.0, 0.1, summary);
@@ -78,9 +91,7 @@ impl Module for Pid {
     }
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
-        let h = device.sample_period_s();
-        gains.integral_gain_per_tick = gains.integral_gain * h;
-        gains.damping_per_tick = gains.damping / h;
+        gains.prepare(device.sample_period_s());
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {

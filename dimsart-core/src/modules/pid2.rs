@@ -22,6 +22,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::pid::Gains;
 use crate::math::{self, CompensatedSum};
 use crate::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
@@ -45,17 +46,6 @@ words! {
         tracking: f32,
         /// `h / (h + T_f)`.
         smoothing: f32,
-    }
-    /// Of an axis.
-    pub struct Gains {
-        stiffness: f32,
-        integral_gain: f32,
-        damping: f32,
-        limit: f32,
-        /// `K_I h`.
-        integral_gain_per_tick: f32,
-        /// `D / h`.
-        damping_per_tick: f32,
     }
     /// Of an axis.
     pub struct Axis {
@@ -84,11 +74,7 @@ impl Module for Pid2 {
     type Ports = Ports;
 
     fn parameters(settings: &mut Settings, gains: &mut Gains, visit: &mut Parameters<'_>) {
-        let Gains { stiffness, integral_gain, damping, limit, .. } = gains;
-        visit.per_axis(stiffness, "K_PARAM", Unit::Stiffness, 0.0..=1e6, 0.0, "Proportional gain.");
-        visit.per_axis(integral_gain, "I_PARAM", Unit::IntegralGain, 0.0..=1e7, 0.0, "Integral gain.");
-        visit.per_axis(damping, "D_PARAM", Unit::Damping, 0.0..=1e4, 0.0, "Derivative gain.");
-        visit.per_axis(limit, "LIMIT", Unit::Force, 0.0..=1e4, 1e4, "Largest force either way.");
+        gains.parameters(visit);
         let summary = "Share of the reference in the proportional part.";
         visit.real(&mut settings.setpoint_weight, "SETPOINT_WEIGHT", Unit::One, 0.0..=2.0, 1.0, summary);
         let summary = "Share of the reference in the derivative part.";
@@ -111,9 +97,7 @@ impl Module for Pid2 {
     }
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
-        let h = device.sample_period_s();
-        gains.integral_gain_per_tick = gains.integral_gain * h;
-        gains.damping_per_tick = gains.damping / h;
+        gains.prepare(device.sample_period_s());
     }
 
     fn ports(settings: &Settings, declare: &mut Declare<'_>) -> Ports {

@@ -28,7 +28,8 @@
 //! ```
 
 use super::seven_segments::{Limits, SevenSegments};
-use super::target::{Source, first};
+use super::take_over::first;
+use super::target::Source;
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {

@@ -17,8 +17,8 @@
 //! ```
 
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, UnitRelation, math,
-    types, words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, math, types,
+    words,
 };
 
 words! {
@@ -63,7 +63,7 @@ impl Module for SharedControl {
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let second = TypeRef { number: 2, ..types::SIGNAL.first() };
+        let second = types::SIGNAL.copy(2);
         let ports = Ports {
             operator: declare.any_unit().input("OPERATOR", types::SIGNAL),
             program: declare.any_unit().of_signal(second).input("PROGRAM", types::SIGNAL),

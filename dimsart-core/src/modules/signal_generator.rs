@@ -57,9 +57,7 @@ impl Module for SignalGenerator {
     fn prepare(settings: &mut Settings, device: &DeviceDescriptor) {
         let periods_per_tick = (settings.frequency_hz * device.sample_period_s()).min(f32::MAX);
         settings.periods_per_tick = math::fraction(periods_per_tick);
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
-        let step_ticks = (settings.step_time_s / device.sample_period_s() + 0.5) as u32;
-        settings.step_ticks = step_ticks;
+        settings.step_ticks = device.ticks(settings.step_time_s);
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -96,9 +94,7 @@ impl Module for SignalGenerator {
         context.map_axes([], [context.ports().output], |Gains { amplitude, offset }, (), []| {
             [offset + amplitude * shape]
         });
-        if periods.add(periods_per_tick) >= 1.0 {
-            periods.turn_back(1.0);
-        }
+        periods.turn_on(periods_per_tick);
         context.set_state(State { periods, ticks: ticks.saturating_add(1) });
     }
 }

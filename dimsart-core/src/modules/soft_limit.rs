@@ -15,9 +15,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, types, words,
-};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of an axis.
@@ -61,7 +59,7 @@ impl Module for SoftLimit {
     }
 
     fn ports((): &(), declare: &mut Declare<'_>) -> Ports {
-        let wanted = TypeRef { number: 2, ..types::DES_FORCE.first() };
+        let wanted = types::DES_FORCE.copy(2);
         Ports {
             position: declare.input("POSITION", types::POSITION),
             wanted: declare.of_signal(wanted).input("FORCE_IN", types::DES_FORCE),

@@ -21,6 +21,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use super::take_over::first;
 use crate::math::{self, CompensatedSum};
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
@@ -96,7 +97,7 @@ impl Module for StateFeedback {
         let inputs = [position, velocity, desired_position, force.last()];
         context.begin_axes(inputs, |gains, [x, v, desired, last]| {
             let damping = -gains.velocity * v;
-            let first = if takes_over && last.is_finite() { last } else { damping };
+            let first = first(takes_over, last, damping);
             let others = gains.reference * desired - gains.position * x
                 + damping
                 + gains.integral_per_tick * (desired - x);

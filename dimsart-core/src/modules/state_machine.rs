@@ -19,9 +19,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, TypeRef, Unit, types, words,
-};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 /// Most states.
 const STATES: usize = 8;
@@ -70,7 +68,7 @@ impl Module for StateMachine {
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
-        let second = TypeRef { number: 2, ..types::CONDITION.first() };
+        let second = types::CONDITION.copy(2);
         Ports {
             a: declare.input("A", types::CONDITION),
             b: declare.of_signal(second).input("B", types::CONDITION),

@@ -1,6 +1,6 @@
 //! Where trajectories go to, and where they begin.
 
-use crate::{Data, Declare, Input, TypeRef, choice, types};
+use crate::{Data, Declare, Input, choice, types};
 
 choice! {
     /// What says where to go.
@@ -10,7 +10,7 @@ choice! {
 impl Source {
     /// The port of the target, if a signal says where to go.
     pub(super) fn port(self, declare: &mut Declare<'_>) -> Input {
-        let signal = TypeRef { number: 2, ..types::DES_POSITION.first() };
+        let signal = types::DES_POSITION.copy(2);
         match self {
             Self::Parameter => Input::default(),
             Self::Signal => declare.of_signal(signal).input("TARGET", types::DES_POSITION),
@@ -25,10 +25,4 @@ impl Source {
             Self::Signal => data.axis(port, axis),
         }
     }
-}
-
-/// What was commanded last where a module takes over, otherwise what it begins with by itself.
-#[inline(always)]
-pub(super) fn first(takes_over: bool, last: f32, own: f32) -> f32 {
-    if takes_over && last.is_finite() { last } else { own }
 }

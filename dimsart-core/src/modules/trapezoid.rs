@@ -28,7 +28,8 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use super::target::{Source, first};
+use super::take_over::first;
+use super::target::Source;
 use crate::math::{self, CompensatedSum};
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 

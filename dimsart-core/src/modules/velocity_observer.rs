@@ -28,6 +28,7 @@
 use core::f32::consts::TAU;
 
 use super::lag;
+use super::take_over::first;
 use crate::{
     Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, choice, types, words,
 };
@@ -104,7 +105,7 @@ impl Module for VelocityObserver {
         let Settings { period_s, .. } = context.settings();
         let takes_over = context.takes_over();
         context.begin_axes([position, velocity.last()], |_, [x, last]| {
-            let velocity = if takes_over && last.is_finite() { last } else { 0.0 };
+            let velocity = first(takes_over, last, 0.0);
             // Where it would have been a tick before.
             Axis { position: x - period_s * velocity, velocity }
         });

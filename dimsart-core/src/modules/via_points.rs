@@ -24,7 +24,7 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
-use super::target::first;
+use super::take_over::first;
 use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 /// Most points.

@@ -150,7 +150,7 @@ pub(crate) fn surroundings(module: ModuleRef) -> (Vec<&'static DataType>, Vec<(u
             (other.unit, other.format, other.shape) == (data_type.unit, data_type.format, data_type.shape)
                 && !used.contains(&other.id)
         };
-        let like = types::ALL.iter().copied().find(|other| is_like(&other)).unwrap_or(types::SIGNAL);
+        let like = types::ALL.iter().copied().find(is_like).unwrap_or(types::SIGNAL);
         measured.push(like);
         bindings.push((place, like.first()));
     }

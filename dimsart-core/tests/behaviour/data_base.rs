@@ -13,8 +13,8 @@ use crate::common::Bench;
 use dimsart_core::limits::{DEFAULT_WORDS, MAX_MODULES, MAX_SLOTS};
 use dimsart_core::{
     Command, CommandError, Context, DataType, Declare, Direction, Engine, Input, Matrix, Memory, Module,
-    ModuleList, ModuleRef, Output, Parameters, PortSpec, Shape, StorageError, Summary, TypeRef, Unit, Value,
-    Word, modules::Standard, types, words,
+    ModuleList, ModuleRef, Output, ParameterError, Parameters, PortSpec, Shape, StorageError, Summary,
+    TypeRef, Unit, Value, Word, modules::Standard, types, words,
 };
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
@@ -33,6 +33,8 @@ enum Need {
 /// What the Data Base promises, as plainly as it can be written.
 #[derive(Default)]
 struct Model {
+    /// Kinds that the device has the axes for.
+    kinds: Vec<u8>,
     /// Users of each signal, and its words.
     signals: BTreeMap<(u16, u8), (u32, usize)>,
     slots: usize,
@@ -179,8 +181,8 @@ fn any_module(random: &mut Pcg32, model: &Model) -> ModuleRef {
     if let Some((module, ..)) = model.modules.get(index) {
         return *module;
     }
-    let kinds = if below(random, 2) == 0 { 3 } else { Standard::KINDS.len() as u32 };
-    let kind = u8::try_from(below(random, kinds)).unwrap();
+    let kinds = if below(random, 2) == 0 { 3 } else { model.kinds.len() as u32 };
+    let kind = model.kinds[below(random, kinds) as usize];
     ModuleRef { kind, number: u8::try_from(below(random, 4) + 1).unwrap() }
 }
 
@@ -200,12 +202,20 @@ fn structural_parameter(random: &mut Pcg32, dof: usize) -> (&'static str, &'stat
     ][below(random, 6) as usize]
 }
 
+/// Whether a device has as many axes as a module of this kind needs.
+fn has_the_axes_of(kind: u8, dof: usize) -> bool {
+    let mut bench: Bench = Bench::of(dof, &[], &[]);
+    let plugged_in = bench.dimsart.command(Command::PlugIn(ModuleRef { kind, number: 1 }));
+    plugged_in != Err(CommandError::Parameter(ParameterError::NoSuchEntry))
+}
+
 /// Gives the engine and the model the same random commands; returns how often room ran out.
 fn compare_with_model(dof: usize, operations: u32, seed: u64) -> [u32; 3] {
     let mut random = Pcg32::seed_from_u64(seed);
     let mut bench: Bench = Bench::of(dof, &[types::POSITION, types::FORCE], &[types::DES_FORCE]);
     let mut model = Model::default();
     let kinds = 0..u8::try_from(Standard::KINDS.len()).unwrap();
+    model.kinds = kinds.clone().filter(|kind| has_the_axes_of(*kind, dof)).collect();
     model.own_words = kinds.map(|kind| bench.dimsart.engine().words_of(kind).unwrap()).collect();
     for data_type in [types::POSITION, types::FORCE, types::DES_FORCE] {
         model.take(Need::Signal(data_type.first(), dof)).unwrap();
