@@ -399,14 +399,16 @@ fn every_reason_can_be_met_and_is_counted() {
     let tick = arm.tick([0.0, 0.5, 0.0]);
     meet(&arm, tick, Reason::CommandsLate);
     arm.dimsart.hold_back(false);
-    for fault in DriveFault::ALL {
+    // Of a bus of drives, it is the drive of an axis.
+    let gone = DriveFault::Gone { axis: 1 };
+    for fault in DriveFault::ALL.iter().copied().chain([gone]) {
         arm.reset();
         arm.tick([0.0, 0.5, 0.0]);
         arm.dimsart.drive_fault(Some(fault));
         let tick = arm.tick([0.0, 0.5, 0.0]);
         meet(&arm, tick, fault.reason());
         assert_eq!(tick, Tick::DriveFailed(fault));
-        assert_eq!(DriveFault::by_number(fault.reason().number()), Some(fault));
+        assert_eq!(DriveFault::by_number(fault.reason().number()), (fault != gone).then_some(fault));
         arm.dimsart.drive_fault(None);
         assert_eq!(arm.tick([0.0, 0.5, 0.0]), tick, "until a reset");
     }
@@ -425,7 +427,7 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 22] = [
+const NUMBERS: [(u8, &str); 23] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),
@@ -446,6 +448,7 @@ const NUMBERS: [(u8, &str); 22] = [
     (65, "overspeed"),
     (66, "rotor not aligned"),
     (67, "drive silent"),
+    (68, "drive gone"),
     (96, "range limited"),
     (100, "rate limited"),
 ];
