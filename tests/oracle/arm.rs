@@ -7,7 +7,7 @@
 use hil_sim::plant::{Arm, ArmParameters};
 use serde::Deserialize;
 
-use crate::evidence::{self, Compared, Evidence, column};
+use crate::evidence::{self, Compared, Evidence};
 
 /// Share of a signal's peak that a run may be off by.
 const TOLERANCE: f64 = 1e-11;
@@ -97,30 +97,25 @@ fn the_arm_agrees_with_mujoco() {
     let reference: Reference = evidence::read(&folder.join("arm.json"));
     let mut evidence = Evidence::new("arm");
     for case in &reference.cases {
-        let mut judge = |name: &str, expected: &[f64], found: &[f64], tolerance, period_s| {
+        let name = |name: &str| format!("{}, {name}", case.name);
+        let compared =
+            |tolerance| Compared { subject: "arm", oracle: "MuJoCo", tolerance, ..Compared::default() };
+        let mut arm = toml::from_str::<ArmParameters>(&case.arm).unwrap().build().unwrap();
+        for (quantity, expected, found) in look(&arm, &case.samples) {
+            let (expected, found) = (expected.as_slice(), found.as_slice());
             evidence.judge(&Compared {
-                subject: "arm",
-                name: format!("{}, {name}", case.name),
-                oracle: "MuJoCo",
+                name: name(quantity),
                 expected,
                 found,
-                scale: None,
-                tolerance,
-                why: "",
-                period_s,
+                ..compared(INSTANT_TOLERANCE)
             });
-        };
-        let mut arm = toml::from_str::<ArmParameters>(&case.arm).unwrap().build().unwrap();
-        for (name, expected, found) in look(&arm, &case.samples) {
-            judge(name, &expected, &found, INSTANT_TOLERANCE, None);
         }
-        let (names, rows) = evidence::table(&folder.join(&case.file));
-        let found = run(&mut arm, reference.tick_s, &rows);
-        assert_eq!(names.len(), arm.axes() + found[0].len());
-        for (place, name) in names.iter().skip(arm.axes()).enumerate() {
-            let expected = column(&rows, place + arm.axes());
-            judge(name, &expected, &column(&found, place), TOLERANCE, Some(reference.tick_s));
-        }
+        let table = evidence::table(&folder.join(&case.file));
+        let found = run(&mut arm, reference.tick_s, &table.1);
+        assert_eq!(table.0.len(), arm.axes() + found[0].len());
+        let run =
+            Compared { name: case.name.clone(), period_s: Some(reference.tick_s), ..compared(TOLERANCE) };
+        evidence.judge_columns(&run, &table, &found);
     }
     evidence.end();
 }

@@ -49,6 +49,7 @@ pub(crate) struct Evidence {
 }
 
 /// One signal, or one quantity.
+#[derive(Default)]
 pub(crate) struct Compared<'a> {
     /// The module or the plant.
     pub(crate) subject: &'a str,
@@ -118,6 +119,24 @@ impl Evidence {
             why: of.why.to_owned(),
             curve: of.period_s.map(|period_s| Curve::of(period_s, expected, found)),
         });
+    }
+
+    /// Keeps a comparison of each column that was found with those at the end of the reference's table, in one case.
+    pub(crate) fn judge_columns(
+        &mut self,
+        case: &Compared<'_>,
+        (names, expected): &(Vec<String>, Vec<Vec<f64>>),
+        found: &[Vec<f64>],
+    ) {
+        let first = names.len() - found[0].len();
+        for (place, name) in names.iter().skip(first).enumerate() {
+            self.judge(&Compared {
+                name: format!("{}, {name}", case.name),
+                expected: &column(expected, first + place),
+                found: &column(found, place),
+                ..*case
+            });
+        }
     }
 
     /// Writes what was compared beside the reference runs.

@@ -6,7 +6,7 @@
 use hil_sim::plant::{JointParameters, JointState};
 use serde::Deserialize;
 
-use crate::evidence::{self, Compared, Evidence, column};
+use crate::evidence::{self, Compared, Evidence};
 
 /// Share of a signal's peak that it may be off by.
 const TOLERANCE: f64 = 1e-5;
@@ -59,22 +59,18 @@ fn the_joint_agrees_with_scipy() {
     let reference: Reference = evidence::read(&folder.join("joint.json"));
     let mut evidence = Evidence::new("joint");
     for case in &reference.cases {
-        let (names, rows) = evidence::table(&folder.join(&case.file));
-        assert!(names.iter().skip(1).eq(COMPARED.map(|(name, _)| name).iter()));
-        let found = run(case, reference.tick_s, &rows);
-        for (place, (name, _)) in COMPARED.iter().enumerate() {
-            evidence.judge(&Compared {
-                subject: "joint",
-                name: format!("{}, {name}", case.name),
-                oracle: "scipy",
-                expected: &column(&rows, place + 1),
-                found: &column(&found, place),
-                scale: None,
-                tolerance: TOLERANCE,
-                why: "",
-                period_s: Some(reference.tick_s),
-            });
-        }
+        let table = evidence::table(&folder.join(&case.file));
+        let found = run(case, reference.tick_s, &table.1);
+        assert!(table.0.iter().skip(1).eq(COMPARED.map(|(name, _)| name).iter()));
+        let case = Compared {
+            subject: "joint",
+            name: case.name.clone(),
+            oracle: "scipy",
+            tolerance: TOLERANCE,
+            period_s: Some(reference.tick_s),
+            ..Compared::default()
+        };
+        evidence.judge_columns(&case, &table, &found);
     }
     evidence.end();
 }

@@ -7,7 +7,7 @@
 use hil_sim::plant::{Phantom, PhantomParameters, Tip};
 use serde::Deserialize;
 
-use crate::evidence::{self, Compared, Evidence, column};
+use crate::evidence::{self, Compared, Evidence};
 
 /// Share of a signal's peak that it may be off by.
 const TOLERANCE: f64 = 1e-9;
@@ -64,22 +64,18 @@ fn the_phantom_agrees_with_scipy() {
     let reference: Reference = evidence::read(&folder.join("phantom.json"));
     let mut evidence = Evidence::new("phantom");
     for case in &reference.cases {
-        let (names, rows) = evidence::table(&folder.join(&case.file));
-        let found = run(case, reference.tick_s, &rows);
-        assert_eq!(names.len(), 3 + found[0].len());
-        for (place, name) in names.iter().skip(3).enumerate() {
-            evidence.judge(&Compared {
-                subject: "PHANToM",
-                name: format!("{}, {name}", case.name),
-                oracle: "scipy",
-                expected: &column(&rows, place + 3),
-                found: &column(&found, place),
-                scale: None,
-                tolerance: TOLERANCE,
-                why: "",
-                period_s: Some(reference.tick_s),
-            });
-        }
+        let table = evidence::table(&folder.join(&case.file));
+        let found = run(case, reference.tick_s, &table.1);
+        assert_eq!(table.0.len(), 3 + found[0].len());
+        let case = Compared {
+            subject: "PHANToM",
+            name: case.name.clone(),
+            oracle: "scipy",
+            tolerance: TOLERANCE,
+            period_s: Some(reference.tick_s),
+            ..Compared::default()
+        };
+        evidence.judge_columns(&case, &table, &found);
     }
     evidence.end();
 }

@@ -4,9 +4,7 @@ use super::Engine;
 use crate::command::{Command, ModuleRef};
 use crate::kind::{Kind, ModuleList};
 use crate::limits::MAX_PROGRAMS;
-use crate::online::{
-    Instruction, LawParameter, LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program, Section,
-};
+use crate::online::{LawParameter, LawRefusal, LawReport, MAX_PARAMETERS, PARAMETERS, Program};
 use crate::storage::Block;
 
 impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
@@ -136,18 +134,9 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         Some(own.saturating_add(self.program_cycles(number)?))
     }
 
-    /// What the instructions of a program add to a tick, by their costs: those to begin with those of a tick.
+    /// What the instructions of a program add to a tick, by their costs.
     pub(super) fn program_cycles(&self, number: u8) -> Option<u32> {
         let (costs, program) = (self.costs?, self.data_base.programs().get(number.into())?);
-        let sum = |section| {
-            program.instructions(section).iter().try_fold(0_u32, |sum, word| {
-                Some(sum.saturating_add(costs.instruction(M::KINDS.len(), Instruction(*word).opcode()?)?))
-            })
-        };
-        let lanes = if program.header().is_coupled { 1 } else { self.device.dof() };
-        let of_axis = sum(Section::Begin)?.saturating_add(sum(Section::Tick)?);
-        // Those that run once do so before those that begin, too.
-        let once = sum(Section::Once)?.saturating_mul(2);
-        Some(once.saturating_add(of_axis.saturating_mul(u32::try_from(lanes).unwrap_or(u32::MAX))))
+        program.cycles(self.device.dof(), |opcode| costs.instruction(M::KINDS.len(), opcode))
     }
 }

@@ -18,6 +18,7 @@
 use core::ops::Range;
 
 use super::PROGRAM_VERSION;
+use super::instruction::{Instruction, Opcode};
 use super::verify::{self, ProgramError};
 use crate::checksum::CRC;
 use crate::data_type::TypeRef;
@@ -264,6 +265,20 @@ impl<'a> Program<'a> {
     #[must_use]
     pub fn instructions(&self, section: Section) -> &'a [u32] {
         self.words.get(self.header.instructions(section)).unwrap_or_default()
+    }
+
+    /// What its instructions add to a tick of a device with so many axes, by the cycles of each; those to begin with those
+    /// of a tick. None if one's are not known.
+    pub fn cycles(&self, dof: usize, of: impl Fn(Opcode) -> Option<u32>) -> Option<u32> {
+        let sum = |section| {
+            let mut words = self.instructions(section).iter();
+            words.try_fold(0_u32, |sum, word| Some(sum.saturating_add(of(Instruction(*word).opcode()?)?)))
+        };
+        let lanes = if self.header.is_coupled { 1 } else { dof };
+        let of_axis = sum(Section::Begin)?.saturating_add(sum(Section::Tick)?);
+        // Those that run once do so before those that begin, too.
+        let once = sum(Section::Once)?.saturating_mul(2);
+        Some(once.saturating_add(of_axis.saturating_mul(u32::try_from(lanes).unwrap_or(u32::MAX))))
     }
 
     /// Bytes of its names: those of the law, its inputs, outputs and parameters, a line each.

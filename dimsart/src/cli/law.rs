@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
 use dimsart_core::modules::Standard;
-use dimsart_core::online::{Header, Instruction, Section};
-use dimsart_core::{AxisKind, Cost, DeviceDescriptor, ModuleList as _, Unit};
+use dimsart_core::online::Header;
+use dimsart_core::{AxisKind, Cost, DeviceDescriptor, ModuleList as _};
 use serde::Serialize;
 
 use super::Ending;
@@ -132,7 +132,7 @@ impl Summary {
         let parameters = law.parameters.iter().map(|found| Parameter {
             name: found.name.clone(),
             on_device: next(),
-            unit: unit(found.parameter.unit),
+            unit: found.parameter.unit.on(&[AxisKind::Linear, AxisKind::Rotary]).to_string(),
             min: found.parameter.min,
             max: found.parameter.max,
             default: found.parameter.default,
@@ -159,12 +159,6 @@ impl Summary {
     }
 }
 
-/// Of both kinds of axes, where they differ.
-fn unit(unit: Unit) -> String {
-    let [linear, rotary] = [AxisKind::Linear, AxisKind::Rotary].map(|kind| unit.symbol(kind));
-    if linear == rotary { linear.to_owned() } else { format!("{linear} or {rotary}") }
-}
-
 /// What a law adds to a tick at most, with the module that runs it.
 fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dyn std::error::Error>> {
     let unknown = || format!("{}: what laws cost is not known: `dimsart stamp` it", image.display());
@@ -173,17 +167,8 @@ fn cycles(law: &hil_sim::law::Law, image: &Path, axes: u8) -> Result<u32, Box<dy
     let line = |index: usize| costs.get(index).copied().filter(|cost| *cost != Cost::UNKNOWN);
     let program = law.program().ok_or_else(unknown)?;
     let own = line(1 + kind).ok_or_else(unknown)?.cycles(axes.into());
-    let sum = |section| -> Option<u32> {
-        let each = program.instructions(section).iter().map(|word| {
-            let opcode = Instruction(*word).opcode()?;
-            Some(line(1 + Standard::KINDS.len() + opcode as usize)?.cycles(0))
-        });
-        each.sum()
-    };
-    let lanes = if program.header().is_coupled { 1 } else { u32::from(axes) };
-    let sums = [Section::Once, Section::Begin, Section::Tick].map(sum);
-    let [Some(once), Some(begin), Some(tick)] = sums else { return Err(unknown().into()) };
-    Ok(own + 2 * once + lanes * (begin + tick))
+    let of = |opcode| Some(line(1 + Standard::KINDS.len() + opcode as usize)?.cycles(0));
+    Ok(own + program.cycles(axes.into(), of).ok_or_else(unknown)?)
 }
 
 impl fmt::Display for Summary {
