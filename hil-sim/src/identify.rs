@@ -210,10 +210,11 @@ fn column(quantity: Quantity, moved: &[f64], way: f64, period_s: f64) -> f64 {
         let terms = moved.iter().enumerate().map(|(tick, position)| weight(share(tick)) * of(*position));
         terms.sum::<f64>() / count(WINDOW)
     };
-    let first = moved.first().copied().unwrap_or_default();
+    // Between the ends: what the rule leaves there of one is that of the other.
+    let middle = moved.first().zip(moved.last()).map_or(0.0, |(first, last)| 0.5 * (first + last));
     match quantity {
-        Quantity::Inertia => weighted(curvature, &|q| q - first) / (window_s * window_s),
-        Quantity::Viscous => -weighted(slope, &|q| q - first) / window_s,
+        Quantity::Inertia => weighted(curvature, &|q| q - middle) / (window_s * window_s),
+        Quantity::Viscous => -weighted(slope, &|q| q - middle) / window_s,
         Quantity::Coulomb => way * AREA,
         Quantity::WeightSine => weighted(bump, &libm::sin),
         Quantity::WeightCosine => weighted(bump, &libm::cos),

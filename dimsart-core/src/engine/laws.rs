@@ -79,8 +79,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     /// Whether a module has it, plugged in or not, in either scheme.
     fn uses_program(&self, number: u8) -> bool {
         let plans = [self.plans.running(), self.plans.next()];
-        number > 0
-            && MAX_PROGRAMS > 0
+        number != 0
+            && MAX_PROGRAMS != 0
             && plans.into_iter().flat_map(|plan| &plan.instances).any(|instance| {
                 let kind = M::KINDS.get(usize::from(instance.reference.kind));
                 kind.is_some_and(|kind| self.program_of(kind, instance.configuration) == number)

@@ -129,7 +129,8 @@ impl Programs {
 
     /// Every program that there is, with its number.
     pub(crate) fn all(&self) -> impl Iterator<Item = (u8, Program<'_>)> {
-        (1..=MAX_PROGRAM_NUMBER).filter_map(|number| Some((number, self.get(number.into())?)))
+        let numbers = (1..).zip(&self.places);
+        numbers.filter_map(|(number, _)| Some((number, self.get(number.into())?)))
     }
 
     /// Puts words of the next program; those beyond the last one are dropped.
@@ -167,6 +168,3 @@ impl Programs {
         }
     }
 }
-
-#[expect(clippy::cast_possible_truncation, reason = "a few")]
-const MAX_PROGRAM_NUMBER: u8 = MAX_PROGRAMS as u8;

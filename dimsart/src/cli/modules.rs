@@ -53,6 +53,8 @@ Every module but the ends of links takes `EVERY_TICKS`, too: 1 (the default), 2,
 unplugged ([commands.md](commands.md#modules-that-do-not-run-in-every-tick)).
 ";
 
+const PORTS_OF_A_LAW: &str = "Its law adds a port for each input and output.";
+
 /// What a module says of itself.
 #[derive(Serialize)]
 struct Description {
@@ -63,6 +65,8 @@ struct Description {
     ports: Vec<PortRow>,
     /// Parameters that add a port for each type they are given.
     port_lists: Vec<&'static str>,
+    /// Whether its ports are those of a law that it is given.
+    has_ports_of_a_law: bool,
     parameters: Vec<ParameterRow>,
     /// Memory that an instance takes without axes, and for each.
     bytes: usize,
@@ -167,6 +171,7 @@ impl Description {
             bytes: size_of::<Word>() * kind.words(0),
             bytes_per_axis: size_of::<Word>() * (kind.words(1) - kind.words(0)),
             port_lists: lists.map(|list| list.name).collect(),
+            has_ports_of_a_law: kind.runs_program(),
             ports: ports.iter().filter_map(|port| port_row(port, &ports)).collect(),
             parameters: parameters.iter().map(parameter_row).collect(),
         }
@@ -193,6 +198,9 @@ impl Description {
         for list in &self.port_lists {
             writeln!(out, "Every {list} adds a port for its type.")?;
         }
+        if self.has_ports_of_a_law {
+            writeln!(out, "{PORTS_OF_A_LAW}")?;
+        }
         print_table(out, &self.parameter_table())?;
         writeln!(out)
     }
@@ -202,6 +210,9 @@ impl Description {
         markdown_table(out, &self.port_table())?;
         for list in &self.port_lists {
             writeln!(out, "\nEvery `{list}` adds a port for its type.")?;
+        }
+        if self.has_ports_of_a_law {
+            writeln!(out, "\n{PORTS_OF_A_LAW}")?;
         }
         markdown_table(out, &self.parameter_table())
     }
