@@ -211,6 +211,10 @@ fn a_table_ends_where_it_is_filled_up_and_where_constants_begin() {
     assert_eq!(bytes(&moved(0x461A), 8..10), Ok(64));
     assert!(matches!(bytes(&moved(0x4619), 8..10), Err(FrameError::LostReturn { .. })));
     assert!(bytes(&moved(0x469F), 8..10).is_err());
+    // Nor does STR R3, [R2]; STR R3, [R1], #4 moves R1 on.
+    assert_eq!(bytes(&moved(0x6013), 8..10), Ok(64));
+    let moving = [0xA101, 0xF841, 0x3B04, 0xE8D1, 0xF000, 0x0201, RETURN, TAKE_64, GIVE_64, RETURN];
+    assert!(matches!(bytes(&moving, 10..12), Err(FrameError::LostReturn { .. })));
     // TBB [R1, R0] has its table anywhere, TBB [PC, R0] without one leads nowhere.
     let elsewhere = [0xE8D1, 0xF000, 0x0302, 0x0004, RETURN, RETURN, RETURN];
     assert!(matches!(bytes(&elsewhere, 4..8), Err(FrameError::LostReturn { .. })));

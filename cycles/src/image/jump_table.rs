@@ -1,7 +1,9 @@
 //! Tables of jumps.
 
 use crate::image::Image;
-use crate::instruction::{Address, Arithmetic, Instruction, Offset, Operand, Operation, PC, Register};
+use crate::instruction::{
+    Address, AddressMode, Arithmetic, Instruction, Offset, Operand, Operation, PC, Register,
+};
 
 /// What stands behind a table is aligned to this at most.
 const ALIGNMENT: u32 = 4;
@@ -62,6 +64,9 @@ fn table(image: &Image, mut address: u32, n: Register) -> Option<u32> {
             | Operation::ExtractField { d: other, .. }
                 if other != n && other != PC =>
             {
+                address = before.address;
+            }
+            Operation::Store { address: Address { mode: AddressMode::Offset, .. }, .. } => {
                 address = before.address;
             }
             _ => return None,
