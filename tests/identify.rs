@@ -68,8 +68,8 @@ fn a_joint_in_closed_form_has_what_was_put_in() {
         return;
     };
     let Joint { position, force, truth } = &joint;
-    let experiment =
-        Experiment { period_s: tick_s, position, force, force_is: ForceIs::Measured, turns: true };
+    let force_is = ForceIs::Measured;
+    let experiment = Experiment { period_s: tick_s, position, force, force_is, turns: true, others: &[] };
     let found = identify(&experiment).unwrap();
     for (estimate, truth) in found.estimates.iter().zip(truth) {
         let (value, _) = estimate.value.unwrap();

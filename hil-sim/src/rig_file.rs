@@ -53,11 +53,12 @@ pub use moves::{
 use crate::scenario::RecordSection;
 
 /// Rigs that come with the command, by name; of those with the same scheme the one first that it is for.
-pub const SHIPPED: [(&str, &str); 11] = [
+pub const SHIPPED: [(&str, &str); 12] = [
     ("arm", include_str!("../scenarios/arm.toml")),
     ("arm_bus", include_str!("../scenarios/arm_bus.toml")),
     ("joint", include_str!("../scenarios/joint.toml")),
     ("identify", include_str!("../scenarios/identify.toml")),
+    ("identify_arm", include_str!("../scenarios/identify_arm.toml")),
     ("moteus", include_str!("../scenarios/moteus.toml")),
     ("cia402", include_str!("../scenarios/cia402.toml")),
     ("phantom", include_str!("../scenarios/phantom.toml")),

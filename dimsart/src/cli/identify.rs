@@ -13,8 +13,10 @@ use super::run::rig;
 use super::{Ending, UsageError};
 use crate::report::{self, Bode};
 use hil_sim::identify::{
-    Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, frequency_response, identify, truth,
+    Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, arm_truth, frequency_response,
+    identify, truth,
 };
+use hil_sim::plant::{ArmParameters, ParameterError};
 use hil_sim::response;
 use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
 
@@ -22,7 +24,8 @@ use hil_sim::rig_file::{AxisUnit, DeviceSection, RigFile};
 ///
 /// Takes a rig, which is run, or signals.csv of a run or a recording. The joint has to be moved by something that is neither
 /// slow nor fast all the time: a chirp or a PRBS on its reference or force. Its force is the measured FORCE, or the commanded
-/// `DES_FORCE` where it has none. A parameter that the motion cannot tell from the others gets no number.
+/// `DES_FORCE` where it has none. A parameter that the motion cannot tell from the others gets no number. Joints of an arm are
+/// moved one after the other, while the others are held.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Identify {
@@ -35,9 +38,12 @@ pub(super) struct Identify {
     /// The controller of the joint; the first one when left out.
     #[arg(long, value_name = "NAME")]
     controller: Option<String>,
-    /// The axis, from 0.
-    #[arg(long, value_name = "AXIS", default_value_t = 0)]
-    axis: usize,
+    /// The axis, from 0; all of an arm, or axis 0 when left out.
+    #[arg(long, value_name = "AXIS")]
+    axis: Option<usize>,
+    /// The axes of a recording move each other, as an arm's do; a rig says so itself.
+    #[arg(long)]
+    coupled: bool,
     /// Ticks from a command to the force that comes of it, of a recording; a rig says its own.
     #[arg(long, value_name = "TICKS", default_value_t = 0.0, value_parser = delay)]
     delay_ticks: f64,
@@ -50,7 +56,8 @@ pub(super) struct Identify {
     /// Draws no picture.
     #[arg(long)]
     no_picture: bool,
-    /// Prints the figures as one JSON object, all that goes to standard output; the table goes to standard error.
+    /// Prints the figures as one JSON object for each axis, a line each, all that goes to standard output; tables go to
+    /// standard error.
     #[arg(long)]
     json: bool,
 }
@@ -61,9 +68,12 @@ Examples:
   dimsart identify --set device.joint.axis.0.plant.load.inertia=0.08
   dimsart run identify && dimsart identify runs/latest/signals.csv
   dimsart identify my.toml --axis 1 --json               figures for a program
+  dimsart identify identify_arm                          every joint of an arm, against the truth
 
 Exit status: 0 identified, 1 the experiment cannot say, 2 wrong usage.";
 
+/// A truth that is rounding alone: no share of it is told.
+const NOTHING: f64 = 1e-6;
 /// Frequencies that are looked at.
 const POINTS: usize = 60;
 
@@ -80,7 +90,17 @@ struct Joint {
     force: Vec<f64>,
     force_is: ForceIs,
     turns: bool,
-    truth: Option<[(Quantity, f64); 6]>,
+    /// Positions of all axes that move each other, and which of them it is; none of a joint alone.
+    coupled: Option<(usize, Vec<Vec<f64>>)>,
+    truth: Truth,
+}
+
+/// Where the truth about a joint is.
+enum Truth {
+    Unknown,
+    Of([(Quantity, f64); 6]),
+    /// An arm's depends on where its other joints are.
+    OfArm(ArmParameters),
 }
 
 #[derive(Serialize)]
@@ -94,17 +114,34 @@ struct Answer<'a> {
 
 impl Identify {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
-        let joint = match rig::read(Some(&self.source), &self.sets)? {
+        let joints = match rig::read(Some(&self.source), &self.sets)? {
             Some(file) => self.run(&file)?,
             None => self.read(&self.source)?,
         };
-        let Joint { period_s, position, force, force_is, turns, .. } = &joint;
-        let experiment =
-            Experiment { period_s: *period_s, position, force, force_is: *force_is, turns: *turns };
-        let identified = identify(&experiment)?;
+        for (place, joint) in joints.iter().enumerate() {
+            let of_axis = (joints.len() > 1).then(|| self.out.join(format!("axis_{place}")));
+            self.show(joint, of_axis.as_ref().unwrap_or(&self.out), out)
+                .map_err(|error| format!("{}: {error}", joint.name))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// Identifies one joint and shows what was found.
+    fn show(
+        &self,
+        joint: &Joint,
+        folder: &Path,
+        out: &mut impl Write,
+    ) -> Result<(), Box<dyn std::error::Error>> {
+        let Joint { period_s, position, force, force_is, turns, .. } = joint;
+        let others: Vec<&[f64]> = joint.others().collect();
+        let (period_s, force_is, turns) = (*period_s, *force_is, *turns);
+        let identified =
+            identify(&Experiment { period_s, position, force, force_is, turns, others: &others })?;
+        let truth = joint.truth(&identified.others_at)?;
         let segment = usize::try_from(self.segment_ticks)?;
-        let points = frequency_response(*period_s, force, position, segment, POINTS);
-        say(self.json, out, |text| print(text, &joint, &identified))?;
+        let points = frequency_response(period_s, force, position, segment, POINTS);
+        say(self.json, out, |text| print(text, joint, &identified, truth.as_ref()))?;
         if let Err(error) = &points {
             say(self.json, out, |text| {
                 writeln!(text, "no frequency response: {error}; record for longer, or give --segment-ticks")
@@ -112,55 +149,69 @@ impl Identify {
         }
         let points = points.unwrap_or_default();
         if !self.no_picture && !points.is_empty() {
-            let [unit, _] = units(joint.turns);
+            let [unit, _] = units(turns);
             let title = format!("{}: position over force, as recorded", joint.name);
             let bode = Bode { title, unit: unit.to_owned(), points: points.clone() };
-            let [svg, _] = report::write_bode(&self.out, &bode)?;
+            let [svg, _] = report::write_bode(folder, &bode)?;
             say(self.json, out, |text| writeln!(text, "picture: {}", svg.display()))?;
         }
         if self.json {
-            let (name, truth) = (&joint.name, joint.truth.as_ref());
+            let (name, truth) = (&joint.name, truth.as_ref());
             let answer = Answer { joint: name, identified: &identified, truth, response: &points };
             writeln!(out, "{}", serde_json::to_string(&answer)?)?;
         }
-        Ok(ExitCode::SUCCESS)
+        Ok(())
     }
 
     /// Runs a rig and takes what it records.
-    fn run(&self, file: &RigFile) -> Result<Joint, Box<dyn std::error::Error>> {
+    fn run(&self, file: &RigFile) -> Result<Vec<Joint>, Box<dyn std::error::Error>> {
         let controllers = &file.controllers;
         let wanted = self.controller.as_ref();
         let found = controllers.iter().find(|found| wanted.is_none_or(|name| name == found.name()));
         let found = found.ok_or_else(|| UsageError("the rig has no such controller".to_owned()))?;
         let device = file.devices.iter().find(|device| device.name == found.device);
         let device = device.ok_or_else(|| UsageError("the rig has no such device".to_owned()))?;
-        if device.coupled_axes().is_some() {
-            let reason = "the axes of this device move each other, and the model is that of one joint alone";
-            return Err(UsageError(reason.to_owned()).into());
-        }
-        let axis =
-            device.axes.get(self.axis).ok_or_else(|| UsageError("the device has no such axis".to_owned()))?;
+        let axes = self.axes(device.coupled_axes());
         let is_measured = device.measures.iter().any(|measured| measured == "FORCE");
         let run = response::Experiment::new(file)?.run(&AtomicBool::new(false), |_| ());
-        let column = |signal: &str| {
-            let place = run.recording.find(found.name(), signal, Some(self.axis));
-            let missing = || UsageError(format!("the run recorded no {signal} of this axis: measure it"));
+        let column = |signal: &str, axis: usize| {
+            let place = run.recording.find(found.name(), signal, Some(axis));
+            let missing = || UsageError(format!("the run recorded no {signal} of axis {axis}: measure it"));
             place.map(|place| run.recording.column(place).collect()).ok_or_else(missing)
         };
+        let positions = |_| (0..device.axes.len()).map(|axis| column("POSITION", axis)).collect();
+        let coupled: Option<Vec<Vec<f64>>> = device.coupled_axes().map(positions).transpose()?;
         let force = if is_measured { "FORCE" } else { "DES_FORCE" };
-        Ok(Joint {
-            name: format!("{}, axis {}, by {force}", found.name(), self.axis),
-            period_s: period_s(run.recording.time_s())?,
-            position: column("POSITION")?,
-            force: column(force)?,
-            force_is: force_is(is_measured, device),
-            turns: axis.unit == AxisUnit::Radian,
-            truth: axis.plant.as_ref().and_then(|plant| truth(plant, is_measured)),
-        })
+        let joint = |axis: usize| -> Result<Joint, Box<dyn std::error::Error>> {
+            let section = device.axes.get(axis);
+            let section = section.ok_or_else(|| UsageError("the device has no such axis".to_owned()))?;
+            let of_plant = section.plant.as_ref().and_then(|plant| truth(plant, is_measured));
+            let of_arm = device.arm.clone().map(Truth::OfArm);
+            Ok(Joint {
+                name: format!("{}, axis {axis}, by {force}", found.name()),
+                period_s: period_s(run.recording.time_s())?,
+                position: column("POSITION", axis)?,
+                force: column(force, axis)?,
+                force_is: force_is(is_measured, device),
+                turns: section.unit == AxisUnit::Radian,
+                coupled: coupled.clone().map(|positions| (axis, positions)),
+                truth: of_arm.or(of_plant.map(Truth::Of)).unwrap_or(Truth::Unknown),
+            })
+        };
+        axes.map(joint).collect()
+    }
+
+    /// Which axes are identified, of so many that move each other.
+    fn axes(&self, coupled: Option<usize>) -> std::ops::Range<usize> {
+        match (self.axis, coupled) {
+            (Some(axis), _) => axis..axis + 1,
+            (None, Some(count)) => 0..count,
+            (None, None) => 0..1,
+        }
     }
 
     /// Reads a recording of `dimsart run`, or of a board.
-    fn read(&self, path: &Path) -> Result<Joint, Box<dyn std::error::Error>> {
+    fn read(&self, path: &Path) -> Result<Vec<Joint>, Box<dyn std::error::Error>> {
         let wrong = |reason: String| UsageError(format!("{}: {reason}", path.display()));
         if path.extension().is_none_or(|extension| extension != "csv") {
             let reason = "it is neither a rig nor a recording as CSV (`--signals csv`, `dimsart record`)";
@@ -168,8 +219,9 @@ impl Identify {
         }
         let mut reader = csv::Reader::from_path(path)?;
         let headers = reader.headers()?.clone();
-        let place = |signal: &str| {
-            let end = format!(".{signal}[{}] ", self.axis);
+        let rows: Vec<csv::StringRecord> = reader.records().collect::<Result<_, _>>()?;
+        let place = |signal: &str, axis: usize| {
+            let end = format!(".{signal}[{axis}] ");
             let is_it = |header: &str| {
                 let of_controller =
                     self.controller.as_ref().is_none_or(|name| header.starts_with(&format!("{name}.")));
@@ -177,33 +229,58 @@ impl Identify {
             };
             headers.iter().position(is_it)
         };
-        let missing = |signal: &str| wrong(format!("it has no {signal} of this axis"));
-        let position_place = place("POSITION").ok_or_else(|| missing("POSITION"))?;
-        let (force_place, is_measured) = match (place("FORCE"), place("DES_FORCE")) {
-            (Some(measured), _) => (measured, true),
-            (None, Some(commanded)) => (commanded, false),
-            (None, None) => return Err(missing("FORCE, nor DES_FORCE,").into()),
+        let column = |place: usize| -> Vec<f64> {
+            let value = |row: &csv::StringRecord| row.get(place).and_then(|text| text.parse().ok());
+            rows.iter().map(|row| value(row).unwrap_or(f64::NAN)).collect()
         };
-        let (mut times_s, mut position, mut force) = (Vec::new(), Vec::new(), Vec::new());
-        for row in reader.records() {
-            let row = row?;
-            let value =
-                |place: usize| row.get(place).and_then(|text| text.parse::<f64>().ok()).unwrap_or(f64::NAN);
-            times_s.push(value(0));
-            position.push(value(position_place));
-            force.push(value(force_place));
-        }
-        let header = headers.get(position_place).unwrap_or_default();
-        let delay_ticks = self.delay_ticks;
-        Ok(Joint {
-            name: header.split('.').next().unwrap_or_default().to_owned(),
-            period_s: period_s(&times_s)?,
-            position,
-            force,
-            force_is: if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks } },
-            turns: header.contains("rad"),
-            truth: None,
+        let positions: Vec<usize> = (0..).map_while(|axis| place("POSITION", axis)).collect();
+        let coupled: Option<Vec<Vec<f64>>> =
+            self.coupled.then(|| positions.iter().map(|place| column(*place)).collect());
+        let period_s = period_s(&column(0))?;
+        let joint = |axis: usize| -> Result<Joint, Box<dyn std::error::Error>> {
+            let missing = |signal: &str| wrong(format!("it has no {signal} of axis {axis}"));
+            let position = *positions.get(axis).ok_or_else(|| missing("POSITION"))?;
+            let (force, is_measured) = match (place("FORCE", axis), place("DES_FORCE", axis)) {
+                (Some(measured), _) => (measured, true),
+                (None, Some(commanded)) => (commanded, false),
+                (None, None) => return Err(missing("FORCE, nor DES_FORCE,").into()),
+            };
+            let header = headers.get(position).unwrap_or_default();
+            let delay_ticks = self.delay_ticks;
+            Ok(Joint {
+                name: format!("{}, axis {axis}", header.split('.').next().unwrap_or_default()),
+                period_s,
+                position: column(position),
+                force: column(force),
+                force_is: if is_measured { ForceIs::Measured } else { ForceIs::Held { delay_ticks } },
+                turns: header.contains("rad"),
+                coupled: coupled.clone().map(|positions| (axis, positions)),
+                truth: Truth::Unknown,
+            })
+        };
+        self.axes(self.coupled.then_some(positions.len())).map(joint).collect()
+    }
+}
+
+impl Joint {
+    /// Positions of the joints that move it.
+    fn others(&self) -> impl Iterator<Item = &[f64]> {
+        self.coupled.iter().flat_map(|(own, positions)| {
+            let others = positions.iter().enumerate().filter(move |(axis, _)| axis != own);
+            others.map(|(_, position)| position.as_slice())
         })
+    }
+
+    /// What it has, if the rig says so, with the other joints held there.
+    fn truth(&self, others_at: &[f64]) -> Result<Option<[(Quantity, f64); 6]>, ParameterError> {
+        match (&self.truth, &self.coupled) {
+            (Truth::Of(truth), _) => Ok(Some(*truth)),
+            (Truth::OfArm(arm), Some((axis, _))) => {
+                let (before, behind) = others_at.split_at_checked(*axis).unwrap_or_default();
+                arm_truth(arm, *axis, &[before, &[0.0], behind].concat())
+            }
+            _ => Ok(None),
+        }
     }
 }
 
@@ -227,7 +304,12 @@ const fn units(turns: bool) -> [&'static str; 2] {
     if turns { ["rad/(N·m)", "N·m"] } else { ["m/N", "N"] }
 }
 
-fn print(out: &mut dyn Write, joint: &Joint, identified: &Identified) -> std::io::Result<()> {
+fn print(
+    out: &mut dyn Write,
+    joint: &Joint,
+    identified: &Identified,
+    truth: Option<&[(Quantity, f64); 6]>,
+) -> std::io::Result<()> {
     writeln!(
         out,
         "{}: {} stretches of motion, {:.2} % of the force unexplained",
@@ -238,12 +320,12 @@ fn print(out: &mut dyn Write, joint: &Joint, identified: &Identified) -> std::io
     let mut table = text_table();
     table.set_header(["quantity", "unit", "estimate", "± (95 %)", "truth", "off by"]);
     for Estimate { quantity, value } in &identified.estimates {
-        let known = joint.truth.iter().flatten().find(|(of, _)| of == quantity).map(|(_, truth)| *truth);
+        let known = truth.into_iter().flatten().find(|(of, _)| of == quantity).map(|(_, truth)| *truth);
         let (estimate, half_width) = match value {
             Some((value, half_width)) => (format!("{value:.5}"), format!("{half_width:.5}")),
             None => ("cannot be told from the others by this motion".to_owned(), String::new()),
         };
-        let off = known.zip(*value).filter(|(truth, _)| truth.abs() > 0.0);
+        let off = known.zip(*value).filter(|(truth, _)| truth.abs() > NOTHING);
         let off = off
             .map_or(String::new(), |(truth, (value, _))| format!("{:.2} %", 100.0 * (value / truth - 1.0)));
         let (name, unit) = describe(*quantity, joint.turns);
@@ -262,5 +344,6 @@ fn describe(quantity: Quantity, turns: bool) -> (&'static str, &'static str) {
         Quantity::WeightSine => ("weight, with sin q", force),
         Quantity::WeightCosine => ("weight, with cos q", force),
         Quantity::Constant => ("constant force", force),
+        Quantity::Lateness => ("force recorded later by", "s"),
     }
 }

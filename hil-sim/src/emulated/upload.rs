@@ -63,6 +63,11 @@ pub(super) fn upload(
     line.layout(copy)
 }
 
+/// What the library of this command answers.
+fn answer_here(copy: &mut SimulatedDimsart, request: &Request) -> Response<'static> {
+    protocol::serve(request_id(CLIENT, 0), request, copy, &mut DeviceInfo::new(""))
+}
+
 fn unexpected(answer: &Response<'_>) -> EmulatedError {
     match answer {
         Response::Refused(refusal) => EmulatedError::Refused(*refusal),
@@ -161,8 +166,8 @@ impl CommandLine<'_> {
         }
     }
 
-    /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers. Kinds that
-    /// the board's image has not are not compared.
+    /// Whether kinds, parameters and types are the same there as here: commands name them by their numbers. Kinds and types
+    /// that the board's image has not are not compared.
     fn compare_libraries(&mut self, copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
         for kind in 0..=u8::MAX {
             let there = self.ask(&Request::Module { kind });
@@ -179,9 +184,15 @@ impl CommandLine<'_> {
                 }
             }
         }
+        let here: Vec<Response<'_>> = (0..=u16::MAX)
+            .map(|index| answer_here(copy, &Request::DataType { index }))
+            .take_while(|answer| !matches!(answer, Response::Refused(_)))
+            .collect();
         for index in 0..=u16::MAX {
-            if !self.is_same(copy, Request::DataType { index }, "list of data types")? {
-                break;
+            match self.ask(&Request::DataType { index })? {
+                Response::Refused(_) => break,
+                there if here.contains(&there) => (),
+                _ => return Err(EmulatedError::OtherLibrary { what: "list of data types".to_owned() }),
             }
         }
         Ok(())
@@ -194,7 +205,7 @@ impl CommandLine<'_> {
         request: Request,
         what: &str,
     ) -> Result<bool, EmulatedError> {
-        let here = protocol::serve(request_id(CLIENT, 0), &request, copy, &mut DeviceInfo::new(""));
+        let here = answer_here(copy, &request);
         match self.ask(&request)? == here {
             true => Ok(!matches!(here, Response::Refused(_))),
             false => Err(EmulatedError::OtherLibrary { what: what.to_owned() }),

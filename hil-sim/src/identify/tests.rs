@@ -29,7 +29,7 @@ fn chirp(amplitude: f64) -> impl Fn(f64) -> f64 {
 
 fn held<'a>(position: &'a [f64], force: &'a [f64]) -> Experiment<'a> {
     let force_is = ForceIs::Held { delay_ticks: 0.0 };
-    Experiment { period_s: PERIOD_S, position, force, force_is, turns: true }
+    Experiment { period_s: PERIOD_S, position, force, force_is, turns: true, others: &[] }
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! What a rig's joint has, to hold estimates against.
 
 use super::Quantity;
-use crate::plant::{GearParameters, JointMotorParameters, JointParameters};
+use crate::plant::{
+    ArmParameters, GearParameters, JointMotorParameters, JointParameters, LinkKind, ParameterError,
+};
 
 /// The truth about a joint, where the force is what drives its load: measured behind the gear, or commanded to an ideal motor
 /// without a gear. None where something is between, or where a spring or the friction of presliding is at work.
@@ -24,4 +26,37 @@ pub fn truth(joint: &JointParameters, is_measured: bool) -> Option<[(Quantity, f
         (Quantity::WeightCosine, -load.gravity_torque_nm * sine),
         (Quantity::Constant, load.gravity_force_n),
     ])
+}
+
+/// The truth about a joint of an arm whose other joints are held at `held_at`, which has an entry for it, too. Its inertia is
+/// that of all beyond it, with its motor's; it depends on where those joints are, and not on the joint itself.
+///
+/// # Errors
+/// That of [`ArmParameters::build`].
+pub fn arm_truth(
+    arm: &ArmParameters,
+    axis: usize,
+    held_at: &[f64],
+) -> Result<Option<[(Quantity, f64); 6]>, ParameterError> {
+    let built = arm.build()?;
+    let Some(link) = arm.link.get(axis) else { return Ok(None) };
+    let weight = |position: f64| {
+        let mut positions = held_at.to_vec();
+        if let Some(own) = positions.get_mut(axis) {
+            *own = position;
+        }
+        built.gravity_torques(&positions).get(axis).copied().unwrap_or_default()
+    };
+    let (sine, cosine, constant) = match link.kind {
+        LinkKind::Revolute => (weight(core::f64::consts::FRAC_PI_2), weight(0.0), 0.0),
+        LinkKind::Prismatic => (0.0, 0.0, weight(0.0)),
+    };
+    Ok(Some([
+        (Quantity::Inertia, built.mass_matrix(held_at).at(axis, axis)),
+        (Quantity::Viscous, link.viscous),
+        (Quantity::Coulomb, link.coulomb),
+        (Quantity::WeightSine, sine),
+        (Quantity::WeightCosine, cosine),
+        (Quantity::Constant, constant),
+    ]))
 }
