@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 #![expect(clippy::cast_possible_truncation, clippy::cast_precision_loss, reason = "numbers of a test")]
 
+use dimsart_core::protocol::MAX_CHOICES;
 use dimsart_core::{
     Accepts, Command, Engine, FaultCause, ModuleList, ModuleRef, Tick, Unit, Value, modules::Standard,
 };
@@ -131,4 +132,21 @@ fn its_words_say_what_it_is() {
             );
         }
     }
+}
+
+/// A description has room for so many names of a choice: with more, a parameter could not be told to anybody.
+#[test]
+fn every_choice_can_be_described_over_the_protocol() {
+    let mut choices = 0;
+    for module in kinds() {
+        let described = |index| Engine::<Standard>::describe_parameter(module.kind, index);
+        for parameter in (0..=u8::MAX).map_while(described) {
+            if let Accepts::Choice(names) = parameter.accepts {
+                let (name, kind) = (parameter.name, name(module));
+                assert!((1..=MAX_CHOICES).contains(&names.len()), "{kind} {name}: {names:?}");
+                choices += 1;
+            }
+        }
+    }
+    assert!(choices > 0);
 }
