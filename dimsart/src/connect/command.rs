@@ -74,12 +74,13 @@ impl<S: Read + Write> Device<S> {
         parameter: &str,
         value: &str,
     ) -> Result<CommandOutcome, ConnectError> {
-        let parameter = &*self.word_of_law(module, parameter)?;
+        let given = parameter;
+        let parameter = &*self.word_of_law(module, given)?;
         let row = Row::of(&[ANY_SIDE, module, parameter, value]);
         let command = match self.read(|known| row.command(known)) {
             Err(ConnectError::Word(wrong)) => {
                 let stays = match self.get(module, parameter) {
-                    Ok(report) => format!("; {module} {parameter} stays {}", report.values_text()),
+                    Ok(report) => format!("; {module} {given} stays {}", report.values_text()),
                     Err(error @ ConnectError::Line(_)) => return Err(error),
                     Err(_) => String::new(),
                 };
@@ -98,9 +99,9 @@ impl<S: Read + Write> Device<S> {
         let holds = holds.unwrap_or_else(|| "not set".to_owned());
         if let Some(error) = effect.refused {
             let reason = self.refusal_text(error)?;
-            return Err(ConnectError::Command(format!("{reason}; {module} {parameter} stays {holds}")));
+            return Err(ConnectError::Command(format!("{reason}; {module} {given} stays {holds}")));
         }
-        self.change(format!("{module} {parameter} is {holds}"), &effect)
+        self.change(format!("{module} {given} is {holds}"), &effect)
     }
 
     /// Plugs a module in, before another one or behind all.

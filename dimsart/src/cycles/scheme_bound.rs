@@ -3,11 +3,12 @@
 use ::cycles::timing::Timing;
 use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_LINKS};
 use dimsart_core::modules::Standard;
+use dimsart_core::protocol::PortText;
 use dimsart_core::saved_scheme;
 use dimsart_core::scheme::{ENGINE, Problem, Row};
 use dimsart_core::{
-    Accepts, Command, Engine, Finding, Format, ModuleList, ModuleRef, Parameter, TypeRef, Value, Vocabulary,
-    types,
+    Accepts, Command, Direction, Engine, Finding, Format, ModuleList, ModuleRef, Parameter, Party, TypeRef,
+    Value, Vocabulary, types,
 };
 
 use super::controller::Lengths;
@@ -173,11 +174,16 @@ impl Scheme {
         // Alone at first, to see what is missing.
         scheme.give(Command::PlugIn(module))?;
         let report = scheme.dimsart.engine().check();
-        let missing = report.findings().iter().filter_map(|finding| match finding {
-            Finding::NoProvider { signal, .. } => Some(*signal),
-            _ => None,
-        });
-        let mut missing: Vec<TypeRef> = missing.collect();
+        let missing = |by_frame: bool| {
+            report.findings().iter().filter_map(move |finding| match finding {
+                Finding::NoProvider { signal, reader } if !by_frame || *reader == Party::Frame => {
+                    Some(*signal)
+                }
+                _ => None,
+            })
+        };
+        let needed_by_frame: Vec<TypeRef> = missing(true).collect();
+        let mut missing: Vec<TypeRef> = missing(false).collect();
         missing.dedup();
         scheme.give(Command::Unplug(module))?;
         let known = scheme.dimsart.engine();
@@ -190,6 +196,8 @@ impl Scheme {
             let generator = format!("SIGGEN_MOD.{number}");
             scheme.row(&generator, "FORM", "SINE")?;
             scheme.row(&generator, "AMPLITUDE", "1")?;
+            let is_shared = needed_by_frame.contains(&signal);
+            let signal = if is_shared { signal } else { scheme.rename(signal, number)? };
             let signal = scheme.dimsart.engine().name_of_signal(signal).to_string();
             scheme.row(&generator, "PORT_SIGNAL_OUT", &signal)?;
             scheme.row(ENGINE, "MOD_ON", &generator)?;
@@ -197,6 +205,20 @@ impl Scheme {
         scheme.give(Command::PlugIn(module))?;
         scheme.start()?;
         Ok(Some(scheme))
+    }
+
+    /// Has the module's ports read a signal of another number: a board may measure what the device here does not. The
+    /// signal itself where it comes to the module by a parameter.
+    fn rename(&mut self, signal: TypeRef, number: u8) -> Result<TypeRef, CyclesError> {
+        let (module, known) = (self.module, self.dimsart.engine());
+        let reads = |port: &PortText<'_>| port.bound == Some(signal) && port.direction == Direction::Read;
+        let ports = (0..).zip(known.port_texts(module)).filter(|(_, port)| reads(port));
+        let ports: Vec<u8> = ports.map(|(port, _)| port).collect();
+        let other = TypeRef { number, ..signal };
+        for port in &ports {
+            self.give(Command::Bind { module, port: *port, signal: other })?;
+        }
+        Ok(if ports.is_empty() { signal } else { other })
     }
 
     /// One that holds the device where it is, or would.

@@ -101,7 +101,7 @@ fn what_a_board_refuses_is_told_with_what_to_do() {
     for (refusal, expected) in [
         (Refusal::Store(StoreError::NoStorage), "the device has nowhere to keep a scheme"),
         (Refusal::Store(StoreError::SchemeRuns), "`stop` it first"),
-        (Refusal::Store(StoreError::TooLong), "more than 512 bytes"),
+        (Refusal::Store(StoreError::TooLong), "the scheme takes more than"),
         (Refusal::Store(StoreError::NotTried), "restart the device"),
         (Refusal::Store(StoreError::Storage), "what was kept before still is"),
         (Refusal::Engine(CommandError::DoesNotMatch { faults: 1 }), "`faults` names them"),

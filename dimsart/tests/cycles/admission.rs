@@ -14,14 +14,9 @@ use dimsart_core::{Cost, Costs, Dimsart, ModuleList, saved_scheme};
 use hil_sim::bilateral::device;
 use hil_sim::schemes::{self, SchemeText};
 
-use crate::common::firmware;
+use crate::common::{firmware, has_group};
 
 const DOF: usize = 3;
-
-fn has_group(board: &str, group: &str) -> bool {
-    let board = BOARDS.iter().find(|known| known.name == board).unwrap();
-    group.is_empty() || board.tooling.modules.contains(&group)
-}
 
 /// Every board's stamped image; none without a folder of them.
 fn images() -> Vec<(&'static str, PathBuf)> {

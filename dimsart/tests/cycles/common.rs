@@ -5,6 +5,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Once;
 
+use boards::BOARDS;
 use dimsart::cycles::Firmware;
 use hil_sim::emulated::FOLDER_VARIABLE;
 
@@ -16,6 +17,12 @@ const SMALL_BOARD: &str = "b-g431b-esc1";
 /// `full` where `cargo xtask long` runs the test, `short` elsewhere.
 pub(crate) fn length(short: u64, full: u64) -> u64 {
     if env::var_os("DIMSART_LONG").is_some() { full } else { short }
+}
+
+/// Whether a board's image has a group of modules; "" is in every one.
+pub(crate) fn has_group(board: &str, group: &str) -> bool {
+    let board = BOARDS.iter().find(|known| known.name == board).unwrap();
+    group.is_empty() || board.tooling.modules.contains(&group)
 }
 
 /// The image to be looked at; none, after a line that says so, where there is none.

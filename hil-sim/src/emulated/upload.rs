@@ -170,14 +170,15 @@ impl CommandLine<'_> {
     /// that the board's image has not are not compared.
     fn compare_libraries(&mut self, copy: &mut SimulatedDimsart) -> Result<(), EmulatedError> {
         for kind in 0..=u8::MAX {
-            let there = self.ask(&Request::Module { kind });
-            let is_left_out = matches!(there?, Response::Module(found) if found.name.is_empty());
+            let is_left_out = match self.ask(&Request::Module { kind })? {
+                Response::Refused(_) => break,
+                Response::Module(found) => found.name.is_empty(),
+                _ => false,
+            };
             if is_left_out {
                 continue;
             }
-            if !self.is_same(copy, Request::Module { kind }, "list of modules")? {
-                break;
-            }
+            self.is_same(copy, Request::Module { kind }, "list of modules")?;
             for index in 0..=u8::MAX {
                 if !self.is_same(copy, Request::Parameter { kind, index }, "list of parameters")? {
                     break;

@@ -19,7 +19,8 @@ pub(super) fn register(text: &str, names: &Names) -> Option<String> {
     let [module, use_of_it, entry] = lines(names);
     for (start, row) in [("pub mod ", module), ("pub use ", use_of_it)] {
         let is_like = |other: &String| other.starts_with(start);
-        let after = |other: &String| is_like(other) && *other > row;
+        let name = |row: &str| row.trim_end_matches(';').to_owned();
+        let after = |other: &String| is_like(other) && name(other) > name(&row);
         let place = rows.iter().position(after).or_else(|| Some(rows.iter().rposition(is_like)? + 1))?;
         rows.insert(place, row);
     }
@@ -47,7 +48,8 @@ mod tests {
             let without: Vec<&str> =
                 registered.lines().filter(|row| !lines(&names).contains(&(*row).to_owned())).collect();
             assert_eq!(without, text.lines().collect::<Vec<_>>());
-            let mods: Vec<&str> = registered.lines().filter(|row| row.starts_with("pub mod ")).collect();
+            let names = registered.lines().filter_map(|row| row.strip_prefix("pub mod ")?.strip_suffix(';'));
+            let mods: Vec<&str> = names.collect();
             assert!(mods.is_sorted(), "{mods:?}");
         }
         let entries = register(library, &names).unwrap();
