@@ -1,5 +1,6 @@
 //! `dimsart stamp`: puts into an image what its modules cost, and the scheme that it starts with.
 
+use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -100,8 +101,12 @@ impl Stamp {
                 path.display(),
                 start.elapsed().as_secs_f32()
             )?;
-            costs.unknown.iter().try_for_each(|(kind, reason)| {
-                writeln!(out, "  {kind} has no bound, the board will refuse it: {reason}")
+            let mut refused: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+            for (kind, reason) in &costs.unknown {
+                refused.entry(reason).or_default().push(kind);
+            }
+            refused.iter().try_for_each(|(reason, kinds)| {
+                writeln!(out, "  without a bound, the board refuses them: {reason}: {}", kinds.join(", "))
             })
         })?;
         if self.json {
