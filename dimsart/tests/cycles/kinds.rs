@@ -17,6 +17,8 @@ pub(crate) const EVERY_MODULE: &str =
 
 /// Number of anything, so that a board has the memory for it.
 const MOST: u32 = 100;
+/// Factors beyond it would make infinities one behind the other, and a module that has one is stopped.
+const LARGEST: f32 = 1e3;
 
 #[test]
 fn every_kind_of_module_on_the_master() {
@@ -84,7 +86,10 @@ fn random_value(parameter: &Parameter, random: &mut Pcg64Mcg) -> Option<Value> {
     }
     let number = random.next_u32();
     Some(match parameter.accepts {
-        Accepts::Real { min, max, .. } => Value::Real(min + (max - min) * (number as f32 / u32::MAX as f32)),
+        Accepts::Real { min, max, .. } => {
+            let (min, max) = (min.max(-LARGEST), max.min(LARGEST));
+            Value::Real(min + (max - min) * (number as f32 / u32::MAX as f32))
+        }
         Accepts::Count { min, max } => Value::Count(min + number % (max.min(MOST) - min + 1)),
         Accepts::Integer { min, max } => {
             // None where the range has every number.
