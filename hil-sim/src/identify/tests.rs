@@ -64,7 +64,7 @@ fn experiments_that_cannot_say_are_refused() {
     assert_eq!(identify(&held(&still, &force)), Err(IdentifyError::NotExcited));
     assert_eq!(identify(&held(&position, &still)), Err(IdentifyError::NotExcited));
     let short = identify(&held(&position[..800], &force[..800]));
-    assert!(matches!(short, Err(IdentifyError::TooShort { needed: 30, .. })), "{short:?}");
+    assert!(matches!(short, Err(IdentifyError::TooShort { needed: 35, .. })), "{short:?}");
     let mut damaged = position.clone();
     damaged[77] = f64::NAN;
     assert_eq!(identify(&held(&damaged, &force)), Err(IdentifyError::NotFinite { tick: 77 }));
