@@ -69,6 +69,20 @@ pub(crate) struct Compared<'a> {
     pub(crate) period_s: Option<f64>,
 }
 
+impl<'a> Compared<'a> {
+    /// Curves of a run, against what scipy integrates.
+    pub(crate) fn with_scipy(subject: &'a str, name: &str, tolerance: f64, period_s: f64) -> Self {
+        Self {
+            subject,
+            name: name.to_owned(),
+            oracle: "scipy",
+            tolerance,
+            period_s: Some(period_s),
+            ..Self::default()
+        }
+    }
+}
+
 #[derive(Serialize)]
 struct Row {
     subject: String,

@@ -62,14 +62,7 @@ fn the_joint_agrees_with_scipy() {
         let table = evidence::table(&folder.join(&case.file));
         let found = run(case, reference.tick_s, &table.1);
         assert!(table.0.iter().skip(1).eq(COMPARED.map(|(name, _)| name).iter()));
-        let case = Compared {
-            subject: "joint",
-            name: case.name.clone(),
-            oracle: "scipy",
-            tolerance: TOLERANCE,
-            period_s: Some(reference.tick_s),
-            ..Compared::default()
-        };
+        let case = Compared::with_scipy("joint", &case.name, TOLERANCE, reference.tick_s);
         evidence.judge_columns(&case, &table, &found);
     }
     evidence.end();

@@ -67,14 +67,7 @@ fn the_phantom_agrees_with_scipy() {
         let table = evidence::table(&folder.join(&case.file));
         let found = run(case, reference.tick_s, &table.1);
         assert_eq!(table.0.len(), 3 + found[0].len());
-        let case = Compared {
-            subject: "PHANToM",
-            name: case.name.clone(),
-            oracle: "scipy",
-            tolerance: TOLERANCE,
-            period_s: Some(reference.tick_s),
-            ..Compared::default()
-        };
+        let case = Compared::with_scipy("PHANToM", &case.name, TOLERANCE, reference.tick_s);
         evidence.judge_columns(&case, &table, &found);
     }
     evidence.end();
