@@ -32,7 +32,7 @@ pub trait Board: Sized {
     const NAME: &'static str;
     /// Words of the Data Base that the board's memory has room for.
     const WORDS: usize;
-    /// Types that the device measures; [`types::TIMING`], if at all, last.
+    /// Types that the device measures; at the end what it measures of its ticks, the last ones of [`types::TIMING`] or all.
     const OUTPUTS: &'static [&'static DataType];
     /// Types that the device is commanded by.
     const INPUTS: &'static [&'static DataType] = &[types::DES_FORCE];
@@ -155,7 +155,7 @@ pub struct Storage<F> {
 pub trait Joints: Send + 'static {
     /// Reads every sensor, in the order of the descriptor's outputs. Takes bounded time and never waits.
     ///
-    /// `measured` ends before [`types::TIMING`], if the device has them: the tick
+    /// `measured` ends before those of [`types::TIMING`] that the device has: the tick
     /// measures these itself.
     ///
     /// A sensor that could not be read gives NaN: the tick is refused and the device gets its safe value.

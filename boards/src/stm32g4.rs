@@ -163,8 +163,8 @@ fn config() -> Config {
 /// What a board measures, its own ticks last.
 #[cfg(not(any(feature = "three-phase", feature = "moteus")))]
 pub(crate) const OUTPUTS: &[&DataType] = &{
-    let [cycles, mean, max, late, overruns] = types::TIMING;
-    [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns]
+    let [cycles, mean, max, late, overruns, period] = types::TIMING;
+    [types::POSITION, types::CAN_REJOINS, cycles, mean, max, late, overruns, period]
 };
 
 /// Fills in what a board measures beside its axes' angles.

@@ -54,7 +54,14 @@ impl Counter {
     #[inline]
     #[must_use]
     pub fn since(&self, start: u32) -> u32 {
-        self.now().wrapping_sub(start) & self.mask
+        self.between(start, self.now())
+    }
+
+    /// Counts from one [`now`](Self::now) to a later one, modulo the counter's [period](Self::bits).
+    #[inline]
+    #[must_use]
+    pub fn between(&self, start: u32, end: u32) -> u32 {
+        end.wrapping_sub(start) & self.mask
     }
 
     /// Bits that count.

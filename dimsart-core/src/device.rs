@@ -290,10 +290,11 @@ impl DeviceDescriptor {
         self.own_types().find(|data_type| data_type.name == name).or_else(|| crate::types::by_name(name))
     }
 
-    /// Whether its outputs end with [`types::TIMING`](crate::types::TIMING).
+    /// How many of its outputs, the last ones, are the last ones of [`types::TIMING`](crate::types::TIMING): each is a word.
     #[must_use]
-    pub fn measures_timing(&self) -> bool {
-        self.outputs.ends_with(&crate::types::TIMING)
+    pub fn timing_outputs(&self) -> usize {
+        let both = self.outputs.iter().rev().zip(crate::types::TIMING.iter().rev());
+        both.take_while(|(output, timing)| output == timing).count()
     }
 
     /// Words of all its inputs.

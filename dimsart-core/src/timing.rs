@@ -64,14 +64,15 @@ impl Timing {
         });
     }
 
-    /// The words of [`types::TIMING`](crate::types::TIMING); durations that are not known are 0.
+    /// The words of [`types::TIMING`](crate::types::TIMING), `period_cycles` from one tick's begin to the next one's; durations
+    /// that are not known are 0.
     #[must_use]
-    pub fn words(&self) -> [Word; 5] {
+    pub fn words(&self, period_cycles: u32) -> [Word; 6] {
         let Self { late, overruns, duration, .. } = *self;
         let cycles =
             duration.map_or([0; 3], |found| [found.last_cycles, found.mean_cycles(), found.max_cycles]);
         let [last, mean, max] = cycles;
-        [last, mean, max, late, overruns].map(Word)
+        [last, mean, max, late, overruns, period_cycles].map(Word)
     }
 }
 
@@ -109,6 +110,6 @@ mod tests {
         timing.count(false, true);
         timing.count(false, false);
         assert_eq!((timing.ticks, timing.late, timing.overruns), (3, 1, 1));
-        assert_eq!(timing.words().map(|word| word.0), [0, 0, 0, 1, 1]);
+        assert_eq!(timing.words(7).map(|word| word.0), [0, 0, 0, 1, 1, 7]);
     }
 }

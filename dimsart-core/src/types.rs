@@ -89,6 +89,7 @@ catalogue! {
     53 CAN_REJOINS        One       U32 Scalar "Times the board joined the CAN bus again.";
     54 SUPPLY_VOLTAGE     Volt      F32 Scalar "Measured voltage of the supply of the motor's bridge.";
     55 BRIDGE_TEMPERATURE Celsius   F32 Scalar "Measured temperature of the motor's bridge.";
+    56 TICK_PERIOD        One       U32 Scalar "Processor cycles between the last two ticks.";
     80 STATE              One       F32 Vector "Number of the state that a sequence is in." if "limits" "logic";
     90 TIP_POSITION       Metre     F32 Vector "Place of the tip: x, y, z on the first three axes, as far as there are." if "robots";
     91 TIP_VELOCITY       MetrePerSecond F32 Vector "Velocity of the tip along x, y, z." if "robots";
@@ -101,9 +102,9 @@ catalogue! {
    123 FAR_ENERGY         One       U32 Vector "Energy that has gone into a link on its other side, in counts of 2^-24 J; wraps." if "energy";
 }
 
-/// What a device with a clock measures of its own ticks: the last ones of its outputs, in this order.
-pub const TIMING: [&DataType; 5] =
-    [TICK_CYCLES, TICK_CYCLES_MEAN, TICK_CYCLES_MAX, LATE_TICKS, OVERRUN_TICKS];
+/// What a device with a clock measures of its own ticks: its outputs end with all of these, the last ones, or none.
+pub const TIMING: [&DataType; 6] =
+    [TICK_CYCLES, TICK_CYCLES_MEAN, TICK_CYCLES_MAX, LATE_TICKS, OVERRUN_TICKS, TICK_PERIOD];
 
 /// Finds a standard type by its number.
 #[must_use]

@@ -3,7 +3,7 @@
 use boards::{Board as _, Joints as _, Selected};
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
-use dimsart_core::{Packet, Tick, Timing, types};
+use dimsart_core::{Packet, Tick, Timing};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
@@ -45,9 +45,9 @@ pub(crate) async fn run(
     mut ends: Ends,
 ) {
     // The words behind the sensors' are the tick's own.
-    let timed = if dimsart.engine().device().measures_timing() { types::TIMING.len() } else { 0 };
-    let sensed = frames.measured().len().saturating_sub(timed);
+    let sensed = frames.measured().len().saturating_sub(dimsart.engine().device().timing_outputs());
     let mut timing = Timing::default();
+    let mut last_start = None;
     let mut watchdog = Watchdog::new(PATIENCE);
     let mut info = DeviceInfo::new(stamp::described()).for_clients(boards::TICK_HZ).with_events(&EVENTS);
     links::listen(dimsart);
@@ -58,9 +58,10 @@ pub(crate) async fn run(
 
         let counter = Selected::counter();
         let start = counter.now();
+        let period_cycles = last_start.replace(start).map_or(0, |last| counter.between(last, start));
         if let Some((sensors, timings)) = frames.measured().split_at_mut_checked(sensed) {
             joints.read(sensors);
-            for (word, value) in timings.iter_mut().zip(timing.words()) {
+            for (word, value) in timings.iter_mut().rev().zip(timing.words(period_cycles).into_iter().rev()) {
                 *word = value;
             }
         }

@@ -213,8 +213,8 @@ pub(super) fn outputs() -> &'static [&'static DataType] {
 
 /// Host-clocked, every tick is in time: the device is the host's alone.
 pub(super) const OUTPUTS: &[&DataType] = if cfg!(feature = "timer-tick") {
-    let [cycles, mean, max, late, overruns] = types::TIMING;
-    &[PLAYED, cycles, mean, max, late, overruns]
+    let [cycles, mean, max, late, overruns, period] = types::TIMING;
+    &[PLAYED, cycles, mean, max, late, overruns, period]
 } else {
     &[PLAYED]
 };

@@ -26,6 +26,7 @@ pub(crate) const OUTPUTS: &[&DataType] = &[
     types::SUPPLY_VOLTAGE,
     types::BRIDGE_TEMPERATURE,
     types::CAN_REJOINS,
+    types::TICK_PERIOD,
 ];
 
 /// Has a pin be one of a peripheral's, for good.

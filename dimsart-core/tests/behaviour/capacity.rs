@@ -11,9 +11,9 @@ const SIDES: &[&str] = &["master", "slave"];
 
 /// What is refused of the scheme of every module with a recorder of so many rows, for 7 axes; nothing when it runs.
 fn refused(recorder_rows: usize, side: &str) -> Vec<String> {
-    const OUTPUTS: [&DataType; 6] = {
-        let [cycles, mean, max, late, overruns] = types::TIMING;
-        [types::POSITION, cycles, mean, max, late, overruns]
+    const OUTPUTS: [&DataType; 7] = {
+        let [cycles, mean, max, late, overruns, period] = types::TIMING;
+        [types::POSITION, cycles, mean, max, late, overruns, period]
     };
     let axes = [AxisKind::Rotary; 7];
     let device = DeviceDescriptor::new("arm", &axes, 1e-3, &OUTPUTS, &[types::DES_FORCE]).unwrap();

@@ -150,7 +150,9 @@ impl Commission {
     ) -> Result<(), Box<dyn Error>> {
         report.facts.push(("image".to_owned(), device.identity().image.clone()));
         report.add(examine(device, around, Some(&self.board))?);
-        report.add(watch_ticks(device, around, self.seconds)?);
+        let (checks, histogram) = watch_ticks(device, around, self.seconds)?;
+        report.add(checks);
+        report.histograms.extend(histogram);
         report.add(save_and_restart(device, around)?);
         Ok(())
     }

@@ -37,7 +37,7 @@ pub fn examine<S: Read + Write>(
     checks.push(start(&device.events()?));
     checks.push(scheme(before.schemes.as_ref()));
     let mut looks = Looks::begin(device)?;
-    checks.extend(watch_ticks(device, around, WATCHED_S)?);
+    checks.extend(watch_ticks(device, around, WATCHED_S)?.0);
     looks.look(device)?;
     let after = device.status_report()?;
     let reason = device.reason()?.filter(|reason| reason.is_fault()).is_some();

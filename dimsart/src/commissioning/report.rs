@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::{Check, Verdict};
+use super::{Check, Histogram, Verdict};
 
 /// Everything that was found of a board.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -21,6 +21,8 @@ pub struct Report {
     pub facts: Vec<(String, String)>,
     /// The checks, in their order.
     pub checks: Vec<Check>,
+    /// Of what was measured many times.
+    pub histograms: Vec<Histogram>,
     /// Pictures beside the report.
     pub pictures: Vec<String>,
 }
@@ -35,6 +37,7 @@ impl Report {
             is_emulated,
             facts,
             checks: Vec::new(),
+            histograms: Vec::new(),
             pictures: Vec::new(),
         };
         report.add(checks);
@@ -77,6 +80,9 @@ impl Report {
             let [name, found, expected, next_step] =
                 [name, found, expected, next_step].map(|text| cell(text));
             let _ = writeln!(text, "| {name} | {verdict} | {found} | {expected} | {next_step} |");
+        }
+        for histogram in &self.histograms {
+            let _ = write!(text, "\n{}:\n\n```text\n{}```\n", histogram.title, histogram.text());
         }
         for picture in &self.pictures {
             let _ = write!(text, "\n![{picture}]({picture})\n");

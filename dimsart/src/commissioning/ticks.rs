@@ -3,6 +3,7 @@
 use std::io::{Read, Write};
 use std::time::Duration;
 
+use super::jitter::{self, Histogram};
 use super::{Check, Surroundings};
 use crate::connect::{ConnectError, Device, LiveReport, Tap, TimingText};
 
@@ -15,8 +16,8 @@ const RATE_SHARE: f64 = 1e-3;
 /// Ticks from one that is sent to the next: so few that the line has room for answers and heartbeats, and no divisor of
 /// what comes regularly.
 const SENT_EVERY: u32 = 7;
-/// What a board measures of every tick, where it does.
-const DURATION: &str = "TICK_CYCLES";
+/// What a board may measure of every tick.
+const MEASURED: [&str; 2] = ["TICK_CYCLES", "TICK_PERIOD"];
 
 /// What a board has counted, and when.
 struct Counted {
@@ -45,8 +46,8 @@ impl Counted {
     }
 }
 
-/// Watches ticks for some time of the board's surroundings, `s`: their rate, those that were late, how long they took, and
-/// what the board's line lost meanwhile.
+/// Watches ticks for some time of the board's surroundings, `s`: their rate, those that were late, how regularly they began,
+/// how long they took, and what the board's line lost meanwhile.
 ///
 /// # Errors
 /// [`ConnectError`] when the device does not answer.
@@ -54,35 +55,41 @@ pub fn watch_ticks<S: Read + Write>(
     device: &mut Device<S>,
     around: &impl Surroundings,
     duration_s: f64,
-) -> Result<Vec<Check>, ConnectError> {
-    let mut tap = Tap::new(SENT_EVERY).of(&[DURATION.to_owned()]);
+) -> Result<(Vec<Check>, Option<Histogram>), ConnectError> {
     let [measured, _] = device.device_types()?;
-    let is_measured = measured.iter().any(|name| name == DURATION);
+    let sent: Vec<String> = measured.into_iter().filter(|name| MEASURED.contains(&name.as_str())).collect();
+    let mut tap = Tap::new(SENT_EVERY).of(&sent);
     // The first heartbeat tells what was dropped before.
     wait(device, around, 0.15)?;
     let before = Counted::ask(device, around)?;
-    let (end_s, mut cycles) = (around.now_s() + duration_s, Vec::new());
+    let (end_s, mut rows) = (around.now_s() + duration_s, Vec::new());
     while around.now_s() < end_s {
-        if is_measured {
-            cycles
-                .extend(device.tap(&mut tap, A_MOMENT)?.iter().filter_map(|row| row.values.first().copied()));
-        } else {
+        if sent.is_empty() {
             device.listen(A_MOMENT)?;
+        } else {
+            rows.extend(device.tap(&mut tap, A_MOMENT)?);
         }
     }
     let after = Counted::ask(device, around)?;
-    if is_measured {
+    if !sent.is_empty() {
         device.end_tap(&mut tap)?;
     }
-    cycles.retain(|cycles| cycles.is_finite());
+    let [cycles, periods] = MEASURED.map(|name| {
+        let column = sent.iter().position(|sent| sent == name);
+        let values = rows.iter().filter_map(|row| row.values.get(column?).copied());
+        values.filter(|value| value.is_finite()).collect::<Vec<f64>>()
+    });
     let hz = 1.0 / f64::from(device.identity().sample_period_s);
     let over = format!(" over {duration_s} s");
-    Ok(vec![
+    let (regular, histogram) = jitter::judge(&format!("jitter of the tick{over}"), &periods, hz);
+    let checks = vec![
         rate(&format!("tick rate{over}"), around, &before, &after, hz),
         in_time(&format!("ticks in time{over}"), &before, &after),
+        regular,
         duration(&format!("cycles of a tick{over}"), after.timing.as_ref(), &cycles),
         line(&format!("line{over}"), &before, &after, hz),
-    ])
+    ];
+    Ok((checks, histogram))
 }
 
 /// Lets time pass for the board, and listens.

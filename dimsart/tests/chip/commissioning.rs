@@ -49,11 +49,18 @@ fn all_of_a_board_is_checked_but_for_what_needs_silicon() {
         assert_eq!(failed, if is_stamped { vec![] } else { vec!["image"] }, "{output:?}");
         assert_eq!(output.status.code(), Some(if is_stamped { 0 } else { 1 }));
         let passed = names(&checks, "passed");
-        for wanted in ["tick rate over 1 s", "save, restart, confirm", "encoders", "rules of the chip"] {
+        for wanted in [
+            "tick rate over 1 s",
+            "jitter of the tick over 1 s",
+            "save, restart, confirm",
+            "encoders",
+            "rules of the chip",
+        ] {
             assert!(passed.iter().any(|name| name == wanted), "{name} lacks {wanted}: {checks:?}");
         }
         let report = std::fs::read_to_string(folder.join("report.md")).unwrap();
         assert!(report.contains("nothing here has run on silicon"), "{report}");
+        assert!(report.contains("Jitter of the tick's period:\n\n```text\n"), "{report}");
     }
 }
 

@@ -130,7 +130,7 @@ fn timing_is_in_show_and_in_the_data_base() {
     let Some(firmware) = Firmware::start(false) else { return };
     let show = connect(&firmware, &["show"]);
     assert!(show.contains("0 ticks began late, 0 overran; a tick took "), "{show}");
-    let signals = ["TICK_CYCLES", "TICK_CYCLES_MEAN", "TICK_CYCLES_MAX", "LATE_TICKS", "OVERRUN_TICKS"];
+    let signals = dimsart_core::types::TIMING.map(|signal| signal.name);
     let text = connect(&firmware, &[&["watch", "--once"], signals.as_slice()].concat());
     for name in signals {
         assert!(text.contains(name), "{name}: {text}");
