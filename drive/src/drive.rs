@@ -134,9 +134,9 @@ impl Drive {
             return None;
         };
         let most_a = self.protection.current_limit_a(sample.temperature_c);
-        let wanted_a = Dq { d: 0.0, q: within(torque_nm * self.current_per_torque, most_a) };
+        let wanted_a = within(torque_nm * self.current_per_torque, most_a);
         self.voltage_v = self.controller.step(
-            wanted_a,
+            Dq { d: 0.0, q: wanted_a },
             self.current_a,
             f32::from(self.motor.pole_pairs) * speed_rad_per_s,
             &supply,
@@ -146,7 +146,7 @@ impl Drive {
         }
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
-        Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark(wanted_a), &supply))
+        Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark_across(wanted_a), &supply))
     }
 
     /// What it knows of its motor.

@@ -66,15 +66,10 @@ impl Modulation {
         let [u, v, w] = voltage_v.phases();
         let centre_v = 0.5 * (larger(larger(u, v), w) + smaller(smaller(u, v), w));
         let half = 0.5 - supply.per_bus_v * centre_v;
-        let [a, b, c] = wanted_a.phases();
-        let duty = |phase_v, phase_a| half + supply.per_bus_v * phase_v + self.lost(phase_a);
+        let [a, b, c] = wanted_a.times(self.dead_time_per_a).phases();
+        let lost = |share| within(share, self.dead_time_share);
+        let duty = |phase_v, share| half + supply.per_bus_v * phase_v + lost(share);
         // One by one: a loop over three takes half as long again.
         [duty(u, a), duty(v, b), duty(w, c)]
-    }
-
-    /// What dead time takes of a duty cycle.
-    #[inline(always)]
-    fn lost(&self, phase_a: f32) -> f32 {
-        within(self.dead_time_per_a * phase_a, self.dead_time_share)
     }
 }

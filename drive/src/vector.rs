@@ -37,7 +37,14 @@ impl Stator {
     #[inline]
     #[must_use]
     pub fn from_phases([u, v, w]: [f32; 3]) -> Self {
-        Self { alpha: (2.0 * u - v - w) * (1.0 / 3.0), beta: (v - w) * FRAC_1_SQRT_3 }
+        Self { alpha: u - (u + v + w) * (1.0 / 3.0), beta: (v - w) * FRAC_1_SQRT_3 }
+    }
+
+    /// So many times as long.
+    #[inline]
+    #[must_use]
+    pub fn times(self, factor: f32) -> Self {
+        Self { alpha: factor * self.alpha, beta: factor * self.beta }
     }
 
     /// In three phases, whose sum is 0.
@@ -79,6 +86,13 @@ impl Turn {
     pub fn unpark(self, Dq { d, q }: Dq) -> Stator {
         Stator { alpha: d * self.cos - q * self.sin, beta: d * self.sin + q * self.cos }
     }
+
+    /// Out of the rotor's frame, of a vector that has nothing along the magnets.
+    #[inline]
+    #[must_use]
+    pub fn unpark_across(self, q: f32) -> Stator {
+        Stator { alpha: -q * self.sin, beta: q * self.cos }
+    }
 }
 
 #[cfg(test)]
@@ -96,6 +110,7 @@ mod tests {
             let Dq { d, q } = Turn::to(wrapped).park(Stator::from_phases(phases));
             assert!((d - 3.0).abs() < 5e-6 && q.abs() < 5e-6, "{step}: {d} {q}");
             let back = Turn::to(wrapped).unpark(Dq { d, q }).phases();
+            assert_eq!(Turn::to(wrapped).unpark_across(2.0), Turn::to(wrapped).unpark(Dq { d: 0.0, q: 2.0 }));
             assert!(phases.iter().zip(back).all(|(one, other)| (one - other).abs() < 1e-5), "{back:?}");
         }
     }
