@@ -121,12 +121,14 @@ pub trait Plant: core::fmt::Debug + Send {
 /// What an actuator does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Actuation {
-    /// Position of its axis, `m` or `rad`.
+    /// Where it acts, `m` or `rad`.
     pub position: f64,
     /// What it applies, `N` or `N m`.
     pub force: f64,
     /// Whether that is held for a whole period, as by an ideal source; the force of a motor changes.
     pub is_held: bool,
+    /// Whether it moves several of the device's directions, as the joints of one that is held at its tip.
+    pub moves_several: bool,
 }
 
 /// Most quantities that are known of an axis.

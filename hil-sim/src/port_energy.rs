@@ -3,6 +3,8 @@
 //! `E = -∫ sum_sides F v dt`, with the actuator's force `F` on the device and its velocity `v`. A passive two-port never
 //! gives out more than it got, `E >= 0` (Niemeyer and Slotine, 1991); one that does is active, whatever the energy in the
 //! [channel](crate::bilateral::energy) says. A force that is held for a tick does `F Δx`, exactly; a motor's is taken as even.
+//! Where an actuator moves several directions of its device, controllers move energy from axis to axis: all axes count
+//! together then.
 
 use crate::plant::Actuation;
 use crate::rig::{Rig, Station};
@@ -13,7 +15,7 @@ pub struct PortEnergy {
     /// Of each axis of each station, from the tick before.
     before: Vec<Actuation>,
     now: Vec<Actuation>,
-    /// By axis, `J`.
+    /// By axis, `J`; of all together in the first one, where they count so.
     energy_j: Vec<f64>,
     smallest_j: f64,
 }
@@ -23,6 +25,7 @@ impl PortEnergy {
     pub fn add(&mut self, rig: &Rig) {
         let Self { before, now, energy_j, smallest_j } = self;
         now.clear();
+        let mut are_together = false;
         for Station { plant, .. } in rig.stations() {
             let first = now.len();
             plant.add_actuations(now);
@@ -34,7 +37,13 @@ impl PortEnergy {
                 // An ideal source has held its force all the time, a motor's has changed.
                 let from = if now.is_held { now.force } else { before.force };
                 *energy_j -= 0.5 * (from + now.force) * (now.position - before.position);
+                are_together |= now.moves_several;
             }
+        }
+        if are_together {
+            let sum_j = energy_j.iter().sum();
+            energy_j.fill(0.0);
+            energy_j.iter_mut().take(1).for_each(|first| *first = sum_j);
         }
         core::mem::swap(before, now);
         *smallest_j = energy_j.iter().copied().fold(*smallest_j, f64::min);

@@ -1,16 +1,60 @@
-//! The pictures of a rig's run: what follows what, and by which forces, device by device.
+//! The pictures of a rig's run: what follows what, and by which forces, device by device; and what a hand leads beside the
+//! device that it leads over a link.
 
-use dimsart_core::types;
+use dimsart_core::{DataType, types};
 
 use crate::report::{Curve, Figure, Panel};
 use hil_sim::recording::Recording;
 use hil_sim::response::Part;
-use hil_sim::rig_file::{AxisSection, DeviceSection, RigFile};
+use hil_sim::rig_file::{AxisSection, DeviceSection, LinkSection, RigFile};
 
 /// Names of the figures' files of a rig, without what says their format.
 #[must_use]
 pub fn file_stems(file: &RigFile) -> Vec<String> {
-    drawn(file).map(|device| device.name.clone()).collect()
+    let sides = led(file).into_iter().map(|[hand, other]| sides_stem(&hand, &other));
+    sides.chain(drawn(file).map(|device| device.name.clone())).collect()
+}
+
+fn sides_stem(hand: &Part<'_>, other: &Part<'_>) -> String {
+    format!("{}_{}", hand.name(), other.name())
+}
+
+/// Who is led by a hand, and whom each of them leads over a link of its own.
+fn led(file: &RigFile) -> Vec<[Part<'_>; 2]> {
+    let parts = Part::of_all(file);
+    let named = |name: &str| parts.iter().find(|part| part.name() == name && part.device.moves());
+    let both = |link: &LinkSection| Some([named(&link.from)?.clone(), named(&link.to)?.clone()]);
+    let has_hand = |part: &Part<'_>| part.sections().any(|(_, section)| section.hand_stiffness() > 0.0);
+    file.links.iter().filter_map(both).filter(|[hand, other]| has_hand(hand) && !has_hand(other)).collect()
+}
+
+/// Positions of both sides one above the other, axis by axis, and the forces that the hand and the other side's controller
+/// apply.
+fn sides(recording: &Recording, [hand, other]: &[Part<'_>; 2]) -> Figure {
+    let [one, two] = [hand, other].map(Part::name);
+    let truth = |name: &str, quantity: &str| ("world", format!("{name}.{quantity}"));
+    let same = hand.sections().zip(other.sections()).enumerate();
+    let same = same.filter(|(_, ((_, section), (_, other)))| section.unit == other.unit);
+    let panels = same.flat_map(|(axis, ((_, section), _))| {
+        let unit = |data_type: &DataType| data_type.unit.symbol(section.unit.kind());
+        let title = format!("Axis {axis}");
+        let drawn = |what: &str, wanted| panel(recording, (&title, axis), what, wanted);
+        let hand_on = format!("hand on {one}");
+        let on_other = format!("commanded to {two}");
+        let positions = vec![(one, truth(one, "position")), (two, truth(two, "position"))];
+        let forces =
+            vec![(hand_on.as_str(), truth(one, "load")), (on_other.as_str(), (two, "DES_FORCE".to_owned()))];
+        [
+            drawn(&format!("position ({})", unit(types::POSITION)), positions),
+            drawn(&format!("force ({})", unit(types::DES_FORCE)), forces),
+        ]
+    });
+    Figure {
+        file_stem: sides_stem(hand, other),
+        title: format!("{one} leads {two}"),
+        panels: panels.filter(|panel| !panel.curves.is_empty()).collect(),
+        spans: Vec::new(),
+    }
 }
 
 /// References alone are drawn with what follows them.
@@ -31,7 +75,7 @@ pub fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
                 _ => part.name().to_owned(),
             };
             sections
-                .flat_map(|(axis, section)| of_axis(recording, part.name(), &title(axis), axis, section))
+                .flat_map(|(axis, section)| of_axis(recording, part, &title(axis), axis, section))
                 .collect()
         };
         Figure {
@@ -41,13 +85,35 @@ pub fn figures(recording: &Recording, file: &RigFile) -> Vec<Figure> {
             spans: Vec::new(),
         }
     };
-    drawn(file).map(figure).filter(|figure| !figure.panels.is_empty()).collect()
+    let sides = led(file).into_iter().map(|both| sides(recording, &both));
+    sides.chain(drawn(file).map(figure)).filter(|figure| !figure.panels.is_empty()).collect()
 }
 
-fn of_axis(recording: &Recording, name: &str, title: &str, axis: usize, section: &AxisSection) -> Vec<Panel> {
-    let unit = |data_type: &dimsart_core::DataType| data_type.unit.symbol(section.unit.kind());
+fn of_axis(
+    recording: &Recording,
+    part: &Part<'_>,
+    title: &str,
+    axis: usize,
+    section: &AxisSection,
+) -> Vec<Panel> {
+    let (name, kind) = (part.name(), part.device.kind(section));
+    let unit = |data_type: &DataType| data_type.unit.symbol(section.unit.kind());
     let truth = |quantity: &str| ("world", format!("{name}.{quantity}"));
     let of_controller = |signal: &str| (name, signal.to_owned());
+    let drawn =
+        |what: &str, unit, wanted| panel(recording, (title, axis), &format!("{what} ({unit})"), wanted);
+    // Joints that turn, of a device that is held at its tip.
+    if kind != section.unit.kind() {
+        let tip_force = vec![("commanded", of_controller("DES_TIP_FORCE")), ("load", truth("load"))];
+        let torque =
+            vec![("commanded", of_controller("DES_FORCE")), ("at the joint", truth("actuator_force"))];
+        return vec![
+            drawn("position", unit(types::POSITION), vec![("tip", truth("position"))]),
+            drawn("velocity", unit(types::VELOCITY), vec![("tip", truth("velocity"))]),
+            drawn("force", unit(types::DES_FORCE), tip_force),
+            drawn("torque", types::DES_FORCE.unit.symbol(kind), torque),
+        ];
+    }
     let panels = [
         (
             "position",
@@ -69,7 +135,7 @@ fn of_axis(recording: &Recording, name: &str, title: &str, axis: usize, section:
             ],
         ),
     ]
-    .map(|(what, unit, wanted)| panel(recording, (title, axis), &format!("{what} ({unit})"), wanted));
+    .map(|(what, unit, wanted)| drawn(what, unit, wanted));
     let [position, velocity, force] = panels;
     let error = error_of(&position, &format!("position error ({})", unit(types::POSITION)));
     let error = error.filter(|_| !recording.is_thinned());
@@ -106,5 +172,36 @@ fn panel(
         y_label: y_label.to_owned(),
         curves: wanted.into_iter().filter_map(curve).collect(),
         levels: Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+    use std::sync::atomic::AtomicBool;
+
+    use hil_sim::response::Experiment;
+
+    use super::*;
+
+    #[test]
+    fn a_phantom_is_drawn_by_its_tip_beside_the_robot_that_it_leads_and_its_torques_apart() {
+        let text = RigFile::shipped("phantom_tip").unwrap();
+        let sets = ["duration_s=0.02".to_owned()];
+        let file = RigFile::read(text, "phantom_tip", PathBuf::new(), &sets).unwrap();
+        let run = Experiment::new(&file).unwrap().run(&AtomicBool::new(false), |_| ());
+        let figures = figures(&run.recording, &file);
+        let stems: Vec<&str> = figures.iter().map(|figure| figure.file_stem.as_str()).collect();
+        assert_eq!(stems, ["phantom_robot", "phantom", "robot"]);
+        assert_eq!(file_stems(&file), stems);
+        let [sides, phantom, _] = figures.as_slice() else { panic!("{stems:?}") };
+        for panel in sides.panels.iter().chain(&phantom.panels) {
+            for curve in &panel.curves {
+                let unit = &run.recording.columns()[curve.column].unit;
+                assert!(panel.y_label.ends_with(&format!(" ({unit})")), "{panel:?}: {unit}");
+            }
+        }
+        let [_, _, force, torque, ..] = phantom.panels.as_slice() else { panic!("{phantom:?}") };
+        assert_eq!([&*force.y_label, &*torque.y_label], ["force (N)", "torque (N·m)"]);
     }
 }

@@ -169,7 +169,7 @@ impl Axis {
     /// What its actuator does now.
     pub(super) fn actuation(&self) -> Actuation {
         let Motion { position_m: position, actuator_n: force, .. } = self.motion;
-        Actuation { position, force, is_held: self.scene.motor.is_none() }
+        Actuation { position, force, is_held: self.scene.motor.is_none(), moves_several: false }
     }
 
     /// Whether a wall pushes it now.

@@ -99,8 +99,9 @@ impl Plant for Instrumented {
     fn add_actuations(&self, actuations: &mut Vec<Actuation>) {
         let machine = self.machine();
         let actuation = |axis: &usize| {
-            let AxisState { position, force, .. } = machine.state(*axis);
-            Actuation { position, force, is_held: machine.holds_force(*axis) }
+            let AxisState { position, force, joint, .. } = machine.state(*axis);
+            let position = joint.map_or(position, |[turned, _]| turned);
+            Actuation { position, force, is_held: machine.holds_force(*axis), moves_several: joint.is_some() }
         };
         actuations.extend(self.axes.iter().filter(|_| self.moves).map(actuation));
     }
@@ -128,9 +129,13 @@ impl Plant for Instrumented {
             ("voltage", "V"),
             ("winding", "°C"),
         ];
+        // Its motors turn the joints.
+        const AT_TIP: [(&str, &str); 4] =
+            [("position", "m"), ("velocity", "m/s"), ("actuator_force", "N·m"), ("load", "N")];
         let Some(axis) = self.axis(axis).filter(|_| self.moves) else { return &[] };
         let machine = self.machine();
         let known: &[_] = match machine.axis(axis).map(|axis| axis.section.unit) {
+            _ if machine.state(axis).joint.is_some() => &AT_TIP,
             Some(AxisUnit::Metre) => &LINEAR,
             _ => &ROTARY,
         };
