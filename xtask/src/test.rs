@@ -50,9 +50,13 @@ pub(crate) fn ci() -> Outcome {
             },
         )?;
         tests(steps, toolchain, &images)?;
-        steps.step("no panic in a tick", || panic_free::hold(&images))?;
-        steps.step("fuzzing", || fuzz::fuzz(fuzz::FEW_INPUTS))?;
-        steps.step("instructions of a tick", bench::hold)
+        Steps::both(
+            || steps.step("fuzzing", || fuzz::fuzz(fuzz::FEW_INPUTS)),
+            || {
+                steps.step("no panic in a tick", || panic_free::hold(&images))?;
+                steps.step("instructions of a tick", bench::hold)
+            },
+        )
     })
 }
 
@@ -95,14 +99,21 @@ fn build(steps: &Steps) -> Outcome {
 fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     steps.step("size of the images", || boards::hold(images))?;
     steps.step("stack of the images", || stack::hold(images, &stack::bounds(images)?))?;
-    steps.step("stamps of the images", || boards::stamp_plain(images))?;
-    steps.step("budgets of a tick", || budgets::hold(toolchain))?;
-    steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
-    steps.step("two engines, emulated", two_engines::run)?;
-    steps.step("the tutorial", tutorial::follow)?;
-    steps.step("the how-to pages", tutorial::follow_how_tos)?;
-    steps.step("the page in a browser", page::page)?;
-    steps.step("reference runs", oracle::references)?;
+    // Each of these has one core busy.
+    Steps::both(
+        || {
+            steps.step("stamps of the images", || boards::stamp_plain(images))?;
+            steps.step("budgets of a tick", || budgets::hold(toolchain))?;
+            steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
+            steps.step("two engines, emulated", two_engines::run)?;
+            steps.step("reference runs", oracle::references)
+        },
+        || {
+            steps.step("the tutorial", tutorial::follow)?;
+            steps.step("the how-to pages", tutorial::follow_how_tos)?;
+            steps.step("the page in a browser", page::page)
+        },
+    )?;
     steps.step("tests", || {
         let mut tests = cargo(&["test", "--workspace", "--quiet"]);
         run(tests.env("DIMSART_ORACLE", oracle::folder()).env("DIMSART_FIRMWARE", boards::folder()))
