@@ -106,6 +106,27 @@ fn what_a_pd_takes_over_at_once_is_its_predecessor_s_last_force() {
     assert!((joint.force_n - before).abs() < 1e-3, "{before} {}", joint.force_n);
 }
 
+/// A law without memory commands what it commands at once; behind a limit it becomes a ramp from its predecessor's last force.
+#[test]
+fn a_law_without_memory_takes_over_as_a_ramp_behind_a_limit() {
+    let start = "MOD_ENG BEGIN\nMOD_ENG MOD_OFF PDCTRL_MOD\nPCTRL_MOD K_PARAM 20\n";
+    let behind = "PCTRL_MOD PORT_DES_FORCE DES_FORCE.2\nLIMIT_MOD PORT_SIGNAL_IN DES_FORCE.2\n\
+                  LIMIT_MOD PORT_SIGNAL_OUT DES_FORCE\nLIMIT_MOD RATE 100\n";
+    let (on, limit) = ("MOD_ENG MOD_ON PCTRL_MOD\n", "MOD_ENG MOD_ON LIMIT_MOD\n");
+    for moment in MOMENTS {
+        let rows =
+            [[start, on, "MOD_ENG COMMIT"].concat(), [start, behind, on, limit, "MOD_ENG COMMIT"].concat()];
+        let [at_once, as_a_ramp] = rows.map(|rows| {
+            let mut joint = Joint::new(PD);
+            joint.run(moment);
+            joint.bench.rows(&rows);
+            joint.largest_step_n(20)
+        });
+        // 100 N/s, 1 ms.
+        assert!(at_once > 0.3 && as_a_ramp <= 0.1001, "{moment}: {at_once} N, {as_a_ramp} N");
+    }
+}
+
 /// Nobody wrote what the new one writes: there is nothing to take over, and it begins as after a start.
 #[test]
 fn what_writes_something_of_its_own_takes_nothing_over() {
