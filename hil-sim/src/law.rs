@@ -26,6 +26,7 @@ mod parse;
 mod syntax;
 mod tokens;
 mod values;
+mod vocabulary;
 
 use dimsart_core::{Command, TypeRef};
 use std::path::Path;
@@ -33,6 +34,7 @@ use std::path::Path;
 use dimsart_core::online::{LawParameter, Program};
 
 pub use error::LawError;
+pub use vocabulary::{MODULE, WithLaw, runner};
 
 /// A law that was compiled.
 #[derive(Debug, Clone, PartialEq)]
