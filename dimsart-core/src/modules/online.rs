@@ -153,7 +153,10 @@ impl Surroundings for Lane<'_> {
 
     #[inline(always)]
     fn parameter(&self, number: u32, axis: u32) -> f32 {
-        self.context.gain_words(self.axis(axis)).get(number as usize).map_or(0.0, |word| f32::from_bits(word.get()))
+        self.context
+            .gain_words(self.axis(axis))
+            .get(number as usize)
+            .map_or(0.0, |word| f32::from_bits(word.get()))
     }
 
     #[inline(always)]

@@ -192,7 +192,7 @@ fn a_program_is_plugged_in_by_a_transaction_and_another_one_begins_anew() {
 fn a_law_for_more_axes_than_there_are_is_not_plugged_in() {
     let mut bench = bench();
     // It reads axis 2, which takes three.
-    let mut words = with(13, |_| Instruction::new(Opcode::Input, &[1, 0, 2]).0);
+    let mut words = with(13, |_| Instruction::new(Opcode::Input, &[3, 0, 2]).0);
     words[1] |= 3 << 16;
     let end = words.len() - 1;
     words[end] = seal(&words[..end]);

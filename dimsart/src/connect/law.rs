@@ -8,7 +8,7 @@ use dimsart_core::online::{LawAction, Program};
 use dimsart_core::protocol::{Refusal, Request, Response, SignalText};
 use dimsart_core::scheme::Row;
 use dimsart_core::{Command, ModuleRef, Value};
-use hil_sim::law::{self, Law};
+use hil_sim::law::{self, Law, LawName};
 use serde::Serialize;
 
 use super::device::take;
@@ -31,34 +31,11 @@ pub struct LawReport {
     pub names: Vec<LawName>,
 }
 
-/// A port or a parameter of a law.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct LawName {
-    /// Name on the device, such as `P_1`.
-    pub on_device: String,
-    /// Name in the law.
-    pub in_law: String,
-}
-
 impl LawReport {
     fn new(number: u8, law: &Law, cycles: Option<u32>, is_used: bool) -> Self {
         let words = u8::try_from(law.words.len()).unwrap_or(u8::MAX);
-        Self { number, name: law.name.clone(), words, cycles, is_used, names: names(law) }
+        Self { number, name: law.name.clone(), words, cycles, is_used, names: law.names() }
     }
-}
-
-/// What the device calls the ports and parameters of a law.
-#[must_use]
-pub fn names(law: &Law) -> Vec<LawName> {
-    fn of<'n>(prefix: &'n str, names: impl Iterator<Item = &'n String>) -> impl Iterator<Item = LawName> {
-        (1..).zip(names).map(move |(number, name)| LawName {
-            on_device: format!("{prefix}_{number}"),
-            in_law: name.clone(),
-        })
-    }
-    let inputs = of("IN", law.inputs.iter().map(|port| &port.name));
-    let outputs = of("OUT", law.outputs.iter().map(|port| &port.name));
-    inputs.chain(outputs).chain(of("P", law.parameters.iter().map(|found| &found.name))).collect()
 }
 
 impl fmt::Display for LawReport {
@@ -140,6 +117,19 @@ impl<S: Read + Write> Device<S> {
             }
         }
         Ok(Laws { laws, places })
+    }
+
+    /// The laws that the device has, each with its number; none of an image without laws.
+    pub(super) fn law_texts(&mut self) -> Result<Vec<(u8, Law)>, ConnectError> {
+        let laws = match self.laws() {
+            Err(ConnectError::NoLaws) => return Ok(Vec::new()),
+            laws => laws?.laws,
+        };
+        let mut found = Vec::new();
+        for LawReport { number, .. } in laws {
+            found.extend(self.law(number)?.map(|law| (number, law)));
+        }
+        Ok(found)
     }
 
     /// Has the device forget a law that no module has.

@@ -155,8 +155,7 @@ impl<S: Read + Write> Device<S> {
         law: Option<&(ModuleRef, Law)>,
     ) -> Result<Misread, ConnectError> {
         let Place { line, column, word } = error.place;
-        let message =
-            self.know(|known| Explained { error, known: &WithLaw::new(known, law) }.to_string())?;
+        let message = self.know(|known| Explained { error, known: &WithLaw::new(known, law) }.to_string())?;
         let is_unknown = match error.problem {
             Problem::Destination | Problem::Surplus | Problem::Entry { .. } | Problem::Refused(_) => false,
             // A choice may have another name; a number is wrong in every version.

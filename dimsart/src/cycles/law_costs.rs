@@ -2,8 +2,8 @@
 
 use dimsart_core::modules::Standard;
 use dimsart_core::online::{
-    Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS, Opcode,
-    seal,
+    Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
+    Opcode, seal,
 };
 use dimsart_core::{Command, Cost, ModuleList as _, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;

@@ -271,7 +271,8 @@ impl Registers {
     }
 
     fn free(&self) -> Option<u8> {
-        (self.first..u8::try_from(REGISTERS).ok()?).find(|register| !self.of.values().any(|taken| taken == register))
+        (self.first..u8::try_from(REGISTERS).ok()?)
+            .find(|register| !self.of.values().any(|taken| taken == register))
     }
 
     /// The instructions that compute values in this order; a register is free again behind the last use of its value,

@@ -65,7 +65,9 @@ pub fn load_for<const WORDS: usize>(
                 error: SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. },
                 ..
             }) => {}
-            Err(refusal) => errors.push(refusal.explain(&scheme.name, &WithLaw::new(dimsart.engine(), law.as_ref()))),
+            Err(refusal) => {
+                errors.push(refusal.explain(&scheme.name, &WithLaw::new(dimsart.engine(), law.as_ref())))
+            }
         }
     }
     let engine = dimsart.engine();
@@ -125,7 +127,10 @@ impl Refusal<'_> {
 }
 
 /// The law that the module of a row runs: the row may have the law's own names.
-fn law_of<const WORDS: usize>(row: &Row<'_>, engine: &mut Engine<Standard, WORDS>) -> Option<(ModuleRef, Law)> {
+fn law_of<const WORDS: usize>(
+    row: &Row<'_>,
+    engine: &mut Engine<Standard, WORDS>,
+) -> Option<(ModuleRef, Law)> {
     let module = law::runner(row, engine)?;
     let Ok(Value::Count(number)) = engine.get(module, 0, 0) else { return None };
     let (_, program) = engine.programs().find(|(known, _)| u32::from(*known) == number)?;

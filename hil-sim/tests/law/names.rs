@@ -49,7 +49,9 @@ fn a_name_that_the_law_does_not_have_is_pointed_to_with_those_that_it_has() {
     for (row, expected) in [
         (
             "stifness 4",
-            format!("my.scheme:2:16: 'stifness' is not a parameter or port of ONLINE_MOD; did you mean 'stiffness'? {names}"),
+            format!(
+                "my.scheme:2:16: 'stifness' is not a parameter or port of ONLINE_MOD; did you mean 'stiffness'? {names}"
+            ),
         ),
         ("gain 4", format!("my.scheme:2:16: 'gain' is not a parameter or port of ONLINE_MOD; {names}")),
         ("PORT_y POSITION", format!("did you mean 'PORT_x'? {names}")),
