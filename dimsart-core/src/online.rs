@@ -23,4 +23,4 @@ pub use programs::{LawAction, LawRefusal, LawReport};
 pub use verify::ProgramError;
 
 /// Version of the format of programs.
-pub const PROGRAM_VERSION: u8 = 1;
+pub const PROGRAM_VERSION: u8 = 2;

@@ -50,7 +50,7 @@ pub use faults::{Check, Faults, FindingText, FirstFaultText, ReasonText};
 pub use in_process::InProcess;
 pub use kept::{KeptReport, TimingText};
 pub use key::KeyReport;
-pub use law::{LawName, LawRemoved, LawReport, Laws, names as law_names};
+pub use law::{LawRemoved, LawReport, Laws};
 pub use lease::LiveReport;
 pub use line::{LineError, Patience, RequestLine};
 pub use live::Live;

@@ -16,22 +16,22 @@ thread_local! {
 /// A program with every instruction there is.
 fn whole() -> Vec<u32> {
     let one = |opcode, fields: &[u8]| Instruction::new(opcode, fields).0;
-    let once = [one(Opcode::Constant, &[0, 0]), one(Opcode::Period, &[1])];
+    // Its parameter is in register 0, its states in 1 and 2.
+    let once = [one(Opcode::Constant, &[3, 0]), one(Opcode::Period, &[4])];
     let begin = [
-        one(Opcode::Last, &[2, 0, OWN_AXIS]),
-        one(Opcode::Remember, &[0, 2]),
-        one(Opcode::Remember, &[1, 0]),
+        one(Opcode::Last, &[5, 0, OWN_AXIS]),
+        one(Opcode::Remember, &[0, 5]),
+        one(Opcode::Remember, &[1, 3]),
     ];
     let mut tick = vec![
-        one(Opcode::Input, &[2, 0, OWN_AXIS]),
-        one(Opcode::Input, &[3, 0, 1]),
-        one(Opcode::Parameter, &[4, 0, OWN_AXIS]),
-        one(Opcode::State, &[5, 1]),
+        one(Opcode::Input, &[5, 0, OWN_AXIS]),
+        one(Opcode::Input, &[6, 0, 1]),
+        one(Opcode::Parameter, &[7, 0, 1]),
     ];
-    for (opcode, to) in Opcode::ALL.iter().skip(Opcode::Add as usize).zip(6_u8..) {
-        tick.push(one(*opcode, &[to, 2 + to % 4, to - 1, 0]));
+    for (opcode, to) in Opcode::ALL.iter().skip(Opcode::Add as usize).zip(8_u8..) {
+        tick.push(one(*opcode, &[to, 1 + to % 7, to - 1, 0]));
     }
-    tick.extend([one(Opcode::Remember, &[1, 23]), one(Opcode::Output, &[0, 22, OWN_AXIS])]);
+    tick.extend([one(Opcode::Remember, &[1, 25]), one(Opcode::Output, &[0, 24, OWN_AXIS])]);
     let count = |count: usize| u8::try_from(count).unwrap();
     let header = Header {
         inputs: 1,

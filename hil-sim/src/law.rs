@@ -26,13 +26,16 @@ mod parse;
 mod syntax;
 mod tokens;
 mod values;
+mod vocabulary;
 
 use dimsart_core::{Command, TypeRef};
 use std::path::Path;
 
 use dimsart_core::online::{LawParameter, Program};
+use serde::Serialize;
 
 pub use error::LawError;
+pub use vocabulary::{MODULE, WithLaw, runner};
 
 /// A law that was compiled.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,6 +61,15 @@ pub struct LawPort {
     pub name: String,
     /// The signal that it is bound to unless a command says otherwise.
     pub signal: TypeRef,
+}
+
+/// A port or a parameter of a law.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LawName {
+    /// Name on the device, such as `P_1`.
+    pub on_device: String,
+    /// Name in the law.
+    pub in_law: String,
 }
 
 /// A parameter of a law.
@@ -112,6 +124,20 @@ impl Law {
             .map(|parameter| NamedParameter { name: next(), parameter, summary: String::new() })
             .collect();
         Self { name, summary, inputs: ports, outputs, parameters, words: program.words().to_vec() }
+    }
+
+    /// What a controller calls its ports and parameters.
+    #[must_use]
+    pub fn names(&self) -> Vec<LawName> {
+        fn of<'n>(prefix: &'n str, names: impl Iterator<Item = &'n String>) -> impl Iterator<Item = LawName> {
+            (1..).zip(names).map(move |(number, name)| LawName {
+                on_device: format!("{prefix}_{number}"),
+                in_law: name.clone(),
+            })
+        }
+        let inputs = of("IN", self.inputs.iter().map(|port| &port.name));
+        let outputs = of("OUT", self.outputs.iter().map(|port| &port.name));
+        inputs.chain(outputs).chain(of("P", self.parameters.iter().map(|found| &found.name))).collect()
     }
 
     /// The commands that have a controller keep it as the program of this number.

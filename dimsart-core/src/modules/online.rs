@@ -90,20 +90,29 @@ impl Module for Online {
     }
 }
 
-/// Runs what all axes have in common, and then the section for each axis: one loop, so that the interpreter is there once.
+/// Runs what all axes have in common, and then the section for each axis, which finds its parameters and what is remembered of
+/// it in registers: an instruction for each of these would take four times as long. One loop, so that the interpreter is there
+/// once.
 #[inline(never)]
 fn run_section(context: &Context<'_, Online>, section: Section) {
     let Settings { program, period_s, .. } = context.settings();
     let Some(code) = context.programs().code(program, section) else { return };
     let mut registers = [0.0; REGISTERS];
-    let mut lane = Lane { context, period_s, axis: 0, parameters: &[], states: &[] };
+    let mut lane = Lane { context, period_s, axis: 0, states: &[] };
     let mut instructions = code.once;
     let mut left = if code.is_coupled { 1 } else { context.dof() };
     loop {
         run(instructions, code.constants, &mut registers, &lane);
         let Some(others) = left.checked_sub(1) else { return };
-        lane.axis = others;
-        (lane.parameters, lane.states) = (context.gain_words(others), context.axis_words(others));
+        (lane.axis, lane.states) = (others, context.axis_words(others));
+        let parameters = context.gain_words(others).iter().take(code.parameters.into());
+        let there = parameters.chain(lane.states.iter().take(code.states.into()));
+        let mut free = registers.iter_mut();
+        there.for_each(|word| {
+            if let Some(register) = free.next() {
+                *register = f32::from_bits(word.get());
+            }
+        });
         (instructions, left) = (code.section, others);
     }
 }
@@ -114,7 +123,6 @@ struct Lane<'a> {
     period_s: f32,
     axis: usize,
     /// Of that axis.
-    parameters: &'a [Cell<u32>],
     states: &'a [Cell<u32>],
 }
 
@@ -145,15 +153,10 @@ impl Surroundings for Lane<'_> {
 
     #[inline(always)]
     fn parameter(&self, number: u32, axis: u32) -> f32 {
-        let is_own = axis == u32::from(OWN_AXIS);
-        let words = if is_own { self.parameters } else { self.context.gain_words(axis as usize) };
-        words.get(number as usize).map_or(0.0, |word| f32::from_bits(word.get()))
-    }
-
-    #[inline(always)]
-    fn state(&self, number: u32) -> f32 {
-        let word = self.states.get(number as usize);
-        word.map_or(0.0, |word| f32::from_bits(word.get()))
+        self.context
+            .gain_words(self.axis(axis))
+            .get(number as usize)
+            .map_or(0.0, |word| f32::from_bits(word.get()))
     }
 
     #[inline(always)]

@@ -82,10 +82,8 @@ opcodes! {
     Period [To],
     /// An input on an axis.
     Input [To Input Axis],
-    /// A parameter of an axis.
+    /// A parameter of an axis; those of the axis that is computed are in registers.
     Parameter [To Parameter Axis],
-    /// What is remembered of the axis that is computed.
-    State [To State],
     /// What was written to an output last, where the law takes over from another one; else 0.
     Last [To Output Axis],
     /// Remembers a number for the next tick.

@@ -10,7 +10,6 @@ pub(crate) trait Surroundings {
     fn input(&self, port: u32, axis: u32) -> f32;
     fn last(&self, port: u32, axis: u32) -> f32;
     fn parameter(&self, number: u32, axis: u32) -> f32;
-    fn state(&self, number: u32) -> f32;
     fn remember(&self, number: u32, value: f32);
     fn write(&self, port: u32, axis: u32, value: f32);
 }
@@ -35,7 +34,6 @@ pub(crate) fn run(
             Opcode::Period => around.period_s(),
             Opcode::Input => around.input(field(B), field(C)),
             Opcode::Parameter => around.parameter(field(B), field(C)),
-            Opcode::State => around.state(field(B)),
             Opcode::Last => around.last(field(B), field(C)),
             Opcode::Remember => {
                 around.remember(field(A), get(B));
@@ -121,9 +119,6 @@ impl Surroundings for Nowhere {
         0.0
     }
     fn parameter(&self, _: u32, _: u32) -> f32 {
-        0.0
-    }
-    fn state(&self, _: u32) -> f32 {
         0.0
     }
     fn remember(&self, _: u32, _: f32) {}

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! word  bits 0 to 7     8 to 15        16 to 23       24 to 31
-//!    0  version, 1      inputs         outputs        parameters
+//!    0  version, 2      inputs         outputs        parameters
 //!    1  states          constants      axes           1 if it computes all axes in one go
 //!    2  instructions:   once           to begin       of a tick, then bytes of text
 //! ```
@@ -12,8 +12,9 @@
 //! (AUTOSAR's) of all that as little-endian bytes.
 //!
 //! The instructions `once` run before the others, once for all axes. Those `to begin` run once for each axis before the
-//! law's first tick, those `of a tick` once for each axis in each tick. A law that computes all axes in one go runs them
-//! once, and its device has just so many axes; for any other one `axes` are the fewest that it needs.
+//! law's first tick, those `of a tick` once for each axis in each tick. They find the axis' parameters in the first
+//! registers, and in those behind them what is remembered of it. A law that computes all axes in one go runs them once, with
+//! those of axis 0, and its device has just so many axes; for any other one `axes` are the fewest that it needs.
 
 use core::ops::Range;
 

@@ -86,6 +86,8 @@ pub(crate) struct Code<'a> {
     pub(crate) constants: &'a [u32],
     pub(crate) once: &'a [u32],
     pub(crate) section: &'a [u32],
+    pub(crate) parameters: u8,
+    pub(crate) states: u8,
     pub(crate) is_coupled: bool,
 }
 
@@ -123,6 +125,8 @@ impl Programs {
             constants: part(header.constants_range()),
             once: part(header.instructions(Section::Once)),
             section: part(header.instructions(section)),
+            parameters: header.parameters,
+            states: header.states,
             is_coupled: header.is_coupled,
         })
     }

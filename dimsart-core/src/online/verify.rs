@@ -98,6 +98,7 @@ impl core::error::Error for ProgramError {}
 /// A bit for each register that was written.
 type Written = u32;
 const _: () = assert!(REGISTERS == 32, "a bit for each");
+const _: () = assert!(MAX_PARAMETERS + MAX_STATES < REGISTERS, "room for what is computed");
 
 pub(super) fn verify(words: &[u32]) -> Result<Header, ProgramError> {
     let (crc, content) = words.split_last().ok_or(ProgramError::Size)?;
@@ -163,10 +164,13 @@ fn check_instructions(program: &Program<'_>) -> Result<(), ProgramError> {
     let mut outputs = [0_u8; MAX_OUTPUTS];
     let (mut at, mut once) = (0, 0);
     for section in [Section::Once, Section::Begin, Section::Tick] {
-        let mut written = once;
+        // Parameters and what is remembered are there on an axis.
+        let header = program.header();
+        let there = if section == Section::Once { 0 } else { header.parameters + header.states };
+        let mut written = once | ((1 << there) - 1);
         for word in program.instructions(section) {
             let instruction = Instruction(*word);
-            written = check(program.header(), section, instruction, at, written)?;
+            written = check(header, section, instruction, at, written)?;
             if instruction.opcode() == Some(Opcode::Output) {
                 let [output, _, axis, _] = instruction.fields();
                 if let Some(axes) = outputs.get_mut(usize::from(output)) {
@@ -207,7 +211,7 @@ fn check(
     let is_in_place = match opcode {
         Opcode::Output => section == Section::Tick,
         Opcode::Last => section == Section::Begin,
-        Opcode::Input | Opcode::Parameter | Opcode::State | Opcode::Remember => section != Section::Once,
+        Opcode::Input | Opcode::Parameter | Opcode::Remember => section != Section::Once,
         _ => true,
     };
     if !is_in_place {

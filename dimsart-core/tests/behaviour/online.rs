@@ -22,14 +22,14 @@ fn module(name: &str) -> ModuleRef {
 /// `force = -gain * position`, with a constant, a state and a name.
 fn spring() -> Vec<u32> {
     let instruction = |opcode, fields: &[u8]| Instruction::new(opcode, fields).0;
-    let once = [instruction(Opcode::Constant, &[0, 0])];
+    let once = [instruction(Opcode::Constant, &[2, 0])];
     let begin = [instruction(Opcode::Input, &[1, 0, OWN_AXIS]), instruction(Opcode::Remember, &[0, 1])];
     let tick = [
-        instruction(Opcode::Input, &[1, 0, OWN_AXIS]),
-        instruction(Opcode::Parameter, &[2, 0, OWN_AXIS]),
-        instruction(Opcode::Multiply, &[1, 1, 2]),
-        instruction(Opcode::Multiply, &[1, 1, 0]),
-        instruction(Opcode::Output, &[0, 1, OWN_AXIS]),
+        instruction(Opcode::Input, &[3, 0, OWN_AXIS]),
+        instruction(Opcode::Parameter, &[4, 0, OWN_AXIS]),
+        instruction(Opcode::Multiply, &[3, 3, 4]),
+        instruction(Opcode::Multiply, &[3, 3, 2]),
+        instruction(Opcode::Output, &[0, 3, OWN_AXIS]),
     ];
     let header = Header {
         inputs: 1,
@@ -139,6 +139,8 @@ fn what_is_no_program_is_refused_with_its_reason_and_changes_nothing() {
         (with(12, |_| Instruction::new(Opcode::Output, &[0, 1, OWN_AXIS]).0), ProgramError::Place { at: 2 }),
         (with(10, |_| Instruction::new(Opcode::Input, &[0, 0, OWN_AXIS]).0), ProgramError::Place { at: 0 }),
         (with(17, |_| Instruction::new(Opcode::Negate, &[1, 1]).0), ProgramError::Output { output: 0 }),
+        // Parameters are in registers on an axis alone.
+        (with(10, |_| Instruction::new(Opcode::Negate, &[2, 0]).0), ProgramError::Register { at: 0 }),
         // One that computes all axes in one go knows no axis of its own.
         (with(1, |word| word | 1 << 24 | 2 << 16), ProgramError::Place { at: 1 }),
     ];
@@ -190,7 +192,7 @@ fn a_program_is_plugged_in_by_a_transaction_and_another_one_begins_anew() {
 fn a_law_for_more_axes_than_there_are_is_not_plugged_in() {
     let mut bench = bench();
     // It reads axis 2, which takes three.
-    let mut words = with(13, |_| Instruction::new(Opcode::Input, &[1, 0, 2]).0);
+    let mut words = with(13, |_| Instruction::new(Opcode::Input, &[3, 0, 2]).0);
     words[1] |= 3 << 16;
     let end = words.len() - 1;
     words[end] = seal(&words[..end]);

@@ -12,7 +12,6 @@ use dimsart_core::{AxisKind, Cost, DeviceDescriptor, ModuleList as _};
 use serde::Serialize;
 
 use super::Ending;
-use crate::connect::law_names;
 use crate::stamp::StampedImage;
 
 /// Control laws as text: what one needs, or where it is wrong.
@@ -114,7 +113,7 @@ impl Summary {
         axes: u8,
     ) -> Result<Self, Box<dyn std::error::Error>> {
         let header = law.program().map_or_else(Header::default, |program| program.header());
-        let mut on_device = law_names(law).into_iter().map(|name| name.on_device);
+        let mut on_device = law.names().into_iter().map(|name| name.on_device);
         let mut next = || on_device.next().unwrap_or_default();
         let device = DeviceDescriptor::new("any", &[AxisKind::Rotary], 1e-3, &[], &[]);
         let signal = |signal| {

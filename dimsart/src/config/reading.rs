@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use dimsart_core::scheme::{self, PORT_PREFIX, Problem, Row, SchemeError};
 use dimsart_core::{Command, CommandError, ModuleRef, ParameterError, Value, Vocabulary};
+use hil_sim::law::{self, Law, WithLaw};
 use hil_sim::schemes::{Explained, SIDES};
 
 use super::{Configuration, Module, Setting, UnknownRow};
@@ -12,10 +13,10 @@ use super::{Configuration, Module, Setting, UnknownRow};
 const NOT_THERE: u8 = u8::MAX;
 
 impl Configuration {
-    /// Reads the rows for `side`, or for all, by these names.
+    /// Reads the rows for `side`, or for all, by these names, and by those of the laws with these numbers.
     #[must_use]
-    pub fn read(text: &str, side: &str, known: &impl Vocabulary) -> Self {
-        let mut reader = Reader { known, drafts: BTreeMap::new(), order: Vec::new(), before: None };
+    pub fn read(text: &str, side: &str, known: &impl Vocabulary, laws: &[(u8, Law)]) -> Self {
+        let mut reader = Reader { known, laws, drafts: BTreeMap::new(), order: Vec::new(), before: None };
         let mut unknown = Vec::new();
         for row in scheme::rows(text) {
             if let Err(error) = reader.take(&row, side) {
@@ -25,7 +26,10 @@ impl Configuration {
                     line: error.place.line,
                     column: error.place.column,
                     row: words.join(" "),
-                    reason: Explained { error, known }.to_string(),
+                    reason: {
+                        let law = law::runner(&row, known).and_then(|module| reader.law_of(module));
+                        Explained { error, known: &WithLaw::new(known, law.as_ref()) }.to_string()
+                    },
                 });
             }
         }
@@ -61,6 +65,7 @@ impl Draft {
 
 struct Reader<'a, V> {
     known: &'a V,
+    laws: &'a [(u8, Law)],
     /// By kind and number; a module is there from the first row on that names it.
     drafts: BTreeMap<(u8, u8), Draft>,
     /// What is plugged in.
@@ -71,23 +76,30 @@ struct Reader<'a, V> {
 
 impl<V: Vocabulary> Reader<'_, V> {
     fn finish(self) -> Vec<Module> {
-        let Self { known, mut drafts, order, .. } = self;
-        let on = order.into_iter().map(|module| {
-            let draft = drafts.remove(&(module.kind, module.number)).unwrap_or_default();
-            draft.finish(module, true, known)
-        });
-        let on: Vec<Module> = on.collect();
-        let off = drafts
-            .into_iter()
-            .map(|((kind, number), draft)| draft.finish(ModuleRef { kind, number }, false, known));
-        on.into_iter().chain(off).collect()
+        let on = self.order.iter().map(|module| (*module, true));
+        let all = self.drafts.keys().map(|(kind, number)| ModuleRef { kind: *kind, number: *number });
+        let off = all.filter(|module| !self.order.contains(module)).map(|module| (module, false));
+        let finish = |(module, is_on): (ModuleRef, bool)| {
+            let draft = self.drafts.get(&(module.kind, module.number))?;
+            let law = self.law_of(module);
+            Some(draft.finish(module, is_on, &WithLaw::new(self.known, law.as_ref())))
+        };
+        on.chain(off).filter_map(finish).collect()
+    }
+
+    /// The law that rows have given a module so far.
+    fn law_of(&self, module: ModuleRef) -> Option<(ModuleRef, Law)> {
+        let number = self.drafts.get(&(module.kind, module.number))?.values.get(&0)?.first()?;
+        let law = self.laws.iter().find(|(known, _)| *number == Some(Value::Count((*known).into())));
+        law.map(|(_, law)| (module, law.clone()))
     }
 
     fn take<'r>(&mut self, row: &Row<'r>, side: &str) -> Result<(), SchemeError<'r>> {
         if !row.is_for(side, SIDES)? {
             return Ok(());
         }
-        let read = row.command(self.known);
+        let law = law::runner(row, self.known).and_then(|module| self.law_of(module));
+        let read = WithLaw::new(self.known, law.as_ref()).command(row);
         let Some(port) = row.word(2).strip_prefix(PORT_PREFIX) else { return self.apply(row, read?) };
         // Which ports there are can depend on parameters: that is for the device to say.
         if !matches!(read, Ok(_) | Err(SchemeError { problem: Problem::ModuleCommand(_), .. })) {
@@ -96,9 +108,11 @@ impl<V: Vocabulary> Reader<'_, V> {
         let signal = self.known.signal_named(row.word(3)).ok_or_else(|| row.blame(Problem::Type))?;
         if let Some(module) = self.known.module_named(row.word(1)) {
             let signal = self.known.name_of_signal(signal).to_string();
+            let of_law = law.iter().flat_map(|(_, law)| law.names()).find(|name| name.on_device == port);
+            let port = of_law.map_or_else(|| port.to_owned(), |name| name.in_law);
             let ports = &mut self.draft(module).ports;
-            ports.retain(|(bound, _)| bound != port);
-            ports.push((port.to_owned(), signal));
+            ports.retain(|(bound, _)| *bound != port);
+            ports.push((port, signal));
         }
         Ok(())
     }

@@ -38,9 +38,9 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::Word`] for a name that the device does not have or a module that does not exist.
     pub fn get(&mut self, module: &str, parameter: &str) -> Result<ParameterReport, ConnectError> {
-        let parameter = &*self.word_of_law(module, parameter)?;
         let row = Row::of(&[ANY_SIDE, module, parameter]);
-        let (module, parameter, entry) = self.read(|known| {
+        let law = self.law_of(&row)?;
+        let (module, parameter, entry) = self.read(law.as_ref(), |known| {
             let named = row.parameter(known)?;
             let found = known.parameter_text(named.0.kind, named.1);
             let count = found.map_or(0, |found| found.entries.count(known.dof()));
@@ -74,13 +74,12 @@ impl<S: Read + Write> Device<S> {
         parameter: &str,
         value: &str,
     ) -> Result<CommandOutcome, ConnectError> {
-        let given = parameter;
-        let parameter = &*self.word_of_law(module, given)?;
         let row = Row::of(&[ANY_SIDE, module, parameter, value]);
-        let command = match self.read(|known| row.command(known)) {
+        let law = self.law_of(&row)?;
+        let command = match self.read(law.as_ref(), |known| known.command(&row)) {
             Err(ConnectError::Word(wrong)) => {
                 let stays = match self.get(module, parameter) {
-                    Ok(report) => format!("; {module} {given} stays {}", report.values_text()),
+                    Ok(report) => format!("; {module} {parameter} stays {}", report.values_text()),
                     Err(error @ ConnectError::Line(_)) => return Err(error),
                     Err(_) => String::new(),
                 };
@@ -99,9 +98,9 @@ impl<S: Read + Write> Device<S> {
         let holds = holds.unwrap_or_else(|| "not set".to_owned());
         if let Some(error) = effect.refused {
             let reason = self.refusal_text(error)?;
-            return Err(ConnectError::Command(format!("{reason}; {module} {given} stays {holds}")));
+            return Err(ConnectError::Command(format!("{reason}; {module} {parameter} stays {holds}")));
         }
-        self.change(format!("{module} {given} is {holds}"), &effect)
+        self.change(format!("{module} {parameter} is {holds}"), &effect)
     }
 
     /// Plugs a module in, before another one or behind all.

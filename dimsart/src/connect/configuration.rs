@@ -2,7 +2,8 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::Command;
+use dimsart_core::{Command, scheme};
+use hil_sim::law;
 use hil_sim::schemes::SchemeText;
 
 use super::command::ANY_SIDE;
@@ -43,12 +44,14 @@ impl<S: Read + Write> Device<S> {
         Ok((text(self.identity(), &(note + &rows)), unknown))
     }
 
-    /// Reads a configuration by this device's names.
+    /// Reads a configuration by this device's names, and those of its laws.
     ///
     /// # Errors
     /// As [`configuration_text`](Self::configuration_text).
     pub fn read_configuration(&mut self, rows: &str, side: &str) -> Result<Configuration, ConnectError> {
-        self.know(|known| Configuration::read(rows, side, known))
+        let has_law = scheme::rows(rows).any(|row| row.word(1).starts_with(law::MODULE));
+        let laws = if has_law { self.law_texts()? } else { Vec::new() };
+        self.know(|known| Configuration::read(rows, side, known, &laws))
     }
 
     /// Puts a configuration in the place of the one that is there, in one transaction. Modules that are in both go on,

@@ -10,6 +10,7 @@ use dimsart_core::{ModuleRef, TypeRef, Vocabulary};
 
 use super::description::{Description, Identity};
 use super::{ConnectError, LineError, Patience, RequestLine};
+use hil_sim::law::{Law, WithLaw};
 use hil_sim::schemes::Explained;
 
 /// Looks at a board that starts anew, each as long as the line is patient.
@@ -185,24 +186,26 @@ impl<S: Read + Write> Device<S> {
         }
     }
 
-    /// Reads words with the device's names.
+    /// Reads words with the device's names, and those of a law that a module runs.
     pub(super) fn read<'a, T>(
         &mut self,
-        read: impl Fn(&Description) -> Result<T, SchemeError<'a>>,
+        law: Option<&(ModuleRef, Law)>,
+        read: impl Fn(&WithLaw<'_, Description>) -> Result<T, SchemeError<'a>>,
     ) -> Result<T, ConnectError> {
         self.know(|known| {
+            let known = &WithLaw::new(known, law);
             read(known).map_err(|error| ConnectError::Word(Explained { error, known }.to_string()))
         })?
     }
 
     /// A module by its name; it need not exist yet.
     pub(super) fn module(&mut self, word: &str) -> Result<ModuleRef, ConnectError> {
-        self.read(|known| known.module_named(word).ok_or(misread(word, Problem::ModuleValue)))
+        self.read(None, |known| known.module_named(word).ok_or(misread(word, Problem::ModuleValue)))
     }
 
     /// A signal by its name, `FORCE` or `FORCE.2`.
     pub(super) fn signal_named(&mut self, word: &str) -> Result<TypeRef, ConnectError> {
-        self.read(|known| known.signal_named(word).ok_or(misread(word, Problem::Type)))
+        self.read(None, |known| known.signal_named(word).ok_or(misread(word, Problem::Type)))
     }
 
     /// Name of a module, `PDCTRL_MOD` or `PDCTRL_MOD.2`; `?` for a kind that is not in the image.

@@ -6,15 +6,13 @@ use std::io::{Read, Write};
 use dimsart_core::limits::PROGRAM_WORDS;
 use dimsart_core::online::{LawAction, Program};
 use dimsart_core::protocol::{Refusal, Request, Response, SignalText};
-use dimsart_core::{Command, Value};
-use hil_sim::law::Law;
+use dimsart_core::scheme::Row;
+use dimsart_core::{Command, ModuleRef, Value};
+use hil_sim::law::{self, Law, LawName};
 use serde::Serialize;
 
 use super::device::take;
 use super::{ConnectError, Device};
-
-/// Of the module that runs laws.
-const MODULE: &str = "ONLINE_MOD";
 
 /// A law that is on a device.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -33,34 +31,11 @@ pub struct LawReport {
     pub names: Vec<LawName>,
 }
 
-/// A port or a parameter of a law.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct LawName {
-    /// Name on the device, such as `P_1`.
-    pub on_device: String,
-    /// Name in the law.
-    pub in_law: String,
-}
-
 impl LawReport {
     fn new(number: u8, law: &Law, cycles: Option<u32>, is_used: bool) -> Self {
         let words = u8::try_from(law.words.len()).unwrap_or(u8::MAX);
-        Self { number, name: law.name.clone(), words, cycles, is_used, names: names(law) }
+        Self { number, name: law.name.clone(), words, cycles, is_used, names: law.names() }
     }
-}
-
-/// What the device calls the ports and parameters of a law.
-#[must_use]
-pub fn names(law: &Law) -> Vec<LawName> {
-    fn of<'n>(prefix: &'n str, names: impl Iterator<Item = &'n String>) -> impl Iterator<Item = LawName> {
-        (1..).zip(names).map(move |(number, name)| LawName {
-            on_device: format!("{prefix}_{number}"),
-            in_law: name.clone(),
-        })
-    }
-    let inputs = of("IN", law.inputs.iter().map(|port| &port.name));
-    let outputs = of("OUT", law.outputs.iter().map(|port| &port.name));
-    inputs.chain(outputs).chain(of("P", law.parameters.iter().map(|found| &found.name))).collect()
 }
 
 impl fmt::Display for LawReport {
@@ -144,6 +119,19 @@ impl<S: Read + Write> Device<S> {
         Ok(Laws { laws, places })
     }
 
+    /// The laws that the device has, each with its number; none of an image without laws.
+    pub(super) fn law_texts(&mut self) -> Result<Vec<(u8, Law)>, ConnectError> {
+        let laws = match self.laws() {
+            Err(ConnectError::NoLaws) => return Ok(Vec::new()),
+            laws => laws?.laws,
+        };
+        let mut found = Vec::new();
+        for LawReport { number, .. } in laws {
+            found.extend(self.law(number)?.map(|law| (number, law)));
+        }
+        Ok(found)
+    }
+
     /// Has the device forget a law that no module has.
     ///
     /// # Errors
@@ -153,29 +141,17 @@ impl<S: Read + Write> Device<S> {
         Ok(LawRemoved { number })
     }
 
-    /// What the device calls a parameter, `stiffness[0]`, or a port, `PORT_force`, of the law that a module runs; the word
-    /// itself where that has no such name.
-    pub(super) fn word_of_law(&mut self, module: &str, word: &str) -> Result<String, ConnectError> {
-        if module.split('.').next() != Some(MODULE) {
-            return Ok(word.to_owned());
-        }
-        let reference = self.module(module)?;
-        let program = self.ask(&Request::Get { module: reference, parameter: 0, entry: 0 }, take!(Value));
-        let number = match program {
+    /// The module of a row with the law that it runs, whose own names the row may have; none for any other row.
+    pub(super) fn law_of(&mut self, row: &Row<'_>) -> Result<Option<(ModuleRef, Law)>, ConnectError> {
+        let Some(module) = self.know(|known| law::runner(row, known))? else { return Ok(None) };
+        let number = match self.ask(&Request::Get { module, parameter: 0, entry: 0 }, take!(Value)) {
             Ok(Some(Value::Count(number))) => u8::try_from(number).unwrap_or(0),
             Err(ConnectError::Line(error)) => return Err(error.into()),
             // It does not exist yet.
             _ => 0,
         };
-        let Some(law) = (if number == 0 { None } else { self.law(number)? }) else {
-            return Ok(word.to_owned());
-        };
-        let (prefix, name) = word.strip_prefix("PORT_").map_or(("", word), |name| ("PORT_", name));
-        let (name, axis) = name.find('[').map_or((name, ""), |place| name.split_at(place));
-        let found = names(&law).into_iter().find(|found| found.in_law == name);
-        let is_port = |found: &LawName| !found.on_device.starts_with("P_");
-        let found = found.filter(|found| is_port(found) == (prefix == "PORT_"));
-        Ok(found.map_or_else(|| word.to_owned(), |found| format!("{prefix}{}{axis}", found.on_device)))
+        let law = if number == 0 { None } else { self.law(number)? };
+        Ok(law.map(|law| (module, law)))
     }
 
     /// A law by its program; none where there is none.

@@ -3,11 +3,12 @@
 use std::io::{Read, Write};
 
 use dimsart_core::scheme::{self, Place, Problem, Row, SchemeError};
-use dimsart_core::{Command, CommandError, protocol::Effect};
+use dimsart_core::{Command, CommandError, ModuleRef, protocol::Effect};
 use serde::Serialize;
 
 use super::command::ANY_SIDE;
 use super::{ConnectError, Device};
+use hil_sim::law::{Law, WithLaw};
 use hil_sim::schemes::{Explained, SIDES, SchemeText, rows};
 
 /// A scheme that arrived.
@@ -110,7 +111,7 @@ impl<S: Read + Write> Device<S> {
         for row in scheme::rows_for(&scheme.text, side, SIDES) {
             let sent = match row {
                 Ok(row) => self.send_row(&row)?,
-                Err(error) => Err(self.misread(error)?),
+                Err(error) => Err(self.misread(error, None)?),
             };
             let name = scheme.name.clone();
             match sent {
@@ -127,28 +128,34 @@ impl<S: Read + Write> Device<S> {
     }
 
     fn send_row(&mut self, row: &Row<'_>) -> Result<Result<(), Misread>, ConnectError> {
-        let command = match self.know(|known| row.command(known))? {
+        let law = self.law_of(row)?;
+        let law = law.as_ref();
+        let command = match self.know(|known| WithLaw::new(known, law).command(row))? {
             Ok(command) => command,
-            Err(error) => return Ok(Err(self.misread(error)?)),
+            Err(error) => return Ok(Err(self.misread(error, law)?)),
         };
         if matches!(command, Command::Begin | Command::Commit | Command::Abort) {
-            let mut misread = self.misread(row.refused(CommandError::TransactionOpen))?;
+            let mut misread = self.misread(row.refused(CommandError::TransactionOpen), None)?;
             misread.message =
                 "refused: the file is sent as one transaction, it opens and ends none".to_owned();
             return Ok(Err(misread));
         }
         let Effect { refused, .. } = self.try_give(command)?;
         let Some(refused) = refused else { return Ok(Ok(())) };
-        let mut misread = self.misread(row.refused(refused))?;
+        let mut misread = self.misread(row.refused(refused), law)?;
         if matches!(refused, CommandError::DoesNotMatch { .. }) {
             misread.message = format!("refused: {}", self.refusal_with_faults(refused)?);
         }
         Ok(Err(misread))
     }
 
-    fn misread(&mut self, error: SchemeError<'_>) -> Result<Misread, ConnectError> {
+    fn misread(
+        &mut self,
+        error: SchemeError<'_>,
+        law: Option<&(ModuleRef, Law)>,
+    ) -> Result<Misread, ConnectError> {
         let Place { line, column, word } = error.place;
-        let message = self.know(|known| Explained { error, known }.to_string())?;
+        let message = self.know(|known| Explained { error, known: &WithLaw::new(known, law) }.to_string())?;
         let is_unknown = match error.problem {
             Problem::Destination | Problem::Surplus | Problem::Entry { .. } | Problem::Refused(_) => false,
             // A choice may have another name; a number is wrong in every version.

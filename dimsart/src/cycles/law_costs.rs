@@ -1,8 +1,9 @@
-//! What a law costs: a program with as many ports as can be, and what each instruction adds to it.
+//! What a law costs: a program with as many ports, parameters and states as can be, and what each instruction adds to it.
 
 use dimsart_core::modules::Standard;
 use dimsart_core::online::{
-    Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, OWN_AXIS, Opcode, seal,
+    Field, Header, Instruction, LawParameter, MAX_INPUTS, MAX_OUTPUTS, MAX_PARAMETERS, MAX_STATES, OWN_AXIS,
+    Opcode, seal,
 };
 use dimsart_core::{Command, Cost, ModuleList as _, ModuleRef, TypeRef, Unit, Value, types};
 use hil_sim::law;
@@ -18,7 +19,7 @@ pub(super) fn module() -> Option<ModuleRef> {
     Some(ModuleRef { kind: u8::try_from(kind).ok()?, number: 1 })
 }
 
-/// A law with all ports, which writes an input to every output.
+/// A law with all ports, parameters and states, which writes an input to every output.
 pub(super) fn plain(module: ModuleRef) -> Variant {
     Variant::with(module, commands(module, &[]))
 }
@@ -50,8 +51,8 @@ fn commands(module: ModuleRef, more: &[Instruction]) -> Vec<Command> {
     let header = Header {
         inputs: count(MAX_INPUTS),
         outputs: count(MAX_OUTPUTS),
-        parameters: 1,
-        states: 1,
+        parameters: count(MAX_PARAMETERS),
+        states: count(MAX_STATES),
         constants: 1,
         tick: count(tick.len()),
         ..Header::default()
@@ -61,7 +62,8 @@ fn commands(module: ModuleRef, more: &[Instruction]) -> Vec<Command> {
     let ports = ports.chain(numbered(types::DES_FORCE.first(), MAX_OUTPUTS));
     let mut words = header.to_words().to_vec();
     words.extend(ports.map(|port| u32::from(port.id) | u32::from(port.number) << 16));
-    words.extend(LawParameter { unit: Unit::One, min: 0.0, max: 1.0, default: 0.5 }.to_words());
+    let parameter = LawParameter { unit: Unit::One, min: 0.0, max: 1.0, default: 0.5 };
+    words.extend([parameter; MAX_PARAMETERS].iter().flat_map(|parameter| parameter.to_words()));
     words.push(1.5_f32.to_bits());
     words.extend(tick.iter().map(|instruction| instruction.0));
     words.push(seal(&words));

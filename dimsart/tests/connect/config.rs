@@ -6,12 +6,14 @@ use std::io::{self, Read, Write};
 use std::path::PathBuf;
 use std::process::Output;
 
+use dimsart::config::{Difference, deviations};
 use dimsart::connect::{ConnectError, Device, Exchange, InProcess};
 use dimsart_core::protocol::{
     MAX_FRAME_BYTES, PROTOCOL_VERSION, Receiver, Request, Response, decode_request, encode_response, serve,
 };
 use dimsart_core::{Command, Word};
 use hil_sim::bilateral;
+use hil_sim::law::Law;
 use hil_sim::response::loaded_controllers;
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::rig_file::RigFile;
@@ -372,4 +374,34 @@ fn a_device_of_a_newer_version_is_saved_with_a_warning_and_takes_nothing() {
     assert!(found.contains("look only, nothing has changed; update the program"), "{found}");
     assert!(!message(&config(&["apply", &kept, &port, "--dry-run"])).is_empty());
     assert_eq!(config(&["save", &port]).stdout, text.into_bytes());
+}
+
+#[test]
+fn rows_have_the_names_of_the_law_that_is_on_the_device() {
+    let text = "law SPRING\nin x: POSITION\nout force: DES_FORCE\nparam stiffness: Stiffness = 2 in 0..10\n\
+                force = -stiffness * x";
+    let rows = "all ONLINE_MOD PROGRAM 1\nall ONLINE_MOD stiffness 4\nall ONLINE_MOD PORT_x POSITION\n\
+                all MOD_ENG MOD_ON ONLINE_MOD\nall MOD_ENG MATCHING_CHECK";
+    let mut joint = of_rig("joint");
+    let law = Law::compile(text, "spring.law").unwrap();
+    Device::greet(InProcess::new(&mut joint), QUICK).unwrap().upload_law(&law, None).unwrap();
+
+    let error = exchanged(&mut joint, &rows.replace("stiffness", "gain"), false).unwrap_err().to_string();
+    let names =
+        "'gain' is not a parameter or port of ONLINE_MOD; there is PROGRAM, stiffness, PORT_x, PORT_force";
+    assert!(error.contains(names), "{error}");
+    let error = exchanged(&mut joint, &rows.replace(" 4", " 11"), false).unwrap_err().to_string();
+    assert!(error.contains("'11' is not a number from 0 to 10"), "{error}");
+
+    exchanged(&mut joint, rows, false).unwrap();
+    let on_device = saved(&mut joint);
+    let mut device = Device::greet(InProcess::new(&mut joint), QUICK).unwrap();
+    let stiffness = device.get("ONLINE_MOD", "stiffness").unwrap().to_string();
+    assert!(stiffness.contains(" 4"), "{stiffness}");
+    let [file, there] = [rows, &on_device].map(|rows| device.read_configuration(rows, "all").unwrap());
+    assert_eq!((&file.unknown[..], &there.unknown[..]), (&[][..], &[][..]));
+    assert!(Difference::between(&file, &there).changes.is_empty(), "{file:?} {there:?}");
+    let stiffness =
+        deviations(&there).into_iter().find(|found| found.parameter.as_deref() == Some("stiffness"));
+    assert_eq!(stiffness.and_then(|found| found.default).as_deref(), Some("2"), "of the law");
 }

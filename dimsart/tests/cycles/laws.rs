@@ -42,6 +42,29 @@ integral = sum + tracking * (force - wanted)
 previous = error
 before = filtered";
 
+/// As one writes it: what the module in Rust works out between ticks is worked out in each tick here.
+const PID_OF_GAINS: &str = "law PID
+in position: POSITION
+in desired: DES_POSITION
+out force: DES_FORCE
+param stiffness: Stiffness = 0 in 0..1e6
+param integral_gain: IntegralGain = 0 in 0..1e7
+param damping: Damping = 0 in 0..1e4
+param limit: Force = 1e4 in 0..1e4
+param tracking_time: Second = 0.1 in 0.001..100
+param filter_time: Second = 0 in 0..10
+state integral = 0
+state previous = desired - position
+state before = 0
+let error = desired - position
+let filtered = before + period / (period + filter_time) * (error - previous - before)
+let sum = integral + integral_gain * period * error
+let wanted = stiffness * error + sum + damping / period * filtered
+force = clamp(wanted, -limit, limit)
+integral = sum + min(period / tracking_time, 1) * (force - wanted)
+previous = error
+before = filtered";
+
 /// A controller of so many axes with a generator of desired positions, and these rows.
 fn controller(dof: usize, law: Option<&Law>, rows: &str) -> Dimsart {
     let mut dimsart = Dimsart::new(device("master", dof, 1e-3).unwrap()).unwrap();
@@ -88,14 +111,18 @@ fn a_law_has_the_bits_of_the_one_in_rust_and_takes_at_most_15_times_its_cycles()
     let [period_s, filter_time_s, tracking_time_s] = [1e-3_f32, 0.002, 0.1];
     let per_tick = [900.0 * period_s, 4.0 / period_s, 20.0, period_s / tracking_time_s];
     let smoothing = period_s / (period_s + filter_time_s);
-    let values = (2..).zip(per_tick.into_iter().chain([smoothing]));
-    let of_pid: String =
-        values.map(|(number, value)| format!("all ONLINE_MOD P_{number} {value}\n")).collect();
+    let per_tick: Vec<f32> = per_tick.into_iter().chain([smoothing]).collect();
+    let gains = [900.0, 4.0, 20.0, tracking_time_s, filter_time_s];
+    let rows = |values: &[f32]| -> String {
+        let rows = (2..).zip(values).map(|(number, value)| format!("all ONLINE_MOD P_{number} {value}\n"));
+        rows.collect()
+    };
     let pid = "all PIDCTRL_MOD K_PARAM 150\nall PIDCTRL_MOD I_PARAM 900\nall PIDCTRL_MOD D_PARAM 4\n\
                all PIDCTRL_MOD LIMIT 20\nall PIDCTRL_MOD FILTER_TIME 0.002\nall MOD_ENG MOD_ON PIDCTRL_MOD";
     for (name, text, rows, in_rust) in [
         ("P", P, String::new(), "all PCTRL_MOD K_PARAM 150\nall MOD_ENG MOD_ON PCTRL_MOD"),
-        ("PID", PID, of_pid, pid),
+        ("PID with what it needs of its gains as parameters", PID, rows(&per_tick), pid),
+        ("PID", PID_OF_GAINS, rows(&gains), pid),
     ] {
         let law = Law::compile(text, name).unwrap();
         for dof in [1, 3] {

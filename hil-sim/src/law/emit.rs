@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use dimsart_core::limits::PROGRAM_WORDS;
-use dimsart_core::online::{Header, Instruction, Opcode, Program, REGISTERS, seal};
+use dimsart_core::online::{Header, Instruction, OWN_AXIS, Opcode, Program, REGISTERS, seal};
 
 use super::Law;
 use super::check::Checked;
@@ -23,7 +23,9 @@ pub(super) fn emit(law: &Checked<'_>, lowered: &Lowered, text: &str) -> Result<L
     };
     let end = text.trim_end().len();
     // What is the same for all axes once, if there are registers for it.
-    let code = Code::of(lowered, true).or_else(|| Code::of(lowered, false)).ok_or_else(|| {
+    let there = Registers::there(law, &lowered.values);
+    let code = Code::of(lowered, &there, true).or_else(|| Code::of(lowered, &there, false));
+    let code = code.ok_or_else(|| {
         let message = format!("more than {REGISTERS} values are needed at a time");
         Problem::new(end..end, message, "make two laws of this one")
     })?;
@@ -101,21 +103,24 @@ enum Sink {
 
 impl Code {
     /// None where there are not registers enough.
-    fn of(lowered: &Lowered, hoists: bool) -> Option<Self> {
+    fn of(lowered: &Lowered, there: &Registers, hoists: bool) -> Option<Self> {
         let mut code = Self::default();
         let first =
             (0..).zip(&lowered.first).map(|(state, id)| (Sink::State(state), *id)).collect::<Vec<_>>();
         let outputs = lowered.outputs.iter().map(|(output, axis, id)| (Sink::Output(*output, *axis), *id));
         let states = lowered.states.iter().map(|(state, id)| (Sink::State(*state), *id));
         let tick = outputs.chain(states).collect::<Vec<_>>();
-        let mut fixed = Registers::default();
+        let mut fixed = there.clone();
         let values = Fused::of(&lowered.values, first.iter().chain(&tick).map(|(_, id)| *id));
         if hoists {
             let roots = values.fixed_roots(first.iter().chain(&tick).map(|(_, id)| *id));
             let order = values.order(roots.iter().copied(), &HashMap::new());
             code.once = fixed.allocate(&values, &order, &roots, &mut code.constants)?;
-            fixed.keep_only(&roots);
+            fixed.of.retain(|id, _| roots.contains(id) || there.of.contains_key(id));
+            fixed.kept = roots;
         }
+        // On an axis, a register is free again where what was in it is used no more.
+        fixed.first = 0;
         for (sinks, section) in [(first, &mut code.begin), (tick, &mut code.tick)] {
             let mut registers = fixed.clone();
             let roots: BTreeSet<Id> = sinks.iter().map(|(_, id)| *id).collect();
@@ -229,7 +234,8 @@ impl<'v> Fused<'v> {
             Value::Period => Instruction::new(Opcode::Period, &[to]),
             Value::Input(input, axis) => Instruction::new(Opcode::Input, &[to, input, axis]),
             Value::Parameter(number, axis) => Instruction::new(Opcode::Parameter, &[to, number, axis]),
-            Value::State(state) => Instruction::new(Opcode::State, &[to, state]),
+            // It is in a register.
+            Value::State(_) => return None,
             Value::Last(output, axis) => Instruction::new(Opcode::Last, &[to, output, axis]),
             Value::Of(number, _) => {
                 let opcode = *Opcode::ALL.get(usize::from(number))?;
@@ -246,16 +252,27 @@ struct Registers {
     of: HashMap<Id, u8>,
     /// Values that stay, whatever uses them.
     kept: BTreeSet<Id>,
+    /// The first one that a value can get.
+    first: u8,
 }
 
 impl Registers {
-    fn keep_only(&mut self, values: &BTreeSet<Id>) {
-        self.of.retain(|id, _| values.contains(id));
-        self.kept.clone_from(values);
+    /// With what is there when an axis is computed: its parameters, and behind them its states.
+    fn there(law: &Checked<'_>, values: &Values) -> Self {
+        let parameters = u8::try_from(law.parameters.len()).unwrap_or(u8::MAX);
+        let states = u8::try_from(law.states.len()).unwrap_or(u8::MAX);
+        let own = if law.coupled_axes.is_some() { 0 } else { OWN_AXIS };
+        let of = values.all().filter_map(|(id, value)| match value {
+            Value::Parameter(number, axis) if axis == own => Some((id, number)),
+            Value::State(number) => Some((id, parameters + number)),
+            _ => None,
+        });
+        Self { of: of.collect(), kept: BTreeSet::new(), first: parameters + states }
     }
 
     fn free(&self) -> Option<u8> {
-        (0..u8::try_from(REGISTERS).ok()?).find(|register| !self.of.values().any(|taken| taken == register))
+        (self.first..u8::try_from(REGISTERS).ok()?)
+            .find(|register| !self.of.values().any(|taken| taken == register))
     }
 
     /// The instructions that compute values in this order; a register is free again behind the last use of its value,

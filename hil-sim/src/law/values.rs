@@ -34,6 +34,11 @@ impl Values {
         self.list.get(id).copied()
     }
 
+    /// Each with its number.
+    pub(super) fn all(&self) -> impl Iterator<Item = (Id, Value)> {
+        self.list.iter().copied().enumerate()
+    }
+
     /// The number of a value, which is there once.
     pub(super) fn add(&mut self, value: Value) -> Id {
         *self.known.entry(value).or_insert_with(|| {

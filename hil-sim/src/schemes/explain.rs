@@ -6,7 +6,7 @@ use dimsart_core::protocol::{Accepted, ParameterText};
 use dimsart_core::scheme::{ENGINE, PORT_PREFIX, Problem, SWITCH, SchemeError};
 use dimsart_core::{CommandError, EngineCommand, Explanation, ModuleRef, ParameterError, Vocabulary};
 
-use super::suggestion;
+use super::{nearest, suggestion};
 
 /// A row's error in words, with the names of the controller that the row was for.
 pub struct Explained<'a, V> {
@@ -105,7 +105,11 @@ impl<V: Vocabulary> fmt::Display for Explained<'_, V> {
                         "{name} was left out with its group when the image was built (docs/firmware.md)"
                     );
                 }
-                self.unknown(f, format!("a parameter or port of {name}"), there.iter().map(String::as_str))
+                self.unknown(f, format!("a parameter or port of {name}"), there.iter().map(String::as_str))?;
+                match nearest(word, &there) {
+                    Some(_) => write!(f, " there is {}", there.join(", ")),
+                    None => Ok(()),
+                }
             }
             Problem::Type => self.unknown(f, "a data type", known.type_texts().map(|found| found.name)),
             Problem::Entry { module, parameter } => match known.parameter_text(module.kind, parameter) {

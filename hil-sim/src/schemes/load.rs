@@ -2,10 +2,11 @@
 
 use dimsart_core::modules::Standard;
 use dimsart_core::scheme::{self, ENGINE, Problem, Row, SchemeError};
-use dimsart_core::{CommandError, Dimsart, Engine, Finding};
+use dimsart_core::{CommandError, Dimsart, Engine, Finding, ModuleRef, Value, Vocabulary};
 
 use super::explain::Explained;
 use super::{SIDES, SchemeText, Setting};
+use crate::law::{self, Law, WithLaw};
 
 /// What a scheme came to on a controller.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -56,14 +57,17 @@ pub fn load_for<const WORDS: usize>(
 ) -> Loaded {
     let mut errors = Vec::new();
     for row in scheme::rows_for(&scheme.text, side, sides) {
-        match row.map_err(Refusal::from).and_then(|row| apply(&row, settings, dimsart)) {
+        let law = row.as_ref().ok().and_then(|row| law_of(row, dimsart.engine_mut()));
+        match row.map_err(Refusal::from).and_then(|row| apply(&row, law.as_ref(), settings, dimsart)) {
             // The faults say more than this refusal does.
             Ok(())
             | Err(Refusal {
                 error: SchemeError { problem: Problem::Refused(CommandError::DoesNotMatch { .. }), .. },
                 ..
             }) => {}
-            Err(refusal) => errors.push(refusal.explain(&scheme.name, dimsart.engine())),
+            Err(refusal) => {
+                errors.push(refusal.explain(&scheme.name, &WithLaw::new(dimsart.engine(), law.as_ref())))
+            }
         }
     }
     let engine = dimsart.engine();
@@ -108,10 +112,10 @@ impl<'a> From<SchemeError<'a>> for Refusal<'a> {
 }
 
 impl Refusal<'_> {
-    fn explain<const WORDS: usize>(&self, name: &str, engine: &Engine<Standard, WORDS>) -> String {
+    fn explain(&self, name: &str, known: &impl Vocabulary) -> String {
         let Self { error, by } = *self;
         let place = error.place;
-        let explained = Explained { error, known: engine };
+        let explained = Explained { error, known };
         match by {
             None => format!("{name}:{}:{}: {explained}", place.line, place.column),
             Some(Setting { module, command, value, key }) => format!(
@@ -122,17 +126,29 @@ impl Refusal<'_> {
     }
 }
 
+/// The law that the module of a row runs: the row may have the law's own names.
+fn law_of<const WORDS: usize>(
+    row: &Row<'_>,
+    engine: &mut Engine<Standard, WORDS>,
+) -> Option<(ModuleRef, Law)> {
+    let module = law::runner(row, engine)?;
+    let Ok(Value::Count(number)) = engine.get(module, 0, 0) else { return None };
+    let (_, program) = engine.programs().find(|(known, _)| u32::from(*known) == number)?;
+    Some((module, Law::of_program(&program)))
+}
+
 /// Gives a row to the controller, and with it the settings that are due.
 fn apply<'a, const WORDS: usize>(
     row: &Row<'a>,
+    law: Option<&(ModuleRef, Law)>,
     settings: &'a [Setting],
     dimsart: &mut Dimsart<Standard, WORDS>,
 ) -> Result<(), Refusal<'a>> {
-    let command = row.command(dimsart.engine())?;
+    let command = WithLaw::new(dimsart.engine(), law).command(row)?;
     for setting in settings.iter().filter(|setting| setting.is_due_before(command)) {
         give(setting, row, dimsart)?;
     }
-    row.apply(dimsart)?;
+    dimsart.command(command).map_err(|error| row.refused(error))?;
     for setting in settings.iter().filter(|setting| setting.is_due_after(command)) {
         if setting.module_ref().is_some_and(|module| dimsart.engine().is_plugged_in(module)) {
             give(setting, row, dimsart)?;

@@ -9,6 +9,7 @@
 mod errors;
 mod expressions;
 mod laws;
+mod names;
 
 use dimsart_core::{
     AxisKind, Command, DeviceDescriptor, Dimsart, Engine, ModuleRef, Tick, Value, Word, types,

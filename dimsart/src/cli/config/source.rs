@@ -56,5 +56,5 @@ fn without_a_device(scheme: &SchemeText, side: &str) -> Result<Configuration, Bo
     let axes = [AxisKind::Linear, AxisKind::Rotary].repeat(4);
     let device = DeviceDescriptor::new("any", &axes, 1e-3, &[types::POSITION], &[types::DES_FORCE])?;
     let dimsart = Box::new(SimulatedDimsart::new(device).map_err(CommandError::from)?);
-    Ok(Configuration::read(&scheme.text, side, dimsart.engine()))
+    Ok(Configuration::read(&scheme.text, side, dimsart.engine(), &[]))
 }

@@ -1,0 +1,103 @@
+//! The names of a controller, where the module that runs a law has the law's own.
+
+use dimsart_core::protocol::{Accepted, DataTypeText, ParameterText, PortText};
+use dimsart_core::scheme::{Problem, Row, SchemeError};
+use dimsart_core::{AxisKind, Command, EVERY_TICKS, ModuleRef, Value, Vocabulary};
+
+use super::Law;
+
+/// Name of the module that runs laws.
+pub const MODULE: &str = "ONLINE_MOD";
+
+/// The names of a controller, and of the law that one of its modules runs: `stiffness` for `P_1`, `PORT_force` for
+/// `PORT_OUT_1`.
+#[derive(Debug)]
+pub struct WithLaw<'k, V> {
+    known: &'k V,
+    law: Option<&'k (ModuleRef, Law)>,
+}
+
+impl<'k, V: Vocabulary> WithLaw<'k, V> {
+    /// With the law of a module; without one, the names are the controller's.
+    pub fn new(known: &'k V, law: Option<&'k (ModuleRef, Law)>) -> Self {
+        Self { known, law }
+    }
+
+    /// The command of a row, which may have the controller's own name of a port, such as `PORT_IN_1`.
+    ///
+    /// # Errors
+    /// [`SchemeError`] names the word that is not understood.
+    pub fn command<'a>(&self, row: &Row<'a>) -> Result<Command, SchemeError<'a>> {
+        match row.command(self) {
+            Err(error @ SchemeError { problem: Problem::ModuleCommand(_), .. }) => {
+                row.command(self.known).map_err(|_| error)
+            }
+            command => command,
+        }
+    }
+
+    fn law_of(&self, is_of: impl Fn(ModuleRef) -> bool) -> Option<&'k Law> {
+        self.law.and_then(|(module, law)| is_of(*module).then_some(law))
+    }
+}
+
+/// The module that a row is for, if it is one that runs laws.
+pub fn runner(row: &Row<'_>, known: &impl Vocabulary) -> Option<ModuleRef> {
+    let word = row.word(1);
+    let is_runner = word.split('.').next() == Some(MODULE);
+    if is_runner { known.module_named(word) } else { None }
+}
+
+impl<V: Vocabulary> Vocabulary for WithLaw<'_, V> {
+    fn device_name(&self) -> &str {
+        self.known.device_name()
+    }
+
+    fn axes(&self) -> &[AxisKind] {
+        self.known.axes()
+    }
+
+    fn kind_name(&self, kind: u8) -> Option<&str> {
+        self.known.kind_name(kind)
+    }
+
+    fn parameter_text(&self, kind: u8, index: u8) -> Option<ParameterText<'_>> {
+        let found = self.known.parameter_text(kind, index)?;
+        let (Some(law), Some(number), true) =
+            (self.law_of(|module| module.kind == kind), index.checked_sub(1), index != EVERY_TICKS)
+        else {
+            return Some(found);
+        };
+        // The kind has a parameter for each that a law can have.
+        let own = law.parameters.get(usize::from(number))?;
+        let of_law = own.parameter;
+        Some(ParameterText {
+            name: &own.name,
+            unit: of_law.unit,
+            accepts: Accepted::Real { min: of_law.min, max: of_law.max },
+            default: Some(Value::Real(of_law.default)),
+            ..found
+        })
+    }
+
+    fn port_text(&self, module: ModuleRef, index: u8) -> Option<PortText<'_>> {
+        let found = self.known.port_text(module, index)?;
+        let own = self.law_of(|of| of == module);
+        let mut names = own.into_iter().flat_map(|law| law.inputs.iter().chain(&law.outputs));
+        let name = names.nth(index.into()).map_or(found.name, |port| port.name.as_str());
+        Some(PortText { name, ..found })
+    }
+
+    fn parameter_named(&self, kind: u8, name: &str) -> Option<(u8, ParameterText<'_>)> {
+        let of_law = (0..=u8::MAX).zip(self.parameter_texts(kind)).find(|(_, found)| found.name == name);
+        // A row may have the controller's own name, too.
+        of_law.or_else(|| {
+            let (number, found) = self.known.parameter_named(kind, name)?;
+            Some((number, self.parameter_text(kind, number).unwrap_or(found)))
+        })
+    }
+
+    fn type_text(&self, index: u16) -> Option<DataTypeText<'_>> {
+        self.known.type_text(index)
+    }
+}
