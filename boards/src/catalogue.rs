@@ -114,5 +114,9 @@ pub const MODULE_GROUPS: [&str; 11] = [
 /// Those that an image has unless others are named.
 pub const SHIPPED_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
 
+/// What each kind of module adds to a tick at most on nucleo-g474re: a line for each, with its name, its cycles without axes
+/// and for each axis, and why these are not known.
+pub const MODULE_COSTS: &str = include_str!("../module-costs.txt");
+
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.
 pub const CALLS: &str = include_str!("../calls.txt");

@@ -120,7 +120,7 @@ pub(crate) fn features(board: &BoardInfo, more: Option<&str>) -> [String; 3] {
 }
 
 /// Copies what was built to where images are collected.
-fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
+pub(crate) fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
     let image = folder().join(name);
     let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(built, &image));
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;

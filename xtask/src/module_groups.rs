@@ -21,8 +21,8 @@ are in every image, because costs are measured with them. Of the bytes in flash,
 runs, which is copied there at start.
 
 What fits is decided on nucleo-g474re by the 32 KiB of CCM SRAM, long before its 256 KiB of flash, and on b-g431b-esc1,
-whose tick runs in flash, by the 124 KiB of flash. The most that fits is what linked with one group after the other, from
-the smallest on, until one did not.
+whose tick runs in flash, by the 124 KiB of flash. The most that fits is as many groups as were linked together, from the
+smallest on.
 
 `cargo board nucleo-g474re,filters` builds the groups that are shipped and `filters`; with `--no-default-features`, only
 the groups that are named are built: `cargo board b-g431b-esc1,control,teleoperation --no-default-features` is what
@@ -106,14 +106,17 @@ impl Groups {
         }
         smallest_first.sort_unstable();
         rows.push(("shipped".to_owned(), bytes(board.tooling.modules)?));
-        let mut most: Vec<&str> = Vec::new();
-        for (_, group) in smallest_first {
-            let more = [most.as_slice(), &[group]].concat();
-            if bytes(&more)?.is_none() {
-                break;
+        let groups: Vec<&str> = smallest_first.into_iter().map(|(_, group)| group).collect();
+        // So many of the smallest fit, so many do not.
+        let (mut most, mut beyond) = (0, groups.len() + 1);
+        while beyond - most > 1 {
+            let count = usize::midpoint(most, beyond);
+            match bytes(groups.get(..count).unwrap_or_default())? {
+                Some(_) => most = count,
+                None => beyond = count,
             }
-            most = more;
         }
+        let most = groups.into_iter().take(most).collect();
         Ok(Self { rows, most })
     }
 }
