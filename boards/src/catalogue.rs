@@ -44,6 +44,14 @@ pub struct BoardInfo {
     pub tooling: Tooling,
 }
 
+impl BoardInfo {
+    /// Whether its images have a group of modules; "" is that of modules in every one.
+    #[must_use]
+    pub fn has_group(&self, group: &str) -> bool {
+        group.is_empty() || self.tooling.modules.contains(&group)
+    }
+}
+
 /// What is registered of a board beside its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tooling {
