@@ -120,3 +120,14 @@ fn what_is_stamped_can_be_read_by_a_program() {
         found["unknown"].is_array() && String::from_utf8(output.stderr).unwrap().contains("costs by rustc")
     );
 }
+
+#[test]
+fn the_list_of_modules_says_what_they_cost_by_a_stamp() {
+    let Some((_, path)) = images().into_iter().next() else { return };
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output = command.args(["modules", "PDCTRL_MOD", "--json", "--image"]).arg(&path).output().unwrap();
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let place = 1 + Standard::KINDS.iter().position(|kind| kind.name == "PDCTRL_MOD").unwrap();
+    let (cycles, per_axis) = StampedImage::read(&path).unwrap().costs().unwrap()[place].line();
+    assert_eq!((&found[0]["cycles"], &found[0]["cycles_per_axis"]), (&cycles.into(), &per_axis.into()));
+}
