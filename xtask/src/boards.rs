@@ -154,9 +154,11 @@ pub(crate) fn build_with(
     let built = toolchain.cargo("build", &arguments).arg(&features).output();
     let built = built.map_err(|error| format!("cargo could not be started: {error}"))?;
     let said = String::from_utf8_lossy(&built.stderr);
+    // What the linker says, and the firmware of a board that it is known of.
+    let is_too_large = said.contains("will not fit in region") || said.contains("has no room for all");
     match built.status.success() {
         true => Ok(Some(output(PROFILE).join("firmware"))),
-        false if said.contains("will not fit in region") => Ok(None),
+        false if is_too_large => Ok(None),
         false => Err(format!("no image with {features}: {said}")),
     }
 }
