@@ -22,7 +22,7 @@ runs, which is copied there at start.
 
 What fits is decided on nucleo-g474re by the 32 KiB of CCM SRAM, long before its 256 KiB of flash, and on b-g431b-esc1,
 whose tick runs in flash, by the 124 KiB of flash. The most that fits is as many groups as were linked together, from the
-smallest on.
+smallest on. Too large for b-g431b-esc1 are `online` for its RAM, and `robots` for its flash.
 
 `cargo board nucleo-g474re,filters` builds the groups that are shipped and `filters`; with `--no-default-features`, only
 the groups that are named are built: `cargo board b-g431b-esc1,control,teleoperation --no-default-features` is what
