@@ -44,6 +44,14 @@ pub struct BoardInfo {
     pub tooling: Tooling,
 }
 
+impl BoardInfo {
+    /// Whether its images have a group of modules; "" is that of modules in every one.
+    #[must_use]
+    pub fn has_group(&self, group: &str) -> bool {
+        group.is_empty() || self.tooling.modules.contains(&group)
+    }
+}
+
 /// What is registered of a board beside its name.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tooling {
@@ -113,6 +121,10 @@ pub const MODULE_GROUPS: [&str; 11] = [
 
 /// Those that an image has unless others are named.
 pub const SHIPPED_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
+
+/// What each kind of module adds to a tick at most on nucleo-g474re: a line for each, with its name, its cycles without axes
+/// and for each axis, and why these are not known.
+pub const MODULE_COSTS: &str = include_str!("../module-costs.txt");
 
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.
 pub const CALLS: &str = include_str!("../calls.txt");

@@ -7,7 +7,7 @@ mod core_cycles;
 mod flash;
 mod known;
 mod pipeline;
-mod registers;
+pub(crate) mod registers;
 mod rows;
 mod table;
 

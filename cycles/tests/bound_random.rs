@@ -207,7 +207,6 @@ proptest! {
         };
         let once = Bound::of_once(&question).unwrap().remove(0);
         let every = Bound::of_every(&question).unwrap().remove(0);
-        prop_assert!(every.cycles >= once.cycles);
         for a in 0..=MOST {
             for b in 0..=MOST {
                 let run = first.clone().call(CODE, [a, b, 0, 0]).unwrap();

@@ -26,9 +26,9 @@ mod stamp;
 mod telemetry;
 mod tick;
 
-#[cfg(all(feature = "b-g431b-esc1", feature = "signals"))]
+#[cfg(all(feature = "b-g431b-esc1", feature = "control", feature = "signals", feature = "teleoperation"))]
 compile_error!(
-    "b-g431b-esc1 has no room for the modules of `signals` beside its drive: \
+    "b-g431b-esc1 has no room for all that other images ship with beside its drive: \
      cargo board b-g431b-esc1,control,teleoperation --no-default-features"
 );
 

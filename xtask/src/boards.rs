@@ -120,7 +120,7 @@ pub(crate) fn features(board: &BoardInfo, more: Option<&str>) -> [String; 3] {
 }
 
 /// Copies what was built to where images are collected.
-fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
+pub(crate) fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
     let image = folder().join(name);
     let copied = std::fs::create_dir_all(folder()).and_then(|()| std::fs::copy(built, &image));
     copied.map_err(|error| format!("cannot copy {} to {}: {error}", built.display(), image.display()))?;
@@ -142,12 +142,25 @@ pub(crate) fn build_program(toolchain: Toolchain, board: &BoardInfo, name: &str)
     Ok(output(PROFILE).join(name))
 }
 
-/// Size of a board's image with these groups of modules alone.
-pub(crate) fn size_with(toolchain: Toolchain, board: &BoardInfo, groups: &[&str]) -> Result<Size, String> {
+/// A board's image with these groups of modules alone, where cargo puts it; none if a memory is too small for it.
+pub(crate) fn build_with(
+    toolchain: Toolchain,
+    board: &BoardInfo,
+    groups: &[&str],
+) -> Result<Option<PathBuf>, String> {
     let features = [&[board.name], groups].concat().join(",");
     let arguments = ["--package", "firmware", "--profile", PROFILE, "--no-default-features", "--features"];
-    run(toolchain.cargo("build", &arguments).arg(&features))?;
-    size(&output(PROFILE).join("firmware"))
+    println!("an image with {features}");
+    let built = toolchain.cargo("build", &arguments).arg(&features).output();
+    let built = built.map_err(|error| format!("cargo could not be started: {error}"))?;
+    let said = String::from_utf8_lossy(&built.stderr);
+    // What the linker says, and the firmware of a board that it is known of.
+    let is_too_large = said.contains("will not fit in region") || said.contains("has no room for all");
+    match built.status.success() {
+        true => Ok(Some(output(PROFILE).join("firmware"))),
+        false if is_too_large => Ok(None),
+        false => Err(format!("no image with {features}: {said}")),
+    }
 }
 
 /// Puts into an image what its modules cost, and the side that its scheme is for.
@@ -204,19 +217,25 @@ fn over_budget(image: &Image) -> Option<String> {
     })
 }
 
-fn size(image: &Path) -> Result<Size, String> {
-    let unreadable = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", image.display());
-    let bytes = std::fs::read(image).map_err(|error| unreadable(&error))?;
-    size_of(&bytes).map_err(|error| unreadable(&error))
+pub(crate) fn size(image: &Path) -> Result<Size, String> {
+    size_where(image, |_| true)
 }
 
-fn size_of(bytes: &[u8]) -> object::Result<Size> {
+/// Of the sections with such names.
+pub(crate) fn size_where(image: &Path, is_counted: impl Fn(&[u8]) -> bool) -> Result<Size, String> {
+    let unreadable = |error: &dyn std::fmt::Display| format!("cannot read {}: {error}", image.display());
+    let bytes = std::fs::read(image).map_err(|error| unreadable(&error))?;
+    size_of(&bytes, is_counted).map_err(|error| unreadable(&error))
+}
+
+fn size_of(bytes: &[u8], is_counted: impl Fn(&[u8]) -> bool) -> object::Result<Size> {
     let header = FileHeader32::<Endianness>::parse(bytes)?;
     let endian = header.endian()?;
+    let sections = header.sections(endian, bytes)?;
     let mut size = Size { flash: 0, ram: 0 };
-    for section in header.sections(endian, bytes)?.iter() {
+    for section in sections.iter() {
         let (flags, bytes) = (section.sh_flags(endian), u64::from(section.sh_size(endian)));
-        if flags & elf::SHF_ALLOC != 0 {
+        if flags & elf::SHF_ALLOC != 0 && is_counted(sections.section_name(endian, section)?) {
             size.flash += if section.sh_type(endian) == elf::SHT_NOBITS { 0 } else { bytes };
             size.ram += if flags & elf::SHF_WRITE == 0 { 0 } else { bytes };
         }
@@ -252,6 +271,6 @@ mod tests {
 
     #[test]
     fn what_is_no_image_has_no_size() {
-        assert!(size_of(b"no image").is_err());
+        assert!(size_of(b"no image", |_| true).is_err());
     }
 }

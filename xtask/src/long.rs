@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use crate::shell::{Outcome, cargo};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{boards, fuzz, setup, stack};
+use crate::{boards, fuzz, module_costs, setup, stack};
 
 /// Tells a test to run at its full length.
 const VARIABLE: &str = "DIMSART_LONG";
@@ -107,6 +107,7 @@ pub(crate) fn run() -> Outcome {
         outcomes.push(
             steps.step("frames on the stack as the compiler has them", || stack::cross_check(toolchain)),
         );
+        outcomes.push(steps.step("costs of the other modules", || module_costs::hold_others(toolchain)));
         outcomes.push(steps.step("fuzzing", || fuzz::fuzz(INPUTS)));
         let failed: Vec<String> = outcomes.into_iter().filter_map(Result::err).collect();
         if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }

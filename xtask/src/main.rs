@@ -15,6 +15,7 @@ mod flash;
 mod fuzz;
 mod long;
 mod markdown;
+mod module_costs;
 mod module_groups;
 mod oracle;
 mod page;
@@ -49,6 +50,10 @@ usage: cargo xtask COMMAND
   oracle      compare every module and plant with outside implementations: a table, and a page with the curves
   figures     what the firmware takes, of memory and of time (docs/firmware.md), and what faults does
   faults      how soon faults are noticed in the shipped scheme (docs/fault-latency.md); takes seconds
+  module-groups
+              the section of docs/firmware.md on what each group of modules takes; takes half an hour
+  module-costs
+              what each kind of module costs, into boards/module-costs.txt
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   page        try the page of `dimsart serve` in a browser; its pictures go to target/page
@@ -78,6 +83,8 @@ fn main() -> ExitCode {
         ["two-engines"] => two_engines::run(),
         ["budgets"] => budgets::write(),
         ["figures"] => figures::run(),
+        ["module-groups"] => module_groups::write(),
+        ["module-costs"] => module_costs::write(),
         ["faults"] => figures::faults(),
         ["bench"] => bench::run(),
         ["fuzz"] => fuzz::fuzz(fuzz::INPUTS),

@@ -5,7 +5,8 @@ use crate::shell::{Outcome, cargo, run};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
 use crate::{
-    bench, boards, budgets, cycle_table, fuzz, oracle, page, panic_free, setup, stack, tutorial, two_engines,
+    bench, boards, budgets, cycle_table, fuzz, module_costs, oracle, page, panic_free, setup, stack,
+    tutorial, two_engines,
 };
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
@@ -103,6 +104,7 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     Steps::both(
         || {
             steps.step("stamps of the images", || boards::stamp_plain(images))?;
+            steps.step("costs of the modules", || module_costs::hold_plain(toolchain))?;
             steps.step("budgets of a tick", || budgets::hold(toolchain))?;
             steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
             steps.step("two engines, emulated", two_engines::run)?;

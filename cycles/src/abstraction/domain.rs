@@ -80,6 +80,23 @@ impl Abstract {
         }
     }
 
+    /// The sum of two multiples of a word, as compilers multiply by small numbers.
+    fn sum_of_multiples(&mut self, a: Word, b: Word) -> Option<Word> {
+        let ((source, one), (other, two)) = (self.multiple(a), self.multiple(b));
+        let sum = |this: &mut Self| this.derived(source, Function::Multiply(one.wrapping_add(two)));
+        let is_same = source == other && source != Word::ANYTHING;
+        is_same.then(|| sum(self).plus(a.offset.wrapping_add(b.offset)))
+    }
+
+    /// What a word is a multiple of, its offset left aside.
+    fn multiple(&self, word: Word) -> (Word, u32) {
+        match self.symbol(word.symbol).map(|symbol| &symbol.origin) {
+            Some(Origin::Derived(source, Function::Multiply(factor))) => (*source, *factor),
+            Some(Origin::Derived(source, Function::Shift(Shift::Left, bits @ 1..32))) => (*source, 1 << bits),
+            _ => (Word { offset: 0, ..word }, 1),
+        }
+    }
+
     fn with_number(&self, a: Word, b: Word) -> Option<(Word, u32)> {
         match (self.known(a), self.known(b)) {
             (_, Some(number)) => Some((a, number)),
@@ -119,7 +136,11 @@ impl Domain for Abstract {
         let sum = match (carry, self.known(a), self.known(b)) {
             (Some(carry), _, Some(number)) => a.plus(number.wrapping_add(u32::from(carry))),
             (Some(carry), Some(number), _) => b.plus(number.wrapping_add(u32::from(carry))),
-            _ => match self.beside(a, b).filter(|_| carry == Some(false)) {
+            _ => match self
+                .beside(a, b)
+                .or_else(|| self.sum_of_multiples(a, b))
+                .filter(|_| carry == Some(false))
+            {
                 Some(sum) => sum,
                 None => {
                     let carry =

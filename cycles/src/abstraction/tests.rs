@@ -9,6 +9,7 @@ use crate::concrete::Concrete;
 use crate::domain::Domain;
 use crate::instruction::{Condition, Shift, Width};
 use crate::state::Memory;
+use crate::values::Values;
 use crate::values::tests::values;
 
 #[derive(Debug, Clone)]
@@ -202,4 +203,24 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn an_address_of_an_element_is_known_when_its_number_is() {
+    let mut domain = Abstract::default();
+    let number = domain.unknown(Values::ALL);
+    let no_carry = domain.bit(false);
+    // Base + 4 (n + 4 n), as compilers multiply by 20.
+    let by = |domain: &mut Abstract, word, bits| {
+        let bits = domain.constant(bits);
+        domain.shift(Shift::Left, word, bits, no_carry).0
+    };
+    let fourfold = by(&mut domain, number, 2);
+    let (fivefold, _) = domain.add(number, fourfold, no_carry);
+    let offset = by(&mut domain, fivefold, 2);
+    let base = domain.constant(RAM);
+    let (address, _) = domain.add(base, offset, no_carry);
+    assert_eq!(domain.values(address), Values::stepped(0, u32::MAX, 4));
+    assert!(domain.narrow(number, &Values::between(0, 7)));
+    assert_eq!(domain.values(address), Values::stepped(RAM, RAM + 140, 20));
 }

@@ -1,9 +1,8 @@
 //! Tables of jumps.
 
 use crate::image::Image;
-use crate::instruction::{
-    Address, AddressMode, Arithmetic, Instruction, Offset, Operand, Operation, PC, Register,
-};
+use crate::instruction::{Address, Arithmetic, Instruction, Offset, Operand, Operation, PC, Register};
+use crate::timing::registers;
 
 /// What stands behind a table is aligned to this at most.
 const ALIGNMENT: u32 = 4;
@@ -57,16 +56,9 @@ fn table(image: &Image, mut address: u32, n: Register) -> Option<u32> {
                 operand: Operand::Immediate { value, .. },
                 ..
             } if d == n => return Some((before.address.wrapping_add(4) & !3).wrapping_add(value)),
-            Operation::Move { d: other, .. }
-            | Operation::Load { t: other, .. }
-            | Operation::Arithmetic { d: Some(other), .. }
-            | Operation::Extend { d: other, .. }
-            | Operation::ExtractField { d: other, .. }
-                if other != n && other != PC =>
+            ref other
+                if registers::written(other).is_some_and(|written| written & registers::bit(n) == 0) =>
             {
-                address = before.address;
-            }
-            Operation::Store { address: Address { mode: AddressMode::Offset, .. }, .. } => {
                 address = before.address;
             }
             _ => return None,

@@ -1,7 +1,7 @@
 //! Which registers an instruction reads and writes, as far as a later one waits for them.
 
 use crate::instruction::{
-    Address, AddressMode, FloatArithmetic, FloatRegister, FloatUnary, Offset, Operation, Register,
+    Address, AddressMode, FloatArithmetic, FloatRegister, FloatUnary, Offset, Operation, PC, Register,
 };
 
 /// Core registers that go into the address of an access; bit n for Rn. None of PC: it is never late.
@@ -58,6 +58,30 @@ pub(super) fn computed(operation: &Operation) -> u16 {
         | Operation::StorePair { ref address, .. } => written_back(address),
         _ => 0,
     }
+}
+
+/// Core registers that an operation writes, early or late; none where another instruction than the next one may follow.
+pub(crate) fn written(operation: &Operation) -> Option<u16> {
+    let others = match *operation {
+        Operation::Branch { .. }
+        | Operation::BranchLink { .. }
+        | Operation::BranchRegister { .. }
+        | Operation::BranchLinkRegister { .. }
+        | Operation::CompareBranch { .. }
+        | Operation::TableBranch { .. }
+        | Operation::SupervisorCall(_)
+        | Operation::Breakpoint(_)
+        | Operation::Undefined(_) => return None,
+        Operation::LoadPair { t, t2, .. } => bit(t) | bit(t2),
+        Operation::LoadMultiple { n, registers, writes_back, .. } => {
+            registers | if writes_back { bit(n) } else { 0 }
+        }
+        Operation::StoreMultiple { n, writes_back: true, .. }
+        | Operation::FloatLoadMultiple { n, writes_back: true, .. }
+        | Operation::FloatStoreMultiple { n, writes_back: true, .. } => bit(n),
+        _ => 0,
+    };
+    Some(computed(operation) | loaded(operation) | others).filter(|written| written & bit(PC) == 0)
 }
 
 fn written_back(address: &Address) -> u16 {
@@ -127,7 +151,7 @@ pub(super) fn accumulates(operator: FloatArithmetic) -> bool {
     matches!(operator, Vmla | Vmls | Vnmla | Vnmls | Vfma | Vfms | Vfnma | Vfnms)
 }
 
-fn bit(register: Register) -> u16 {
+pub(crate) fn bit(register: Register) -> u16 {
     1_u16.checked_shl(register.into()).unwrap_or(0)
 }
 

@@ -1,6 +1,9 @@
 //! `dimsart modules`: the list of modules, and one with its ports and parameters.
 
+mod cost;
+
 use std::io::{self, Write};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -13,6 +16,7 @@ use dimsart_core::{
 };
 use serde::Serialize;
 
+use self::cost::KindCost;
 use super::Ending;
 use super::output::text_table;
 use crate::connect::range_text;
@@ -28,6 +32,9 @@ pub(super) struct Modules {
     /// Prints a page of Markdown, as `docs/modules.md` is one.
     #[arg(long, conflicts_with = "json")]
     markdown: bool,
+    /// Shows what they cost by the stamp of a firmware image (ELF), in place of nucleo-g474re's.
+    #[arg(long, value_name = "FILE", conflicts_with = "markdown")]
+    image: Option<PathBuf>,
     /// Prints a JSON list of the modules, and nothing else.
     #[arg(long)]
     json: bool,
@@ -48,6 +55,10 @@ const MARKDOWN_HEAD: &str = "\
 Written by `dimsart modules --markdown > docs/modules.md`, from what the modules say of themselves: change a module
 and run it again. Ports can be bound to other data types of the same unit, format and shape (`PORT_NAME TYPE` in a
 scheme); `any` is every one.
+
+Cycles are what a module adds to a tick at most on nucleo-g474re, whose tick runs from CCM SRAM: bounds of the machine code
+([cycles.md](cycles.md)), by `cargo xtask module-costs`. `dimsart modules --image FILE` shows those of an image that is
+stamped. Bytes are those of the Data Base. Both are without axes, and for each axis.
 
 Every module but the ends of links takes `EVERY_TICKS`, too: 1 (the default), 2, 4, 5, 10, 20, 50 or 100, while it is
 unplugged ([commands.md](commands.md#modules-that-do-not-run-in-every-tick)).
@@ -71,6 +82,8 @@ struct Description {
     /// Memory that an instance takes without axes, and for each.
     bytes: usize,
     bytes_per_axis: usize,
+    #[serde(flatten)]
+    cost: KindCost,
 }
 
 /// A port and what it is bound to at first.
@@ -135,8 +148,14 @@ impl Modules {
             self.name.as_deref().is_none_or(|name| [kind.name, kind.group.text()].contains(&name))
         };
         let wanted = (0..).zip(Standard::KINDS).filter(|(_, kind)| is_wanted(kind));
-        let mut descriptions: Vec<Description> =
-            wanted.map(|(number, kind)| Description::new(&mut engine, number, kind)).collect();
+        let costs = self.image.as_deref().map(KindCost::of_image).transpose()?;
+        let cost = |number: u8, kind: &Kind| match &costs {
+            Some(costs) => costs.get(usize::from(number)).cloned().unwrap_or_default(),
+            None => KindCost::of_board(kind.name),
+        };
+        let described =
+            wanted.map(|(number, kind)| Description::new(&mut engine, number, kind, cost(number, kind)));
+        let mut descriptions: Vec<Description> = described.collect();
         // In the order of the list within a group.
         descriptions.sort_by_key(|description| description.group);
         if self.json {
@@ -157,9 +176,10 @@ impl Modules {
 }
 
 impl Description {
-    const HEADER: [&str; 4] = ["group", "module", "what it does", "bytes, and for each axis"];
+    const HEADER: [&str; 5] =
+        ["group", "module", "what it does", "cycles, for each axis", "bytes, for each axis"];
 
-    fn new(engine: &mut Engine, number: u8, kind: &Kind) -> Self {
+    fn new(engine: &mut Engine, number: u8, kind: &Kind, cost: KindCost) -> Self {
         let ports = engine.ports(ModuleRef { kind: number, number: 1 }).unwrap_or_default();
         let parameters: Vec<_> =
             (0..).map_while(|index| <Engine>::describe_parameter(number, index)).collect();
@@ -170,6 +190,7 @@ impl Description {
             summary: kind.summary.text(),
             bytes: size_of::<Word>() * kind.words(0),
             bytes_per_axis: size_of::<Word>() * (kind.words(1) - kind.words(0)),
+            cost,
             port_lists: lists.map(|list| list.name).collect(),
             has_ports_of_a_law: kind.runs_program(),
             ports: ports.iter().filter_map(|port| port_row(port, &ports)).collect(),
@@ -178,10 +199,15 @@ impl Description {
     }
 
     /// Its line in the list.
-    fn cells(&self) -> [String; 4] {
-        let Self { name, group, summary, bytes, bytes_per_axis, .. } = self;
+    fn cells(&self) -> [String; 5] {
+        let Self { name, group, summary, bytes, bytes_per_axis, cost, .. } = self;
         let bytes = format!("{bytes} + {bytes_per_axis}");
-        [(*group).to_owned(), (*name).to_owned(), (*summary).to_owned(), bytes]
+        [(*group).to_owned(), (*name).to_owned(), (*summary).to_owned(), cost.cell(), bytes]
+    }
+
+    /// Why its cycles are not known.
+    fn no_bound(&self) -> Option<String> {
+        self.cost.no_bound.as_ref().map(|reason| format!("Its cycles are not known: {reason}."))
     }
 
     fn port_table(&self) -> Rows<5> {
@@ -202,11 +228,17 @@ impl Description {
             writeln!(out, "{PORTS_OF_A_LAW}")?;
         }
         print_table(out, &self.parameter_table())?;
+        if let Some(no_bound) = self.no_bound() {
+            writeln!(out, "{no_bound}")?;
+        }
         writeln!(out)
     }
 
     fn markdown(&self, out: &mut impl Write) -> io::Result<()> {
         writeln!(out, "\n## {}\n\n{}", self.name, self.summary)?;
+        if let Some(no_bound) = self.no_bound() {
+            writeln!(out, "\n{no_bound}")?;
+        }
         markdown_table(out, &self.port_table())?;
         for list in &self.port_lists {
             writeln!(out, "\nEvery `{list}` adds a port for its type.")?;

@@ -1,12 +1,13 @@
 //! What a tick and each kind of module cost on an image: lines above the bounds of small schemes around every kind.
 //!
-//! Every choice of a kind's parameters is looked at with 1 and with 2 degrees of freedom. Those that take most there,
-//! or would with 8 if they went on like this, are looked at with the others, too. A choice that takes most with more
+//! Every choice of a kind's parameters is looked at with the fewest degrees of freedom that the kind takes, which is 1 for
+//! most, and with one more. Those that take most there, or would with 6 more, are looked at with the others, too. A choice that takes most with more
 //! degrees of freedom alone would be missed. On nucleo-g474re none was: the lines are those of every choice with every
 //! number of degrees of freedom.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZero;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
@@ -16,13 +17,13 @@ use dimsart_core::online::Opcode;
 use dimsart_core::{Cost, ModuleList};
 
 use super::law_costs;
-use super::scheme_bound::{SchemeBound, Variant};
+use super::scheme_bound::{MOST_DOF, SchemeBound, Variant};
 use super::{CyclesError, Firmware};
 
-/// With these, every choice of parameters is looked at.
-const FEW: [u16; 2] = [1, 2];
-/// With these, those that take most.
-const MANY: [u16; 6] = [3, 4, 5, 6, 7, 8];
+/// With so many more than the fewest, every choice of parameters is looked at.
+const FEW: Range<u16> = 0..2;
+/// With so many more, those that take most.
+const MANY: Range<u16> = FEW.end..MOST_DOF;
 /// P controllers of the largest scheme.
 const CONTROLLERS: u8 = 10;
 
@@ -49,12 +50,12 @@ impl ImageCosts {
     /// [`CyclesError`] when not even a tick without modules has a bound.
     pub fn of(firmware: &Firmware, timing: Timing) -> Result<Self, CyclesError> {
         let variants = Variant::all();
-        let few = tasks(variants.iter().map(Some).chain([None]), &FEW);
+        let few = tasks(variants.iter().map(Some).chain([None]), FEW);
         let mut found = bounds(firmware, timing, &few);
         let worst: BTreeSet<usize> =
             (0..Standard::KINDS.len()).flat_map(|kind| worst(&found, kind)).collect();
         let worst = worst.into_iter().filter_map(|index| few.get(index)).map(|(variant, _)| *variant);
-        found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), &MANY)));
+        found.extend(bounds(firmware, timing, &tasks(worst.chain([None]), MANY)));
         let mut costs = Self::above(found)?;
         costs.lines.extend(instructions(firmware, timing)?);
         Ok(costs)
@@ -84,8 +85,10 @@ impl ImageCosts {
                 .map(|((_, dof), SchemeBound { module: (cycles, calls), .. })| (*dof, cycles + call * calls));
             let cost = match failed.remove(&kind) {
                 Some(reason) => Err(reason),
-                None => line(&most(points))
-                    .ok_or_else(|| "the image was built without it, or has no memory for it".to_owned()),
+                None => line(&most(points)).ok_or_else(|| {
+                    "the image was built without it or what is around it, or has no memory for them"
+                        .to_owned()
+                }),
             };
             lines.push(cost.unwrap_or_else(|reason| {
                 unknown.push((known.name.to_owned(), reason));
@@ -103,15 +106,21 @@ fn instructions(firmware: &Firmware, timing: Timing) -> Result<Vec<Cost>, Cycles
         .into_iter()
         .chain(Opcode::ALL.iter().map(|opcode| law_costs::with(module, *opcode)))
         .collect();
-    let [_, dof] = FEW;
-    let found = bounds(firmware, timing, &tasks(variants.iter().map(Some), &[dof]));
+    let tasks = tasks(variants.iter().map(Some), 1..2);
+    let dof = tasks.first().map_or(1, |(_, dof)| *dof);
+    let found = bounds(firmware, timing, &tasks);
     let found: Vec<_> = found.into_iter().map(|(_, bound)| bound).collect::<Result<_, _>>()?;
     let (plain, with) = found.split_first().ok_or(CyclesError::NoTick)?;
     Ok(law_costs::lines(*plain, with, dof))
 }
 
-fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, dofs: &[u16]) -> Vec<Task<'a>> {
-    schemes.flat_map(|scheme| dofs.iter().map(move |dof| (scheme, *dof))).collect()
+/// Every scheme with so many degrees of freedom more than the fewest.
+fn tasks<'a>(schemes: impl Iterator<Item = Option<&'a Variant>>, more: Range<u16>) -> Vec<Task<'a>> {
+    let tasks = schemes.flat_map(|scheme| {
+        let least = scheme.map_or(1, Variant::least_dof);
+        more.clone().map(move |more| (scheme, least + more))
+    });
+    tasks.filter(|(_, dof)| *dof <= MOST_DOF).collect()
 }
 
 /// Places of the schemes around a kind that take most with few degrees of freedom, or would with more.
@@ -120,8 +129,8 @@ fn worst(found: &[Found<'_>], kind: usize) -> Vec<usize> {
         (Some(variant), Ok(Some(bound))) if variant.kind() == kind => Some(bound.module.0),
         _ => None,
     };
-    let (pairs, _) = found.as_chunks::<{ FEW.len() }>();
-    let own = (0..).step_by(FEW.len()).zip(pairs).filter_map(|(place, [one, two])| {
+    let (pairs, _) = found.as_chunks::<2>();
+    let own = (0..).step_by(2).zip(pairs).filter_map(|(place, [one, two])| {
         let (one, two) = (cycles(one)?, cycles(two)?);
         Some((place, [one, two, two + 6 * two.saturating_sub(one)]))
     });
@@ -169,7 +178,7 @@ fn call(bounds: &[(Task<'_>, SchemeBound)]) -> u64 {
         let calls = many.0.checked_sub(few.0).filter(|calls| *calls > 0)?;
         Some(many.1.saturating_sub(few.1).div_ceil(calls))
     };
-    FEW.into_iter().chain(MANY).filter_map(slope).max().unwrap_or_default()
+    (1..=MOST_DOF).filter_map(slope).max().unwrap_or_default()
 }
 
 fn most(points: impl Iterator<Item = (u16, u64)>) -> Points {

@@ -7,8 +7,8 @@ use dimsart_core::protocol::PortText;
 use dimsart_core::saved_scheme;
 use dimsart_core::scheme::{ENGINE, Problem, Row};
 use dimsart_core::{
-    Accepts, Command, Direction, Engine, Finding, Format, ModuleList, ModuleRef, Parameter, Party, TypeRef,
-    Value, Vocabulary, types,
+    Accepts, Command, CommandError, Direction, Engine, Finding, Format, ModuleList, ModuleRef, Parameter,
+    ParameterError, Party, TypeRef, Value, Vocabulary, types,
 };
 
 use super::controller::Lengths;
@@ -33,6 +33,9 @@ const MIXED_CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = {
     let [first, second, third, _] = CONTENT;
     [first, second, third, TypeRef { number: 9, ..types::LINK_LOST.first() }]
 };
+
+/// With so many degrees of freedom, schemes are looked at at most.
+pub(super) const MOST_DOF: u16 = 8;
 
 /// What a small scheme takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,6 +70,16 @@ impl Variant {
     /// A module with these commands before it is plugged in.
     pub(super) fn with(module: ModuleRef, parameters: Vec<Command>) -> Self {
         Self { module, parameters }
+    }
+
+    /// Fewest degrees of freedom that its kind takes.
+    pub(super) fn least_dof(&self) -> u16 {
+        let takes = |dof: &u16| {
+            let plugged_in = Scheme::new(self.module, usize::from(*dof))
+                .map(|mut scheme| scheme.dimsart.command(Command::PlugIn(self.module)));
+            !matches!(plugged_in, Ok(Err(CommandError::Parameter(ParameterError::NoSuchEntry))))
+        };
+        (1..=MOST_DOF).find(takes).unwrap_or(1)
     }
 
     fn of(kind: u8) -> Vec<Self> {
@@ -119,7 +132,8 @@ impl SchemeBound {
     /// Of the smallest scheme around a kind of module; none for values that the module refuses, or a scheme that the
     /// image does, such as one that it has no memory for.
     ///
-    /// What it reads and nobody provides comes from generators, whose numbers are not known in a bound.
+    /// What it reads and nobody provides comes from generators, whose numbers are not known in a bound; what is no `f32`
+    /// comes over a link, one signal at most.
     ///
     /// # Errors
     /// [`CyclesError`] when there is no such scheme, or no bound of it.
@@ -173,38 +187,43 @@ impl Scheme {
         }
         // Alone at first, to see what is missing.
         scheme.give(Command::PlugIn(module))?;
-        let report = scheme.dimsart.engine().check();
-        let missing = |by_frame: bool| {
-            report.findings().iter().filter_map(move |finding| match finding {
-                Finding::NoProvider { signal, reader } if !by_frame || *reader == Party::Frame => {
-                    Some(*signal)
-                }
-                _ => None,
-            })
-        };
-        let needed_by_frame: Vec<TypeRef> = missing(true).collect();
-        let mut missing: Vec<TypeRef> = missing(false).collect();
-        missing.dedup();
+        let missing = scheme.missing();
         scheme.give(Command::Unplug(module))?;
-        let known = scheme.dimsart.engine();
-        let is_generated =
-            |signal: &TypeRef| known.type_of(*signal).is_some_and(|found| found.format == Format::F32);
-        if !missing.iter().all(is_generated) {
-            return Ok(None);
-        }
-        for (number, signal) in (OTHER..).zip(missing) {
-            let generator = format!("SIGGEN_MOD.{number}");
-            scheme.row(&generator, "FORM", "SINE")?;
-            scheme.row(&generator, "AMPLITUDE", "1")?;
-            let is_shared = needed_by_frame.contains(&signal);
-            let signal = if is_shared { signal } else { scheme.rename(signal, number)? };
-            let signal = scheme.dimsart.engine().name_of_signal(signal).to_string();
-            scheme.row(&generator, "PORT_SIGNAL_OUT", &signal)?;
-            scheme.row(ENGINE, "MOD_ON", &generator)?;
+        for (number, (signal, is_for_frame)) in (OTHER..).zip(missing) {
+            let is_generated =
+                scheme.dimsart.engine().type_of(signal).is_some_and(|found| found.format == Format::F32);
+            let renamed = if is_for_frame { signal } else { scheme.rename(signal, number)? };
+            let name = scheme.dimsart.engine().name_of_signal(renamed).to_string();
+            if is_generated {
+                let generator = format!("SIGGEN_MOD.{number}");
+                scheme.row(&generator, "FORM", "SINE")?;
+                scheme.row(&generator, "AMPLITUDE", "1")?;
+                scheme.row(&generator, "PORT_SIGNAL_OUT", &name)?;
+                scheme.row(ENGINE, "MOD_ON", &generator)?;
+            } else if renamed != signal {
+                scheme.row("COMM_RXMOD", "CRX_ADD_DATA", &name)?;
+                scheme.row(ENGINE, "MOD_ON", "COMM_RXMOD")?;
+            } else {
+                return Ok(None);
+            }
         }
         scheme.give(Command::PlugIn(module))?;
         scheme.start()?;
         Ok(Some(scheme))
+    }
+
+    /// Signals that nobody provides, and whether the frame is among those that read them.
+    fn missing(&self) -> Vec<(TypeRef, bool)> {
+        let mut missing: Vec<(TypeRef, bool)> = Vec::new();
+        for finding in self.dimsart.engine().check().findings() {
+            let Finding::NoProvider { signal, reader } = *finding else { continue };
+            let is_for_frame = reader == Party::Frame;
+            match missing.iter_mut().find(|(known, _)| *known == signal) {
+                Some((_, is_known_for_frame)) => *is_known_for_frame |= is_for_frame,
+                None => missing.push((signal, is_for_frame)),
+            }
+        }
+        missing
     }
 
     /// Has the module's ports read a signal of another number: a board may measure what the device here does not. The
@@ -295,4 +314,31 @@ const SAMPLE_PERIOD_S: f64 = 1e-3;
 
 fn named(name: &str) -> ModuleRef {
     Engine::<Standard>::module(name).unwrap_or(ModuleRef { kind: 0, number: 1 })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_kind_has_schemes_around_it_from_the_fewest_axes_on_that_it_takes() {
+        let variants = Variant::all();
+        for (kind, known) in Standard::KINDS.iter().enumerate() {
+            let own: Vec<&Variant> = variants.iter().filter(|variant| variant.kind() == kind).collect();
+            let least = own.iter().map(|variant| variant.least_dof()).max().unwrap();
+            for dof in [least, MOST_DOF].map(usize::from) {
+                let schemes = own.iter().map(|variant| Scheme::around(variant, dof).unwrap());
+                let count = schemes.flatten().count();
+                // Counters come over a link, whatever the causality.
+                let most = if known.name == "TDPA_MOD" { own.len() } else { 1 };
+                assert!(count >= most, "{} with {dof}: {count} of {}", known.name, own.len());
+            }
+        }
+    }
+
+    #[test]
+    fn an_arm_takes_the_axes_that_it_has() {
+        let least = |name| Variant::with(named(name), Vec::new()).least_dof();
+        assert_eq!(["PCTRL_MOD", "PLANAR_INVERSE_MOD", "PHANTOM_INVERSE_MOD"].map(least), [1, 2, 3]);
+    }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use boards::BOARDS;
+use boards::catalogue::BoardInfo;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::budget::Budget;
 use dimsart::cycles::{Controller, CyclesError, Firmware, Memory};
@@ -14,16 +15,16 @@ use dimsart_core::{Cost, Costs, Dimsart, ModuleList, saved_scheme};
 use hil_sim::bilateral::device;
 use hil_sim::schemes::{self, SchemeText};
 
-use crate::common::{firmware, has_group};
+use crate::common::firmware;
 
 const DOF: usize = 3;
 
 /// Every board's stamped image; none without a folder of them.
-fn images() -> Vec<(&'static str, PathBuf)> {
+fn images() -> Vec<(&'static BoardInfo, PathBuf)> {
     let Some(folder) = firmware().and(std::env::var_os(hil_sim::emulated::FOLDER_VARIABLE)) else {
         return Vec::new();
     };
-    BOARDS.iter().map(|board| (board.name, Path::new(&folder).join(board.name))).collect()
+    BOARDS.iter().map(|board| (board, Path::new(&folder).join(board.name))).collect()
 }
 
 /// The shipped master, on a controller that admits modules as the image does.
@@ -47,7 +48,8 @@ fn load(image: &Path, scheme: &[u8]) -> Result<(), CyclesError> {
 
 #[test]
 fn every_board_s_stamp_knows_every_kind_and_takes_the_shipped_scheme_by_the_board_s_share() {
-    for (board, path) in images() {
+    for (info, path) in images() {
+        let board = info.name;
         let (image, budget) = (StampedImage::read(&path).unwrap(), Budget::of(board).unwrap());
         assert_eq!(image.memory().as_deref(), Some(Memory::of_board(board).name()), "{board}");
         assert_eq!(image.limit_cycles(), budget.period_cycles() / 100 * budget.tick_percent, "{board}");
@@ -57,7 +59,7 @@ fn every_board_s_stamp_knows_every_kind_and_takes_the_shipped_scheme_by_the_boar
         // What an image does not have costs nothing.
         for (place, kind) in (1..).zip(Standard::KINDS) {
             let is_known = costs.get(place).is_some_and(|cost: &Cost| cost.cycles(1) > 0);
-            assert_eq!(is_known, has_group(board, kind.group.text()), "{board}: {}", kind.name);
+            assert_eq!(is_known, info.has_group(kind.group.text()), "{board}: {}", kind.name);
         }
         let scheme = saved_scheme::save(shipped(&image).engine_mut()).unwrap();
         load(&path, &scheme).unwrap();
@@ -67,7 +69,7 @@ fn every_board_s_stamp_knows_every_kind_and_takes_the_shipped_scheme_by_the_boar
 #[test]
 fn every_board_refuses_a_scheme_that_takes_a_cycle_more_than_its_stamp_lets_it() {
     let folder = tempfile::tempdir().unwrap();
-    for (board, path) in images() {
+    for (BoardInfo { name: board, .. }, path) in images() {
         let mut image = StampedImage::read(&path).unwrap();
         let mut dimsart = shipped(&image);
         let scheme = saved_scheme::save(dimsart.engine_mut()).unwrap();
@@ -87,7 +89,7 @@ fn every_board_refuses_a_scheme_that_takes_a_cycle_more_than_its_stamp_lets_it()
 #[test]
 fn an_image_that_is_not_stamped_refuses_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    for (board, path) in images() {
+    for (BoardInfo { name: board, .. }, path) in images() {
         let mut image = StampedImage::read(&path).unwrap();
         let scheme = saved_scheme::save(shipped(&image).engine_mut()).unwrap();
         let costs = image.costs().unwrap();
@@ -117,4 +119,15 @@ fn what_is_stamped_can_be_read_by_a_program() {
     assert!(
         found["unknown"].is_array() && String::from_utf8(output.stderr).unwrap().contains("costs by rustc")
     );
+}
+
+#[test]
+fn the_list_of_modules_says_what_they_cost_by_a_stamp() {
+    let Some((_, path)) = images().into_iter().next() else { return };
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    let output = command.args(["modules", "PDCTRL_MOD", "--json", "--image"]).arg(&path).output().unwrap();
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let place = 1 + Standard::KINDS.iter().position(|kind| kind.name == "PDCTRL_MOD").unwrap();
+    let (cycles, per_axis) = StampedImage::read(&path).unwrap().costs().unwrap()[place].line();
+    assert_eq!((&found[0]["cycles"], &found[0]["cycles_per_axis"]), (&cycles.into(), &per_axis.into()));
 }

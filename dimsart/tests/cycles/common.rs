@@ -7,6 +7,8 @@ use std::sync::Once;
 
 use boards::BOARDS;
 use dimsart::cycles::Firmware;
+use dimsart_core::ModuleList;
+use dimsart_core::modules::Standard;
 use hil_sim::emulated::FOLDER_VARIABLE;
 
 /// The board whose image is looked at where there are several.
@@ -19,10 +21,10 @@ pub(crate) fn length(short: u64, full: u64) -> u64 {
     if env::var_os("DIMSART_LONG").is_some() { full } else { short }
 }
 
-/// Whether a board's image has a group of modules; "" is in every one.
-pub(crate) fn has_group(board: &str, group: &str) -> bool {
-    let board = BOARDS.iter().find(|known| known.name == board).unwrap();
-    group.is_empty() || board.tooling.modules.contains(&group)
+/// The kinds that the board's image has.
+pub(crate) fn kinds() -> usize {
+    let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();
+    Standard::KINDS.iter().filter(|kind| board.has_group(kind.group.text())).count()
 }
 
 /// The image to be looked at; none, after a line that says so, where there is none.

@@ -8,12 +8,10 @@ use cycles::declared::{Declared, Name};
 use cycles::reach;
 use cycles::timing::{Column, Profile, Timing};
 use dimsart::cycles::Steady;
-use dimsart_core::ModuleList;
-use dimsart_core::modules::Standard;
 use hil_sim::bilateral::Experiment;
 use hil_sim::scenario::Scenario;
 
-use crate::common::{BOARD, firmware_for_every_module, has_group};
+use crate::common::{firmware_for_every_module, kinds};
 use crate::kinds::EVERY_MODULE;
 
 /// A piece of other functions, which the compiler has put apart.
@@ -31,8 +29,7 @@ fn every_function_that_a_tick_can_execute_is_looked_through_for_panics() {
     let executed: BTreeSet<u32> = steady.visited.iter().map(function).collect();
     let executed: Vec<String> = executed.into_iter().map(|address| firmware.image.place(address)).collect();
     let calls = executed.iter().filter(|name| name.ends_with("dimsart_core::kind::compute"));
-    let kinds = Standard::KINDS.iter().filter(|kind| has_group(BOARD, kind.group.text()));
-    assert!(calls.count() >= kinds.count(), "{executed:?}");
+    assert!(calls.count() >= kinds(), "{executed:?}");
 
     let declared = Declared::read(CALLS).unwrap();
     let reached = reach::only(&firmware.image, &declared, "dimsart_tick", &[Name::new("*")]).unwrap();

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use boards::BOARDS;
 use dimsart_core::modules::Standard;
-use dimsart_core::{Kind, ModuleList, Tick, types};
+use dimsart_core::{ModuleList, Tick, types};
 use hil_sim::bilateral::{Experiment, Side};
 use hil_sim::emulated::BOARD;
 use hil_sim::rig::{Rig, Station};
@@ -58,9 +58,9 @@ fn every_module_on_both_sides() {
     let rig = compare(TICKS, [&master, &slave, "link.loss=0.02"]);
     for station in rig.iter().flat_map(Rig::stations) {
         let kinds: BTreeSet<u8> = station.dimsart.engine().steps().map(|step| step.module.kind).collect();
-        let groups = BOARDS.iter().find(|board| board.name == BOARD).unwrap().tooling.modules;
-        let is_there = |kind: &&&Kind| kind.group.text().is_empty() || groups.contains(&kind.group.text());
-        assert_eq!(kinds.len(), Standard::KINDS.iter().filter(is_there).count());
+        let board = BOARDS.iter().find(|board| board.name == BOARD).unwrap();
+        let there = Standard::KINDS.iter().filter(|kind| board.has_group(kind.group.text()));
+        assert_eq!(kinds.len(), there.count());
     }
 }
 

@@ -1,0 +1,79 @@
+//! What each kind of module adds to a tick: by the table of a board, or by an image's stamp.
+
+use std::path::Path;
+
+use boards::catalogue::MODULE_COSTS;
+use dimsart_core::modules::Standard;
+use dimsart_core::{Cost, ModuleList};
+use serde::Serialize;
+
+use crate::stamp::StampedImage;
+
+/// What a module adds to a tick at most.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
+pub(super) struct KindCost {
+    /// Without axes, and for each; none where it is not known.
+    pub(super) cycles: Option<u16>,
+    pub(super) cycles_per_axis: Option<u16>,
+    /// Why it is not known.
+    pub(super) no_bound: Option<String>,
+}
+
+impl KindCost {
+    fn known((cycles, per_axis): (u16, u16)) -> Self {
+        Self { cycles: Some(cycles), cycles_per_axis: Some(per_axis), no_bound: None }
+    }
+
+    /// Of nucleo-g474re, by its table.
+    pub(super) fn of_board(kind: &str) -> Self {
+        let of_line = |line: &str| {
+            let [name, cycles, per_axis, reason] = words(line)?;
+            let cost = match reason {
+                "" => Self::known((cycles.parse().ok()?, per_axis.parse().ok()?)),
+                reason => Self { no_bound: Some(reason.to_owned()), ..Self::default() },
+            };
+            (name == kind).then_some(cost)
+        };
+        MODULE_COSTS.lines().find_map(of_line).unwrap_or_default()
+    }
+
+    /// Of every kind, by the stamp of an image.
+    pub(super) fn of_image(image: &Path) -> Result<Vec<Self>, Box<dyn std::error::Error>> {
+        let unstamped = || format!("{0} has no costs: run `dimsart stamp {0}`", image.display());
+        let lines = StampedImage::read(image)?.costs().ok_or_else(unstamped)?;
+        let cost = |cost: &Cost| match *cost {
+            Cost::UNKNOWN => Self::default(),
+            cost => Self::known(cost.line()),
+        };
+        // The tick's is the first.
+        Ok(lines.iter().skip(1).take(Standard::KINDS.len()).map(cost).collect())
+    }
+
+    /// Its cell in a table.
+    pub(super) fn cell(&self) -> String {
+        match (self.cycles, self.cycles_per_axis) {
+            (Some(cycles), Some(per_axis)) => format!("{cycles} + {per_axis}"),
+            _ => "-".to_owned(),
+        }
+    }
+}
+
+/// The words of a line of the table; the last one, which may be none, is a sentence.
+fn words(line: &str) -> Option<[&str; 4]> {
+    let mut words = line.splitn(4, ' ');
+    Some([words.next()?, words.next()?, words.next()?, words.next().unwrap_or_default()])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_board_s_table_says_of_every_kind_what_it_costs_or_why_that_is_not_known() {
+        for kind in Standard::KINDS {
+            let KindCost { cycles, cycles_per_axis, no_bound } = KindCost::of_board(kind.name);
+            let is_known = cycles.is_some_and(|cycles| cycles > 0) && cycles_per_axis.is_some();
+            assert!(is_known != no_bound.is_some(), "{}: run `cargo xtask module-costs`", kind.name);
+        }
+    }
+}
