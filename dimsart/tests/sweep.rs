@@ -1,6 +1,7 @@
 //! `dimsart sweep` as a user meets it.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -175,4 +176,59 @@ fn a_folder_that_is_not_there_is_not_merged() {
         command.args(["sweep", "--vary", "seed=1,2", "--merge", "--out", "not/here"]).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(message.contains("cannot read the folder not/here: ") && !Path::new("not").exists(), "{message}");
+}
+
+/// A sweep of the telerobot, its rows by the names of the columns.
+fn telerobot(folder: &Path, sets: &[&str], vary: &[&str]) -> Vec<HashMap<String, String>> {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    command.args(["sweep", "telerobot", "--out"]).arg(folder);
+    command.args(sets.iter().flat_map(|set| ["--set", set]));
+    command.args(vary.iter().flat_map(|values| ["--vary", values]));
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let text = read(folder, "sweep.csv");
+    csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect()
+}
+
+/// What runs show of position-force beside the roots of its loop, within a tick: round trips of 9 to 21 ticks.
+#[test]
+fn position_force_is_stable_up_to_the_delay_margin_of_its_loop() {
+    let folder = tempfile::tempdir().unwrap();
+    let scheme =
+        ["controller.0.scheme", "controller.1.scheme"].map(|key| format!("{key}=builtin:position_force"));
+    let sets = [scheme[0].as_str(), &scheme[1], "link.0.carrier.delay_ticks=5"];
+    let vary = ["device.slave.axis.0.wall.stiffness=300,10000", "link.1.carrier.delay_ticks=4:16:2"];
+    let rows = telerobot(folder.path(), &sets, &vary);
+    let mut margins = Vec::new();
+    for row in &rows {
+        let figure = |name: &str| row[name].parse::<f64>().unwrap();
+        let (ticks, margin) = (figure("theory.round_trip_ticks"), figure("theory.delay_margin_ticks"));
+        assert!((ticks - 5.0 - figure("link.1.carrier.delay_ticks")).abs() < 1e-9);
+        if (ticks - margin).abs() > 1.0 {
+            assert_eq!(row["stable"] == "true", ticks < margin, "{row:?}");
+        }
+        margins.push(margin);
+    }
+    // The smallest round trips that grow, by the largest roots of the polynomial (numpy): 21 and 13 ticks.
+    assert!(margins[..7].iter().all(|margin| *margin > 20.0 && *margin < 21.0), "{margins:?}");
+    assert!(margins[7..].iter().all(|margin| *margin > 12.0 && *margin < 13.0), "{margins:?}");
+    assert!(read(folder.path(), "map.svg").contains("theory: the round trip is the delay margin"));
+}
+
+/// Bounces while the hand leads the slave off a hard wall are no swing.
+#[test]
+fn what_keeps_a_link_passive_is_stable_where_position_force_is_not() {
+    let folder = tempfile::tempdir().unwrap();
+    let sets = [
+        "device.slave.axis.0.wall.stiffness=13924.7665",
+        "link.0.carrier.delay_ticks=8",
+        "link.1.carrier.delay_ticks=8",
+    ];
+    let schemes = ["waves", "tdpa", "tank", "position_force"].map(|scheme| format!("builtin:{scheme}"));
+    let vary = format!("controller.0.scheme+controller.1.scheme={}", schemes.join(","));
+    let rows = telerobot(folder.path(), &sets, &[&vary]);
+    let verdicts: Vec<_> =
+        rows.iter().map(|row| (row["stable"].as_str(), row["limit_cycles"].as_str())).collect();
+    assert_eq!(verdicts[..3], [("true", "0"); 3]);
+    assert_eq!(verdicts[3].0, "false");
 }
