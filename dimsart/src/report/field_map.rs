@@ -7,7 +7,7 @@ use plotters::style::text_anchor::HPos;
 
 use super::contour::Piece;
 use super::plot::{
-    Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
+    Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label, width,
 };
 
 /// What came of one combination.
@@ -152,10 +152,13 @@ impl Picture for FieldMap {
         let mut y = 74.0;
         for (Border { label: what, pieces }, ink) in self.borders.iter().zip(BORDER_COLORS) {
             for piece in pieces {
-                area.draw(&PathElement::new(piece.map(middle), ink.stroke_width(3)))?;
+                area.draw(&PathElement::new(piece.map(middle), ink.stroke_width(width(3.0))))?;
             }
             if !pieces.is_empty() {
-                area.draw(&PathElement::new([(px(x), px(y)), (px(x + 22.0), px(y))], ink.stroke_width(3)))?;
+                area.draw(&PathElement::new(
+                    [(px(x), px(y)), (px(x + 22.0), px(y))],
+                    ink.stroke_width(width(3.0)),
+                ))?;
             }
             label(area, what, (x + 30.0, y), HPos::Left, &words)?;
             y += 22.0;
