@@ -232,3 +232,22 @@ fn what_keeps_a_link_passive_is_stable_where_position_force_is_not() {
     assert_eq!(verdicts[..3], [("true", "0"); 3]);
     assert_eq!(verdicts[3].0, "false");
 }
+
+/// A lost packet takes energy with it that was reported or sent, and brings none: cumulative counts and shares of a tank.
+#[test]
+fn a_tenth_of_the_packets_lost_sets_no_energy_loose() {
+    let folder = tempfile::tempdir().unwrap();
+    let vary = [
+        "controller.0.scheme+controller.1.scheme=builtin:tdpa,builtin:tank,builtin:position_force",
+        "link.0.carrier.loss+link.1.carrier.loss=0,0.1",
+    ];
+    let rows = telerobot(folder.path(), &[], &vary);
+    let energies_j: Vec<f64> = rows.iter().map(|row| row["energy_ports_min_j"].parse().unwrap()).collect();
+    let lost: Vec<u32> = rows.iter().map(|row| row["lost_packets"].parse().unwrap()).collect();
+    assert!(lost[0] == 0 && lost[1] > 1000 && lost[3] > 1000, "{lost:?}");
+    assert!(rows[..4].iter().all(|row| row["stable"] == "true"), "{rows:?}");
+    // What a bounded damper still owes, and what one tick overdraws.
+    assert!(energies_j[1] > 1.1 * energies_j[0] && energies_j[0] > -0.13, "{energies_j:?}");
+    assert!(energies_j[2] > -4e-3 && energies_j[3] > -4e-3, "{energies_j:?}");
+    assert!(energies_j[4] < -1.0 && energies_j[5] < -1.0, "{energies_j:?}");
+}
