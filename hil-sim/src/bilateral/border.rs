@@ -3,9 +3,8 @@
 //! **Position-force.** The slave's controller pushes by `F = K (x_m[k-n1] - x_s)`, the master is pushed by `-S F[k-n2]`.
 //! With both robots sampled and their force held, `G = x/F` of a mass with damper and spring, the loop is
 //! `1 + z^-n L = 0`, `L = S K G_m/(1 + K G_s)`, `n = n1 + n2`. A root comes to the unit circle where `|L| = 1` at
-//! `z = exp(jθ)`, and `n = (π + arg L)/θ` ticks turn its phase to -180°: the smallest one is the delay margin (Åström and
-//! Murray, Feedback Systems, section 10.3, without a wave around it). It is the smaller one of free space and of the slave
-//! held by its wall.
+//! `z = exp(jθ)`, and `n = (π + arg L)/θ` ticks turn its phase to -180°: the smallest one is the delay margin, phase
+//! margin over frequency. It is the smaller one of free space and of the slave held by its wall.
 //!
 //! **Wave variables, passivity in time domain, tanks.** The link is passive whatever its delay, and so is a wall. What is
 //! left is the sampled spring `K` at each robot, which the robot's own damping has to pay for: `b >= K h/2` (Colgate and
