@@ -35,7 +35,7 @@ pub use bus_timeline::{BusRow, BusTimeline, Stretch};
 pub use contour::{Piece, contour};
 pub use cycle_bars::{CycleBar, CycleBars};
 pub(crate) use decimate::decimate;
-pub use field_map::{Field, FieldMap};
+pub use field_map::{Border, Field, FieldMap};
 pub use figure::{Curve, Figure, Level, Panel, Span};
 pub(crate) use mcap::{
     DEVICE_END, Field as SignalField, INPUTS_TOPIC, InputsMessage, PacketMessage, SCHEME_END,

@@ -1,6 +1,7 @@
 //! `dimsart sweep` as a user meets it.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
@@ -175,4 +176,77 @@ fn a_folder_that_is_not_there_is_not_merged() {
         command.args(["sweep", "--vary", "seed=1,2", "--merge", "--out", "not/here"]).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr);
     assert!(message.contains("cannot read the folder not/here: ") && !Path::new("not").exists(), "{message}");
+}
+
+/// Rows of a sweep of the telerobot by the names of the columns, and the map of two keys.
+fn telerobot(scheme: &str, sets: &[&str], vary: &[&str]) -> (Vec<HashMap<String, String>>, Option<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+    command.args(["sweep", "telerobot", "--out"]).arg(folder.path());
+    for controller in ["controller.0", "controller.1"] {
+        command.arg("--set").arg(format!("{controller}.scheme=builtin:{scheme}"));
+    }
+    command.args(sets.iter().flat_map(|set| ["--set", set]));
+    command.args(vary.iter().flat_map(|values| ["--vary", values]));
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{output:?}");
+    let text = read(folder.path(), "sweep.csv");
+    let rows = csv::Reader::from_reader(text.as_bytes()).deserialize().map(Result::unwrap).collect();
+    (rows, fs::read_to_string(folder.path().join("map.svg")).ok())
+}
+
+/// What runs show of position-force beside the roots of its loop, within a tick: round trips of 9 to 21 ticks.
+#[test]
+fn position_force_is_stable_up_to_the_delay_margin_of_its_loop() {
+    let vary = ["device.slave.axis.0.wall.stiffness=300,10000", "link.1.carrier.delay_ticks=4:16:2"];
+    let (rows, map) = telerobot("position_force", &["link.0.carrier.delay_ticks=5"], &vary);
+    let mut margins = Vec::new();
+    for row in &rows {
+        let figure = |name: &str| row[name].parse::<f64>().unwrap();
+        let (ticks, margin) = (figure("theory.round_trip_ticks"), figure("theory.delay_margin_ticks"));
+        assert!((ticks - 5.0 - figure("link.1.carrier.delay_ticks")).abs() < 1e-9);
+        if (ticks - margin).abs() > 1.0 {
+            assert_eq!(row["stable"] == "true", ticks < margin, "{row:?}");
+        }
+        margins.push(margin);
+    }
+    // The smallest round trips that grow, by the largest roots of the polynomial (numpy): 21 and 13 ticks.
+    assert!(margins[..7].iter().all(|margin| *margin > 20.0 && *margin < 21.0), "{margins:?}");
+    assert!(margins[7..].iter().all(|margin| *margin > 12.0 && *margin < 13.0), "{margins:?}");
+    assert!(map.unwrap().contains("theory: the round trip is the delay margin"));
+}
+
+/// Bounces while the hand leads the slave off a hard wall are no swing.
+#[test]
+fn what_keeps_a_link_passive_is_stable_where_position_force_is_not() {
+    let sets = ["device.slave.axis.0.wall.stiffness=13924.7665"];
+    let vary = ["link.0.carrier.delay_ticks+link.1.carrier.delay_ticks=8"];
+    for (scheme, expected) in [("waves", true), ("tdpa", true), ("tank", true), ("position_force", false)] {
+        let (rows, _) = telerobot(scheme, &sets, &vary);
+        assert_eq!(
+            (rows[0]["stable"] == "true", rows[0]["limit_cycles"] == "0"),
+            (expected, expected),
+            "{scheme}"
+        );
+        assert_eq!(rows[0].contains_key("theory.needed_damping"), expected, "{scheme}");
+    }
+}
+
+/// A lost packet takes energy with it that was reported or sent, and brings none.
+#[test]
+fn a_tenth_of_the_packets_lost_sets_no_energy_loose() {
+    // What a bounded damper still owes, and what one tick overdraws.
+    for (scheme, least_j) in [("tdpa", -0.13), ("tank", -4e-3)] {
+        let (rows, _) = telerobot(scheme, &[], &["link.0.carrier.loss+link.1.carrier.loss=0,0.1"]);
+        let [kept_j, lossy_j] =
+            [0, 1].map(|row: usize| rows[row]["energy_ports_min_j"].parse::<f64>().unwrap());
+        assert!(rows.iter().all(|row| row["stable"] == "true"), "{rows:?}");
+        assert!(rows[1]["lost_packets"].parse::<u32>().unwrap() > 1000, "{rows:?}");
+        assert!(
+            kept_j >= least_j && lossy_j >= least_j && lossy_j >= 1.1 * kept_j,
+            "{scheme}: {kept_j} {lossy_j}"
+        );
+    }
+    let (rows, _) = telerobot("position_force", &[], &["link.0.carrier.loss+link.1.carrier.loss=0.1"]);
+    assert!(rows[0]["energy_ports_min_j"].parse::<f64>().unwrap() < -1.0, "nothing holds it: {rows:?}");
 }

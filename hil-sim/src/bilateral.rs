@@ -1,5 +1,6 @@
 //! The paper's bilateral experiment: a scenario becomes a rig, and runs.
 
+pub mod border;
 pub mod chain;
 pub mod creep;
 pub mod energy;
@@ -330,7 +331,7 @@ impl Experiment {
     /// Watches every axis from the hand's push on until it lets go: nothing is to swing when that has settled.
     fn swings(&self, end_s: f64) -> Swings {
         let Phases { contact_start_s, release_s, .. } = self.phases;
-        Swings::new(&self.rig, |_, _| contact_start_s, release_s.min(end_s))
+        Swings::new(&self.rig, |_| vec![contact_start_s..release_s.min(end_s)])
     }
 
     /// What the clock and the other process did to the run.

@@ -1,16 +1,18 @@
 //! Finds what goes on swinging when nothing moves it: chatter, limit cycles.
 //!
-//! Looked at is the second half of the time since the last thing happened, in two quarters. **It swings when it turns
+//! Looked at is the second half of each stretch in which nothing happens, in two quarters. **It swings when it turns
 //! back six times or more, evenly, and its last quarter is at least nine tenths as wide as the one before.** What dies out is
 //! narrower by then, what creeps does not turn back, what noise or lost packets push around turns back at any time, what
 //! rests is narrower than the floor.
 //!
 //! It is chatter when it is wider than a hundredth of all the motion there was, or leaves what it touches and comes back.
 
+use std::ops::Range;
+
 use dimsart_core::Unit;
 use serde::Serialize;
 
-use crate::rig::Rig;
+use crate::rig::{Rig, Station};
 
 /// Turns below which a frequency is a guess.
 const LEAST_TURNS: u32 = 6;
@@ -47,16 +49,16 @@ pub struct Swings {
 }
 
 impl Swings {
-    /// From when nothing moves an axis any more, by station and axis, to `end_s`, `s`.
+    /// In the stretches in which nothing moves a station, `s`, by its place.
     #[must_use]
-    pub fn new(rig: &Rig, quiet_s: impl Fn(usize, usize) -> f64, end_s: f64) -> Self {
-        let axes = rig
-            .stations()
-            .iter()
-            .enumerate()
-            .flat_map(|(station, there)| (0..there.plant.dof()).map(move |axis| (station, axis)));
-        let swing = |(station, axis)| (station, axis, Swing::new(quiet_s(station, axis), end_s));
-        Self { axes: axes.map(swing).collect() }
+    pub fn new(rig: &Rig, rests_s: impl Fn(usize) -> Vec<Range<f64>>) -> Self {
+        let of_axis = |station, axis| {
+            rests_s(station).into_iter().map(move |rest_s| (station, axis, Swing::new(rest_s)))
+        };
+        let of_station = |(station, there): (usize, &Station)| {
+            (0..there.plant.dof()).flat_map(move |axis| of_axis(station, axis))
+        };
+        Self { axes: rig.stations().iter().enumerate().flat_map(of_station).collect() }
     }
 
     /// Adds the present tick.
@@ -69,7 +71,7 @@ impl Swings {
         }
     }
 
-    /// What goes on swinging at the end; says of chatter what it is.
+    /// What goes on swinging, by axis and stretch; says of chatter what it is.
     #[must_use]
     pub fn found(&self, rig: &Rig, faults: &mut Vec<String>) -> Vec<LimitCycle> {
         let mut found = Vec::new();
@@ -118,12 +120,12 @@ struct Width {
 }
 
 impl Swing {
-    /// From the last thing that happens, `quiet_s`, to the end of the run, `end_s`.
+    /// In a stretch in which nothing happens, `s`.
     #[must_use]
-    pub fn new(quiet_s: f64, end_s: f64) -> Self {
-        let at = |share: f64| quiet_s + share * (end_s - quiet_s);
+    pub fn new(rest_s: Range<f64>) -> Self {
+        let at = |share: f64| rest_s.start + share * (rest_s.end - rest_s.start);
         Self {
-            quarters_s: [at(0.5), at(0.75), end_s],
+            quarters_s: [at(0.5), at(0.75), at(1.0)],
             quarters: [Width::NONE; 2],
             whole: Width::NONE,
             turns: 0,
@@ -212,7 +214,7 @@ mod tests {
     use super::*;
 
     fn found(position: impl Fn(f64) -> f64) -> Option<(f64, f64, bool)> {
-        let mut swing = Swing::new(0.5, 2.5);
+        let mut swing = Swing::new(0.5..2.5);
         for tick in 0..2500 {
             let time_s = f64::from(tick) * 1e-3;
             swing.add(time_s, position(time_s), || true);

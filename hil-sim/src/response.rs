@@ -41,6 +41,7 @@ use loop_gain::UNDECIDED;
 use perceived::Perceived;
 use probe::AtRest;
 
+use crate::bilateral::border::Border;
 use crate::bus::MediumReport;
 use crate::emulated::{Board, Image};
 use crate::limit_cycle::{LimitCycle, Swings};
@@ -66,6 +67,7 @@ pub struct Experiment {
     loops: Vec<AxisLoop>,
     perceived: Vec<Perceived>,
     swings: Swings,
+    border: Option<Border>,
     port_energy: PortEnergy,
     /// Whether hands and loads alone move it: then its controllers have no energy but what they get.
     is_led_by_hand: bool,
@@ -105,7 +107,7 @@ impl Experiment {
     /// # Errors
     /// [`ResponseError`] when a device, plant or scheme cannot be made of the file.
     pub fn new(file: &RigFile) -> Result<Self, ResponseError> {
-        let (rig, parts) = (build::rig(file, None)?, Part::of_all(file));
+        let (mut rig, parts) = (build::rig(file, None)?, Part::of_all(file));
         let (mut follows, mut loops, mut at_rest) = (Vec::new(), Vec::new(), AtRest::new(file, false)?);
         let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.wall.is_some());
         let mut at_walls = file.devices.iter().any(meets).then(|| AtRest::new(file, true)).transpose()?;
@@ -120,10 +122,10 @@ impl Experiment {
                 loops.push(AxisLoop { station, axis, free, in_contact });
             }
         }
-        let quiet_s = parts.iter().map(|part| moves::quiet_s(file, part.device));
-        let quiet_s: Vec<f64> = quiet_s.collect::<Result<_, _>>()?;
-        let of_station = |station: usize, _axis| quiet_s.get(station).copied().unwrap_or_default();
-        let swings = Swings::new(&rig, of_station, file.duration_s);
+        let rests_s = parts.iter().map(|part| moves::long_rests_s(file, part));
+        let rests_s: Vec<_> = rests_s.collect::<Result<_, _>>()?;
+        let swings = Swings::new(&rig, |station| rests_s.get(station).cloned().unwrap_or_default());
+        let border = Border::of(file, &mut rig);
         let recorder = Some(Recorder::new(&rig, &file.record)?);
         let ranges = parts.iter().map(|part| part.device.ranges()).collect();
         let brings_energy =
@@ -139,6 +141,7 @@ impl Experiment {
             loops,
             perceived,
             swings,
+            border,
             port_energy,
             is_led_by_hand,
             recorder,
@@ -306,6 +309,7 @@ impl Experiment {
             perceived,
             energy_ports_min_j: self.is_led_by_hand.then(|| self.port_energy.smallest_j()),
             limit_cycles,
+            theory: self.border,
             media: media.iter().map(|medium| medium.traffic.clone()).collect(),
             received,
             lost_packets,

@@ -7,7 +7,7 @@ use plotters::style::text_anchor::HPos;
 
 use super::contour::Piece;
 use super::plot::{
-    Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label,
+    Area, BLACK, Drawn, GREY, LIGHT_GREY, Picture, color, fitting, font, label, px, upright_label, width,
 };
 
 /// What came of one combination.
@@ -34,8 +34,17 @@ pub struct FieldMap {
     pub right: (String, Vec<String>),
     /// By `down`, then by `right`.
     pub fields: Vec<Vec<Field>>,
-    /// What the drawn border is, and its pieces between the middles of fields; empty for none.
-    pub border: (String, Vec<Piece>),
+    /// Lines between the middles of fields.
+    pub borders: Vec<Border>,
+}
+
+/// A line across a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Border {
+    /// What it is, or why there is none.
+    pub label: String,
+    /// Empty for none.
+    pub pieces: Vec<Piece>,
 }
 
 /// Lengths in pixels as shown.
@@ -47,6 +56,8 @@ const RIGHT: f64 = 40.0;
 const BOTTOM: f64 = 90.0;
 /// Values written beside an axis, at most.
 const MOST_LABELS: usize = 12;
+/// Of the first and the second border.
+const BORDER_COLORS: [RGBColor; 2] = [BLACK, RGBColor(0xff, 0xe1, 0x4d)];
 /// From least to most.
 const LEAST_COLOR: RGBColor = RGBColor(0xf3, 0xf6, 0xf9);
 const MOST_COLOR: RGBColor = RGBColor(0x00, 0x4a, 0x75);
@@ -138,15 +149,19 @@ impl Picture for FieldMap {
                 px(TOP + high * (1.0 - (up + 0.5) * share(1, rows))),
             )
         };
-        for piece in &self.border.1 {
-            area.draw(&PathElement::new(piece.map(middle), BLACK.stroke_width(3)))?;
-        }
-        if !self.border.1.is_empty() {
-            area.draw(&PathElement::new(
-                [(px(x), px(74.0)), (px(x + 22.0), px(74.0))],
-                BLACK.stroke_width(3),
-            ))?;
-            label(area, &self.border.0, (x + 30.0, 74.0), HPos::Left, &words)?;
+        let mut y = 74.0;
+        for (Border { label: what, pieces }, ink) in self.borders.iter().zip(BORDER_COLORS) {
+            for piece in pieces {
+                area.draw(&PathElement::new(piece.map(middle), ink.stroke_width(width(3.0))))?;
+            }
+            if !pieces.is_empty() {
+                area.draw(&PathElement::new(
+                    [(px(x), px(y)), (px(x + 22.0), px(y))],
+                    ink.stroke_width(width(3.0)),
+                ))?;
+            }
+            label(area, what, (x + 30.0, y), HPos::Left, &words)?;
+            y += 22.0;
         }
         let text = font(13.0, FontStyle::Normal, GREY);
         for (row, value) in self.down.1.iter().enumerate().step_by(rows.div_ceil(MOST_LABELS).max(1)) {

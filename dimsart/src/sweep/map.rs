@@ -1,9 +1,36 @@
 //! The map of a sweep over two keys: a field for each point, by what came of it.
 
-use crate::report::{Field, FieldMap, contour};
+use crate::report::{Border, Field, FieldMap, contour};
 
 use super::Grid;
 use super::file::SweepTable;
+
+/// A border of theory, where one figure of a rig's run passes another one.
+struct Theory {
+    figure: &'static str,
+    limit: &'static str,
+    /// What the line is; and what the map is without one, by the side on which all of it lies.
+    line: &'static str,
+    all_within: &'static str,
+    all_beyond: &'static str,
+}
+
+const THEORIES: [Theory; 2] = [
+    Theory {
+        figure: "theory.round_trip_ticks",
+        limit: "theory.delay_margin_ticks",
+        line: "theory: the round trip is the delay margin",
+        all_within: "theory: every round trip is below the delay margin",
+        all_beyond: "theory: every round trip is beyond the delay margin",
+    },
+    Theory {
+        figure: "theory.needed_damping",
+        limit: "theory.damping",
+        line: "theory: b = K h/2; with more damping passive",
+        all_within: "theory: passive in every field, by b >= K h/2",
+        all_beyond: "theory: passive in no field, by b < K h/2",
+    },
+];
 
 /// The map of `figure` over the first two keys; none when there are not two, or no such figure.
 ///
@@ -39,28 +66,49 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
         None => Field::Nothing,
     };
     let fields = down.values.iter().map(|high| right.values.iter().map(|low| field(low, high)).collect());
-    let is_growth = |name: &String| {
-        let is_contact = name.starts_with("axes.") && name.ends_with(".contact_growth_per_tick");
-        is_contact
-            || ["loops.", "axes."].iter().any(|of| name.starts_with(of)) && name.ends_with(".growth_per_tick")
+    let number = |row: &Vec<String>, column: usize| row.get(column)?.parse::<f64>().ok();
+    // NaN where there is no such figure: there is no border beside it.
+    let excesses = |excess: &dyn Fn(&Vec<String>) -> Option<f64>| -> Vec<Vec<f64>> {
+        let of_field = |low: &String, high: &String| row(low, high).and_then(excess).unwrap_or(f64::NAN);
+        down.values.iter().map(|high| right.values.iter().map(|low| of_field(low, high)).collect()).collect()
     };
     let growths: Vec<usize> =
         table.header.iter().enumerate().filter(|(_, name)| is_growth(name)).map(|(at, _)| at).collect();
-    // NaN where no loop has a growth: there is no border beside it.
-    let growth = |row: &Vec<String>| {
-        let known = growths.iter().filter_map(|column| row.get(*column)?.parse::<f64>().ok());
-        known.fold(f64::NAN, f64::max) - 1.0
-    };
-    let growing = down.values.iter().map(|high| {
-        right.values.iter().map(|low| row(low, high).map_or(f64::NAN, growth)).collect::<Vec<_>>()
+    let growth = excesses(&|row| {
+        growths.iter().filter_map(|column| number(row, *column)).reduce(f64::max).map(|growth| growth - 1.0)
     });
-    let border = contour(&growing.collect::<Vec<_>>());
+    let growing =
+        Border { label: "largest eigenvalue 1: beyond it a loop grows".to_owned(), pieces: contour(&growth) };
+    let by_theory = THEORIES.iter().filter_map(|theory| {
+        let place = |name: &str| table.header.iter().position(|known| known == name);
+        let (figure, limit) = (place(theory.figure)?, place(theory.limit)?);
+        // Without a limit, nothing is beyond it.
+        let excess =
+            |row: &Vec<String>| Some(number(row, figure)? - number(row, limit).unwrap_or(f64::INFINITY));
+        let excesses = excesses(&excess);
+        let pieces = contour(&excesses);
+        let mut known = excesses.iter().flatten().filter(|excess| !excess.is_nan()).peekable();
+        known.peek()?;
+        let label = match (pieces.is_empty(), known.all(|excess| *excess < 0.0)) {
+            (false, _) => theory.line,
+            (true, true) => theory.all_within,
+            (true, false) => theory.all_beyond,
+        };
+        Some(Border { label: label.to_owned(), pieces })
+    });
+    let borders = Some(growing).filter(|growing| !growing.pieces.is_empty()).into_iter().chain(by_theory);
     let rest: String = first.iter().map(|(key, value)| format!(", {key} = {value}")).collect();
     Some(FieldMap {
         title: format!("{figure}{rest}"),
         down: (down.key.clone(), down.values.clone()),
         right: (right.key.clone(), right.values.clone()),
         fields: fields.collect(),
-        border: ("largest eigenvalue 1: beyond it a loop grows".to_owned(), border),
+        borders: borders.collect(),
     })
+}
+
+fn is_growth(name: &str) -> bool {
+    let is_contact = name.starts_with("axes.") && name.ends_with(".contact_growth_per_tick");
+    let is_of_loop = ["loops.", "axes."].iter().any(|of| name.starts_with(of));
+    is_contact || is_of_loop && name.ends_with(".growth_per_tick")
 }

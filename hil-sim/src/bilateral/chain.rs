@@ -7,6 +7,7 @@ mod controller;
 mod delay;
 
 pub use controller::Controller;
+pub(super) use controller::{chosen, real};
 
 use crate::plant::{Obstacle, ParameterError};
 use crate::scenario::Scenario;

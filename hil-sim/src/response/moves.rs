@@ -7,8 +7,8 @@ use dimsart_core::DataType;
 use super::ResponseError;
 use super::follow::{FOLLOWS, Follow, followed};
 use super::motion::Motion;
-use super::part::Part;
-use crate::rig_file::{DeviceSection, MoveSection, RigFile};
+use super::part::{Part, linked_with};
+use crate::rig_file::{ControllerSection, MoveSection, RigFile};
 
 /// All moves on one signal of an axis.
 pub(super) fn motions(
@@ -63,7 +63,28 @@ pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, Re
     let is_coupled = |moved: &MoveSection| {
         file.devices.iter().any(|device| device.name == moved.device && device.coupled_axes().is_some())
     };
-    let motions = made(file, |moved| !moved.is_constant() && (moved.axis == axis || is_coupled(moved)))?;
+    rests_between_s(file, |moved| moved.axis == axis || is_coupled(moved))
+}
+
+/// The stretches in which nothing moves a controller's device or one that links lead to, `s`: those that are as long as the
+/// one at the end, and that one. None when it is moved to the end.
+pub(super) fn long_rests_s(file: &RigFile, part: &Part<'_>) -> Result<Vec<Range<f64>>, ResponseError> {
+    let linked = linked_with(file, part.name());
+    let of_linked = |controller: &&ControllerSection| linked.contains(controller.name());
+    let devices: Vec<&str> =
+        file.controllers.iter().filter(of_linked).map(|controller| controller.device.as_str()).collect();
+    let mut rests_s = rests_between_s(file, |moved| devices.contains(&moved.device.as_str()))?;
+    let last_s = rests_s.last().filter(|rest_s| rest_s.end >= file.duration_s);
+    let least_s = last_s.map_or(f64::INFINITY, |rest_s| rest_s.end - rest_s.start);
+    rests_s.retain(|rest_s| rest_s.end - rest_s.start >= least_s);
+    Ok(rests_s)
+}
+
+fn rests_between_s(
+    file: &RigFile,
+    is_of_interest: impl Fn(&MoveSection) -> bool,
+) -> Result<Vec<Range<f64>>, ResponseError> {
+    let motions = made(file, |moved| !moved.is_constant() && is_of_interest(moved))?;
     let mut moving_s: Vec<Range<f64>> =
         motions.iter().map(|motion| motion.start_s()..motion.end_s()).collect();
     moving_s.sort_by(|a, b| a.start.total_cmp(&b.start));
@@ -75,14 +96,4 @@ pub(super) fn rests_s(file: &RigFile, axis: usize) -> Result<Vec<Range<f64>>, Re
     rests_s.push(rests_from_s..file.duration_s);
     rests_s.retain(|rest_s| rest_s.end > rest_s.start);
     Ok(rests_s)
-}
-
-/// When nothing moves a device any more, `s`: coupled axes move each other.
-pub(super) fn quiet_s(file: &RigFile, section: &DeviceSection) -> Result<f64, ResponseError> {
-    let mut quiet_s: f64 = 0.0;
-    for axis in 0..section.axes.len() {
-        let ends_s = all_motions(file, &section.name, axis)?.iter().map(Motion::end_s).fold(0.0, f64::max);
-        quiet_s = quiet_s.max(ends_s);
-    }
-    Ok(quiet_s.min(file.duration_s))
 }

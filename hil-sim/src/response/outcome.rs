@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::LoopFigures;
+use crate::bilateral::border::Border;
 use crate::bus::Traffic;
 use crate::limit_cycle::LimitCycle;
 use crate::outcome::Received;
@@ -30,6 +31,9 @@ pub struct Outcome {
     pub energy_ports_min_j: Option<f64>,
     /// What went on swinging when nothing moved it any more.
     pub limit_cycles: Vec<LimitCycle>,
+    /// Where theory has a coupling of two robots become unstable, or active; none of what there is none for here.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub theory: Option<Border>,
     /// What the simulated media came to.
     pub media: Vec<Traffic>,
     /// What the receivers missed, by device.

@@ -1,5 +1,7 @@
 //! The axes of a device that one controller has.
 
+use std::collections::BTreeSet;
+
 use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, RigFile};
 
 /// A controller, and what it controls.
@@ -33,5 +35,20 @@ impl<'f> Part<'f> {
     /// Its axes in the file, by their place in the device.
     pub fn sections(&self) -> impl Iterator<Item = (usize, &'f AxisSection)> {
         self.axes.iter().filter_map(|axis| Some((*axis, self.device.axes.get(*axis)?)))
+    }
+}
+
+/// All controllers that links lead to from one, either way and over others; with itself.
+pub(super) fn linked_with<'f>(file: &'f RigFile, controller: &'f str) -> BTreeSet<&'f str> {
+    let mut linked = BTreeSet::from([controller]);
+    loop {
+        let ends = file.links.iter().map(|link| [link.from.as_str(), link.to.as_str()]);
+        let more: Vec<&str> =
+            ends.filter(|ends| ends.iter().any(|end| linked.contains(end))).flatten().collect();
+        let before = linked.len();
+        linked.extend(more);
+        if linked.len() == before {
+            return linked;
+        }
     }
 }

@@ -1,6 +1,5 @@
 //! What a hand feels of what the devices at the other end of its links meet.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 use dimsart_core::types;
@@ -8,7 +7,7 @@ use dimsart_core::types;
 use super::ResponseError;
 use super::moves::rests_s;
 use super::outcome::PerceivedStiffness;
-use super::part::Part;
+use super::part::{Part, linked_with};
 use crate::rig::{Probe, Rig, Station};
 use crate::rig_file::{AxisSection, RigFile};
 use crate::settled_contact::SettledContact;
@@ -142,20 +141,5 @@ impl Perceived {
             stiffness: contact.stiffness()?,
             unsettled: contact.unsettled(),
         })
-    }
-}
-
-/// All controllers that links lead to from one, either way and over others; with itself.
-fn linked_with<'f>(file: &'f RigFile, controller: &'f str) -> BTreeSet<&'f str> {
-    let mut linked = BTreeSet::from([controller]);
-    loop {
-        let ends = file.links.iter().map(|link| [link.from.as_str(), link.to.as_str()]);
-        let more: Vec<&str> =
-            ends.filter(|ends| ends.iter().any(|end| linked.contains(end))).flatten().collect();
-        let before = linked.len();
-        linked.extend(more);
-        if linked.len() == before {
-            return linked;
-        }
     }
 }

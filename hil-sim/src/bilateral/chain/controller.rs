@@ -45,7 +45,12 @@ impl Controller {
 }
 
 /// A real parameter of a module, if the scheme plugs the module in.
-fn real(engine: &mut SimulatedEngine, module: &str, parameter: &str, axis: u8) -> Option<f64> {
+pub(in crate::bilateral) fn real(
+    engine: &mut SimulatedEngine,
+    module: &str,
+    parameter: &str,
+    axis: u8,
+) -> Option<f64> {
     match value(engine, SimulatedEngine::module(module)?, parameter, axis)? {
         Value::Real(value) => Some(f64::from(value)),
         _ => None,
@@ -58,6 +63,15 @@ pub(super) fn count(engine: &mut SimulatedEngine, module: ModuleRef, parameter: 
         Value::Count(value) => Some(value),
         _ => None,
     }
+}
+
+/// A choice of a module by its name, if the scheme plugs the module in.
+pub(in crate::bilateral) fn chosen(
+    engine: &mut SimulatedEngine,
+    module: &str,
+    parameter: &str,
+) -> Option<&'static str> {
+    choice(engine, SimulatedEngine::module(module)?, parameter)
 }
 
 /// A choice among names, if the scheme plugs the module in.
