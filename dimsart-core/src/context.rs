@@ -194,6 +194,14 @@ impl<M: Module> Lane<'_, M> {
         M::Gains::load(self.gains)
     }
 
+    /// One of several `T` that its parameters begin with, counted from 0: of a table only what is needed is loaded. None behind
+    /// the parameters' end.
+    #[inline(always)]
+    #[must_use]
+    pub fn gain<T: Words>(&self, place: usize) -> Option<T> {
+        one_of(self.gains, place)
+    }
+
     /// What the module remembers of the axis.
     #[inline(always)]
     #[must_use]
@@ -201,9 +209,21 @@ impl<M: Module> Lane<'_, M> {
         M::Axis::load(self.state)
     }
 
+    /// One of several `T` that what the module remembers begins with, as [`gain`](Self::gain).
+    #[inline(always)]
+    #[must_use]
+    pub fn remembered<T: Words>(&self, place: usize) -> Option<T> {
+        one_of(self.state, place)
+    }
+
     /// Remembers it for the next tick.
     #[inline(always)]
     pub fn set_axis(&self, axis: M::Axis) {
         axis.store(self.state);
     }
+}
+
+#[inline(always)]
+fn one_of<T: Words>(words: &[Cell<u32>], place: usize) -> Option<T> {
+    words.get(place.checked_mul(T::COUNT)?..)?.get(..T::COUNT).map(T::load)
 }

@@ -81,16 +81,21 @@ impl Module for StateMachine {
     fn compute(context: &Context<'_, Self>) {
         let Ports { a, b, output, state } = context.ports();
         let Settings { period_s } = context.settings();
-        context.map_axes([a, b], [output, state], |gains, axis, [a, b]| {
+        context.map_lanes([a, b], [output, state], |_, lane, [a, b]| {
+            let mut axis = lane.axis();
             #[expect(clippy::cast_precision_loss, reason = "exact for hours")]
             let time_s = axis.ticks as f32 * period_s;
-            let of = |row: &[f32; STATES]| row.get(usize::from(axis.state)).copied().unwrap_or(-1.0);
-            let [if_a, if_b, then] = [&gains.if_a, &gains.if_b, &gains.then].map(of);
+            // Of the rows as they stand in the parameters.
+            let of = |row: usize, state: u16| {
+                let state = Some(usize::from(state)).filter(|state| *state < STATES);
+                state.and_then(|state| lane.gain(row * STATES + state))
+            };
+            let [if_a, if_b, then] = [1, 2, 3].map(|row| of(row, axis.state).unwrap_or(-1.0));
             let next = if a > 0.5 && if_a >= 0.0 {
                 if_a
             } else if b > 0.5 && if_b >= 0.0 {
                 if_b
-            } else if time_s + 0.5 * period_s >= of(&gains.after_s) {
+            } else if time_s + 0.5 * period_s >= of(4, axis.state).unwrap_or(-1.0) {
                 then
             } else {
                 -1.0
@@ -99,9 +104,10 @@ impl Module for StateMachine {
             if next >= 0.0 {
                 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 7")]
                 let number = (next + 0.5) as u16;
-                *axis = Axis { state: number, ticks: 1 };
+                axis = Axis { state: number, ticks: 1 };
             }
-            let output = gains.outputs.get(usize::from(axis.state)).copied().unwrap_or(0.0);
+            lane.set_axis(axis);
+            let output: f32 = of(0, axis.state).unwrap_or(0.0);
             [output, f32::from(axis.state)]
         });
     }

@@ -78,15 +78,18 @@ impl Module for Table {
     fn compute(context: &Context<'_, Self>) {
         let Ports { input, output } = context.ports();
         let count = usize::try_from(context.settings().count).unwrap_or(POINTS);
-        context.map_axes([input], [output], |Gains { x: inputs, y: outputs, slopes }, (), [x]| {
-            let mut found = (inputs[0], outputs[0], 0.0);
-            for (place, ((from, value), slope)) in inputs.iter().zip(outputs).zip(slopes).enumerate() {
-                if place < count && x >= *from {
-                    found = (*from, value, slope);
+        context.map_lanes([input], [output], |_, lane, [x]| {
+            let word = |place: usize| lane.gain(place).unwrap_or(0.0);
+            // Before the first point its value holds.
+            let mut found = None;
+            for place in 0..POINTS {
+                if place < count && x >= word(place) {
+                    found = Some(place);
                 }
             }
-            let (from, value, slope) = found;
-            [value + (x - from) * slope]
+            let place = found.unwrap_or(0);
+            let slope = found.map_or(0.0, |place| word(2 * POINTS + place));
+            [word(POINTS + place) + (x - word(place)) * slope]
         });
     }
 }

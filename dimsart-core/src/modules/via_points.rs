@@ -25,7 +25,9 @@
 //! ```
 
 use super::take_over::first;
-use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
+use crate::{
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, Words as _, types, words,
+};
 
 /// Most points.
 const POINTS: usize = 8;
@@ -37,7 +39,7 @@ words! {
     pub struct Gains { points: [f32; POINTS] }
     /// Of all axes: the piece that is gone, and since when.
     pub struct State { piece: u32, time_s: f32, lost_s: f32 }
-    /// Of an axis.
+    /// Of an axis; the end is its word [`END`].
     pub struct Axis { pieces: [Piece; POINTS], end: f32 }
     /// From a point to the next.
     pub struct Piece { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
@@ -49,6 +51,8 @@ words! {
         desired_acceleration: Output,
     }
 }
+
+const END: usize = POINTS * Piece::COUNT;
 
 /// See the [module docs](self).
 #[derive(Debug)]
@@ -103,12 +107,13 @@ impl Module for ViaPoints {
         let place = usize::try_from(piece).unwrap_or(POINTS);
         let mut piece_s = 0.0;
         let outputs = [desired_position, desired_velocity, desired_acceleration];
-        context.map_axes([], outputs, |_, axis, []| {
-            let Some(piece) = axis.pieces.get(place).filter(|piece| piece.time_s > 0.0) else {
-                return [axis.end, 0.0, 0.0];
+        context.map_lanes([], outputs, |_, lane, []| {
+            let piece = Some(place).filter(|place| *place < POINTS).and_then(|place| lane.remembered(place));
+            let Some(piece) = piece.filter(|piece: &Piece| piece.time_s > 0.0) else {
+                return [lane.remembered(END).unwrap_or(0.0), 0.0, 0.0];
             };
             piece_s = piece.time_s;
-            let Piece { point, slope, bend, twist, .. } = *piece;
+            let Piece { point, slope, bend, twist, .. } = piece;
             [
                 point + time_s * (slope + time_s * (bend + time_s * twist)),
                 slope + time_s * (2.0 * bend + time_s * 3.0 * twist),
