@@ -102,7 +102,7 @@ catalogue! {
    123 FAR_ENERGY         One       U32 Vector "Energy that has gone into a link on its other side, in counts of 2^-24 J; wraps." if "energy";
 }
 
-/// What a device with a clock measures of its own ticks: its outputs end with all of these, the last ones, or none.
+/// What a device with a clock measures of its own ticks: its outputs end with all of these, with the last of them, or with none.
 pub const TIMING: [&DataType; 6] =
     [TICK_CYCLES, TICK_CYCLES_MEAN, TICK_CYCLES_MAX, LATE_TICKS, OVERRUN_TICKS, TICK_PERIOD];
 

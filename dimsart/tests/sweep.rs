@@ -234,7 +234,7 @@ fn what_keeps_a_link_passive_is_stable_where_position_force_is_not() {
 
 /// A lost packet takes energy with it that was reported or sent, and brings none.
 #[test]
-fn a_tenth_of_the_packets_lost_sets_no_energy_loose() {
+fn a_tenth_of_the_packets_lost_sets_hardly_more_energy_loose() {
     // What a bounded damper still owes, and what one tick overdraws.
     for (scheme, least_j) in [("tdpa", -0.13), ("tank", -4e-3)] {
         let (rows, _) = telerobot(scheme, &[], &["link.0.carrier.loss+link.1.carrier.loss=0,0.1"]);

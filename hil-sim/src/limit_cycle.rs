@@ -7,6 +7,7 @@
 //!
 //! It is chatter when it is wider than a hundredth of all the motion there was, or leaves what it touches and comes back.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use dimsart_core::Unit;
@@ -71,12 +72,20 @@ impl Swings {
         }
     }
 
-    /// What goes on swinging, by axis and stretch; says of chatter what it is.
+    /// What goes on swinging, by axis, as in the rest in which it swings widest; says of chatter what it is.
     #[must_use]
     pub fn found(&self, rig: &Rig, faults: &mut Vec<String>) -> Vec<LimitCycle> {
-        let mut found = Vec::new();
+        let mut widest = BTreeMap::new();
         for (station, axis, swing) in &self.axes {
-            let Some((hz, amplitude, is_chatter)) = swing.found() else { continue };
+            let Some(this) = swing.found().map(|found| (found, swing)) else { continue };
+            let ((_, amplitude, _), _) = this;
+            let known = widest.entry((station, axis)).or_insert(this);
+            if amplitude > known.0.1 {
+                *known = this;
+            }
+        }
+        let mut found = Vec::new();
+        for ((station, axis), ((hz, amplitude, is_chatter), swing)) in widest {
             let Some(station) = rig.stations().get(*station) else { continue };
             if is_chatter {
                 let kind = station.dimsart.engine().device().axes().get(*axis).copied().unwrap_or_default();
@@ -142,10 +151,10 @@ impl Swing {
     /// Adds the position at a time; `is_touching` says whether something is touched then, where that is asked.
     pub fn add(&mut self, time_s: f64, position: f64, is_touching: impl FnOnce() -> bool) {
         let [first_s, second_s, end_s] = self.quarters_s;
+        self.whole.add(position);
         if time_s > end_s {
             return;
         }
-        self.whole.add(position);
         if time_s >= first_s {
             let is_touching = is_touching();
             let was_touching = self.was_touching.replace(is_touching);

@@ -1,8 +1,8 @@
 //! What a tick and each kind of module cost on an image: lines above the bounds of small schemes around every kind.
 //!
 //! Every choice of a kind's parameters is looked at with the fewest degrees of freedom that the kind takes, which is 1 for
-//! most, and with one more. Those that take most there, or would with 6 more, are looked at with the others, too. A choice that takes most with more
-//! degrees of freedom alone would be missed. On nucleo-g474re none was: the lines are those of every choice with every
+//! most, and with one more. Those that take most there, or would take most with 6 more, are looked at with the others, too. A
+//! choice that takes most with more degrees of freedom alone would be missed. On nucleo-g474re none was: the lines are those of every choice with every
 //! number of degrees of freedom.
 
 use std::collections::{BTreeMap, BTreeSet};

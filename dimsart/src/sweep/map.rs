@@ -87,12 +87,13 @@ pub fn map(grid: &Grid, table: &SweepTable, figure: &str) -> Option<FieldMap> {
             |row: &Vec<String>| Some(number(row, figure)? - number(row, limit).unwrap_or(f64::INFINITY));
         let excesses = excesses(&excess);
         let pieces = contour(&excesses);
-        let mut known = excesses.iter().flatten().filter(|excess| !excess.is_nan()).peekable();
-        known.peek()?;
-        let label = match (pieces.is_empty(), known.all(|excess| *excess < 0.0)) {
-            (false, _) => theory.line,
-            (true, true) => theory.all_within,
-            (true, false) => theory.all_beyond,
+        let all = |is_so: fn(f64) -> bool| excesses.iter().flatten().all(|excess| is_so(*excess));
+        let label = match pieces.is_empty() {
+            false => theory.line,
+            true if all(|excess| excess <= 0.0) => theory.all_within,
+            true if all(|excess| excess > 0.0) => theory.all_beyond,
+            // A single row, or fields that theory does not know.
+            true => return None,
         };
         Some(Border { label: label.to_owned(), pieces })
     });

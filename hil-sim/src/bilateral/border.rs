@@ -12,19 +12,24 @@
 
 use std::f64::consts::PI;
 
+use dimsart_core::ModuleRef;
 use nalgebra::{Complex, Matrix3, Matrix4};
 use serde::Serialize;
 
-use super::chain::{chosen, real};
+use super::chain::{Controller, SimulatedEngine, chosen, real};
+use crate::link::InProcessParameters;
 use crate::plant::{GearParameters, JointMotorParameters, JointParameters};
 use crate::rig::{Rig, SimulatedDimsart};
-use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, RigFile};
+use crate::rig_file::{AxisSection, ControllerSection, DeviceSection, LinkSection, RigFile};
 
 /// Frequencies at which the loop is looked at, evenly on a logarithmic scale over the decades below half the sample rate.
 const FREQUENCIES: u32 = 4_000;
 const DECADES: f64 = 5.0;
 /// Until a frequency is known to the last bits.
 const HALVINGS: u32 = 48;
+/// What a coupling may be made of.
+const KNOWN: [&str; 7] =
+    ["COMM_RXMOD", "COMM_TXMOD", "NORMALIZER_MOD", "PDCTRL_MOD", "TANK_MOD", "TDPA_MOD", "WTRANSF_MOD"];
 /// Largest eigenvalue, but for rounding, of what is stable or stays where it is.
 const STABLE: f64 = 1.0 + 1e-9;
 
@@ -58,11 +63,23 @@ struct Robot<'f> {
     force_scale: Option<f64>,
     /// The damping of its own that its coupling needs; none where the coupling is not known to be passive.
     needed_damping: Option<f64>,
+    /// Whether its scheme has what comes over the link wait.
+    adds_delay: bool,
+}
+
+/// Whether a scheme has modules that theory knows here and no others, each of them once and in every tick.
+fn is_known(engine: &SimulatedEngine) -> bool {
+    let known = |module: ModuleRef| {
+        let is_one = |name: &&str| SimulatedEngine::module(name) == Some(module);
+        let is_in_every_tick = engine.rate_of(module).is_none_or(|rate| rate.every_ticks == 1);
+        KNOWN.iter().any(is_one) && is_in_every_tick
+    };
+    engine.instances().filter(|module| engine.is_plugged_in(*module)).all(known)
 }
 
 impl Border {
-    /// Of two robots of one axis each, rigid and without a motor's lag, that links of constant delay join; none of anything
-    /// else, and of a coupling that there is no theory for here.
+    /// Of two robots of one axis each, rigid and without a motor's lag, that links of constant delay join, under schemes of the
+    /// modules that the coupling is made of; `None` of anything else.
     #[must_use]
     pub fn of(file: &RigFile, rig: &mut Rig) -> Option<Self> {
         let [one, other] = file.controllers.as_slice() else { return None };
@@ -72,6 +89,9 @@ impl Border {
         let period_s = file.sample_period_s;
         let mut robot = |controller: &ControllerSection| {
             let station = rig.stations_mut().iter_mut().find(|station| station.name == controller.name())?;
+            if !is_known(station.dimsart.engine()) {
+                return None;
+            }
             Robot::of(file.device(&controller.device)?, &mut station.dimsart, period_s)
         };
         let robots = [robot(one)?, robot(other)?];
@@ -81,6 +101,9 @@ impl Border {
             let (needed_damping, damping) =
                 if spares_less { (one_needs, one_has) } else { (other_needs, other_has) };
             return Some(Self::Damping { needed_damping, damping });
+        }
+        if robots.iter().any(|robot| robot.adds_delay) {
+            return None;
         }
         let round_trip_ticks = round_trip_ticks(file, [one.name(), other.name()])?;
         let [master, slave] = match robots {
@@ -105,6 +128,7 @@ impl<'f> Robot<'f> {
         if !is_ideal || joint.flexible.is_some() || device.delay_ticks > 0.0 || !axis.sensor.is_empty() {
             return None;
         }
+        let adds_delay = Controller::read(dimsart).delay_ticks != Some(0);
         let engine = dimsart.engine_mut();
         let stiffness = real(engine, "PDCTRL_MOD", "K_PARAM", 0);
         if real(engine, "PDCTRL_MOD", "D_PARAM", 0).is_some_and(|damping| damping > 0.0) {
@@ -126,7 +150,7 @@ impl<'f> Robot<'f> {
             }
             _ => None,
         };
-        Some(Self { axis, joint, stiffness, force_scale, needed_damping })
+        Some(Self { axis, joint, stiffness, force_scale, needed_damping, adds_delay })
     }
 
     /// Of its own and of the hand that holds it.
@@ -248,7 +272,11 @@ fn round_trip_ticks(file: &RigFile, [one, other]: [&str; 2]) -> Option<f64> {
     let [there, back] = file.links.as_slice() else { return None };
     let is_both_ways = (there.from.as_str(), there.to.as_str()) == (back.to.as_str(), back.from.as_str());
     let joins = [[one, other], [other, one]].contains(&[there.from.as_str(), there.to.as_str()]);
-    if !is_both_ways || !joins || [there, back].iter().any(|link| link.bus.is_some()) {
+    let is_constant = |link: &&LinkSection| {
+        let InProcessParameters { jitter_ticks, loss, reordering, .. } = link.carrier;
+        link.bus.is_none() && jitter_ticks == 0 && loss <= 0.0 && reordering <= 0.0
+    };
+    if !is_both_ways || !joins || ![there, back].iter().all(is_constant) {
         return None;
     }
     let ticks = there.carrier.delay_ticks.saturating_add(back.carrier.delay_ticks);

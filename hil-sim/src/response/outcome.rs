@@ -31,7 +31,7 @@ pub struct Outcome {
     pub energy_ports_min_j: Option<f64>,
     /// What went on swinging when nothing moved it any more.
     pub limit_cycles: Vec<LimitCycle>,
-    /// Where theory has a coupling of two robots become unstable, or active; none of what there is none for here.
+    /// Where theory has a coupling of two robots become unstable, or active; `None` where no theory is known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub theory: Option<Border>,
     /// What the simulated media came to.

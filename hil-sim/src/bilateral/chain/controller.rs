@@ -6,7 +6,7 @@ use dimsart_core::{Accepts, Engine, ModuleRef, Value};
 use super::delay;
 use crate::rig::{DATA_BASE_WORDS, SimulatedDimsart};
 
-pub(super) type SimulatedEngine = Engine<Standard, DATA_BASE_WORDS>;
+pub(in crate::bilateral) type SimulatedEngine = Engine<Standard, DATA_BASE_WORDS>;
 
 /// One end of the line. [`default`](Default::default) is one of which nothing is known.
 #[derive(Debug, Clone, PartialEq, Default)]
