@@ -39,7 +39,7 @@ words! {
     pub struct Gains { points: [f32; POINTS] }
     /// Of all axes: the piece that is gone, and since when.
     pub struct State { piece: u32, time_s: f32, lost_s: f32 }
-    /// Of an axis; the end is its word [`END`].
+    /// Of an axis; the end is behind all pieces.
     pub struct Axis { pieces: [Piece; POINTS], end: f32 }
     /// From a point to the next.
     pub struct Piece { time_s: f32, point: f32, slope: f32, bend: f32, twist: f32 }
