@@ -394,8 +394,9 @@ fn rows_have_the_names_of_the_law_that_is_on_the_device() {
     assert!(error.contains("'11' is not a number from 0 to 10"), "{error}");
 
     exchanged(&mut joint, rows, false).unwrap();
-    let on_device = saved(&mut joint);
     let mut device = Device::greet(InProcess::new(&mut joint), QUICK).unwrap();
+    // The instructions of the law are commands without rows.
+    let (on_device, _) = device.configuration_text().unwrap();
     let stiffness = device.get("ONLINE_MOD", "stiffness").unwrap().to_string();
     assert!(stiffness.contains(" 4"), "{stiffness}");
     let [file, there] = [rows, &on_device].map(|rows| device.read_configuration(rows, "all").unwrap());
