@@ -2,8 +2,7 @@
 
 use std::io::{Read, Write};
 
-use dimsart_core::{Command, scheme};
-use hil_sim::law;
+use dimsart_core::Command;
 use hil_sim::schemes::SchemeText;
 
 use super::command::ANY_SIDE;
@@ -49,8 +48,7 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`configuration_text`](Self::configuration_text).
     pub fn read_configuration(&mut self, rows: &str, side: &str) -> Result<Configuration, ConnectError> {
-        let has_law = scheme::rows(rows).any(|row| row.word(1).starts_with(law::MODULE));
-        let laws = if has_law { self.law_texts()? } else { Vec::new() };
+        let laws = self.laws_for(rows)?;
         self.know(|known| Configuration::read(rows, side, known, &laws))
     }
 

@@ -6,7 +6,7 @@ use std::io::{Read, Write};
 use dimsart_core::limits::PROGRAM_WORDS;
 use dimsart_core::online::{LawAction, Program};
 use dimsart_core::protocol::{Refusal, Request, Response, SignalText};
-use dimsart_core::scheme::Row;
+use dimsart_core::scheme::{self, Row};
 use dimsart_core::{Command, ModuleRef, Value};
 use hil_sim::law::{self, Law, LawName};
 use serde::Serialize;
@@ -106,6 +106,12 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// [`ConnectError::NoLaws`]; [`ConnectError::Line`] when the device does not answer.
     pub fn laws(&mut self) -> Result<Laws, ConnectError> {
+        let (laws, places) = self.read_laws()?;
+        Ok(Laws { laws: laws.into_iter().map(|(report, _)| report).collect(), places })
+    }
+
+    /// The laws that the device has, and how many it has places for.
+    fn read_laws(&mut self) -> Result<(Vec<(LawReport, Law)>, u8), ConnectError> {
         let (mut laws, mut places) = (Vec::new(), 0);
         for number in 1..=u8::MAX {
             let Some(look) = self.look_at_law(number)? else { break };
@@ -113,23 +119,22 @@ impl<S: Read + Write> Device<S> {
             if look.words > 0
                 && let Some(law) = self.law(number)?
             {
-                laws.push(LawReport::new(number, &law, look.cycles, look.is_used));
+                laws.push((LawReport::new(number, &law, look.cycles, look.is_used), law));
             }
         }
-        Ok(Laws { laws, places })
+        Ok((laws, places))
     }
 
-    /// The laws that the device has, each with its number; none of an image without laws.
-    pub(super) fn law_texts(&mut self) -> Result<Vec<(u8, Law)>, ConnectError> {
-        let laws = match self.laws() {
-            Err(ConnectError::NoLaws) => return Ok(Vec::new()),
-            laws => laws?.laws,
-        };
-        let mut found = Vec::new();
-        for LawReport { number, .. } in laws {
-            found.extend(self.law(number)?.map(|law| (number, law)));
+    /// The laws that the device has, each with its number, where rows are for a module that runs laws; none otherwise, and of
+    /// an image without laws.
+    pub(super) fn laws_for(&mut self, rows: &str) -> Result<Vec<(u8, Law)>, ConnectError> {
+        if !scheme::rows(rows).any(|row| row.word(1).starts_with(law::MODULE)) {
+            return Ok(Vec::new());
         }
-        Ok(found)
+        match self.read_laws() {
+            Err(ConnectError::NoLaws) => Ok(Vec::new()),
+            read => Ok(read?.0.into_iter().map(|(report, law)| (report.number, law)).collect()),
+        }
     }
 
     /// Has the device forget a law that no module has.
@@ -143,6 +148,13 @@ impl<S: Read + Write> Device<S> {
 
     /// The module of a row with the law that it runs, whose own names the row may have; none for any other row.
     pub(super) fn law_of(&mut self, row: &Row<'_>) -> Result<Option<(ModuleRef, Law)>, ConnectError> {
+        let Some((module, number)) = self.runner_of(row)? else { return Ok(None) };
+        let law = if number == 0 { None } else { self.law(number)? };
+        Ok(law.map(|law| (module, law)))
+    }
+
+    /// The module of a row, if it runs laws, and the number of its law; 0 for none.
+    pub(super) fn runner_of(&mut self, row: &Row<'_>) -> Result<Option<(ModuleRef, u8)>, ConnectError> {
         let Some(module) = self.know(|known| law::runner(row, known))? else { return Ok(None) };
         let number = match self.ask(&Request::Get { module, parameter: 0, entry: 0 }, take!(Value)) {
             Ok(Some(Value::Count(number))) => u8::try_from(number).unwrap_or(0),
@@ -150,8 +162,7 @@ impl<S: Read + Write> Device<S> {
             // It does not exist yet.
             _ => 0,
         };
-        let law = if number == 0 { None } else { self.law(number)? };
-        Ok(law.map(|law| (module, law)))
+        Ok(Some((module, number)))
     }
 
     /// A law by its program; none where there is none.

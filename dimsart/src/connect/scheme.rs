@@ -107,10 +107,11 @@ impl<S: Read + Write> Device<S> {
         for command in first {
             self.give(command)?;
         }
+        let laws = self.laws_for(&scheme.text)?;
         let (mut rows, mut skipped) = (0, Vec::new());
         for row in scheme::rows_for(&scheme.text, side, SIDES) {
             let sent = match row {
-                Ok(row) => self.send_row(&row)?,
+                Ok(row) => self.send_row(&row, &laws)?,
                 Err(error) => Err(self.misread(error, None)?),
             };
             let name = scheme.name.clone();
@@ -127,8 +128,12 @@ impl<S: Read + Write> Device<S> {
         Ok((rows, skipped))
     }
 
-    fn send_row(&mut self, row: &Row<'_>) -> Result<Result<(), Misread>, ConnectError> {
-        let law = self.law_of(row)?;
+    fn send_row(&mut self, row: &Row<'_>, laws: &[(u8, Law)]) -> Result<Result<(), Misread>, ConnectError> {
+        let runner = if laws.is_empty() { None } else { self.runner_of(row)? };
+        let law = runner.and_then(|(module, number)| {
+            let (_, law) = laws.iter().find(|(known, _)| *known == number)?;
+            Some((module, law.clone()))
+        });
         let law = law.as_ref();
         let command = match self.know(|known| WithLaw::new(known, law).command(row))? {
             Ok(command) => command,
