@@ -50,10 +50,8 @@ usage: cargo xtask COMMAND
   oracle      compare every module and plant with outside implementations: a table, and a page with the curves
   figures     what the firmware takes, of memory and of time (docs/firmware.md), and what faults does
   faults      how soon faults are noticed in the shipped scheme (docs/fault-latency.md); takes seconds
-  module-groups
-              the section of docs/firmware.md on what each group of modules takes; takes half an hour
-  module-costs
-              what each kind of module costs, into boards/module-costs.txt
+  module-groups the section of docs/firmware.md on what each group of modules takes; takes half an hour
+  module-costs what each kind of module costs, into boards/module-costs.txt
   bench       count the instructions of a tick, hold them to their budgets, and time the shipped scenario
               (docs/benchmarks.md)
   page        try the page of `dimsart serve` in a browser; its pictures go to target/page
