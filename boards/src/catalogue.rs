@@ -126,5 +126,28 @@ pub const SHIPPED_GROUPS: [&str; 3] = ["control", "signals", "teleoperation"];
 /// and for each axis, and why these are not known.
 pub const MODULE_COSTS: &str = include_str!("../module-costs.txt");
 
+/// What a kind of module adds to a tick at most.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ModuleCost<'a> {
+    /// Name of the kind.
+    pub name: &'a str,
+    /// Without axes.
+    pub cycles: u16,
+    /// For each axis.
+    pub per_axis: u16,
+    /// Why these are not known; empty where they are.
+    pub reason: &'a str,
+}
+
+/// The lines of [`MODULE_COSTS`], or of what `dimsart stamp` leaves beside an image, that are of kinds of modules.
+pub fn module_costs(text: &str) -> impl Iterator<Item = ModuleCost<'_>> {
+    text.lines().filter_map(|line| {
+        let mut words = line.splitn(4, ' ');
+        let name = words.next().filter(|name| name.ends_with("MOD"))?;
+        let (cycles, per_axis) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
+        Some(ModuleCost { name, cycles, per_axis, reason: words.next().unwrap_or_default() })
+    })
+}
+
 /// Whom the firmware calls through pointers: what a tool that follows an image's calls cannot see.
 pub const CALLS: &str = include_str!("../calls.txt");

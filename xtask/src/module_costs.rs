@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use boards::BOARDS;
-use boards::catalogue::{BoardInfo, MODULE_COSTS};
+use boards::catalogue::{BoardInfo, MODULE_COSTS, ModuleCost, module_costs};
 
 use crate::boards::{SIDES, build, build_with, collect, folder, stamp};
 use crate::shell::{Outcome, top};
@@ -37,13 +37,14 @@ pub(crate) fn write() -> Outcome {
     let plain = folder().join(build(toolchain, board()?, None)?.name);
     master(&plain)?;
     let images = [plain].into_iter().chain(with_other_groups(toolchain)?);
-    let found: Vec<Kind> = images.map(|image| read(&image)).collect::<Result<Vec<_>, _>>()?.concat();
+    let texts: Vec<String> = images.map(|image| read(&image)).collect::<Result<_, _>>()?;
+    let found: Vec<ModuleCost<'_>> = texts.iter().flat_map(|text| module_costs(text)).collect();
     let mut text = format!("{HEAD}{RUSTC}{}\n", toolchain.version()?);
     for (place, kind) in found.iter().enumerate() {
-        let is_same = |other: &&Kind| other.name == kind.name;
+        let is_same = |other: &&ModuleCost<'_>| other.name == kind.name;
         if found.iter().position(|other| is_same(&other)) == Some(place) {
-            let best = found.iter().filter(is_same).find(|kind| !kind.is_absent()).unwrap_or(kind);
-            let Kind { name, cycles, per_axis, reason } = best;
+            let best = found.iter().filter(is_same).find(|kind| !is_absent(kind)).unwrap_or(kind);
+            let ModuleCost { name, cycles, per_axis, reason } = best;
             let _ = writeln!(text, "{}", format!("{name} {cycles} {per_axis} {reason}").trim_end());
         }
     }
@@ -82,11 +83,12 @@ fn hold(toolchain: Toolchain, images: &[PathBuf]) -> Outcome {
         println!("{FILE} is of rustc {rustc}: images of another one are not held to it");
         return Ok(());
     }
-    let known: Vec<Kind> = kinds(MODULE_COSTS).collect();
+    let is_known = |found: &ModuleCost<'_>| module_costs(MODULE_COSTS).any(|known| is_close(&known, found));
     let mut wrong = Vec::new();
     for image in images {
-        let is_wrong = |found: &Kind| !found.is_absent() && !known.iter().any(|known| known.is_close(found));
-        wrong.extend(read(image)?.into_iter().filter(is_wrong).map(|kind| kind.name));
+        let text = read(image)?;
+        let unknown = module_costs(&text).filter(|found| !is_absent(found) && !is_known(found));
+        wrong.extend(unknown.map(|kind| kind.name.to_owned()));
     }
     match wrong.is_empty() {
         true => Ok(()),
@@ -96,47 +98,21 @@ fn hold(toolchain: Toolchain, images: &[PathBuf]) -> Outcome {
     }
 }
 
-/// What a kind of module costs.
-#[derive(Debug, Clone)]
-struct Kind {
-    name: String,
-    cycles: u64,
-    per_axis: u64,
-    /// Why this is not known; empty where it is.
-    reason: String,
+fn is_absent(kind: &ModuleCost<'_>) -> bool {
+    kind.reason.starts_with(ABSENT)
 }
 
-impl Kind {
-    fn is_absent(&self) -> bool {
-        self.reason.starts_with(ABSENT)
-    }
-
-    /// Whether it is the same kind, within 5 % for one axis and for all that there can be.
-    fn is_close(&self, found: &Self) -> bool {
-        let is_close = |axes: u64| {
-            let [known, cycles] = [self, found].map(|kind| kind.cycles + axes * kind.per_axis);
-            20 * known.abs_diff(cycles) <= known
-        };
-        self.name == found.name && self.reason == found.reason && [1, 8].into_iter().all(is_close)
-    }
+/// Whether they are of the same kind, within 5 % for one axis.
+fn is_close(known: &ModuleCost<'_>, found: &ModuleCost<'_>) -> bool {
+    let [known_cycles, cycles] = [known, found].map(|kind| u32::from(kind.cycles) + u32::from(kind.per_axis));
+    let is_same = known.name == found.name && known.reason == found.reason;
+    is_same && 20 * known_cycles.abs_diff(cycles) <= known_cycles
 }
 
 /// What `dimsart stamp` has left beside an image.
-fn read(image: &Path) -> Result<Vec<Kind>, String> {
+fn read(image: &Path) -> Result<String, String> {
     let file = image.with_added_extension("costs");
-    let text = std::fs::read_to_string(&file);
-    text.map(|text| kinds(&text).collect())
-        .map_err(|error| format!("cannot read {}: {error}", file.display()))
-}
-
-/// Of lines; others are of the tick and of laws.
-fn kinds(text: &str) -> impl Iterator<Item = Kind> {
-    text.lines().filter_map(|line| {
-        let mut words = line.splitn(4, ' ');
-        let name = words.next().filter(|name| name.ends_with("MOD"))?.to_owned();
-        let (cycles, per_axis) = (words.next()?.parse().ok()?, words.next()?.parse().ok()?);
-        Some(Kind { name, cycles, per_axis, reason: words.next().unwrap_or_default().to_owned() })
-    })
+    std::fs::read_to_string(&file).map_err(|error| format!("cannot read {}: {error}", file.display()))
 }
 
 fn board() -> Result<&'static BoardInfo, String> {
@@ -149,8 +125,9 @@ mod tests {
 
     #[test]
     fn a_kind_is_held_to_5_percent_and_to_its_reason() {
-        let [known] = kinds("tick 9 9\nPCTRL_MOD 280 20\nAdd 1 1\n").collect::<Vec<_>>().try_into().unwrap();
-        let is_close = |line| kinds(line).all(|found| known.is_close(&found));
+        let lines = "tick 9 9\nPCTRL_MOD 280 20\nAdd 1 1\n";
+        let [known] = module_costs(lines).collect::<Vec<_>>().try_into().unwrap();
+        let is_close = |line| module_costs(line).all(|found| is_close(&known, &found));
         assert!(is_close("PCTRL_MOD 290 25 ") && is_close("PCTRL_MOD 265 20"));
         for other in
             ["PCTRL_MOD 295 21", "PCTRL_MOD 260 24", "VWALL_MOD 280 20", "PCTRL_MOD 280 20 no bound: why"]
@@ -168,8 +145,8 @@ mod tests {
 
     #[test]
     fn every_kind_of_the_file_has_a_cost_or_a_reason() {
-        for kind in kinds(MODULE_COSTS) {
-            assert!(!kind.is_absent() && (kind.cycles > 0) == kind.reason.is_empty(), "{kind:?}");
+        for kind in module_costs(MODULE_COSTS) {
+            assert!(!is_absent(&kind) && (kind.cycles > 0) == kind.reason.is_empty(), "{kind:?}");
         }
     }
 }

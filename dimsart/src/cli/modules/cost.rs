@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use boards::catalogue::MODULE_COSTS;
+use boards::catalogue::{MODULE_COSTS, ModuleCost, module_costs};
 use dimsart_core::modules::Standard;
 use dimsart_core::{Cost, ModuleList};
 use serde::Serialize;
@@ -26,15 +26,11 @@ impl KindCost {
 
     /// Of nucleo-g474re, by its table.
     pub(super) fn of_board(kind: &str) -> Self {
-        let of_line = |line: &str| {
-            let [name, cycles, per_axis, reason] = words(line)?;
-            let cost = match reason {
-                "" => Self::known((cycles.parse().ok()?, per_axis.parse().ok()?)),
-                reason => Self { no_bound: Some(reason.to_owned()), ..Self::default() },
-            };
-            (name == kind).then_some(cost)
-        };
-        MODULE_COSTS.lines().find_map(of_line).unwrap_or_default()
+        match module_costs(MODULE_COSTS).find(|cost| cost.name == kind) {
+            Some(ModuleCost { cycles, per_axis, reason: "", .. }) => Self::known((cycles, per_axis)),
+            Some(cost) => Self { no_bound: Some(cost.reason.to_owned()), ..Self::default() },
+            None => Self::default(),
+        }
     }
 
     /// Of every kind, by the stamp of an image.
@@ -56,12 +52,6 @@ impl KindCost {
             _ => "-".to_owned(),
         }
     }
-}
-
-/// The words of a line of the table; the last one, which may be none, is a sentence.
-fn words(line: &str) -> Option<[&str; 4]> {
-    let mut words = line.splitn(4, ' ');
-    Some([words.next()?, words.next()?, words.next()?, words.next().unwrap_or_default()])
 }
 
 #[cfg(test)]
