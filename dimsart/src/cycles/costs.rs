@@ -2,8 +2,8 @@
 //!
 //! Every choice of a kind's parameters is looked at with the fewest degrees of freedom that the kind takes, which is 1 for
 //! most, and with one more. Those that take most there, or would take most with 6 more, are looked at with the others, too. A
-//! choice that takes most with more degrees of freedom alone would be missed. On nucleo-g474re none was: the lines are those of every choice with every
-//! number of degrees of freedom.
+//! choice that takes most with more degrees of freedom alone would be missed. On nucleo-g474re none was: the lines are those of
+//! every choice with every number of degrees of freedom.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::num::NonZero;

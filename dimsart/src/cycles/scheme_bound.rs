@@ -1,7 +1,7 @@
 //! Bounds of small schemes around one kind of module, for each of its parameters' choices.
 
 use ::cycles::timing::Timing;
-use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_LINKS};
+use dimsart_core::limits::{MAX_CHANNEL_TYPES, MAX_DOF, MAX_LINKS};
 use dimsart_core::modules::Standard;
 use dimsart_core::protocol::PortText;
 use dimsart_core::saved_scheme;
@@ -35,7 +35,8 @@ const MIXED_CONTENT: [TypeRef; MAX_CHANNEL_TYPES] = {
 };
 
 /// With so many degrees of freedom, schemes are looked at at most.
-pub(super) const MOST_DOF: u16 = 8;
+#[expect(clippy::cast_possible_truncation, reason = "8")]
+pub(super) const MOST_DOF: u16 = MAX_DOF as u16;
 
 /// What a small scheme takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
