@@ -184,7 +184,8 @@ fn rejoins_of_can() -> u32 {
 }
 
 /// The parts of a board whose axes turn and measure their angle. Last of all that is started: the watchdog
-/// runs from here on, on its own oscillator, and nothing but a reset stops it.
+/// runs from here on, on its own oscillator, and only a reset stops it. Until it is first fed, it waits for 512 ms, the time of
+/// its reset values (RM0440, 42.3.2), also where an option byte has started it: the rest of the start may erase flash.
 pub(crate) fn parts<B>(
     axes: Axes,
     joints: B::Joints,
@@ -199,7 +200,6 @@ where
     let (tick, background) = start_executors();
     let patience_us = if storage.stalls_tick { PATIENT_WATCHDOG_US } else { WATCHDOG_US };
     IndependentWatchdog::new(watchdog, patience_us).unleash();
-    begin_first_window();
     let storage = Some(storage);
     Parts { axes, tick, background, joints, command_port, link_in, link_out, storage, idle: Sleep }
 }
@@ -208,15 +208,6 @@ fn start_executors() -> (SendSpawner, SendSpawner) {
     line::CORDIC.set_priority(TICK_PRIORITY);
     line::FMAC.set_priority(BACKGROUND_PRIORITY);
     (TICK.start(line::CORDIC), BACKGROUND.start(line::FMAC))
-}
-
-/// Has the time that is set count from here on: until it is fed, the watchdog waits for that of its reset values, 512 ms. It takes
-/// what is set with its own slow clock, in less than a millisecond (RM0440, 42.3.2).
-fn begin_first_window() {
-    const PATIENCE: u32 = 1_000_000;
-    if (0..PATIENCE).any(|_| IWDG.sr().read().0 == 0) {
-        feed_watchdog();
-    }
 }
 
 pub(crate) fn feed_watchdog() {

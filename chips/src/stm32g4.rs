@@ -154,6 +154,11 @@ impl Stm32g4 {
         self.flash.fault = fault;
     }
 
+    /// The bytes of the flash, as damage or a programmer changes them.
+    pub fn flash(&mut self) -> &mut [u8] {
+        &mut self.memory.flash
+    }
+
     /// Pages that were erased and 64-bit words that were programmed.
     #[must_use]
     pub fn flash_writes(&self) -> (u64, u64) {

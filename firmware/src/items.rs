@@ -1,20 +1,26 @@
-//! Items in flash, each replaced whole or not at all, whenever the power goes.
+//! Items in flash, each replaced whole or not at all, whenever the power fails.
 //!
 //! ```text
-//! page    sequence u32 | CRC-32 u32 | item | item | ...      of all pages, the one with the highest sequence counts
-//! item    key u8 | 0 u8 | length u16 | CRC-32 u32 | its bytes, filled up to a whole word
+//! page    sequence u32 | CRC-32 u32 | item | item | ...      the page with the highest sequence is the current one
+//! item    key u8 | 0 u8 | length u16 | CRC-32 u32 | its bytes, padded to a whole word
 //! ```
-//! A new item goes behind the last one, and of each key the last item counts. Where there is no room for it, or what is
-//! there is not whole, the next page is erased, gets what counts of the one before it and the new item, and then its
-//! sequence. A cut before that leaves the page before it, which nothing has touched. (`sequential-storage` erases the page
-//! that it has filled last when the erasure of the one before it was cut, and takes the damaged rest of that in its place.)
+//! A new item is appended, and the last valid item of each key counts. Where it does not fit, or the page is damaged, the next
+//! page is erased and gets these items and the new ones, then its sequence. A power cut before that leaves the current page
+//! untouched. (`sequential-storage` erases the page that it has filled last when the erasure of the one before it was
+//! cut, and takes the damaged rest of that in its place.)
 //!
-//! What is written counts when it could be [read back](crate::read_back).
+//! [`Items::store`] erases one page at most; [`Items::open`], [`Items::fetch`] and [`Items::append`] erase none, and a start of
+//! the board needs no more than these: a page takes 22 ms to erase, longer than a watchdog waits.
+//!
+//! A damaged item is skipped up to the next valid one. It may have been the newest of any key, so the items before it are
+//! [in doubt](Items::is_in_doubt).
+//!
+//! A write counts when it could be [read back](crate::read_back).
 
 use core::ops::Range;
 
 use dimsart_core::checksum::CRC;
-use embedded_storage_async::nor_flash::{NorFlash, ReadNorFlash as _};
+use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::read_back::{ERASED, ReadBack};
 
@@ -49,6 +55,10 @@ struct Page {
     sequence: u32,
     /// Where the next item goes; the page's end where none does.
     free: u32,
+    /// The last valid item of every key.
+    last: [Option<Item>; KEYS],
+    /// Damaged words.
+    damaged: u16,
 }
 
 /// Where an item is.
@@ -56,11 +66,28 @@ struct Page {
 struct Item {
     start: u32,
     length: u16,
+    /// Damaged words before it.
+    damaged: u16,
 }
 
 impl Item {
     fn end(self) -> u32 {
         self.start + HEADER_BYTES + u32::from(self.length).next_multiple_of(HEADER_BYTES)
+    }
+}
+
+impl Page {
+    fn blank(start: u32, sequence: u32) -> Self {
+        Self { start, sequence, free: start + HEADER_BYTES, last: [None; KEYS], damaged: 0 }
+    }
+
+    /// Takes note of an item where the free words begin.
+    fn add(&mut self, key: u8, length: u16) {
+        let item = Item { start: self.free, length, damaged: self.damaged };
+        self.free = item.end();
+        if let Some(last) = self.last.get_mut(usize::from(key)) {
+            *last = Some(item);
+        }
     }
 }
 
@@ -89,166 +116,207 @@ impl<F: NorFlash> Items<F> {
         self.flash.0
     }
 
-    /// Finds what is kept.
+    /// Finds the valid items.
     ///
     /// # Errors
-    /// [`Broken`], also when the flash holds something else; it is as if nothing was kept then.
-    pub(crate) async fn open(&mut self) -> Result<(), Broken> {
+    /// [`Broken`], also when the flash holds other data; there are no items then.
+    pub(crate) fn open(&mut self) -> Result<(), Broken> {
         self.current = None;
         for start in self.range.clone().step_by(F::ERASE_SIZE) {
-            let (header, sum) = self.header(start).await?;
+            let (header, sum) = self.header(start)?;
             let sequence = u32::from_le_bytes(header);
             let is_newer = self.current.is_none_or(|page| sequence > page.sequence);
             // The sum of ones is all ones.
             if is_newer && (header, sum) != BLANK && sum == CRC.checksum(&header) {
-                self.current = Some(Page { start, sequence, free: start });
+                self.current = Some(Page::blank(start, sequence));
             }
         }
-        let Some(page) = self.current else { return self.expect_blank().await };
-        let (_, free) = self.last_items(page.start).await?;
-        // What is not whole was cut off.
-        let is_blank = free < self.end(page.start) && self.header(free).await? == BLANK;
-        self.current = Some(Page { free: if is_blank { free } else { self.end(page.start) }, ..page });
+        let Some(mut page) = self.current else { return self.expect_blank() };
+        self.scan(&mut page)?;
+        // A page that is damaged or incomplete in the next place may have been newer.
+        let next = self.next(page.start);
+        let (header, sum) = self.header(next)?;
+        let is_blank = (header, sum) == BLANK;
+        let is_whole =
+            if is_blank { self.header(next + HEADER_BYTES)? == BLANK } else { sum == CRC.checksum(&header) };
+        page.damaged += u16::from(!is_whole);
+        self.current = Some(page);
         Ok(())
+    }
+
+    /// Finds the valid items of a page.
+    fn scan(&mut self, page: &mut Page) -> Result<(), Broken> {
+        let end = self.end(page.start);
+        let mut place = page.free;
+        while place < end {
+            let (header, sum) = self.header(place)?;
+            if (header, sum) == BLANK {
+                place += HEADER_BYTES;
+                continue;
+            }
+            page.free = place;
+            let [key, zero, low, high] = header;
+            let item = Item { start: place, length: u16::from_le_bytes([low, high]), damaged: 0 };
+            let is_header = usize::from(key) < KEYS && zero == 0 && item.end() <= end;
+            if is_header && self.sum_of(header, item)? == sum {
+                page.add(key, item.length);
+            } else {
+                page.damaged += 1;
+                page.free += HEADER_BYTES;
+            }
+            place = page.free;
+        }
+        Ok(())
+    }
+
+    fn sum_of(&mut self, header: [u8; 4], item: Item) -> Result<u32, Broken> {
+        let mut digest = CRC.digest();
+        digest.update(&header);
+        let mut block = [0; BLOCK_BYTES];
+        let bytes = item.start + HEADER_BYTES..;
+        for (from, done) in bytes.zip(0..item.length).step_by(BLOCK_BYTES) {
+            let left = usize::from(item.length - done);
+            let block = block.get_mut(..left.min(BLOCK_BYTES)).unwrap_or_default();
+            self.flash.read(from, block)?;
+            digest.update(block);
+        }
+        Ok(digest.finalize())
+    }
+
+    fn last(&self, key: u8) -> Option<Item> {
+        self.current?.last.get(usize::from(key)).copied().flatten()
+    }
+
+    /// Whether an item of this key that is newer than the last valid one may be damaged.
+    pub(crate) fn is_in_doubt(&self, key: u8) -> bool {
+        let damaged_before = self.last(key).map_or(0, |item| item.damaged);
+        self.current.is_some_and(|page| page.damaged != damaged_before)
+    }
+
+    /// Whether there is a damaged word between the last valid items of two keys, or one of these is missing.
+    pub(crate) fn are_separated(&self, key: u8, other: u8) -> bool {
+        let [item, other] = [key, other].map(|key| self.last(key).map(|item| item.damaged));
+        item != other
+    }
+
+    /// Has an item count no longer.
+    pub(crate) fn forget(&mut self, key: u8) {
+        if let Some(last) = self.current.as_mut().and_then(|page| page.last.get_mut(usize::from(key))) {
+            *last = None;
+        }
     }
 
     /// The bytes of an item, in `buffer`; none where there is no such item.
     ///
     /// # Errors
     /// [`Broken`], also when it is longer than the buffer.
-    pub(crate) async fn fetch<'a>(
-        &mut self,
-        key: u8,
-        buffer: &'a mut [u8],
-    ) -> Result<Option<&'a [u8]>, Broken> {
-        let Some(page) = self.current else { return Ok(None) };
-        let (last, _) = self.last_items(page.start).await?;
-        let Some(item) = last.get(usize::from(key)).copied().flatten() else { return Ok(None) };
+    pub(crate) fn fetch<'a>(&mut self, key: u8, buffer: &'a mut [u8]) -> Result<Option<&'a [u8]>, Broken> {
+        let Some(item) = self.last(key) else { return Ok(None) };
         let bytes = buffer.get_mut(..usize::from(item.length)).ok_or(Broken)?;
-        self.read(item.start + HEADER_BYTES, bytes).await?;
+        self.flash.read(item.start + HEADER_BYTES, bytes)?;
         Ok(Some(bytes))
     }
 
-    /// Keeps an item in place of the one of the same key.
+    /// Keeps items in place of those of the same keys, in one page that has `spare` more bytes free where it can. Erases one
+    /// page at most.
     ///
     /// # Errors
-    /// [`Broken`]: the item is the old or the new one, and the others are as before.
-    pub(crate) async fn store(&mut self, key: u8, bytes: &[u8]) -> Result<(), Broken> {
-        let length = u16::try_from(bytes.len()).map_err(|_| Broken)?;
-        if let Some(page) = self.current {
-            let item = Item { start: page.free, length };
-            let is_written = item.end() <= self.end(page.start) && self.write(item, key, bytes).await.is_ok();
-            let free = if is_written { item.end() } else { self.end(page.start) };
-            self.current = Some(Page { free, ..page });
-            if is_written {
-                return Ok(());
-            }
+    /// [`Broken`]: each of them is the old or the new one, and the others are as before.
+    pub(crate) async fn store(&mut self, items: &[(u8, &[u8])], spare: usize) -> Result<(), Broken> {
+        let size = |(_, bytes): &(u8, &[u8])| WORD_BYTES + bytes.len().next_multiple_of(WORD_BYTES);
+        let wanted = items.iter().map(size).sum::<usize>() + spare;
+        let has_room =
+            |page: Page| page.damaged == 0 && wanted <= (self.end(page.start) - page.free) as usize;
+        if self.current.is_some_and(has_room) && self.append(items).await.is_ok() {
+            return Ok(());
         }
-        self.move_on(length, key, bytes).await
+        self.move_on(items).await
     }
 
-    /// Goes on in the next page.
-    async fn move_on(&mut self, length: u16, key: u8, bytes: &[u8]) -> Result<(), Broken> {
-        let behind = self.current.map(|page| self.end(page.start)).filter(|end| *end < self.range.end);
-        let start = behind.unwrap_or(self.range.start);
-        self.flash.erase(start, self.end(start)).await.map_err(|_| Broken)?;
-        let (mut free, mut sequence) = (start + HEADER_BYTES, 1);
-        if let Some(page) = self.current {
-            sequence = page.sequence.wrapping_add(1);
-            let (last, _) = self.last_items(page.start).await?;
-            let others = (0..).zip(last).filter(|(other, _)| *other != key);
-            for item in others.filter_map(|(_, item)| item) {
-                self.copy(item, free).await?;
-                free += item.end() - item.start;
-            }
-        }
-        let item = Item { start: free, length };
-        if item.end() > self.end(start) {
-            return Err(Broken);
-        }
-        self.write(item, key, bytes).await?;
-        let header = sequence.to_le_bytes();
-        self.write_header(start, header, CRC.checksum(&header)).await?;
-        self.current = Some(Page { start, sequence, free: item.end() });
+    /// Keeps items in place of those of the same keys. Erases nothing.
+    ///
+    /// # Errors
+    /// [`Broken`], also where the page has no room: each is the old or the new one, and nothing is appended any more.
+    pub(crate) async fn append(&mut self, items: &[(u8, &[u8])]) -> Result<(), Broken> {
+        let mut page = self.current.ok_or(Broken)?;
+        self.current = Some(Page { free: self.end(page.start), ..page });
+        self.write(&mut page, items).await?;
+        self.current = Some(page);
         Ok(())
     }
 
-    /// The last item of every key, and the end of the last one that is whole.
-    async fn last_items(&mut self, page: u32) -> Result<([Option<Item>; KEYS], u32), Broken> {
-        let (mut last, mut start) = ([None; KEYS], page + HEADER_BYTES);
-        while start < self.end(page) {
-            let (header, sum) = self.header(start).await?;
-            let [key, _, low, high] = header;
-            let item = Item { start, length: u16::from_le_bytes([low, high]) };
-            let Some(last) = last.get_mut(usize::from(key)).filter(|_| item.end() <= self.end(page)) else {
-                break;
-            };
-            let mut digest = CRC.digest();
-            digest.update(&header);
-            let mut block = [0; BLOCK_BYTES];
-            let bytes = item.start + HEADER_BYTES..;
-            for (from, done) in bytes.zip(0..item.length).step_by(BLOCK_BYTES) {
-                let left = usize::from(item.length - done);
-                let block = block.get_mut(..left.min(BLOCK_BYTES)).unwrap_or_default();
-                self.read(from, block).await?;
-                digest.update(block);
+    /// Continues in the next page.
+    async fn move_on(&mut self, items: &[(u8, &[u8])]) -> Result<(), Broken> {
+        let (start, sequence) = match self.current {
+            Some(page) => (self.next(page.start), page.sequence.wrapping_add(1)),
+            None => (self.range.start, 1),
+        };
+        self.flash.erase(start, self.end(start)).await?;
+        let mut page = Page::blank(start, sequence);
+        for key in (0..).take(KEYS).filter(|key| items.iter().all(|(new, _)| new != key)) {
+            if let Some(item) = self.last(key) {
+                self.copy(item, page.free).await?;
+                page.add(key, item.length);
             }
-            if digest.finalize() != sum {
-                break;
-            }
-            *last = Some(item);
-            start = item.end();
         }
-        Ok((last, start))
+        self.write(&mut page, items).await?;
+        let header = sequence.to_le_bytes();
+        self.write_header(start, header, CRC.checksum(&header)).await?;
+        self.current = Some(page);
+        Ok(())
     }
 
     async fn copy(&mut self, item: Item, to: u32) -> Result<(), Broken> {
         for (from, to) in (item.start..item.end()).zip(to..).step_by(WORD_BYTES) {
             let mut word = [0; WORD_BYTES];
-            self.read(from, &mut word).await?;
-            self.flash.write(to, &word).await.map_err(|_| Broken)?;
+            self.flash.read(from, &mut word)?;
+            self.flash.write(to, &word).await?;
         }
         Ok(())
     }
 
-    /// Its header first: where that is blank, everything behind it is.
-    async fn write(&mut self, item: Item, key: u8, bytes: &[u8]) -> Result<(), Broken> {
-        let [low, high] = item.length.to_le_bytes();
-        let header = [key, 0, low, high];
-        let mut digest = CRC.digest();
-        digest.update(&header);
-        digest.update(bytes);
-        self.write_header(item.start, header, digest.finalize()).await?;
-        for (place, bytes) in (item.start + HEADER_BYTES..).step_by(WORD_BYTES).zip(bytes.chunks(WORD_BYTES))
-        {
-            let mut word = [ERASED; WORD_BYTES];
-            word.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
-            self.flash.write(place, &word).await.map_err(|_| Broken)?;
+    /// The header of each first: where that is blank, everything behind it is.
+    async fn write(&mut self, page: &mut Page, items: &[(u8, &[u8])]) -> Result<(), Broken> {
+        for (key, bytes) in items {
+            let start = page.free;
+            let length = u16::try_from(bytes.len()).map_err(|_| Broken)?;
+            page.add(*key, length);
+            if page.free > self.end(page.start) {
+                return Err(Broken);
+            }
+            let [low, high] = length.to_le_bytes();
+            let header = [*key, 0, low, high];
+            let mut digest = CRC.digest();
+            digest.update(&header);
+            digest.update(bytes);
+            self.write_header(start, header, digest.finalize()).await?;
+            let places = (start + HEADER_BYTES..).step_by(WORD_BYTES);
+            for (place, bytes) in places.zip(bytes.chunks(WORD_BYTES)) {
+                let mut word = [ERASED; WORD_BYTES];
+                word.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+                self.flash.write(place, &word).await?;
+            }
         }
         Ok(())
     }
 
     /// Of a page or an item: what it says, and a CRC.
-    async fn header(&mut self, place: u32) -> Result<([u8; 4], u32), Broken> {
+    fn header(&mut self, place: u32) -> Result<([u8; 4], u32), Broken> {
         let mut header = [[0; 4]; 2];
-        self.read(place, header.as_flattened_mut()).await?;
+        self.flash.read(place, header.as_flattened_mut())?;
         let [says, sum] = header;
         Ok((says, u32::from_le_bytes(sum)))
     }
 
     async fn write_header(&mut self, place: u32, says: [u8; 4], sum: u32) -> Result<(), Broken> {
         let header = [says, sum.to_le_bytes()];
-        self.flash.write(place, header.as_flattened()).await.map_err(|_| Broken)
-    }
-
-    async fn read(&mut self, place: u32, bytes: &mut [u8]) -> Result<(), Broken> {
-        self.flash.read(place, bytes).await.map_err(|_| Broken)
+        self.flash.write(place, header.as_flattened()).await
     }
 
     /// Fails where somebody else has written.
-    async fn expect_blank(&mut self) -> Result<(), Broken> {
+    fn expect_blank(&mut self) -> Result<(), Broken> {
         for place in self.range.clone().step_by(WORD_BYTES) {
-            if self.header(place).await? != BLANK {
+            if self.header(place)? != BLANK {
                 return Err(Broken);
             }
         }
@@ -258,5 +326,10 @@ impl<F: NorFlash> Items<F> {
     /// Of a page.
     fn end(&self, start: u32) -> u32 {
         start + Self::PAGE_BYTES
+    }
+
+    /// The page behind a page.
+    fn next(&self, start: u32) -> u32 {
+        if self.end(start) < self.range.end { self.end(start) } else { self.range.start }
     }
 }

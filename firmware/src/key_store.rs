@@ -200,7 +200,7 @@ impl KeyStore {
             if !is_erased(&word) {
                 // A cut on the way must not leave what looks like a damaged record.
                 write(flash, from + RETIRED, &WRITTEN).await?;
-                return ReadBack(flash).erase(from, to).await.map_err(|_| Broken);
+                return ReadBack(flash).erase(from, to).await;
             }
         }
         Ok(())
@@ -266,7 +266,7 @@ fn zeros(word: [u8; WORD_BYTES]) -> u32 {
 }
 
 async fn write<F: NorFlash>(flash: &mut F, place: u32, bytes: &[u8]) -> Result<(), Broken> {
-    ReadBack(flash).write(place, bytes).await.map_err(|_| Broken)
+    ReadBack(flash).write(place, bytes).await
 }
 
 impl Record {

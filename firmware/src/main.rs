@@ -108,6 +108,8 @@ fn start() -> <Selected as boards::Board>::Idle {
         status,
     };
     let link = commands::TickHandover { requests, answers: answers_to_take, id: 0 };
+    // Until here, the watchdog has waited longer: flash may have been erased.
+    Selected::feed_watchdog();
     // The tasks wait until all that is on the stack here is off it.
     cortex_m::interrupt::disable();
     background.spawn(token(commands::serve(command_port, link, reports_to_take, schemes, motor, keys)));
@@ -123,14 +125,12 @@ fn start_motor(
     joints: &mut <Selected as boards::Board>::Joints,
 ) -> (MotorService, Limits) {
     let mut report = match store {
-        Some(store) if <Selected as boards::Board>::Joints::HAS_DRIVE => block_on(store.motor()),
+        Some(store) if <Selected as boards::Board>::Joints::HAS_DRIVE => store.motor(),
         _ => MotorReport::default(),
     };
     let limits = joints.begin(&mut report);
     if report.fallback.is_some() {
-        defmt::warn!(
-            "it does not take the motor's configuration that it keeps: `dimsart motor show` says why"
-        );
+        defmt::warn!("the kept motor configuration is invalid or in doubt: `dimsart motor show` says why");
     }
     let limits = limits.unwrap_or(Limits { inputs: Selected::LIMITS, outputs: Selected::OUTPUT_LIMITS });
     (MotorService { report, put: [0; MAX_MOTOR_WORDS] }, limits)

@@ -8,7 +8,7 @@ use dimsart_core::protocol::{MAX_MOTOR_WORDS, MotorFallback, MotorReport};
 use embedded_storage_async::nor_flash::NorFlash;
 
 use crate::items::Broken;
-use crate::scheme_store::SchemeStore;
+use crate::scheme_store::{SPARE_BYTES, SchemeStore};
 
 /// Key of the item.
 const MOTOR: u8 = 3;
@@ -17,15 +17,18 @@ const MOST_WORDS: usize = 1 + MAX_MOTOR_WORDS;
 impl<F: NorFlash> SchemeStore<F> {
     /// The configuration that is kept, with whether there is one, and why it could not be read. What it says is not checked.
     /// To be asked for before [`open`](Self::open), or after it.
-    pub async fn motor(&mut self) -> MotorReport {
+    pub fn motor(&mut self) -> MotorReport {
         let mut report = MotorReport::default();
         let mut bytes = [0; 4 * MOST_WORDS];
-        let opened = self.items.open().await;
-        let found = self.items.fetch(MOTOR, &mut bytes).await;
+        let opened = self.items.open();
+        let found = self.items.fetch(MOTOR, &mut bytes);
         let (Ok(()), Ok(bytes)) = (opened, found) else {
             report.fallback = Some(MotorFallback::Storage);
             return report;
         };
+        if self.items.is_in_doubt(MOTOR) {
+            report.fallback = Some(MotorFallback::Damaged);
+        }
         let (words, _) = bytes.unwrap_or_default().as_chunks::<4>();
         if let Some((layout, words)) = words.split_first() {
             report.layout = u16::try_from(u32::from_le_bytes(*layout)).unwrap_or(u16::MAX);
@@ -45,6 +48,6 @@ impl<F: NorFlash> SchemeStore<F> {
         for (bytes, word) in item.iter_mut().zip(core::iter::once(&u32::from(layout)).chain(words)) {
             *bytes = word.to_le_bytes();
         }
-        self.items.store(MOTOR, item.as_flattened()).await
+        self.items.store(&[(MOTOR, item.as_flattened())], SPARE_BYTES).await
     }
 }

@@ -2,7 +2,10 @@
 //!
 //! [Items](crate::items): two places for schemes, and a record of which one is confirmed; beside them
 //! [a motor's configuration](crate::motor_store). A new scheme goes to the
-//! place that is not confirmed. Every step is one item, so a cut leaves the state before it or the one after it.
+//! place that is not confirmed. A cut leaves the state before a step or the one after it.
+//!
+//! A save, a confirmation and a rollback erase one page at most. A save leaves room for the two records of a trial, so that a
+//! start, which must not erase, has it for the first of them.
 
 use core::ops::Range;
 
@@ -17,6 +20,8 @@ use crate::items::{Broken, Items};
 const RECORD: u8 = 0;
 const PLACES: [u8; 2] = [1, 2];
 const RECORD_BYTES: usize = 2;
+/// Two records.
+pub(crate) const SPARE_BYTES: usize = 32;
 
 /// Schemes in a range of a flash.
 #[derive(Debug)]
@@ -44,11 +49,17 @@ impl<F: NorFlash> SchemeStore<F> {
     ///
     /// # Errors
     /// [`Broken`], also when the flash holds something else; it is as if no scheme was kept then.
-    pub async fn open(&mut self) -> Result<(), Broken> {
+    pub fn open(&mut self) -> Result<(), Broken> {
         self.record = Record::default();
-        self.items.open().await?;
+        self.items.open()?;
+        // It may be an older one than that of which the record says something.
+        for place in PLACES {
+            if self.items.are_separated(place, RECORD) {
+                self.items.forget(place);
+            }
+        }
         let mut record = [0; RECORD_BYTES];
-        if let Some(bytes) = self.items.fetch(RECORD, &mut record).await? {
+        if let Some(bytes) = self.items.fetch(RECORD, &mut record)? {
             self.record = Record::from_bytes(bytes)?;
         }
         Ok(())
@@ -77,21 +88,33 @@ impl<F: NorFlash> SchemeStore<F> {
         self.record.confirmed.is_some()
     }
 
+    /// Whether a newer record than the one that was read may be damaged.
+    #[must_use]
+    pub fn is_in_doubt(&self) -> bool {
+        self.items.is_in_doubt(RECORD)
+    }
+
     /// Keeps a scheme for a trial at the next start, in place of the last one on trial.
     ///
     /// # Errors
     /// [`Broken`]; the scheme on trial is the old or the new one, the confirmed one is as before.
     pub async fn save(&mut self, scheme: &[u8]) -> Result<(), Broken> {
-        self.items.store(self.record.other_place(), scheme).await?;
-        self.set(Record { trial: Trial::Waits, ..self.record }).await
+        let record = Record { trial: Trial::Waits, ..self.record };
+        let items = [(record.other_place(), scheme), (RECORD, &record.to_bytes())];
+        self.items.store(&items, SPARE_BYTES).await?;
+        self.record = record;
+        Ok(())
     }
 
-    /// Notes that the scheme on trial is tried: to be called before it is run.
+    /// Notes that the scheme on trial is tried: to be called before it is run. Erases nothing.
     ///
     /// # Errors
-    /// [`Broken`]; it must not be run then.
+    /// [`Broken`], also where there is no room for it; it must not be run then.
     pub async fn begin_trial(&mut self) -> Result<(), Broken> {
-        self.set(Record { trial: Trial::Tried, ..self.record }).await
+        let record = Record { trial: Trial::Tried, ..self.record };
+        self.items.append(&[(RECORD, &record.to_bytes())]).await?;
+        self.record = record;
+        Ok(())
     }
 
     /// Confirms the scheme on trial.
@@ -114,7 +137,7 @@ impl<F: NorFlash> SchemeStore<F> {
     ///
     /// # Errors
     /// Why it does not load, [`LoadError::Damaged`] if it is not there; no module exists then.
-    pub async fn load<M: ModuleList, const WORDS: usize>(
+    pub fn load<M: ModuleList, const WORDS: usize>(
         &mut self,
         is_trial: bool,
         fingerprint: u32,
@@ -125,13 +148,13 @@ impl<F: NorFlash> SchemeStore<F> {
         let place = place.ok_or(LoadError::Damaged)?;
         // As long as any.
         let _ = bytes.resize_default(MAX_SCHEME_BYTES);
-        let found = self.items.fetch(place, bytes).await;
+        let found = self.items.fetch(place, bytes);
         saved_scheme::load(found.ok().flatten().unwrap_or_default(), fingerprint, dimsart)
     }
 
     async fn set(&mut self, record: Record) -> Result<(), Broken> {
         if record != self.record {
-            self.items.store(RECORD, &record.to_bytes()).await?;
+            self.items.store(&[(RECORD, &record.to_bytes())], 0).await?;
             self.record = record;
         }
         Ok(())

@@ -22,10 +22,7 @@ pub async fn start<F: NorFlash, M: ModuleList, const WORDS: usize>(
     let (mut trial, mut is_saved) = (Trial::None, false);
     let mut origin = None;
     if let Some(store) = store {
-        origin = start_kept(store, fingerprint, bytes, dimsart, &mut |reason| {
-            fallback.get_or_insert(reason);
-        })
-        .await;
+        origin = start_kept(store, fingerprint, bytes, dimsart, &mut fallback).await;
         (trial, is_saved) = (store.trial(), store.is_saved());
     }
     let origin = origin.unwrap_or_else(|| match saved_scheme::load(built_in, fingerprint, dimsart) {
@@ -43,27 +40,30 @@ async fn start_kept<F: NorFlash, M: ModuleList, const WORDS: usize>(
     fingerprint: u32,
     bytes: &mut SchemeBytes,
     dimsart: &mut Dimsart<M, WORDS>,
-    note: &mut impl FnMut(Fallback),
+    fallback: &mut Option<Fallback>,
 ) -> Option<Origin> {
-    if store.open().await.is_err() {
-        note(Fallback::Storage);
+    if store.open().is_err() {
+        *fallback = Some(Fallback::Storage);
+    } else if store.is_in_doubt() {
+        *fallback = Some(Fallback::Damaged);
     }
     match store.trial() {
         Trial::None => {}
-        Trial::Tried => note(Fallback::Unconfirmed),
+        Trial::Tried => *fallback = fallback.or(Some(Fallback::Unconfirmed)),
         // Before it is run: it may be what ends this start.
         Trial::Waits => match store.begin_trial().await {
-            Err(_) => note(Fallback::Storage),
-            Ok(()) => match store.load(true, fingerprint, bytes, dimsart).await {
+            Err(_) => *fallback = Some(Fallback::NotRecorded),
+            Ok(()) => match store.load(true, fingerprint, bytes, dimsart) {
                 Ok(()) => return Some(Origin::Trial),
-                Err(error) => note(Fallback::Trial(error)),
+                Err(error) => *fallback = Some(Fallback::Trial(error)),
             },
         },
     }
     if store.is_saved() {
-        match store.load(false, fingerprint, bytes, dimsart).await {
+        match store.load(false, fingerprint, bytes, dimsart) {
             Ok(()) => return Some(Origin::Saved),
-            Err(error) => note(Fallback::Saved(error)),
+            // Before any other reason: it is the scheme of every start.
+            Err(error) => *fallback = Some(Fallback::Saved(error)),
         }
     }
     None

@@ -14,7 +14,7 @@ const _: () = assert!(PAGE * PAGES == 8192);
 
 fn in_store<T>(flash: Flash, act: impl FnOnce(&mut SchemeStore<Flash>) -> T) -> (Flash, T) {
     let mut store = SchemeStore::new(flash, ALL).unwrap();
-    let _ = block_on(store.open());
+    let _ = store.open();
     let done = act(&mut store);
     (store.into_flash(), done)
 }
@@ -28,7 +28,7 @@ fn keep(flash: Flash, first: u32) -> (Flash, Result<(), Broken>) {
 }
 
 fn kept(flash: Flash) -> (Flash, MotorReport) {
-    in_store(flash, |store| block_on(store.motor()))
+    in_store(flash, |store| store.motor())
 }
 
 #[test]
@@ -51,7 +51,7 @@ fn schemes_and_motor_leave_each_other_alone() {
     assert_eq!(done, Ok(()));
     // A flash without schemes is none that holds garbage.
     let mut flash = in_store(flash, |store| {
-        assert_eq!(block_on(store.open()), Ok(()));
+        assert_eq!(store.open(), Ok(()));
         block_on(store.save(&[5; 512])).unwrap();
     })
     .0;
@@ -60,7 +60,7 @@ fn schemes_and_motor_leave_each_other_alone() {
         flash = in_store(flash, |store| {
             assert_eq!(block_on(store.keep_motor(1, &words(first))), Ok(()));
             block_on(store.save(&[6; 512])).unwrap();
-            assert_eq!(block_on(store.motor()).words[..], words(first));
+            assert_eq!(store.motor().words[..], words(first));
             assert_eq!(store.trial(), Trial::Waits);
         })
         .0;

@@ -1,119 +1,21 @@
 //! Schemes in a flash whose power goes at every byte, and in one that is worn.
 #![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
+#[path = "common/board.rs"]
+mod board;
 mod common;
 
 use std::num::NonZeroU32;
 
 use dimsart_core::modules::Standard;
-use dimsart_core::protocol::{
-    DeviceInfo, Fallback, MAX_FRAME_BYTES, Origin, Receiver, Request, Response, SchemeStatus, Trial, answer,
-    decode_response, encode_request,
-};
+use dimsart_core::protocol::{Fallback, Origin, SchemeStatus, Trial};
 use dimsart_core::saved_scheme::{LoadError, SchemeBytes, Writer, fingerprint, load, save};
-use dimsart_core::{
-    AxisKind, Command, CommandError, Cost, Costs, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef,
-    TypeRef, Value, types,
-};
+use dimsart_core::{Command, CommandError, Engine, TypeRef, types};
 use embassy_futures::block_on;
 use firmware::{SchemeStore, start};
 
+use board::{BUILT_IN, Board, blank_flashes, controller, scheme, store};
 use common::{Flash, PAGE, PAGES, WORD};
-
-fn pd() -> ModuleRef {
-    Engine::<Standard>::module("PDCTRL_MOD").unwrap()
-}
-
-/// As if a tick cost as much as each of its modules.
-const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + Standard::KINDS.len()]);
-
-fn controller() -> Dimsart {
-    let device = DeviceDescriptor::new(
-        "arm",
-        &[AxisKind::Linear; 3],
-        1e-3,
-        &[types::POSITION, types::DES_POSITION],
-        &[types::DES_FORCE],
-    );
-    let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
-    dimsart.engine_mut().set_costs(Some(COSTS));
-    dimsart
-}
-
-/// A scheme that is told from others by its gain; larger ones have more modules.
-fn scheme(gain: u16) -> Vec<u8> {
-    let mut dimsart = controller();
-    let modules = 1 + gain % 10;
-    for number in (1..=u8::try_from(modules).unwrap()).rev() {
-        let module = ModuleRef { number, ..pd() };
-        dimsart.command(Command::set(module, 0, Value::Real(gain.into()))).unwrap();
-        if number > 1 {
-            for axis in 0..3 {
-                let value = Value::Real(f32::from(axis) + 1.0);
-                let set = Command::Set { module, parameter: 1, entry: Some(axis), value };
-                dimsart.command(set).unwrap();
-            }
-        }
-    }
-    dimsart.command(Command::PlugIn(pd())).unwrap();
-    dimsart.command(Command::Check).unwrap();
-    save(dimsart.engine_mut()).unwrap().to_vec()
-}
-
-const BUILT_IN: u16 = 9;
-
-/// A board with the flash in it.
-struct Board {
-    store: SchemeStore<Flash>,
-    dimsart: Dimsart,
-    status: SchemeStatus,
-}
-
-/// Pages, as boards have them.
-const SIZES: [usize; 2] = [2, PAGES];
-
-/// A store in all of a flash.
-fn store(flash: Flash) -> SchemeStore<Flash> {
-    let range = 0..u32::try_from(flash.bytes.len()).unwrap();
-    SchemeStore::new(flash, range).unwrap()
-}
-
-impl Board {
-    fn start(flash: Flash) -> Self {
-        let mut store = store(flash);
-        let mut dimsart = controller();
-        let status =
-            block_on(start(Some(&mut store), &mut SchemeBytes::new(), &scheme(BUILT_IN), &mut dimsart));
-        Self { store, dimsart, status }
-    }
-
-    /// The gain by which the running scheme is known; it is whole and commands are answered.
-    fn running(&mut self) -> u16 {
-        assert!(self.dimsart.engine().is_running());
-        let value = self.dimsart.engine_mut().get(pd(), 0, 0).unwrap();
-        let gain = (0..=u16::MAX).find(|gain| value == Value::Real(f32::from(*gain))).unwrap();
-        assert_eq!(
-            save(self.dimsart.engine_mut()).unwrap().as_slice(),
-            scheme(gain),
-            "a part of scheme {gain}"
-        );
-        let mut frame = [0; MAX_FRAME_BYTES];
-        let frame = encode_request(&Request::Identify, 7, &mut frame).unwrap();
-        let (mut receiver, mut answers) = (Receiver::new(), 0);
-        receiver.take_all(frame, |content| {
-            let mut buffer = [0; MAX_FRAME_BYTES];
-            let mut info = DeviceInfo::new("test");
-            let frame = answer(content, &mut self.dimsart, &mut info, &mut buffer).unwrap().unwrap();
-            Receiver::new().take_all(frame, |content| {
-                let response = decode_response(content).unwrap();
-                assert!(matches!(response, (7, Response::Identity(_))));
-                answers += 1;
-            });
-        });
-        assert_eq!(answers, 1);
-        gain
-    }
-}
 
 /// What a user does to a board.
 #[derive(Debug, Clone, Copy)]
@@ -191,7 +93,7 @@ fn act(step: Step, flash: Flash) -> (Flash, bool) {
         return (board.store.into_flash(), board.status.fallback != Some(Fallback::Storage));
     }
     let mut store = store(flash);
-    block_on(store.open()).unwrap();
+    store.open().unwrap();
     let result = match step {
         Step::Save(gain) => block_on(store.save(&scheme(gain))),
         Step::Confirm => block_on(store.confirm()),
@@ -202,11 +104,11 @@ fn act(step: Step, flash: Flash) -> (Flash, bool) {
 
 #[test]
 fn after_a_cut_at_any_write_the_old_or_the_new_scheme_runs_whole_and_commands_are_answered() {
-    SIZES.into_iter().for_each(cut_at_any_write);
+    blank_flashes().into_iter().for_each(cut_at_any_write);
 }
 
-fn cut_at_any_write(pages: usize) {
-    let (mut flash, mut model, mut cuts) = (Flash::of_pages(pages), Model::default(), 0);
+fn cut_at_any_write(mut flash: Flash) {
+    let (mut model, mut cuts) = (Model::default(), 0);
     for step in script() {
         let next = model.step(step);
         for power in 0.. {
@@ -244,12 +146,12 @@ fn cut_at_any_write(pages: usize) {
 
 #[test]
 fn ten_thousand_saved_schemes_lose_nothing_and_wear_every_page_alike() {
-    SIZES.into_iter().for_each(save_ten_thousand);
+    blank_flashes().into_iter().for_each(save_ten_thousand);
 }
 
-fn save_ten_thousand(pages: usize) {
+fn save_ten_thousand(flash: Flash) {
     let schemes: Vec<_> = (0..100).map(scheme).collect();
-    let mut board = Board::start(Flash::of_pages(pages));
+    let mut board = Board::start(flash);
     for cycle in 0..10_000_u16 {
         block_on(board.store.save(&schemes[usize::from(cycle % 100)])).unwrap();
         if cycle % 100 == 50 {

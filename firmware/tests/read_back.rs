@@ -20,7 +20,7 @@ type Step = fn(Flash, u8) -> (Flash, Result<(), Broken>);
 fn open_schemes(flash: Flash) -> SchemeStore<Flash> {
     let mut store = SchemeStore::new(flash, SCHEMES).unwrap();
     // A flash that holds something else is erased by the first save.
-    let _ = block_on(store.open());
+    let _ = store.open();
     store
 }
 

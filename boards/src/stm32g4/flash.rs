@@ -14,7 +14,10 @@ use crate::board::Storage;
 use crate::{Board as _, Selected};
 
 /// Flash pages that the memory map leaves free.
-pub struct SchemeFlash(Flash<'static, Async>);
+pub struct SchemeFlash {
+    flash: Flash<'static, Async>,
+    stalls_tick: bool,
+}
 
 /// The pages that the memory map calls STORAGE.
 pub(crate) fn storage(
@@ -24,7 +27,7 @@ pub(crate) fn storage(
 ) -> Storage<SchemeFlash> {
     interrupt::FLASH.set_priority(LINE_PRIORITY);
     Storage {
-        flash: SchemeFlash(Flash::new(flash, interrupts)),
+        flash: SchemeFlash { flash: Flash::new(flash, interrupts), stalls_tick },
         range: schemes(),
         #[cfg(feature = "auth")]
         keys: keys(),
@@ -71,13 +74,13 @@ impl ReadNorFlash for SchemeFlash {
 
     async fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Error> {
         IS_READ.store(true, Relaxed);
-        let read = ReadNorFlash::read(&mut self.0, offset, bytes).await;
+        let read = ReadNorFlash::read(&mut self.flash, offset, bytes).await;
         IS_READ.store(false, Relaxed);
         read
     }
 
     fn capacity(&self) -> usize {
-        ReadNorFlash::capacity(&self.0)
+        ReadNorFlash::capacity(&self.flash)
     }
 }
 
@@ -90,20 +93,22 @@ impl NorFlash for SchemeFlash {
     fn write(&mut self, offset: u32, bytes: &[u8]) -> impl Future<Output = Result<(), Error>> {
         #[cfg(feature = "three-phase")]
         Selected::disarm();
-        self.0.write(offset, bytes)
+        self.flash.write(offset, bytes)
     }
 
-    /// A page takes up to 25 ms. Before the first tick, or on a chip that stands still meanwhile, no tick
-    /// feeds the watchdog: it is fed here.
+    /// A page takes up to 25 ms. On a chip that stalls meanwhile, the watchdog waits longer than that, and is fed before each:
+    /// no tick may come in time between two. On any other the ticks feed it; before the first one it must not be fed, for it
+    /// waits for 512 ms then and for 10 ms from the first feed on.
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         for page in (from..to).step_by(Self::ERASE_SIZE) {
-            feed_watchdog();
+            if self.stalls_tick {
+                feed_watchdog();
+            }
             #[cfg(feature = "three-phase")]
             Selected::disarm();
             let end = page.saturating_add(u32::try_from(Self::ERASE_SIZE).unwrap_or(u32::MAX));
-            self.0.erase(page, end.min(to)).await?;
+            self.flash.erase(page, end.min(to)).await?;
         }
-        feed_watchdog();
         Ok(())
     }
 }

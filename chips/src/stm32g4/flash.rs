@@ -47,6 +47,8 @@ pub enum FlashFault {
     WriteProtected,
     /// Writes and erasing end well and change nothing.
     WornOut,
+    /// A page takes for ever to erase.
+    NeverErased,
 }
 
 #[derive(Debug, Clone)]
@@ -165,7 +167,7 @@ impl Flash {
 
     fn begin(&mut self, address: u32, duration_s: f64, clock: &Clock, now: u64) {
         self.busy_bank = self.bank_of(address);
-        self.busy_until = now + clock.cycles(duration_s);
+        self.busy_until = now.saturating_add(clock.cycles(duration_s));
         self.registers.set_bit(SR, BSY, true);
     }
 
@@ -178,9 +180,11 @@ impl Flash {
         let bank = usize::from(self.has_banks() && self.registers.has(CR, 11));
         let begin = bank * self.part.flash_bytes() / 2 + in_bank * PAGE_BYTES;
         let address = u32::try_from(begin).unwrap_or(0).wrapping_add(FLASH);
-        self.begin(address, ERASE_S, clock, access.at.cycle);
+        let duration_s = if self.fault == FlashFault::NeverErased { f64::MAX } else { ERASE_S };
+        self.begin(address, duration_s, clock, access.at.cycle);
         self.erased_pages += 1;
         match self.fault {
+            FlashFault::NeverErased => {}
             FlashFault::WriteProtected => self.registers.set_bit(SR, WRPERR, true),
             FlashFault::WornOut => {}
             FlashFault::None => {
@@ -238,7 +242,7 @@ impl Flash {
             self.registers.set_bit(SR, PROGERR, true);
             return;
         }
-        if self.fault == FlashFault::None {
+        if self.fault != FlashFault::WornOut {
             let (low_bytes, high_bytes) = room.split_at_mut(4);
             low_bytes.copy_from_slice(&low.to_le_bytes());
             high_bytes.copy_from_slice(&value.to_le_bytes());

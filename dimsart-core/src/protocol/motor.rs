@@ -61,7 +61,7 @@ pub struct MotorReport {
     pub layout: u16,
     /// Whether they were kept, and are not the image's.
     pub is_kept: bool,
-    /// Why what is kept was not taken, if it was not.
+    /// Why what is kept was not taken, or may not be the newest, if so.
     pub fallback: Option<MotorFallback>,
     /// Whether something else was kept, or forgotten, since: the next start takes that.
     pub waits: bool,
@@ -69,7 +69,7 @@ pub struct MotorReport {
     pub words: MotorWords,
 }
 
-/// Why a start did not take the configuration that is kept.
+/// Why a start did not take the configuration that is kept, or may have taken an old one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -80,6 +80,8 @@ pub enum MotorFallback {
     Layout,
     /// A value is out of its range, or not for this board.
     Value,
+    /// A damaged entry of the storage may be a newer configuration; a kept one that is valid is taken all the same.
+    Damaged,
 }
 
 /// How an identification stands.

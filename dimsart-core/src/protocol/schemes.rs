@@ -53,7 +53,7 @@ pub enum Origin {
     Trial,
 }
 
-/// Why a start did not load the scheme that comes first.
+/// Why a start did not load the scheme that comes first, or may have loaded an old one.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Fallback {
@@ -67,6 +67,10 @@ pub enum Fallback {
     Saved(LoadError),
     /// The built-in one does not load.
     BuiltIn(LoadError),
+    /// An entry of the storage that is damaged or incomplete may say something else: an older one counts.
+    Damaged,
+    /// The one on trial was not started: the storage did not take, or has no room for, the record of its trial.
+    NotRecorded,
 }
 
 /// How a trial stands.

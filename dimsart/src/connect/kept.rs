@@ -171,7 +171,19 @@ impl<S: Read + Write> Device<S> {
 
     fn fallback_text(&mut self, fallback: Fallback) -> Result<String, ConnectError> {
         let (which, error) = match fallback {
-            Fallback::Storage => return Ok("its storage could not be read or written".to_owned()),
+            Fallback::Storage => {
+                return Ok("its storage cannot be read, or holds other data: `save` again".to_owned());
+            }
+            Fallback::Damaged => {
+                let text =
+                    "an entry of its storage is damaged or incomplete, an older one counts: `save` again";
+                return Ok(text.to_owned());
+            }
+            Fallback::NotRecorded => {
+                let text = "the one on trial was not started, the storage did not take the record of its trial: \
+                            `save` it again";
+                return Ok(text.to_owned());
+            }
             Fallback::Unconfirmed => {
                 return Ok("the one on trial was started before and nobody confirmed it".to_owned());
             }

@@ -43,6 +43,9 @@ impl<S: Read + Write> Device<S> {
             MotorFallback::Storage => "it cannot be read",
             MotorFallback::Layout => "it is of an image with another layout of configurations",
             MotorFallback::Value => "a value of it is out of its range, or not for this board",
+            MotorFallback::Damaged => {
+                "a damaged entry of the storage may be a newer configuration: set it again"
+            }
             _ => "for a reason that this version does not know",
         });
         Ok(MotorState { configuration, is_kept: report.is_kept, fallback, waits: report.waits })

@@ -1,10 +1,11 @@
 //! Schemes that a board keeps in its flash, which takes its time and fails.
 
 use chips::stm32g4::FlashFault;
-use chips::{BOARDS, Part};
+use chips::{BOARDS, Bench, Part};
+use cycles::processor::Reset;
 use dimsart::connect::{ConnectError, Device, KeptReport};
 
-use crate::common::{CommandLine, Shared};
+use crate::common::{CommandLine, Shared, bench_of, image};
 
 /// Longer than a start takes.
 const START_S: f64 = 0.1;
@@ -100,4 +101,122 @@ fn a_scheme_that_the_flash_does_not_take_is_refused() {
             shared.assert_sound();
         }
     }
+}
+
+/// Lets a board that was reset start, which erases nothing and takes less time than the watchdog waits; gives what it started.
+#[track_caller]
+fn start_in_time(shared: &Shared, case: &str) -> KeptReport {
+    let erased = shared.bench().chip().flash_writes().0;
+    shared.run_for(START_S);
+    let (now_erased, resets) = {
+        let mut bench = shared.bench();
+        (bench.chip().flash_writes().0, bench.chip().resets().to_vec())
+    };
+    assert!(resets.iter().all(|reset| *reset == Reset::Pin), "{case}: {resets:?}");
+    assert_eq!(now_erased, erased, "{case}: erased by a start");
+    let kept = shared.greet().kept().unwrap().unwrap();
+    shared.assert_sound();
+    kept
+}
+
+#[track_caller]
+fn restart_in_time(shared: &Shared, case: &str) -> KeptReport {
+    shared.bench().reset();
+    start_in_time(shared, case)
+}
+
+#[test]
+fn every_start_after_a_save_is_in_time_whatever_its_page_is_full_of() {
+    for board in BOARDS {
+        let Some(shared) = Shared::start(board.name) else { return };
+        shared.run_for(START_S);
+        for save in 1..=16 {
+            let case = format!("{}, save {save}", board.name);
+            let stiffness = if save % 2 == 0 { "0.25" } else { "0.24" };
+            assert_eq!(change_and_save(&shared, stiffness).as_deref(), Ok("waits"), "{case}");
+            let kept = restart_in_time(&shared, &case);
+            assert_eq!((kept.origin, kept.reason), ("trial", None), "{case}");
+            if save != 4 {
+                write(&shared, Device::confirm).unwrap();
+            }
+            let (erased, _) = shared.bench().chip().flash_writes();
+            assert!(erased <= save, "{case}: {erased} pages erased");
+        }
+    }
+}
+
+/// Where a board's schemes are in its flash.
+fn storage(bench: &Bench) -> usize {
+    if bench.board.part == Part::G474re { 0x40000 } else { 0x1F000 }
+}
+
+#[test]
+fn a_power_cut_between_the_words_of_a_trial_s_record_leaves_a_board_that_starts() {
+    for board in BOARDS {
+        let Some(shared) = Shared::start(board.name) else { return };
+        shared.run_for(START_S);
+        change_and_save(&shared, "0.25").unwrap();
+        let (_, programmed) = shared.bench().chip().flash_writes();
+        shared.bench().reset();
+        while shared.bench().chip().flash_writes().1 == programmed {
+            shared.run_for(20e-6);
+        }
+        let kept = restart_in_time(&shared, board.name);
+        assert_eq!(kept.origin, "trial", "{}", board.name);
+        let reason = kept.reason.unwrap();
+        assert!(reason.contains("damaged or incomplete"), "{reason}");
+        // The next save ends that.
+        change_and_save(&shared, "0.24").unwrap();
+        let kept = restart_in_time(&shared, board.name);
+        assert_eq!((kept.origin, kept.reason), ("trial", None), "{}", board.name);
+    }
+}
+
+#[test]
+fn a_damaged_byte_of_what_is_kept_is_told_by_a_board_that_starts() {
+    for board in BOARDS {
+        let Some(shared) = Shared::start(board.name) else { return };
+        shared.run_for(START_S);
+        change_and_save(&shared, "0.25").unwrap();
+        restart_in_time(&shared, board.name);
+        let place = storage(&shared.bench());
+        let page = shared.bench().chip().flash()[place..][..2048].to_vec();
+        let end = page.iter().rposition(|byte| *byte != 0xFF).unwrap().next_multiple_of(8);
+        // The record of the trial, some of the scheme, and the page's header.
+        for byte in (end - 16..end - 6).chain([8, 16, 17, 40, 41]).chain([0, 5]) {
+            let case = format!("{}, byte {byte} of {end}", board.name);
+            let damaged = Shared::of(shared.bench().clone());
+            damaged.bench().chip().flash()[place + byte] ^= 0x10;
+            let kept = restart_in_time(&damaged, &case);
+            assert!(kept.reason.is_some(), "{case}: {kept:?}");
+        }
+    }
+}
+
+/// An image with keys erases what a cut has left of them.
+#[test]
+fn a_start_that_erases_the_pages_of_keys_is_in_time_and_one_that_never_ends_is_reset() {
+    const KEYS: [usize; 2] = [0x42000, 0x42800];
+    let Some(image) = image("nucleo-g474re-auth") else { return };
+    let shared = Shared::of(bench_of("nucleo-g474re", image));
+    for page in KEYS {
+        shared.bench().chip().flash()[page + 512] = 0;
+    }
+    let mut broken = shared.bench().clone();
+    shared.run_for(2.0 * START_S);
+    assert_eq!(shared.bench().chip().flash_writes().0, 2);
+    assert_eq!(shared.bench().chip().resets(), []);
+    shared.greet();
+    shared.assert_sound();
+
+    broken.chip().set_flash_fault(FlashFault::NeverErased);
+    broken.run_for(0.6).unwrap();
+    assert_eq!(broken.chip().resets(), [Reset::Chip]);
+    broken.chip().set_flash_fault(FlashFault::None);
+    broken.run_for(0.6).unwrap();
+    let resets = broken.chip().resets().len();
+    let shared = Shared::of(broken);
+    shared.run_for(2.0 * START_S);
+    assert_eq!(shared.bench().chip().resets().len(), resets);
+    shared.greet();
 }

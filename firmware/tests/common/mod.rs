@@ -1,4 +1,4 @@
-//! A flash whose power can go at any byte, and one that says yes to what it does not take.
+//! A flash whose power can go at any byte, and one that says yes to what it does not take; beside a watchdog.
 
 use std::ops::Range;
 
@@ -11,6 +11,10 @@ use rand_pcg::Pcg64Mcg;
 pub(crate) const WORD: usize = 8;
 pub(crate) const PAGE: usize = 2048;
 pub(crate) const PAGES: usize = 4;
+
+/// Of a word and a page: the most that the STM32G4's data sheet has.
+const WORD_US: u64 = 100;
+const PAGE_US: u64 = 25_000;
 
 /// Flash that takes each word once between two erasures, but zeros at any time, as an STM32G4's does; and
 /// whose power can go, or that can be deaf.
@@ -25,6 +29,8 @@ pub(crate) struct Flash {
     pub(crate) begun: usize,
     /// Those of them that are not taken, which nobody is told.
     pub(crate) deaf: Range<usize>,
+    /// Time until the watchdog resets the board, `us`.
+    pub(crate) patience_us: u64,
 }
 
 #[derive(Debug)]
@@ -49,6 +55,7 @@ impl Flash {
             power: None,
             begun: 0,
             deaf: 0..0,
+            patience_us: u64::MAX,
         }
     }
 
@@ -56,6 +63,12 @@ impl Flash {
     fn is_deaf(&mut self) -> bool {
         self.begun += 1;
         self.deaf.contains(&(self.begun - 1))
+    }
+
+    /// Time of an operation.
+    fn pass(&mut self, duration_us: u64) {
+        let left_us = self.patience_us.checked_sub(duration_us);
+        self.patience_us = left_us.expect("the watchdog resets the board");
     }
 
     /// Carries out as many eighths of the next word or page as there is power for.
@@ -109,6 +122,7 @@ impl NorFlash for Flash {
             "not whole words"
         );
         for (word, content) in (offset as usize / WORD..).zip(bytes.chunks(WORD)) {
+            self.pass(WORD_US);
             if self.is_deaf() {
                 continue;
             }
@@ -124,6 +138,7 @@ impl NorFlash for Flash {
 
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), PowerGone> {
         for page in from as usize / PAGE..to as usize / PAGE {
+            self.pass(PAGE_US);
             if self.is_deaf() {
                 continue;
             }

@@ -95,6 +95,8 @@ fn responses() {
         schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::Version { found: 9 })), Trial::None),
         schemes(Origin::BuiltIn, Some(Fallback::Saved(LoadError::OtherImage)), Trial::None),
         schemes(Origin::Empty, Some(Fallback::BuiltIn(refused)), Trial::None),
+        schemes(Origin::Saved, Some(Fallback::Damaged), Trial::None),
+        schemes(Origin::Saved, Some(Fallback::NotRecorded), Trial::Waits),
         Response::Lease(LeaseStatus { holder: 3, ticks_left: 300 }),
         Response::Telemetry { words: 9 },
         Response::Cycles(CyclesReport {
@@ -128,6 +130,7 @@ fn responses() {
             words: MotorWords::from_slice(&[1, 300]).unwrap(),
         }),
         Response::Motor(MotorReport { fallback: Some(MotorFallback::Value), ..MotorReport::default() }),
+        Response::Motor(MotorReport { fallback: Some(MotorFallback::Damaged), ..MotorReport::default() }),
         Response::Identification(Identification::None),
         Response::Identification(Identification::UnderWay),
         Response::Identification(Identification::Found(FoundMotor {
@@ -183,6 +186,8 @@ fn responses() {
         "0f 01 01 03 01 09 00 01",
         "0f 01 01 03 02 00 01",
         "0f 00 01 04 03 ac 02 04 00 01",
+        "0f 02 01 05 00 01",
+        "0f 02 01 06 01 01",
         "10 03 ac 02",
         "11 09",
         "13 ac 02 01 02 ac 02 00",

@@ -20,6 +20,7 @@ pub(super) fn show(line: &LineOptions, port: &str, out: &mut impl Write) -> Endi
     let state = line.open(port)?.motor()?;
     let whose = if state.is_kept { "kept by the board" } else { "the image's: the board keeps none" };
     match state.fallback {
+        Some(reason) if state.is_kept => writeln!(out, "# {port}: kept by the board, BUT {reason}.")?,
         Some(reason) => writeln!(out, "# {port}: the image's, FOR WHAT IS KEPT WAS NOT TAKEN: {reason}.")?,
         None => writeln!(out, "# {port}: {whose}.")?,
     }

@@ -1,0 +1,119 @@
+//! A board with schemes in its flash.
+
+use dimsart_core::modules::Standard;
+use dimsart_core::protocol::{
+    DeviceInfo, MAX_FRAME_BYTES, Receiver, Request, Response, SchemeStatus, answer, decode_response,
+    encode_request,
+};
+use dimsart_core::saved_scheme::{SchemeBytes, save};
+use dimsart_core::{
+    AxisKind, Command, Cost, Costs, DeviceDescriptor, Dimsart, Engine, ModuleList, ModuleRef, Value, types,
+};
+use embassy_futures::block_on;
+use firmware::{SchemeStore, start};
+
+use crate::common::Flash;
+
+/// Of the watchdog between two ticks on nucleo-g474re, the least patient one. Before the first tick it waits for 512 ms.
+const PATIENCE_US: u64 = 10_000;
+
+fn pd() -> ModuleRef {
+    Engine::<Standard>::module("PDCTRL_MOD").unwrap()
+}
+
+/// As if a tick cost as much as each of its modules.
+const COSTS: Costs = Costs::new(&[Cost::new(500, 50); 1 + Standard::KINDS.len()]);
+
+pub(crate) fn controller() -> Dimsart {
+    let device = DeviceDescriptor::new(
+        "arm",
+        &[AxisKind::Linear; 3],
+        1e-3,
+        &[types::POSITION, types::DES_POSITION],
+        &[types::DES_FORCE],
+    );
+    let mut dimsart = Dimsart::new(device.unwrap()).unwrap();
+    dimsart.engine_mut().set_costs(Some(COSTS));
+    dimsart
+}
+
+/// A scheme that is told from others by its gain; larger ones have more modules.
+pub(crate) fn scheme(gain: u16) -> Vec<u8> {
+    let mut dimsart = controller();
+    let modules = 1 + gain % 10;
+    for number in (1..=u8::try_from(modules).unwrap()).rev() {
+        let module = ModuleRef { number, ..pd() };
+        dimsart.command(Command::set(module, 0, Value::Real(gain.into()))).unwrap();
+        if number > 1 {
+            for axis in 0..3 {
+                let value = Value::Real(f32::from(axis) + 1.0);
+                let set = Command::Set { module, parameter: 1, entry: Some(axis), value };
+                dimsart.command(set).unwrap();
+            }
+        }
+    }
+    dimsart.command(Command::PlugIn(pd())).unwrap();
+    dimsart.command(Command::Check).unwrap();
+    save(dimsart.engine_mut()).unwrap().to_vec()
+}
+
+pub(crate) const BUILT_IN: u16 = 9;
+
+/// A board with the flash in it.
+pub(crate) struct Board {
+    pub(crate) store: SchemeStore<Flash>,
+    pub(crate) dimsart: Dimsart,
+    pub(crate) status: SchemeStatus,
+}
+
+/// Flashes with as many pages as boards have.
+pub(crate) fn blank_flashes() -> [Flash; 2] {
+    [Flash::of_pages(2), Flash::new()]
+}
+
+/// A store in all of a flash.
+pub(crate) fn store(flash: Flash) -> SchemeStore<Flash> {
+    let range = 0..u32::try_from(flash.bytes.len()).unwrap();
+    SchemeStore::new(flash, range).unwrap()
+}
+
+impl Board {
+    /// Starts as a board does, which erases no page: its watchdog does not wait for that.
+    pub(crate) fn start(flash: Flash) -> Self {
+        let (patience_us, erasures) = (flash.patience_us, flash.erasures.clone());
+        let mut store = store(Flash { patience_us: PATIENCE_US, ..flash });
+        let mut dimsart = controller();
+        let status =
+            block_on(start(Some(&mut store), &mut SchemeBytes::new(), &scheme(BUILT_IN), &mut dimsart));
+        assert_eq!(store.flash().erasures, erasures, "erased by a start: {status:?}");
+        store.flash().patience_us = patience_us;
+        Self { store, dimsart, status }
+    }
+
+    /// The gain by which the running scheme is known; it is whole and commands are answered.
+    pub(crate) fn running(&mut self) -> u16 {
+        assert!(self.dimsart.engine().is_running());
+        let value = self.dimsart.engine_mut().get(pd(), 0, 0).unwrap();
+        let gain = (0..=u16::MAX).find(|gain| value == Value::Real(f32::from(*gain))).unwrap();
+        assert_eq!(
+            save(self.dimsart.engine_mut()).unwrap().as_slice(),
+            scheme(gain),
+            "a part of scheme {gain}"
+        );
+        let mut frame = [0; MAX_FRAME_BYTES];
+        let frame = encode_request(&Request::Identify, 7, &mut frame).unwrap();
+        let (mut receiver, mut answers) = (Receiver::new(), 0);
+        receiver.take_all(frame, |content| {
+            let mut buffer = [0; MAX_FRAME_BYTES];
+            let mut info = DeviceInfo::new("test");
+            let frame = answer(content, &mut self.dimsart, &mut info, &mut buffer).unwrap().unwrap();
+            Receiver::new().take_all(frame, |content| {
+                let response = decode_response(content).unwrap();
+                assert!(matches!(response, (7, Response::Identity(_))));
+                answers += 1;
+            });
+        });
+        assert_eq!(answers, 1);
+        gain
+    }
+}
