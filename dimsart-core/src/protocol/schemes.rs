@@ -59,7 +59,7 @@ pub enum Origin {
 pub enum Fallback {
     /// The storage cannot be read or written.
     Storage,
-    /// The one on trial was tried before and nobody confirmed it.
+    /// The one on trial was tried before and not confirmed.
     Unconfirmed,
     /// The one on trial does not load.
     Trial(LoadError),

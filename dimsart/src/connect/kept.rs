@@ -185,7 +185,7 @@ impl<S: Read + Write> Device<S> {
                 return Ok(text.to_owned());
             }
             Fallback::Unconfirmed => {
-                return Ok("the one on trial was started before and nobody confirmed it".to_owned());
+                return Ok("the one on trial was started before and not confirmed".to_owned());
             }
             Fallback::Trial(error) => ("the one on trial", error),
             Fallback::Saved(error) => ("the saved one", error),

@@ -65,7 +65,7 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
             "rollback",
             SchemeAction::RollBack,
             status(Origin::Saved, not_confirmed, Trial::None, true),
-            "started with the saved scheme: the one on trial was started before and nobody confirmed it\n",
+            "started with the saved scheme: the one on trial was started before and not confirmed\n",
         ),
         (
             "save",
@@ -81,6 +81,20 @@ fn each_command_is_given_as_it_is_and_answered_by_how_the_schemes_stand_and_what
             "started with the built-in scheme: the one on trial does not load: it was saved by an image with other \
              modules, parameters or data types: save it again\nthe scheme on trial is not run again: `save` another \
              one\n",
+        ),
+        (
+            "rollback",
+            SchemeAction::RollBack,
+            status(Origin::Saved, Some(Fallback::Damaged), Trial::None, true),
+            "started with the saved scheme: an entry of its storage is damaged or incomplete, an older one counts: \
+             `save` again\n",
+        ),
+        (
+            "rollback",
+            SchemeAction::RollBack,
+            status(Origin::Saved, Some(Fallback::NotRecorded), Trial::None, true),
+            "started with the saved scheme: the one on trial was not started, the storage did not take the record of \
+             its trial: `save` it again\n",
         ),
         (
             "rollback",

@@ -54,7 +54,7 @@ fn a_scheme_is_kept_when_its_trial_is_confirmed_and_only_then() {
     firmware.restart();
     assert_shows(&firmware, &format!("{ON_TRIAL} the built-in scheme"), 20);
     firmware.restart();
-    let unconfirmed = "the one on trial was started before and nobody confirmed it";
+    let unconfirmed = "the one on trial was started before and not confirmed";
     let rolled_back = format!("started with the built-in scheme: {unconfirmed}");
     assert_shows(&firmware, &format!("{rolled_back}\n{NOT_AGAIN}"), 10);
 
@@ -77,7 +77,8 @@ fn whatever_the_flash_holds_the_board_runs_a_scheme_and_says_why_it_is_the_built
         random.fill_bytes(&mut noise);
         fs::write(firmware.folder().join(FLASH), noise).unwrap();
         firmware.restart();
-        let reason = "started with the built-in scheme: its storage could not be read or written";
+        let reason =
+            "started with the built-in scheme: its storage cannot be read, or holds other data: `save` again";
         assert_shows(&firmware, reason, 10);
         if length == FLASH_BYTES {
             set_and_save(&firmware, "20");
