@@ -116,6 +116,11 @@ pub(crate) fn run() -> Outcome {
             steps.step("stack of every image", || stack::hold(&images, &stack::bounds(&images)?)),
             steps.step("no panic in a tick of any image", || panic_free::hold(&images)),
             steps.step("frames on the stack as the compiler has them", || stack::cross_check(toolchain)),
+            steps.step("chips as the flashing tool knows them", || {
+                let test =
+                    ["test", "--quiet", "--package", "boards", "--features", "probe-rs", "--test", "chips"];
+                crate::shell::run(&mut cargo(&test))
+            }),
             steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386")),
             steps.step("two engines, emulated", two_engines::run),
             steps.step("the tutorial", tutorial::follow),
