@@ -1,11 +1,6 @@
 //! Schemes and a motor's configuration in a flash with a damaged bit or word: a start that does not find the newest ones says
 //! so, and finds those that are not damaged.
-#![expect(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    reason = "in helpers of tests as in tests"
-)]
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 #[path = "common/board.rs"]
 mod board;

@@ -1,11 +1,6 @@
 //! Schemes in a page of any fill level: a start is over before the watchdog resets the board, and a save erases one page at
 //! most.
-#![expect(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::indexing_slicing,
-    reason = "in helpers of tests as in tests"
-)]
+#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
 
 #[path = "common/board.rs"]
 mod board;

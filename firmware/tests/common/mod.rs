@@ -67,8 +67,8 @@ impl Flash {
 
     /// Time of an operation.
     fn pass(&mut self, duration_us: u64) {
-        let left_us = self.patience_us.checked_sub(duration_us);
-        self.patience_us = left_us.expect("the watchdog resets the board");
+        assert!(duration_us <= self.patience_us, "the watchdog resets the board");
+        self.patience_us -= duration_us;
     }
 
     /// Carries out as many eighths of the next word or page as there is power for.
