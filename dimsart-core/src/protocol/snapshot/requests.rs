@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn requests() {
-    assert_eq!(PROTOCOL_VERSION, 13);
+    assert_eq!(PROTOCOL_VERSION, 14);
     let requests = [
         Request::Identify,
         Request::Module { kind: 3 },
