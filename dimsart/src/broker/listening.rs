@@ -216,7 +216,8 @@ mod tests {
     fn beyond_the_limit_the_most_silent_client_is_closed_and_the_newcomer_is_heard() {
         let (mut clients, mut lines, mut peers) = (Clients::default(), Vec::new(), Vec::new());
         for _ in 0..MAX_CLIENTS + 1 {
-            let ((near, far), [line, here]) = (UnixStream::pair().unwrap(), pair([Duration::from_secs(9); 2]));
+            let ((near, far), [line, here]) =
+                (UnixStream::pair().unwrap(), pair([Duration::from_secs(9); 2]));
             clients.add(far, line).unwrap();
             lines.push(here);
             peers.push(near);

@@ -78,7 +78,8 @@ fn one_spelling(port: &str) -> String {
         Some(("unix", path)) => format!("unix:{}", file(path)),
         Some(("tcp", address)) => match address.rsplit_once(':') {
             Some((host, number)) => {
-                let number = number.parse::<u16>().map_or_else(|_| number.to_owned(), |found| found.to_string());
+                let number =
+                    number.parse::<u16>().map_or_else(|_| number.to_owned(), |found| found.to_string());
                 format!("tcp:{}:{number}", host.to_ascii_lowercase())
             }
             None => port.to_owned(),
@@ -90,9 +91,8 @@ fn one_spelling(port: &str) -> String {
 
 /// FNV-1a: the same in every version and on every computer.
 fn hash(name: &str) -> u64 {
-    name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-    })
+    name.bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }
 
 /// The ports that programs of this user share now, in the order of their names, which [`open`](super::open) takes.

@@ -112,7 +112,9 @@ impl Turns {
         let Self { urgent, unanswered, .. } = self;
         unanswered.retain(|(.., until)| now < *until);
         let may_go = |found: &Urgent| {
-            unanswered.iter().all(|(client, urgency, ..)| (*client, *urgency) != (found.client, found.urgency))
+            unanswered
+                .iter()
+                .all(|(client, urgency, ..)| (*client, *urgency) != (found.client, found.urgency))
         };
         // Of several of the same urgency, the first one.
         let waiting = urgent.iter().enumerate().filter(|(_, found)| may_go(found));
@@ -228,7 +230,11 @@ mod tests {
         bench.0.answered(9999);
         assert_eq!(bench.next(Duration::ZERO), Some(10_001));
         bench.add(1, 10_002, STOP);
-        assert_eq!(bench.next(PATIENCE), Some(10_002), "an answer that is lost holds it up for a moment only");
+        assert_eq!(
+            bench.next(PATIENCE),
+            Some(10_002),
+            "an answer that is lost holds it up for a moment only"
+        );
     }
 
     #[test]

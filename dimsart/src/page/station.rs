@@ -13,6 +13,8 @@ mod looking;
 mod recording;
 mod stopping;
 mod tapping;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::io;
@@ -171,8 +173,15 @@ impl Station {
             Action::Stream { names } => drop(self.choosing.send(Choice { names, answer, _place: place })),
             action => {
                 let (asked, stops) = (Instant::now(), self.stops.load(Ordering::Relaxed));
-                let _ =
-                    self.asking.send(Ask::Do(Asked { client, presence, action, asked, stops, answer, place }));
+                let _ = self.asking.send(Ask::Do(Asked {
+                    client,
+                    presence,
+                    action,
+                    asked,
+                    stops,
+                    answer,
+                    place,
+                }));
             }
         }
         answered

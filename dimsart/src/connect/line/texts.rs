@@ -25,11 +25,13 @@ pub(super) fn make_visible(content: &mut [u8]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::connect::{Device, Patience};
     use dimsart_core::protocol::{
-        Accepted, DataTypeText, Identity, MAX_FRAME_BYTES, ModuleText, ParameterText, PortText, Receiver,
-        Response, encode_response,
+        Accepted, DataTypeText, Identity, MAX_FRAME_BYTES, ModuleText, PROTOCOL_VERSION, ParameterText,
+        PortText, Receiver, Response, decode_request, encode_response,
     };
     use dimsart_core::{Direction, Entries, Format, Shape, Stage, Unit};
+    use std::io::{self, Read, Write};
 
     const BAD: &str = "a\x1b[2J\nall MOD_ENG CLOSE #\u{202e}\u{200b}";
     const LINE: &str = "a?[2J?all MOD_ENG CLOSE #??????";
@@ -43,6 +45,54 @@ mod tests {
         });
         make_visible(&mut content);
         format!("{:?}", decode_response(&content).unwrap())
+    }
+
+    /// A device that answers every request with an image of this name.
+    #[derive(Debug, Default)]
+    struct Robot(Vec<u8>);
+
+    impl Write for Robot {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            Receiver::new().take_all(bytes, |content| {
+                let (id, _) = decode_request(content).unwrap();
+                let answer =
+                    encode_response(&Response::Identity(identity()), id, &mut [0; 300]).map(<[u8]>::to_vec);
+                self.0.extend(answer.unwrap());
+            });
+            Ok(bytes.len())
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    impl Read for Robot {
+        fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
+            let count = self.0.len().min(buffer.len());
+            buffer[..count].copy_from_slice(&self.0[..count]);
+            self.0.drain(..count);
+            Ok(count)
+        }
+    }
+
+    fn identity() -> Identity<'static> {
+        Identity {
+            protocol_version: PROTOCOL_VERSION,
+            device: BAD,
+            image: BAD,
+            axes: std::iter::empty().collect(),
+            sample_period_s: 1e-3,
+        }
+    }
+
+    #[test]
+    fn an_image_s_name_adds_no_row_to_a_saved_configuration() {
+        let device = Device::greet(Robot::default(), Patience::default()).unwrap();
+        let text = crate::config::text(device.identity(), "");
+        assert!(text.contains(LINE), "{text}");
+        assert!(text.lines().all(|line| line.starts_with('#')), "{text}");
+        assert!(!text.contains('\x1b'), "{text}");
     }
 
     #[test]
@@ -66,15 +116,8 @@ mod tests {
         };
         let data_type =
             DataTypeText { id: 9, name: BAD, unit: Unit::One, format: Format::F32, shape: Shape::Scalar };
-        let identity = Identity {
-            protocol_version: 13,
-            device: BAD,
-            image: BAD,
-            axes: std::iter::empty().collect(),
-            sample_period_s: 1e-3,
-        };
         for (response, texts) in [
-            (Response::Identity(identity), [LINE, LINE]),
+            (Response::Identity(identity()), [LINE, LINE]),
             (Response::Module(ModuleText { name: BAD }), [WORD, "Module"]),
             (Response::Parameter(parameter), [WORD, "\"OFF\""]),
             (Response::Port(port), [WORD, "Port"]),
