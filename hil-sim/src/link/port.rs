@@ -8,6 +8,8 @@ use std::time::Duration;
 
 use serialport::SerialPort;
 
+use crate::foreign_text::visible;
+
 /// Longest time that a read waits for a byte.
 const READ_WAIT: Duration = Duration::from_millis(10);
 /// Longest time that a write or the opening of a socket waits.
@@ -186,7 +188,7 @@ fn serial_error(port: &str, error: &serialport::Error) -> PortError {
 /// Serial ports of this computer; none when it does not tell.
 fn existing() -> Vec<String> {
     let ports = serialport::available_ports().unwrap_or_default();
-    ports.into_iter().map(|port| port.port_name).collect()
+    ports.into_iter().map(|port| visible(&port.port_name)).collect()
 }
 
 #[cfg(test)]
