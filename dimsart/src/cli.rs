@@ -44,6 +44,7 @@ use clap::{Parser, Subcommand};
 use crate::budget::BudgetError;
 use crate::sweep::GridError;
 use dimsart_core::DescriptorError;
+use hil_sim::foreign_text::visible_lines;
 use hil_sim::rig_file::RigFileError;
 use hil_sim::scenario::ScenarioError;
 
@@ -153,7 +154,7 @@ pub fn main() -> ExitCode {
         if error.downcast_ref::<io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe) {
             return ExitCode::SUCCESS;
         }
-        eprintln!("dimsart: {error}");
+        eprintln!("dimsart: {}", visible_lines(&error.to_string()));
         let is_usage = error.downcast_ref().is_some_and(ScenarioError::is_usage)
             || error.downcast_ref().is_some_and(RigFileError::is_usage)
             || matches!(error.downcast_ref(), Some(BudgetError::Unknown { .. }))

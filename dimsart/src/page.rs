@@ -12,6 +12,7 @@
 
 pub(crate) mod action;
 mod client;
+mod connections;
 pub(crate) mod news;
 pub(crate) mod station;
 mod token;
@@ -22,13 +23,14 @@ use std::sync::Arc;
 use std::thread;
 
 use axum::Router;
-use axum::extract::{Query, Request, State, WebSocketUpgrade};
+use axum::extract::{ConnectInfo, Query, Request, State, WebSocketUpgrade};
 use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use serde::Deserialize;
 
+use connections::{Connections, HasSocket};
 pub use station::{Access, Hand, OpenLine, Station};
 
 /// What the page is made of: path, type, content.
@@ -51,6 +53,9 @@ const ASSETS: [(&str, &str, &str); 14] = [
 const INDEX: &str = include_str!("page/assets/index.html");
 /// Nothing of the page comes from elsewhere.
 const POLICY: &str = "default-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:";
+
+/// Longest message of a browser, such as the rows of a scheme.
+const MAX_MESSAGE_BYTES: usize = 64 * 1024;
 
 /// A page that is served until the program ends.
 #[derive(Debug)]
@@ -89,8 +94,9 @@ impl Page {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         thread::spawn(move || {
             runtime.block_on(async move {
-                let listener = tokio::net::TcpListener::from_std(listener)?;
-                axum::serve(listener, router(served)).await
+                let connections = Connections::new(tokio::net::TcpListener::from_std(listener)?);
+                let router = router(served).into_make_service_with_connect_info::<HasSocket>();
+                axum::serve(connections, router).await
             })
         });
         Ok(Self { address, site })
@@ -146,6 +152,7 @@ async fn index(State(site): State<Arc<Site>>, Query(entry): Query<Entry>) -> Res
 async fn socket(
     State(site): State<Arc<Site>>,
     Query(entry): Query<Entry>,
+    ConnectInfo(has_socket): ConnectInfo<HasSocket>,
     headers: HeaderMap,
     upgrade: WebSocketUpgrade,
 ) -> Response {
@@ -157,6 +164,8 @@ async fn socket(
     if !site.lets_in(&entry) {
         return no_token();
     }
+    has_socket.set();
+    let upgrade = upgrade.max_message_size(MAX_MESSAGE_BYTES);
     upgrade.on_upgrade(move |socket| async move { client::talk(socket, &site.stations).await })
 }
 

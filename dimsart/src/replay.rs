@@ -27,6 +27,7 @@ pub use error::ReplayError;
 use crate::cdr;
 use crate::report::{DEVICE_END, INPUTS_TOPIC, SCHEME_END};
 use controller::ReplayedController;
+use hil_sim::foreign_text::{visible, visible_lines};
 use layout::Layout;
 use records::Records;
 
@@ -89,15 +90,15 @@ pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, Repl
     while let Some(record) = records.next().map_err(|error| error.of(path))? {
         match record {
             Record::Attachment { header, data, .. } => {
-                let text = String::from_utf8_lossy(&data).into_owned();
+                let text = visible_lines(&String::from_utf8_lossy(&data));
                 if let Some(name) = header.name.strip_suffix(DEVICE_END) {
-                    devices.insert(name.to_owned(), text);
+                    devices.insert(visible(name), text);
                 } else if let Some(name) = header.name.strip_suffix(SCHEME_END) {
-                    schemes.insert(name.to_owned(), text);
+                    schemes.insert(visible(name), text);
                 }
             }
             Record::Schema { header, data } => {
-                schemas.insert(header.id, String::from_utf8_lossy(&data).into_owned());
+                schemas.insert(header.id, visible_lines(&String::from_utf8_lossy(&data)));
             }
             Record::Channel(channel) => {
                 let meaning = meaning(&channel, schemas.get(&channel.schema_id));
@@ -142,13 +143,13 @@ pub fn replay(path: &Path, mut progress: impl FnMut(f64)) -> Result<Replay, Repl
 fn meaning(channel: &Channel, schema: Option<&String>) -> Option<Meaning> {
     let topic = channel.topic.strip_prefix('/')?;
     if let Some(name) = topic.strip_suffix(INPUTS_TOPIC) {
-        return Some(Meaning::Inputs(name.to_owned()));
+        return Some(Meaning::Inputs(visible(name)));
     }
     let name = match topic.rsplit_once('/') {
         Some((name, number)) if number.parse::<u32>().is_ok() => name,
         _ => topic,
     };
-    Some(Meaning::Signals(name.to_owned(), Layout::of_schema(schema?)))
+    Some(Meaning::Signals(visible(name), Layout::of_schema(schema?)))
 }
 
 fn seconds(time_ns: u64) -> f64 {

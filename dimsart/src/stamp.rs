@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use dimsart_core::Cost;
 use dimsart_core::stamp::{MAGIC, MAX_TEXT_BYTES, STAMP_SCHEME_BYTES, Stamp, Text, VERSION, as_str, text};
+use hil_sim::foreign_text::visible;
 use object::{Object, ObjectSegment, ObjectSymbol};
 
 /// Where the image has its stamp.
@@ -196,7 +197,7 @@ impl StampedImage {
     }
 
     fn text(&self, at: usize) -> String {
-        self.field::<MAX_TEXT_BYTES>(at).map_or_else(String::new, |bytes| as_str(&bytes).to_owned())
+        self.field::<MAX_TEXT_BYTES>(at).map_or_else(String::new, |bytes| visible(as_str(&bytes)))
     }
 
     fn put(&mut self, at: usize, bytes: &[u8]) {

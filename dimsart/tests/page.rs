@@ -342,6 +342,19 @@ fn a_page_that_closes_in_the_middle_of_a_long_change_moves_nothing_any_more() {
 }
 
 #[test]
+fn idle_connections_keep_neither_a_page_nor_a_stop_out() {
+    let served = Served::joint("idle");
+    let mut idle: Vec<TcpStream> = (0..400).map(|_| TcpStream::connect(served.host()).unwrap()).collect();
+    let with_token = format!("/?token={}", served.token());
+    assert!(served.get(&with_token, served.host()).contains("200"));
+    let mut browser = served.browser();
+    browser.ask(json!({ "say": "stop" })).unwrap();
+    assert!(!served.device().stop().unwrap().is_commanded);
+    // The first ones have made room for the others.
+    assert_eq!(idle[0].read(&mut [0]).unwrap_or_default(), 0);
+}
+
+#[test]
 fn stopping_waits_for_nobody_on_the_page() {
     let served = Served::joint("stop");
     let mut browser = served.browser();

@@ -91,7 +91,11 @@ fn one_client_moves_a_device_and_anybody_stops_it() {
     assert!(matches!(other.take_lease(), Err(ConnectError::Refused(_))));
     operator.set("PIDCTRL_MOD", "K_PARAM", "80").unwrap();
     assert!(!other.stop().unwrap().is_commanded);
-    assert!(operator.state().unwrap().contains("stopped"));
+    // STOP has released the lease: starting again moves nothing.
+    assert!(other.check().unwrap().state.contains("nobody holds the lease"));
+    assert!(matches!(operator.renew_lease(), Err(ConnectError::Refused(_))), "no renewal brings it back");
+    operator.hold_lease().unwrap();
+    wait_for(&mut operator, "commands the device");
 }
 
 #[test]

@@ -34,6 +34,8 @@ use std::path::Path;
 use dimsart_core::online::{LawParameter, Program};
 use serde::Serialize;
 
+use crate::foreign_text::{visible_lines, visible_word};
+
 pub use error::LawError;
 pub use vocabulary::{MODULE, WithLaw, runner};
 
@@ -89,6 +91,7 @@ impl Law {
     /// # Errors
     /// [`LawError`] points to the first place that is wrong, and says what to do.
     pub fn compile(text: &str, origin: &str) -> Result<Self, LawError> {
+        let text = &visible_lines(text);
         let compiled = parse::parse(text).and_then(|statements| {
             let checked = check::check(&statements, text)?;
             let lowered = lower::lower(&checked)?;
@@ -112,7 +115,7 @@ impl Law {
     pub fn of_program(program: &Program<'_>) -> Self {
         let bytes: Vec<u8> = program.text().collect();
         let text = String::from_utf8_lossy(&bytes).into_owned();
-        let mut names = text.lines().map(str::to_owned);
+        let mut names = text.lines().map(visible_word);
         let mut next = || names.next().unwrap_or_default();
         let header = program.header();
         let (name, summary) = (next(), String::new());

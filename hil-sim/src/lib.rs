@@ -77,6 +77,7 @@ pub mod emulated;
 pub mod fault_table;
 pub mod faulty_pair;
 pub mod first_packet;
+pub mod foreign_text;
 pub mod growth;
 pub mod identify;
 pub mod key_file;

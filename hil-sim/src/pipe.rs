@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError, TryS
 use std::time::Duration;
 
 /// Writes that wait to be read at most; more are refused with `WouldBlock`, and lost.
-const ROOM: usize = 1024;
+pub const ROOM: usize = 1024;
 
 /// One end. A read that finds nothing ends after its wait with `WouldBlock`; it gives 0 when the other end is gone.
 #[derive(Debug)]
@@ -32,11 +32,19 @@ pub struct PipeReader {
 /// Two ends, whose reads wait for so long.
 #[must_use]
 pub fn pair(waits: [Duration; 2]) -> [Pipe; 2] {
-    let ways = waits.map(|wait| {
-        let (sender, chunks) = sync_channel(ROOM);
+    pair_with_rooms(waits, [ROOM; 2])
+}
+
+/// The same, each with room for so many writes that it has not read yet.
+#[must_use]
+pub fn pair_with_rooms(waits: [Duration; 2], rooms: [usize; 2]) -> [Pipe; 2] {
+    let way = |wait, room| {
+        let (sender, chunks) = sync_channel(room);
         (PipeWriter(sender), PipeReader { chunks, rest: Vec::new(), wait })
-    });
-    let [(to_first, from_second), (to_second, from_first)] = ways;
+    };
+    let ([first_wait, second_wait], [first_room, second_room]) = (waits, rooms);
+    let (to_first, from_second) = way(first_wait, first_room);
+    let (to_second, from_first) = way(second_wait, second_room);
     [Pipe { writer: to_second, reader: from_second }, Pipe { writer: to_first, reader: from_first }]
 }
 

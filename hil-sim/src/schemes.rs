@@ -12,6 +12,8 @@ pub use setting::Setting;
 
 use std::path::Path;
 
+use crate::foreign_text::visible_lines;
+
 /// The sides a scheme can name.
 pub const SIDES: &[&str] = &["master", "slave"];
 
@@ -93,7 +95,7 @@ impl SchemeText {
                 None => Err(SchemeFileError::NotBuiltIn { name }),
             },
             None => match std::fs::read_to_string(&name) {
-                Ok(text) => Ok(Self { name, text }),
+                Ok(text) => Ok(Self { name, text: visible_lines(&text) }),
                 Err(source) => Err(SchemeFileError::Unreadable { name, source }),
             },
         }

@@ -211,8 +211,9 @@ fn mapped(name: &str) -> Option<bool> {
 }
 
 /// Without the hash that tells one compilation's symbols from another's.
+/// In characters that a terminal shows, whatever the file has.
 fn demangled(name: &str) -> String {
-    format!("{:#}", rustc_demangle::demangle(name))
+    format!("{:#}", rustc_demangle::demangle(name)).replace(|letter: char| !matches!(letter, ' '..='~'), "?")
 }
 
 /// `.stack_sizes`: an address and a number of bytes in LEB128 for each function.

@@ -6,7 +6,9 @@ use heapless::Vec;
 use serde::{Deserialize, Serialize};
 
 use super::cycles::CyclesReport;
-use super::description::{DataTypeText, Identity, InstanceText, ModuleText, ParameterText, PortText};
+use super::description::{
+    Accepted, DataTypeText, Identity, InstanceText, ModuleText, ParameterText, PortText,
+};
 use super::device_info::{Blocked, FirstFault};
 use super::frame::{DecodeError, EncodeError, NoRoom, decode, encode};
 use super::key::{KeyRefusal, KeyState};
@@ -107,6 +109,62 @@ pub enum Response<'a> {
     Restarts,
 }
 
+impl Response<'_> {
+    /// Calls `each` with every text of the response, and whether the text is a word in schemes: a host replaces
+    /// characters that a terminal would act on.
+    pub fn for_each_text(&self, mut each: impl FnMut(&str, bool)) {
+        match self {
+            Self::Identity(Identity { device, image, protocol_version: _, axes: _, sample_period_s: _ }) => {
+                [device, image].into_iter().for_each(|text| each(text, false));
+            }
+            Self::Module(ModuleText { name })
+            | Self::Port(PortText { name, direction: _, stage: _, is_delayed: _, default: _, bound: _ })
+            | Self::DataType(DataTypeText { id: _, name, unit: _, format: _, shape: _ }) => each(name, true),
+            Self::Parameter(ParameterText {
+                name,
+                accepts,
+                unit: _,
+                entries: _,
+                default: _,
+                is_structural: _,
+            }) => {
+                each(name, true);
+                match accepts {
+                    Accepted::Choice(names) => names.iter().for_each(|name| each(name, true)),
+                    Accepted::Real { .. }
+                    | Accepted::Count { .. }
+                    | Accepted::Integer { .. }
+                    | Accepted::Flag
+                    | Accepted::Types => {}
+                }
+            }
+            Self::Refused(_)
+            | Self::Instance(_)
+            | Self::Entry(_)
+            | Self::Effect(_)
+            | Self::Value(_)
+            | Self::Signal(_)
+            | Self::Finding { .. }
+            | Self::Status(_)
+            | Self::SchemeCommand(_)
+            | Self::Timing(_)
+            | Self::Schemes(_)
+            | Self::Lease(_)
+            | Self::Telemetry { .. }
+            | Self::Key(_)
+            | Self::Cycles(_)
+            | Self::Safety(_)
+            | Self::Event(_)
+            | Self::DeviceType { .. }
+            | Self::Bound(_)
+            | Self::Motor(_)
+            | Self::Identification(_)
+            | Self::Law(_)
+            | Self::Restarts => {}
+        }
+    }
+}
+
 /// Why a request was refused.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -157,7 +215,7 @@ impl core::fmt::Display for Refusal {
             Self::Lease { holder: 0 } => {
                 write!(
                     f,
-                    "nobody holds the lease any more, the device gets its safe input: take it again (`arm`)"
+                    "the lease was released by STOP, a fault or a timeout, outputs at their safe value: `arm` again"
                 )
             }
             Self::Lease { holder } => {

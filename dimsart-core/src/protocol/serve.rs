@@ -190,6 +190,10 @@ fn carry_out<M: ModuleList, const WORDS: usize>(
     dimsart: &mut Dimsart<M, WORDS>,
     info: &mut DeviceInfo,
 ) -> Effect {
+    if command == Command::Stop {
+        // Motion after a STOP requires arming.
+        info.end_lease();
+    }
     let refused = dimsart.command(command).err();
     let engine = dimsart.engine_mut();
     if refused.is_none() {

@@ -128,6 +128,29 @@ fn a_device_moves_for_the_length_of_a_lease_and_is_still_in_the_tick_after_that(
 }
 
 #[test]
+fn stop_releases_the_lease_and_starting_again_moves_nothing_without_arming() {
+    for stopping in [1, 2] {
+        let mut board = Board::running();
+        board.lease(1, LeaseAction::Take).unwrap();
+        board.tick();
+        assert_eq!(board.last.0, Tick::Ran);
+        let effect = board.command(stopping, Command::Stop).unwrap();
+        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Stopped)));
+        assert_eq!(board.lease(2, LeaseAction::Look), Ok(LeaseStatus::default()));
+        let late = board.lease(1, LeaseAction::Renew);
+        assert_eq!(late, Err(Refusal::Lease { holder: NOBODY }), "a renewal does not bring it back");
+        // What `Start` sends, from the client that was armed.
+        let effect = board.command(1, Command::Check).unwrap();
+        assert_eq!((effect.refused, effect.blocked), (None, Some(Blocked::Disarmed)));
+        board.tick();
+        assert_eq!(board.last, (Tick::Disarmed, [Word(0); 3]));
+        board.lease(1, LeaseAction::Take).unwrap();
+        board.tick();
+        assert_eq!(board.last.0, Tick::Ran);
+    }
+}
+
+#[test]
 fn ticks_that_were_left_out_do_not_make_a_lease_longer() {
     let mut board = Board::running();
     board.lease(1, LeaseAction::Take).unwrap();

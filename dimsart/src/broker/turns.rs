@@ -1,4 +1,4 @@
-//! Whose frame goes over the port next.
+//! Which frame goes over the port next.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -8,18 +8,39 @@ use dimsart_core::protocol::{LeaseAction, Request, decode_request};
 
 /// How long the answer to a request keeps others waiting. It is shorter than a renewal of the lease can wait.
 const PATIENCE: Duration = Duration::from_millis(45);
+/// How long a frame without a readable answer keeps others waiting: about its time on a serial line.
+const PAUSE: Duration = Duration::from_millis(3);
 /// Frames of one client that wait; more are dropped, as by a device without room.
-const ROOM: usize = 64;
+pub(super) const ROOM: usize = 64;
 
-/// Frames that wait. A device answers one request at a time, so that one is sent at a time: then what is urgent never waits
-/// behind a heap of others.
+/// Frames that wait. A device answers one request at a time, so that one is sent at a time: then an urgent request never
+/// waits behind a heap of others. Of each client at most one request of each urgency waits, and the next one is sent after
+/// the answer to the one before.
 #[derive(Debug, Default)]
 pub(super) struct Turns {
-    urgent: VecDeque<Vec<u8>>,
+    urgent: VecDeque<Urgent>,
+    /// Client, urgency and id of urgent requests that are not answered yet, and until when that is waited for.
+    unanswered: Vec<(u64, Urgency, u16, Instant)>,
     /// The client whose turn it is first.
     queues: VecDeque<Queue>,
-    /// Id of the request that is not answered yet, and when it was sent.
-    asked: Option<(u16, Instant)>,
+    /// Id of the other request that is not answered yet, and until when that is waited for.
+    asked: Option<(Option<u16>, Instant)>,
+}
+
+/// Requests that bring a device to rest, or keep it alive, in the order of their priority.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Urgency {
+    Stop,
+    GiveBack,
+    Renew,
+}
+
+#[derive(Debug)]
+struct Urgent {
+    client: u64,
+    urgency: Urgency,
+    id: u16,
+    bytes: Vec<u8>,
 }
 
 #[derive(Debug)]
@@ -31,16 +52,28 @@ struct Queue {
 #[derive(Debug)]
 struct Frame {
     bytes: Vec<u8>,
-    /// None for what is not answered, or by what nobody but its client can read.
+    /// None for what is not answered, or by what no client but its own can read.
     id: Option<u16>,
 }
 
+/// A frame that goes out now.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Next {
+    pub(super) bytes: Vec<u8>,
+    pub(super) is_urgent: bool,
+}
+
 impl Turns {
-    /// Has a frame of a client wait for its turn.
+    /// Has a frame of a client wait for its turn. A request of the same client and urgency that still waits is replaced: its
+    /// client asks for the newer answer.
     pub(super) fn add(&mut self, client: u64, bytes: Vec<u8>, content: &[u8]) {
         let request = decode_request(content).ok();
-        if request.is_some_and(|(_, request)| is_urgent(&request)) {
-            self.urgent.push_back(bytes);
+        if let Some((id, urgency)) = request.and_then(|(id, request)| Some((id, urgency(&request)?))) {
+            let is_same = |found: &&mut Urgent| (found.client, found.urgency) == (client, urgency);
+            match self.urgent.iter_mut().find(is_same) {
+                Some(waiting) => (waiting.id, waiting.bytes) = (id, bytes),
+                None => self.urgent.push_back(Urgent { client, urgency, id, bytes }),
+            }
             return;
         }
         let frame = Frame { bytes, id: request.map(|(id, _)| id) };
@@ -51,17 +84,18 @@ impl Turns {
         }
     }
 
-    /// Drops what a client that is gone has waiting.
+    /// Drops what a client that is gone has waiting, but for a STOP.
     pub(super) fn forget(&mut self, client: u64) {
         self.queues.retain(|queue| queue.client != client);
+        self.urgent.retain(|found| found.client != client || found.urgency == Urgency::Stop);
     }
 
     /// The frame that goes out now.
-    pub(super) fn next(&mut self, now: Instant) -> Option<Vec<u8>> {
-        if let Some(frame) = self.urgent.pop_front() {
-            return Some(frame);
+    pub(super) fn next(&mut self, now: Instant) -> Option<Next> {
+        if let Some(bytes) = self.next_urgent(now) {
+            return Some(Next { bytes, is_urgent: true });
         }
-        if self.asked.is_some_and(|(_, sent)| now.duration_since(sent) < PATIENCE) {
+        if self.asked.is_some_and(|(_, until)| now < until) {
             return None;
         }
         let mut queue = self.queues.pop_front()?;
@@ -70,22 +104,51 @@ impl Turns {
             self.queues.push_back(queue);
         }
         let Frame { bytes, id } = frame?;
-        self.asked = id.map(|id| (id, now));
+        self.asked = Some((id, now + if id.is_some() { PATIENCE } else { PAUSE }));
+        Some(Next { bytes, is_urgent: false })
+    }
+
+    fn next_urgent(&mut self, now: Instant) -> Option<Vec<u8>> {
+        let Self { urgent, unanswered, .. } = self;
+        unanswered.retain(|(.., until)| now < *until);
+        let may_go = |found: &Urgent| {
+            unanswered
+                .iter()
+                .all(|(client, urgency, ..)| (*client, *urgency) != (found.client, found.urgency))
+        };
+        // Of several of the same urgency, the first one.
+        let waiting = urgent.iter().enumerate().filter(|(_, found)| may_go(found));
+        let (place, _) = waiting.min_by_key(|(_, found)| found.urgency)?;
+        let Urgent { client, urgency, id, bytes } = urgent.remove(place)?;
+        unanswered.push((client, urgency, id, now + PATIENCE));
         Some(bytes)
     }
 
     /// A request of this id has been answered.
     pub(super) fn answered(&mut self, id: u16) {
-        self.asked = self.asked.filter(|(asked, _)| *asked != id);
+        self.unanswered.retain(|(.., asked, _)| *asked != id);
+        self.asked = self.asked.filter(|(asked, _)| *asked != Some(id));
+    }
+
+    /// Frames that wait.
+    #[cfg(test)]
+    pub(super) fn len(&self) -> usize {
+        self.urgent.len() + self.queues.iter().map(|queue| queue.frames.len()).sum::<usize>()
     }
 }
 
-/// What brings a device to rest, or keeps it alive.
-fn is_urgent(request: &Request) -> bool {
-    matches!(
-        request,
-        Request::Command(Command::Stop) | Request::Lease(LeaseAction::Renew | LeaseAction::GiveBack)
-    )
+fn urgency(request: &Request) -> Option<Urgency> {
+    match request {
+        Request::Command(Command::Stop) => Some(Urgency::Stop),
+        Request::Lease(LeaseAction::GiveBack) => Some(Urgency::GiveBack),
+        Request::Lease(LeaseAction::Renew) => Some(Urgency::Renew),
+        _ => None,
+    }
+}
+
+/// Whether a frame's content is a STOP.
+pub(super) fn is_stop(content: &[u8]) -> bool {
+    decode_request(content).is_ok_and(|(_, request)| urgency(&request) == Some(Urgency::Stop))
 }
 
 #[cfg(test)]
@@ -110,12 +173,14 @@ mod tests {
 
         /// Id of what goes out after some time.
         fn next(&mut self, after: Duration) -> Option<u16> {
-            let frame = self.0.next(self.1 + after)?;
+            let frame = self.0.next(self.1 + after)?.bytes;
             let mut id = None;
             Receiver::new().take_all(&frame, |found| id = Some(decode_request(found).unwrap().0));
             id
         }
     }
+
+    const STOP: Request = Request::Command(Command::Stop);
 
     #[test]
     fn clients_take_turns_and_each_waits_for_the_answer_to_the_one_before() {
@@ -135,16 +200,41 @@ mod tests {
     }
 
     #[test]
-    fn what_stops_waits_for_nobody() {
+    fn urgent_requests_go_first_and_stop_before_all() {
         let mut bench = Bench::new();
         for id in 0..200 {
             bench.add(1, id, Request::Status);
         }
         assert_eq!(bench.next(Duration::ZERO), Some(0));
-        bench.add(2, 900, Request::Command(Command::Stop));
         bench.add(3, 901, Request::Lease(LeaseAction::Renew));
+        bench.add(2, 900, STOP);
         assert_eq!([bench.next(Duration::ZERO), bench.next(Duration::ZERO)], [Some(900), Some(901)]);
         assert_eq!(bench.next(Duration::ZERO), None);
+    }
+
+    #[test]
+    fn of_many_stops_of_a_client_one_waits_and_every_client_has_its_turn() {
+        let mut bench = Bench::new();
+        for id in 0..10_000 {
+            bench.add(1, id, STOP);
+            bench.add(1, id, Request::Lease(LeaseAction::Renew));
+            bench.add(1, id, Request::Lease(LeaseAction::GiveBack));
+        }
+        assert_eq!(bench.0.len(), 3);
+        bench.add(2, 20_000, STOP);
+        assert_eq!(bench.next(Duration::ZERO), Some(9999));
+        bench.add(1, 10_001, STOP);
+        assert_eq!(bench.next(Duration::ZERO), Some(20_000), "each stop is answered");
+        assert_eq!([bench.next(Duration::ZERO), bench.next(Duration::ZERO)], [Some(9999); 2], "of the lease");
+        assert_eq!(bench.next(Duration::ZERO), None, "the answer to the stop before is still to come");
+        bench.0.answered(9999);
+        assert_eq!(bench.next(Duration::ZERO), Some(10_001));
+        bench.add(1, 10_002, STOP);
+        assert_eq!(
+            bench.next(PATIENCE),
+            Some(10_002),
+            "an answer that is lost holds it up for a moment only"
+        );
     }
 
     #[test]
@@ -158,11 +248,14 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_is_gone_takes_nobody_s_turn() {
+    fn a_client_that_is_gone_takes_no_turn_and_its_stop_is_sent() {
         let mut bench = Bench::new();
-        bench.add(1, 1, Request::Status);
-        bench.add(2, 2, Request::Status);
+        for (client, request) in [(1, Request::Status), (1, STOP), (2, Request::Status)] {
+            bench.add(client, u16::try_from(client).unwrap(), request);
+        }
+        bench.add(1, 1, Request::Lease(LeaseAction::Renew));
         bench.0.forget(1);
-        assert_eq!(bench.next(Duration::ZERO), Some(2));
+        assert_eq!([bench.next(Duration::ZERO), bench.next(Duration::ZERO)], [Some(1), Some(2)]);
+        assert_eq!(bench.0.len(), 0);
     }
 }

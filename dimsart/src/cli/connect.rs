@@ -117,7 +117,7 @@ enum Action {
     Check,
     /// LET THE DEVICE BE MOVED by its scheme until Ctrl-C: take the lease that motion needs, and renew it.
     Arm,
-    /// Stop the scheme: the device gets its safe input.
+    /// Stop the scheme and release the lease: outputs at their safe value. Allowed for every client, at any time.
     Stop,
     /// What is wrong with the scheme and what went wrong in its ticks; changes nothing, 1 when there is something.
     Faults,

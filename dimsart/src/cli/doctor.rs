@@ -11,6 +11,7 @@ use serde::Serialize;
 use super::Ending;
 use super::line::LineOptions;
 use crate::commissioning::{self, Check, Computer, Verdict};
+use hil_sim::foreign_text::visible_lines;
 
 /// Look for what firmware needs: compiler, emulator, probe-rs, udev rule and debug probe. Or look a board over.
 ///
@@ -178,7 +179,7 @@ fn probe() -> Finding {
 fn output(program: &str, arguments: &[&str]) -> Option<String> {
     let output =
         Command::new(program).args(arguments).output().ok().filter(|output| output.status.success())?;
-    Some(String::from_utf8_lossy(&output.stdout).into_owned())
+    Some(visible_lines(&String::from_utf8_lossy(&output.stdout)))
 }
 
 /// The first line of what a program says of its version, if that is not older than `oldest`.

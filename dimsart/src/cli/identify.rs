@@ -12,6 +12,7 @@ use super::output::{say, text_table};
 use super::run::rig;
 use super::{Ending, UsageError};
 use crate::report::{self, Bode};
+use hil_sim::foreign_text::visible;
 use hil_sim::identify::{
     Estimate, Experiment, ForceIs, FrequencyPoint, Identified, Quantity, arm_truth, frequency_response,
     identify, truth,
@@ -248,7 +249,7 @@ impl Identify {
             let header = headers.get(position).unwrap_or_default();
             let delay_ticks = self.delay_ticks;
             Ok(Joint {
-                name: format!("{}, axis {axis}", header.split('.').next().unwrap_or_default()),
+                name: format!("{}, axis {axis}", visible(header.split('.').next().unwrap_or_default())),
                 period_s,
                 position: column(position),
                 force: column(force),

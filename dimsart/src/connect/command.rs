@@ -133,13 +133,13 @@ impl<S: Read + Write> Device<S> {
         self.change(format!("{module} is unplugged and keeps its parameters"), &effect)
     }
 
-    /// Stops the scheme: the device gets its safe input.
+    /// Stops the scheme and releases the lease, whichever client holds it: outputs at their safe value.
     ///
     /// # Errors
     /// [`ConnectError::Line`] when the device does not answer.
     pub fn stop(&mut self) -> Result<CommandOutcome, ConnectError> {
         let effect = self.give(Command::Stop)?;
-        self.outcome("the device gets its safe input".to_owned(), &effect)
+        self.outcome("outputs at their safe value, lease released".to_owned(), &effect)
     }
 
     /// Lets a module, or every one that is plugged in, forget its state.
@@ -220,6 +220,10 @@ impl<S: Read + Write> Device<S> {
     }
 
     pub(super) fn try_give(&mut self, command: Command) -> Result<Effect, ConnectError> {
+        if command == Command::Stop {
+            // STOP ends the lease. A lease that is lost already must not keep STOP from being sent.
+            self.forget_lease();
+        }
         self.ask(&Request::Command(command), take!(Effect))?.ok_or(ConnectError::OtherAnswer)
     }
 

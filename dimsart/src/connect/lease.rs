@@ -135,9 +135,14 @@ impl<S: Read + Write> Device<S> {
     /// # Errors
     /// As [`take_lease`](Self::take_lease).
     pub fn give_lease_back(&mut self) -> Result<(), ConnectError> {
+        self.forget_lease();
+        self.lease(LeaseAction::GiveBack).map(drop)
+    }
+
+    /// Ends the renewals.
+    pub(super) fn forget_lease(&mut self) {
         self.line_mut().let_lease_go();
         self.has_taken_lease = false;
-        self.lease(LeaseAction::GiveBack).map(drop)
     }
 
     /// How the lease stands; none on a device that moves without one.

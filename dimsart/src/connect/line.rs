@@ -2,6 +2,7 @@
 
 mod error;
 mod request;
+mod texts;
 
 use std::collections::VecDeque;
 use std::io::{Read, Write};
@@ -18,6 +19,7 @@ use super::{ConnectError, Presence};
 pub use error::{LineError, Patience};
 use error::{failed, is_nothing_yet, too_long};
 use request::{answers, any_id, is_renewal, may_repeat};
+use texts::make_visible;
 
 /// Requests of which an answer can still come.
 const REMEMBERED: usize = 32;
@@ -291,6 +293,7 @@ impl<S: Read + Write> RequestLine<S> {
                     Some(id) if awaited == Awaited::Answer(id) => {
                         is_there = true;
                         content.clone_into(answer);
+                        make_visible(answer);
                     }
                     Some(other) if asked.contains(&other) => {
                         let Some(renewal) = renewal.as_mut().filter(|_| is_renewal(other)) else { return };

@@ -32,8 +32,16 @@ impl Presence {
     /// Whether he was there within the last half second.
     #[must_use]
     pub fn is_there(&self) -> bool {
-        let heard = *self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        heard.is_some_and(|heard| heard.elapsed() <= SILENCE)
+        self.heard().is_some_and(|heard| heard.elapsed() <= SILENCE)
+    }
+
+    /// Whether he has gone.
+    pub(crate) fn has_left(&self) -> bool {
+        self.heard().is_none()
+    }
+
+    fn heard(&self) -> Option<Instant> {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     fn set(&self, heard: Option<Instant>) {

@@ -13,6 +13,7 @@ use dimsart_core::stamp::UNSTAMPED;
 
 use super::{CyclesError, Memory};
 use hil_sim::emulated::{BOARD, FOLDER_VARIABLE, built};
+use hil_sim::foreign_text::visible;
 
 /// Calls of a module, as the image names them.
 const COMPUTE: [&str; 2] = ["dimsart_core::kind::compute", "dimsart_core::kind::compute_late"];
@@ -215,6 +216,6 @@ fn facts(image: &Image) -> Option<(String, u32, u32, u32)> {
     let [clock_hz, tick_hz, text, length] = [word(0)?, word(1)?, word(2)?, word(3)?];
     let controller_bytes = word(4).filter(|bytes| *bytes <= MAX_CONTROLLER_BYTES)?;
     let length = usize::try_from(Some(length).filter(|bytes| *bytes <= MAX_NAME_BYTES)?).ok()?;
-    let name = String::from_utf8(image.bytes(text, length)?.to_vec()).ok()?;
+    let name = visible(std::str::from_utf8(image.bytes(text, length)?).ok()?);
     Some((name, clock_hz, tick_hz, controller_bytes)).filter(|_| tick_hz > 0)
 }

@@ -86,7 +86,7 @@ impl Action {
     ) -> Result<Value, ConnectError> {
         Ok(match self {
             Self::Edit(edit) => text(edit.run(device)?),
-            Self::Transaction { edits, commit } => transaction(device, edits, commit)?,
+            Self::Transaction { edits, commit } => transaction(device, edits, commit, presence)?,
             Self::Scheme { rows, replace } => {
                 let scheme = SchemeText { name: "rows".to_owned(), text: rows };
                 json(&match replace {
@@ -153,9 +153,17 @@ impl Edit {
     }
 }
 
-fn transaction(device: &mut PageDevice, edits: Vec<Edit>, commit: bool) -> Result<Value, ConnectError> {
+fn transaction(
+    device: &mut PageDevice,
+    edits: Vec<Edit>,
+    commit: bool,
+    presence: &Presence,
+) -> Result<Value, ConnectError> {
     device.begin()?;
-    let done = edits.into_iter().try_for_each(|edit| edit.run(device).map(drop));
+    let done = edits.into_iter().try_for_each(|edit| match presence.has_left() {
+        true => Err(ConnectError::NobodyThere),
+        false => edit.run(device).map(drop),
+    });
     let done = done.and_then(|()| match commit {
         true => device.commit().map(text),
         false => {

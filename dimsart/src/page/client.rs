@@ -7,7 +7,7 @@ use axum::extract::ws::{Message, WebSocket};
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde::{Deserialize, Serialize};
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 
 use super::action::Action;
 use super::news::News;
@@ -15,6 +15,10 @@ use super::station::{Answer, Station};
 
 /// Messages that wait to go out; beyond them a browser misses news.
 const ROOM: usize = 64;
+/// Answers that a browser has not read; more are lost, and what was asked is done all the same.
+const MAX_ANSWERS: usize = 64;
+/// The id of an answer to a message that is not understood.
+const NO_ID: u32 = 0;
 
 /// A message of a browser.
 #[derive(Debug, Deserialize)]
@@ -101,9 +105,10 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
             }
         }
     });
+    let answers = Arc::new(Semaphore::new(MAX_ANSWERS));
     while let Some(Ok(said)) = receiving.next().await {
         match said {
-            Message::Text(text) => hear(&text, client, stations, &out),
+            Message::Text(text) => hear(&text, client, stations, &out, &answers),
             Message::Close(_) => break,
             _ => {}
         }
@@ -112,7 +117,13 @@ pub(super) async fn talk(mut socket: WebSocket, stations: &[Station]) {
     stations.iter().for_each(|station| station.hear(client, false));
 }
 
-fn hear(text: &str, client: u64, stations: &[Station], out: &mpsc::Sender<Message>) {
+fn hear(
+    text: &str,
+    client: u64,
+    stations: &[Station],
+    out: &mpsc::Sender<Message>,
+    answers: &Arc<Semaphore>,
+) {
     let (id, answered) = match serde_json::from_str(text) {
         Ok(Said::Here) => return stations.iter().for_each(|station| station.hear(client, true)),
         Ok(Said::Stop { id, station }) => (id, stations.get(station).map(Station::stop)),
@@ -120,29 +131,29 @@ fn hear(text: &str, client: u64, stations: &[Station], out: &mpsc::Sender<Messag
             (id, stations.get(station).map(|station| station.ask(client, action)))
         }
         Err(error) => {
-            let refused = Err(format!("not understood: {error}"));
-            let out = out.clone();
-            tokio::spawn(async move { answer(&out, 0, refused).await });
-            return;
+            let refused = message(NO_ID, Err(format!("not understood: {error}")));
+            // A browser that does not read has no room for it.
+            return drop(refused.map(|refused| out.try_send(refused)));
         }
     };
-    let out = out.clone();
+    let (Ok(place), out) = (Arc::clone(answers).try_acquire_owned(), out.clone()) else { return };
     tokio::spawn(async move {
         let done = match answered {
             Some(answered) => answered.await.unwrap_or_else(|_| Err("no line to the device".to_owned())),
             None => Err("there is no such station".to_owned()),
         };
-        answer(&out, id, done).await;
+        if let Some(message) = message(id, done) {
+            // The browser may be gone.
+            let _ = out.send(message).await;
+        }
+        drop(place);
     });
 }
 
-async fn answer(out: &mpsc::Sender<Message>, id: u32, answer: Answer) {
+fn message(id: u32, answer: Answer) -> Option<Message> {
     let (done, refused) = match answer {
         Ok(done) => (Some(done), None),
         Err(refused) => (None, Some(refused)),
     };
-    if let Ok(text) = serde_json::to_string(&Answered { kind: "answer", id, done, refused }) {
-        // The browser may be gone.
-        let _ = out.send(Message::text(text)).await;
-    }
+    serde_json::to_string(&Answered { kind: "answer", id, done, refused }).ok().map(Message::text)
 }

@@ -13,12 +13,14 @@ mod looking;
 mod recording;
 mod stopping;
 mod tapping;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 use std::io;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -59,6 +61,11 @@ pub struct Access {
 }
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(300), tries: 4 };
+/// Requests of one client that are not answered yet, and of all of them; more are refused.
+const MAX_WAITING: usize = 32;
+const MAX_WAITING_OF_ALL: usize = 256;
+/// STOPs that are not sent yet: with one more, the device is stopped by those.
+const MAX_STOPS: usize = 256;
 /// Before a line that has ended is opened again.
 const PAUSE: Duration = Duration::from_millis(500);
 
@@ -67,14 +74,36 @@ const PAUSE: Duration = Duration::from_millis(500);
 pub struct Station {
     name: String,
     asking: Sender<Ask>,
-    stopping: Sender<oneshot::Sender<Answer>>,
+    stopping: SyncSender<oneshot::Sender<Answer>>,
     choosing: Sender<Choice>,
     recorder: Arc<Recorder>,
     board: Arc<Board>,
-    /// Of clients that have said something.
-    presences: Mutex<BTreeMap<u64, Presence>>,
+    clients: Mutex<BTreeMap<u64, Client>>,
+    /// Counts the requests that wait.
+    waiting: Arc<()>,
     /// How often it was stopped from here.
     stops: Arc<AtomicU64>,
+}
+
+/// A client that has said something.
+#[derive(Debug, Clone, Default)]
+struct Client {
+    presence: Presence,
+    /// Counts its requests that wait.
+    waiting: Arc<()>,
+}
+
+impl Client {
+    fn waiting(&self) -> usize {
+        Arc::strong_count(&self.waiting) - 1
+    }
+}
+
+/// A request's place among those that wait, given back when this goes.
+#[derive(Debug)]
+struct Waiting {
+    _of_client: Arc<()>,
+    _of_all: Arc<()>,
 }
 
 /// What an action came to: its result, or why it was refused.
@@ -89,7 +118,7 @@ impl Station {
         let Access { port, open, baud, hand, recordings } = access;
         let (asking, asks) = channel();
         let (choosing, choices) = channel();
-        let (stopping, to_stop) = channel();
+        let (stopping, to_stop) = sync_channel(MAX_STOPS);
         let stops = Arc::new(AtomicU64::new(0));
         let (board, open) = (Arc::new(Board::new(number)), Arc::new(open));
         let start = |what: &str, run: Box<dyn FnOnce() + Send>| {
@@ -107,9 +136,9 @@ impl Station {
         let (news, line) = (Arc::clone(&board), Arc::clone(&open));
         start("tapping", Box::new(move || Tapping::new(news, baud, choices).run(&line)))?;
         start("stopping", Box::new(move || stop(&open, &to_stop)))?;
-        let presences = Mutex::default();
+        let (clients, waiting) = (Mutex::default(), Arc::default());
         let name = name.to_owned();
-        Ok(Self { name, asking, stopping, choosing, recorder, board, presences, stops })
+        Ok(Self { name, asking, stopping, choosing, recorder, board, clients, waiting, stops })
     }
 
     pub(crate) fn name(&self) -> &str {
@@ -123,19 +152,36 @@ impl Station {
     /// Does something for a browser; what came of it.
     pub(crate) fn ask(&self, client: u64, action: Action) -> oneshot::Receiver<Answer> {
         let (answer, answered) = oneshot::channel();
+        let Client { presence, waiting } = self.client(client);
+        // One copy is kept, and one of the client's is this request's.
+        if Arc::strong_count(&waiting) > MAX_WAITING + 1
+            || Arc::strong_count(&self.waiting) > MAX_WAITING_OF_ALL
+        {
+            let reason = format!("{MAX_WAITING} requests wait for the device: wait for their answers");
+            let _ = answer.send(Err(reason));
+            return answered;
+        }
+        let place = Waiting { _of_client: waiting, _of_all: Arc::clone(&self.waiting) };
         // Where a thread is gone, the answer never comes.
         match action {
-            Action::Record { on: true } => drop(self.asking.send(Ask::Record { answer })),
+            Action::Record { on: true } => drop(self.asking.send(Ask::Record { presence, answer, place })),
             Action::Record { on: false } => self.recorder.end("", answer),
             Action::Stream { .. } if self.recorder.is_running() => {
                 let reason = "it is being recorded: end the recording first, which is of the signals that are sent now";
                 let _ = answer.send(Err(reason.to_owned()));
             }
-            Action::Stream { names } => drop(self.choosing.send(Choice { names, answer })),
+            Action::Stream { names } => drop(self.choosing.send(Choice { names, answer, _place: place })),
             action => {
-                let (presence, stops) = (self.presence(client), self.stops.load(Ordering::Relaxed));
-                let ask = Asked { client, presence, action, asked: Instant::now(), stops, answer };
-                let _ = self.asking.send(Ask::Do(ask));
+                let (asked, stops) = (Instant::now(), self.stops.load(Ordering::Relaxed));
+                let _ = self.asking.send(Ask::Do(Asked {
+                    client,
+                    presence,
+                    action,
+                    asked,
+                    stops,
+                    answer,
+                    place,
+                }));
             }
         }
         answered
@@ -151,30 +197,35 @@ impl Station {
         })
     }
 
-    /// Stops the device, whoever says so. What was asked before and would move it is refused from now on.
+    /// Stops the device and ends its lease, for every client. What was asked before and would move it is refused from now on.
     pub(crate) fn stop(&self) -> oneshot::Receiver<Answer> {
         self.stops.fetch_add(1, Ordering::Relaxed);
         let (answer, answered) = oneshot::channel();
-        let _ = self.stopping.send(answer);
+        if let Err(TrySendError::Full(answer)) = self.stopping.try_send(answer) {
+            let _ = answer.send(Err(format!("{MAX_STOPS} STOPs wait to be sent to the device")));
+        }
         answered
     }
 
     /// A client is there, or has gone. It counts at once, whatever the line waits for.
     pub(crate) fn hear(&self, client: u64, is_here: bool) {
-        let presence = self.presence(client);
+        let presence = self.client(client).presence;
         if !is_here {
             presence.leave();
-            self.presences.lock().unwrap_or_else(PoisonError::into_inner).remove(&client);
+            self.clients.lock().unwrap_or_else(PoisonError::into_inner).remove(&client);
             let _ = self.asking.send(Ask::IsGone { client });
         }
     }
 
-    /// Of a client that is there.
-    fn presence(&self, client: u64) -> Presence {
-        let mut presences = self.presences.lock().unwrap_or_else(PoisonError::into_inner);
-        let presence = presences.entry(client).or_default();
-        presence.beat();
-        presence.clone()
+    /// A client that is there.
+    fn client(&self, client: u64) -> Client {
+        let mut clients = self.clients.lock().unwrap_or_else(PoisonError::into_inner);
+        if clients.len() > MAX_WAITING_OF_ALL {
+            clients.retain(|_, client| client.waiting() > 0 || client.presence.is_there());
+        }
+        let client = clients.entry(client).or_default();
+        client.presence.beat();
+        client.clone()
     }
 }
 

@@ -3,6 +3,7 @@
 use dimsart_core::{
     AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, Shape, Summary, Unit, types,
 };
+use hil_sim::foreign_text::{visible, visible_word};
 use serde::{Deserialize, Serialize};
 
 /// What a controller needs to know of a device without limits: every simulated one is.
@@ -53,7 +54,13 @@ impl DeviceFacts {
             Vec::leak(facts.into_iter().map(TypeFacts::data_type).collect())
         };
         let Self { name, axes, sample_period_s, measures, takes } = self;
-        DeviceDescriptor::new(String::leak(name), &axes, sample_period_s, types(measures), types(takes))
+        DeviceDescriptor::new(
+            String::leak(visible(&name)),
+            &axes,
+            sample_period_s,
+            types(measures),
+            types(takes),
+        )
     }
 }
 
@@ -64,6 +71,13 @@ impl TypeFacts {
         }
         let Self { id, name, unit, format, shape } = self;
         let summary = Summary::new("Of the recorded device.");
-        Box::leak(Box::new(DataType { id, name: String::leak(name), unit, format, shape, summary }))
+        Box::leak(Box::new(DataType {
+            id,
+            name: String::leak(visible_word(&name)),
+            unit,
+            format,
+            shape,
+            summary,
+        }))
     }
 }

@@ -126,7 +126,7 @@ fn a_board_moves_its_device_while_the_lease_is_held_and_says_so_by_itself() {
     assert_eq!((status.holder, status.ticks_left), (device.client(), 200));
     // Not renewed: the emulator's time is its own.
     wait_for(&mut device, "nobody holds the lease that motion needs");
-    assert!(device.renew_lease().unwrap_err().to_string().contains("nobody holds the lease any more"));
+    assert!(device.renew_lease().unwrap_err().to_string().contains("the lease was released by"));
     let mut live = Live::new(&["POSITION".to_owned()], Duration::from_millis(20));
     assert_eq!(device.look(&mut live).unwrap()[0].values.len(), 3);
     assert!(live.is_pushed());

@@ -9,6 +9,8 @@ use std::thread::{self, JoinHandle};
 
 use defmt_decoder::{DecodeError, Table};
 
+use crate::foreign_text::visible_lines;
+
 /// Lines that are kept to be shown when the firmware ends.
 const KEPT_LINES: usize = 12;
 
@@ -27,6 +29,7 @@ struct Lines {
 
 impl Lines {
     fn add(&self, line: String) {
+        let line = visible_lines(&line);
         if let Some(mut file) = self.file.as_deref() {
             // A log that cannot be written is no reason to end a run.
             let _ = writeln!(file, "{line}");

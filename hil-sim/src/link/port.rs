@@ -8,10 +8,12 @@ use std::time::Duration;
 
 use serialport::SerialPort;
 
+use crate::foreign_text::visible;
+
 /// Longest time that a read waits for a byte.
 const READ_WAIT: Duration = Duration::from_millis(10);
-/// Longest time that a write or the opening of a socket waits.
-const WRITE_WAIT: Duration = Duration::from_secs(2);
+/// Longest time that the opening of a socket waits.
+const OPEN_WAIT: Duration = Duration::from_secs(2);
 
 /// Bytes both ways, without a buffer that needs flushing. A read that finds nothing ends after a few
 /// milliseconds with `TimedOut` or `WouldBlock`.
@@ -113,7 +115,7 @@ pub fn open_port(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
     open_waiting(port, baud, READ_WAIT)
 }
 
-/// The same, with reads that wait for a byte no longer than `wait`, more than 0.
+/// The same, with reads that wait for a byte, and writes for room, no longer than `wait`, more than 0.
 ///
 /// # Errors
 /// As [`open_port`].
@@ -144,11 +146,11 @@ fn open_tcp(port: &str, address: &str, wait: Duration) -> Result<Box<dyn Stream>
     }
     let mut last = io::Error::from(ErrorKind::NotFound);
     for address in address.to_socket_addrs().map_err(failed)? {
-        match TcpStream::connect_timeout(&address, WRITE_WAIT) {
+        match TcpStream::connect_timeout(&address, OPEN_WAIT) {
             Ok(stream) => {
                 stream.set_nodelay(true).map_err(failed)?;
                 stream.set_read_timeout(Some(wait)).map_err(failed)?;
-                stream.set_write_timeout(Some(WRITE_WAIT)).map_err(failed)?;
+                stream.set_write_timeout(Some(wait)).map_err(failed)?;
                 return Ok(Box::new(stream));
             }
             Err(error) => last = error,
@@ -162,7 +164,7 @@ fn open_unix(port: &str, path: &str, wait: Duration) -> Result<Box<dyn Stream>, 
     let failed = |source| PortError::Socket { port: port.to_owned(), source };
     let stream = std::os::unix::net::UnixStream::connect(path).map_err(failed)?;
     stream.set_read_timeout(Some(wait)).map_err(failed)?;
-    stream.set_write_timeout(Some(WRITE_WAIT)).map_err(failed)?;
+    stream.set_write_timeout(Some(wait)).map_err(failed)?;
     Ok(Box::new(stream))
 }
 
@@ -186,7 +188,7 @@ fn serial_error(port: &str, error: &serialport::Error) -> PortError {
 /// Serial ports of this computer; none when it does not tell.
 fn existing() -> Vec<String> {
     let ports = serialport::available_ports().unwrap_or_default();
-    ports.into_iter().map(|port| port.port_name).collect()
+    ports.into_iter().map(|port| visible(&port.port_name)).collect()
 }
 
 #[cfg(test)]

@@ -29,6 +29,7 @@ pub(crate) const POLICIES: &[Policy] = &[
     policy("without the lease nothing moves", lease::moves_with_it_alone),
     policy("a lease that is held disarms nobody", lease::disarms_without_it_alone),
     policy("a fault ends the lease", lease::ends_by_a_fault),
+    policy("a STOP ends the lease", lease::ends_by_a_stop),
     policy("who does not hold the lease changes nothing while another does", lease::keeps_strangers_out),
     policy("the drive goes along CiA 402's transitions", drive::transitions),
     policy("a fault stays until a reset, and stays the same", drive::latches),

@@ -12,7 +12,7 @@ use tokio::sync::oneshot;
 use super::super::action::Action;
 use super::super::news::Board;
 use super::recording::Recorder;
-use super::{Answer, Hand, OpenLine, PAUSE, PageDevice, greet};
+use super::{Answer, Hand, OpenLine, PAUSE, PageDevice, Waiting, greet};
 use crate::connect::{ConnectError, LiveReport, Presence};
 
 /// Longest wait for something to do before the device is looked at again.
@@ -31,7 +31,9 @@ pub(super) enum Ask {
     },
     /// Begins a recording with what the device is.
     Record {
+        presence: Presence,
         answer: oneshot::Sender<Answer>,
+        place: Waiting,
     },
 }
 
@@ -45,6 +47,7 @@ pub(super) struct Asked {
     /// How often the device had been stopped then.
     pub(super) stops: u64,
     pub(super) answer: oneshot::Sender<Answer>,
+    pub(super) place: Waiting,
 }
 
 /// How a device is doing.
@@ -68,6 +71,8 @@ pub(super) struct Asking {
     held: Vec<(u64, String, usize)>,
     /// How often the device was stopped.
     stops: Arc<AtomicU64>,
+    /// How often it had been when the lease was released for it last.
+    seen_stops: u64,
     recorder: Arc<Recorder>,
     /// Whether a line has ended within a change of several commands.
     has_left_open: bool,
@@ -83,7 +88,7 @@ impl Asking {
         recorder: Arc<Recorder>,
     ) -> Self {
         let (holder, held, has_left_open) = (None, Vec::new(), false);
-        Self { news, open, looked, holder, hand, held, stops, recorder, has_left_open }
+        Self { news, open, looked, holder, hand, held, stops, seen_stops: 0, recorder, has_left_open }
     }
 
     pub(super) fn run(mut self, asks: &Receiver<Ask>) {
@@ -125,7 +130,11 @@ impl Asking {
                     match ask {
                         Ask::Do(asked) => self.take(device, asked),
                         Ask::IsGone { client } => self.forget(device, client),
-                        Ask::Record { answer } => drop(answer.send(self.recorder.begin(device))),
+                        Ask::Record { presence, .. } if presence.has_left() => {}
+                        Ask::Record { answer, place, .. } => {
+                            drop(answer.send(self.recorder.begin(device)));
+                            drop(place);
+                        }
                     }
                     looked = None;
                     // It ends with the page alone.
@@ -135,13 +144,19 @@ impl Asking {
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
             device.listen(Duration::from_millis(1))?;
+            self.obey_stop(device);
             self.watch_holder(device)?;
         }
     }
 
     fn take(&mut self, device: &mut PageDevice, asked: Asked) {
-        let Asked { client, presence, action, asked, stops, answer } = asked;
+        let Asked { client, presence, action, asked, stops, answer, place } = asked;
+        if presence.has_left() {
+            return;
+        }
+        self.obey_stop(device);
         let is_other = self.holder.is_some_and(|holder| holder != client);
+        let arms = matches!(action, Action::Arm);
         let is_void =
             action.moves() && (asked.elapsed() > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
         let done = if is_other && action.changes() {
@@ -153,8 +168,24 @@ impl Asking {
         } else {
             self.carry_out(device, client, &presence, action)
         };
+        let done = match self.obey_stop(device) && arms {
+            true => Err("the device was stopped meanwhile: its lease is released".to_owned()),
+            false => done,
+        };
+        drop(place);
         // The client may be gone.
         let _ = answer.send(done);
+    }
+
+    /// Releases the lease after a STOP from here, also one that was taken while the STOP was on its way. Gives whether there
+    /// was one to release.
+    fn obey_stop(&mut self, device: &mut PageDevice) -> bool {
+        let stops = self.stops.load(Ordering::Relaxed);
+        let is_stopped = std::mem::replace(&mut self.seen_stops, stops) != stops && self.holder.is_some();
+        if is_stopped {
+            self.let_go(device);
+        }
+        is_stopped
     }
 
     fn carry_out(
@@ -237,7 +268,7 @@ impl Asking {
 /// Refuses what waits: when the line is there again, nobody may want it any more.
 fn refuse(asks: &Receiver<Ask>, error: &ConnectError) {
     for ask in asks.try_iter() {
-        if let Ask::Do(Asked { answer, .. }) | Ask::Record { answer } = ask {
+        if let Ask::Do(Asked { answer, .. }) | Ask::Record { answer, .. } = ask {
             let _ = answer.send(Err(error.to_string()));
         }
     }

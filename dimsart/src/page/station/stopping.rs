@@ -16,8 +16,13 @@ pub(super) fn stop(open: &OpenLine, stops: &Receiver<oneshot::Sender<Answer>>) {
     let (mut device, mut tried) = (greet(open).ok(), Instant::now());
     loop {
         match stops.recv_timeout(A_MOMENT) {
-            // The browser may be gone.
-            Ok(answer) => drop(answer.send(stop_now(open, &mut device))),
+            Ok(answer) => {
+                // One STOP is for all that wait.
+                let answers: Vec<_> = std::iter::once(answer).chain(stops.try_iter()).collect();
+                let done = stop_now(open, &mut device);
+                // The browser may be gone.
+                answers.into_iter().for_each(|answer| drop(answer.send(done.clone())));
+            }
             Err(RecvTimeoutError::Timeout) => {
                 if device.as_mut().is_some_and(|device| device.listen(Duration::from_millis(1)).is_err()) {
                     device = None;

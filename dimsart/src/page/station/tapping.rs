@@ -9,7 +9,7 @@ use serde_json::Value;
 use tokio::sync::oneshot;
 
 use super::super::news::{Board, Rows};
-use super::{Answer, OpenLine, PAUSE, PageDevice, greet};
+use super::{Answer, OpenLine, PAUSE, PageDevice, Waiting, greet};
 use crate::connect::{ConnectError, Tap, TapSignal};
 use crate::tap_file::OTHER_SIGNALS;
 use dimsart_core::protocol::{MAX_TELEMETRY_SIGNALS, MAX_TELEMETRY_WORDS};
@@ -30,6 +30,7 @@ pub(super) struct Choice {
     /// All, or the first ones, where there is none.
     pub(super) names: Vec<String>,
     pub(super) answer: oneshot::Sender<Answer>,
+    pub(super) _place: Waiting,
 }
 
 /// The thread.
@@ -77,7 +78,7 @@ impl Tapping {
         let mut tap = Tap::new(every_ticks).of(&self.names);
         let mut told: (Arc<[TapSignal]>, Vec<String>) = (Arc::from([]), Vec::new());
         while self.news.is_heard() {
-            if let Ok(Choice { names, answer }) = self.choices.try_recv() {
+            if let Ok(Choice { names, answer, .. }) = self.choices.try_recv() {
                 let done = self.choose(device, &mut tap, every_ticks, names)?;
                 // Who has asked may be gone.
                 let _ = answer.send(done.map(Value::String));

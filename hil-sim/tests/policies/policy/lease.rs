@@ -17,6 +17,12 @@ pub(super) fn ends_by_a_fault(moment: &Moment<'_>) -> Option<bool> {
     moment.now.state.is_fault().then_some(moment.now.holder == NOBODY)
 }
 
+pub(super) fn ends_by_a_stop(moment: &Moment<'_>) -> Option<bool> {
+    let stop = moment.asked.iter().rposition(|asked| asked.is_taken_command(Command::Stop))?;
+    let take = moment.asked.iter().rposition(crate::moment::Asked::is_taken_lease);
+    take.is_none_or(|take| take < stop).then_some(moment.now.holder == NOBODY)
+}
+
 pub(super) fn keeps_strangers_out(moment: &Moment<'_>) -> Option<bool> {
     // Nothing else was asked for: the holder has not let go meanwhile. Anybody may stop a device.
     let [asked] = moment.asked else { return None };
