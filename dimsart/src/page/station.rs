@@ -21,7 +21,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::Value;
 use tokio::sync::oneshot;
@@ -134,7 +134,7 @@ impl Station {
             Action::Stream { names } => drop(self.choosing.send(Choice { names, answer })),
             action => {
                 let (presence, stops) = (self.presence(client), self.stops.load(Ordering::Relaxed));
-                let ask = Asked { client, presence, action, asked: Instant::now(), stops, answer };
+                let ask = Asked { client, presence, action, asked: hil_sim::clock::now(), stops, answer };
                 let _ = self.asking.send(Ask::Do(ask));
             }
         }

@@ -142,8 +142,8 @@ impl Asking {
     fn take(&mut self, device: &mut PageDevice, asked: Asked) {
         let Asked { client, presence, action, asked, stops, answer } = asked;
         let is_other = self.holder.is_some_and(|holder| holder != client);
-        let is_void =
-            action.moves() && (asked.elapsed() > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
+        let is_void = action.moves()
+            && (hil_sim::clock::since(asked) > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
         let done = if is_other && action.changes() {
             Err("another client holds the lease: stop the device, or have it give it back".to_owned())
         } else if is_void {
