@@ -240,6 +240,12 @@ impl DeviceDescriptor {
         if wanted > MAX_LIMITED_WORDS { Err(DescriptorError::TooManyLimits { wanted }) } else { Ok(limited) }
     }
 
+    /// The [limits](Self::with_limits) of its inputs; empty without any.
+    #[must_use]
+    pub fn limits(&self) -> &'static [&'static [InputLimits]] {
+        self.limits
+    }
+
     /// Name for reports.
     #[must_use]
     pub fn name(&self) -> &'static str {

@@ -181,7 +181,12 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
-    std::thread::sleep(Duration::from_millis(1500));
+    let signals = folder.path().join("signals.csv");
+    let start = Instant::now();
+    while fs::read_to_string(&signals).unwrap_or_default().lines().count() < 5 {
+        assert!(start.elapsed() < Duration::from_secs(60), "nothing is recorded");
+        std::thread::sleep(Duration::from_millis(10));
+    }
     let kill = Command::new("kill").args(["-INT", &run.id().to_string()]).status().unwrap();
     assert!(kill.success());
     let output = run.wait_with_output().unwrap();
@@ -191,7 +196,7 @@ fn ctrl_c_ends_a_run_and_what_was_recorded_is_reported() {
     assert!(fault.starts_with("stopped by the user at "), "{fault}");
     let ticks = figures["ticks"].as_u64().unwrap();
     assert!(ticks > 1000, "nothing was run");
-    let rows = fs::read_to_string(folder.path().join("signals.csv")).unwrap().lines().count();
+    let rows = fs::read_to_string(signals).unwrap().lines().count();
     assert_eq!(rows as u64, 1 + ticks.div_ceil(1000), "a header, and a row in a thousand ticks");
     assert!(folder.path().join("report.html").exists());
 }

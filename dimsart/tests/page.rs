@@ -24,6 +24,7 @@ use std::time::{Duration, Instant};
 use dimsart::broker::{self, SharedPort};
 use dimsart::connect::{Device, Patience};
 use dimsart::page::{Access, OpenLine, Page, Station};
+use hil_sim::clock;
 use hil_sim::link::Stream;
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
@@ -34,7 +35,10 @@ use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
-const LONG: Duration = Duration::from_secs(20);
+/// For what must happen at some time.
+const LONG: Duration = Duration::from_secs(60);
+/// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.
+const SPEED: f64 = 0.2;
 
 /// A simulated rig of one controller, and its page.
 struct Served {
@@ -71,7 +75,7 @@ impl Read for Troubled {
             return Err(std::io::ErrorKind::WouldBlock.into());
         }
         if matches!(read, Ok(1..)) {
-            thread::sleep(Duration::from_millis(self.1.delay_ms.load(Ordering::Relaxed)));
+            clock::sleep(Duration::from_millis(self.1.delay_ms.load(Ordering::Relaxed)));
         }
         read
     }
@@ -89,6 +93,7 @@ impl Write for Troubled {
 
 impl Served {
     fn start(name: &str, text: &str) -> Self {
+        clock::set_speed(SPEED);
         let file = RigFile::read(text, name, PathBuf::new(), &[]).unwrap();
         let (live, mut lines) = LiveRig::new(&file).unwrap();
         let port = format!("sim:page-{name}-{}", std::process::id());
@@ -186,6 +191,24 @@ impl Browser {
         })
     }
 
+    /// Says that it is there, until there is such news.
+    fn stay_until(&mut self, kind: &str, is_it: impl Fn(&Value) -> bool) {
+        let (deadline, mut said) = (Instant::now() + LONG, None::<Instant>);
+        while Instant::now() < deadline {
+            if said.is_none_or(|said| clock::since(said) > Duration::from_millis(50)) {
+                self.say(&json!({ "say": "here" }));
+                said = Some(clock::now());
+            }
+            let Ok(message) = self.socket.read() else { continue };
+            let value: Option<Value> =
+                message.to_text().ok().and_then(|text| serde_json::from_str(text).ok());
+            if value.is_some_and(|value| value["kind"] == kind && is_it(&value["content"])) {
+                return;
+            }
+        }
+        panic!("it never came");
+    }
+
     /// What an action comes to.
     fn ask(&mut self, mut what: Value) -> Result<Value, String> {
         self.next += 1;
@@ -208,12 +231,12 @@ impl Browser {
 
 /// How long it takes until nobody holds the lease.
 fn time_to_rest(device: &mut Device<Box<dyn Stream>>) -> Duration {
-    let start = Instant::now();
+    let start = clock::now();
     while device.live().unwrap().holder.is_some() {
-        assert!(start.elapsed() < LONG, "it never came to rest");
+        assert!(clock::since(start) < LONG, "it never came to rest");
         device.listen(Duration::from_millis(2)).unwrap();
     }
-    start.elapsed()
+    clock::since(start)
 }
 
 #[test]
@@ -235,11 +258,9 @@ fn nobody_gets_in_without_the_token_from_another_page_or_by_another_name() {
 /// Moves the device from a page, for a while.
 fn hold(browser: &mut Browser) {
     browser.ask(json!({ "do": "arm" })).unwrap();
-    for _ in 0..5 {
-        browser.say(&json!({ "say": "here" }));
-        thread::sleep(Duration::from_millis(100));
-    }
-    browser.news("status", |status| status["live"]["is_commanded"] == true && status["holder"].is_number());
+    browser.stay_until("status", |status| {
+        status["live"]["is_commanded"] == true && status["holder"].is_number()
+    });
 }
 
 #[test]
@@ -279,15 +300,12 @@ fn a_lease_that_was_told_to_be_lost_is_lost() {
     served.trouble.is_deaf.store(true, Ordering::Relaxed);
     for _ in 0..8 {
         browser.say(&json!({ "say": "here" }));
-        thread::sleep(Duration::from_millis(50));
+        clock::sleep(Duration::from_millis(50));
     }
     served.trouble.is_deaf.store(false, Ordering::Relaxed);
     browser.news("lost", |_| true);
     // It still says that it is there.
-    for _ in 0..10 {
-        browser.say(&json!({ "say": "here" }));
-        thread::sleep(Duration::from_millis(50));
-    }
+    browser.stay_until("status", |status| status["holder"].is_null());
     time_to_rest(&mut device);
     // And it can begin anew.
     hold(&mut browser);
@@ -303,7 +321,7 @@ fn what_waits_when_the_line_comes_back_moves_nothing() {
     for id in [900, 901] {
         browser.say(&json!({ "say": "do", "id": id, "station": 0, "do": "arm" }));
         browser.say(&json!({ "say": "stop", "id": id + 10, "station": 0 }));
-        thread::sleep(Duration::from_millis(1700));
+        clock::sleep(Duration::from_millis(1700));
     }
     served.trouble.is_mute.store(false, Ordering::Relaxed);
     let mut refused = Vec::new();
@@ -314,8 +332,8 @@ fn what_waits_when_the_line_comes_back_moves_nothing() {
         }
         (refused.len() == 2).then_some(())
     });
-    let deadline = Instant::now() + Duration::from_secs(2);
-    while Instant::now() < deadline {
+    let start = clock::now();
+    while clock::since(start) < Duration::from_secs(1) {
         browser.say(&json!({ "say": "here" }));
         assert_eq!(device.live().unwrap().holder, None);
         device.listen(Duration::from_millis(20)).unwrap();
@@ -334,7 +352,7 @@ fn a_page_that_closes_in_the_middle_of_a_long_change_moves_nothing_any_more() {
     browser.say(
         &json!({ "say": "do", "id": 7, "station": 0, "do": "transaction", "edits": edits, "commit": false }),
     );
-    thread::sleep(Duration::from_millis(100));
+    clock::sleep(Duration::from_millis(20));
     assert!(device.live().unwrap().is_commanded);
     drop(browser);
     let time = time_to_rest(&mut device);
@@ -360,18 +378,18 @@ fn stopping_waits_for_nobody_on_the_page() {
     let mut browser = served.browser();
     browser.news("overview", |_| true);
     // Long enough for a line that nobody reads to be full.
-    thread::sleep(Duration::from_secs(3));
+    clock::sleep(Duration::from_secs(3));
     let mut times: Vec<Duration> = (0..20)
         .map(|_| {
-            let start = Instant::now();
+            let start = clock::now();
             browser.ask(json!({ "say": "stop" })).unwrap();
-            start.elapsed()
+            clock::since(start)
         })
         .collect();
     assert!(times[0] < Duration::from_millis(250), "the first one: {times:?}");
     times.sort();
     // The device itself stops within its next tick; on a busy machine threads are late now and then.
-    assert!(times[10] < Duration::from_millis(20), "{times:?}");
+    assert!(times[10] < Duration::from_millis(40), "{times:?}");
 }
 
 #[test]
@@ -466,7 +484,7 @@ fn every_tick_of_64_types_reaches_eight_pages() {
             } else if let Ok(text) = message.to_text() {
                 missed += usize::from(text.contains("\"missed\""));
             }
-            (ticks.len() >= 2000).then_some(())
+            (ticks.len() >= 1000).then_some(())
         });
         assert_eq!(missed, 0);
         assert!(ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "a tick is missing");

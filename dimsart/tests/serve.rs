@@ -10,12 +10,17 @@ use std::time::{Duration, Instant};
 
 use dimsart::broker::{self, SharedPort};
 use dimsart::connect::{Capture, ConnectError, Device, Live, Patience, Tap, ValueText};
+use hil_sim::clock;
 use hil_sim::link::{PortError, Stream};
 use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::SchemeText;
 
 const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
+/// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.
+const SPEED: f64 = 0.2;
+/// For what must happen at some time.
+const LONG: Duration = Duration::from_secs(60);
 
 /// The shipped joint in real time, behind a port of this name.
 struct Served {
@@ -27,6 +32,7 @@ struct Served {
 
 impl Served {
     fn start(name: &str, sets: &[&str]) -> Self {
+        clock::set_speed(SPEED);
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         let text = RigFile::shipped("joint").unwrap();
         let file = RigFile::read(text, "joint", PathBuf::new(), &sets).unwrap();
@@ -58,7 +64,7 @@ impl Served {
 
 /// Waits until a device says something of itself.
 fn wait_for(device: &mut Device<Box<dyn Stream>>, text: &str) {
-    let deadline = Instant::now() + Duration::from_secs(20);
+    let deadline = Instant::now() + LONG;
     while !device.state().unwrap().contains(text) {
         assert!(Instant::now() < deadline, "{}", device.state().unwrap());
     }
@@ -112,9 +118,10 @@ fn a_client_that_is_gone_moves_nothing_any_more() {
 fn what_an_experiment_moves_is_moved_again_and_again() {
     let served = Served::start("again", &["duration_s=0.2", "experiment.move.0.step.at_s=0.1"]);
     let mut device = served.connect();
+    device.hold_lease().unwrap();
     let (mut live, mut changes, mut last) =
         (Live::new(&["DES_POSITION".to_owned()], Duration::from_millis(10)), 0, String::new());
-    let deadline = Instant::now() + Duration::from_secs(20);
+    let deadline = Instant::now() + LONG;
     while changes < 6 && Instant::now() < deadline {
         let seen = device.look(&mut live).unwrap().remove(0).values.remove(0).to_string();
         changes += usize::from(seen != last);
@@ -128,10 +135,10 @@ fn what_an_experiment_moves_is_moved_again_and_again() {
 fn a_rig_that_has_left_its_range_is_put_back_and_motion_ends() {
     let served = Served::start("range", &["device.joint.position_limit=0.2"]);
     let mut device = served.connect();
-    // Renewed by hand: then it is seen when it is taken away.
-    let deadline = Instant::now() + Duration::from_secs(20);
-    device.take_lease().unwrap();
-    while device.renew_lease().is_ok() {
+    let deadline = Instant::now() + LONG;
+    device.hold_lease().unwrap();
+    // It is seen when it is taken away.
+    while device.state().is_ok() && device.renew_in_time().is_ok() {
         assert!(Instant::now() < deadline, "it never left its range");
     }
     wait_for(&mut device, "nobody holds the lease");
@@ -192,8 +199,8 @@ fn every_tick_reaches_all_who_listen() {
     let served = Served::start("tap", &[]);
     let listen = |mut device: Device<Box<dyn Stream>>| {
         let (mut tap, mut rows) = (Tap::new(1), Vec::new());
-        let deadline = Instant::now() + Duration::from_secs(20);
-        while rows.len() < 2000 && Instant::now() < deadline {
+        let deadline = Instant::now() + LONG;
+        while rows.len() < 1000 && Instant::now() < deadline {
             rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
         }
         assert!(tap.signals().iter().any(|signal| signal.name == "POSITION" && signal.unit == "rad"));
@@ -202,7 +209,7 @@ fn every_tick_reaches_all_who_listen() {
     };
     let clients = [served.connect(), served.connect()].map(|device| thread::spawn(move || listen(device)));
     for rows in clients.map(|client| client.join().unwrap()) {
-        assert!(rows.len() >= 2000);
+        assert!(rows.len() >= 1000);
         assert!(rows.windows(2).all(|pair| pair[1].tick == pair[0].tick + 1), "a tick is missing");
         assert!(rows.iter().flat_map(|row| &row.values).all(|value| value.is_finite()));
     }
@@ -222,7 +229,7 @@ fn rows_of_every_tenth_tick_are_whole() {
     let scheme = SchemeText { name: "more".to_owned(), text: rows + "all MOD_ENG MATCHING_CHECK" };
     device.send_scheme(&scheme, "joint").unwrap();
     let (mut tap, mut rows) = (Tap::new(10), Vec::new());
-    let deadline = Instant::now() + Duration::from_secs(20);
+    let deadline = Instant::now() + LONG;
     while rows.len() < 50 {
         assert!(Instant::now() < deadline, "{} rows", rows.len());
         rows.extend(device.tap(&mut tap, Duration::from_millis(20)).unwrap());
@@ -235,14 +242,17 @@ fn rows_of_every_tenth_tick_are_whole() {
     device.end_tap(&mut tap).unwrap();
 }
 
-/// The reference steps in one tick, at a moment that the client does not know.
+/// A signal steps in one tick, at a moment that the client does not know.
 #[test]
 fn an_edge_is_caught_on_the_device() {
-    let served = Served::start("edge", &["duration_s=0.4"]);
+    let served = Served::start("edge", &[]);
     let (mut device, mut other) = (served.connect(), served.connect());
+    let rows = "all SIGGEN_MOD FORM SQUARE\nall SIGGEN_MOD AMPLITUDE 0.5\nall SIGGEN_MOD FREQUENCY 5\n\
+        all MOD_ENG MOD_ON SIGGEN_MOD\nall MOD_ENG MATCHING_CHECK";
+    device.send_scheme(&SchemeText { name: "edges".to_owned(), text: rows.to_owned() }, "joint").unwrap();
     let before = device.scheme_rows(None).unwrap();
     let rising = Capture {
-        signal: "DES_POSITION".to_owned(),
+        signal: "SIGNAL_OUT".to_owned(),
         word: 0,
         level: 0.25,
         is_falling: false,
@@ -252,7 +262,7 @@ fn an_edge_is_caught_on_the_device() {
     };
     // Two at a time, each with a recorder of its own.
     let falling = Capture { is_falling: true, rows_before: 3, ..rising.clone() };
-    let deadline = Instant::now() + Duration::from_secs(20);
+    let deadline = Instant::now() + LONG;
     let is_over = || Instant::now() > deadline;
     let (risen, fallen) = thread::scope(|scope| {
         let fallen = scope.spawn(|| {
@@ -272,12 +282,14 @@ fn an_edge_is_caught_on_the_device() {
         };
         (risen, fallen.join().unwrap())
     });
-    for (captured, rows, is_beyond) in
-        [(risen, 26, (|value| value > 0.25) as fn(f32) -> bool), (fallen, 9, |value| value < 0.25)]
+    for (captured, rows_before, is_beyond) in
+        [(risen, 20, (|value| value > 0.25) as fn(f32) -> bool), (fallen, 3, |value| value < 0.25)]
     {
         let recorded = captured.recorded.unwrap();
-        assert_eq!((recorded.rows.len(), recorded.overwritten), (rows, 0), "{recorded:?}");
         let caught = recorded.caught.unwrap();
+        // Fewer where the edge came at once.
+        let before = rows_before.min(caught);
+        assert_eq!((recorded.rows.len(), recorded.overwritten), (before as usize + 6, 0), "{recorded:?}");
         for row in &recorded.rows {
             let ValueText::Real(value) = row.values[0] else { panic!("{row:?}") };
             assert_eq!(is_beyond(value), row.number >= caught, "{caught}: {recorded:?}");
@@ -306,7 +318,7 @@ fn a_record_has_every_tick_and_the_scheme() {
         command
             .args(["record", &served.port])
             .args(signals)
-            .args(["--duration-s", "1", "--signals", kind, "--out"])
+            .args(["--duration-s", "5", "--signals", kind, "--out"])
             .arg(folder.path());
         let output = command.output().unwrap();
         let errors = String::from_utf8(output.stderr).unwrap();

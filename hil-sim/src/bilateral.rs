@@ -43,7 +43,7 @@ use crate::first_packet::first_packet;
 use crate::limit_cycle::Swings;
 use crate::link::{Carrier, Ends, TransitTicks};
 use crate::outcome::{AxisOutcome, Outcome, RealTime};
-use crate::pace::{Pace, SystemClock};
+use crate::pace::Pace;
 use crate::port_energy::PortEnergy;
 use crate::reception;
 use crate::recorder::Recorder;
@@ -224,8 +224,7 @@ impl Experiment {
         let loops = self.begin_loops();
         let (mut faults, mut is_stable, mut broken) = (Vec::new(), true, None);
         let settled = self.phases.settled();
-        let mut pace =
-            self.alone.map(|alone| Pace::new(SystemClock, alone.start, self.scenario.sample_period_s));
+        let mut pace = self.alone.map(|alone| Pace::new(alone.start, self.scenario.sample_period_s));
         let side = self.alone.map(|alone| alone.side);
         let half_tick_s = 0.5 * self.scenario.sample_period_s;
         while self.rig.time_s() < end_s - half_tick_s {

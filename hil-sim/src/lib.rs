@@ -73,6 +73,7 @@
 pub mod bilateral;
 pub mod bus;
 pub mod bus_plan;
+pub mod clock;
 pub mod emulated;
 pub mod fault_table;
 pub mod faulty_pair;

@@ -1,122 +1,165 @@
 //! Real time: waits for the moment of each tick and counts the ticks that come late.
 //!
-//! Tick `k` is due at `start + k T`, whatever became of the ticks before it: a late tick does not move
-//! the ones after it, so nothing drifts.
+//! Tick `k` is due at `start + k T`. After a stall, ticks either [catch up](Pace::wait_for), as in a process that must stay
+//! in step with another one; or the [time is skipped](Pace::wait_or_skip), as in a simulation with clients, whose leases and
+//! timeouts must not end in a burst of ticks.
 
 use std::time::{Duration, Instant};
 
-/// What tells and passes the time.
-pub trait Clock {
-    /// The present moment.
-    fn now(&self) -> Instant;
-    /// Lets time pass until `moment`; returns at once when that is past.
-    fn sleep_until(&mut self, moment: Instant);
-}
+use crate::clock;
 
-/// The computer's own clock.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct SystemClock;
-
-impl Clock for SystemClock {
-    fn now(&self) -> Instant {
-        Instant::now()
-    }
-
-    fn sleep_until(&mut self, moment: Instant) {
-        std::thread::sleep(moment.saturating_duration_since(Instant::now()));
-    }
-}
+/// Delay up to which ticks still catch up: shorter than any lease or timeout.
+const MAX_DELAY: Duration = Duration::from_millis(20);
+/// Time without a skip after which the next one is reported again, `s`.
+const EPISODE_S: f64 = 1.0;
 
 /// Keeps ticks in step with a clock.
 #[derive(Debug)]
-pub struct Pace<C = SystemClock> {
-    clock: C,
+pub struct Pace {
     start: Instant,
-    period: Duration,
+    period_s: f64,
     late_ticks: u64,
-    worst_lateness: Duration,
+    max_delay: Duration,
+    skipped_s: f64,
+    last_skip_s: f64,
 }
 
-impl<C: Clock> Pace<C> {
-    /// Starts at `start`, which may still be to come; a tick is late when it comes more than `period_s` after its
-    /// moment.
+/// Time that a simulation has skipped.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Skipped {
+    /// After which time of the simulation, `s`.
+    pub at_s: f64,
+    /// At once, `s`.
+    pub now_s: f64,
+    /// Since the start, `s`.
+    pub total_s: f64,
+}
+
+impl std::fmt::Display for Skipped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { at_s, now_s, total_s } = self;
+        write!(
+            f,
+            "the computer fell behind real time at {at_s:.3} s: {:.0} ms skipped, {total_s:.2} s since the start",
+            now_s * 1e3
+        )
+    }
+}
+
+impl Pace {
+    /// Starts at `start`, which may be in the future; a tick is late if it comes more than a period after its moment.
     #[must_use]
-    pub fn new(clock: C, start: Instant, period_s: f64) -> Self {
-        let period = Duration::from_secs_f64(period_s);
-        Self { clock, start, period, late_ticks: 0, worst_lateness: Duration::ZERO }
+    pub fn new(start: Instant, period_s: f64) -> Self {
+        let (max_delay, last_skip_s) = (Duration::ZERO, f64::NEG_INFINITY);
+        Self { start, period_s, late_ticks: 0, max_delay, skipped_s: 0.0, last_skip_s }
     }
 
-    /// Sleeps until `time_s` after the start; does not when that is past.
+    /// Sleeps until `time_s` after the start; returns at once after it.
     pub fn wait_for(&mut self, time_s: f64) {
-        let due = self.start + Duration::from_secs_f64(time_s);
-        self.clock.sleep_until(due);
-        let lateness = self.clock.now().saturating_duration_since(due);
-        self.late_ticks += u64::from(lateness > self.period);
-        self.worst_lateness = self.worst_lateness.max(lateness);
+        self.wait(time_s);
     }
 
-    /// Ticks that came more than a period late.
+    /// The same, but a delay above 20 ms does not make the next ticks come early: that time is skipped. Returns the first
+    /// skip after a second without one.
+    pub fn wait_or_skip(&mut self, time_s: f64) -> Option<Skipped> {
+        let delay = self.wait(time_s);
+        if delay <= MAX_DELAY {
+            return None;
+        }
+        self.start += delay;
+        let now_s = delay.as_secs_f64();
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "ticks of a stall")]
+        let ticks = (now_s / self.period_s).round() as u64;
+        self.late_ticks += ticks;
+        self.skipped_s += now_s;
+        let is_new = time_s - self.last_skip_s > EPISODE_S;
+        self.last_skip_s = time_s;
+        is_new.then_some(Skipped { at_s: time_s, now_s, total_s: self.skipped_s })
+    }
+
+    fn wait(&mut self, time_s: f64) -> Duration {
+        let due = self.start + Duration::from_secs_f64(time_s);
+        clock::sleep_until(due);
+        let delay = clock::since(due);
+        self.late_ticks += u64::from(delay.as_secs_f64() > self.period_s);
+        self.max_delay = self.max_delay.max(delay);
+        delay
+    }
+
+    /// Ticks that came more than a period late, and those that were skipped.
     #[must_use]
     pub fn late_ticks(&self) -> u64 {
         self.late_ticks
     }
 
-    /// How late the latest tick came, `s`.
+    /// Delay of the latest tick, `s`.
     #[must_use]
     pub fn worst_lateness_s(&self) -> f64 {
-        self.worst_lateness.as_secs_f64()
+        self.max_delay.as_secs_f64()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::cell::Cell;
-
-    /// A clock whose time passes only when it is told to.
-    struct Told<'a>(&'a Cell<Instant>);
-
-    impl Clock for Told<'_> {
-        fn now(&self) -> Instant {
-            self.0.get()
-        }
-
-        fn sleep_until(&mut self, moment: Instant) {
-            self.0.set(self.0.get().max(moment));
-        }
-    }
 
     #[test]
     fn a_stall_is_made_up_for_and_counted() {
-        let start = Instant::now();
-        let now = Cell::new(start);
-        let mut pace = Pace::new(Told(&now), start, 0.25);
+        let _time = clock::simulate();
+        let start = clock::now();
+        let mut pace = Pace::new(start, 0.25);
         for tick in 0..100_u32 {
             pace.wait_for(0.25 * f64::from(tick));
             if tick == 10 {
-                now.set(now.get() + Duration::from_secs(10));
+                clock::sleep(Duration::from_secs(10));
             }
         }
         // Tick 11 is due a period after tick 10 and comes 10 s after it; those up to tick 48 more than a period late.
         assert!((pace.worst_lateness_s() - 9.75).abs() < 1e-9, "{} s", pace.worst_lateness_s());
         assert_eq!(pace.late_ticks(), 38);
         // Tick 50 is due 10 s after tick 10: from there on every tick comes on time again.
-        assert_eq!(now.get() - start, Duration::from_millis(99 * 250));
+        assert_eq!(clock::since(start), Duration::from_millis(99 * 250));
+    }
+
+    /// Two stalls of 150 ms, 200 ms apart, and one 5 s later.
+    #[test]
+    fn a_stall_is_skipped_without_a_burst_and_reported_once() {
+        let _time = clock::simulate();
+        let mut pace = Pace::new(clock::now(), 1e-3);
+        let (mut last, mut reports) = (clock::now(), Vec::new());
+        for tick in 0..8000_u32 {
+            reports.extend(pace.wait_or_skip(1e-3 * f64::from(tick)));
+            let is_early = clock::since(last) < Duration::from_micros(999);
+            assert!(
+                tick == 0 || !is_early,
+                "tick {tick} comes {:?} after the one before",
+                clock::since(last)
+            );
+            last = clock::now();
+            if [1000, 1200, 6200].contains(&tick) {
+                clock::sleep(Duration::from_millis(150));
+            }
+        }
+        let found: Vec<_> = reports.iter().map(|report| (report.at_s, report.total_s)).collect();
+        assert!((reports[0].now_s - 0.149).abs() < 1e-9, "{reports:?}");
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!((found[1].1 - 3.0 * 0.149).abs() < 1e-9, "{found:?}");
+        assert_eq!(pace.late_ticks(), 3 * 150);
     }
 
     #[test]
     fn a_start_that_is_to_come_is_waited_for() {
-        let now = Cell::new(Instant::now());
-        let start = now.get() + Duration::from_secs(1);
-        let mut pace = Pace::new(Told(&now), start, 1e-3);
+        let _time = clock::simulate();
+        let start = clock::now() + Duration::from_secs(1);
+        let mut pace = Pace::new(start, 1e-3);
         pace.wait_for(0.0);
-        assert_eq!((now.get(), pace.late_ticks()), (start, 0));
+        assert_eq!((clock::now(), pace.late_ticks()), (start, 0));
     }
 
     #[test]
     fn the_computers_clock_never_runs_ahead() {
         let start = Instant::now();
-        let mut pace = Pace::new(SystemClock, start, 1e-3);
+        let mut pace = Pace::new(start, 1e-3);
         pace.wait_for(0.02);
         assert!(start.elapsed() >= Duration::from_millis(20));
     }

@@ -30,6 +30,7 @@ mod phantom;
 #[cfg(test)]
 mod physics;
 mod registry;
+mod repetition;
 mod scene;
 mod sensor;
 mod spring;
@@ -57,6 +58,7 @@ pub use motor::{MotorParameters, MotorTruth};
 pub use obstacle::Obstacle;
 pub use parameter::ParameterError;
 pub use phantom::{Linkage, LinkageParameters, Phantom, PhantomParameters, PhantomPort};
+pub use repetition::{PEAK_SPEED, Repetition, minimum_jerk};
 pub use sensor::{Sensor, SensorParameters};
 pub use spring::{Spring, SpringParameters};
 pub use wall::{RIGID_STIFFNESS_N_PER_M, Wall, WallParameters, WallSide};
@@ -86,6 +88,10 @@ pub trait Plant: core::fmt::Debug + Send {
     /// Tells it before [`advance`](Self::advance) whether its actuators are commanded, or off. A plant whose actuators cannot
     /// be off does nothing.
     fn switch(&mut self, _is_on: bool) {}
+
+    /// Sets the time of the experiment that moves its references, loads and hands. A plant without an experiment does
+    /// nothing.
+    fn repeat(&mut self, _repetition: Repetition) {}
 
     /// The simulator's own truth about a linear `axis` that hands and walls push; none for any other.
     fn truth(&self, axis: usize) -> Option<AxisTruth>;

@@ -21,6 +21,7 @@ mod outcome;
 mod part;
 mod perceived;
 mod probe;
+mod references;
 mod step_response;
 
 use std::fs::File;

@@ -57,11 +57,20 @@ pub struct Station {
     inputs: Option<Inputs>,
     arrivals: Arrivals,
     sensed: Vec<f32>,
-    /// Places of the frame that show what somebody holds, in place of what is measured there.
-    held: Vec<(usize, f32)>,
+    /// Places of the frame that show another value than the one measured there.
+    shown: Vec<(usize, Shown)>,
     measured: Vec<Word>,
     commanded: Vec<Word>,
     command: Vec<f32>,
+}
+
+/// What a place of a station's frame shows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Shown {
+    /// A value.
+    Value(f32),
+    /// The value of another place in the same tick.
+    Place(usize),
 }
 
 impl Station {
@@ -83,7 +92,7 @@ impl Station {
             inputs: None,
             arrivals: Arrivals::default(),
             sensed: vec![0.0; words_in],
-            held: Vec::new(),
+            shown: Vec::new(),
             measured: vec![Word(0); words_in],
             commanded: vec![Word(0); words_out],
             command: vec![0.0; words_out],
@@ -94,6 +103,12 @@ impl Station {
     #[must_use]
     pub fn position(&self) -> &[f32] {
         self.sensed.get(..self.plant.dof()).unwrap_or_default()
+    }
+
+    /// The command that its device got in the last tick, `N` or `N m`, one per axis.
+    #[must_use]
+    pub fn command(&self) -> &[f32] {
+        &self.command
     }
 
     /// Has its controller stepped in every so many ticks of the rig; in between, its commands are held. 0 counts as 1.
@@ -107,10 +122,16 @@ impl Station {
         tick.is_multiple_of(self.every_ticks)
     }
 
-    /// Has a place of the frame show a value from now on, or again what is measured there.
-    pub fn hold(&mut self, place: usize, value: Option<f32>) {
-        self.held.retain(|(held, _)| *held != place);
-        self.held.extend(value.map(|value| (place, value)));
+    /// Sets what a place of the frame shows from the next tick on.
+    pub fn show(&mut self, place: usize, shown: Shown) {
+        self.shown.retain(|(changed, _)| *changed != place);
+        self.shown.push((place, shown));
+    }
+
+    /// The value that a place of the frame showed in the last tick.
+    #[must_use]
+    pub fn shown(&self, place: usize) -> Option<f32> {
+        self.sensed.get(place).copied()
     }
 
     /// Lets a board that was [started](Board::start) with this station's controller be the controller, and the guard
@@ -263,8 +284,12 @@ impl Station {
 
     fn tick(&mut self) {
         self.plant.sense(&mut self.sensed);
-        for (place, value) in &self.held {
-            self.sensed.iter_mut().skip(*place).take(1).for_each(|word| *word = *value);
+        for (place, shown) in &self.shown {
+            let value = match shown {
+                Shown::Value(value) => *value,
+                Shown::Place(other) => self.sensed.get(*other).copied().unwrap_or_default(),
+            };
+            self.sensed.iter_mut().skip(*place).take(1).for_each(|word| *word = value);
         }
         for (word, sensed) in self.measured.iter_mut().zip(&self.sensed) {
             *word = Word::from(*sensed);
@@ -330,22 +355,13 @@ pub struct Rig {
     connections: Vec<Connection>,
     period_s: f64,
     tick: u64,
-    /// After which the world's time begins anew.
-    repeat_ticks: Option<u64>,
 }
 
 impl Rig {
     /// An empty rig whose controllers are stepped every `period_s`.
     #[must_use]
     pub fn new(period_s: f64) -> Self {
-        Self { stations: Vec::new(), connections: Vec::new(), period_s, tick: 0, repeat_ticks: None }
-    }
-
-    /// Has what comes of the time alone, as what an experiment moves, begin anew every so many seconds.
-    pub fn repeat_after(&mut self, duration_s: f64) {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a duration in ticks")]
-        let ticks = (duration_s / self.period_s).round().max(1.0) as u64;
-        self.repeat_ticks = Some(ticks);
+        Self { stations: Vec::new(), connections: Vec::new(), period_s, tick: 0 }
     }
 
     /// Adds a station; stations are stepped in the order they were added.
@@ -456,7 +472,7 @@ impl Rig {
 
     /// Moves the world on to the next tick, with the forces held that were commanded.
     pub fn advance(&mut self) {
-        let start_s = self.seconds(self.repeat_ticks.map_or(self.tick, |ticks| self.tick % ticks));
+        let start_s = self.time_s();
         for station in &mut self.stations {
             station.plant.switch(station.is_driven());
             station.plant.advance(start_s, self.period_s, &station.command);

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use chips::{BOARDS, Bench, Board};
 use clap::Args;
+use hil_sim::clock;
+use hil_sim::pace::Pace;
 use hil_sim::pipe::{self, Pipe};
 
 use super::run::stop_on_interrupt;
@@ -44,8 +46,6 @@ It has no motor: encoders stand still. Nothing of it was compared with a chip ye
 
 /// Of the board's time, between two looks at its line.
 const PIECE_S: f64 = 1e-3;
-/// A computer that falls behind by more goes on from there.
-const MOST_BEHIND: Duration = Duration::from_millis(200);
 
 impl Emulate {
     pub(super) fn execute(self, out: &mut impl Write) -> Ending {
@@ -78,16 +78,13 @@ fn serve(
     let _shared = SharedPort::new(&port, Box::new(theirs))?;
     writeln!(out, "{port} runs until Ctrl-C: dimsart connect {port}")?;
     out.flush()?;
-    let mut began = Instant::now();
+    let mut pace = Pace::new(clock::now(), PIECE_S);
     while !stop.load(Ordering::Relaxed) {
+        if let Some(skipped) = pace.wait_or_skip(bench.time_s()) {
+            eprintln!("dimsart: {skipped}");
+        }
         exchange(bench, &mut ours);
         bench.run_for(PIECE_S)?;
-        let (is, should) = (began.elapsed(), Duration::from_secs_f64(bench.time_s()));
-        if let Some(ahead) = should.checked_sub(is) {
-            std::thread::sleep(ahead);
-        } else if is.saturating_sub(should) > MOST_BEHIND {
-            began = Instant::now().checked_sub(should).unwrap_or(began);
-        }
     }
     Ok(())
 }

@@ -8,10 +8,13 @@ use comfy_table::{ContentArrangement, Table, presets};
 /// Columns where there is no terminal to ask.
 const WIDTH: u16 = 120;
 
-/// A table without rows that fits the terminal, or what the variable `COLUMNS` says.
+/// A table without rows that fits the terminal that it is printed to, or what the variable `COLUMNS` says.
 pub(super) fn text_table() -> Table {
     let said = env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok()).filter(|width| *width > 0);
-    let asked = || terminal_size::terminal_size().map(|(width, _)| width.0);
+    // Not of standard input: a program or test that reads the table may have been started from a terminal.
+    let of_output = || terminal_size::terminal_size_of(io::stdout());
+    let asked =
+        || of_output().or_else(|| terminal_size::terminal_size_of(io::stderr())).map(|(width, _)| width.0);
     let mut table = Table::new();
     table.load_style(presets::UTF8_FULL_CONDENSED);
     table.set_content_arrangement(ContentArrangement::Dynamic);

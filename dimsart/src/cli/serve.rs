@@ -17,6 +17,7 @@ use crate::broker::{self, SIMULATED, SharedPort};
 use crate::connect::ConnectError;
 use crate::page::{Access, Hand, OpenLine, Page, Station};
 use crate::report::{RunFacts, SignalsFile, SignalsFormat};
+use hil_sim::clock;
 use hil_sim::response::{Hold, LiveRig};
 use hil_sim::rig_file::RigFile;
 
@@ -26,7 +27,8 @@ const DEFAULT_RIG: &str = "joint";
 /// Simulate a rig in real time, or have a board's port, for a page in the browser and any number of `dimsart connect`.
 ///
 /// The page shows schemes, modules and signals, tunes them, and lets devices move. A simulated controller is what a board is:
-/// `dimsart connect sim:NAME` does the same from a terminal. What the rig's experiment moves is moved again and again.
+/// `dimsart connect sim:NAME` does the same from a terminal. The rig's experiment starts when all controllers are armed,
+/// and repeats.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub(super) struct Serve {
@@ -46,9 +48,18 @@ pub(super) struct Serve {
     /// Where what is recorded from the page goes, each into a folder of its own.
     #[arg(long, value_name = "FOLDER", default_value = "runs/page")]
     recordings: PathBuf,
+    /// Speed of a rig's time, such as 0.1 for slow motion.
+    #[arg(long, default_value_t = 1.0, value_parser = speed)]
+    speed: f64,
     /// Serves no page.
     #[arg(long, conflicts_with = "page_port")]
     no_page: bool,
+}
+
+/// Clients renew their leases by the computer's time: a faster rig would end them.
+fn speed(text: &str) -> Result<f64, String> {
+    let speed = text.parse().ok().filter(|speed| (0.01..=1.0).contains(speed));
+    speed.ok_or_else(|| "not a number from 0.01 to 1".to_owned())
 }
 
 /// Where the page is when nothing is said.
@@ -98,6 +109,9 @@ impl Serve {
     }
 
     fn simulate(&self, file: &RigFile, out: &mut impl Write) -> Result<(), Box<dyn Error>> {
+        if self.speed < 1.0 {
+            clock::set_speed(self.speed);
+        }
         let stop = stop_on_interrupt()?;
         let (mut live, lines) = LiveRig::new(file)?;
         let recording = self.record.as_deref().map(|folder| record(&mut live, file, folder)).transpose()?;

@@ -18,6 +18,7 @@ use super::unsolicited::Unsolicited;
 use super::{ConnectError, Presence};
 pub use error::{LineError, Patience};
 use error::{failed, is_nothing_yet, too_long};
+use hil_sim::clock;
 use request::{answers, any_id, is_renewal, may_repeat};
 use texts::make_visible;
 
@@ -156,11 +157,11 @@ impl<S: Read + Write> RequestLine<S> {
             }
             hellos += 1;
             self.shake_hands()?;
-            let deadline = Instant::now() + timeout;
+            let deadline = clock::now() + timeout;
             self.read_until(deadline, Awaited::Challenge)?;
             if self.sealer.as_ref().is_some_and(RequestSealer::is_contradicted) {
                 // Whoever said so, the device may still say otherwise.
-                let moment = Instant::now() + timeout / 10;
+                let moment = clock::now() + timeout / 10;
                 self.read_until(moment.min(deadline), Awaited::TrueChallenge)?;
             }
         }
@@ -193,7 +194,7 @@ impl<S: Read + Write> RequestLine<S> {
 
     /// Takes in what comes unsolicited, for some time.
     pub(super) fn listen(&mut self, time: Duration) -> Result<(), LineError> {
-        self.read_until(Instant::now() + time, Awaited::Nothing).map(drop)
+        self.read_until(clock::now() + time, Awaited::Nothing).map(drop)
     }
 
     /// Sends a request and gives the answer with its id; other frames and noise are passed over.
@@ -220,7 +221,7 @@ impl<S: Read + Write> RequestLine<S> {
                 return Ok(Response::Refused(Refusal::Key(KeyRefusal::NotAccepted)));
             }
             self.send(request, self.id)?;
-            if !self.read_until(Instant::now() + self.patience.timeout, Awaited::Answer(self.id))? {
+            if !self.read_until(clock::now() + self.patience.timeout, Awaited::Answer(self.id))? {
                 continue;
             }
             if is_sealed && !is_known_anew && is_not_accepted(&self.content) {
@@ -253,7 +254,7 @@ impl<S: Read + Write> RequestLine<S> {
     /// Reads until something comes; false when it does not come in time. An answer is in `content` then.
     fn read_until(&mut self, deadline: Instant, awaited: Awaited) -> Result<bool, LineError> {
         let mut buffer = [0; 1024];
-        while Instant::now() < deadline {
+        while clock::now() < deadline {
             self.send_renewal()?;
             let Self {
                 stream,

@@ -9,6 +9,7 @@ use dimsart_core::{Format, TypeRef};
 use super::description::ValueText;
 use super::streams::Streams;
 use super::{ConnectError, Device, SignalReport};
+use hil_sim::clock;
 
 /// Well before the device takes the client for gone.
 const KEEP_ALIVE: Duration = Duration::from_secs(1);
@@ -42,7 +43,7 @@ impl Live {
     /// Signals by name, all of the Data Base when none is named.
     #[must_use]
     pub fn new(names: &[String], period: Duration) -> Self {
-        let now = Instant::now();
+        let now = clock::now();
         let (names, signals) = (names.to_vec(), Vec::new());
         Self { names, period, signals, streams: None, lost: 0, asked: now, changed: now }
     }
@@ -55,7 +56,7 @@ impl Live {
 
     /// The device has stopped sending: the scheme has other signals, or it was restarted.
     fn is_stale(&self) -> bool {
-        self.changed.elapsed() > KEEP_ALIVE.max(3 * self.period)
+        clock::since(self.changed) > KEEP_ALIVE.max(3 * self.period)
     }
 
     fn put(&mut self, sample: &Sample) {
@@ -70,7 +71,7 @@ impl Live {
         for ((format, value), word) in values.skip(first).zip(&sample.words) {
             *value = ValueText::of_word(*word, format);
         }
-        self.changed = Instant::now();
+        self.changed = clock::now();
     }
 }
 
@@ -84,9 +85,9 @@ impl<S: Read + Write> Device<S> {
         if !live.is_pushed() || live.is_stale() {
             live.signals = self.followed(&live.names)?;
             live.streams = self.follow(live)?;
-            (live.asked, live.changed) = (Instant::now(), Instant::now());
-        } else if live.asked.elapsed() > KEEP_ALIVE {
-            live.asked = Instant::now();
+            (live.asked, live.changed) = (clock::now(), clock::now());
+        } else if clock::since(live.asked) > KEEP_ALIVE {
+            live.asked = clock::now();
             self.lease_status()?;
         }
         Ok(live.signals.iter().map(|followed| followed.report.clone()).collect())

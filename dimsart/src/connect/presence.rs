@@ -1,5 +1,6 @@
 //! Whether the one is there for whom a lease is held.
 
+use hil_sim::clock;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -14,14 +15,14 @@ pub struct Presence(Arc<Mutex<Option<Instant>>>);
 impl Default for Presence {
     /// Of somebody who is there now.
     fn default() -> Self {
-        Self(Arc::new(Mutex::new(Some(Instant::now()))))
+        Self(Arc::new(Mutex::new(Some(clock::now()))))
     }
 }
 
 impl Presence {
     /// He is there.
     pub fn beat(&self) {
-        self.set(Some(Instant::now()));
+        self.set(Some(clock::now()));
     }
 
     /// He has gone.
@@ -32,7 +33,7 @@ impl Presence {
     /// Whether he was there within the last half second.
     #[must_use]
     pub fn is_there(&self) -> bool {
-        self.heard().is_some_and(|heard| heard.elapsed() <= SILENCE)
+        self.heard().is_some_and(|heard| clock::since(heard) <= SILENCE)
     }
 
     /// Whether he has gone.

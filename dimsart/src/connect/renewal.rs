@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use dimsart_core::protocol::{Refusal, Response, decode_response, request_id};
 
 use super::{ConnectError, Presence};
+use hil_sim::clock;
 
 /// A quarter of what the lease lasts.
 const PERIOD: Duration = Duration::from_millis(50);
@@ -27,12 +28,12 @@ pub(super) struct Renewal {
 impl Renewal {
     /// Of a lease that this client has just taken, for somebody or for itself.
     pub(super) fn new(client: u8, presence: Option<Presence>) -> Self {
-        Self { client, number: 1, due: Instant::now() + PERIOD, unanswered: 0, refusal: None, presence }
+        Self { client, number: 1, due: clock::now() + PERIOD, unanswered: 0, refusal: None, presence }
     }
 
     /// The id of a renewal that is to be sent now, if so: none any more for a lease that is over.
     pub(super) fn due(&mut self) -> Option<u16> {
-        let now = Instant::now();
+        let now = clock::now();
         if now < self.due || self.check().is_err() {
             return None;
         }
@@ -44,7 +45,7 @@ impl Renewal {
 
     /// Has the last one be sent again at once: the device did not know who asked, or does from now on.
     pub(super) fn hurry(&mut self) {
-        self.due = Instant::now();
+        self.due = clock::now();
         self.unanswered = self.unanswered.saturating_sub(1);
     }
 

@@ -10,6 +10,7 @@ use serde::Serialize;
 use super::live::Followed;
 use super::streams::{Streams, without_last_stream};
 use super::{ConnectError, Device};
+use hil_sim::clock;
 
 /// Without anything for so long the scheme has other signals, or the device was restarted.
 const SILENCE: Duration = Duration::from_millis(500);
@@ -81,7 +82,7 @@ impl Tap {
     /// Of every so many ticks.
     #[must_use]
     pub fn new(every_ticks: u32) -> Self {
-        let now = Instant::now();
+        let now = clock::now();
         Self {
             entries: Vec::new(),
             events: 0,
@@ -132,7 +133,7 @@ impl Tap {
         let Some(streams) = &mut self.streams else { return };
         let Some(first) = streams.place(sample, &mut self.lost) else { return };
         let count = streams.len();
-        self.heard = Instant::now();
+        self.heard = clock::now();
         if self.row.as_ref().is_some_and(|(row, _)| row.tick != sample.tick) {
             rows.extend(self.row.take().map(|(row, _)| row).filter(|_| self.has_begun));
         }
@@ -175,11 +176,11 @@ impl<S: Read + Write> Device<S> {
             self.entries()? != tap.entries
         };
         let patience = if tap.streams.is_some() { SILENCE } else { ANOTHER_TRY };
-        let is_silent = tap.heard.elapsed() > patience;
+        let is_silent = clock::since(tap.heard) > patience;
         if is_other || is_silent || !tap.is_open {
             self.open_tap(tap)?;
-        } else if tap.asked.elapsed() > KEEP_ALIVE {
-            tap.asked = Instant::now();
+        } else if clock::since(tap.asked) > KEEP_ALIVE {
+            tap.asked = clock::now();
             self.lease_status()?;
         }
         self.listen(time)?;
@@ -226,7 +227,7 @@ impl<S: Read + Write> Device<S> {
         let is_unsent = |signal: &&TypeRef| !wanted.iter().any(|(sent, _)| sent == *signal);
         let unsent = tap.entries.iter().filter(is_unsent).map(|signal| self.signal_name(*signal));
         tap.unsent = unsent.collect::<Result<_, _>>()?;
-        (tap.asked, tap.heard) = (Instant::now(), Instant::now());
+        (tap.asked, tap.heard) = (clock::now(), clock::now());
         Ok(())
     }
 }

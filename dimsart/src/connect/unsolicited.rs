@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use dimsart_core::protocol::{Heartbeat, Sample, client_of, decode_heartbeat, decode_sample};
+use hil_sim::clock;
 
 /// Samples that wait to be taken; the oldest make room for newer ones.
 const ROOM: usize = 16_384;
@@ -18,13 +19,13 @@ pub(super) struct Unsolicited {
 
 impl Unsolicited {
     pub(super) fn new() -> Self {
-        Self { heard: Instant::now(), heartbeat: None, samples: VecDeque::new() }
+        Self { heard: clock::now(), heartbeat: None, samples: VecDeque::new() }
     }
 
     /// Takes what a device says to everybody, and the samples that are for `client`.
     pub(super) fn take(&mut self, content: &[u8], client: u8) {
         if let Ok((_, heartbeat)) = decode_heartbeat(content) {
-            (self.heard, self.heartbeat) = (Instant::now(), Some(heartbeat));
+            (self.heard, self.heartbeat) = (clock::now(), Some(heartbeat));
         } else if let Ok(sample) = decode_sample(content)
             && client_of(sample.id) == client
         {
@@ -46,7 +47,7 @@ impl Unsolicited {
 
     /// How long the last heartbeat is ago, or the beginning.
     pub(super) fn silence(&self) -> Duration {
-        self.heard.elapsed()
+        clock::since(self.heard)
     }
 
     /// The samples that came since the last look, oldest first.

@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, SyncSender, TrySendError, channel, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use serde_json::Value;
 use tokio::sync::oneshot;
@@ -172,7 +172,7 @@ impl Station {
             }
             Action::Stream { names } => drop(self.choosing.send(Choice { names, answer, _place: place })),
             action => {
-                let (asked, stops) = (Instant::now(), self.stops.load(Ordering::Relaxed));
+                let (asked, stops) = (hil_sim::clock::now(), self.stops.load(Ordering::Relaxed));
                 let _ = self.asking.send(Ask::Do(Asked {
                     client,
                     presence,

@@ -1,12 +1,12 @@
 //! A device as a recording keeps it.
 
 use dimsart_core::{
-    AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, Shape, Summary, Unit, types,
+    AxisKind, DataType, DescriptorError, DeviceDescriptor, Format, InputLimits, Shape, Summary, Unit, types,
 };
 use hil_sim::foreign_text::{visible, visible_word};
 use serde::{Deserialize, Serialize};
 
-/// What a controller needs to know of a device without limits: every simulated one is.
+/// What a controller needs to know of a simulated device: its forces have symmetric limits, and zero as their safe value.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DeviceFacts {
     name: String,
@@ -14,6 +14,9 @@ pub struct DeviceFacts {
     sample_period_s: f32,
     measures: Vec<TypeFacts>,
     takes: Vec<TypeFacts>,
+    /// Maximum of each word, by the types that it takes.
+    #[serde(default)]
+    limits: Vec<Vec<f32>>,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -34,6 +37,11 @@ impl From<&DeviceDescriptor> for DeviceFacts {
             sample_period_s: device.sample_period_s(),
             measures: facts(device.outputs),
             takes: facts(device.inputs),
+            limits: device
+                .limits()
+                .iter()
+                .map(|of_type| of_type.iter().map(|word| word.max).collect())
+                .collect(),
         }
     }
 }
@@ -53,14 +61,21 @@ impl DeviceFacts {
         let types = |facts: Vec<TypeFacts>| -> &'static [&'static DataType] {
             Vec::leak(facts.into_iter().map(TypeFacts::data_type).collect())
         };
-        let Self { name, axes, sample_period_s, measures, takes } = self;
-        DeviceDescriptor::new(
+        let Self { name, axes, sample_period_s, measures, takes, limits } = self;
+        let limit = |max: f32| InputLimits { min: -max, max, ..InputLimits::NONE };
+        let of_type = |of_type: Vec<f32>| &*Vec::leak(of_type.into_iter().map(limit).collect());
+        let device = DeviceDescriptor::new(
             String::leak(visible(&name)),
             &axes,
             sample_period_s,
             types(measures),
             types(takes),
-        )
+        )?;
+        // A recording of an older version has none.
+        if limits.is_empty() {
+            return Ok(device);
+        }
+        device.with_limits(Vec::leak(limits.into_iter().map(of_type).collect()))
     }
 }
 

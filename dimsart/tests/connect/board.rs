@@ -1,130 +1,232 @@
 //! A controller that ticks by itself, as a board does, on a line that all its clients share.
+//!
+//! Its time is the test's: it ticks once, a millisecond later, whenever a client waits. For programs that are started
+//! beside the test it is [served](Board::serve) in real time, with leases of a minute.
 
-use std::io::{Read, Write};
+use std::collections::VecDeque;
+use std::io::{ErrorKind, Read, Result, Write};
 use std::net::{TcpListener, TcpStream};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::Duration;
 
-use dimsart::connect::Device;
+use dimsart::connect::{Device, Patience};
 use dimsart_core::protocol::{
     HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat, encode_sample,
 };
 use dimsart_core::{Tick, Word};
-use hil_sim::link::{Stream, open_port};
+use hil_sim::clock::{self, Simulated};
+use hil_sim::link::open_port;
 
 use crate::emulated::{MEASURED_WORDS, QUICK, Robot};
 
-pub(crate) const TICK_HZ: u32 = 1000;
+const TICK_HZ: u32 = 1000;
+const PERIOD: Duration = Duration::from_millis(1);
+/// A lease is a fifth of a second of this many ticks.
+const MINUTE_LEASE_HZ: u32 = 300_000;
 
-/// What all of its threads know.
-#[derive(Default)]
-struct Shared {
-    clients: Mutex<Vec<TcpStream>>,
-    last: Mutex<Option<(Tick, [Word; 3])>>,
-    is_stopped: AtomicBool,
-    /// Answers about its state that get lost from now on.
-    lost_answers: AtomicU32,
-}
-
-/// A board at a socket. Whatever it says, every client hears.
+/// A board, and the time of the test's thread where it is not served.
 pub(crate) struct Board {
-    pub(crate) port: String,
-    pub(crate) robot: Arc<Mutex<Robot>>,
-    shared: Arc<Shared>,
+    pub(crate) core: Arc<Mutex<Core>>,
+    /// Where programs reach it.
+    pub(crate) port: Option<String>,
+    _time: Option<Simulated>,
 }
+
+/// What all of its clients share.
+pub(crate) struct Core {
+    pub(crate) robot: Robot,
+    clients: Vec<Box<dyn Write + Send>>,
+    requests: Vec<Vec<u8>>,
+    ticks: u32,
+    last: Option<(Tick, [Word; 3])>,
+    is_stopped: bool,
+    /// Answers about its state that get lost from now on.
+    lost_answers: u32,
+}
+
+/// A client's end of the line.
+pub(crate) struct Client {
+    core: Arc<Mutex<Core>>,
+    receiver: Receiver,
+    came: Queue,
+}
+
+/// What a client has not read yet.
+#[derive(Clone, Default)]
+struct Queue(Arc<Mutex<VecDeque<u8>>>);
 
 impl Board {
+    /// In the test's own time.
     pub(crate) fn start() -> Self {
-        let mut robot = Robot::new();
-        robot.info = robot.info.for_clients(TICK_HZ);
-        let (robot, shared) = (Arc::new(Mutex::new(robot)), Arc::new(Shared::default()));
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let port = format!("tcp:{}", listener.local_addr().unwrap());
-        let board = Self { port, robot, shared };
-        let (robot, shared) = (Arc::clone(&board.robot), Arc::clone(&board.shared));
-        thread::spawn(move || tick(&robot, &shared));
-        let (robot, shared) = (Arc::clone(&board.robot), Arc::clone(&board.shared));
-        thread::spawn(move || {
-            for stream in listener.incoming().map(Result::unwrap) {
-                shared.clients.lock().unwrap().push(stream.try_clone().unwrap());
-                let (robot, shared) = (Arc::clone(&robot), Arc::clone(&shared));
-                thread::spawn(move || answer(stream, &robot, &shared));
-            }
-        });
-        board
+        Self { core: Core::new(TICK_HZ), port: None, _time: Some(clock::simulate()) }
     }
 
-    pub(crate) fn connect(&self) -> Device<Box<dyn Stream>> {
-        Device::greet(open_port(&self.port, 0).unwrap(), QUICK).unwrap()
+    /// In real time, at a socket.
+    pub(crate) fn serve() -> Self {
+        let core = Core::new(MINUTE_LEASE_HZ);
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let port = Some(format!("tcp:{}", listener.local_addr().unwrap()));
+        let of_ticks = Arc::clone(&core);
+        thread::spawn(move || {
+            loop {
+                thread::sleep(PERIOD);
+                of_ticks.lock().unwrap().tick();
+            }
+        });
+        let of_clients = Arc::clone(&core);
+        thread::spawn(move || {
+            for stream in listener.incoming().map(|stream| stream.unwrap()) {
+                of_clients.lock().unwrap().clients.push(Box::new(stream.try_clone().unwrap()));
+                let core = Arc::clone(&of_clients);
+                thread::spawn(move || take(stream, &core));
+            }
+        });
+        Self { core, port, _time: None }
+    }
+
+    /// A client of a board in the test's time.
+    pub(crate) fn connect(&self) -> Device<Client> {
+        self.connect_with(QUICK)
+    }
+
+    pub(crate) fn connect_with(&self, patience: Patience) -> Device<Client> {
+        Device::greet(self.line(), patience).unwrap()
+    }
+
+    pub(crate) fn line(&self) -> Client {
+        let came = Queue::default();
+        self.core.lock().unwrap().clients.push(Box::new(came.clone()));
+        Client { core: Arc::clone(&self.core), receiver: Receiver::new(), came }
+    }
+
+    /// A client of a board that is served.
+    pub(crate) fn dial(&self) -> Device<Box<dyn hil_sim::link::Stream>> {
+        Device::greet(open_port(self.port.as_ref().unwrap(), 0).unwrap(), QUICK).unwrap()
     }
 
     /// Lets it tick no more.
     pub(crate) fn stop(&self) {
-        self.shared.is_stopped.store(true, Ordering::Relaxed);
+        self.core.lock().unwrap().is_stopped = true;
     }
 
     /// Loses the next answers about its state.
     pub(crate) fn lose_answers(&self, count: u32) {
-        self.shared.lost_answers.store(count, Ordering::Relaxed);
+        self.core.lock().unwrap().lost_answers = count;
     }
 
     /// Waits for a tick that ends like this, and gives what it commanded.
     pub(crate) fn wait_for(&self, wanted: Tick) -> [Word; 3] {
-        for _ in 0..20_000 {
-            match *self.shared.last.lock().unwrap() {
+        for _ in 0..60_000 {
+            match self.core.lock().unwrap().last {
                 Some((tick, commanded)) if tick == wanted => return commanded,
-                _ => thread::sleep(Duration::from_millis(1)),
+                _ => {}
+            }
+            match &self.port {
+                Some(_) => thread::sleep(PERIOD),
+                None => self.core.lock().unwrap().pass(),
             }
         }
         unreachable!("no tick ended as {wanted:?}")
     }
 }
 
-impl Shared {
-    fn say(&self, bytes: &[u8]) {
-        self.clients.lock().unwrap().retain_mut(|stream| stream.write_all(bytes).is_ok());
+impl Core {
+    fn new(tick_hz: u32) -> Arc<Mutex<Self>> {
+        let mut robot = Robot::new();
+        robot.info = robot.info.for_clients(tick_hz);
+        Arc::new(Mutex::new(Self {
+            robot,
+            clients: Vec::new(),
+            requests: Vec::new(),
+            ticks: 0,
+            last: None,
+            is_stopped: false,
+            lost_answers: 0,
+        }))
     }
-}
 
-fn tick(robot: &Mutex<Robot>, shared: &Shared) {
-    for number in (0..TICK_HZ / HEARTBEATS_PER_S).cycle() {
-        thread::sleep(Duration::from_millis(1));
-        if shared.is_stopped.load(Ordering::Relaxed) {
+    /// A millisecond.
+    fn pass(&mut self) {
+        clock::sleep(PERIOD);
+        self.tick();
+    }
+
+    /// Whatever it says, every client hears.
+    fn say(&mut self, bytes: &[u8]) {
+        self.clients.retain_mut(|client| client.write_all(bytes).is_ok());
+    }
+
+    fn tick(&mut self) {
+        for content in std::mem::take(&mut self.requests) {
+            let answer = self.robot.answer(&content);
+            let is_about_state = matches!(decode_request(&content), Ok((_, Request::Status)));
+            match self.lost_answers.checked_sub(1).filter(|_| is_about_state) {
+                Some(left) => self.lost_answers = left,
+                None => self.say(&answer),
+            }
+        }
+        if self.is_stopped {
             return;
         }
-        let mut robot = robot.lock().unwrap();
         let (mut measured, mut commanded) = ([Word(0); MEASURED_WORDS], [Word(0); 3]);
         measured[0] = Word::from(0.25);
-        let Robot { dimsart, info, .. } = &mut *robot;
+        let Robot { dimsart, info, .. } = &mut self.robot;
         dimsart.allow_motion(info.begin_tick());
         let tick = dimsart.tick(&measured, &mut commanded);
         info.end_tick(tick, dimsart);
         let samples: Vec<_> = info.samples(dimsart.engine().data_base()).collect();
-        let heartbeat = (number == 0).then(|| info.heartbeat(7));
-        drop(robot);
-        *shared.last.lock().unwrap() = Some((tick, commanded));
+        self.last = Some((tick, commanded));
         let mut frame = [0; MAX_FRAME_BYTES];
         for sample in samples {
-            shared.say(encode_sample(&sample, &mut frame).unwrap());
+            self.say(encode_sample(&sample, &mut frame).unwrap());
         }
-        if let Some(heartbeat) = heartbeat {
-            shared.say(encode_heartbeat(&heartbeat, 1, &mut frame).unwrap());
+        if self.ticks.is_multiple_of(TICK_HZ / HEARTBEATS_PER_S) {
+            let heartbeat = self.robot.info.heartbeat(7);
+            self.say(encode_heartbeat(&heartbeat, 1, &mut frame).unwrap());
+        }
+        self.ticks += 1;
+    }
+}
+
+/// Takes what a client of a board that is served asks.
+fn take(mut stream: TcpStream, core: &Mutex<Core>) {
+    let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
+    while let Ok(count @ 1..) = stream.read(&mut buffer) {
+        receiver.take_all(&buffer[..count], |content| core.lock().unwrap().requests.push(content.to_vec()));
+    }
+}
+
+impl Read for Client {
+    fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
+        if self.came.0.lock().unwrap().is_empty() {
+            self.core.lock().unwrap().pass();
+        }
+        match self.came.0.lock().unwrap().read(buffer)? {
+            0 => Err(ErrorKind::WouldBlock.into()),
+            count => Ok(count),
         }
     }
 }
 
-fn answer(mut stream: TcpStream, robot: &Mutex<Robot>, shared: &Shared) {
-    let (mut receiver, mut buffer) = (Receiver::new(), [0; 256]);
-    while let Ok(count @ 1..) = stream.read(&mut buffer) {
-        receiver.take_all(&buffer[..count], |content| {
-            let answer = robot.lock().unwrap().answer(content);
-            let is_about_state = matches!(decode_request(content), Ok((_, Request::Status)));
-            let lose = |left: u32| left.checked_sub(1).filter(|_| is_about_state);
-            if shared.lost_answers.fetch_update(Ordering::Relaxed, Ordering::Relaxed, lose).is_err() {
-                shared.say(&answer);
-            }
-        });
+impl Write for Client {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        let core = &self.core;
+        self.receiver.take_all(bytes, |content| core.lock().unwrap().requests.push(content.to_vec()));
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        Ok(())
+    }
+}
+
+impl Write for Queue {
+    fn write(&mut self, bytes: &[u8]) -> Result<usize> {
+        self.0.lock().unwrap().write(bytes)
+    }
+
+    fn flush(&mut self) -> Result<()> {
+        Ok(())
     }
 }

@@ -20,7 +20,10 @@ use hil_sim::link::{Stream, open_port};
 use hil_sim::schemes::SchemeText;
 use rand_core::{Rng, SeedableRng};
 
-pub(crate) const QUICK: Patience = Patience { timeout: Duration::from_millis(200), tries: 3 };
+/// Of a line that loses nothing, on a machine that has much else to do.
+pub(crate) const QUICK: Patience = Patience { timeout: Duration::from_secs(10), tries: 3 };
+/// Of a line on which no answer comes.
+pub(crate) const SHORT: Patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
 
 /// Longer than a line with late answers is waited for.
 const LATE: Duration = Duration::from_millis(120);

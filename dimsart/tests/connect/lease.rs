@@ -1,15 +1,16 @@
 //! What a board says by itself, and the right to move it.
 
-use std::io::{BufRead, BufReader, Read, Write};
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use dimsart::connect::{ConnectError, Device, Live, Patience, ValueText};
+use dimsart::connect::{ConnectError, Live, Patience, ValueText};
 use dimsart_core::limits::TELEMETRY_STREAMS;
 use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Refusal, Request, encode_request, request_id};
 use dimsart_core::{Tick, Word};
-use hil_sim::link::open_port;
+use hil_sim::clock;
 use hil_sim::schemes::SchemeText;
 
 use crate::board::Board;
@@ -18,29 +19,60 @@ use crate::emulated::{dimsart, message};
 const DISARMED: &str =
     "the device is NOT commanded: the scheme runs and nobody holds the lease that motion needs";
 
-/// With the shipped scheme running, and nobody who lets the device be moved.
+/// With the shipped scheme running, and no client that holds the lease.
 fn running() -> Board {
     let board = Board::start();
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
     let sent = board.connect().send_scheme(&scheme, "slave").unwrap();
     assert!(sent.state.starts_with(DISARMED), "{}", sent.state);
-    // It has measured by then, however busy the machine is.
     board.wait_for(Tick::Disarmed);
     board
 }
 
-fn spawn(board: &Board, arguments: &[&str]) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
-    command.args(["connect", &board.port]).args(arguments).stdout(Stdio::piped()).spawn().unwrap()
+/// The same, for programs.
+fn served() -> Board {
+    let board = Board::serve();
+    board.dial().send_scheme(&SchemeText::read("builtin:bilateral").unwrap(), "slave").unwrap();
+    board.wait_for(Tick::Disarmed);
+    board
 }
 
-/// Ends it by Ctrl-C; what it printed.
-fn interrupt(mut child: Child) -> String {
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let mut out = String::new();
-    child.stdout.take().unwrap().read_to_string(&mut out).unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(0), "{out}");
-    out
+/// `dimsart connect` in a process of its own.
+struct Program {
+    child: Child,
+    lines: Receiver<String>,
+    out: String,
+}
+
+impl Program {
+    fn start(board: &Board, arguments: &[&str]) -> Self {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_dimsart"));
+        command.args(["connect", board.port.as_ref().unwrap()]).args(arguments);
+        let mut child = command.stdout(Stdio::piped()).spawn().unwrap();
+        let out = BufReader::new(child.stdout.take().unwrap());
+        let (found, lines) = channel();
+        thread::spawn(move || out.lines().map_while(Result::ok).try_for_each(|line| found.send(line)));
+        Self { child, lines, out: String::new() }
+    }
+
+    /// Waits until it has printed this.
+    fn wait_for(&mut self, text: &str) {
+        while !self.out.contains(text) {
+            let line = self.lines.recv_timeout(Duration::from_secs(60));
+            self.out += &line.unwrap_or_else(|error| panic!("{error}: no {text:?} in {}", self.out));
+            self.out += "\n";
+        }
+    }
+
+    /// Ends it by Ctrl-C; everything that it printed.
+    fn interrupt(mut self) -> String {
+        assert!(
+            Command::new("kill").args(["-INT", &self.child.id().to_string()]).status().unwrap().success()
+        );
+        assert_eq!(self.child.wait().unwrap().code(), Some(0), "{}", self.out);
+        self.lines.iter().for_each(|line| self.out += &(line + "\n"));
+        self.out
+    }
 }
 
 #[test]
@@ -58,21 +90,20 @@ fn a_device_moves_while_somebody_holds_the_lease_and_not_for_a_tick_longer() {
 #[cfg(unix)]
 #[test]
 fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
-    let board = running();
-    let child = spawn(&board, &["arm"]);
+    let board = served();
+    let mut arm = Program::start(&board, &["arm"]);
     board.wait_for(Tick::Ran);
-    thread::sleep(Duration::from_millis(300));
-    let mut other = board.connect();
+    arm.wait_for(": the scheme runs and commands the device; client ");
+    let mut other = board.dial();
     let refused = other.take_lease().unwrap_err().to_string();
     assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
     let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
     assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
     let show = other.overview().unwrap().to_string();
     assert!(show.contains(" holds the lease, for "), "{show}");
-    let out = interrupt(child);
+    let out = arm.interrupt();
     let lines: Vec<_> = out.lines().collect();
     assert!(lines[0].ends_with(" holds the lease until Ctrl-C"), "{out}");
-    assert!(out.contains(": the scheme runs and commands the device; client "), "{out}");
     assert_eq!(lines.last(), Some(&"gave the lease back: the device gets its safe input"));
     board.wait_for(Tick::Disarmed);
     other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap();
@@ -81,20 +112,14 @@ fn arm_holds_the_lease_until_ctrl_c_and_gives_it_back() {
 #[cfg(unix)]
 #[test]
 fn arm_tells_a_program_every_change() {
-    let board = running();
-    let mut child = spawn(&board, &["arm", "--json"]);
-    let mut out = BufReader::new(child.stdout.take().unwrap());
-    let is_commanded =
-        |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()["is_commanded"] == true;
-    let mut line = String::new();
-    while line.is_empty() || !is_commanded(&line) {
-        line.clear();
-        assert_ne!(out.read_line(&mut line).unwrap(), 0, "it has lost the lease before");
-    }
+    let board = served();
+    board.dial().check().unwrap();
+    let mut arm = Program::start(&board, &["arm", "--json"]);
+    arm.wait_for("\"is_commanded\":true");
     // Every client may stop it. That ends the lease, and with it the command.
-    board.connect().stop().unwrap();
-    assert_eq!(child.wait().unwrap().code(), Some(1));
-    board.connect().check().unwrap();
+    board.dial().stop().unwrap();
+    assert_eq!(arm.child.wait().unwrap().code(), Some(1));
+    board.dial().check().unwrap();
     board.wait_for(Tick::Disarmed);
 }
 
@@ -115,8 +140,8 @@ fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
     let board = running();
     let mut device = board.connect();
     device.hold_lease().unwrap();
-    let start = Instant::now();
-    while start.elapsed() < Duration::from_millis(400) {
+    let start = clock::now();
+    while clock::since(start) < Duration::from_millis(400) {
         device.state().unwrap();
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
@@ -129,13 +154,13 @@ fn a_lease_that_is_held_outlasts_a_long_row_of_questions() {
 fn an_answer_that_gets_lost_does_not_cost_the_lease() {
     let board = running();
     let patience = Patience { timeout: Duration::from_millis(500), tries: 3 };
-    let mut device = Device::greet(open_port(&board.port, 0).unwrap(), patience).unwrap();
+    let mut device = board.connect_with(patience);
     device.hold_lease().unwrap();
     for lost in 1..=2 {
         board.lose_answers(lost);
-        let start = Instant::now();
+        let start = clock::now();
         device.state().unwrap();
-        assert!(start.elapsed() >= lost * patience.timeout, "nothing was lost");
+        assert!(clock::since(start) >= lost * patience.timeout, "nothing was lost");
         device.renew_in_time().unwrap();
     }
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
@@ -144,7 +169,7 @@ fn an_answer_that_gets_lost_does_not_cost_the_lease() {
 /// The board holds a key from now on.
 fn lock(board: &Board) -> [u8; 16] {
     let key = [7; 16];
-    board.robot.lock().unwrap().lock(&key);
+    board.core.lock().unwrap().robot.lock(&key);
     key
 }
 
@@ -157,8 +182,8 @@ fn a_lease_of_a_locked_board_is_renewed_with_its_key() {
     assert!(refused.contains("the board is locked"), "{refused}");
     device.use_key(&key).unwrap();
     device.hold_lease().unwrap();
-    let start = Instant::now();
-    while start.elapsed() < Duration::from_millis(400) {
+    let start = clock::now();
+    while clock::since(start) < Duration::from_millis(400) {
         device.state().unwrap();
     }
     device.listen(Duration::from_millis(400)).unwrap();
@@ -182,25 +207,21 @@ fn others_who_seal_do_not_cost_the_lease() {
         other.give_lease_back().unwrap();
     }
     device.hold_lease().unwrap();
-    let other = thread::spawn(move || {
-        for _ in 0..8 {
-            let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
-            assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
-            thread::sleep(Duration::from_millis(100));
+    for _ in 0..8 {
+        let refused = other.set("PDCTRL_MOD", "K_PARAM", "1").unwrap_err().to_string();
+        assert!(refused.contains(" holds the lease, only it may change something"), "{refused}");
+        for _ in 0..5 {
+            device.listen(Duration::from_millis(20)).unwrap();
+            device.renew_in_time().unwrap();
         }
-    });
-    while !other.is_finished() {
-        device.listen(Duration::from_millis(20)).unwrap();
-        device.renew_in_time().unwrap();
     }
-    other.join().unwrap();
     assert_eq!(device.live().unwrap().holder, Some(device.client()));
     device.give_lease_back().unwrap();
 }
 
 /// Asks the board for something as a client of this number would, beside the others.
 fn ask_as(board: &Board, client: u8, request: Request) {
-    let mut line = open_port(&board.port, 0).unwrap();
+    let mut line = board.line();
     line.write_all(encode_request(&request, request_id(client, 3), &mut [0; MAX_FRAME_BYTES]).unwrap())
         .unwrap();
     // Until it is answered.
@@ -284,14 +305,13 @@ fn a_device_that_falls_silent_is_told() {
 #[cfg(unix)]
 #[test]
 fn watch_shows_how_the_device_is_doing() {
-    let board = running();
-    let child = spawn(&board, &["watch", "POSITION", "--arm", "--period-s", "0.02"]);
+    let board = served();
+    let mut watch = Program::start(&board, &["watch", "POSITION", "--arm", "--period-s", "0.02"]);
     board.wait_for(Tick::Ran);
-    thread::sleep(Duration::from_millis(300));
-    let out = interrupt(child);
-    assert!(out.contains(": the scheme runs and commands the device; client "), "{out}");
-    assert!(out.contains("POSITION"), "{out}");
+    watch.wait_for(": the scheme runs and commands the device; client ");
+    watch.wait_for("POSITION");
+    watch.interrupt();
     board.wait_for(Tick::Disarmed);
-    let output = dimsart(&["connect", &board.port, "watch", "--once", "--arm"]);
+    let output = dimsart(&["connect", board.port.as_ref().unwrap(), "watch", "--once", "--arm"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
 }

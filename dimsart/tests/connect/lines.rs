@@ -13,14 +13,14 @@ use dimsart_core::protocol::{
 use hil_sim::link::open_port;
 use hil_sim::schemes::SchemeText;
 
-use crate::emulated::{Emulated, Faults, QUICK, Robot, dimsart, listen, message};
+use crate::emulated::{Emulated, Faults, QUICK, Robot, SHORT, dimsart, listen, message};
 
 #[test]
 fn noise_loss_and_delay_change_no_answer() {
     let clean = Emulated::start();
     let script =
         "all PDCTRL_MOD K_PARAM 7\nall PDCTRL_MOD D_PARAM 3\nall PDCTRL_MOD PORT_DES_POSITION POSITION\n";
-    let patience = Patience { timeout: Duration::from_millis(50), tries: 20 };
+    let patience = Patience { timeout: Duration::from_millis(50), tries: 200 };
     let mut device = clean.connect(patience);
     device
         .send_scheme(&SchemeText { name: "my.scheme".to_owned(), text: script.to_owned() }, "master")
@@ -44,7 +44,7 @@ fn noise_loss_and_delay_change_no_answer() {
 #[test]
 fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_next_one() {
     let emulated = Emulated::on(Faults { late_commands_each: 6, ..Faults::default() });
-    let mut device = emulated.connect(Patience { timeout: Duration::from_millis(50), tries: 20 });
+    let mut device = emulated.connect(Patience { timeout: Duration::from_millis(50), tries: 200 });
     for value in ["11", "12", "13", "14", "15"] {
         for (name, value) in [("K_PARAM", value.to_owned()), ("D_PARAM", format!("1{value}"))] {
             let outcome = device.set("PDCTRL_MOD", name, &value).unwrap();
@@ -58,7 +58,7 @@ fn an_answer_that_comes_after_its_question_was_repeated_is_not_taken_for_the_nex
 #[test]
 fn a_device_that_never_answers_is_given_up_after_three_tries() {
     let port = listen(|_| Vec::new());
-    let error = Device::greet(open_port(&port, 0).unwrap(), QUICK).unwrap_err();
+    let error = Device::greet(open_port(&port, 0).unwrap(), SHORT).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::NoAnswer { tries: 3, bytes: 0, .. })), "{error}");
     let found = message(&dimsart(&["connect", &port, "--timeout-s", "0.1", "show"]));
     assert!(
@@ -71,7 +71,7 @@ fn a_device_that_never_answers_is_given_up_after_three_tries() {
 #[test]
 fn something_that_is_no_controller_is_told_from_silence() {
     let port = listen(|_| b"login: ".to_vec());
-    let message = Device::greet(open_port(&port, 0).unwrap(), QUICK).unwrap_err().to_string();
+    let message = Device::greet(open_port(&port, 0).unwrap(), SHORT).unwrap_err().to_string();
     assert!(message.contains("21 bytes came back and no whole frame"), "{message}");
     assert!(message.contains("--baud"), "{message}");
 }
@@ -85,7 +85,7 @@ fn a_command_that_must_not_be_given_twice_is_sent_once() {
         let answer = shared.lock().unwrap().answer(content);
         if matches!(decode_request(content), Ok((_, Request::Command(_)))) { Vec::new() } else { answer }
     });
-    let mut device = Device::greet(open_port(&port, 0).unwrap(), QUICK).unwrap();
+    let mut device = Device::greet(open_port(&port, 0).unwrap(), SHORT).unwrap();
     let error = device.on("PDCTRL_MOD", None).unwrap_err();
     assert!(matches!(error, ConnectError::Line(LineError::Unsure { .. })), "{error}");
     assert!(error.to_string().contains("look with `show`"), "{error}");

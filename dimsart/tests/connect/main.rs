@@ -1,5 +1,10 @@
 //! `dimsart connect` against a controller behind a socket or a serial port, over good and bad lines.
-#![expect(clippy::unwrap_used, clippy::indexing_slicing, reason = "in helpers of tests as in tests")]
+#![expect(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::indexing_slicing,
+    reason = "in helpers of tests as in tests"
+)]
 
 mod asking;
 mod board;

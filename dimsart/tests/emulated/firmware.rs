@@ -75,7 +75,7 @@ impl Firmware {
     /// The name of its UART, once it is there.
     pub(crate) fn port(&self) -> String {
         let path = self.folder().join(UART);
-        let deadline = Instant::now() + Duration::from_secs(20);
+        let deadline = Instant::now() + Duration::from_secs(60);
         while !path.exists() {
             assert!(Instant::now() < deadline, "the emulator makes no socket");
             thread::sleep(Duration::from_millis(10));
@@ -90,7 +90,7 @@ impl Firmware {
             thread::sleep(Duration::from_millis(10));
             open_port(&port, 0)
         });
-        tries.take(100).find_map(Result::ok).unwrap()
+        tries.take(6000).find_map(Result::ok).unwrap()
     }
 
     /// What it logged about its ticks, once it has ended.

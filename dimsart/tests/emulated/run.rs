@@ -61,14 +61,13 @@ fn an_interrupt_ends_the_run_and_its_emulators() {
         .spawn()
         .unwrap();
     let id = child.id().to_string();
-    // Before the run, while it is set up, or in it: it ends either way.
-    thread::sleep(Duration::from_secs(3));
     let emulators = || {
         let listed = Command::new("ps").args(["-o", "pid=", "--ppid", &id]).output().unwrap();
         String::from_utf8(listed.stdout).unwrap().split_whitespace().map(str::to_owned).collect::<Vec<_>>()
     };
+    // While the run is set up, or in it: it ends either way.
+    wait_until("no emulator starts", || !emulators().is_empty());
     let started = emulators();
-    assert!(!started.is_empty());
     assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     let text = String::from_utf8_lossy(&output.stdout);
@@ -107,7 +106,7 @@ pub(crate) fn are_emulators_in(folder: &Path) -> bool {
 }
 
 fn wait_until(or_else: &str, is_so: impl Fn() -> bool) {
-    let deadline = Instant::now() + Duration::from_secs(20);
+    let deadline = Instant::now() + Duration::from_secs(60);
     while !is_so() {
         assert!(Instant::now() < deadline, "{or_else}");
         thread::sleep(Duration::from_millis(1));

@@ -35,7 +35,7 @@ impl Stage {
     fn run(&self, image: &Path) -> String {
         let start = Instant::now();
         let output = self.command(image).output().unwrap();
-        assert!(start.elapsed() < Duration::from_secs(10));
+        assert!(start.elapsed() < Duration::from_secs(60));
         self.assert_clean();
         message(&output)
     }
@@ -101,11 +101,11 @@ fn an_emulator_that_hangs_is_ended() {
 fn who_cannot_wait_for_an_emulator_that_hangs_leaves_nothing_behind() {
     for signal in ["-INT", "-TERM"] {
         let stage = Stage::new(Some("exec /bin/sleep 100"));
-        let start = Instant::now();
         let mut run = stage.command(&stage.path("image")).stderr(Stdio::null()).spawn().unwrap();
         while fs::read_to_string(stage.path("pid")).unwrap_or_default().is_empty() {
             thread::sleep(Duration::from_millis(10));
         }
+        let start = Instant::now();
         for _ in 0..2 {
             let id = run.id().to_string();
             assert!(Command::new("kill").args([signal, &id]).status().unwrap().success());

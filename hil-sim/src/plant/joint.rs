@@ -88,6 +88,12 @@ impl JointParameters {
         }
     }
 
+    /// Maximum force of the motor at the output of an ideal gear, `N m` or `N`; infinite for an ideal source.
+    #[must_use]
+    pub fn max_force(&self) -> f64 {
+        self.gear.ratio * self.motor.max_torque_nm()
+    }
+
     /// The same without what is not linear: dry friction, losses and lost motion of the gear, stops. A motor keeps its
     /// limits.
     #[must_use]

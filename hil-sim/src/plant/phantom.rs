@@ -123,6 +123,14 @@ impl PhantomParameters {
         }
     }
 
+    /// Maximum torque of the motor of an axis, at the axis, `N m`; none where commands are forces at the tip.
+    #[must_use]
+    pub fn max_force(&self, axis: usize) -> Option<f64> {
+        let is_torque = self.port != PhantomPort::Cartesian;
+        let gear_ratio = self.gear_ratio.get(axis).filter(|_| is_torque);
+        gear_ratio.map(|gear_ratio| gear_ratio * self.motor_limit_nm)
+    }
+
     /// Says whether a device like this can exist, and be simulated.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, types};
+use dimsart_core::{AxisKind, CommandError, DataType, DeviceDescriptor, Explanation, InputLimits, types};
 
 use super::ResponseError;
 use super::body::Body;
@@ -155,7 +155,23 @@ fn descriptor(file: &RigFile, part: &Part<'_>) -> Result<DeviceDescriptor, Respo
     let (name, device) = (String::leak(part.name().to_owned()), part.device);
     let described =
         DeviceDescriptor::new(name, &kinds, sample_period_s, leak(&device.measures), leak(&device.takes));
-    described.map_err(|error| ResponseError::Device { device: part.name().to_owned(), error })
+    described
+        .and_then(|described| described.with_limits(limits(part)))
+        .map_err(|error| ResponseError::Device { device: part.name().to_owned(), error })
+}
+
+/// The forces that motors have, for each type that the device takes.
+fn limits(part: &Part<'_>) -> &'static [&'static [InputLimits]] {
+    let of_axis = |axis: &usize| {
+        #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
+        let max = (part.device.max_force(*axis) as f32).min(f32::MAX);
+        InputLimits { min: -max, max, ..InputLimits::NONE }
+    };
+    let of_type = |name: &String| -> &'static [InputLimits] {
+        let is_force = name == types::DES_FORCE.name;
+        Vec::leak(part.axes.iter().filter(|_| is_force).map(of_axis).collect())
+    };
+    Vec::leak(part.device.takes.iter().map(of_type).collect())
 }
 
 fn axes_of(file: &RigFile, section: &DeviceSection) -> Result<Vec<Axis>, ResponseError> {

@@ -8,7 +8,7 @@ use drive::DriveReading;
 use super::body::AxisState;
 use super::machine::Machine;
 use super::motion::{Motion, sum_at};
-use crate::plant::{Actuation, AxisTruth, Plant, Sensor};
+use crate::plant::{Actuation, AxisTruth, Plant, Repetition, Sensor};
 use crate::rig_file::AxisUnit;
 
 /// The axes of a machine that one controller has, behind the frame of its device.
@@ -69,7 +69,10 @@ impl Plant for Instrumented {
                         let truth = sensed(data_type, &machine.state(*axis));
                         sensors.get_mut(place).map_or(truth, |sensor| sensor.show(*time_s, truth).into())
                     }
-                    Output::Reference(motions) => motions.get(place).map_or(0.0, |all| sum_at(all, *time_s)),
+                    Output::Reference(motions) => {
+                        let at = |time_s| motions.get(place).map_or(0.0, |all| sum_at(all, time_s));
+                        machine.repetition().value(*time_s, at)
+                    }
                 };
                 #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
                 let value = value as f32;
@@ -86,6 +89,10 @@ impl Plant for Instrumented {
 
     fn switch(&mut self, is_on: bool) {
         self.machine().switch(&self.axes, is_on);
+    }
+
+    fn repeat(&mut self, repetition: Repetition) {
+        self.machine().repeat(repetition);
     }
 
     fn truth(&self, _axis: usize) -> Option<AxisTruth> {
@@ -148,7 +155,7 @@ impl Plant for Instrumented {
         let (Some(axis), machine) = (self.axis(axis), self.machine()) else { return };
         let Some(of_axis) = machine.axis(axis) else { return };
         let AxisState { position, velocity, force, motor, .. } = machine.state(axis);
-        let load = of_axis.pushed_by(self.time_s, position);
+        let load = of_axis.pushed_by(machine.repetition(), self.time_s, position);
         let known = [position, velocity, force, load].into_iter().chain(motor.into_iter().flatten());
         for (entry, value) in values.iter_mut().zip(known) {
             *entry = value;

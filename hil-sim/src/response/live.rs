@@ -3,14 +3,14 @@
 //! ```text
 //! line ──requests──▶ Answering ──▶ Dimsart ◀─▶ plant, as in any rig
 //! line ◀──answers, heartbeats, samples──┘
-//! hand ──Hold──▶ a reference, in place of what the experiment moves
+//! hand ──Hold──▶ References ──▶ frame, in place of the experiment's
 //! ```
 
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver as Holding, Sender, SyncSender, channel};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use dimsart_core::protocol::{
     DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, encode_heartbeat, encode_response,
@@ -21,7 +21,9 @@ use dimsart_core::{EventLog, Timing};
 use super::ResponseError;
 use super::build;
 use super::part::Part;
-use crate::pace::{Pace, SystemClock};
+use super::references::References;
+use crate::clock;
+use crate::pace::Pace;
 use crate::pipe::{Pipe, pair};
 use crate::recorder::Recorder;
 use crate::recording::Piece;
@@ -37,11 +39,12 @@ const ROOM: usize = 64;
 /// What the simulated controllers say they are.
 const IMAGE: &str = concat!("simulated, DIMSART ", env!("CARGO_PKG_VERSION"));
 
-/// A rig that goes on until it is stopped. What its experiment moves is moved again and again.
+/// A rig that goes on until it is stopped. Its experiment starts when all controllers are armed, and repeats.
 #[derive(Debug)]
 pub struct LiveRig {
     file: RigFile,
     rig: Rig,
+    references: References,
     answering: Vec<Answering>,
     hand: Sender<Hold>,
     holds: Holding<Hold>,
@@ -85,8 +88,7 @@ impl LiveRig {
     /// # Errors
     /// As [`Experiment::new`](super::Experiment::new).
     pub fn new(file: &RigFile) -> Result<(Self, Vec<(String, Pipe)>), ResponseError> {
-        let mut rig = build::rig(file, None)?;
-        rig.repeat_after(file.duration_s);
+        let (rig, references) = (build::rig(file, None)?, References::new(file)?);
         let (mut answering, mut lines) = (Vec::new(), Vec::new());
         for (part, station) in Part::of_all(file).iter().zip(rig.stations()) {
             let [client, here] = pair([WAIT, Duration::ZERO]);
@@ -95,7 +97,8 @@ impl LiveRig {
             lines.push((station.name.clone(), client));
         }
         let (hand, holds) = channel();
-        Ok((Self { file: file.clone(), rig, answering, hand, holds, recorder: None }, lines))
+        let file = file.clone();
+        Ok((Self { file, rig, references, answering, hand, holds, recorder: None }, lines))
     }
 
     /// Tells `listener` every tick from the first one on: the signals that the file's `[record]` names, and all that went into
@@ -122,51 +125,45 @@ impl LiveRig {
         self.hand.clone()
     }
 
-    /// Holds what is to be held, from the next tick on. What is no reference of an axis stays as it is.
-    fn take_holds(&mut self) {
-        while let Ok(Hold { station, signal, axis, value }) = self.holds.try_recv() {
-            let parts = Part::of_all(&self.file);
-            let Some(part) = parts.get(station).filter(|part| axis < part.axes.len()) else { continue };
-            let is_reference = |name: &String| {
-                *name == signal && self.file.data_type(name).is_some_and(|found| !RigFile::is_sensed(found))
-            };
-            let place = part.device.measures.iter().position(is_reference);
-            let place = place.map(|place| place * part.axes.len() + axis);
-            if let (Some(place), Some(station)) = (place, self.rig.stations_mut().get_mut(station)) {
-                station.hold(place, value.filter(|value| value.is_finite()));
-            }
-        }
-    }
-
-    /// Runs until `stop` is set. `say` hears what a user should know.
+    /// Runs until `stop` is set. Time in which the computer stalls is skipped. `say` hears what a user should know.
     pub fn run(mut self, stop: &AtomicBool, mut say: impl FnMut(String)) {
-        let mut pace = Pace::new(SystemClock, Instant::now(), self.rig.period_s());
+        let mut pace = Pace::new(clock::now(), self.rig.period_s());
         while !stop.load(Ordering::Relaxed) {
-            pace.wait_for(self.rig.time_s());
-            self.take_holds();
-            let (tick, late_ticks) = (self.rig.ticks(), pace.late_ticks());
-            let mut is_due = Vec::new();
-            for (station, answering) in self.rig.stations_mut().iter_mut().zip(&mut self.answering) {
-                is_due.push(station.is_due(tick));
-                if station.is_due(tick) {
-                    answering.answer(station);
-                    station.allow_motion(answering.info.begin_tick());
-                }
+            if let Some(skipped) = pace.wait_or_skip(self.rig.time_s()) {
+                say(skipped.to_string());
             }
-            self.rig.tick();
-            if let Some(recorder) = &mut self.recorder {
-                recorder.record(&self.rig, &[]);
-            }
-            let due = self.rig.stations().iter().zip(&mut self.answering).zip(is_due);
-            for ((station, answering), _) in due.filter(|(_, is_due)| *is_due) {
-                answering.end_tick(station, late_ticks);
-            }
-            self.rig.advance();
-            self.put_back(&mut say);
-            self.drop_slow_listener(&mut say);
+            self.step(pace.late_ticks(), &mut say);
         }
         // Which tells what it has not told yet.
         let _ = self.recorder.map(Recorder::finish);
+    }
+
+    /// One tick of all controllers and their devices, `late_ticks` being those that came late so far.
+    pub fn step(&mut self, late_ticks: u64, mut say: impl FnMut(String)) {
+        while let Ok(Hold { station, signal, axis, value }) = self.holds.try_recv() {
+            self.references.hold(station, &signal, axis, value, &self.rig);
+        }
+        let tick = self.rig.ticks();
+        let mut is_due = Vec::new();
+        for (station, answering) in self.rig.stations_mut().iter_mut().zip(&mut self.answering) {
+            is_due.push(station.is_due(tick));
+            if station.is_due(tick) {
+                answering.answer(station);
+                station.allow_motion(answering.info.begin_tick());
+            }
+        }
+        self.references.lead(&mut self.rig);
+        self.rig.tick();
+        if let Some(recorder) = &mut self.recorder {
+            recorder.record(&self.rig, &[]);
+        }
+        let due = self.rig.stations().iter().zip(&mut self.answering).zip(is_due);
+        for ((station, answering), _) in due.filter(|(_, is_due)| *is_due) {
+            answering.end_tick(station, late_ticks);
+        }
+        self.rig.advance();
+        self.put_back(&mut say);
+        self.drop_slow_listener(&mut say);
     }
 
     fn drop_slow_listener(&mut self, say: &mut impl FnMut(String)) {

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::body::{AxisState, Body};
 use super::motion::{Motion, sum_at};
-use crate::plant::{JointMotorParameters, JointParameters};
+use crate::plant::{JointMotorParameters, JointParameters, Repetition};
 use crate::rig_file::AxisSection;
 
 /// Most ticks that a command can wait.
@@ -16,6 +16,7 @@ pub(super) struct Machine {
     body: Body,
     axes: Vec<Axis>,
     delay_ticks: f64,
+    repetition: Repetition,
     /// Commands that are not over, the newest last.
     waiting: VecDeque<Vec<f64>>,
     /// On the first command for an axis.
@@ -36,13 +37,14 @@ pub(super) struct Axis {
 
 impl Axis {
     /// By time alone: the load, and what the hand wants more than 0.
-    fn outside(&self, time_s: f64) -> f64 {
-        sum_at(&self.load, time_s) + self.section.hand_stiffness() * sum_at(&self.hand, time_s)
+    fn outside(&self, repetition: Repetition, time_s: f64) -> f64 {
+        let at = |motions: &[Motion]| repetition.value(time_s, |time_s| sum_at(motions, time_s));
+        at(&self.load) + self.section.hand_stiffness() * at(&self.hand)
     }
 
     /// The load, and the hand's spring.
-    pub(super) fn pushed_by(&self, time_s: f64, position: f64) -> f64 {
-        self.outside(time_s) - self.section.hand_stiffness() * position
+    pub(super) fn pushed_by(&self, repetition: Repetition, time_s: f64, position: f64) -> f64 {
+        self.outside(repetition, time_s) - self.section.hand_stiffness() * position
     }
 }
 
@@ -57,7 +59,16 @@ impl Machine {
     ) -> Self {
         let mut waiting = VecDeque::with_capacity(MOST_WAITING);
         waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
-        Self { body, axes, delay_ticks, waiting, disturbance, controllers, commanded: 0 }
+        let repetition = Repetition::ONCE;
+        Self { body, axes, delay_ticks, repetition, waiting, disturbance, controllers, commanded: 0 }
+    }
+
+    pub(super) fn repetition(&self) -> Repetition {
+        self.repetition
+    }
+
+    pub(super) fn repeat(&mut self, repetition: Repetition) {
+        self.repetition = repetition;
     }
 
     pub(super) fn axis(&self, axis: usize) -> Option<&Axis> {
@@ -116,12 +127,13 @@ impl Machine {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
         let ticks = whole_ticks as usize;
         let change_s = (self.delay_ticks - whole_ticks) * period_s;
-        let Self { body, axes, waiting, .. } = self;
+        let Self { body, axes, waiting, repetition, .. } = self;
         let held = |ticks: usize| {
             let place = waiting.len().checked_sub(ticks + 1);
             place.and_then(|place| waiting.get(place)).map(Vec::as_slice).unwrap_or_default()
         };
-        let outside = |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(time_s));
+        let outside =
+            |axis: usize, time_s: f64| axes.get(axis).map_or(0.0, |axis| axis.outside(*repetition, time_s));
         let around = |axis: usize, position: f64, velocity: f64| {
             axes.get(axis).map_or(0.0, |axis| axis.section.force(position, velocity))
         };

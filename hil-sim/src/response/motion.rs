@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::plant::minimum_jerk;
 use crate::rig_file::{Chirp, MinimumJerk, MoveSection, Prbs, Ramp, Sine, Step};
 
 /// One move, ready to be asked for its value at any time.
@@ -72,8 +73,7 @@ impl Motion {
             }
             Self::Ramp(Ramp { at_s, until_s, size }) => size * share(time_s, *at_s, *until_s),
             Self::MinimumJerk(MinimumJerk { at_s, until_s, size }) => {
-                let t = share(time_s, *at_s, *until_s);
-                size * (t * t * t * (10.0 + t * (-15.0 + 6.0 * t)))
+                size * minimum_jerk(share(time_s, *at_s, *until_s))
             }
             Self::Sine(Sine { at_s, until_s, amplitude, frequency_hz }) => {
                 let is_on = (*at_s..*until_s).contains(&time_s);

@@ -154,6 +154,14 @@ impl RigFile {
                 "device '{name}' takes {takes:?}: its actuators take [\"DES_FORCE\"], or [] where nothing moves"
             ));
         }
+        if let Some(leads) = &device.leads {
+            let can_follow = |led: &DeviceSection| led.moves() && led.axes.len() >= axes.len();
+            if device.moves() || !self.device(leads).is_some_and(can_follow) {
+                problems.push(format!(
+                    "device '{name}' leads '{leads}': a device with takes = [] leads a device that moves, with as many axes"
+                ));
+            }
+        }
         for (axis, section) in axes.iter().enumerate() {
             let at = format!("device '{name}', axis {axis}");
             if device.moves() && device.coupled_axes().is_none() && section.plant.is_none() {

@@ -25,6 +25,9 @@ pub struct DeviceSection {
     /// Types that its actuators take; none of what does not move, and has references alone.
     #[serde(default = "force")]
     pub takes: Vec<String>,
+    /// The device whose axes its references move, over links; of one that takes nothing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub leads: Option<String>,
     /// From a measurement to the force that comes of it: sampling, computing and PWM, in ticks, 0 to 3; a part of a tick
     /// is allowed.
     #[serde(default)]
@@ -184,6 +187,21 @@ impl DeviceSection {
             }
         }
         linear
+    }
+
+    /// Maximum force of an axis that its controller's safety stage lets through, `N` or `N m`: that of its motor, at most
+    /// `force_limit`.
+    #[must_use]
+    pub fn max_force(&self, axis: usize) -> f64 {
+        let own = || Some(self.axes.get(axis)?.plant.as_ref()?.max_force());
+        let motor = match (&self.arm, &self.phantom, &self.moteus, &self.cia402) {
+            (Some(arm), ..) => arm.link.get(axis).map(|link| link.effort_limit),
+            (_, Some(phantom), ..) => phantom.max_force(axis),
+            (.., Some(moteus), _) => Some(moteus.most_torque_nm),
+            (.., Some(cia402)) => Some(cia402.max_torque_nm()),
+            _ => own(),
+        };
+        motor.unwrap_or(f64::INFINITY).min(self.force_limit)
     }
 
     /// What a run of it is broken off by.

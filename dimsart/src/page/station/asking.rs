@@ -157,8 +157,8 @@ impl Asking {
         self.obey_stop(device);
         let is_other = self.holder.is_some_and(|holder| holder != client);
         let arms = matches!(action, Action::Arm);
-        let is_void =
-            action.moves() && (asked.elapsed() > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
+        let is_void = action.moves()
+            && (hil_sim::clock::since(asked) > TOO_LATE || stops != self.stops.load(Ordering::Relaxed));
         let done = if is_other && action.changes() {
             Err("another client holds the lease: stop the device, or have it give it back".to_owned())
         } else if is_void {

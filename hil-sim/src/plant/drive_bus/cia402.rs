@@ -66,7 +66,16 @@ fn one() -> f32 {
     1.0
 }
 
+/// Maximum torque of a drive over its rated torque (object 6072).
+const MAX_OVERLOAD: f64 = 3.0;
+
 impl Cia402Parameters {
+    /// Maximum torque of a drive at the output, `N m`.
+    #[must_use]
+    pub fn max_torque_nm(&self) -> f64 {
+        MAX_OVERLOAD * f64::from(self.rated_torque_nm) * f64::from(self.gear_ratio)
+    }
+
     /// The bus with its drives, each set up and at rest with its joint, for ticks of `tick_s`. `seed` decides on bit errors.
     #[must_use]
     pub fn build(&self, joints: Vec<Joint>, tick_s: f64, seed: u64) -> DriveBus {

@@ -54,6 +54,15 @@ impl JointMotorParameters {
         !matches!(self, Self::Ideal {})
     }
 
+    /// Maximum torque at the rotor, `N m`; infinite for an ideal source.
+    pub(super) fn max_torque_nm(&self) -> f64 {
+        match self {
+            Self::Ideal {} => f64::INFINITY,
+            Self::Brushed(motor) => motor.torque_constant_nm_per_a * motor.current_limit_a,
+            Self::ThreePhase(motor) => motor.torque_constant_nm_per_a() * motor.current_limit_a,
+        }
+    }
+
     /// `kg m²`.
     pub(super) fn rotor_inertia_kg_m2(&self) -> f64 {
         match self {

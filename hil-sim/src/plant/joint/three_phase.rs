@@ -116,7 +116,7 @@ impl ThreePhaseParameters {
     }
 
     /// `3/2 p ψ`, `N m/A`.
-    fn torque_constant_nm_per_a(&self) -> f64 {
+    pub(super) fn torque_constant_nm_per_a(&self) -> f64 {
         1.5 * f64::from(self.pole_pairs) * self.flux_linkage_vs
     }
 

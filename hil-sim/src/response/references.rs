@@ -1,0 +1,265 @@
+//! The references of a live rig: they start at the measured position, and the experiment repeats without a jump.
+//!
+//! ```text
+//! controller disarmed   reference = measured position, velocity 0, force 0
+//! armed                 approach to the first value of the experiment, ≤ 1 rad/s or 0.1 m/s
+//! all armed and there   experiment, return to its first value, experiment, ...
+//! ```
+
+use dimsart_core::{Tick, types};
+
+use super::ResponseError;
+use super::motion::{Motion, sum_at};
+use super::moves::motions;
+use super::part::Part;
+use crate::plant::{PEAK_SPEED, Repetition, minimum_jerk};
+use crate::rig::{Rig, Shown, Station};
+use crate::rig_file::{AxisUnit, HAND, RigFile};
+
+/// Maximum speed of an approach.
+const MAX_RAD_PER_S: f64 = 1.0;
+const MAX_M_PER_S: f64 = 0.1;
+/// Minimum duration of an approach and of the return, `s`.
+const MIN_APPROACH_S: f64 = 1.0;
+
+/// All references, and the time of the experiment.
+#[derive(Debug)]
+pub(super) struct References {
+    all: Vec<Reference>,
+    /// Controllers that must be armed before the experiment starts.
+    moving: Vec<usize>,
+    repetition: Repetition,
+    period_s: f64,
+    start_tick: u64,
+    /// Of the experiment and the return.
+    cycle_ticks: u64,
+    is_running: bool,
+}
+
+#[derive(Debug)]
+struct Reference {
+    station: usize,
+    /// In the station's frame.
+    place: usize,
+    signal: String,
+    axis: usize,
+    motions: Vec<Motion>,
+    start: Start,
+    max_speed: f64,
+    /// Set by a user, in place of the experiment.
+    held: Option<f64>,
+    /// None while the controller does not command its device.
+    approach: Option<Approach>,
+}
+
+/// The value of a reference while its controller does not command the device.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Start {
+    /// The position that this place of the frame shows.
+    Measured(usize),
+    /// The position of an axis of another controller.
+    Led { station: usize, axis: usize },
+    /// 0: a velocity or a force.
+    Rest,
+    /// The experiment's: it does not move the device by itself.
+    Experiment,
+}
+
+/// The way from the value at arming to the experiment.
+#[derive(Debug, Clone, Copy, Default)]
+struct Approach {
+    offset: f64,
+    done_s: f64,
+    duration_s: f64,
+}
+
+impl References {
+    /// The references of a file's controllers, at the start of the experiment.
+    pub(super) fn new(file: &RigFile) -> Result<Self, ResponseError> {
+        let (parts, period_s) = (Part::of_all(file), file.sample_period_s);
+        let (mut all, mut moving) = (Vec::new(), Vec::new());
+        for (station, part) in parts.iter().enumerate() {
+            if part.device.moves() {
+                moving.push(station);
+            }
+            all.extend(Reference::of_part(file, &parts, station, part)?);
+        }
+        let end_s = (file.duration_s - period_s).max(0.0);
+        let mut return_s = MIN_APPROACH_S;
+        let mut allow_for = |motions: &[Motion], max_speed: f64| {
+            let distance = (sum_at(motions, end_s) - sum_at(motions, 0.0)).abs();
+            return_s = return_s.max(PEAK_SPEED * distance / max_speed);
+        };
+        all.iter().for_each(|reference| allow_for(&reference.motions, reference.max_speed));
+        for device in &file.devices {
+            for (axis, section) in device.axes.iter().enumerate() {
+                allow_for(&motions(file, &device.name, axis, HAND)?, max_speed(section.unit));
+            }
+        }
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a duration in ticks")]
+        let cycle_ticks = ((end_s + return_s) / period_s).ceil().max(1.0) as u64;
+        let repetition = Repetition { start_s: 0.0, end_s, return_s };
+        Ok(Self { all, moving, repetition, period_s, start_tick: 0, cycle_ticks, is_running: false })
+    }
+
+    /// Holds a reference at a value; none: the experiment moves it again. Everything else stays as it is.
+    pub(super) fn hold(&mut self, station: usize, signal: &str, axis: usize, value: Option<f32>, rig: &Rig) {
+        let found = self.all.iter_mut().find(|reference| {
+            reference.station == station && reference.axis == axis && reference.signal == signal
+        });
+        let Some(reference) = found else { return };
+        reference.held = value.filter(|value| value.is_finite()).map(f64::from);
+        if reference.held.is_none() && reference.approach.is_some() {
+            // It does not jump back, either.
+            let base = reference.base(&self.repetition, rig.time_s());
+            let offset = reference.shown(rig).unwrap_or(base) - base;
+            reference.approach = Some(Approach::from(offset, reference.max_speed));
+        }
+    }
+
+    /// Sets what every controller gets in the next tick.
+    pub(super) fn lead(&mut self, rig: &mut Rig) {
+        let (tick, time_s) = (rig.ticks(), rig.time_s());
+        let commands = |rig: &Rig, station: usize| {
+            rig.stations().get(station).is_some_and(|station| station.last_tick == Tick::Ran)
+        };
+        if !self.is_running || tick.saturating_sub(self.start_tick) >= self.cycle_ticks {
+            self.start_tick = tick;
+            self.repetition.start_s = time_s;
+            self.is_running = self.moving.iter().all(|station| commands(rig, *station))
+                && self.all.iter().all(|reference| !reference.is_approaching());
+        }
+        rig.stations_mut().iter_mut().for_each(|station| station.plant.repeat(self.repetition));
+        for reference in &mut self.all {
+            let (station, is_commanded) = (reference.station, commands(rig, reference.commanded_by()));
+            let shown = reference.next(is_commanded, &self.repetition, time_s, self.period_s, rig);
+            if let Some(station) = rig.stations_mut().get_mut(station) {
+                station.show(reference.place, shown);
+            }
+        }
+    }
+}
+
+impl Reference {
+    fn of_part(
+        file: &RigFile,
+        parts: &[Part<'_>],
+        station: usize,
+        part: &Part<'_>,
+    ) -> Result<Vec<Self>, ResponseError> {
+        let (device, count) = (part.device, part.axes.len());
+        let measured = device.measures.iter().position(|name| name == types::POSITION.name);
+        let mut all = Vec::new();
+        for (row, signal) in device.measures.iter().enumerate() {
+            let Some(data_type) = file.data_type(signal).filter(|found| !RigFile::is_sensed(found)) else {
+                continue;
+            };
+            for (axis, of_device) in part.axes.iter().copied().enumerate() {
+                let led = || {
+                    let leads = device.leads.as_deref()?;
+                    let is_it = |part: &Part<'_>| part.device.name == leads;
+                    parts.iter().enumerate().filter(|(_, part)| is_it(part)).find_map(|(station, part)| {
+                        let axis = part.axes.iter().position(|axis| *axis == of_device)?;
+                        Some(Start::Led { station, axis })
+                    })
+                };
+                let own = measured.map(|row| Start::Measured(row * count + axis));
+                let start = match data_type.id {
+                    id if id == types::DES_POSITION.id => own.or_else(led).unwrap_or(Start::Experiment),
+                    id if id == types::DES_VELOCITY.id || id == types::DES_FORCE.id => Start::Rest,
+                    _ => Start::Experiment,
+                };
+                let is_position = matches!(start, Start::Measured(_) | Start::Led { .. });
+                let unit = device.axes.get(of_device).map(|axis| axis.unit).unwrap_or_default();
+                all.push(Self {
+                    station,
+                    place: row * count + axis,
+                    signal: signal.clone(),
+                    axis,
+                    motions: motions(file, &device.name, of_device, signal)?,
+                    start,
+                    max_speed: if is_position { max_speed(unit) } else { f64::INFINITY },
+                    held: None,
+                    approach: None,
+                });
+            }
+        }
+        Ok(all)
+    }
+
+    /// The station whose device it moves.
+    fn commanded_by(&self) -> usize {
+        if let Start::Led { station, .. } = self.start { station } else { self.station }
+    }
+
+    fn is_approaching(&self) -> bool {
+        self.approach.is_some_and(|approach| approach.done_s < approach.duration_s)
+    }
+
+    /// The value that it showed last.
+    fn shown(&self, rig: &Rig) -> Option<f64> {
+        rig.stations().get(self.station)?.shown(self.place).map(f64::from)
+    }
+
+    /// The value that it goes to.
+    fn base(&self, repetition: &Repetition, time_s: f64) -> f64 {
+        self.held.unwrap_or_else(|| repetition.value(time_s, |time_s| sum_at(&self.motions, time_s)))
+    }
+
+    fn next(
+        &mut self,
+        is_commanded: bool,
+        repetition: &Repetition,
+        time_s: f64,
+        period_s: f64,
+        rig: &Rig,
+    ) -> Shown {
+        let base = self.base(repetition, time_s);
+        if self.start == Start::Experiment {
+            return value(base);
+        }
+        if !is_commanded {
+            self.approach = None;
+            return match self.start {
+                Start::Measured(place) => Shown::Place(place),
+                Start::Led { station, axis } => {
+                    let position = |station: &Station| station.plant.position(axis);
+                    value(rig.stations().get(station).map_or(base, position))
+                }
+                Start::Rest => Shown::Value(0.0),
+                Start::Experiment => value(base),
+            };
+        }
+        let shown = self.shown(rig).unwrap_or(base);
+        let approach = self.approach.get_or_insert_with(|| Approach::from(shown - base, self.max_speed));
+        value(base + approach.next(period_s))
+    }
+}
+
+impl Approach {
+    fn from(offset: f64, max_speed: f64) -> Self {
+        let duration_s = MIN_APPROACH_S.max(PEAK_SPEED * offset.abs() / max_speed);
+        Self { offset, done_s: 0.0, duration_s: if offset.abs() > 0.0 { duration_s } else { 0.0 } }
+    }
+
+    fn next(&mut self, period_s: f64) -> f64 {
+        self.done_s += period_s;
+        if self.done_s >= self.duration_s {
+            return 0.0;
+        }
+        self.offset * (1.0 - minimum_jerk(self.done_s / self.duration_s))
+    }
+}
+
+fn max_speed(unit: AxisUnit) -> f64 {
+    match unit {
+        AxisUnit::Radian => MAX_RAD_PER_S,
+        AxisUnit::Metre => MAX_M_PER_S,
+    }
+}
+
+fn value(value: f64) -> Shown {
+    #[expect(clippy::cast_possible_truncation, reason = "the controller's number is an f32")]
+    let value = value as f32;
+    Shown::Value(value)
+}
