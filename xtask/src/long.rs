@@ -10,7 +10,7 @@ use crate::boards::{Image, Images};
 use crate::shell::{Outcome, cargo, target};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{boards, cycle_table, fuzz, module_costs, panic_free, setup, stack, tutorial, two_engines};
+use crate::{boards, cycle_table, fuzz, module_costs, page, panic_free, setup, stack, tutorial, two_engines};
 
 /// Tells a test to run at its full length.
 const VARIABLE: &str = "DIMSART_LONG";
@@ -124,6 +124,8 @@ pub(crate) fn run() -> Outcome {
             steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386")),
             steps.step("two engines, emulated", two_engines::run),
             steps.step("the tutorial", tutorial::follow),
+            // In real time, with the machine to itself.
+            steps.step("the page in a browser", page::page),
             steps.step("costs of the other modules", || module_costs::hold_others(toolchain)),
             steps.step("fuzzing", || fuzz::fuzz(INPUTS)),
         ]);

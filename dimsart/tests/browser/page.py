@@ -55,6 +55,15 @@ def drawn(page):
     return page.evaluate(script)
 
 
+def wait_for_plot(page):
+    """Waits until something is drawn: on a busy machine the first samples come late."""
+    for _ in range(60):
+        if drawn(page) > 50:
+            return
+        page.wait_for_timeout(250)
+    raise AssertionError("nothing is drawn")
+
+
 def arm(page):
     """Lets it move; on a machine that is busy the lease can be lost before it is seen."""
     for _ in range(5):
@@ -200,13 +209,12 @@ def joint(browser, errors):
     usable_s = time.monotonic() - start
     expect(page.locator("#scheme text", has_text="PIDCTRL_MOD").first).to_be_visible()
     page.wait_for_function("() => document.querySelector('#plots canvas')")
-    page.wait_for_timeout(500)
-    assert drawn(page) > 50, "nothing is drawn"
     expect(page.locator("#state-text")).to_contain_text("nobody holds the lease")
 
     step("it moves the device, and says so")
     arm(page)
     page.wait_for_timeout(3000)
+    wait_for_plot(page)
     page.screenshot(path=FOLDER / "page.png")
 
     step("an edit is tried, then applied")
@@ -244,6 +252,9 @@ def joint(browser, errors):
     expect(page.locator(".module", has_text="SIGGEN_MOD, not plugged in")).to_be_visible()
 
     step("the trigger holds a step of the reference")
+    # On a busy machine the lease can be lost, and the experiment waits for it.
+    if not page.locator("#arm").is_disabled():
+        arm(page)
     page.select_option("#trigger-source", "DES_POSITION")
     page.fill("#trigger-level", "0.25")
     page.select_option("#window", "1")
@@ -280,7 +291,7 @@ def joint(browser, errors):
     expect(page.locator("#state-text")).to_contain_text("stopped")
 
     step("a scheme that another client breaks is drawn with its reason")
-    page.click("#disarm")
+    # STOP has released the lease.
     expect(page.locator("#disarm")).to_be_disabled()
     connect("off", "PIDCTRL_MOD")
     expect(page.locator("#findings .fault")).to_contain_text("DES_FORCE", timeout=8000)
@@ -312,7 +323,7 @@ def joint(browser, errors):
     expect(page.locator("#line")).to_have_text("connected", timeout=8000)
     expect(page.locator("#state-text")).to_contain_text("nobody holds the lease", timeout=8000)
     page.wait_for_timeout(500)
-    assert drawn(page) > 50, "nothing is drawn after the restart"
+    wait_for_plot(page)
 
     two_pages(browser, page, server.url, errors)
     held_picture(browser, server.url, errors)
