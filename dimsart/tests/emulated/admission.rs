@@ -36,8 +36,8 @@ fn a_module_too_many_is_refused_with_the_numbers_of_the_stamp() {
     const LIMIT: u32 = 11_000;
     let folder = tempfile::tempdir().unwrap();
     // The code is the same but for what begins a tick.
-    let Some(plain) = image() else { return };
-    let plain = StampedImage::read(plain.path()).unwrap();
+    let Some(plain) = test_requirements::stamped_image("mps2-an386") else { return };
+    let plain = StampedImage::read(&plain).unwrap();
     let (costs, memory) = (plain.costs().unwrap(), plain.memory().unwrap());
     let firmware = stamped(&folder, |image| image.set_costs(&costs, &memory, LIMIT).unwrap());
     let Some(firmware) = firmware else { return };

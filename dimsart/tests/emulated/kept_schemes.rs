@@ -83,7 +83,12 @@ fn whatever_the_flash_holds_the_board_runs_a_scheme_and_says_why_it_is_the_built
         if length == FLASH_BYTES {
             set_and_save(&firmware, "20");
             firmware.restart();
-            assert_shows(&firmware, &format!("{ON_TRIAL} the built-in scheme"), 20);
+            // The noise in the other page may have been newer.
+            let start = ON_TRIAL.replace(
+                '\n',
+                ": an entry of its storage is damaged or incomplete, an older one counts: `save` again\n",
+            );
+            assert_shows(&firmware, &format!("{start} the built-in scheme"), 20);
         }
         firmware.end();
     }

@@ -12,8 +12,8 @@ use crate::foreign_text::visible;
 
 /// Longest time that a read waits for a byte.
 const READ_WAIT: Duration = Duration::from_millis(10);
-/// Longest time that the opening of a socket waits.
-const OPEN_WAIT: Duration = Duration::from_secs(2);
+/// Longest time that a write or the opening of a socket waits.
+const WRITE_WAIT: Duration = Duration::from_secs(2);
 
 /// Bytes both ways, without a buffer that needs flushing. A read that finds nothing ends after a few
 /// milliseconds with `TimedOut` or `WouldBlock`.
@@ -112,7 +112,7 @@ fn list(existing: &[String]) -> String {
 /// # Errors
 /// [`PortError`] says why not and what to do.
 pub fn open_port(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
-    open_waiting(port, baud, READ_WAIT)
+    open(port, baud, [READ_WAIT, WRITE_WAIT])
 }
 
 /// The same, with reads that wait for a byte, and writes for room, no longer than `wait`, more than 0.
@@ -120,12 +120,17 @@ pub fn open_port(port: &str, baud: u32) -> Result<Box<dyn Stream>, PortError> {
 /// # Errors
 /// As [`open_port`].
 pub fn open_waiting(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
+    open(port, baud, [wait; 2])
+}
+
+/// With reads and writes of a socket that wait no longer than this; those of a serial port both wait as its reads.
+fn open(port: &str, baud: u32, waits @ [read, _]: [Duration; 2]) -> Result<Box<dyn Stream>, PortError> {
     if let Some(address) = port.strip_prefix("tcp:") {
-        return open_tcp(port, address, wait);
+        return open_tcp(port, address, waits);
     }
     match port.strip_prefix("unix:") {
-        Some(path) => open_unix(port, path, wait),
-        None => Ok(Box::new(open_serial(port, baud, wait)?)),
+        Some(path) => open_unix(port, path, waits),
+        None => Ok(Box::new(open_serial(port, baud, read)?)),
     }
 }
 
@@ -137,7 +142,7 @@ pub fn open_serial(port: &str, baud: u32, wait: Duration) -> Result<Box<dyn Seri
     serialport::new(port, baud).timeout(wait).open().map_err(|error| serial_error(port, &error))
 }
 
-fn open_tcp(port: &str, address: &str, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
+fn open_tcp(port: &str, address: &str, [read, write]: [Duration; 2]) -> Result<Box<dyn Stream>, PortError> {
     let failed = |source| PortError::Socket { port: port.to_owned(), source };
     let malformed = || PortError::Address { port: port.to_owned() };
     let (host, number) = address.rsplit_once(':').ok_or_else(malformed)?;
@@ -146,11 +151,11 @@ fn open_tcp(port: &str, address: &str, wait: Duration) -> Result<Box<dyn Stream>
     }
     let mut last = io::Error::from(ErrorKind::NotFound);
     for address in address.to_socket_addrs().map_err(failed)? {
-        match TcpStream::connect_timeout(&address, OPEN_WAIT) {
+        match TcpStream::connect_timeout(&address, WRITE_WAIT) {
             Ok(stream) => {
                 stream.set_nodelay(true).map_err(failed)?;
-                stream.set_read_timeout(Some(wait)).map_err(failed)?;
-                stream.set_write_timeout(Some(wait)).map_err(failed)?;
+                stream.set_read_timeout(Some(read)).map_err(failed)?;
+                stream.set_write_timeout(Some(write)).map_err(failed)?;
                 return Ok(Box::new(stream));
             }
             Err(error) => last = error,
@@ -160,16 +165,16 @@ fn open_tcp(port: &str, address: &str, wait: Duration) -> Result<Box<dyn Stream>
 }
 
 #[cfg(unix)]
-fn open_unix(port: &str, path: &str, wait: Duration) -> Result<Box<dyn Stream>, PortError> {
+fn open_unix(port: &str, path: &str, [read, write]: [Duration; 2]) -> Result<Box<dyn Stream>, PortError> {
     let failed = |source| PortError::Socket { port: port.to_owned(), source };
     let stream = std::os::unix::net::UnixStream::connect(path).map_err(failed)?;
-    stream.set_read_timeout(Some(wait)).map_err(failed)?;
-    stream.set_write_timeout(Some(wait)).map_err(failed)?;
+    stream.set_read_timeout(Some(read)).map_err(failed)?;
+    stream.set_write_timeout(Some(write)).map_err(failed)?;
     Ok(Box::new(stream))
 }
 
 #[cfg(not(unix))]
-fn open_unix(port: &str, _: &str, _: Duration) -> Result<Box<dyn Stream>, PortError> {
+fn open_unix(port: &str, _: &str, _: [Duration; 2]) -> Result<Box<dyn Stream>, PortError> {
     Err(PortError::Socket { port: port.to_owned(), source: ErrorKind::Unsupported.into() })
 }
 

@@ -2,6 +2,8 @@
 
 use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU16, Ordering};
 
 use dimsart_core::protocol::{DecodeError, KeyAction, Request, decode_response, request_id};
 use dimsart_core::{Command, Value};
@@ -9,8 +11,12 @@ use dimsart_core::{Command, Value};
 /// A client's first id. From the system's own randomness: not what another host on the line draws, nor an earlier
 /// program here.
 pub(super) fn any_id() -> u16 {
-    let [number, client, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
-    request_id(client.max(1), number & !1)
+    /// Clients of this program have different numbers: they share lines more often than others do.
+    static CLIENTS: OnceLock<AtomicU16> = OnceLock::new();
+    let [number, first, ..] = RandomState::new().build_hasher().finish().to_le_bytes();
+    let client = CLIENTS.get_or_init(|| u16::from(first).into()).fetch_add(1, Ordering::Relaxed);
+    let client = u8::try_from(client % u16::from(u8::MAX)).unwrap_or_default() + 1;
+    request_id(client, number & !1)
 }
 
 /// Whether a request of this id was a renewal of the lease: they have odd numbers.
