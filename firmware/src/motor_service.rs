@@ -54,7 +54,7 @@ impl MotorService {
                 return Response::Identification(Motor::identification());
             }
             MotorAction::Found => return Response::Identification(Motor::identification()),
-            _ => Ok(()),
+            MotorAction::Look => Ok(()),
         };
         match done {
             Ok(()) => {

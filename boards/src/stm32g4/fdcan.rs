@@ -188,7 +188,7 @@ impl FromCan {
 
     fn look(&mut self) {
         let is_off = matches!(self.bus.bus_error_mode(), BusErrorMode::BusOff);
-        match self.bus_off.look(self.now_ms, is_off) {
+        match self.bus_off.look_for_board(self.now_ms, is_off) {
             Step::Stay => {}
             Step::Rejoin => {
                 // The controller itself then waits for 128 idle sequences.

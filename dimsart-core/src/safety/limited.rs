@@ -30,18 +30,25 @@ pub(super) struct Held {
 impl Limited {
     pub(super) fn new(word: &LimitedWord, period_s: f32) -> Self {
         let limits = word.limits;
-        let has_range = word.data_type.format == Format::F32;
-        let last = if has_range { between(0.0, limits.min, limits.max) } else { 0.0 };
-        Self {
+        let mut limited = Self {
             place: word.place,
             axis: word.axis,
-            has_range,
+            has_range: word.data_type.format == Format::F32,
             min: limits.min,
             max: limits.max,
             step: limits.rate_per_s * period_s,
             safe_value: limits.safe_value,
-            given: last.into_word(),
+            given: Word(0),
+        };
+        if limited.has_range {
+            limited.begin(0.0);
         }
+        limited
+    }
+
+    /// Begins with a value, or the nearest one of its range.
+    pub(super) fn begin(&mut self, value: f32) {
+        self.given = between(value, self.min, self.max).into_word();
     }
 
     /// What the word gets for a command: the nearest value that range and rate allow.
