@@ -160,14 +160,13 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         Tick::LinkDown { link }
     }
 
-    /// A link that its receiving module has just called lost, otherwise one that is down.
+    /// A link that its receiving module has just called lost or down.
     fn silent_link(&self) -> Option<(u8, Silence)> {
         let links = self.engine.data_base().links();
-        let down = links.iter().position(|port| port.silence.get() != Silence::None)?;
-        let lost = links.iter().position(|port| port.silence.get() == Silence::Lost);
+        let link = links.iter().position(|port| port.silence.get() != Silence::None)?;
+        let silence = links.get(link)?.silence.get();
         links.iter().for_each(|port| port.silence.set(Silence::None));
-        let silence = if lost.is_some() { Silence::Lost } else { Silence::Down };
-        u8::try_from(lost.unwrap_or(down)).ok().map(|link| (link, silence))
+        u8::try_from(link).ok().map(|link| (link, silence))
     }
 
     /// Takes a command, between two ticks. [`Command::Reset`] ends a [fault](crate::DriveState::Fault), too.

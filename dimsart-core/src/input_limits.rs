@@ -113,7 +113,6 @@ impl InputLimits {
 
 /// The smallest rate at which a value changes anywhere in a range: in a tick by an ulp of the value farthest from zero.
 pub(crate) fn min_rate_per_s(min: f32, max: f32, sample_period_s: f32) -> f32 {
-    let at = min.abs().max(max.abs());
-    // Above zero for a range of zero alone.
-    (at - at.next_down()) / sample_period_s
+    let at = min.abs().max(max.abs()).max(f32::MIN_POSITIVE);
+    (at - f32::from_bits(at.to_bits() - 1)) / sample_period_s
 }

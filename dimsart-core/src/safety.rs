@@ -19,7 +19,6 @@ use crate::frame::{Frame, FrameError};
 use crate::input_limits::SafeValue;
 use crate::kind::ModuleList;
 use crate::limits::MAX_LIMITED_WORDS;
-use crate::types;
 use crate::word::{Scalar as _, Word};
 use limited::{Held, Limited};
 use velocity::Velocity;
@@ -127,7 +126,7 @@ impl Safety {
         *self = Self { is_motion_forbidden: self.is_motion_forbidden, ..Self::new() };
         for word in (0..device.input_words()).filter_map(|place| device.limited_word(place)) {
             // As many as there is room for: the descriptor has no more.
-            let _ = self.limited.push(Limited::new(&word, device.sample_period_s()));
+            let _ = self.limited.push(Limited::new(&word, device));
             if matches!(word.limits.safe_value, SafeValue::Damping { .. }) {
                 self.velocity = Velocity::new(device);
             }
@@ -222,7 +221,7 @@ impl Safety {
                     self.reason = Reason::None;
                     if !self.limited.is_empty() {
                         if !self.has_commanded {
-                            self.hold_position(engine.device(), measured);
+                            self.hold_position(measured);
                             self.has_commanded = true;
                         }
                         self.limit(measured, commanded);
@@ -249,7 +248,7 @@ impl Safety {
         commanded.fill(Word(0));
         let measured = if matches!(tick, Tick::MeasurementRefused(_)) { &[] } else { measured };
         if !self.has_commanded {
-            self.hold_position(device, measured);
+            self.hold_position(measured);
         }
         let mut held = Held::default();
         for limited in &mut self.limited {
@@ -270,14 +269,9 @@ impl Safety {
     /// Before the first command a position that is held is where the device stands.
     #[cold]
     #[inline(never)]
-    fn hold_position(&mut self, device: &DeviceDescriptor, measured: &[Word]) {
+    fn hold_position(&mut self, measured: &[Word]) {
         for limited in &mut self.limited {
-            if let Some(word) = device.limited_word(limited.place)
-                && word.data_type == types::DES_POSITION
-                && word.limits.safe_value == SafeValue::Hold
-                && let Some(stands) = device.output_place(types::POSITION)
-                && let Some(position) = measured.get(stands + word.axis)
-            {
+            if let Some(position) = measured.get(limited.stands_at) {
                 limited.begin(f32::from_word(*position));
             }
         }

@@ -114,7 +114,7 @@ fn serve(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo,
         let answer = dimsart_core::protocol::serve(id, &request, dimsart, info);
         ends.answers.give(answer);
         links::listen(dimsart);
-        if request == Request::Command(Command::Reset) {
+        if matches!(request, Request::Command(Command::Reset)) {
             bus_off::reset();
         }
     }
