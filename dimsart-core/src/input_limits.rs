@@ -98,8 +98,9 @@ impl InputLimits {
         let has_zero = self.min <= 0.0 && 0.0 <= self.max;
         require(is_range && (has_zero || self.safe_value == SafeValue::Hold), LimitsFault::Range)?;
         require(self.rate_per_s > 0.0, LimitsFault::Rate)?;
-        let min_per_s = min_rate_per_s(self.min, self.max, device.sample_period_s());
-        let at = self.min.abs().max(self.max.abs());
+        // In a tick by an ulp of the value farthest from zero.
+        let at = self.min.abs().max(self.max.abs()).max(f32::MIN_POSITIVE);
+        let min_per_s = (at - f32::from_bits(at.to_bits() - 1)) / device.sample_period_s();
         let too_small = LimitsFault::RateTooSmall { rate_per_s: self.rate_per_s, at, min_per_s };
         require(self.rate_per_s >= min_per_s, too_small)?;
         let SafeValue::Damping { coefficient } = self.safe_value else { return Ok(()) };
@@ -109,10 +110,4 @@ impl InputLimits {
             [types::VELOCITY, types::POSITION].iter().any(|from| device.outputs.contains(from));
         require(has_axes && has_velocity, LimitsFault::NoVelocity)
     }
-}
-
-/// The smallest rate at which a value changes anywhere in a range: in a tick by an ulp of the value farthest from zero.
-pub(crate) fn min_rate_per_s(min: f32, max: f32, sample_period_s: f32) -> f32 {
-    let at = min.abs().max(max.abs()).max(f32::MIN_POSITIVE);
-    (at - f32::from_bits(at.to_bits() - 1)) / sample_period_s
 }

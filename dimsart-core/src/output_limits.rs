@@ -3,7 +3,6 @@
 use heapless::Vec;
 
 use crate::device::DeviceDescriptor;
-use crate::input_limits::min_rate_per_s;
 use crate::limits::MAX_LIMITED_WORDS;
 use crate::word::{Scalar as _, Word};
 
@@ -29,11 +28,7 @@ impl OutputLimits {
     /// Whether a device can keep them.
     pub(crate) fn are_usable(&self, sample_period_s: f32) -> bool {
         let is_range = self.min.is_finite() && self.max.is_finite() && self.min <= self.max;
-        // Angles of any number of turns have no range.
-        let has_no_range =
-            self.min.to_bits() == f32::MIN.to_bits() && self.max.to_bits() == f32::MAX.to_bits();
-        let min_per_s = if has_no_range { 0.0 } else { min_rate_per_s(self.min, self.max, sample_period_s) };
-        is_range && self.rate_per_s > 0.0 && self.rate_per_s >= min_per_s
+        is_range && self.rate_per_s * sample_period_s > 0.0
     }
 }
 

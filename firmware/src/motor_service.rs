@@ -55,6 +55,7 @@ impl MotorService {
             }
             MotorAction::Found => return Response::Identification(Motor::identification()),
             MotorAction::Look => Ok(()),
+            _ => Err(Refusal::NotUnderstood),
         };
         match done {
             Ok(()) => {

@@ -64,6 +64,7 @@ impl SchemeService {
             SchemeAction::Confirm => return Err(refused(StoreError::NotTried)),
             SchemeAction::RollBack => store.roll_back().await,
             SchemeAction::Look => Ok(()),
+            _ => return Err(Refusal::NotUnderstood),
         };
         (self.status.trial, self.status.is_saved) = (store.trial(), store.is_saved());
         result.map_err(|Broken| refused(StoreError::Storage))

@@ -12,7 +12,7 @@ use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
 use crate::rescue::EVENTS;
-use crate::telemetry::Status;
+use crate::telemetry::{IS_LOGGED, Status};
 use crate::{BoardDimsart, stamp};
 
 type Joints = <Selected as boards::Board>::Joints;
@@ -91,7 +91,7 @@ pub(crate) async fn run(
         if timing.ticks % HEARTBEAT_EVERY == 0 {
             ends.reports.give(Unsolicited::Heartbeat(info.heartbeat(dropped)));
         }
-        if timing.ticks % REPORT_EVERY == 0 {
+        if IS_LOGGED && timing.ticks % REPORT_EVERY == 0 {
             ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
         }
     }
