@@ -119,9 +119,7 @@ impl CurrentLoop {
             rotor,
         };
         let duties = if matches!(self.stage, Stage::Driving) {
-            let braked_nm =
-                self.configuration.get().damping_nms_per_rad * self.drive.measured().speed_rad_per_s;
-            self.drive.step(&sample, wanted_nm.map(|wanted_nm| wanted_nm - braked_nm))
+            self.drive.step(&sample, wanted_nm)
         } else {
             // For angle and speed, and what is wrong with the rest.
             let _ = self.drive.step(&sample, None);
@@ -242,7 +240,8 @@ impl CurrentLoop {
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
-        let has_lost_rotor = matches!(self.drive.fault(), Some(Fault::EncoderLost | Fault::EncoderJumped));
+        use Fault::{EncoderJumped, EncoderLost, EncoderSlipped};
+        let has_lost_rotor = matches!(self.drive.fault(), Some(EncoderLost | EncoderJumped | EncoderSlipped));
         self.drive.clear();
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
@@ -293,5 +292,7 @@ fn told(fault: Fault) -> DriveFault {
         Fault::EncoderMagnet => DriveFault::EncoderMagnet,
         Fault::Stalled => DriveFault::Stalled,
         Fault::Overspeed => DriveFault::Overspeed,
+        Fault::EncoderSlipped => DriveFault::EncoderSlipped,
+        Fault::CurrentUnstable => DriveFault::CurrentUnstable,
     }
 }

@@ -79,12 +79,13 @@ impl CurrentController {
         self.integral_v = Dq::default();
     }
 
-    /// What the motor makes along the magnets beyond what is fed forward, `V`. An error of `R` shows little: nearly no current
-    /// flows along them.
+    /// The voltage that the motor makes beyond what is fed forward, `V`. An error of `R` shows little along the magnets: nearly no
+    /// current flows there.
     #[inline]
     #[must_use]
-    pub fn unexpected_direct_v(&self, direct_a: f32) -> f32 {
-        self.integral_v.d - self.motor.resistance_ohm * direct_a
+    pub fn unexpected_v(&self, Dq { d, q }: Dq) -> Dq {
+        let Motor { resistance_ohm, .. } = self.motor;
+        Dq { d: self.integral_v.d - resistance_ohm * d, q: self.integral_v.q - resistance_ohm * q }
     }
 
     /// The voltage for the next period, `V`, not longer than the supply allows, from currents in `A` and the electrical speed.

@@ -35,6 +35,10 @@ pub enum DriveFault {
     NotAligned,
     /// The current loop does not run.
     Silent,
+    /// The encoder's angle does not match the rotor's magnets.
+    EncoderSlipped,
+    /// The current exceeds the command.
+    CurrentUnstable,
     /// A drive on a bus does not answer, or does something else than it is commanded.
     Gone {
         /// Its axis, from 0.
@@ -44,7 +48,7 @@ pub enum DriveFault {
 
 impl DriveFault {
     /// Every one of a board's own drive.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Overcurrent,
         Self::CurrentSensors,
         Self::Undervoltage,
@@ -57,6 +61,8 @@ impl DriveFault {
         Self::Overspeed,
         Self::NotAligned,
         Self::Silent,
+        Self::EncoderSlipped,
+        Self::CurrentUnstable,
     ];
 
     /// Its number and name, what it means and what to do.
@@ -75,6 +81,8 @@ impl DriveFault {
             Self::Overspeed => Reason::Overspeed,
             Self::NotAligned => Reason::NotAligned,
             Self::Silent => Reason::DriveSilent,
+            Self::EncoderSlipped => Reason::EncoderSlipped,
+            Self::CurrentUnstable => Reason::CurrentUnstable,
             Self::Gone { .. } => Reason::DriveGone,
         }
     }

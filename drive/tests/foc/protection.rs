@@ -27,7 +27,14 @@ fn turning(change: impl FnOnce(&mut Configuration)) -> (Bench, Sample) {
 #[test]
 fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() {
     type Change = fn(&mut Sample);
-    let cases: [(Fault, Change); 10] = [
+    let cases: [(Fault, Change); 14] = [
+        // A converter at its end, beside two phases with usual currents and beside one with as much the other way.
+        (Fault::CurrentSensors, |sample| sample.phase_a[0] = f32::INFINITY),
+        (Fault::CurrentSensors, |sample| sample.phase_a[1] = f32::NEG_INFINITY),
+        (Fault::Overcurrent, |sample| {
+            sample.phase_a[..2].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY])
+        }),
+        (Fault::Overcurrent, |sample| sample.phase_a[..2].copy_from_slice(&[f32::INFINITY, -31.0])),
         // A wire of the sensor is open.
         (Fault::Overtemperature, |sample| sample.temperature_c = -55.0),
         (Fault::Overcurrent, |sample| sample.phase_a[0] = 31.0),
@@ -46,6 +53,11 @@ fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() 
         change(&mut sample);
         assert_eq!(bench.drive.step(&sample, Some(0.3)), None, "{fault:?}");
         assert_eq!(bench.drive.fault(), Some(fault));
+        let measured = bench.drive.measured();
+        assert!(
+            measured.current_a.q.is_finite() && measured.torque_nm.is_finite(),
+            "{fault:?}: {measured:?}"
+        );
         // It is right again, and stays off until somebody says so.
         assert_eq!(bench.drive.step(&right, Some(0.3)), None, "{fault:?}");
         bench.drive.clear();
@@ -156,6 +168,82 @@ fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time
 }
 
 #[test]
+fn a_locked_rotor_that_trembles_is_given_up_after_its_time_and_one_that_turns_slowly_is_not() {
+    // Amplitude and frequency of a tremor, and the speed of a rotor that turns.
+    for (tremor_rad, tremor_hz, speed, expected_s) in [
+        (0.02, 40.0, 0.0, Some(0.5)),
+        (0.02, 5.0, 0.0, Some(0.5)),
+        (0.1, 10.0, 0.0, Some(0.5)),
+        (0.0, 0.0, 2.0, None),
+        (0.0, 0.0, -20.0, None),
+    ] {
+        let motor = motor();
+        let mut told = configuration(&motor);
+        told.limits.stall_s = 0.5;
+        let mut bench = Bench::new(&motor, told);
+        let torque_nm = told.limits.current_a * told.motor.torque_constant_nm_per_a();
+        let found_s =
+            (0..40_000_u16).map(|period| f64::from(period) * crate::bench::PERIOD_S).find(|time_s| {
+                let (sin, cos) = (core::f64::consts::TAU * tremor_hz * time_s).sin_cos();
+                let trembling = core::f64::consts::TAU * tremor_hz * tremor_rad * cos;
+                bench.motor.set_rotor(1.0 + tremor_rad * sin + speed * time_s, trembling + speed);
+                bench.step(Some(torque_nm));
+                bench.drive.fault().is_some()
+            });
+        let case = format!("{tremor_rad} rad at {tremor_hz} Hz, {speed} rad/s: {found_s:?}");
+        match expected_s {
+            Some(expected_s) => {
+                assert_eq!(bench.drive.fault(), Some(Fault::Stalled), "{case}");
+                assert!(found_s.is_some_and(|found_s| (found_s - expected_s).abs() < 0.05), "{case}");
+            }
+            None => assert_eq!(bench.drive.fault(), None, "{case}"),
+        }
+    }
+}
+
+#[test]
+fn a_current_control_that_oscillates_is_a_named_fault_within_20_ms() {
+    // The largest currents, by the motor's own inductance as a share of the configured one.
+    for inductance in [0.2, 0.15, 0.1] {
+        for (current_a, speed) in [(5.0, 0.0), (20.0, 0.0), (20.0, 50.0), (-10.0, 50.0), (10.0, 0.0)] {
+            let told = configuration(&motor());
+            let mut real = motor();
+            real.direct_inductance_h *= inductance;
+            real.quadrature_inductance_h *= inductance;
+            let mut bench = Bench::new(&real, told);
+            bench.motor.set_rotor(0.0, speed);
+            let most_nm = told.limits.current_a * told.motor.torque_constant_nm_per_a();
+            let torque_nm = current_a / told.limits.current_a * most_nm;
+            let mut wanted_nm = 0.0_f32;
+            let (mut most_a, mut begun_s, mut found_s) = (0.0_f64, None, None);
+            for period in 0..8_000_u16 {
+                let time_s = f64::from(period) * crate::bench::PERIOD_S;
+                // As the safety stage lets it change, once per ms.
+                if period % 20 == 0 {
+                    wanted_nm += (torque_nm - wanted_nm).clamp(-0.1 * most_nm, 0.1 * most_nm);
+                }
+                bench.step(Some(wanted_nm));
+                let off_a = bench.motor.state().quadrature_a
+                    - f64::from(wanted_nm / told.motor.torque_constant_nm_per_a());
+                most_a = most_a.max(off_a.abs());
+                if off_a.abs() > 4.0 {
+                    begun_s.get_or_insert(time_s);
+                }
+                if bench.drive.fault().is_some() {
+                    found_s = Some(time_s);
+                    break;
+                }
+            }
+            let case = format!(
+                "{inductance}, {current_a} A, {speed} rad/s: {begun_s:?} to {found_s:?} s, {most_a} A off"
+            );
+            assert_eq!(bench.drive.fault(), Some(Fault::CurrentUnstable), "{case}");
+            assert!(found_s.unwrap() - begun_s.unwrap_or(0.0) < 0.02, "{case}");
+        }
+    }
+}
+
+#[test]
 fn a_bridge_that_is_off_lets_the_current_go_and_begins_from_nothing() {
     let (mut bench, _) = turning(|_| {});
     for _ in 0..100 {
@@ -259,7 +347,8 @@ fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_b
         least_nm = least_nm.min(bench.step(Some(0.0)));
     }
     assert_eq!(bench.drive.fault(), Some(Fault::Overspeed));
-    assert!(least_nm > -0.1, "{least_nm} N m");
+    // An eighth of the largest torque.
+    assert!(least_nm > -0.3, "{least_nm} N m");
 }
 
 #[test]
@@ -277,14 +366,13 @@ fn an_encoder_that_is_lost_two_times_in_three_is_given_up() {
 fn what_no_drive_can_have_is_refused_by_name() {
     let right = configuration(&motor());
     type Change = fn(&mut Configuration);
-    let cases: [(&str, Change); 14] = [
+    let cases: [(&str, Change); 13] = [
         ("motor.resistance_ohm", |told| told.motor.resistance_ohm = 0.0),
         ("motor.pole_pairs", |told| told.motor.pole_pairs = 0),
         ("limits.trip_current_a", |told| told.limits.trip_current_a = 20.0),
         ("limits.most_bus_v", |told| told.limits.most_bus_v = f32::NAN),
         ("limits.trip_c", |told| told.limits.trip_c = 80.0),
         ("aligning_current_a", |told| told.aligning_current_a = 21.0),
-        ("damping_nms_per_rad", |told| told.damping_nms_per_rad = -0.1),
         ("encoder.counts_per_turn", |told| told.encoder = Encoder::Incremental { counts_per_turn: 1 }),
         ("joint.gear_ratio", |told| told.joint.gear_ratio = 0.0),
         ("joint.gear_ratio", |told| told.joint.gear_ratio = f32::NAN),
