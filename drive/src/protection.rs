@@ -57,6 +57,8 @@ const MOST_OSCILLATING: i32 = 40;
 /// From this share of the speed that the supply can hold against, by the configured `ψ`, a current that brakes beyond the command
 /// is overspeed.
 const HELD_SHARE: f32 = 0.65;
+/// Of that speed, where a bridge that is off stays off: `ψ` may be configured 1.3 times too high.
+const MOST_HELD_SHARE: f32 = 1.3;
 /// Checks in a row with such a current: 3 ms.
 const MOST_BRAKING: i32 = 10;
 
@@ -348,7 +350,7 @@ impl Protection {
     ) {
         self.slot = if self.slot + 1 < SLOTS { self.slot + 1 } else { 0 };
         match (self.slot, seen.wanted_a) {
-            (0, _) => self.check_motion(seen),
+            (0, _) => self.check_motion(seen, held_rad_per_s()),
             (1 | 4, Some(_)) => self.check_alignment(seen, unexpected_v()),
             (2 | 5, Some(wanted_a)) => self.check_control(seen.current_a, wanted_a),
             (3, Some(wanted_a)) => self.check_braking(seen, wanted_a, held_rad_per_s()),
@@ -359,8 +361,10 @@ impl Protection {
     /// Speed, and the time that the rotor is held under current: within a quarter of an electrical turn, trembling or not. Beyond
     /// that another phase warms up, and half of the time is taken back.
     #[inline]
-    fn check_motion(&mut self, seen: &Seen) {
-        if seen.speed_rad_per_s.abs() > self.limits.speed_rad_per_s {
+    fn check_motion(&mut self, seen: &Seen, held_rad_per_s: f32) {
+        let speed_rad_per_s = seen.speed_rad_per_s.abs();
+        let is_held = seen.wanted_a.is_some() || speed_rad_per_s <= MOST_HELD_SHARE * held_rad_per_s;
+        if speed_rad_per_s > self.limits.speed_rad_per_s || !is_held {
             self.note(Fault::Overspeed);
         }
         let heated = seen.current_a.q * seen.current_a.q * self.stall_per_a2;

@@ -158,6 +158,7 @@ fn lose_counts(powered: &mut Powered, time_s: f64) {
 
 #[test]
 fn an_incremental_encoder_that_loses_counts_is_a_named_fault_and_the_rotor_does_not_run_away() {
+    type Slip = fn(&mut Powered, f64);
     let Some((powered, client)) = aligned() else { return };
     // Without a torque nothing turns it, and with one from then on it is noticed before it is fast.
     let (mut standing, mut waiting) = (powered.clone(), client.clone());
@@ -171,7 +172,6 @@ fn an_incremental_encoder_that_loses_counts_is_a_named_fault_and_the_rotor_does_
     assert_eq!(waiting.reason(&mut standing), Some(Reason::EncoderSlipped));
     assert!(after_s < 0.05 && speed_rad_per_s.abs() < 60.0, "{after_s} s, {speed_rad_per_s} rad/s");
     // While it turns.
-    type Slip = fn(&mut Powered, f64);
     let missing: Slip = |powered, _| powered.slip_rad = -0.01 * powered.motor.state().angle_rad;
     for (name, slip) in [("a count in each ms", lose_counts as Slip), ("1 % of the counts", missing)] {
         let (mut powered, mut client) = (powered.clone(), client.clone());

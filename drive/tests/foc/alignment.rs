@@ -114,11 +114,11 @@ fn an_encoder_that_slips_at_any_speed_is_a_named_fault_within_20_ms_and_the_roto
 fn an_encoder_that_has_slipped_at_standstill_is_a_named_fault_before_the_rotor_is_fast() {
     let (motor, right) = small();
     for errors in MISTAKES {
-        for degrees in [-150.0, -123.0, -90.0, -60.0, 60.0, 90.0, 123.0, 150.0, 180.0_f64] {
+        for degrees in [-150, -123, -90, -60, 60, 90, 123, 150, 180_i16] {
             for share in [0.05, 0.32, 1.0] {
                 let mut bench = Bench::new(&motor, mistaken(right, errors));
                 let torque_nm = share * 5.0 * bench.configuration.motor.torque_constant_nm_per_a();
-                let slip_rad = degrees.to_radians() / 7.0;
+                let slip_rad = f64::from(degrees).to_radians() / 7.0;
                 let found = (0..20_000_u16).find(|_| {
                     step_with_slip(&mut bench, slip_rad, torque_nm);
                     bench.drive.fault().is_some()
@@ -126,7 +126,7 @@ fn an_encoder_that_has_slipped_at_standstill_is_a_named_fault_before_the_rotor_i
                 let speed = bench.motor.state().speed_rad_per_s;
                 let case = format!("{errors:?}, {degrees}°, {share}: {speed:.0} rad/s, {found:?}");
                 // At 90° there is no torque that turns it.
-                if degrees.abs() == 90.0 && found.is_none() {
+                if degrees.abs() == 90 && found.is_none() {
                     assert!(speed.abs() < 100.0, "{case}");
                     continue;
                 }
@@ -156,14 +156,19 @@ impl Random {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        #[expect(clippy::cast_precision_loss, reason = "53 bits")]
-        let share = (self.0 >> 11) as f64 / (1_u64 << 53) as f64;
-        low + share * (high - low)
+        low + f64::from((self.0 >> 32) as u32) / f64::from(u32::MAX) * (high - low)
+    }
+
+    fn one_of<T: Copy>(&mut self, choices: [T; 4]) -> T {
+        let share = self.within(0.0, 4.0);
+        let place = [1.0, 2.0, 3.0].iter().filter(|least| share >= **least).count();
+        choices[place]
     }
 
     /// An error of 30 % at most, the largest ones more often.
     fn error(&mut self) -> f32 {
-        [0.7, 1.3, self.within(0.7, 1.3), 1.0][self.within(0.0, 3.99) as usize] as f32
+        let any = self.within(0.7, 1.3) as f32;
+        self.one_of([0.7, 1.3, any, 1.0])
     }
 }
 
@@ -196,7 +201,7 @@ fn a_healthy_motor_runs_without_a_fault_at_all_speeds_in_steps_reversals_saturat
         let cogging_nm = random.within(-0.2, 0.2).max(0.0) * most_nm;
         // As the safety stage lets a torque change, or at once.
         let rate_nm = most_nm * if random.within(0.0, 1.0) < 0.7 { PERIOD_S / 0.01 } else { 2.0 };
-        let hold = [20, 100, 1_000, 4_000][random.within(0.0, 3.99) as usize];
+        let hold = random.one_of([20, 100, 1_000, 4_000]);
         // The alignment is exact to 10° (electrical).
         let slip_rad = random.within(-0.17, 0.17) / f64::from(motor.pole_pairs);
         let mut bench = Bench::new(&motor, told);
@@ -209,8 +214,8 @@ fn a_healthy_motor_runs_without_a_fault_at_all_speeds_in_steps_reversals_saturat
             let magnets_v = electrical * state.speed_rad_per_s * motor.flux_linkage_vs;
             fastest_share = fastest_share.max(magnets_v.abs() / motor.supply_v);
             if period % hold == 0 {
-                let most = [0.0, most_nm, -most_nm, random.within(-most_nm, most_nm)];
-                target_nm = most[random.within(0.0, 3.99) as usize];
+                let any_nm = random.within(-most_nm, most_nm);
+                target_nm = random.one_of([0.0, most_nm, -most_nm, any_nm]);
                 load_nm = random.within(-1.0, 1.0).clamp(-0.8, 0.8) * most_nm;
                 if period % (3 * hold) != 0 {
                     load_nm = 0.0;

@@ -352,6 +352,18 @@ fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_b
 }
 
 #[test]
+fn a_bridge_that_is_off_stays_off_at_a_speed_that_the_supply_cannot_hold_against() {
+    let motor = motor();
+    // It can hold against 149 rad/s.
+    for (speed, fault) in [(170.0, None), (220.0, Some(Fault::Overspeed))] {
+        let mut bench = Bench::new(&motor, configuration(&motor));
+        bench.motor.set_rotor(0.0, speed);
+        bench.run(None, 200);
+        assert_eq!(bench.drive.fault(), fault, "{speed} rad/s");
+    }
+}
+
+#[test]
 fn an_encoder_that_is_lost_two_times_in_three_is_given_up() {
     let (mut bench, _) = turning(|_| {});
     let off = (0..100).find(|reading| {
