@@ -118,13 +118,11 @@ impl CurrentLoop {
             temperature_c: self.scaling.celsius(counts.temperature),
             rotor,
         };
-        let duties = if matches!(self.stage, Stage::Driving) {
-            self.drive.step(&sample, wanted_nm)
-        } else {
-            // For angle and speed, and what is wrong with the rest.
-            let _ = self.drive.step(&sample, None);
-            self.prepare(&counts, &sample, wanted_nm.is_some(), exchange)
-        };
+        let is_wanted = wanted_nm.is_some();
+        let is_driving = matches!(self.stage, Stage::Driving);
+        // Before it drives, for angle and speed, and what is wrong with the rest. One call: the code of two is twice as long.
+        let duties = self.drive.step(&sample, wanted_nm.filter(|_| is_driving));
+        let duties = if is_driving { duties } else { self.prepare(&counts, &sample, is_wanted, exchange) };
         self.periods = self.periods.wrapping_add(1);
         let measured = self.drive.measured();
         exchange.tell(&Told {
