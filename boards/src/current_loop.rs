@@ -291,6 +291,5 @@ fn told(fault: Fault) -> DriveFault {
         Fault::Stalled => DriveFault::Stalled,
         Fault::Overspeed => DriveFault::Overspeed,
         Fault::EncoderSlipped => DriveFault::EncoderSlipped,
-        Fault::CurrentUnstable => DriveFault::CurrentUnstable,
     }
 }

@@ -41,7 +41,6 @@ struct Gains {
 }
 
 impl Gains {
-    #[inline]
     fn new(inductance_h: f32, configuration: &Configuration) -> Self {
         let Configuration { motor, inverter: Inverter { period_s, .. }, bandwidth_rad_per_s, .. } =
             configuration;
@@ -56,7 +55,6 @@ impl Gains {
 }
 
 /// `1 - exp(-x)`, `x` at least 0, to 2e-6 of it: by its series for a 256th of `x`, and then by `d(2x) = d(x) (2 - d(x))`.
-#[inline]
 fn decayed(x: f32) -> f32 {
     let small = x / 256.0;
     let first = small * (1.0 - small * (0.5 - small / 6.0));
@@ -65,13 +63,15 @@ fn decayed(x: f32) -> f32 {
 
 impl CurrentController {
     /// With the gains of a configuration that is [right](Configuration::check).
-    #[inline]
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         let motor = configuration.motor;
-        let [direct, quadrature] = [motor.direct_inductance_h, motor.quadrature_inductance_h]
-            .map(|inductance_h| Gains::new(inductance_h, configuration));
-        Self { motor, direct, quadrature, integral_v: Dq::default() }
+        Self {
+            motor,
+            direct: Gains::new(motor.direct_inductance_h, configuration),
+            quadrature: Gains::new(motor.quadrature_inductance_h, configuration),
+            integral_v: Dq::default(),
+        }
     }
 
     /// Forgets its integrals: what is done while nothing is driven.
@@ -79,13 +79,12 @@ impl CurrentController {
         self.integral_v = Dq::default();
     }
 
-    /// The voltage that the motor makes beyond what is fed forward, `V`. An error of `R` shows little along the magnets: nearly no
-    /// current flows there.
+    /// What the motor makes along the magnets beyond what is fed forward, `V`. An error of `R` shows little: nearly no current
+    /// flows along them.
     #[inline]
     #[must_use]
-    pub fn unexpected_v(&self, Dq { d, q }: Dq) -> Dq {
-        let Motor { resistance_ohm, .. } = self.motor;
-        Dq { d: self.integral_v.d - resistance_ohm * d, q: self.integral_v.q - resistance_ohm * q }
+    pub fn unexpected_direct_v(&self, direct_a: f32) -> f32 {
+        self.integral_v.d - self.motor.resistance_ohm * direct_a
     }
 
     /// The voltage for the next period, `V`, not longer than the supply allows, from currents in `A` and the electrical speed.

@@ -7,7 +7,7 @@ use crate::configuration::{Checked, Configuration, ConfigurationError, Inverter,
 use crate::current_controller::CurrentController;
 use crate::modulation::{Duties, Modulation};
 use crate::number::{smaller, within};
-use crate::protection::{Fault, Protection, Seen};
+use crate::protection::{Fault, Protection};
 use crate::sample::{Rotor, Sample};
 use crate::tracking::Tracking;
 use crate::vector::{Dq, Stator, Turn};
@@ -38,11 +38,11 @@ pub struct Drive {
     modulation: Modulation,
     protection: Protection,
     current_a: Dq,
-    /// Current that is commanded; none while the bridge is off.
-    wanted_a: Option<f32>,
     voltage_v: Dq,
     /// At which the magnets make one volt.
     speed_per_v: f32,
+    /// Whether this period checks the encoder's alignment, or the motion.
+    feels: bool,
     /// How long the encoder has said what can be believed, `s`; none before its first reading.
     seen_s: Option<f32>,
 }
@@ -72,7 +72,6 @@ impl Drive {
     }
 
     /// A drive that is off, of a configuration that is right.
-    #[inline]
     #[must_use]
     pub fn of(configuration: &Checked) -> Self {
         let configuration = configuration.get();
@@ -90,9 +89,9 @@ impl Drive {
             modulation: Modulation::new(configuration),
             protection: Protection::new(configuration),
             current_a: Dq::default(),
-            wanted_a: None,
             voltage_v: Dq::default(),
             speed_per_v: 1.0 / (pole_pairs * motor.flux_linkage_vs),
+            feels: false,
             seen_s: None,
         }
     }
@@ -120,24 +119,21 @@ impl Drive {
         self.track(sample.rotor);
         self.protection.look(sample);
         let speed_rad_per_s = self.tracking.speed_rad_per_s();
-        let supply = self.modulation.supply(sample.bus_v);
-        // Before, one step of the encoder is a high speed.
-        let has_settled = self.seen_s > Some(SETTLED_S);
-        if has_settled {
-            let Self { controller, current_a, wanted_a, speed_per_v, .. } = self;
-            let (angle, bus_v) = (self.tracking.angle(), sample.bus_v);
-            let seen = Seen { angle, speed_rad_per_s, current_a: *current_a, wanted_a: *wanted_a, bus_v };
-            let unexpected_v = || controller.unexpected_v(*current_a);
-            self.protection.check_in_turn(&seen, unexpected_v, || supply.most_v * *speed_per_v);
-        }
         let electrical = self.angle().minus(self.offset).times(self.motor.pole_pairs);
         let now = Turn::to(electrical);
         self.current_a = now.park(Stator::from_phases(sample.phase_a));
+        let supply = self.modulation.supply(sample.bus_v);
+        // Before, one step of the encoder is a high speed.
+        let has_settled = self.seen_s > Some(SETTLED_S);
+        self.feels = !self.feels;
+        if has_settled && !self.feels {
+            let (angle, held_rad_per_s) = (self.tracking.angle(), supply.most_v * self.speed_per_v);
+            self.protection.weigh(self.current_a.q, angle, speed_rad_per_s, held_rad_per_s);
+        }
         let may_be_on = has_settled && self.fault().is_none();
         let Some(torque_nm) = torque_nm.filter(|torque_nm| may_be_on && torque_nm.is_finite()) else {
             self.controller.reset();
             self.voltage_v = Dq::default();
-            self.wanted_a = None;
             // A converter at its end shows no current.
             if !self.current_a.q.is_finite() {
                 self.current_a = Dq::default();
@@ -146,13 +142,17 @@ impl Drive {
         };
         let most_a = self.protection.current_limit_a(sample.temperature_c);
         let wanted_a = within(torque_nm * self.current_per_torque, most_a);
-        self.wanted_a = Some(wanted_a);
         self.voltage_v = self.controller.step(
             Dq { d: 0.0, q: wanted_a },
             self.current_a,
             f32::from(self.motor.pole_pairs) * speed_rad_per_s,
             &supply,
         );
+        if self.feels {
+            let (Dq { d, q }, pole_pairs) = (self.current_a, f32::from(self.motor.pole_pairs));
+            let unexpected_v = self.controller.unexpected_direct_v(d);
+            self.protection.feel(unexpected_v, q, speed_rad_per_s, pole_pairs, sample.bus_v);
+        }
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark_across(wanted_a), &supply))

@@ -37,8 +37,6 @@ pub enum DriveFault {
     Silent,
     /// The encoder's angle does not match the rotor's magnets.
     EncoderSlipped,
-    /// The current exceeds the command.
-    CurrentUnstable,
     /// A drive on a bus does not answer, or does something else than it is commanded.
     Gone {
         /// Its axis, from 0.
@@ -48,7 +46,7 @@ pub enum DriveFault {
 
 impl DriveFault {
     /// Every one of a board's own drive.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 13] = [
         Self::Overcurrent,
         Self::CurrentSensors,
         Self::Undervoltage,
@@ -62,7 +60,6 @@ impl DriveFault {
         Self::NotAligned,
         Self::Silent,
         Self::EncoderSlipped,
-        Self::CurrentUnstable,
     ];
 
     /// Its number and name, what it means and what to do.
@@ -82,7 +79,6 @@ impl DriveFault {
             Self::NotAligned => Reason::NotAligned,
             Self::Silent => Reason::DriveSilent,
             Self::EncoderSlipped => Reason::EncoderSlipped,
-            Self::CurrentUnstable => Reason::CurrentUnstable,
             Self::Gone { .. } => Reason::DriveGone,
         }
     }

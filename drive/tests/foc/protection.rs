@@ -202,48 +202,6 @@ fn a_locked_rotor_that_trembles_is_given_up_after_its_time_and_one_that_turns_sl
 }
 
 #[test]
-fn a_current_control_that_oscillates_is_a_named_fault_within_20_ms() {
-    // The largest currents, by the motor's own inductance as a share of the configured one.
-    for inductance in [0.2, 0.15, 0.1] {
-        for (current_a, speed) in [(5.0, 0.0), (20.0, 0.0), (20.0, 50.0), (-10.0, 50.0), (10.0, 0.0)] {
-            let told = configuration(&motor());
-            let mut real = motor();
-            real.direct_inductance_h *= inductance;
-            real.quadrature_inductance_h *= inductance;
-            let mut bench = Bench::new(&real, told);
-            bench.motor.set_rotor(0.0, speed);
-            let most_nm = told.limits.current_a * told.motor.torque_constant_nm_per_a();
-            let torque_nm = current_a / told.limits.current_a * most_nm;
-            let mut wanted_nm = 0.0_f32;
-            let (mut most_a, mut begun_s, mut found_s) = (0.0_f64, None, None);
-            for period in 0..8_000_u16 {
-                let time_s = f64::from(period) * crate::bench::PERIOD_S;
-                // As the safety stage lets it change, once per ms.
-                if period % 20 == 0 {
-                    wanted_nm += (torque_nm - wanted_nm).clamp(-0.1 * most_nm, 0.1 * most_nm);
-                }
-                bench.step(Some(wanted_nm));
-                let off_a = bench.motor.state().quadrature_a
-                    - f64::from(wanted_nm / told.motor.torque_constant_nm_per_a());
-                most_a = most_a.max(off_a.abs());
-                if off_a.abs() > 4.0 {
-                    begun_s.get_or_insert(time_s);
-                }
-                if bench.drive.fault().is_some() {
-                    found_s = Some(time_s);
-                    break;
-                }
-            }
-            let case = format!(
-                "{inductance}, {current_a} A, {speed} rad/s: {begun_s:?} to {found_s:?} s, {most_a} A off"
-            );
-            assert_eq!(bench.drive.fault(), Some(Fault::CurrentUnstable), "{case}");
-            assert!(found_s.unwrap() - begun_s.unwrap_or(0.0) < 0.02, "{case}");
-        }
-    }
-}
-
-#[test]
 fn a_bridge_that_is_off_lets_the_current_go_and_begins_from_nothing() {
     let (mut bench, _) = turning(|_| {});
     for _ in 0..100 {
@@ -347,20 +305,7 @@ fn a_rotor_that_is_driven_faster_than_can_be_held_against_turns_the_bridge_off_b
         least_nm = least_nm.min(bench.step(Some(0.0)));
     }
     assert_eq!(bench.drive.fault(), Some(Fault::Overspeed));
-    // An eighth of the largest torque.
-    assert!(least_nm > -0.3, "{least_nm} N m");
-}
-
-#[test]
-fn a_bridge_that_is_off_stays_off_at_a_speed_that_the_supply_cannot_hold_against() {
-    let motor = motor();
-    // It can hold against 149 rad/s.
-    for (speed, fault) in [(170.0, None), (220.0, Some(Fault::Overspeed))] {
-        let mut bench = Bench::new(&motor, configuration(&motor));
-        bench.motor.set_rotor(0.0, speed);
-        bench.run(None, 200);
-        assert_eq!(bench.drive.fault(), fault, "{speed} rad/s");
-    }
+    assert!(least_nm > -0.1, "{least_nm} N m");
 }
 
 #[test]
