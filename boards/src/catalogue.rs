@@ -82,7 +82,7 @@ pub struct Tooling {
     /// What makes its torque; none where that is a voltage, or simulated.
     pub drive: Option<ThreePhaseDrive>,
     /// The built-in scheme of its images, which a board starts with that keeps no other one. Its gains fit the
-    /// motor: one count of the encoder asks for 2 % of the motor's largest torque at most.
+    /// motor: one count of the encoder asks for 1 % of the motor's largest torque at most.
     pub scheme: BuiltInScheme,
 }
 

@@ -238,8 +238,7 @@ impl CurrentLoop {
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
-        use Fault::{EncoderJumped, EncoderLost, EncoderSlipped};
-        let has_lost_rotor = matches!(self.drive.fault(), Some(EncoderLost | EncoderJumped | EncoderSlipped));
+        let has_lost_rotor = matches!(self.drive.fault(), Some(Fault::EncoderLost | Fault::EncoderJumped));
         self.drive.clear();
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
@@ -290,6 +289,5 @@ fn told(fault: Fault) -> DriveFault {
         Fault::EncoderMagnet => DriveFault::EncoderMagnet,
         Fault::Stalled => DriveFault::Stalled,
         Fault::Overspeed => DriveFault::Overspeed,
-        Fault::EncoderSlipped => DriveFault::EncoderSlipped,
     }
 }

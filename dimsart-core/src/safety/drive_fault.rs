@@ -35,8 +35,6 @@ pub enum DriveFault {
     NotAligned,
     /// The current loop does not run.
     Silent,
-    /// The encoder's angle does not match the rotor's magnets.
-    EncoderSlipped,
     /// A drive on a bus does not answer, or does something else than it is commanded.
     Gone {
         /// Its axis, from 0.
@@ -46,7 +44,7 @@ pub enum DriveFault {
 
 impl DriveFault {
     /// Every one of a board's own drive.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 12] = [
         Self::Overcurrent,
         Self::CurrentSensors,
         Self::Undervoltage,
@@ -59,7 +57,6 @@ impl DriveFault {
         Self::Overspeed,
         Self::NotAligned,
         Self::Silent,
-        Self::EncoderSlipped,
     ];
 
     /// Its number and name, what it means and what to do.
@@ -78,7 +75,6 @@ impl DriveFault {
             Self::Overspeed => Reason::Overspeed,
             Self::NotAligned => Reason::NotAligned,
             Self::Silent => Reason::DriveSilent,
-            Self::EncoderSlipped => Reason::EncoderSlipped,
             Self::Gone { .. } => Reason::DriveGone,
         }
     }

@@ -6,7 +6,6 @@
     reason = "in helpers of tests as in tests; what a board has is f32"
 )]
 
-mod alignment;
 mod bandwidth;
 mod bench;
 mod identification;
