@@ -4,8 +4,6 @@
 //! `cargo xtask test` writes the case (`tests/oracle/identify.py`) and says in `DIMSART_ORACLE` where it is.
 #![expect(clippy::unwrap_used, reason = "in helpers of tests as in tests")]
 
-use std::path::PathBuf;
-
 use hil_sim::identify::{Experiment, ForceIs, frequency_response, identify};
 use serde::Deserialize;
 
@@ -35,17 +33,14 @@ struct Joint {
 }
 
 fn reference() -> Option<Reference> {
-    let folder = std::env::var_os("DIMSART_ORACLE").map(PathBuf::from)?;
+    let folder = test_requirements::reference_runs("scipy")?;
     let text = std::fs::read_to_string(folder.join("identify.json")).unwrap();
     Some(serde_json::from_str(&text).unwrap())
 }
 
 #[test]
 fn the_frequency_response_is_the_one_that_scipy_finds() {
-    let Some(Reference { tick_s, response, .. }) = reference() else {
-        println!("skipped: DIMSART_ORACLE is not set, `cargo xtask test` sets it");
-        return;
-    };
+    let Some(Reference { tick_s, response, .. }) = reference() else { return };
     let Response { segment, input, output, frequency_hz, real, imaginary, coherence } = response;
     let found = frequency_response(tick_s, &input, &output, segment, 200).unwrap();
     assert!(found.len() > 100);
@@ -63,10 +58,7 @@ fn the_frequency_response_is_the_one_that_scipy_finds() {
 
 #[test]
 fn a_joint_in_closed_form_has_what_was_put_in() {
-    let Some(Reference { tick_s, joint, .. }) = reference() else {
-        println!("skipped: DIMSART_ORACLE is not set, `cargo xtask test` sets it");
-        return;
-    };
+    let Some(Reference { tick_s, joint, .. }) = reference() else { return };
     let Joint { position, force, truth } = &joint;
     let force_is = ForceIs::Measured;
     let experiment = Experiment { period_s: tick_s, position, force, force_is, turns: true, others: &[] };

@@ -5,6 +5,7 @@ use std::fs;
 use std::process::{Command, Output};
 
 use hil_sim::emulated::FOLDER_VARIABLE;
+use test_requirements::stamped_image;
 
 const BILATERAL: &str = include_str!("../../schemes/bilateral.scheme");
 const LAST_ROW: &str = "m&s      MOD_ENG        MATCHING_CHECK";
@@ -226,20 +227,9 @@ fn the_rows_in_the_help_of_modules_are_understood() {
     assert!(out.contains("PDCTRL_MOD.2") && !out.contains("fault: my.scheme:"), "{out}");
 }
 
-/// By the stamps of images; false, after a line that says so, without a folder of them.
-fn has_images() -> bool {
-    let has_images = std::env::var_os(FOLDER_VARIABLE).is_some();
-    if !has_images {
-        eprintln!(
-            "nothing was checked against boards: {FOLDER_VARIABLE} names no folder; run `cargo xtask test`"
-        );
-    }
-    has_images
-}
-
 #[test]
 fn on_a_board_a_scheme_is_told_how_long_its_ticks_can_be() {
-    if !has_images() {
+    if stamped_image("nucleo-g474re").is_none() {
         return;
     }
     let (status, out) = check(BILATERAL, &["--side", "master", "--board", "nucleo-g474re"]);
@@ -252,7 +242,7 @@ fn on_a_board_a_scheme_is_told_how_long_its_ticks_can_be() {
 
 #[test]
 fn a_module_too_many_for_a_board_is_named_with_the_numbers() {
-    if !has_images() {
+    if stamped_image("mps2-an386").is_none() {
         return;
     }
     let receivers: String =

@@ -6,9 +6,9 @@ use dimsart_core::Tick;
 use hil_sim::plant::Environment;
 use hil_sim::rig::Station;
 
-use crate::length;
 use crate::line::Loop;
 use crate::loops::{SLAVE, axis, push, rig};
+use test_requirements::length;
 
 /// A hand that never lets go.
 fn swing() -> [Vec<Box<dyn Environment>>; 2] {

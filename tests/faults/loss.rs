@@ -8,9 +8,10 @@ use hil_sim::plant::Environment;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
+use crate::happens;
 use crate::line::Loop;
 use crate::loops::push;
-use crate::{happens, length};
+use test_requirements::length;
 
 /// One count of the energy account that packets carry, `J`; far above the rounding of the account here.
 const NOTHING_J: f64 = 1e-9;

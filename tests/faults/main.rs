@@ -13,11 +13,6 @@ mod loss;
 use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 
-/// `full` where `cargo xtask long` runs the test, `short` elsewhere.
-fn length(short: u64, full: u64) -> u64 {
-    if std::env::var_os("DIMSART_LONG").is_some() { full } else { short }
-}
-
 /// True with this probability.
 fn happens(random: &mut Pcg64Mcg, probability: f64) -> bool {
     f64::from(random.next_u32()) / 4_294_967_296.0 < probability

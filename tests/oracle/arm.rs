@@ -93,7 +93,7 @@ fn look(arm: &Arm, samples: &[Sample]) -> [(&'static str, Vec<f64>, Vec<f64>); 5
 
 #[test]
 fn the_arm_agrees_with_mujoco() {
-    let Some(folder) = evidence::folder("MuJoCo") else { return };
+    let Some(folder) = test_requirements::reference_runs("MuJoCo") else { return };
     let reference: Reference = evidence::read(&folder.join("arm.json"));
     let mut evidence = Evidence::new("arm");
     for case in &reference.cases {

@@ -1,24 +1,12 @@
 //! Comparisons with an oracle: what is beyond its tolerance fails the test, and all of it is kept for `cargo xtask oracle` to
 //! show.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 /// Most points that are kept of a curve.
 const POINTS: usize = 1000;
-
-/// The folder of the reference runs; says that nothing is compared where there is none.
-#[expect(clippy::explicit_write, reason = "past the capture of a passing test's output: it is to be seen")]
-pub(crate) fn folder(oracle: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("DIMSART_ORACLE");
-    if folder.is_none() {
-        let line = format!("not compared with {oracle}: DIMSART_ORACLE is not set; run `cargo xtask test`");
-        writeln!(std::io::stderr(), "{line}").unwrap();
-    }
-    folder.map(PathBuf::from)
-}
 
 /// A file of the reference runs.
 pub(crate) fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
@@ -158,7 +146,7 @@ impl Evidence {
     /// # Panics
     /// If anything was beyond its tolerance, or nothing was compared.
     pub(crate) fn end(self) {
-        let folder = folder("an oracle").unwrap().join("found");
+        let folder = test_requirements::reference_runs("an oracle").unwrap().join("found");
         std::fs::create_dir_all(&folder).unwrap();
         let text = serde_json::to_string(&self.rows).unwrap();
         std::fs::write(folder.join(self.test).with_extension("json"), text).unwrap();

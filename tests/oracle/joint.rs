@@ -55,7 +55,7 @@ fn run(case: &Case, tick_s: f64, rows: &[Vec<f64>]) -> Vec<Vec<f64>> {
 
 #[test]
 fn the_joint_agrees_with_scipy() {
-    let Some(folder) = evidence::folder("scipy") else { return };
+    let Some(folder) = test_requirements::reference_runs("scipy") else { return };
     let reference: Reference = evidence::read(&folder.join("joint.json"));
     let mut evidence = Evidence::new("joint");
     for case in &reference.cases {

@@ -139,7 +139,7 @@ fn signal(dimsart: &Dimsart, name: &str) -> Vec<f64> {
 
 #[test]
 fn every_module_does_what_an_outside_implementation_says() {
-    let Some(folder) = evidence::folder("the oracles of the modules") else { return };
+    let Some(folder) = test_requirements::reference_runs("the oracles of the modules") else { return };
     let cases: Vec<Case> = evidence::read(&folder.join("modules.json"));
     let mut evidence = Evidence::new("modules");
     for case in &cases {

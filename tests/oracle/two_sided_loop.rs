@@ -119,7 +119,7 @@ struct WeaklyDamped {
 /// how far the others are from 1, where modes that die out together are not told apart.
 #[test]
 fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
-    let Some(folder) = evidence::folder("python-control") else { return };
+    let Some(folder) = test_requirements::reference_runs("python-control") else { return };
     let predictions: Predictions = evidence::read(&folder.join("predictions.json"));
     let mut growing = 0;
     for row in &predictions.weakly_damped {
@@ -152,7 +152,7 @@ fn loops_grow_by_the_largest_eigenvalue_of_python_control() {
 
 #[test]
 fn the_simulator_agrees_with_python_control() {
-    let Some(folder) = evidence::folder("python-control") else { return };
+    let Some(folder) = test_requirements::reference_runs("python-control") else { return };
     let reference: Reference = evidence::read(&folder.join("cases.json"));
     assert_eq!(reference.tick_s.to_bits(), TICK_S.to_bits());
     let mut evidence = Evidence::new("two_sided_loop");

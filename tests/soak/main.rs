@@ -35,7 +35,7 @@ struct Largest {
 
 #[test]
 fn a_day_without_rest_leaves_nothing_behind() {
-    let duration_s = if std::env::var_os("DIMSART_LONG").is_some() { 24 * 3600 } else { 240 };
+    let duration_s = test_requirements::length(240, 24 * 3600);
     let mut sides = [Side::master(PERIODS_NS[0]), Side::slave(PERIODS_NS[1])];
     let mut lines = [Line::new(1), Line::new(2)];
     let (mut first, mut spell, mut most) = (None, Largest::default(), Largest::default());

@@ -24,6 +24,39 @@ pub(crate) const SIDES: [&str; 2] = ["master", "slave"];
 /// Programs of the firmware beside the image, as features, which add no more than these.
 const PROGRAMS: &str = "cycle-table,drive-step,two-engines";
 
+/// Images that are built for every change: a chip and its drive, the emulated board, authentication. `cargo xtask long`
+/// builds all.
+const FOR_EVERY_CHANGE: [&str; 6] = [
+    "mps2-an386",
+    "mps2-an386-timer-tick",
+    "mps2-an386-auth-timer-tick",
+    "nucleo-g474re",
+    "nucleo-g474re-ihm08m1",
+    "b-g431b-esc1",
+];
+
+/// Which images are built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Images {
+    /// Those for every change.
+    Few,
+    /// Every variant of every board.
+    All,
+}
+
+impl Images {
+    /// Boards and variants, of the boards' catalogue.
+    fn list(self) -> impl Iterator<Item = (&'static BoardInfo, Option<&'static str>)> {
+        let all = BOARDS.iter().flat_map(|board| {
+            let variants = board.tooling.variants.iter().copied().map(Some);
+            std::iter::once(None).chain(variants).map(move |variant| (board, variant))
+        });
+        all.filter(move |(board, variant)| {
+            self == Self::All || FOR_EVERY_CHANGE.contains(&image_name(board, *variant).as_str())
+        })
+    }
+}
+
 /// Bytes of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Size {
@@ -73,28 +106,20 @@ pub(crate) fn declared() -> Result<Declared, String> {
     Declared::read(CALLS).map_err(|error| format!("boards/calls.txt, {error}"))
 }
 
-/// Builds every image of every board into [`folder`].
-pub(crate) fn build_all(toolchain: Toolchain) -> Result<Vec<Image>, String> {
-    let mut images = Vec::new();
-    for board in BOARDS {
-        for variant in std::iter::once(None).chain(board.tooling.variants.iter().copied().map(Some)) {
-            images.push(build(toolchain, board, variant)?);
-        }
+/// Builds images into [`folder`], which has no others then.
+pub(crate) fn build_all(toolchain: Toolchain, images: Images) -> Result<Vec<Image>, String> {
+    let folder = folder();
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder)
+            .map_err(|error| format!("cannot remove {}: {error}", folder.display()))?;
     }
-    Ok(images)
+    images.list().map(|(board, variant)| build(toolchain, board, variant)).collect()
 }
 
 /// Holds images to their boards' budgets.
 pub(crate) fn hold(images: &[Image]) -> Outcome {
     let over: Vec<String> = images.iter().filter_map(over_budget).collect();
     if over.is_empty() { Ok(()) } else { Err(over.join("\n")) }
-}
-
-/// Stamps the plain image of each board: tests ask what these refuse by their stamps.
-pub(crate) fn stamp_plain(images: &[Image]) -> Outcome {
-    // What laws cost is known of the variant that has them.
-    let is_stamped = |image: &&Image| image.name == image.board.name || image.name.ends_with("-online");
-    images.iter().filter(is_stamped).try_for_each(Image::stamp)
 }
 
 /// Builds one image.
@@ -105,12 +130,16 @@ pub(crate) fn build(
 ) -> Result<Image, String> {
     let arguments = ["--package", "firmware", "--profile", PROFILE];
     run(toolchain.cargo("build", &arguments).args(features(board, variant)))?;
-    let parts: Vec<&str> = [Some(board.name), variant].into_iter().flatten().collect();
-    let (name, built) = (parts.join("-").replace(',', "-"), output(PROFILE).join("firmware"));
+    let (name, built) = (image_name(board, variant), output(PROFILE).join("firmware"));
     let image = collect(&built, &name)?;
     let size = size(&image)?;
     let budget = if variant.is_none() { budget(board)? } else { None };
     Ok(Image { name, board, size, budget })
+}
+
+fn image_name(board: &BoardInfo, variant: Option<&str>) -> String {
+    let parts: Vec<&str> = [Some(board.name), variant].into_iter().flatten().collect();
+    parts.join("-").replace(',', "-")
 }
 
 /// Cargo's arguments that choose a board, the modules that its images have, and what else is wanted.
@@ -175,15 +204,12 @@ pub(crate) fn check_format() -> Outcome {
 }
 
 /// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest.
-pub(crate) fn lint(toolchain: Toolchain) -> Outcome {
-    for board in BOARDS {
-        let variants = board.tooling.variants.iter().copied().chain([PROGRAMS]).map(Some);
-        for variant in std::iter::once(None).chain(variants) {
-            // Their profile, for which all is built that runs on the host.
-            let mut clippy =
-                toolchain.cargo("clippy", &["--quiet", "--profile", PROFILE, "--package", "firmware"]);
-            run(clippy.args(features(board, variant)).args(["--", "--deny", "warnings"]))?;
-        }
+pub(crate) fn lint(toolchain: Toolchain, images: Images) -> Outcome {
+    for (board, variant) in images.list().chain(BOARDS.iter().map(|board| (board, Some(PROGRAMS)))) {
+        // Their profile, for which all is built that runs on the host.
+        let mut clippy =
+            toolchain.cargo("clippy", &["--quiet", "--profile", PROFILE, "--package", "firmware"]);
+        run(clippy.args(features(board, variant)).args(["--", "--deny", "warnings"]))?;
     }
     Ok(())
 }
@@ -252,6 +278,14 @@ mod tests {
         for board in BOARDS {
             assert_eq!(board.tooling.chip.is_some(), budget(board).unwrap().is_some(), "{}", board.name);
         }
+    }
+
+    #[test]
+    fn the_images_for_every_change_exist_and_are_of_every_board() {
+        let few: Vec<String> =
+            Images::Few.list().map(|(board, variant)| image_name(board, variant)).collect();
+        assert_eq!(few.len(), FOR_EVERY_CHANGE.len());
+        assert!(BOARDS.iter().all(|board| few.iter().any(|name| name == board.name)));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use std::fmt::Write;
 
-use crate::boards::{Image, Size, build_all, hold};
+use crate::boards::{Image, Images, Size, build_all, hold};
 use crate::example::example;
 use crate::shell::{Outcome, command, top};
 use crate::table::table;
@@ -119,7 +119,7 @@ pub(crate) fn run() -> Outcome {
     faults()?;
     setup::emulator()?;
     let toolchain = Toolchain::set_up()?;
-    let images = build_all(toolchain)?;
+    let images = build_all(toolchain, Images::All)?;
     let bounds = stack::bounds(&images)?;
     let page =
         page(&images) + &module_groups::section(toolchain)? + STACK + &stack::summary(&images, &bounds);

@@ -1,14 +1,16 @@
 //! `cargo xtask long`: tests that continuous integration runs short, at their full length, and what it leaves out.
 
+use std::fs::File;
 use std::io::{IsTerminal, Write};
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::shell::{Outcome, cargo};
+use crate::boards::{Image, Images};
+use crate::shell::{Outcome, cargo, target};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{boards, fuzz, module_costs, setup, stack};
+use crate::{boards, cycle_table, fuzz, module_costs, panic_free, setup, stack, tutorial, two_engines};
 
 /// Tells a test to run at its full length.
 const VARIABLE: &str = "DIMSART_LONG";
@@ -97,18 +99,34 @@ pub(crate) fn run() -> Outcome {
             setup::emulator()?;
             Toolchain::set_up()
         })?;
-        let images = steps.step("images", || boards::build_all(toolchain))?;
-        steps.step("stamps of every variant", || images.iter().try_for_each(boards::Image::stamp))?;
+        let images = steps.step("images", || {
+            let images = boards::build_all(toolchain, Images::All)?;
+            boards::build_drive_step(toolchain)?;
+            Ok(images)
+        })?;
+        steps.step("stamps of every variant", || images.iter().try_for_each(Image::stamp))?;
         let minutes: u64 = RUNS.iter().map(|run| run.minutes).sum();
         let count = RUNS.len();
         println!("{count} long runs, about {minutes} min on two cores, then fuzzing, about {HOURS} h");
         let mut outcomes: Vec<Outcome> =
             RUNS.iter().map(|run| steps.step(run.what, || run_one(run))).collect();
-        outcomes.push(
+        outcomes.extend([
+            steps.step("tests of every image", tests_of_images),
+            steps.step("lints of every image", || boards::lint(toolchain, Images::All)),
+            steps.step("stack of every image", || stack::hold(&images, &stack::bounds(&images)?)),
+            steps.step("no panic in a tick of any image", || panic_free::hold(&images)),
             steps.step("frames on the stack as the compiler has them", || stack::cross_check(toolchain)),
-        );
-        outcomes.push(steps.step("costs of the other modules", || module_costs::hold_others(toolchain)));
-        outcomes.push(steps.step("fuzzing", || fuzz::fuzz(INPUTS)));
+            steps.step("chips as the flashing tool knows them", || {
+                let test =
+                    ["test", "--quiet", "--package", "boards", "--features", "probe-rs", "--test", "chips"];
+                crate::shell::run(&mut cargo(&test))
+            }),
+            steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386")),
+            steps.step("two engines, emulated", two_engines::run),
+            steps.step("the tutorial", tutorial::follow),
+            steps.step("costs of the other modules", || module_costs::hold_others(toolchain)),
+            steps.step("fuzzing", || fuzz::fuzz(INPUTS)),
+        ]);
         let failed: Vec<String> = outcomes.into_iter().filter_map(Result::err).collect();
         if failed.is_empty() { Ok(()) } else { Err(failed.join("\n")) }
     })
@@ -116,31 +134,58 @@ pub(crate) fn run() -> Outcome {
 
 fn run_one(run: &Run) -> Outcome {
     let [file, name] = run.test;
-    let test = ["test", "--release", "--quiet", "--package", run.package, "--test", file];
-    let mut build = cargo(&test);
-    crate::shell::run(build.arg("--no-run"))?;
-    let mut test = cargo(&test);
-    test.args(["--", name]).env(VARIABLE, "1").env("DIMSART_FIRMWARE", boards::folder());
     println!("about {} min", run.minutes);
-    let start = Instant::now();
-    let child = test.stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
-    let mut child = child.map_err(|error| format!("cargo could not be started: {error}"))?;
-    let is_shown = std::io::stdout().is_terminal();
-    while child.try_wait().is_ok_and(|status| status.is_none()) {
-        if is_shown {
-            print!("\r  {} of about {} s ", start.elapsed().as_secs(), 60 * run.minutes);
-            let _ = std::io::stdout().flush();
-        }
-        sleep(A_MOMENT);
+    complete(&["--release", "--package", run.package, "--test", file], &["--", name], Some(run.minutes))
+}
+
+/// Tests that need images which `cargo xtask test` does not build, at their short length.
+fn tests_of_images() -> Outcome {
+    let files = ["--test", "chip", "--test", "cycles", "--test", "emulated", "--test", "check"];
+    complete(&[&["--package", "dimsart"], &files[..]].concat(), &[], None)
+}
+
+/// Runs tests, at their full length where the minutes are given; fails if one is skipped.
+fn complete(what: &[&str], names: &[&str], minutes: Option<u64>) -> Outcome {
+    let arguments = [&["test", "--quiet"], what].concat();
+    crate::shell::run(cargo(&arguments).arg("--no-run"))?;
+    let mut tests = cargo(&arguments);
+    tests.args(names).env("DIMSART_FIRMWARE", boards::folder());
+    if minutes.is_some() {
+        tests.env(VARIABLE, "1");
     }
-    let output = child.wait_with_output().map_err(|error| format!("cargo was lost: {error}"))?;
-    let said = String::from_utf8_lossy(&output.stdout);
+    let (succeeds, said) = wait_for(&mut tests, minutes)?;
+    // Those that need real time are among the runs.
+    let is_skipped = |line: &str| line.starts_with("skipped:") && !line.contains("real time");
     // A name that no test has is not a test that passed.
-    let has_passed = output.status.success() && !said.contains("ok. 0 passed");
-    println!("\r  {} after {} s", if has_passed { "passed" } else { "failed" }, start.elapsed().as_secs());
-    if has_passed {
+    if succeeds && !said.contains("ok. 0 passed") && !said.lines().any(is_skipped) {
         return Ok(());
     }
     println!("{said}");
     Err("failed".to_owned())
+}
+
+/// Whether a command succeeds, and all that it prints; shows how long it takes.
+fn wait_for(command: &mut Command, minutes: Option<u64>) -> Result<(bool, String), String> {
+    let file = target().join("long.log");
+    let failed = |error: std::io::Error| format!("{}: {error}", file.display());
+    let log = File::create(&file).map_err(failed)?;
+    let errors = log.try_clone().map_err(failed)?;
+    let start = Instant::now();
+    let child = command.stdin(Stdio::null()).stdout(log).stderr(errors).spawn();
+    let mut child = child.map_err(|error| format!("cargo could not be started: {error}"))?;
+    let is_shown = std::io::stdout().is_terminal();
+    let status = loop {
+        match child.try_wait() {
+            Ok(Some(status)) => break status,
+            Ok(None) => sleep(A_MOMENT),
+            Err(error) => return Err(format!("cargo was lost: {error}")),
+        }
+        if let (true, Some(minutes)) = (is_shown, minutes) {
+            print!("\r  {} of about {} s ", start.elapsed().as_secs(), 60 * minutes);
+            let _ = std::io::stdout().flush();
+        }
+    };
+    println!("\r  ended after {} s", start.elapsed().as_secs());
+    let said = std::fs::read(&file).map_err(failed)?;
+    Ok((status.success(), String::from_utf8_lossy(&said).into_owned()))
 }

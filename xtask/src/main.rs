@@ -37,7 +37,7 @@ const USAGE: &str = "\
 usage: cargo xtask COMMAND
 
   quick       format, lints, tests of the core and of the two-sided loop: while one works
-  test        set up what is missing, build every board's image, run every test
+  test        set up what is missing, build an image of every board, run all tests
   flash BOARD[,VARIANT] [master|slave]
               build a board's image, flash it through its debug probe and show its log
   cycle-table BOARD
@@ -60,8 +60,8 @@ usage: cargo xtask COMMAND
   how-tos     the same with docs/howto/; takes seconds
   bridge      build `dimsart bridge`, which takes minutes, and try it with a Zenoh router
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
-  long        for the night: tests that ci runs short, at their full length, what ci leaves out, then
-              fuzz 1000000000; says how long they take
+  long        for the night: tests that ci runs short, at their full length; the images, lints and tests of all
+              variants, the tutorial, the cycle table and two engines, which ci leaves out; then fuzz 1000000000
   panic-free  show that nothing a tick reaches in the images' machine code can panic, and that it is in CCM SRAM
   stack       bound the stack of every image by its machine code, with the deepest calls of every priority
   ci          for every change: format, lints and documentation with warnings denied, then test, panic-free,

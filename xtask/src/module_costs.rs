@@ -51,9 +51,11 @@ pub(crate) fn write() -> Outcome {
     std::fs::write(top().join(FILE), text).map_err(|error| format!("cannot write {FILE}: {error}"))
 }
 
-/// Holds the plain image, which is stamped, to the file.
+/// Stamps the plain image, which is built, and holds it to the file.
 pub(crate) fn hold_plain(toolchain: Toolchain) -> Outcome {
-    hold(toolchain, &[folder().join(BOARD)])
+    let image = folder().join(BOARD);
+    master(&image)?;
+    hold(toolchain, &[image])
 }
 
 /// Holds images with all other groups to it.

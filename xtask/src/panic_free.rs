@@ -65,7 +65,7 @@ const BESIDE_LOOP: [&str; 9] = [
 
 /// Builds every image and follows every path of its tick.
 pub(crate) fn run() -> Outcome {
-    hold(&build_all(Toolchain::set_up()?)?)
+    hold(&build_all(Toolchain::set_up()?, boards::Images::All)?)
 }
 
 /// Follows every path of the images' ticks.

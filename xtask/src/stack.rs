@@ -4,7 +4,7 @@ use boards::BOARDS;
 use cycles::frame::Frames;
 use cycles::stack::{self, Level, StackBound};
 
-use crate::boards::{Image, PROFILE, build_all, declared, features, read_image};
+use crate::boards::{Image, Images, PROFILE, build_all, declared, features, read_image};
 use crate::shell::{Outcome, run as start, target};
 use crate::table::table;
 use crate::toolchain::{TARGET, Toolchain};
@@ -12,7 +12,7 @@ use crate::toolchain::{TARGET, Toolchain};
 /// Builds every image and shows its stack.
 pub(crate) fn run() -> Outcome {
     let toolchain = Toolchain::set_up()?;
-    let images = build_all(toolchain)?;
+    let images = build_all(toolchain, Images::All)?;
     let bounds = bounds(&images)?;
     for (image, bound) in images.iter().zip(&bounds) {
         println!("{}", in_full(&image.name, bound));

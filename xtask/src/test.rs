@@ -1,13 +1,10 @@
 //! The tiers of tests: `quick` while one works, `test` for all tests, `ci` for every change. `long` is for the night.
 
-use crate::boards::Image;
+use crate::boards::{Image, Images};
 use crate::shell::{Outcome, cargo, run};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{
-    bench, boards, budgets, cycle_table, fuzz, module_costs, oracle, page, panic_free, setup, stack,
-    tutorial, two_engines,
-};
+use crate::{bench, boards, budgets, fuzz, module_costs, oracle, page, panic_free, setup, stack, tutorial};
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
 pub(crate) fn quick() -> Outcome {
@@ -40,7 +37,7 @@ pub(crate) fn ci() -> Outcome {
         let images = Steps::both(
             || {
                 let images = images(steps, toolchain)?;
-                steps.step("lints of the boards", || boards::lint(toolchain))?;
+                steps.step("lints of the boards", || boards::lint(toolchain, Images::Few))?;
                 steps.step("documentation of the boards", || boards::document(toolchain))?;
                 Ok(images)
             },
@@ -87,8 +84,9 @@ fn document() -> Outcome {
 
 fn images(steps: &Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
     steps.step("images", || {
+        let images = boards::build_all(toolchain, Images::Few)?;
         boards::build_drive_step(toolchain)?;
-        boards::build_all(toolchain)
+        Ok(images)
     })
 }
 
@@ -103,20 +101,15 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
     // Each of these has one core busy.
     Steps::both(
         || {
-            steps.step("stamps of the images", || boards::stamp_plain(images))?;
-            steps.step("costs of the modules", || module_costs::hold_plain(toolchain))?;
-            steps.step("budgets of a tick", || budgets::hold(toolchain))?;
-            steps.step("cycle table, emulated", || cycle_table::cycle_table("mps2-an386"))?;
-            steps.step("two engines, emulated", two_engines::run)?;
-            steps.step("reference runs", oracle::references)
+            steps.step("stamp and costs of the modules", || module_costs::hold_plain(toolchain))?;
+            steps.step("budgets of a tick", || budgets::hold(toolchain))
         },
         || {
-            steps.step("the tutorial", tutorial::follow)?;
-            steps.step("the how-to pages", tutorial::follow_how_tos)
+            steps.step("reference runs", oracle::references)?;
+            steps.step("the how-to pages", tutorial::follow_how_tos)?;
+            steps.step("the page in a browser", page::page)
         },
     )?;
-    // A person would wait no longer than it does: it has the machine alone.
-    steps.step("the page in a browser", page::page)?;
     steps.step("tests", || {
         let mut tests = cargo(&["test", "--workspace", "--quiet"]);
         run(tests.env("DIMSART_ORACLE", oracle::folder()).env("DIMSART_FIRMWARE", boards::folder()))

@@ -21,15 +21,13 @@ mod program;
 mod words;
 
 use std::collections::BTreeMap;
-use std::env;
-use std::io::Write;
-use std::process::{Command, Stdio};
 use std::sync::Arc;
 
 use cycles::image::{Function, Image, Segment};
 use cycles::instruction::decode_all;
 use cycles::machine::Machine;
 use cycles::timing::{Column, Profile, Timing};
+use test_requirements::emulator;
 
 use compare::{lockstep, meet};
 use emulator::Emulator;
@@ -38,7 +36,7 @@ use program::{CODE, Program, RAM, STACK};
 
 #[test]
 fn a_million_random_instructions_do_what_they_do_in_qemu() {
-    if !is_qemu_there() {
+    if !emulator() {
         return;
     }
     let mut executed = BTreeMap::new();
@@ -50,19 +48,6 @@ fn a_million_random_instructions_do_what_they_do_in_qemu() {
     assert!(instructions >= 1_000_000, "only {instructions}");
     let missing: Vec<_> = all().filter(|kind| executed.get(kind).is_none_or(|count| *count < 20)).collect();
     assert!(missing.is_empty(), "hardly executed: {missing:?}");
-}
-
-/// Whether there is QEMU; a line says so where there is none, and where `DIMSART_FIRMWARE` is set it has to be there.
-fn is_qemu_there() -> bool {
-    let version = Command::new("qemu-system-arm").arg("--version").stdout(Stdio::null()).status();
-    let Err(error) = version else { return true };
-    assert!(env::var_os("DIMSART_FIRMWARE").is_none(), "qemu-system-arm: {error}");
-    // Past the capture of what passing tests print.
-    let line = format!(
-        "no instruction was compared with QEMU's: qemu-system-arm: {error}; run `cargo xtask test`\n"
-    );
-    std::io::stderr().write_all(line.as_bytes()).unwrap();
-    false
 }
 
 /// Runs a program on both, and counts what was executed.

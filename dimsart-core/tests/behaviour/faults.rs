@@ -15,11 +15,6 @@ use crate::common::way::chance;
 use rand_core::Rng;
 use rand_pcg::Pcg64Mcg;
 
-/// `full` where `cargo xtask long` runs the test, `short` elsewhere.
-fn length(short: u64, full: u64) -> u64 {
-    if std::env::var_os("DIMSART_LONG").is_some() { full } else { short }
-}
-
 /// Below `bound`.
 fn below(random: &mut Pcg64Mcg, bound: usize) -> usize {
     usize::try_from(random.next_u64() % bound as u64).unwrap()

@@ -5,8 +5,6 @@ use std::process::{Child, Command, Output, Stdio};
 
 use chips::BOARDS;
 
-use crate::common::image_file;
-
 fn dimsart() -> Command {
     Command::new(env!("CARGO_BIN_EXE_dimsart"))
 }
@@ -20,7 +18,7 @@ struct Emulator {
 
 impl Emulator {
     fn start(name: &str) -> Option<Self> {
-        let image = image_file(name)?;
+        let image = test_requirements::image(name)?;
         let mut process =
             dimsart().args(["emulate", name]).arg(&image).stdout(Stdio::piped()).spawn().unwrap();
         let mut said = String::new();
@@ -43,7 +41,7 @@ impl Drop for Emulator {
 #[test]
 fn an_image_runs_alone_and_is_judged() {
     for board in BOARDS {
-        let Some(image) = image_file(board.name) else { return };
+        let Some(image) = test_requirements::image(board.name) else { return };
         let output = dimsart().args(["emulate", board.name]).arg(&image).args(["--seconds", "0.2"]).output();
         let output = output.unwrap();
         let out = String::from_utf8(output.stdout).unwrap();
@@ -64,7 +62,7 @@ fn its_command_line_is_a_port_for_other_commands() {
 
 #[test]
 fn an_image_of_another_board_is_refused() {
-    let Some(image) = image_file("nucleo-g474re") else { return };
+    let Some(image) = test_requirements::image("nucleo-g474re") else { return };
     let output =
         dimsart().args(["emulate", "b-g431b-esc1"]).arg(&image).args(["--seconds", "1"]).output().unwrap();
     let error = String::from_utf8(output.stderr).unwrap();

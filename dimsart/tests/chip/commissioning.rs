@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 use dimsart::commissioning::{Check, EmulatedBoard, LockedRotor, Surroundings, Verdict, examine};
 use dimsart::connect::{Device, Patience};
 
-use crate::common::{CommandLine, bench, image_file};
+use crate::common::{CommandLine, bench};
 use crate::drive::aligned;
 use crate::motor::Powered;
 
@@ -39,7 +39,7 @@ fn names(checks: &[(String, String)], wanted: &str) -> Vec<String> {
 #[test]
 fn all_of_a_board_is_checked_but_for_what_needs_silicon() {
     for name in ["nucleo-g474re", "b-g431b-esc1"] {
-        let Some(image) = image_file(name) else { return };
+        let Some(image) = test_requirements::image(name) else { return };
         let folder = folder(name);
         let output = commission(name, &image, &folder);
         let checks = checks(&folder);
@@ -67,7 +67,7 @@ fn all_of_a_board_is_checked_but_for_what_needs_silicon() {
 #[test]
 fn an_image_without_a_stamp_fails_and_so_does_another_board() {
     let (nucleo, esc) = ("nucleo-g474re", "b-g431b-esc1");
-    let Some(plain) = image_file(nucleo) else { return };
+    let Some(plain) = test_requirements::image(nucleo) else { return };
     // A stamp that is not there any more: the name of its memory says that there are costs.
     let mut bytes = std::fs::read(&plain).unwrap();
     let stamp = bytes.windows(8).position(|bytes| bytes == b"DIMSTAMP").unwrap();

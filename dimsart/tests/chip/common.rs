@@ -1,6 +1,5 @@
 //! A board for a test, and its command line.
 
-use std::path::PathBuf;
 use std::sync::{Arc, MutexGuard};
 
 use chips::{Bench, Board};
@@ -62,19 +61,6 @@ impl<W: OnBench> Shared<W> {
 
 /// An image by its name.
 pub(crate) fn image(name: &str) -> Option<Arc<Image>> {
-    let bytes = std::fs::read(image_file(name)?).unwrap();
+    let bytes = std::fs::read(test_requirements::image(name)?).unwrap();
     Some(Arc::new(Image::read(&bytes).unwrap()))
-}
-
-/// The file of an image; none, after a line that says so, where no images are.
-pub(crate) fn image_file(name: &str) -> Option<PathBuf> {
-    let folder = std::env::var_os("DIMSART_FIRMWARE");
-    let is_required = folder.is_some();
-    let file = folder.map_or_else(|| PathBuf::from("../target/images"), PathBuf::from).join(name);
-    if file.exists() {
-        return Some(file);
-    }
-    assert!(!is_required, "{} is missing", file.display());
-    eprintln!("skipped: no image {}; `cargo xtask test` builds it", file.display());
-    None
 }

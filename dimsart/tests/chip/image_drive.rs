@@ -7,13 +7,11 @@ use cycles::image::Image;
 use drive::{Configuration, Encoder, Motor};
 use object::{Object as _, ObjectSegment as _, ObjectSymbol as _};
 
-use crate::common::image_file;
-
 const SYMBOL: &str = "dimsart_drive";
 
 /// The image with the encoder of a configuration, and where its zero is; none where no images are.
 pub(crate) fn configured(name: &str, configuration: &Configuration) -> Option<Arc<Image>> {
-    let mut bytes = std::fs::read(image_file(name)?).unwrap();
+    let mut bytes = std::fs::read(test_requirements::image(name)?).unwrap();
     let start = place(&bytes);
     let mut put = |offset: usize, word: u32| {
         bytes[start + offset..start + offset + 4].copy_from_slice(&word.to_le_bytes());

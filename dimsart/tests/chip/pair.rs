@@ -22,8 +22,6 @@ use hil_sim::plant::{Joint, JointParameters};
 use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{self, SchemeText, Setting};
 
-use crate::common::image_file;
-
 pub(crate) const MASTER: usize = 0;
 pub(crate) const SLAVE: usize = 1;
 const TICK_S: f64 = 1e-3;
@@ -80,7 +78,7 @@ pub(crate) fn stamped(
     let settings: Vec<Setting> = settings.collect();
     assert!(schemes::load(&text, side, &settings, &mut dimsart).is_sound());
     let scheme = saved_scheme::save(dimsart.engine_mut()).unwrap();
-    let mut image = StampedImage::read(&image_file(board)?).unwrap();
+    let mut image = StampedImage::read(&test_requirements::image(board)?).unwrap();
     image.set_scheme("small_motors", side, &scheme).unwrap();
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("image");

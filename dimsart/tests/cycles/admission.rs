@@ -15,16 +15,12 @@ use dimsart_core::{Cost, Costs, Dimsart, ModuleList, saved_scheme};
 use hil_sim::bilateral::device;
 use hil_sim::schemes::{self, SchemeText};
 
-use crate::common::firmware;
-
 const DOF: usize = 3;
 
-/// Every board's stamped image; none without a folder of them.
+/// The boards' stamped images.
 fn images() -> Vec<(&'static BoardInfo, PathBuf)> {
-    let Some(folder) = firmware().and(std::env::var_os(hil_sim::emulated::FOLDER_VARIABLE)) else {
-        return Vec::new();
-    };
-    BOARDS.iter().map(|board| (board, Path::new(&folder).join(board.name))).collect()
+    let image = |board: &'static BoardInfo| Some((board, test_requirements::stamped_image(board.name)?));
+    BOARDS.iter().filter_map(image).collect()
 }
 
 /// The shipped master, on a controller that admits modules as the image does.

@@ -6,7 +6,8 @@ use dimsart_core::Command;
 use hil_sim::bilateral::Side;
 use hil_sim::scenario::Scenario;
 
-use crate::common::{firmware, length};
+use crate::common::firmware;
+use test_requirements::length;
 
 /// The bound over the most that was seen.
 const TICK_RATIO: f64 = 1.15;

@@ -10,7 +10,8 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::bounds::{hold, run};
-use crate::common::{firmware_for_every_module, kinds, length};
+use crate::common::{firmware_for_every_module, kinds};
+use test_requirements::length;
 
 pub(crate) const EVERY_MODULE: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/tests/emulated/every_module.scheme");

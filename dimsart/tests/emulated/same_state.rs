@@ -19,9 +19,10 @@ use hil_sim::bilateral::Experiment;
 use hil_sim::rig::Station;
 use hil_sim::scenario::Scenario;
 
-use crate::common::{image, length};
+use crate::common::image;
 use compare::{lockstep, meet};
 use emulator::Emulator;
+use test_requirements::length;
 
 /// Where flash has room behind the image.
 const TRAMPOLINE: u32 = 0x20_0000;

@@ -16,8 +16,8 @@ use hil_sim::link::Stream;
 use rand_core::{Rng, SeedableRng};
 
 use crate::by_hand::{ByHand, section};
-use crate::common::length;
 use crate::firmware::{Firmware, greet};
+use test_requirements::length;
 
 fn ticks(device: &mut Device<Box<dyn Stream>>) -> u64 {
     let state = device.state().unwrap();

@@ -9,8 +9,9 @@ use hil_sim::scenario::Scenario;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg32;
 
-use crate::common::{image, length};
+use crate::common::image;
 use crate::same_bits::signals;
+use test_requirements::length;
 
 /// The client that holds the board's lease: the one that plays the device.
 const CLIENT: u8 = 1;

@@ -5,7 +5,6 @@
 //! there.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use cycles::bound::{Bound, Call, Input, Question, Snapshot};
@@ -29,12 +28,7 @@ const GIVEN_WORDS: u32 = 9;
 const DUTIES: u32 = 0x2103_0000;
 
 fn image() -> Option<Arc<Image>> {
-    let Some(folder) = std::env::var_os("DIMSART_FIRMWARE") else {
-        println!("no image: `cargo xtask test` builds it, and sets DIMSART_FIRMWARE");
-        return None;
-    };
-    let file = PathBuf::from(folder).join("drive-step");
-    let bytes = std::fs::read(&file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
+    let bytes = std::fs::read(test_requirements::image("drive-step")?).unwrap();
     Some(Arc::new(Image::read(&bytes).unwrap()))
 }
 

@@ -17,7 +17,7 @@ mod scenario;
 mod seen;
 mod sensors;
 
-use std::env::{var, var_os};
+use std::env::var;
 
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
 
@@ -59,7 +59,7 @@ fn play_seed(seed: u64, logs: Logs) -> Vec<u64> {
 /// A million scenarios in the long run.
 #[test]
 fn every_policy_holds_in_every_tick_whatever_happens() {
-    let seeds = if var_os("DIMSART_LONG").is_some() { 4_000 } else { 8 };
+    let seeds = test_requirements::length(8, 4_000);
     let one = var("DIMSART_SEED").ok().and_then(|seed| seed.parse().ok());
     let seeds: Vec<u64> = one.map_or_else(|| (1..=seeds).collect(), |seed| vec![seed]);
     let about = std::thread::scope(|threads| {

@@ -6,7 +6,8 @@ use dimsart_core::envelope::{Class, HEADER_BYTES, MAX_CONTENT_BYTES, seal, verif
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::{assert_share, below, length};
+use super::{assert_share, below};
+use test_requirements::length;
 
 const CHANNEL: u16 = 0x123;
 /// 20 bytes and their CRC; and as much as a CAN FD frame carries, length byte apart.

@@ -5,7 +5,8 @@ use dimsart_core::carrier::can::{Assembler, frames};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::{assert_share, length};
+use super::assert_share;
+use test_requirements::length;
 
 const CHANNEL: u16 = 0x123;
 

@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 
 use dimsart_core::{Packet, Tick};
 
-use super::length;
 use crate::common::Bench;
 use crate::common::way::Ends;
+use test_requirements::length;
 
 /// As far as two cheap oscillators can be apart: 500 ppm fast and 500 ppm slow.
 const PERIODS_NS: [u64; 2] = [999_500, 1_000_500];

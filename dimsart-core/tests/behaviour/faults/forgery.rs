@@ -5,7 +5,8 @@ use dimsart_core::envelope::{Class, MAX_CONTENT_BYTES, seal};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::{below, length};
+use super::below;
+use test_requirements::length;
 
 const CHANNEL: u16 = 17;
 const PAYLOAD: usize = 20;

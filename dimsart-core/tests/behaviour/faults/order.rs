@@ -6,8 +6,9 @@ use dimsart_core::Packet;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::{below, happens, length};
+use super::{below, happens};
 use crate::common::way::Way;
+use test_requirements::length;
 
 /// Sends packets `1, 2, 3, ..`, of which this share come once more, and this share late, by at most `depth` ticks;
 /// looks at the wave that comes out, which is the packet's number, or 0 when nothing was used.

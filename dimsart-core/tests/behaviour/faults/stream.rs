@@ -5,7 +5,8 @@ use dimsart_core::carrier::stream::{MAX_FRAME_BYTES, StreamReceiver, encode};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::{happens, length};
+use super::happens;
+use test_requirements::length;
 
 /// A packet of Table 1 for 3 axes, whose words tell its number; every third one is all zeros, which COBS has to
 /// rewrite most.

@@ -163,7 +163,7 @@ fn ten_forged_frames_a_second_and_as_many_as_a_line_carries_keep_nothing_out() {
         let mut forger = Forger::new(profile, 4);
         link.run(10, &mut |content, to| forger.hear(content, to));
         link.sides.iter_mut().for_each(Side::forget);
-        let duration_s = duration_s * if std::env::var_os("DIMSART_LONG").is_some() { 10 } else { 1 };
+        let duration_s = duration_s * test_requirements::length(1, 10);
         let mut tries = 0;
         for ms in 0..duration_s * 1000 {
             for _ in 0..per_s * (ms + 1) / 1000 - per_s * ms / 1000 {
