@@ -70,6 +70,7 @@ impl Drive {
     }
 
     /// A drive that is off, of a configuration that is right.
+    #[inline]
     #[must_use]
     pub fn of(configuration: &Checked) -> Self {
         let configuration = configuration.get();

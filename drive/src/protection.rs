@@ -134,6 +134,7 @@ pub struct Protection {
 
 impl Protection {
     /// With the limits of a configuration that is [right](Configuration::check).
+    #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
     pub fn new(configuration: &Configuration) -> Self {
