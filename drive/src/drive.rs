@@ -41,6 +41,8 @@ pub struct Drive {
     voltage_v: Dq,
     /// At which the magnets make one volt.
     speed_per_v: f32,
+    /// Whether this period checks the encoder's alignment, or the motion.
+    feels: bool,
     /// How long the encoder has said what can be believed, `s`; none before its first reading.
     seen_s: Option<f32>,
 }
@@ -70,7 +72,6 @@ impl Drive {
     }
 
     /// A drive that is off, of a configuration that is right.
-    #[inline]
     #[must_use]
     pub fn of(configuration: &Checked) -> Self {
         let configuration = configuration.get();
@@ -90,6 +91,7 @@ impl Drive {
             current_a: Dq::default(),
             voltage_v: Dq::default(),
             speed_per_v: 1.0 / (pole_pairs * motor.flux_linkage_vs),
+            feels: false,
             seen_s: None,
         }
     }
@@ -123,10 +125,10 @@ impl Drive {
         let supply = self.modulation.supply(sample.bus_v);
         // Before, one step of the encoder is a high speed.
         let has_settled = self.seen_s > Some(SETTLED_S);
-        let mut stands = false;
-        if has_settled {
-            stands =
-                self.protection.weigh(self.current_a.q, speed_rad_per_s, supply.most_v * self.speed_per_v);
+        self.feels = !self.feels;
+        if has_settled && !self.feels {
+            let (angle, held_rad_per_s) = (self.tracking.angle(), supply.most_v * self.speed_per_v);
+            self.protection.weigh(self.current_a.q, angle, speed_rad_per_s, held_rad_per_s);
         }
         let may_be_on = has_settled && self.fault().is_none();
         let Some(torque_nm) = torque_nm.filter(|torque_nm| may_be_on && torque_nm.is_finite()) else {
@@ -146,8 +148,10 @@ impl Drive {
             f32::from(self.motor.pole_pairs) * speed_rad_per_s,
             &supply,
         );
-        if stands {
-            self.protection.feel(self.controller.unexpected_direct_v(self.current_a.d), sample.bus_v);
+        if self.feels {
+            let (Dq { d, q }, pole_pairs) = (self.current_a, f32::from(self.motor.pole_pairs));
+            let unexpected_v = self.controller.unexpected_direct_v(d);
+            self.protection.feel(unexpected_v, q, speed_rad_per_s, pole_pairs, sample.bus_v);
         }
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
