@@ -238,7 +238,8 @@ impl CurrentLoop {
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
-        let has_lost_rotor = matches!(self.drive.fault(), Some(Fault::EncoderLost | Fault::EncoderJumped));
+        use Fault::{EncoderJumped, EncoderLost, EncoderSlipped};
+        let has_lost_rotor = matches!(self.drive.fault(), Some(EncoderLost | EncoderJumped | EncoderSlipped));
         self.drive.clear();
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
@@ -289,5 +290,6 @@ fn told(fault: Fault) -> DriveFault {
         Fault::EncoderMagnet => DriveFault::EncoderMagnet,
         Fault::Stalled => DriveFault::Stalled,
         Fault::Overspeed => DriveFault::Overspeed,
+        Fault::EncoderSlipped => DriveFault::EncoderSlipped,
     }
 }

@@ -436,7 +436,7 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 23] = [
+const NUMBERS: [(u8, &str); 24] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),
@@ -458,6 +458,7 @@ const NUMBERS: [(u8, &str); 23] = [
     (66, "rotor not aligned"),
     (67, "drive silent"),
     (68, "drive gone"),
+    (69, "encoder slipped"),
     (96, "range limited"),
     (100, "rate limited"),
 ];

@@ -167,6 +167,40 @@ fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time
 }
 
 #[test]
+fn a_locked_rotor_that_trembles_is_given_up_after_its_time_and_one_that_turns_slowly_is_not() {
+    // Amplitude and frequency of a tremor, and the speed of a rotor that turns.
+    for (tremor_rad, tremor_hz, speed, expected_s) in [
+        (0.02, 40.0, 0.0, Some(0.5)),
+        (0.02, 5.0, 0.0, Some(0.5)),
+        (0.1, 10.0, 0.0, Some(0.5)),
+        (0.0, 0.0, 2.0, None),
+        (0.0, 0.0, -20.0, None),
+    ] {
+        let motor = motor();
+        let mut told = configuration(&motor);
+        told.limits.stall_s = 0.5;
+        let mut bench = Bench::new(&motor, told);
+        let torque_nm = told.limits.current_a * told.motor.torque_constant_nm_per_a();
+        let found_s =
+            (0..40_000_u16).map(|period| f64::from(period) * crate::bench::PERIOD_S).find(|time_s| {
+                let (sin, cos) = (core::f64::consts::TAU * tremor_hz * time_s).sin_cos();
+                let trembling = core::f64::consts::TAU * tremor_hz * tremor_rad * cos;
+                bench.motor.set_rotor(1.0 + tremor_rad * sin + speed * time_s, trembling + speed);
+                bench.step(Some(torque_nm));
+                bench.drive.fault().is_some()
+            });
+        let case = format!("{tremor_rad} rad at {tremor_hz} Hz, {speed} rad/s: {found_s:?}");
+        match expected_s {
+            Some(expected_s) => {
+                assert_eq!(bench.drive.fault(), Some(Fault::Stalled), "{case}");
+                assert!(found_s.is_some_and(|found_s| (found_s - expected_s).abs() < 0.05), "{case}");
+            }
+            None => assert_eq!(bench.drive.fault(), None, "{case}"),
+        }
+    }
+}
+
+#[test]
 fn a_bridge_that_is_off_lets_the_current_go_and_begins_from_nothing() {
     let (mut bench, _) = turning(|_| {});
     for _ in 0..100 {
