@@ -10,7 +10,7 @@ use hil_sim::rig::SimulatedDimsart;
 use hil_sim::schemes::{self, SchemeText};
 use tempfile::TempDir;
 
-use crate::common::{image, timer_image};
+use crate::common::timer_image;
 use crate::firmware::Firmware;
 
 /// What `dimsart connect` prints, on either output.
