@@ -42,7 +42,7 @@ pub enum Command {
     CloseModule(ModuleRef),
     /// Checks the scheme and, when it is sound, lets it run; in a transaction from the commit on.
     Check,
-    /// Stops the scheme; the device gets its safe value. A client that sends it ends the lease, whoever holds it.
+    /// Stops the scheme; the device gets its safe value. From a client, STOP also ends the lease of any client.
     Stop,
     /// Every module that is plugged in forgets its state.
     Reset,

@@ -120,8 +120,7 @@ type Ending = Result<ExitCode, Box<dyn Error>>;
 #[must_use]
 pub fn main() -> ExitCode {
     // Slow motion, for tests on a busy machine.
-    let speed = std::env::var("DIMSART_SPEED").ok().and_then(|speed| speed.parse().ok());
-    if let Some(speed) = speed.filter(|speed| (0.01..=1.0).contains(speed)) {
+    if let Some(speed) = std::env::var("DIMSART_SPEED").ok().and_then(|speed| serve::speed(&speed).ok()) {
         hil_sim::clock::set_speed(speed);
     }
     let command = Arguments::parse().command.unwrap_or_else(|| Command::Run(run::Run::default()));

@@ -109,7 +109,7 @@ impl<F: NorFlash> SchemeStore<F> {
     /// Notes that the scheme on trial is tried: to be called before it is run. Erases nothing.
     ///
     /// # Errors
-    /// [`Broken`], also where there is no room for it; it must not be run then.
+    /// [`Broken`], also if the page has no room: the scheme must not run.
     pub async fn begin_trial(&mut self) -> Result<(), Broken> {
         let record = Record { trial: Trial::Tried, ..self.record };
         self.items.append(&[(RECORD, &record.to_bytes())]).await?;

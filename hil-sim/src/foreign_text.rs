@@ -5,20 +5,23 @@
 /// The text on one line: control characters, changes of the text direction and invisible characters become `?`.
 #[must_use]
 pub fn visible(text: &str) -> String {
-    text.chars().map(|found| if is_hidden(found) { '?' } else { found }).collect()
+    replaced(text, is_hidden)
 }
 
 /// The same for a name in schemes, where blanks and `#` separate and end rows.
 #[must_use]
 pub fn visible_word(text: &str) -> String {
-    text.chars().map(|found| if ends_word(found) { '?' } else { found }).collect()
+    replaced(text, ends_word)
 }
 
 /// The same for several lines, such as a scheme: what separates words and lines stays, and so does a byte order mark.
 #[must_use]
 pub fn visible_lines(text: &str) -> String {
-    let is_kept = |found: char| ['\n', '\r', '\t', '\u{feff}'].contains(&found) || !is_hidden(found);
-    text.chars().map(|found| if is_kept(found) { found } else { '?' }).collect()
+    replaced(text, |found| is_hidden(found) && !['\n', '\r', '\t', '\u{feff}'].contains(&found))
+}
+
+fn replaced(text: &str, is_replaced: impl Fn(char) -> bool) -> String {
+    text.replace(is_replaced, "?")
 }
 
 /// Whether a character is not allowed within a word of a scheme.

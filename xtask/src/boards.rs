@@ -116,6 +116,13 @@ pub(crate) fn build_all(toolchain: Toolchain, images: Images) -> Result<Vec<Imag
     images.list().map(|(board, variant)| build(toolchain, board, variant)).collect()
 }
 
+/// The same, and the program with a drive's period, which tests need, too.
+pub(crate) fn build_for_tests(toolchain: Toolchain, images: Images) -> Result<Vec<Image>, String> {
+    let images = build_all(toolchain, images)?;
+    build_drive_step(toolchain)?;
+    Ok(images)
+}
+
 /// Holds images to their boards' budgets.
 pub(crate) fn hold(images: &[Image]) -> Outcome {
     let over: Vec<String> = images.iter().filter_map(over_budget).collect();
@@ -158,7 +165,7 @@ pub(crate) fn collect(built: &Path, name: &str) -> Result<PathBuf, String> {
 
 /// Builds the program with a drive's period, whose machine code is looked at on the host, and runs it as it would run on a
 /// chip.
-pub(crate) fn build_drive_step(toolchain: Toolchain) -> Outcome {
+fn build_drive_step(toolchain: Toolchain) -> Outcome {
     let board = BOARDS.iter().find(|board| board.tooling.chip.is_none()).ok_or("no board is emulated")?;
     let name = "drive-step";
     emulate(&collect(&build_program(toolchain, board, name)?, name)?)

@@ -83,11 +83,7 @@ fn document() -> Outcome {
 }
 
 fn images(steps: &Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
-    steps.step("images", || {
-        let images = boards::build_all(toolchain, Images::Few)?;
-        boards::build_drive_step(toolchain)?;
-        Ok(images)
-    })
+    steps.step("images", || boards::build_for_tests(toolchain, Images::Few))
 }
 
 fn build(steps: &Steps) -> Outcome {

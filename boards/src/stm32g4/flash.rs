@@ -96,9 +96,9 @@ impl NorFlash for SchemeFlash {
         self.flash.write(offset, bytes)
     }
 
-    /// A page takes up to 25 ms. On a chip that stalls meanwhile, the watchdog waits longer than that, and is fed before each:
-    /// no tick may come in time between two. On any other the ticks feed it; before the first one it must not be fed, for it
-    /// waits for 512 ms then and for 10 ms from the first feed on.
+    /// A page takes up to 25 ms. A chip that stalls during an erasure has a longer watchdog timeout, and the watchdog is fed
+    /// before each page, as a tick between two pages may come too late. On other chips the ticks feed the watchdog. It must
+    /// not be fed before the first tick: its timeout is 512 ms until the first feed, and 10 ms afterwards.
     async fn erase(&mut self, from: u32, to: u32) -> Result<(), Error> {
         for page in (from..to).step_by(Self::ERASE_SIZE) {
             if self.stalls_tick {

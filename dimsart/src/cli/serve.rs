@@ -57,7 +57,7 @@ pub(super) struct Serve {
 }
 
 /// Clients renew their leases by the computer's time: a faster rig would end them.
-fn speed(text: &str) -> Result<f64, String> {
+pub(super) fn speed(text: &str) -> Result<f64, String> {
     let speed = text.parse().ok().filter(|speed| (0.01..=1.0).contains(speed));
     speed.ok_or_else(|| "not a number from 0.01 to 1".to_owned())
 }

@@ -60,7 +60,7 @@ impl Connections {
         Self { listener, open: VecDeque::new(), failures: AcceptFailures::default() }
     }
 
-    /// Takes a newcomer; none where every connection has a WebSocket.
+    /// Admits a new connection; `None` if every open connection has a WebSocket.
     fn admit<S>(&mut self, stream: S, time: Duration) -> Option<Connection<S>> {
         self.open.retain(|(close, _)| !close.is_closed());
         if self.open.len() >= MAX_CONNECTIONS && !self.close_oldest() {

@@ -193,7 +193,7 @@ fn a_damaged_byte_of_what_is_kept_is_told_by_a_board_that_starts() {
     }
 }
 
-/// An image with keys erases what a cut has left of them.
+/// With keys, a start erases the key pages that a power cut left incomplete.
 #[test]
 fn a_start_that_erases_the_pages_of_keys_is_in_time_and_one_that_never_ends_is_reset() {
     const KEYS: [usize; 2] = [0x42000, 0x42800];

@@ -52,7 +52,7 @@ pub(crate) struct Client {
     came: Queue,
 }
 
-/// What a client has not read yet.
+/// Bytes that a client has not read yet.
 #[derive(Clone, Default)]
 struct Queue(Arc<Mutex<VecDeque<u8>>>);
 

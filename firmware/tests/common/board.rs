@@ -37,7 +37,7 @@ pub(crate) fn controller() -> Dimsart {
     dimsart
 }
 
-/// A scheme that is told from others by its gain; larger ones have more modules.
+/// A scheme identified by its gain; a larger size has more modules.
 pub(crate) fn scheme(gain: u16) -> Vec<u8> {
     let mut dimsart = controller();
     let modules = 1 + gain % 10;

@@ -123,7 +123,7 @@ impl PhantomParameters {
         }
     }
 
-    /// Maximum torque of the motor of an axis, at the axis, `N m`; none where commands are forces at the tip.
+    /// Maximum motor torque at an axis, `N m`; `None` if commands are forces at the tip.
     #[must_use]
     pub fn max_force(&self, axis: usize) -> Option<f64> {
         let is_torque = self.port != PhantomPort::Cartesian;

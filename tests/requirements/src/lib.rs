@@ -1,4 +1,4 @@
-//! What a test needs beyond Rust: images of boards, an emulator, reference runs, real time.
+//! What a test needs beyond Rust: images of boards, an emulator, reference runs.
 //!
 //! A test without its requirement writes a line to the terminal and passes, so that `cargo test` passes on a bare
 //! Rust machine. `cargo xtask long` takes such a line for a failure.
@@ -19,16 +19,6 @@ const LONG: &str = "DIMSART_LONG";
 /// `full` in `cargo xtask long`, otherwise `short`.
 pub fn length<T>(short: T, full: T) -> T {
     if env::var_os(LONG).is_some() { full } else { short }
-}
-
-/// Whether a test may depend on the wall clock: in `cargo xtask long` only, which has the machine to itself.
-#[must_use]
-pub fn real_time() -> bool {
-    let is_there = env::var_os(LONG).is_some();
-    if !is_there {
-        skip("needs real time; `cargo xtask long` runs it");
-    }
-    is_there
 }
 
 /// The file of a board's image, by its name `BOARD[-VARIANT]`. `cargo xtask test` builds those that most tests need,
@@ -84,6 +74,6 @@ pub fn missing(reason: &str) {
 fn skip(reason: &str) {
     let thread = std::thread::current();
     let test = thread.name().unwrap_or("a test");
-    // Not captured, unlike what `eprintln!` prints in a test that passes. Without a terminal there is no reader.
+    // Unlike `eprintln!`, this is not captured. A closed terminal is not an error of the test.
     let _ = std::io::stderr().write_all(format!("skipped: {test}: {reason}\n").as_bytes());
 }
