@@ -1,7 +1,26 @@
 //! When a node that had to leave the CAN bus (bus-off) joins it again: late, seldom, and not for ever.
 //!
 //! It waits for [`REJOIN_DELAY_MS`], joins at most [`MAX_REJOINS`] times within any [`REJOIN_WINDOW_MS`], and then
-//! stays off until a reset: a fault that keeps coming back is the wiring's, and disturbs everybody else.
+//! stays off until a [`reset`]: a fault that keeps coming back is the wiring's, and disturbs all other nodes.
+
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
+
+use dimsart_core::EventKind;
+
+/// Whether the controller was reset since the node last looked.
+static IS_RESET: AtomicBool = AtomicBool::new(false);
+static LAST_EVENT: AtomicU8 = AtomicU8::new(EventKind::BusJoined as u8);
+
+/// Has the board's node join its bus again at its next look, even if it has given up.
+pub fn reset() {
+    IS_RESET.store(true, Relaxed);
+}
+
+/// Number of the last event of the board's node: it has joined its bus, left it, or given up. For the tick to log.
+#[must_use]
+pub fn last_event() -> u8 {
+    LAST_EVENT.load(Relaxed)
+}
 
 /// Time that a node stays off the bus before it joins again, `ms`.
 pub const REJOIN_DELAY_MS: u32 = 100;
@@ -24,7 +43,11 @@ pub enum Step {
 #[derive(Debug, Clone, Copy)]
 enum State {
     On,
-    Off { since_ms: u32 },
+    /// Told to join; whether it has shows in the next look.
+    Joining,
+    Off {
+        since_ms: u32,
+    },
     GivenUp,
 }
 
@@ -58,7 +81,7 @@ impl BusOff {
                 self.state = State::On;
                 Step::Stay
             }
-            State::On => {
+            State::On | State::Joining => {
                 self.state = State::Off { since_ms: now_ms };
                 Step::Stay
             }
@@ -68,7 +91,7 @@ impl BusOff {
                 Step::GiveUp
             }
             State::Off { .. } => {
-                self.state = State::On;
+                self.state = State::Joining;
                 self.joined_ms.rotate_left(1);
                 if let Some(last) = self.joined_ms.last_mut() {
                     *last = now_ms;
@@ -76,6 +99,34 @@ impl BusOff {
                 self.count = self.count.saturating_add(1);
                 Step::Rejoin
             }
+        }
+    }
+
+    /// As [`look`](Self::look), for the board's only node: it obeys [`reset`], and [`last_event`] tells of it.
+    pub fn look_for_board(&mut self, now_ms: u32, is_off: bool) -> Step {
+        if IS_RESET.swap(false, Relaxed) {
+            self.reset(now_ms);
+        }
+        let step = self.look(now_ms, is_off);
+        LAST_EVENT.store(self.event() as u8, Relaxed);
+        step
+    }
+
+    /// Joins the bus again in the next look, even after giving up; earlier rejoins do not count any more.
+    pub fn reset(&mut self, now_ms: u32) {
+        self.joined_ms = [now_ms.wrapping_sub(REJOIN_WINDOW_MS); MAX_REJOINS];
+        if !matches!(self.state, State::On) {
+            self.state = State::Off { since_ms: now_ms.wrapping_sub(REJOIN_DELAY_MS) };
+        }
+    }
+
+    /// The last thing that happened to it.
+    #[must_use]
+    pub fn event(&self) -> EventKind {
+        match self.state {
+            State::On => EventKind::BusJoined,
+            State::Joining | State::Off { .. } => EventKind::BusLeft,
+            State::GivenUp => EventKind::BusGivenUp,
         }
     }
 
@@ -120,7 +171,34 @@ mod tests {
             assert_eq!(steps, expected);
             assert_eq!(node.rejoins(), 3);
             assert_eq!(node.look(0, false), Step::Stay);
+            assert_eq!(node.event(), EventKind::BusGivenUp);
         }
+    }
+
+    #[test]
+    fn a_node_that_has_given_up_joins_at_a_reset_and_may_then_be_off_as_often_as_at_first() {
+        for start_ms in [0, u32::MAX - 500] {
+            let mut node = BusOff::new();
+            let given_up = run(&mut node, start_ms, 50, |_| true);
+            assert_eq!(given_up.last(), Some(&(430, Step::GiveUp)));
+            let now_ms = start_ms.wrapping_add(500);
+            node.reset(now_ms);
+            assert_eq!(node.event(), EventKind::BusLeft);
+            let again = run(&mut node, now_ms, 1_000, |_| true);
+            let joins = [(0, Step::Rejoin), (110, Step::Rejoin), (220, Step::Rejoin)];
+            assert_eq!(again, [&joins[..], &[(330, Step::GiveUp)]].concat());
+            node.reset(now_ms.wrapping_add(10_000));
+            assert_eq!(run(&mut node, now_ms.wrapping_add(10_000), 100, |time| time == 0).len(), 1);
+            assert_eq!(node.event(), EventKind::BusJoined);
+        }
+    }
+
+    #[test]
+    fn a_reset_changes_nothing_for_a_node_on_the_bus() {
+        let mut node = BusOff::new();
+        node.reset(0);
+        assert_eq!(run(&mut node, 0, 1_000, |_| false), []);
+        assert_eq!(node.event(), EventKind::BusJoined);
     }
 
     #[test]

@@ -270,7 +270,9 @@ fn found(found: Identified) -> protocol::Identification {
     })
 }
 
-fn why(error: IdentificationError) -> IdentificationFailure {
+/// An identification's error as clients are told of it.
+#[must_use]
+pub fn why(error: IdentificationError) -> IdentificationFailure {
     match error {
         IdentificationError::NoCurrent => IdentificationFailure::NoCurrent,
         IdentificationError::WrongPhases => IdentificationFailure::WrongPhases,

@@ -308,6 +308,13 @@ impl DeviceDescriptor {
         self.inputs.iter().map(|data_type| data_type.shape.words(self.dof())).sum()
     }
 
+    /// The place of a type's first word among those of its outputs.
+    pub(crate) fn output_place(&self, wanted: &DataType) -> Option<usize> {
+        let before = self.outputs.iter().take_while(|data_type| **data_type != wanted);
+        let words = |data_type: &&DataType| data_type.shape.words(self.dof());
+        self.outputs.contains(&wanted).then(|| before.map(words).sum())
+    }
+
     /// The word at a place of its inputs, if it has limits.
     ///
     /// By its place: an iterator over all of them is many times the size.

@@ -7,7 +7,7 @@ use crate::engine::{Engine, Observer};
 use crate::frame::Frame;
 use crate::kind::ModuleList;
 use crate::limits::DEFAULT_WORDS;
-use crate::mailbox::{LinkPort, is_newer};
+use crate::mailbox::{LinkPort, Silence, is_newer};
 use crate::modules::Standard;
 use crate::packet::{Packet, PacketError};
 use crate::safety::{DriveFault, Safety, Tick};
@@ -22,6 +22,8 @@ pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     safety: Safety,
     are_commands_late: bool,
     drive_fault: Option<DriveFault>,
+    /// The link whose first packet the device waited for in the last tick.
+    awaited_link: Option<u8>,
 }
 
 impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
@@ -47,6 +49,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             safety: Safety::new(),
             are_commands_late: false,
             drive_fault: None,
+            awaited_link: None,
         }
     }
 
@@ -57,6 +60,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [unconnected](Self::unconnected) then.
     pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
         self.frame = Frame::unconnected();
+        self.awaited_link = None;
         self.safety.connect(&device);
         self.engine.connect(device.clone());
         let frame = Frame::connect(self.engine.data_base_mut(), &device);
@@ -126,26 +130,43 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         }
         self.engine.step_observed(observer);
         // Asked in every tick: what a receiver says of this one is not to be told of a later one.
-        let lost_link = self.lost_link();
+        let silent_link = self.silent_link();
         if let Some(module) = self.engine.lost_device() {
             return Err(Tick::ModuleFailed(module));
         }
-        if let Some(link) = lost_link {
+        if let Some((link, Silence::Lost)) = silent_link {
             return Err(Tick::LinkLost { link });
         }
         match self.drive_fault {
             Some(fault) => Err(Tick::DriveFailed(fault)),
             None if self.are_commands_late => Err(Tick::CommandsLate),
-            None => Ok(()),
+            None if silent_link.is_none() && self.awaited_link.is_none() => Ok(()),
+            None => Err(self.await_link(silent_link)),
         }
     }
 
-    /// A link that its receiving module has just called lost.
-    fn lost_link(&self) -> Option<u8> {
+    /// A tick without a link's first packet, or the one that brings it: modules begin in the next one, so that they forget
+    /// what has wound up meanwhile.
+    #[cold]
+    #[inline(never)]
+    fn await_link(&mut self, silent_link: Option<(u8, Silence)>) -> Tick {
+        let link = match silent_link {
+            Some((link, _)) => *self.awaited_link.insert(link),
+            None => {
+                self.engine.begin_motion();
+                self.awaited_link.take().unwrap_or_default()
+            }
+        };
+        Tick::LinkDown { link }
+    }
+
+    /// A link that its receiving module has just called lost or down.
+    fn silent_link(&self) -> Option<(u8, Silence)> {
         let links = self.engine.data_base().links();
-        let lost = links.iter().position(|port| port.is_lost.get())?;
-        links.iter().for_each(|port| port.is_lost.set(false));
-        u8::try_from(lost).ok()
+        let link = links.iter().position(|port| port.silence.get() != Silence::None)?;
+        let silence = links.get(link)?.silence.get();
+        links.iter().for_each(|port| port.silence.set(Silence::None));
+        u8::try_from(link).ok().map(|link| (link, silence))
     }
 
     /// Takes a command, between two ticks. [`Command::Reset`] ends a [fault](crate::DriveState::Fault), too.

@@ -79,6 +79,15 @@ kinds! {
          tick is that of the event before it."
         "As 132. Bits 0 to 7 are memory protection (a stack overflow), 8 to 15 the bus, 16 to 31 the \
          instruction.";
+    134 BusLeft "CAN bus left"
+        "Too many errors: the node left its CAN bus (bus-off). It joins again after 100 ms."
+        "If this repeats: check wiring, termination and bit rate.";
+    135 BusJoined "CAN bus joined"
+        "The node joined its CAN bus again."
+        "";
+    136 BusGivenUp "CAN bus given up"
+        "The node left its CAN bus four times within 10 s, and stays off."
+        "Check wiring, termination and bit rate; then `reset`, which joins the bus again.";
 }
 
 /// Why a board has started: the detail of [`EventKind::Started`].
@@ -295,6 +304,9 @@ mod tests {
                 (131, "module cut out"),
                 (132, "panic"),
                 (133, "exception"),
+                (134, "CAN bus left"),
+                (135, "CAN bus joined"),
+                (136, "CAN bus given up"),
             ]
         );
         assert!(kinds.into_iter().all(|(number, _)| Reason::by_number(number).is_none()));

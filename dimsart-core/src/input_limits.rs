@@ -23,7 +23,8 @@ pub struct InputLimits {
 pub enum SafeValue {
     /// Zero.
     Zero,
-    /// What it got last; before the first command zero, or what of the range is next to it.
+    /// What it got last. Before the first command [`DES_POSITION`](types::DES_POSITION) is where the device stands, if it
+    /// measures [`POSITION`](types::POSITION), any other type zero; or the nearest value of the range.
     Hold,
     /// A force against the axis' motion, `-coefficient · velocity`; zero in a tick without a velocity.
     ///
@@ -36,13 +37,22 @@ pub enum SafeValue {
 }
 
 /// Why the limits of a word cannot be kept.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum LimitsFault {
     /// The range is empty or not finite; or it has no zero, which the safe value needs.
     Range,
-    /// The rate does not allow any change in a tick, or is not a number.
+    /// The rate is not above 0.
     Rate,
+    /// The change that the rate allows in a tick is lost in rounding within the range.
+    RateTooSmall {
+        /// The rate.
+        rate_per_s: f32,
+        /// The value of the range that is farthest from zero.
+        at: f32,
+        /// The smallest rate that changes it.
+        min_per_s: f32,
+    },
     /// The coefficient of damping is not a finite number above 0.
     Coefficient,
     /// Damping takes an axis: a type of shape vector, on a device that measures velocities or positions.
@@ -53,9 +63,16 @@ pub enum LimitsFault {
 
 impl core::fmt::Display for LimitsFault {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        f.write_str(match self {
+        f.write_str(match *self {
             Self::Range => "the range must be finite, and contain 0 unless the safe value is Hold",
             Self::Rate => "the rate must be above 0",
+            Self::RateTooSmall { rate_per_s, at, min_per_s } => {
+                return write!(
+                    f,
+                    "rate_per_s = {rate_per_s} is too small: its change in a tick is lost in rounding at {at}; set \
+                     rate_per_s to {min_per_s} or more, or narrow the range"
+                );
+            }
             Self::Coefficient => "the coefficient of damping must be finite and above 0",
             Self::NoVelocity => "damping needs one word per axis, and VELOCITY or POSITION among the outputs",
             Self::Format => "only the format f32 has a range, a rate, or damping",
@@ -80,7 +97,12 @@ impl InputLimits {
         let is_range = self.min.is_finite() && self.max.is_finite() && self.min <= self.max;
         let has_zero = self.min <= 0.0 && 0.0 <= self.max;
         require(is_range && (has_zero || self.safe_value == SafeValue::Hold), LimitsFault::Range)?;
-        require(self.rate_per_s * device.sample_period_s() > 0.0, LimitsFault::Rate)?;
+        require(self.rate_per_s > 0.0, LimitsFault::Rate)?;
+        // In a tick by an ulp of the value farthest from zero.
+        let at = self.min.abs().max(self.max.abs()).max(f32::MIN_POSITIVE);
+        let min_per_s = (at - f32::from_bits(at.to_bits() - 1)) / device.sample_period_s();
+        let too_small = LimitsFault::RateTooSmall { rate_per_s: self.rate_per_s, at, min_per_s };
+        require(self.rate_per_s >= min_per_s, too_small)?;
         let SafeValue::Damping { coefficient } = self.safe_value else { return Ok(()) };
         require(coefficient.is_finite() && coefficient > 0.0, LimitsFault::Coefficient)?;
         let has_axes = data_type.shape == Shape::Vector;

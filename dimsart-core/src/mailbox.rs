@@ -123,6 +123,17 @@ impl Mailbox {
     }
 }
 
+/// Whether a receiving module misses packets for too long.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Silence {
+    /// It does not.
+    None,
+    /// No packet has arrived since the module began: over with the first one.
+    Down,
+    /// Packets have stopped: until a reset.
+    Lost,
+}
+
 /// Both directions of one link, and what its two comm modules tell each other.
 #[derive(Debug)]
 pub struct LinkPort {
@@ -140,8 +151,8 @@ pub struct LinkPort {
     pub since_sent_ticks: Cell<u32>,
     /// Whether something came in that was refused at the door, since the receiving module looked.
     pub is_damaged: Cell<bool>,
-    /// Set by the receiving module in every tick in which the link is lost.
-    pub is_lost: Cell<bool>,
+    /// Set by the receiving module in every tick in which it misses packets for too long.
+    pub silence: Cell<Silence>,
     /// Ticks that computed nothing, since the receiving module looked.
     pub missed_ticks: Cell<u32>,
     /// Packets replaced in `received` before a module saw them, or refused at the door.
@@ -158,7 +169,7 @@ impl LinkPort {
             sent_every_ticks: Cell::new(0),
             since_sent_ticks: Cell::new(0),
             is_damaged: Cell::new(false),
-            is_lost: Cell::new(false),
+            silence: Cell::new(Silence::None),
             missed_ticks: Cell::new(0),
             superseded: Cell::new(0),
         }

@@ -103,6 +103,18 @@ impl CompensatedSum {
         }
     }
 
+    /// Goes to a value, by a step at most.
+    #[inline(always)]
+    pub fn approach(&mut self, value: f32, most: f32) {
+        let change = value - self.sum;
+        // Exact where it arrives: a sum would round it.
+        if change.abs() <= most {
+            *self = Self::new(value);
+        } else {
+            self.add(limit(change, most));
+        }
+    }
+
     /// Adds a step and gives the new sum.
     pub fn add(&mut self, step: f32) -> f32 {
         let step = step - self.lost;

@@ -19,7 +19,7 @@ use crate::frame::{Frame, FrameError};
 use crate::input_limits::SafeValue;
 use crate::kind::ModuleList;
 use crate::limits::MAX_LIMITED_WORDS;
-use crate::word::Word;
+use crate::word::{Scalar as _, Word};
 use limited::{Held, Limited};
 use velocity::Velocity;
 
@@ -49,6 +49,12 @@ pub enum Tick {
     /// The scheme ran, but the device's drive [says](crate::Dimsart::drive_fault) that its bridge is off: the device gets its
     /// safe value, until a reset if it was moved before.
     DriveFailed(DriveFault),
+    /// The scheme ran, but no packet has come over a link since it started or was reset, for too long: the device gets its
+    /// safe value until the first one.
+    LinkDown {
+        /// The link.
+        link: u8,
+    },
     /// A module that the device depends on has [failed](crate::Engine::module_fault) and is cut out: the device gets its
     /// safe value until a reset.
     ModuleFailed(ModuleRef),
@@ -66,6 +72,7 @@ impl Tick {
             Self::Disarmed => Reason::Disarmed,
             Self::CommandsLate => Reason::CommandsLate,
             Self::LinkLost { .. } => Reason::LinkLost,
+            Self::LinkDown { .. } => Reason::LinkDown,
             Self::DriveFailed(fault) => fault.reason(),
             Self::ModuleFailed(_) => Reason::ModuleFailed,
         }
@@ -78,6 +85,7 @@ impl Tick {
 /// |---|---|
 /// | nothing is wrong | the scheme's command, held to the input's range and rate |
 /// | scheme stopped, motion not allowed | its safe value, held to the same |
+/// | a link's first packet is missing | its safe value, until that packet |
 /// | frame refused, commands late, link lost, module failed | the same, until a reset and until motion is allowed again |
 ///
 /// Range, rate and safe value are [declared](DeviceDescriptor::with_limits) with the device; an input without them gets
@@ -95,6 +103,7 @@ pub struct Safety {
     counts: ReasonCounts,
     limited: Vec<Limited, MAX_LIMITED_WORDS>,
     velocity: Velocity,
+    has_commanded: bool,
 }
 
 impl Safety {
@@ -108,6 +117,7 @@ impl Safety {
             counts: ReasonCounts::new(),
             limited: Vec::new(),
             velocity: Velocity::NONE,
+            has_commanded: false,
         }
     }
 
@@ -116,7 +126,7 @@ impl Safety {
         *self = Self { is_motion_forbidden: self.is_motion_forbidden, ..Self::new() };
         for word in (0..device.input_words()).filter_map(|place| device.limited_word(place)) {
             // As many as there is room for: the descriptor has no more.
-            let _ = self.limited.push(Limited::new(&word, device.sample_period_s()));
+            let _ = self.limited.push(Limited::new(&word, device));
             if matches!(word.limits.safe_value, SafeValue::Damping { .. }) {
                 self.velocity = Velocity::new(device);
             }
@@ -210,6 +220,10 @@ impl Safety {
                 Ok(()) => {
                     self.reason = Reason::None;
                     if !self.limited.is_empty() {
+                        if !self.has_commanded {
+                            self.hold_position(measured);
+                            self.has_commanded = true;
+                        }
                         self.limit(measured, commanded);
                     }
                     return Tick::Ran;
@@ -233,6 +247,9 @@ impl Safety {
         self.counts.count(self.reason);
         commanded.fill(Word(0));
         let measured = if matches!(tick, Tick::MeasurementRefused(_)) { &[] } else { measured };
+        if !self.has_commanded {
+            self.hold_position(measured);
+        }
         let mut held = Held::default();
         for limited in &mut self.limited {
             if let Some(word) = commanded.get_mut(limited.place) {
@@ -249,6 +266,17 @@ impl Safety {
         told
     }
 
+    /// Before the first command a position that is held is where the device stands.
+    #[cold]
+    #[inline(never)]
+    fn hold_position(&mut self, measured: &[Word]) {
+        for limited in &mut self.limited {
+            if let Some(position) = measured.get(limited.stands_at) {
+                limited.begin(f32::from_word(*position));
+            }
+        }
+    }
+
     /// What to say of a tick in which no scheme commands the device: what has failed, until a reset.
     fn tell(&mut self, tick: Tick, is_running: bool) -> (Tick, Reason) {
         let told = (tick, tick.reason());
@@ -258,6 +286,7 @@ impl Safety {
         let fails = match tick {
             _ if is_refused => is_running && self.enable(),
             Tick::CommandsLate | Tick::DriveFailed(_) => self.state == DriveState::OperationEnabled,
+            Tick::LinkDown { .. } => false,
             _ => told.1.is_fault(),
         };
         if fails && !self.state.is_fault() {

@@ -24,7 +24,8 @@ const LIMITS: [InputLimits; AXES] = [
     },
 ];
 const DAMPED: &[InputLimits] = &[LIMITS[2]; AXES];
-const SLOW: &[InputLimits] = &[InputLimits { rate_per_s: 51.2, ..InputLimits::NONE }; AXES];
+const SLOW: &[InputLimits] =
+    &[InputLimits { min: -1e4, max: 1e4, rate_per_s: 51.2, safe_value: SafeValue::Zero }; AXES];
 const HELD_COUNT: &[InputLimits] = &[InputLimits { safe_value: SafeValue::Hold, ..InputLimits::NONE }];
 
 /// A spring from the measured to the desired position, so that a test commands what it likes. What is as large as
@@ -34,6 +35,13 @@ any PCTRL_MOD K_PARAM 2
 any MOD_ENG MOD_ON PCTRL_MOD
 any COMM_RXMOD CRX_ADD_DATA VELOCITY.2
 any MOD_ENG MOD_ON COMM_RXMOD
+any MOD_ENG MATCHING_CHECK";
+
+/// Commands what the other side shows.
+const FOLLOWS: &str = "
+any LIMIT_MOD PORT_SIGNAL_IN FAR_POSITION
+any LIMIT_MOD PORT_SIGNAL_OUT DES_POSITION
+any MOD_ENG MOD_ON LIMIT_MOD
 any MOD_ENG MATCHING_CHECK";
 
 /// A controller whose device measures position and desired position, and takes a force and a whole number.
@@ -190,6 +198,7 @@ impl Model {
         assert_eq!(self.failed.unwrap_or(tick), tick, "until a reset");
         let fails = match tick {
             Tick::CommandsLate => commands && self.was_enabled,
+            Tick::LinkDown { .. } => false,
             _ => tick.reason().is_fault() && (commands || !refused),
         };
         if self.failed.is_none() && fails {
@@ -331,6 +340,59 @@ any MOD_ENG MATCHING_CHECK";
     assert_eq!(limited, [0.05, 0.1]);
 }
 
+/// At the smallest rate that is accepted, the command leaves every value of the range.
+#[test]
+fn a_rate_that_is_accepted_changes_the_command_anywhere_in_its_range() {
+    for [min, max] in [[-1000.0_f32, 10.0], [-3.0, 1024.0], [0.0, 1e-3], [-1e8, 0.0]] {
+        let at = min.abs().max(max.abs());
+        let rate_per_s = (at - at.next_down()) / H_S;
+        let limits: &'static [InputLimits] =
+            Box::leak(Box::new([InputLimits { min, max, rate_per_s, safe_value: SafeValue::Hold }]));
+        for [stands, wanted] in [[min, max], [max, min], [0.5 * (min + max), min], [0.5 * (min + max), max]] {
+            let device = described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
+            let device = device.with_limits(Box::leak(Box::new([limits]))).unwrap();
+            let mut dimsart = Dimsart::<Standard>::new(device).unwrap();
+            load(&mut dimsart, FOLLOWS);
+            let measured = [[Word::from(wanted); AXES], [Word::from(stands); AXES]].concat();
+            let mut commanded = [Word(0); AXES];
+            assert_eq!(dimsart.tick(&measured, &mut commanded), Tick::Ran);
+            let given = f32::from_bits(commanded[0].0);
+            assert!((given - stands) * (wanted - stands) > 0.0, "{min} to {max}: {given} from {stands}");
+        }
+    }
+}
+
+#[test]
+fn a_position_that_is_held_begins_where_the_device_stands() {
+    const HELD: &[InputLimits] =
+        &[InputLimits { min: -2.0, max: 2.0, rate_per_s: 1.0, safe_value: SafeValue::Hold }];
+    let tick = |dimsart: &mut Dimsart<Standard>, stands: f32| {
+        let mut measured = [Word(0); 2 * AXES];
+        measured[AXES] = stands.into();
+        let mut commanded = [Word(0); AXES];
+        let tick = dimsart.tick(&measured, &mut commanded);
+        (tick, f32::from_bits(commanded[0].0))
+    };
+    let device = || described(&[types::FAR_POSITION, types::POSITION], &[types::DES_POSITION]);
+    let new = |limits| Dimsart::<Standard>::new(device().with_limits(limits).unwrap()).unwrap();
+    let mut dimsart = new(&[HELD]);
+    // Nothing commands it: it may be moved by hand until then.
+    assert_eq!(tick(&mut dimsart, f32::NAN).1, 0.0, "nothing is measured yet");
+    assert_eq!(tick(&mut dimsart, 1.5), (Tick::Idle, 1.5));
+    assert_eq!(tick(&mut dimsart, -1.25), (Tick::Idle, -1.25));
+    assert_eq!(tick(&mut dimsart, 7.0), (Tick::Idle, 2.0), "the nearest value of the range");
+    tick(&mut dimsart, 1.0);
+    // A scheme that commands 0 starts from there.
+    load(&mut dimsart, FOLLOWS);
+    assert_eq!(tick(&mut dimsart, 1.0), (Tick::Ran, 1.0 - H_S));
+    dimsart.allow_motion(false);
+    assert_eq!(tick(&mut dimsart, 1.75), (Tick::Disarmed, 1.0 - H_S), "what it got last");
+    // A scheme that commands from the first tick on.
+    let mut dimsart = new(&[HELD]);
+    load(&mut dimsart, FOLLOWS);
+    assert_eq!(tick(&mut dimsart, 1.0), (Tick::Ran, 1.0 - H_S));
+}
+
 #[test]
 fn damping_takes_the_measured_velocity_where_there_is_one() {
     let device = described(&[types::POSITION, types::VELOCITY], &[types::DES_FORCE]);
@@ -419,6 +481,11 @@ fn every_reason_can_be_met_and_is_counted() {
         .find(|tick| *tick == Tick::LinkLost { link: 0 });
     meet(&arm, tick.unwrap(), Reason::LinkLost);
     arm.reset();
+    let tick = core::iter::repeat_with(|| arm.tick_in_silence([0.0, 0.5, 0.0]))
+        .take(100)
+        .find(|tick| *tick == Tick::LinkDown { link: 0 });
+    meet(&arm, tick.unwrap(), Reason::LinkDown);
+    arm.reset();
     load(&mut arm.dimsart, "any MOD_ENG STOP");
     let tick = arm.tick([0.0; AXES]);
     meet(&arm, tick, Reason::Stopped);
@@ -427,7 +494,7 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 23] = [
+const NUMBERS: [(u8, &str); 24] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),
@@ -435,6 +502,7 @@ const NUMBERS: [(u8, &str); 23] = [
     (36, "command refused"),
     (40, "module failed"),
     (44, "commands late"),
+    (46, "link down"),
     (48, "link lost"),
     (56, "overcurrent"),
     (57, "current sensors"),
@@ -508,9 +576,22 @@ fn limits_that_cannot_be_kept_are_refused_with_the_word_and_why() {
         assert_eq!(fault(InputLimits { min, max, ..none }), Some(LimitsFault::Range), "{min} to {max}");
     }
     assert_eq!(fault(InputLimits { min: 1.0, max: 2.0, safe_value: SafeValue::Hold, ..none }), None);
-    for rate_per_s in [0.0, -1.0, f32::NAN, f32::MIN_POSITIVE * 1e-6] {
+    for rate_per_s in [0.0, -1.0, f32::NAN] {
         assert_eq!(fault(InputLimits { rate_per_s, ..none }), Some(LimitsFault::Rate), "{rate_per_s}");
     }
+    // An ulp of 1000 is 2^-14.
+    let range = InputLimits { min: -1000.0, max: 10.0, ..none };
+    let min_per_s = 1.0 / (16_384.0 * H_S);
+    assert_eq!(fault(InputLimits { rate_per_s: min_per_s, ..range }), None);
+    let rate_per_s = 0.99 * min_per_s;
+    let too_small = LimitsFault::RateTooSmall { rate_per_s, at: 1000.0, min_per_s };
+    assert_eq!(fault(InputLimits { rate_per_s, ..range }), Some(too_small));
+    assert_eq!(
+        too_small.to_string(),
+        "rate_per_s = 0.061875 is too small: its change in a tick is lost in rounding at 1000; set rate_per_s to 0.0625 or \
+         more, or narrow the range"
+    );
+    assert!(matches!(fault(InputLimits { rate_per_s: 1e9, ..none }), Some(LimitsFault::RateTooSmall { .. })));
     for coefficient in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let safe_value = SafeValue::Damping { coefficient };
         assert_eq!(

@@ -13,8 +13,6 @@ mod resting;
 mod shaking;
 mod turning;
 
-use core::fmt;
-
 use crate::configuration::{Checked, Configuration, ConfigurationError};
 use crate::modulation::{Duties, Modulation};
 use crate::number::within;
@@ -62,31 +60,6 @@ pub enum IdentificationError {
     /// What turns off a drive, too.
     Fault(Fault),
 }
-
-impl fmt::Display for IdentificationError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoCurrent => {
-                f.write_str("the supply makes no such current: look at the motor's wires, or ask for less")
-            }
-            Self::WrongPhases => f.write_str(
-                "the currents are not where the voltage is: a phase is open, or the wires or signs of the current sensors are \
-                 swapped",
-            ),
-            Self::DidNotMove => f.write_str(
-                "the rotor did not turn: take its load off or ask for more current; is the encoder on this motor?",
-            ),
-            Self::Slipped { travel_rad } => write!(
-                f,
-                "the rotor turned by {travel_rad} rad in an electrical turn, which fits no whole number of pole pairs: take its \
-                 load off or ask for more current"
-            ),
-            Self::Fault(fault) => write!(f, "{fault}: {}", fault.remedy()),
-        }
-    }
-}
-
-impl core::error::Error for IdentificationError {}
 
 /// What a period comes to.
 #[derive(Debug, Clone, Copy, PartialEq)]

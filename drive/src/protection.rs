@@ -1,7 +1,5 @@
 //! What turns the bridge off, in the period in which it shows.
 
-use core::fmt;
-
 use crate::configuration::{Configuration, Inverter, Limits};
 use crate::number::{larger, smaller};
 use crate::sample::{Rotor, Sample};
@@ -26,7 +24,7 @@ const UNEXPECTED_SHARE: f32 = 0.01;
 /// So much longer than not it has to make more, `s`: longer than the current takes to change.
 const TURNING_UNSEEN_S: f32 = 0.005;
 
-/// Why the bridge is off, the first reason that was found. It stays until it is [cleared](Protection::clear).
+/// Why the bridge is off (texts and remedies are those of the core's reasons), the first reason that was found. It stays until it is [cleared](Protection::clear).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fault {
     /// A phase has more than the trip current.
@@ -49,65 +47,6 @@ pub enum Fault {
     Stalled,
     /// The rotor turns faster than it may, or than the supply can hold against.
     Overspeed,
-}
-
-impl Fault {
-    /// What to do about it.
-    #[must_use]
-    pub fn remedy(self) -> &'static str {
-        self.texts().1
-    }
-
-    /// What it is, and what to do.
-    fn texts(self) -> (&'static str, &'static str) {
-        match self {
-            Self::Overcurrent => (
-                "a phase has more than the trip current",
-                "look for a short circuit, and identify the motor again: its inductance may be wrong",
-            ),
-            Self::CurrentSensors => (
-                "the currents of the phases do not add up to nothing",
-                "look at the phases' wires and the shunts' amplifiers, with the motor unplugged",
-            ),
-            Self::Undervoltage => (
-                "the supply is below its lowest voltage",
-                "look at supply, fuse and wires, at the board's terminals and under load",
-            ),
-            Self::Overvoltage => {
-                ("the supply is above its highest voltage", "add a brake resistor, or brake less")
-            }
-            Self::Overtemperature => (
-                "it is too hot, or the sensor of its temperature is gone",
-                "let it cool, command less, or look at the sensor's wires",
-            ),
-            Self::EncoderLost => (
-                "the encoder does not answer, or says that the rotor stands still while it turns",
-                "look at the encoder's wires and supply",
-            ),
-            Self::EncoderJumped => (
-                "the encoder says angles to which no rotor can have turned",
-                "look for disturbance on the encoder's wires, and for a loose magnet or wheel",
-            ),
-            Self::EncoderMagnet => (
-                "the encoder's magnet is gone, or at a wrong distance",
-                "set the magnet to the distance that the encoder's maker wants",
-            ),
-            Self::Stalled => (
-                "the rotor has stood still under current for too long",
-                "look what holds the joint, or allow more time in `limits.stall_s`",
-            ),
-            Self::Overspeed => (
-                "the rotor turns faster than it may, or than the supply can hold against",
-                "look what drives the joint, command less, or raise `limits.speed_rad_per_s` or the supply",
-            ),
-        }
-    }
-}
-
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.texts().0)
-    }
 }
 
 /// Watches a drive.

@@ -114,7 +114,9 @@ fn start() -> <Selected as boards::Board>::Idle {
     cortex_m::interrupt::disable();
     background.spawn(token(commands::serve(command_port, link, reports_to_take, schemes, motor, keys)));
     links::start(background, (link_in, link_out), (packets_in, packets_to_send), keys_to_take);
-    background.spawn(token(telemetry::log(status_to_take)));
+    if telemetry::IS_LOGGED {
+        background.spawn(token(telemetry::log(status_to_take)));
+    }
     tick.spawn(token(tick::run(dimsart, frames, joints, ends)));
     idle
 }

@@ -54,7 +54,8 @@ impl MotorService {
                 return Response::Identification(Motor::identification());
             }
             MotorAction::Found => return Response::Identification(Motor::identification()),
-            _ => Ok(()),
+            MotorAction::Look => Ok(()),
+            _ => Err(Refusal::NotUnderstood),
         };
         match done {
             Ok(()) => {

@@ -63,7 +63,8 @@ impl SchemeService {
             SchemeAction::Confirm if is_tried && store.trial() == Trial::None && store.is_saved() => Ok(()),
             SchemeAction::Confirm => return Err(refused(StoreError::NotTried)),
             SchemeAction::RollBack => store.roll_back().await,
-            _ => Ok(()),
+            SchemeAction::Look => Ok(()),
+            _ => return Err(Refusal::NotUnderstood),
         };
         (self.status.trial, self.status.is_saved) = (store.trial(), store.is_saved());
         result.map_err(|Broken| refused(StoreError::Storage))

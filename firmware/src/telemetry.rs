@@ -4,6 +4,9 @@ use dimsart_core::{Tick, Timing};
 
 use crate::handover::Taker;
 
+/// Whether this image has room for the log; `dimsart connect PORT show` has the same figures.
+pub(crate) const IS_LOGGED: bool = !cfg!(feature = "b-g431b-esc1");
+
 /// Copied out of the tick now and then.
 #[derive(Clone, Copy)]
 pub(crate) struct Status {

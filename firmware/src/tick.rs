@@ -1,9 +1,9 @@
 //! The tick, once per period, above everything but time itself.
 
-use boards::{Board as _, Joints as _, Selected};
+use boards::{Board as _, Joints as _, Selected, bus_off};
 use dimsart_core::limits::MAX_LINKS;
 use dimsart_core::protocol::{DeviceInfo, HEARTBEATS_PER_S, Request};
-use dimsart_core::{Packet, Tick, Timing};
+use dimsart_core::{Command, Packet, Tick, Timing};
 use embassy_time::{Duration, Instant, Timer};
 use firmware::Watchdog;
 
@@ -12,7 +12,7 @@ use crate::entry_points::{self, Frames};
 use crate::handover::{Giver, Taker};
 use crate::links::{self, Outgoing, Received};
 use crate::rescue::EVENTS;
-use crate::telemetry::Status;
+use crate::telemetry::{IS_LOGGED, Status};
 use crate::{BoardDimsart, stamp};
 
 type Joints = <Selected as boards::Board>::Joints;
@@ -91,7 +91,7 @@ pub(crate) async fn run(
         if timing.ticks % HEARTBEAT_EVERY == 0 {
             ends.reports.give(Unsolicited::Heartbeat(info.heartbeat(dropped)));
         }
-        if timing.ticks % REPORT_EVERY == 0 {
+        if IS_LOGGED && timing.ticks % REPORT_EVERY == 0 {
             ends.status.give(Status { timing, tick, refused_ticks: dimsart.refused_ticks(), dropped });
         }
     }
@@ -114,6 +114,9 @@ fn serve(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo,
         let answer = dimsart_core::protocol::serve(id, &request, dimsart, info);
         ends.answers.give(answer);
         links::listen(dimsart);
+        if matches!(request, Request::Command(Command::Reset)) {
+            bus_off::reset();
+        }
     }
 }
 
@@ -131,6 +134,7 @@ fn tick(dimsart: &mut BoardDimsart, frames: &mut Frames, info: &mut DeviceInfo, 
             break;
         }
     }
+    info.log_bus(bus_off::last_event());
     dimsart.allow_motion(info.begin_tick());
     let tick = entry_points::tick(dimsart, frames);
     info.end_tick(tick, dimsart);

@@ -102,7 +102,7 @@ impl Watch {
                 }
             }
             // What is computed without moving anything has no range to keep.
-            let is_safe = matches!(station.last_tick, Tick::LinkLost { .. });
+            let is_safe = matches!(station.last_tick, Tick::LinkLost { .. } | Tick::LinkDown { .. });
             for Signal { what, unit, range, probe, growth } in signals.iter_mut().filter(|_| !is_safe) {
                 let values = probe.values(station);
                 if growth.len() < values.len() {
@@ -120,7 +120,8 @@ impl Watch {
                 }
             }
             match station.last_tick {
-                Tick::Ran | Tick::Idle => {}
+                // The first packet may take as long as the line does.
+                Tick::Ran | Tick::Idle | Tick::LinkDown { .. } => {}
                 Tick::LinkLost { link } => {
                     if !core::mem::replace(has_lost_link, true) {
                         let what = "nothing came for the TIMEOUT_TICKS of COMM_RXMOD (`link.timeout_ticks`), no more force";

@@ -188,17 +188,10 @@ impl FromCan {
 
     fn look(&mut self) {
         let is_off = matches!(self.bus.bus_error_mode(), BusErrorMode::BusOff);
-        match self.bus_off.look(self.now_ms, is_off) {
-            Step::Stay => {}
-            Step::Rejoin => {
-                // The controller itself then waits for 128 idle sequences.
-                pac::FDCAN1.cccr().modify(|control| control.set_init(false));
-                REJOINS.store(self.bus_off.rejoins(), Relaxed);
-                defmt::warn!("joined the CAN bus again");
-            }
-            Step::GiveUp => {
-                defmt::error!("off the CAN bus until a reset: check its wiring, termination and bit rate");
-            }
+        if self.bus_off.look_for_board(self.now_ms, is_off) == Step::Rejoin {
+            // The controller itself then waits for 128 idle sequences.
+            pac::FDCAN1.cccr().modify(|control| control.set_init(false));
+            REJOINS.store(self.bus_off.rejoins(), Relaxed);
         }
     }
 }

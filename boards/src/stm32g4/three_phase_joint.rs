@@ -107,7 +107,7 @@ impl Joints for Joint {
                 self.shaft.update(told.angle);
             }
             // None in a whole tick.
-            _ => self.fault = Some(DriveFault::Silent),
+            Some(_) | None => self.fault = Some(DriveFault::Silent),
         }
         let Told { speed_rad_per_s, current_a, bus_v, temperature_c, .. } = self.told;
         let speed_rad_per_s = self.shaft.speed_rad_per_s(speed_rad_per_s);

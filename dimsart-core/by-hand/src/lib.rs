@@ -200,11 +200,13 @@ impl Master {
                 }
             }
         }
+        let mut is_down = false;
         if is_new {
             signals.age_ticks = 0;
         } else {
             signals.age_ticks = signals.age_ticks.saturating_add(1);
             self.is_lost |= self.received_counter != 0 && signals.age_ticks >= TIMEOUT_TICKS;
+            is_down = self.received_counter == 0 && signals.age_ticks >= TIMEOUT_TICKS;
             if received.is_none() {
                 signals.state = LinkState::NoData;
             }
@@ -275,9 +277,9 @@ impl Master {
         if self.oldest == DELAY_TICKS {
             self.oldest = 0;
         }
-        if !is_finite || self.is_lost {
+        if !is_finite || self.is_lost || is_down {
             *force = [0.0; DOF];
         }
-        is_finite && !self.is_lost
+        is_finite && !self.is_lost && !is_down
     }
 }

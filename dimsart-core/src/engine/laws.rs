@@ -38,7 +38,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             }
             Command::RemoveLaw { number } if self.uses_program(number) => return Err(LawRefusal::InUse),
             Command::RemoveLaw { number } => self.data_base.programs_mut().remove(number),
-            _ => {}
+            // `Engine::command` has no other command for a law.
+            _ => return Err(LawRefusal::NoSuchNumber),
         }
         Ok(())
     }

@@ -62,7 +62,19 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
                 Ok(())
             }
             Command::CloseModule(module) => self.close(module),
-            _ => Ok(()),
+            // They change no scheme: `Engine::command` carries them out.
+            Command::ResetModule(_)
+            | Command::Check
+            | Command::Stop
+            | Command::Reset
+            | Command::Close
+            | Command::Init
+            | Command::Begin
+            | Command::Commit
+            | Command::Abort
+            | Command::PutLaw { .. }
+            | Command::KeepLaw { .. }
+            | Command::RemoveLaw { .. } => Ok(()),
         }
     }
 
@@ -78,7 +90,8 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             Command::InitModule(_) => self.init(module),
             Command::Set { parameter, entry, value, .. } => self.set(module, parameter, entry, value),
             Command::Bind { port, signal, .. } => self.bind(module, port, signal),
-            _ => Ok(()),
+            // `edit` has no other command for an instance.
+            _ => Err(CommandError::UnknownModule(module)),
         };
         done.inspect_err(|_| self.restore(module, before))
     }

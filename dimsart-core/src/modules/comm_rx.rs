@@ -29,9 +29,11 @@
 //! more energy than what it is the mean of (Jensen), so the line stays passive and makes up for what got lost, too, as
 //! long as no packet is more than `n` ticks later than the fastest one; the wave is `n` ticks later throughout.
 //!
-//! After `TIMEOUT_TICKS` in a row without a packet that was due, once a first one had come, the link is lost: from
-//! that tick on the device gets its safe input ([`Tick::LinkLost`](crate::Tick)), though everything goes on being
-//! computed, until a `RESET` or `MOD_RESET`. [`LinkState`](crate::LinkState) says in every tick what the link is in.
+//! After `TIMEOUT_TICKS` in a row without a packet that was due the link is lost: from that tick on the device gets its
+//! safe input ([`Tick::LinkLost`](crate::Tick)) until a `RESET` or `MOD_RESET`, though everything is still computed. Before
+//! the first packet the ticks count from the module's start or reset, and the link is down
+//! ([`Tick::LinkDown`](crate::Tick)): the device gets its safe input until that packet.
+//! [`LinkState`](crate::LinkState) says in every tick what the link is in.
 
 use core::cell::Cell;
 

@@ -1,6 +1,6 @@
 //! Limits of a signal of any unit: of its value, and of how fast it changes.
 //!
-//! `out += limit(clamp(in, LOW, HIGH) - out, RATE h)`; where `LOW` is above `HIGH`, `HIGH` counts.
+//! `out += limit(clamp(in, LOW, HIGH) - out, RATE h)`, summed without rounding loss; where `LOW` is above `HIGH`, `HIGH` counts.
 //!
 //! It begins with its first input within its limits; where it takes over, with what was commanded last, so that a step
 //! between the two becomes a ramp.
@@ -17,7 +17,8 @@
 
 use super::filtered::Filtered;
 use super::take_over::first;
-use crate::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, math, words};
+use crate::math::{self, CompensatedSum};
+use crate::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, words};
 
 words! {
     /// Of an axis.
@@ -29,7 +30,7 @@ words! {
         step: f32,
     }
     /// Of an axis.
-    pub struct Axis { output: f32 }
+    pub struct Axis { output: CompensatedSum }
 }
 
 /// See the [module docs](self).
@@ -64,7 +65,7 @@ impl Module for Limit {
         let Filtered { input, output } = context.ports();
         let takes_over = context.takes_over();
         context.begin_axes([input, output.last()], |gains, [x, last]| Axis {
-            output: first(takes_over, last, math::clamp(x, gains.low, gains.high)),
+            output: CompensatedSum::new(first(takes_over, last, math::clamp(x, gains.low, gains.high))),
         });
     }
 
@@ -73,14 +74,8 @@ impl Module for Limit {
         let Filtered { input, output } = context.ports();
         context.map_axes([input], [output], |gains, axis, [x]| {
             let wanted = math::clamp(x, gains.low, gains.high);
-            let change = wanted - axis.output;
-            // As it is where it can be: a sum would round it.
-            axis.output = if change.abs() <= gains.step {
-                wanted
-            } else {
-                axis.output + math::limit(change, gains.step)
-            };
-            [axis.output]
+            axis.output.approach(wanted, gains.step);
+            [axis.output.value()]
         });
     }
 }

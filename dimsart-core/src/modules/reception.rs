@@ -1,6 +1,6 @@
 //! Which packets a receiver accepts, and what it knows of its link.
 
-use crate::mailbox::{LinkPort, START_COUNTERS, counters_ahead, is_newer, low_half};
+use crate::mailbox::{LinkPort, START_COUNTERS, Silence, counters_ahead, is_newer, low_half};
 use crate::{Content, LinkState};
 
 /// Silence after which two packets that are not next ones, the second newer than the first, mean that the
@@ -132,7 +132,7 @@ impl Reception {
         if link.received.content() != expected.content
             || u32::from(link.received.finite_words()) < expected.samples
         {
-            return self.refuse(LinkState::Error, expected);
+            return self.refuse(LinkState::Error, link, expected);
         }
         let counter = link.received.counter();
         // The first one of all has none before it.
@@ -158,7 +158,7 @@ impl Reception {
     #[inline]
     pub(super) fn state(&self, link: &LinkPort) -> LinkState {
         if self.is_lost {
-            link.is_lost.set(true);
+            link.silence.set(Silence::Lost);
             return LinkState::Timeout;
         }
         self.state
@@ -172,7 +172,7 @@ impl Reception {
     #[inline(never)]
     fn go_without(&mut self, link: &LinkPort, expected: &Expected) -> Option<Came> {
         self.catch_up(link);
-        self.grow_older(expected);
+        self.grow_older(link, expected);
         if link.is_damaged.replace(false) {
             self.state = LinkState::Error;
         } else if self.overdue_ticks(expected.every_ticks) > 0 {
@@ -182,11 +182,11 @@ impl Reception {
     }
 
     #[cold]
-    fn refuse(&mut self, state: LinkState, expected: &Expected) -> Option<Came> {
+    fn refuse(&mut self, state: LinkState, link: &LinkPort, expected: &Expected) -> Option<Came> {
         self.refused = self.refused.wrapping_add(1);
         self.state = state;
         self.waits_ticks = 0;
-        self.grow_older(expected);
+        self.grow_older(link, expected);
         None
     }
 
@@ -198,10 +198,13 @@ impl Reception {
         }
     }
 
-    fn grow_older(&mut self, expected: &Expected) {
+    fn grow_older(&mut self, link: &LinkPort, expected: &Expected) {
         self.age_ticks = self.age_ticks.saturating_add(1).min(u32::MAX - 1);
         let Expected { every_ticks, timeout_ticks, .. } = *expected;
         let is_late = timeout_ticks != 0 && self.overdue_ticks(every_ticks) >= timeout_ticks;
+        if is_late && self.counter == 0 {
+            link.silence.set(Silence::Down);
+        }
         self.is_lost |= is_late && self.counter != 0;
     }
 
@@ -233,7 +236,7 @@ impl Reception {
     fn accept_jump(&mut self, link: &LinkPort, counter: u16, expected: &Expected) -> Option<Came> {
         self.catch_up(link);
         if counter == self.counter {
-            return self.refuse(LinkState::Repeated, expected);
+            return self.refuse(LinkState::Repeated, link, expected);
         }
         let delta = u32::from(counters_ahead(counter, self.counter));
         let sent_ticks = delta.saturating_mul(expected.every_ticks);
@@ -262,7 +265,7 @@ impl Reception {
                 (self.restart_counter, self.restart_accepted) = (counter, self.counter);
             }
             if !(is_silent && follows_first) {
-                return self.refuse(LinkState::WrongSequence, expected);
+                return self.refuse(LinkState::WrongSequence, link, expected);
             }
         }
         self.round_trip_ticks = 0;

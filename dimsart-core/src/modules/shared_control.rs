@@ -16,9 +16,9 @@
 //! # Ok::<(), dimsart_core::BenchError>(())
 //! ```
 
+use crate::math::CompensatedSum;
 use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, math, types,
-    words,
+    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, UnitRelation, types, words,
 };
 
 words! {
@@ -27,7 +27,7 @@ words! {
     /// Of an axis.
     pub struct Gains { share: f32 }
     /// Of an axis.
-    pub struct Axis { share: f32 }
+    pub struct Axis { share: CompensatedSum }
     /// Signals.
     pub struct Ports { operator: Input, program: Input, output: Output }
 }
@@ -76,7 +76,9 @@ impl Module for SharedControl {
 
     fn begin(context: &Context<'_, Self>) {
         let takes_over = context.takes_over();
-        context.begin_axes([], |gains, []| Axis { share: if takes_over { 0.0 } else { gains.share } });
+        context.begin_axes([], |gains, []| Axis {
+            share: CompensatedSum::new(if takes_over { 0.0 } else { gains.share }),
+        });
     }
 
     #[inline(always)]
@@ -84,8 +86,8 @@ impl Module for SharedControl {
         let Ports { operator, program, output } = context.ports();
         let Settings { most_per_tick, .. } = context.settings();
         context.map_axes([operator, program], [output], |gains, axis, [operator, program]| {
-            axis.share += math::limit(gains.share - axis.share, most_per_tick);
-            [operator + axis.share * (program - operator)]
+            axis.share.approach(gains.share, most_per_tick);
+            [operator + axis.share.value() * (program - operator)]
         });
     }
 }

@@ -47,6 +47,11 @@ pub enum Blocked {
     Late,
     /// The scheme runs, and the bridge of the device's drive is off, until a reset if it was moved before.
     Drive(DriveFault),
+    /// The scheme runs, and no packet has come over a link since it started or was reset: until the first one.
+    LinkDown {
+        /// The link.
+        link: u8,
+    },
 }
 
 impl Blocked {
@@ -59,6 +64,7 @@ impl Blocked {
             Self::Command(_) => Reason::CommandRefused,
             Self::Disarmed => Reason::Disarmed,
             Self::LinkLost { .. } => Reason::LinkLost,
+            Self::LinkDown { .. } => Reason::LinkDown,
             Self::Late => Reason::CommandsLate,
             Self::Module(_) => Reason::ModuleFailed,
             Self::Drive(fault) => fault.reason(),
@@ -94,6 +100,8 @@ pub struct DeviceInfo {
     /// Of the last tick, as [events](EventLog) were added for it; no reason where it was a fault that was reset since.
     reason: Option<Reason>,
     failed: u32,
+    /// Number of the last event of the board's CAN bus.
+    bus: u8,
 }
 
 impl DeviceInfo {
@@ -115,6 +123,7 @@ impl DeviceInfo {
             events: None,
             reason: Some(Reason::Stopped),
             failed: 0,
+            bus: EventKind::BusJoined as u8,
         }
     }
 
@@ -134,6 +143,13 @@ impl DeviceInfo {
     /// Takes note of how well the ticks keep their time, where there is a clock to tell.
     pub fn set_timing(&mut self, timing: Timing) {
         self.timing = Some(timing);
+    }
+
+    /// Logs an event of the board's CAN bus, if it is new, by the number of its [`EventKind`].
+    pub fn log_bus(&mut self, what: u8) {
+        if core::mem::replace(&mut self.bus, what) != what {
+            self.log(Event::of(what));
+        }
     }
 
     /// Begins a tick: counts the time of the lease. Gives whether the device may be moved in this tick, for
@@ -169,16 +185,19 @@ impl DeviceInfo {
             Tick::CommandRefused(error) => Some(Blocked::Command(error)),
             Tick::Disarmed => Some(Blocked::Disarmed),
             Tick::LinkLost { link } => Some(Blocked::LinkLost { link }),
+            Tick::LinkDown { link } => Some(Blocked::LinkDown { link }),
             Tick::CommandsLate => Some(Blocked::Late),
             Tick::ModuleFailed(module) => Some(Blocked::Module(module)),
             Tick::DriveFailed(fault) => Some(Blocked::Drive(fault)),
         };
-        if self.trouble().is_some() {
+        // Who is armed waits for a link's first packet: a peer that starts later is no fault.
+        let failed = self.trouble().filter(|reason| !matches!(reason, Blocked::LinkDown { .. }));
+        if failed.is_some() {
             // Motion takes a reset and a new lease.
             self.lease.end();
         }
         if self.first_fault.is_none() {
-            self.first_fault = self.trouble().map(|reason| FirstFault { tick: self.ticks, reason });
+            self.first_fault = failed.map(|reason| FirstFault { tick: self.ticks, reason });
         }
     }
 
@@ -203,7 +222,9 @@ impl DeviceInfo {
         match tick {
             _ if !is_new => {}
             Tick::ModuleFailed(_) => {}
-            Tick::LinkLost { link } => self.log(Event { detail: link.into(), ..event }),
+            Tick::LinkLost { link } | Tick::LinkDown { link } => {
+                self.log(Event { detail: link.into(), ..event });
+            }
             Tick::MeasurementRefused(FrameError::NotFinite { signal, word }) => {
                 self.log(Event { signal: Some(signal), word, detail: f32::NAN.to_bits(), ..event });
             }

@@ -12,6 +12,7 @@ use serde::{Deserialize, Serialize};
 use super::lease::{Lease, NOBODY};
 use super::response::Refusal;
 use crate::checksum::CRC;
+use crate::safety::Reason;
 
 /// Most words of a configuration.
 pub const MAX_MOTOR_WORDS: usize = 32;
@@ -151,10 +152,10 @@ impl core::fmt::Display for IdentificationFailure {
             Self::Slipped => f.write_str(
                 "the rotor turned as no whole number of pole pairs does: take its load off or ask for more current",
             ),
-            Self::Drive(number) => {
-                let name = crate::Reason::by_number(*number).map_or("unknown to this version", crate::Reason::name);
-                write!(f, "the drive was turned off ({name})")
-            }
+            Self::Drive(number) => match Reason::by_number(*number) {
+                Some(reason) => write!(f, "{reason}"),
+                None => write!(f, "reason {number}, unknown to this version"),
+            },
         }
     }
 }
@@ -216,7 +217,12 @@ impl MotorAction {
             Self::Identify { current_a } if !(current_a > 0.0 && current_a.is_finite()) => {
                 Err(Refusal::Motor(MotorRefusal::Current))
             }
-            _ => Ok(()),
+            Self::Look
+            | Self::Put { .. }
+            | Self::Keep { .. }
+            | Self::Forget
+            | Self::Identify { .. }
+            | Self::Found => Ok(()),
         }
     }
 }

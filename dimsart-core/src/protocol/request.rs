@@ -157,7 +157,29 @@ impl Request {
             Self::Schemes(action) => *action != SchemeAction::Look,
             Self::Restart => true,
             Self::Motor(action) => !matches!(action, MotorAction::Look | MotorAction::Found),
-            _ => false,
+            Self::Identify
+            | Self::Module { .. }
+            | Self::Parameter { .. }
+            | Self::Port { .. }
+            | Self::DataType { .. }
+            | Self::Instance { .. }
+            | Self::Entry { .. }
+            | Self::Get { .. }
+            | Self::Signal { .. }
+            | Self::Finding { .. }
+            | Self::Status
+            | Self::SchemeCommand { .. }
+            | Self::Timing
+            | Self::Lease(_)
+            | Self::Telemetry { .. }
+            | Self::Key(_)
+            | Self::Cycles { .. }
+            | Self::Safety
+            | Self::Memory { .. }
+            | Self::Event { .. }
+            | Self::DeviceType { .. }
+            | Self::Bound
+            | Self::Law(_) => false,
         }
     }
 

@@ -1,14 +1,17 @@
 //! A word of a device's inputs, held to its limits.
 
 use super::Velocity;
-use crate::device::LimitedWord;
+use crate::device::{DeviceDescriptor, LimitedWord};
 use crate::input_limits::SafeValue;
+use crate::types;
 use crate::word::{Format, Scalar as _, Word};
 
 /// A word that has limits, as a tick needs them, and what it got last.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limited {
     pub(super) place: usize,
+    /// Place of the measured position that a held position begins at; beyond every frame for any other word.
+    pub(super) stands_at: usize,
     axis: usize,
     has_range: bool,
     min: f32,
@@ -28,20 +31,30 @@ pub(super) struct Held {
 }
 
 impl Limited {
-    pub(super) fn new(word: &LimitedWord, period_s: f32) -> Self {
+    pub(super) fn new(word: &LimitedWord, device: &DeviceDescriptor) -> Self {
         let limits = word.limits;
-        let has_range = word.data_type.format == Format::F32;
-        let last = if has_range { between(0.0, limits.min, limits.max) } else { 0.0 };
-        Self {
+        let is_held = limits.safe_value == SafeValue::Hold && word.data_type == types::DES_POSITION;
+        let position = if is_held { device.output_place(types::POSITION) } else { None };
+        let mut limited = Self {
             place: word.place,
+            stands_at: position.map_or(usize::MAX, |position| position + word.axis),
             axis: word.axis,
-            has_range,
+            has_range: word.data_type.format == Format::F32,
             min: limits.min,
             max: limits.max,
-            step: limits.rate_per_s * period_s,
+            step: limits.rate_per_s * device.sample_period_s(),
             safe_value: limits.safe_value,
-            given: last.into_word(),
+            given: Word(0),
+        };
+        if limited.has_range {
+            limited.begin(0.0);
         }
+        limited
+    }
+
+    /// Begins with a value, or the nearest one of its range.
+    pub(super) fn begin(&mut self, value: f32) {
+        self.given = between(value, self.min, self.max).into_word();
     }
 
     /// What the word gets for a command: the nearest value that range and rate allow.

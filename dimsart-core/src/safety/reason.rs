@@ -74,9 +74,13 @@ reasons! {
         "Nothing new has come for too long from another engine that commands this one \
          (`dimsart-core/src/coupling.rs`)."
         "See why that one stands still, then `reset`.";
+    46 LinkDown "link down"
+        "No packet has arrived on a link since the scheme started or was reset, for more than `TIMEOUT_TICKS`."
+        "Start the peer; check the line, the channel and the bit rate. Motion starts with the first packet. To run without a \
+         peer, set `TIMEOUT_TICKS` of COMM_RXMOD to 0.";
     48 LinkLost "link lost"
-        "Nothing has come over a link for `TIMEOUT_TICKS`."
-        "See to the other side and the line, then `reset`.";
+        "No packet has arrived on a link for `TIMEOUT_TICKS`, after earlier ones."
+        "Check the peer and the line, then `reset` and `arm`.";
     56 Overcurrent "overcurrent"
         "A phase of the motor has more than its trip current. The bridge is off."
         "Look for a short circuit, and identify the motor again: its inductance may be wrong. Then `reset`.";
@@ -96,17 +100,17 @@ reasons! {
         "The encoder of the rotor does not answer, or says that the rotor stands while it turns. The bridge is off."
         "Look at the encoder's wires and supply, then `reset`.";
     62 EncoderJumped "encoder jumped"
-        "The encoder says angles to which no rotor can have turned. The bridge is off."
-        "Look at its wires beside those of the motor, and at its counts per turn; then `reset`.";
+        "The encoder reports angles that the rotor cannot have turned to. The bridge is off."
+        "Check its wires for interference from the motor's, for a loose magnet or wheel, and its counts per turn; then `reset`.";
     63 EncoderMagnet "encoder magnet"
-        "The magnet of the encoder is gone, or at a wrong distance. The bridge is off."
-        "Mend the distance, then `reset`.";
+        "The encoder's magnet is missing or at a wrong distance. The bridge is off."
+        "Correct the magnet gap as the encoder's data sheet says, then `reset`.";
     64 Stalled "stalled"
         "The rotor has stood still under current for too long. The bridge is off."
-        "Free the joint, or command less while it stands; then `reset`.";
+        "Free the joint, command less at standstill, or raise `limits.stall_s`; then `reset`.";
     65 Overspeed "overspeed"
         "The rotor turns faster than it may, or than the supply can hold against. The bridge is off."
-        "Lower what the scheme asks for; then `reset`.";
+        "Lower the commands, check what drives the joint, or raise `limits.speed_rad_per_s` or the supply; then `reset`.";
     66 NotAligned "rotor not aligned"
         "A current turned the rotor to find where its magnets are, and it did not turn as a motor with these pole pairs and \
          this encoder does. The bridge is off."
@@ -124,6 +128,14 @@ reasons! {
         "An input changes as fast as it may: it follows the scheme, or is on its way to or from its safe \
          value."
         "Nothing, if it lasts for a few ticks. Otherwise as 96.";
+}
+
+/// All that there is to say of it, on one line.
+impl core::fmt::Display for Reason {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let [name, meaning, next_step] = [self.name(), self.meaning(), self.next_step()];
+        write!(f, "{name} (reason {}): {meaning} {next_step}", self.number())
+    }
 }
 
 impl Reason {

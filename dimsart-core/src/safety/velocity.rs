@@ -1,6 +1,5 @@
 //! The velocity of each axis, for damping.
 
-use crate::data_type::DataType;
 use crate::device::DeviceDescriptor;
 use crate::limits::MAX_DOF;
 use crate::types;
@@ -30,13 +29,8 @@ impl Velocity {
         Self { source: Source::None, position: [0.0; MAX_DOF], has_position: false };
 
     pub(super) fn new(device: &DeviceDescriptor) -> Self {
-        let place = |wanted: &DataType| {
-            let before = device.outputs.iter().take_while(|data_type| **data_type != wanted);
-            let words = |data_type: &&DataType| data_type.shape.words(device.dof());
-            device.outputs.contains(&wanted).then(|| before.map(words).sum())
-        };
-        let velocity = place(types::VELOCITY).map(|place| Source::Velocity { place });
-        let position = || place(types::POSITION).map(|place| Source::Position { place });
+        let velocity = device.output_place(types::VELOCITY).map(|place| Source::Velocity { place });
+        let position = || device.output_place(types::POSITION).map(|place| Source::Position { place });
         Self { source: velocity.or_else(position).unwrap_or(Source::None), ..Self::NONE }
     }
 

@@ -7,8 +7,8 @@ use dimsart_core::protocol::{
     NOBODY, Refusal, Request, Response, Sample, SchemeAction, StoreError, request_id, serve,
 };
 use dimsart_core::{
-    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, FrameError, ModuleRef, Tick, Value, Word,
-    modules::Standard, scheme, types,
+    AxisKind, Command, DataType, DeviceDescriptor, Dimsart, Engine, EventLog, FrameError, ModuleRef, Reason,
+    Tick, Value, Word, modules::Standard, scheme, types,
 };
 
 const TICK_HZ: u32 = 1000;
@@ -293,6 +293,26 @@ fn telemetry_that_cannot_be_is_refused_and_what_there_is_goes_on() {
     assert_eq!(board.follow(1, 0, types::POSITION, 1), Response::Refused(Refusal::NotThere));
     board.tick();
     assert_eq!(board.last.0, Tick::Ran, "nor a lease");
+}
+
+/// Who arms the first of two boards need not arm it again when the second one starts.
+#[test]
+fn a_link_that_is_down_keeps_the_lease_and_is_no_fault_of_the_past() {
+    let log: &EventLog = Box::leak(Box::new(EventLog::new()));
+    let mut board = Board::new();
+    board.info = board.info.with_events(log);
+    let rows =
+        "any COMM_RXMOD CRX_ADD_DATA DES_FORCE\nany MOD_ENG MOD_ON COMM_RXMOD\nany MOD_ENG MATCHING_CHECK";
+    assert_eq!(scheme::load(rows, "any", &["any"], &mut board.dimsart, |_| ()), 0);
+    board.lease(1, LeaseAction::Take).unwrap();
+    (0..50).for_each(|_| drop(board.tick()));
+    let down = Some(Blocked::LinkDown { link: 0 });
+    assert_eq!((board.last.0, board.status()), (Tick::LinkDown { link: 0 }, down));
+    board.lease(1, LeaseAction::Renew).unwrap();
+    let heartbeat = board.info.heartbeat(0);
+    assert_eq!((heartbeat.blocked, heartbeat.first_fault, heartbeat.lease.holder), (down, None, 1));
+    let event = log.get(0).unwrap();
+    assert_eq!((event.what, event.detail), (Reason::LinkDown.number(), 0));
 }
 
 #[test]

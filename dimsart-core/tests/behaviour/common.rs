@@ -59,10 +59,10 @@ impl<M: ModuleList> Bench<M> {
         self.dimsart.command(command)
     }
 
-    /// A tick that must run; gives what the device is commanded.
+    /// A tick that must compute, though its links may be down; gives what the device is commanded.
     pub(crate) fn tick(&mut self, measured: &[f32]) -> Vec<f32> {
         let (tick, commanded) = self.try_tick(&words(measured));
-        assert_eq!(tick, Tick::Ran);
+        assert!(matches!(tick, Tick::Ran | Tick::LinkDown { .. }), "{tick:?}");
         commanded.into_iter().map(|word| f32::from_bits(word.0)).collect()
     }
 

@@ -10,6 +10,18 @@ fn events(log: &EventLog) -> Vec<u8> {
     (0..u8::MAX).filter_map(|back| log.get(back)).map(|event| event.what).rev().collect()
 }
 
+#[test]
+fn a_can_bus_is_logged_when_it_changes() {
+    let log: &EventLog = Box::leak(Box::new(EventLog::new()));
+    let mut info = DeviceInfo::new("bench").with_events(log);
+    let [left, joined, given_up] =
+        [EventKind::BusLeft, EventKind::BusJoined, EventKind::BusGivenUp].map(|kind| kind as u8);
+    for what in [joined, joined, left, left, joined, left, given_up, given_up, left, joined] {
+        info.log_bus(what);
+    }
+    assert_eq!(events(log), [left, joined, left, given_up, left, joined]);
+}
+
 /// Without it the log would end with the reset, while the device stands still.
 #[test]
 fn a_fault_that_is_there_again_behind_a_reset_is_told_again() {

@@ -85,7 +85,8 @@ fn with_its_defaults_it_writes_nothing_but_numbers_that_can_be() {
         let mut measured = vec![0.0; alone.bench.dimsart.frame().output_words()];
         for _ in 0..TICKS {
             measure(&mut random, &mut measured);
-            assert_eq!(tick(&mut alone, &measured), Tick::Ran, "{}", name(module));
+            let tick = tick(&mut alone, &measured);
+            assert!(matches!(tick, Tick::Ran | Tick::LinkDown { .. }), "{}", name(module));
             assert_eq!(fault(&alone), None, "{}: {measured:?}", name(module));
         }
     }

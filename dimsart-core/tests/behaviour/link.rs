@@ -193,8 +193,58 @@ fn a_link_that_was_lost_behind_another_fault_is_not_lost_after_the_reset() {
 }
 
 #[test]
-fn no_timeout_before_the_first_packet_and_none_that_is_switched_off() {
+fn a_link_without_a_first_packet_is_down_until_it_comes() {
+    let down = Tick::LinkDown { link: 0 };
     let mut way = Way::timed("");
+    assert!((0..19).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert!((0..1000).all(|_| outcome(&mut way, None) == down));
+    assert_eq!(way.count("LINK_STATE"), LinkState::NoData as u32);
+    let packet = way.send(1.0);
+    assert_eq!(outcome(&mut way, Some(&packet)), down, "modules begin in the next tick");
+    assert!((0..19).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert!((0..1000).all(|_| outcome(&mut way, None) == Tick::LinkLost { link: 0 }));
+    way.receiver.rows("MOD_ENG RESET");
+    assert!((0..19).all(|_| outcome(&mut way, None) == Tick::Ran));
+    assert_eq!(outcome(&mut way, None), down, "a reset alone does not bring it back");
+    // No receiver, no link.
+    let mut way = Way::timed("");
+    assert!((0..100).any(|_| outcome(&mut way, None) == down));
+    way.receiver.rows("MOD_ENG MOD_OFF COMM_RXMOD");
+    outcome(&mut way, None);
+    assert!((0..100).all(|_| outcome(&mut way, None) == Tick::Ran));
+}
+
+/// What winds up while the device waits for the other side is forgotten when it comes.
+#[test]
+fn motion_begins_anew_with_the_first_packet() {
+    let mut sender: Bench = Bench::of(1, &[types::DES_POSITION], &[]);
+    sender.run("COMM_TXMOD CTX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_TXMOD");
+    let mut receiver: Bench = Bench::of(1, &[types::POSITION], &[types::DES_FORCE]);
+    receiver.run(
+        "COMM_RXMOD CRX_ADD_DATA DES_POSITION\nMOD_ENG MOD_ON COMM_RXMOD\n\
+         PIDCTRL_MOD I_PARAM 1000\nMOD_ENG MOD_ON PIDCTRL_MOD",
+    );
+    let mut step = |receives| {
+        sender.tick(&[0.0]);
+        let packet = sender.dimsart.outgoing(0).unwrap();
+        if receives {
+            receiver.dimsart.receive(0, &packet.to_bytes()).unwrap();
+        }
+        let (tick, commanded) = receiver.try_tick(&common::words(&[-1.0]));
+        (tick, f32::from_bits(commanded[0].0))
+    };
+    (0..19).for_each(|_| assert_eq!(step(false).0, Tick::Ran));
+    let down = (Tick::LinkDown { link: 0 }, 0.0);
+    assert!((0..500).all(|_| step(false) == down));
+    assert_eq!(step(true), down);
+    let (tick, force) = step(true);
+    assert_eq!(tick, Tick::Ran);
+    assert!(force < 3.0, "{force} N, as after so many ticks");
+}
+
+#[test]
+fn a_timeout_that_is_switched_off_never_comes() {
+    let mut way = Way::timed("COMM_RXMOD TIMEOUT_TICKS 0");
     assert!((0..1000).all(|_| outcome(&mut way, None) == Tick::Ran));
     let mut way = Way::timed("COMM_RXMOD TIMEOUT_TICKS 0");
     let packet = way.send(1.0);

@@ -75,9 +75,10 @@ fn a_module_computes_with_its_own_period_and_holds_between() {
                 let words = fast.frame().output_words();
                 let measured: Vec<_> =
                     (0..words).map(|_| Word::from((random.next_u32() >> 8) as f32 / 16_777_216.0)).collect();
-                assert_eq!(fast.tick(&measured, &mut []), Tick::Ran);
+                let computes = |tick| matches!(tick, Tick::Ran | Tick::LinkDown { .. });
+                assert!(computes(fast.tick(&measured, &mut [])));
                 if tick % u32::from(every_ticks) == 0 {
-                    assert_eq!(slow.tick(&measured, &mut []), Tick::Ran);
+                    assert!(computes(slow.tick(&measured, &mut [])));
                 }
                 let [fast, slow] = [&fast, &slow].map(|dimsart| own_signals(dimsart, module));
                 assert_eq!(fast, slow, "{} in one of {every_ticks} ticks, tick {tick}", found.name);

@@ -68,7 +68,7 @@ const DELAYS: [(usize, usize); 4] = [(1, 1), (10, 10), (3, 8), (40, 4)];
 fn end<M: ModuleList>(outputs: common::Types, modules: &str) -> Bench<M> {
     let mut bench = Bench::of(3, outputs, &[]);
     bench.run(&format!(
-        "COMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n{modules}\n\
+        "COMM_RXMOD TIMEOUT_TICKS 0\nCOMM_RXMOD CRX_ADD_DATA CH2_WAVES\nMOD_ENG MOD_ON COMM_RXMOD\n{modules}\n\
          COMM_TXMOD CTX_ADD_DATA CH1_WAVES\nMOD_ENG MOD_ON COMM_TXMOD"
     ));
     bench

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use boards::current_loop::why;
 use clap::{Args, Subcommand};
 use drive::{Configuration, Identified, Modulation};
 use hil_sim::recording::{Column, Recording};
@@ -122,7 +123,7 @@ impl Motor {
             Action::Identify { source, current_a, inertia_kg_m2, friction_nm, .. } => {
                 let told = motor::read(Path::new(&source))?;
                 let current_a = current_a.unwrap_or(SIMULATED_A);
-                let found = motor::identify(&told, current_a, inertia_kg_m2, friction_nm)??;
+                let found = motor::identify(&told, current_a, inertia_kg_m2, friction_nm)?.map_err(why)?;
                 print_found(&told, &found, "true", out)?;
                 Ok(ExitCode::SUCCESS)
             }

@@ -5,7 +5,7 @@ use std::io::{Read, Write};
 use boards::BOARDS;
 use dimsart_core::protocol::{NOBODY, PROTOCOL_VERSION};
 use dimsart_core::stamp::UNSTAMPED;
-use dimsart_core::{EventKind, StartCause};
+use dimsart_core::{EventKind, Reason, StartCause};
 
 use super::at_rest::{self, Looks};
 use super::{Check, Surroundings, watch_ticks};
@@ -40,7 +40,9 @@ pub fn examine<S: Read + Write>(
     checks.extend(watch_ticks(device, around, WATCHED_S)?.0);
     looks.look(device)?;
     let after = device.status_report()?;
-    let reason = device.reason()?.filter(|reason| reason.is_fault()).is_some();
+    // A board may be examined without its peer.
+    let is_wrong = |reason: &Reason| reason.is_fault() && *reason != Reason::LinkDown;
+    let reason = device.reason()?.filter(is_wrong).is_some();
     checks.push(faults(&device.faults()?, reason));
     let holder = [&before, &after].into_iter().find_map(holder);
     let info = BOARDS.iter().find(|board| board.name == device.identity().device);

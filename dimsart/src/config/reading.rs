@@ -136,7 +136,17 @@ impl<V: Vocabulary> Reader<'_, V> {
                 self.set(module, parameter, entry, value).ok_or_else(|| row.refused(no_such_entry))?;
             }
             // These change no configuration; ports are read by their names.
-            _ => {}
+            Command::Bind { .. }
+            | Command::ResetModule(_)
+            | Command::Check
+            | Command::Stop
+            | Command::Reset
+            | Command::Begin
+            | Command::Commit
+            | Command::Abort
+            | Command::PutLaw { .. }
+            | Command::KeepLaw { .. }
+            | Command::RemoveLaw { .. } => {}
         }
         Ok(())
     }

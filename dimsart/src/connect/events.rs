@@ -90,7 +90,7 @@ impl<S: Read + Write> Device<S> {
                     false => format!("word {word} of {name} is not a finite number"),
                 }
             })?,
-            _ if is_reason(Reason::LinkLost) => format!("link {detail}"),
+            _ if is_reason(Reason::LinkLost) || is_reason(Reason::LinkDown) => format!("link {detail}"),
             _ if is(EventKind::Started) => start_cause(detail).to_owned(),
             _ if is(EventKind::Exception) => format!("CFSR {detail:#010x}"),
             _ => String::new(),

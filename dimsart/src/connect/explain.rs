@@ -3,7 +3,7 @@
 use std::io::{Read, Write};
 
 use dimsart_core::protocol::Blocked;
-use dimsart_core::{CommandError, Explanation, Finding, FrameError, ModuleFault, Vocabulary};
+use dimsart_core::{CommandError, DriveFault, Explanation, Finding, FrameError, ModuleFault, Vocabulary};
 
 use super::description::Description;
 use super::{ConnectError, Device};
@@ -34,26 +34,15 @@ impl<S: Read + Write> Device<S> {
                 "the scheme runs and nobody holds the lease that motion needs; `arm` takes and holds it"
                     .to_owned()
             }
-            Blocked::LinkLost { link } => format!(
-                "nothing came over link {link} for the TIMEOUT_TICKS of its COMM_RXMOD; see to the other side and the \
-                 line, then `reset`"
-            ),
-            Blocked::Late => "nothing new has come for it to follow for too long; see to the engine that commands it, then \
-                              `reset` and `arm`"
-                .to_owned(),
-            Blocked::Drive(fault) => {
-                let reason = fault.reason();
-                let [meaning, next] = [reason.meaning(), reason.next_step()];
-                format!("{fault} (reason {}): {meaning} {next}", reason.number())
+            Blocked::LinkLost { link } | Blocked::LinkDown { link } => {
+                format!("link {link}: {}", blocked.reason())
             }
+            Blocked::Drive(DriveFault::Gone { axis }) => format!("axis {axis}: {}", blocked.reason()),
             Blocked::Module(module) => {
                 let name = self.know(|known| known.name_of_module(module).to_string())?;
-                format!(
-                    "{name} failed and is cut out with all that depends on it; `faults` says why, `reset` ends \
-                     the fault"
-                )
+                format!("{name}: {}", blocked.reason())
             }
-            other => format!("{other:?}"),
+            _ => blocked.reason().to_string(),
         })
     }
 

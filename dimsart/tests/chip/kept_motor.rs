@@ -150,6 +150,7 @@ fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
     (told.motor.pole_pairs, told.motor.resistance_ohm, told.motor.direct_inductance_h) = (4, 2.0, 1e-3);
     device.keep_motor(&told).unwrap();
     let mut device = board.restart();
+    device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     let found = device.identify_motor(2.0, || {}).unwrap();
     eprintln!("{found:?}");
     let is_near = |found: f32, truth: f32, share: f32| (found / truth - 1.0).abs() < share;
@@ -166,7 +167,9 @@ fn a_board_identifies_its_motor_although_it_was_told_of_another_one() {
 fn a_rotor_that_is_held_is_told() {
     let Some(board) = Board::start() else { return };
     board.powered().lock(true);
-    let error = board.greet().identify_motor(2.0, || {}).unwrap_err();
+    let mut device = board.greet();
+    device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
+    let error = device.identify_motor(2.0, || {}).unwrap_err();
     assert!(matches!(error, ConnectError::Identification(IdentificationFailure::DidNotMove)), "{error}");
     board.powered().run_for(0.01);
     assert!(!board.powered().is_on());

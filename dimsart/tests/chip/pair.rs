@@ -89,18 +89,29 @@ pub(crate) fn stamped(
 impl Pair {
     /// Both boards, started and allowed to move; none without images. Settings are of the receiving module.
     pub(crate) fn start(settings: &[(&'static str, &'static str)]) -> Option<Self> {
+        let mut pair = Self::power_up(settings, 1.0)?;
+        pair.run(100);
+        pair.arm();
+        pair.run(100);
+        Some(pair)
+    }
+
+    /// Both boards, powered on; the slave's crystal swings so much faster than it should.
+    pub(crate) fn power_up(settings: &[(&'static str, &'static str)], slave_clock: f64) -> Option<Self> {
         let board = Board::named(BOARD).unwrap();
         let mut benches = Vec::new();
-        for (side, serial) in [("master", *b"MASTER-G474\0"), ("slave", *b"SLAVE-G474\0\0")] {
+        let sides = [("master", *b"MASTER-G474\0", 1.0), ("slave", *b"SLAVE-G474\0\0", slave_clock)];
+        for (side, serial, clock) in sides {
             let mut bench = Bench::new(board, stamped(BOARD, side, settings)?).unwrap();
             bench.chip().set_serial(serial);
+            bench.chip().set_crystal(Some(clock * board.crystal_hz));
             benches.push(bench);
         }
         let mut joint = JointParameters::of_inertia(INERTIA_KG_M2);
         // A motor that is driven by voltage brakes by what it induces.
         joint.load.damping = TORQUE_CONSTANT_NM_PER_A.powi(2) / RESISTANCE_OHM;
         joint.load.stiffness = SPRING_NM_PER_RAD;
-        let mut pair = Self {
+        Some(Self {
             bus: CanBus::new(benches),
             receivers: [Receiver::new(), Receiver::new()],
             answers: [VecDeque::new(), VecDeque::new()],
@@ -112,11 +123,7 @@ impl Pair {
             hand_rad: 0.0,
             joint: joint.build().unwrap(),
             passed: Vec::new(),
-        };
-        pair.run(100);
-        pair.arm();
-        pair.run(100);
-        Some(pair)
+        })
     }
 
     /// Allows both to move, from now on.
@@ -170,6 +177,20 @@ impl Pair {
     /// Why a board's scheme does not drive it, by its last heartbeat.
     pub(crate) fn blocked(&self, board: usize) -> Option<Blocked> {
         self.heartbeats[board].as_ref().unwrap().blocked
+    }
+
+    /// Numbers of a board's events, the oldest first.
+    pub(crate) fn events(&mut self, board: usize) -> Vec<u8> {
+        let mut events = Vec::new();
+        for back in 0..64 {
+            let found = self.ask(board, &Request::Event { back }, |answer| match answer {
+                Response::Event(event) => Some(event.what),
+                _ => None,
+            });
+            let Some(what) = found else { break };
+            events.insert(0, what);
+        }
+        events
     }
 
     /// Torque that the slave's bridge makes at standstill, `N m`; none while it is off.

@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use dimsart_core::protocol::{Blocked, Request};
-use dimsart_core::{Command, types};
+use dimsart_core::{Command, EventKind, Reason, types};
 
 use crate::pair::{COUNTS_PER_TURN, FULL_NM, MASTER, Pair, SLAVE, SPRING_NM_PER_RAD};
 
@@ -156,6 +156,96 @@ fn wires_that_touch_drive_both_off_the_bus_and_both_join_it_again() {
     for board in [MASTER, SLAVE] {
         assert_eq!(pair.word(board, types::CAN_REJOINS), 1);
         assert!(pair.word(board, types::LINK_AGE) <= 3);
+    }
+    assert_well(&mut pair);
+}
+
+/// Numbers of events of the CAN bus among these.
+fn of_bus(events: &[u8]) -> Vec<u8> {
+    let is_of_bus = |what: &&u8| (EventKind::BusLeft as u8..=EventKind::BusGivenUp as u8).contains(*what);
+    events.iter().filter(is_of_bus).copied().collect()
+}
+
+/// A bus that is shorted for 20 ms four times in 1.7 s is given up by both; with the bus intact again, a reset joins it.
+#[test]
+fn a_bus_that_was_given_up_is_joined_by_a_reset_and_no_reset_hides_that_it_is_silent() {
+    let Some(mut pair) = Pair::start(&[]) else { return };
+    for _ in 0..4 {
+        pair.bus.short(true);
+        pair.run(20);
+        pair.bus.short(false);
+        pair.run(400);
+    }
+    pair.run(300);
+    let [left, joined, given_up] =
+        [EventKind::BusLeft, EventKind::BusJoined, EventKind::BusGivenUp].map(|kind| kind as u8);
+    for board in [MASTER, SLAVE] {
+        assert!(pair.bench(board).chip().is_can_off());
+        assert_eq!(pair.blocked(board), Some(Blocked::LinkLost { link: 0 }));
+        let events = pair.events(board);
+        assert_eq!(of_bus(&events), [left, joined, left, joined, left, joined, left, given_up], "{events:?}");
+    }
+    // One alone: its link is down, and what it gets is its safe value.
+    pair.ask(MASTER, &Request::Command(Command::Reset), |_| ());
+    pair.arm();
+    pair.run(100);
+    assert!(!pair.bench(MASTER).chip().is_can_off());
+    assert_eq!(pair.blocked(MASTER), Some(Blocked::LinkDown { link: 0 }));
+    assert_eq!(pair.torque_nm(MASTER), None);
+    // The other one, too: both move.
+    pair.ask(SLAVE, &Request::Command(Command::Reset), |_| ());
+    pair.run(50);
+    pair.arm();
+    pair.run(300);
+    for board in [MASTER, SLAVE] {
+        assert!(!pair.bench(board).chip().is_can_off());
+        assert!(pair.word(board, types::LINK_AGE) <= 3);
+        assert_eq!(pair.blocked(board), None);
+        assert!(pair.torque_nm(board).is_some());
+        let events = pair.events(board);
+        assert_eq!(of_bus(&events).last(), Some(&joined), "{events:?}");
+    }
+    assert_well(&mut pair);
+}
+
+/// Crystals that are 2 % apart: no packet ever passes.
+#[test]
+fn boards_that_never_hear_each_other_are_not_driven_and_say_why() {
+    let Some(mut pair) = Pair::power_up(&[], 1.02) else { return };
+    pair.run(100);
+    pair.arm();
+    for _ in 0..30 {
+        pair.run(100);
+        for board in [MASTER, SLAVE] {
+            let blocked = pair.blocked(board);
+            assert!(
+                matches!(blocked, Some(Blocked::LinkDown { link: 0 } | Blocked::LinkLost { link: 0 })),
+                "{blocked:?}"
+            );
+            assert_eq!(pair.torque_nm(board), None);
+        }
+    }
+    let events = pair.events(MASTER);
+    assert!(events.contains(&Reason::LinkDown.number()), "{events:?}");
+}
+
+/// Who is armed first waits for the other one.
+#[test]
+fn a_board_that_is_armed_before_its_peer_is_there_moves_when_it_is() {
+    let Some(mut pair) = Pair::power_up(&[], 1.0) else { return };
+    pair.bus.plug(SLAVE, false);
+    pair.run(100);
+    pair.arm();
+    pair.run(300);
+    for board in [MASTER, SLAVE] {
+        assert_eq!(pair.blocked(board), Some(Blocked::LinkDown { link: 0 }));
+        assert_eq!(pair.torque_nm(board), None);
+    }
+    pair.bus.plug(SLAVE, true);
+    pair.run(200);
+    for board in [MASTER, SLAVE] {
+        assert_eq!(pair.blocked(board), None);
+        assert!(pair.torque_nm(board).is_some());
     }
     assert_well(&mut pair);
 }

@@ -52,7 +52,6 @@ fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() 
         let sample = bench.sample();
         assert!(bench.drive.step(&sample, Some(0.3)).is_some(), "{fault:?}");
         assert_eq!(bench.drive.fault(), None);
-        assert!(!fault.to_string().is_empty() && !fault.remedy().is_empty());
     }
 }
 

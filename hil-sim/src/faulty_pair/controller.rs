@@ -263,7 +263,7 @@ impl Controller {
         let name = |module| Engine::<Kinds>::module_name(module).to_string();
         match self.last_tick {
             Tick::ModuleFailed(module) => name(module),
-            Tick::LinkLost { link } => format!("link {link}"),
+            Tick::LinkLost { link } | Tick::LinkDown { link } => format!("link {link}"),
             Tick::MeasurementRefused(
                 FrameError::NotFinite { signal, word } | FrameError::Implausible { signal, word, .. },
             ) => {

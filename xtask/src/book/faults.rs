@@ -21,6 +21,9 @@ fn faults() -> impl Iterator<Item = Fault> {
         meaning: reason.meaning(),
         next_step: reason.next_step(),
         is: match (reason.is_fault(), reason.is_limit()) {
+            _ if *reason == Reason::LinkDown => {
+                "A fault: the device gets its safe value, within its rate, until the first packet. The lease is kept."
+            }
             (true, _) => {
                 "A fault: the device gets its safe value, within its rate, until a `reset`, and motion takes a new \
                  lease (`arm`)."
@@ -96,6 +99,6 @@ mod tests {
         }
         let lost = pages.iter().find(|page| page.title == "48 link lost").unwrap();
         assert!(lost.text.contains("| nothing comes over a link | 19 |"), "{}", lost.text);
-        assert!(lost.text.contains("## What to do next\n\nSee to the other side"), "{}", lost.text);
+        assert!(lost.text.contains("## What to do next\n\nCheck the peer"), "{}", lost.text);
     }
 }

@@ -80,6 +80,18 @@ fn a_fixture_without_a_direction_does_nothing() {
     }
 }
 
+/// A thirtieth of half an ulp in each tick.
+#[test]
+fn a_limit_whose_step_is_lost_in_rounding_keeps_its_rate() {
+    let rows = "LIMIT_MOD RATE 0.001\nMOD_ENG MOD_ON LIMIT_MOD";
+    let mut module = Alone::new(1, &[types::SIGNAL], "SIGNAL_OUT", rows);
+    module.step(&[1000.0]);
+    for (wanted, end) in [(2000.0, 1000.1_f32), (0.0, 1000.0)] {
+        (0..100_000).for_each(|_| _ = module.step(&[wanted]));
+        assert!((module.step(&[wanted]) - end).abs() < 2e-4, "{end}");
+    }
+}
+
 #[test]
 fn a_limit_that_takes_over_makes_a_ramp_of_the_step() {
     let rows = "SIGGEN_MOD AMPLITUDE 3\nMOD_ENG MOD_ON SIGGEN_MOD";

@@ -66,6 +66,8 @@ pub(super) fn held_back_for_a_reason(moment: &Moment<'_>) -> Option<bool> {
     let is_latched = before.state.is_fault() && !moment.has_taken(Command::Reset);
     let is_refused = moment.is_frame_bad || !now.is_running || !only_sends(moment);
     let is_silent = moment.known.silent_ticks >= crate::moment::TIMEOUT_TICKS;
+    // Modules begin in the tick after a link's first packet.
+    let is_silent = is_silent || matches!(before.came, Tick::LinkDown { .. });
     let has_reason = !moment.is_armed || is_latched || is_refused || is_silent;
     (!has_reason).then(|| now.came == Tick::Ran)
 }
