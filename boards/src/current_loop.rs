@@ -118,15 +118,11 @@ impl CurrentLoop {
             temperature_c: self.scaling.celsius(counts.temperature),
             rotor,
         };
-        let duties = if matches!(self.stage, Stage::Driving) {
-            let braked_nm =
-                self.configuration.get().damping_nms_per_rad * self.drive.measured().speed_rad_per_s;
-            self.drive.step(&sample, wanted_nm.map(|wanted_nm| wanted_nm - braked_nm))
-        } else {
-            // For angle and speed, and what is wrong with the rest.
-            let _ = self.drive.step(&sample, None);
-            self.prepare(&counts, &sample, wanted_nm.is_some(), exchange)
-        };
+        let is_wanted = wanted_nm.is_some();
+        let is_driving = matches!(self.stage, Stage::Driving);
+        // Before it drives, for angle and speed, and what is wrong with the rest. One call: the code of two is twice as long.
+        let duties = self.drive.step(&sample, wanted_nm.filter(|_| is_driving));
+        let duties = if is_driving { duties } else { self.prepare(&counts, &sample, is_wanted, exchange) };
         self.periods = self.periods.wrapping_add(1);
         let measured = self.drive.measured();
         exchange.tell(&Told {
@@ -242,7 +238,8 @@ impl CurrentLoop {
     #[cold]
     #[inline(never)]
     fn forget(&mut self) {
-        let has_lost_rotor = matches!(self.drive.fault(), Some(Fault::EncoderLost | Fault::EncoderJumped));
+        use Fault::{EncoderJumped, EncoderLost, EncoderSlipped};
+        let has_lost_rotor = matches!(self.drive.fault(), Some(EncoderLost | EncoderJumped | EncoderSlipped));
         self.drive.clear();
         if !matches!(self.stage, Stage::AtRest(_)) {
             self.fault = None;
@@ -295,5 +292,6 @@ fn told(fault: Fault) -> DriveFault {
         Fault::EncoderMagnet => DriveFault::EncoderMagnet,
         Fault::Stalled => DriveFault::Stalled,
         Fault::Overspeed => DriveFault::Overspeed,
+        Fault::EncoderSlipped => DriveFault::EncoderSlipped,
     }
 }

@@ -1,6 +1,6 @@
 //! From a torque to the voltage of a brushed motor.
 //!
-//! current = torque / torque constant, limited; voltage = resistance · current
+//! current = torque / torque constant; voltage = resistance · current, up to the supply
 //!
 //! That is the motor at rest and without inductance. A turning motor induces `torque constant · speed`
 //! against that voltage and nothing here makes up for it: the shaft feels a viscous friction of
@@ -50,29 +50,31 @@ impl Motor {
     #[must_use]
     pub fn drive(&self, torque_nm: f32) -> f32 {
         let current_a = torque_nm / self.torque_constant_nm_per_a;
-        let current_a = current_a.min(self.max_current_a).max(-self.max_current_a);
         (self.resistance_ohm * current_a / self.supply_v).clamp(-1.0, 1.0)
     }
 }
 
-/// The torque of a motor that begins to turn after something else had it, such as the aligning of its rotor: from
-/// nothing on, not faster than its limits allow.
+/// The torque of a motor after its rotor was aligned: from 0 to the commanded one, not faster than its limits allow. From then on
+/// the safety stage alone limits it.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Ramp {
-    given_nm: f32,
+    /// Torque of the last tick, until it is the commanded one.
+    given_nm: Option<f32>,
 }
 
 impl Ramp {
-    /// Begins with nothing.
+    /// Starts from 0.
     pub fn begin(&mut self) {
-        self.given_nm = 0.0;
+        self.given_nm = Some(0.0);
     }
 
-    /// What a motor with these limits gets in this tick of a torque that is wanted.
-    pub fn follow(&mut self, wanted_nm: f32, limits: &InputLimits, period_s: f32) -> f32 {
+    /// The torque in this tick of a motor with these limits.
+    pub fn follow(&mut self, commanded_nm: f32, limits: &InputLimits, period_s: f32) -> f32 {
+        let Some(last_nm) = self.given_nm else { return commanded_nm };
         let step_nm = limits.rate_per_s * period_s;
-        self.given_nm = wanted_nm.max(self.given_nm - step_nm).min(self.given_nm + step_nm);
-        self.given_nm
+        let given_nm = commanded_nm.max(last_nm - step_nm).min(last_nm + step_nm);
+        self.given_nm = (given_nm.to_bits() != commanded_nm.to_bits()).then_some(given_nm);
+        given_nm
     }
 }
 
@@ -97,9 +99,11 @@ mod tests {
     };
 
     #[test]
-    fn a_ramp_reaches_what_is_wanted_at_the_rate_and_follows_it() {
+    fn a_ramp_reaches_the_command_at_the_rate_and_passes_it_from_then_on() {
         let (limits, mut ramp) = (MOTOR.limits(), Ramp::default());
+        assert_eq!(ramp.follow(limits.max, &limits, 1e-3).to_bits(), limits.max.to_bits(), "no ramp yet");
         for _ in 0..2 {
+            ramp.begin();
             let mut last_nm = 0.0;
             for tick in 1..20 {
                 let given_nm = ramp.follow(limits.max, &limits, 1e-3);
@@ -107,9 +111,11 @@ mod tests {
                 last_nm = given_nm;
             }
             assert_eq!(last_nm.to_bits(), limits.max.to_bits());
-            ramp.begin();
+            for commanded_nm in [limits.min, limits.max, 0.0] {
+                let given_nm = ramp.follow(commanded_nm, &limits, 1e-3);
+                assert_eq!(given_nm.to_bits(), commanded_nm.to_bits());
+            }
         }
-        assert!(ramp.follow(limits.min, &limits, 1e-3) < 0.0);
     }
 
     #[test]
@@ -140,13 +146,12 @@ mod tests {
     }
 
     #[test]
-    fn the_stalled_motor_makes_the_torque_up_to_its_current_limit() {
+    fn the_stalled_motor_makes_the_torque_that_the_safety_stage_passes_up_to_its_supply() {
         let torque = |drive: f32| drive * MOTOR.supply_v / MOTOR.resistance_ohm * 0.05;
-        for wanted in [-0.2, 0.0, 0.1] {
+        for wanted in [-0.2, 0.0, 0.1, MOTOR.limits().min, MOTOR.limits().max, 0.9] {
             assert!((torque(MOTOR.drive(wanted)) - wanted).abs() < 1e-6, "{wanted}");
         }
-        assert!((torque(MOTOR.drive(1.0)) - 0.25).abs() < 1e-6);
-        assert!((torque(MOTOR.drive(f32::MIN)) + 0.25).abs() < 1e-6);
+        assert!((torque(MOTOR.drive(f32::MIN)) + 1.0).abs() < 1e-6);
         let weak_supply = Motor { supply_v: 1.0, ..MOTOR };
         assert!((weak_supply.drive(1.0) - 1.0).abs() < f32::EPSILON);
     }

@@ -100,9 +100,9 @@ mod tests {
     fn what_cannot_be_taken_falls_back_to_the_image_and_says_why() {
         let mut too_much = IMAGE;
         too_much.limits.current_a = 50.0;
-        let no_number = Configuration { damping_nms_per_rad: f32::NAN, ..IMAGE };
+        let no_number = Configuration { bandwidth_rad_per_s: f32::NAN, ..IMAGE };
         let other_encoder = Configuration { encoder: Encoder::As5047p, ..IMAGE };
-        let other_layout = MotorReport { layout: 2, ..kept(&IMAGE) };
+        let other_layout = MotorReport { layout: 1, ..kept(&IMAGE) };
         let cut = MotorReport { words: MotorWords::from_slice(&[1, 2]).unwrap(), ..kept(&IMAGE) };
         for (report, fallback) in [
             (kept(&too_much), MotorFallback::Value),

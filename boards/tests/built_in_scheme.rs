@@ -83,7 +83,7 @@ fn one_count_of_the_encoder_asks_for_a_hundredth_of_the_motor_s_torque_at_most()
 #[derive(Debug, Clone, Copy)]
 struct Shaft {
     motor: Motor,
-    /// Of a motor whose torque is what is commanded, less that against its speed, `N m s/rad`.
+    /// Friction of the joint of a motor whose torque is the commanded one, `N m s/rad`.
     damping: Option<f32>,
     inertia_kg_m2: f32,
     angle: f32,
@@ -123,7 +123,7 @@ fn a_pair_of_motors_follows_a_hand_and_comes_to_rest() {
     for (board, motor) in boards_with_motors() {
         for inertia_kg_m2 in [3e-6, 1e-5, 3e-5] {
             let mut pair = Pair::new(board);
-            let damping = board.tooling.drive.map(|drive| drive.configuration.damping_nms_per_rad);
+            let damping = board.tooling.drive.map(|_| 0.05 * 0.05 / 0.6);
             let mut shafts = [Shaft { motor, damping, inertia_kg_m2, angle: 0.0, speed: 0.0 }; 2];
             let hand = 0.1 * largest_torque_nm(motor);
             for tick in 0..3_000 {

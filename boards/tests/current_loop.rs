@@ -42,6 +42,8 @@ struct Bench {
     temperature_counts: u16,
     /// What the encoder says instead of an angle.
     encoder_fault: Option<Rotor>,
+    /// A phase whose amplifier is at its end, and the count there.
+    saturated: Option<(usize, u16)>,
 }
 
 impl Bench {
@@ -60,6 +62,7 @@ impl Bench {
             bus_v: 12.0,
             temperature_counts: 1309,
             encoder_fault: None,
+            saturated: None,
         }
     }
 
@@ -68,7 +71,6 @@ impl Bench {
         let mut bench = Self::new(|drive| {
             drive.configuration.encoder = Encoder::As5047p;
             drive.configuration.motor.encoder_offset_rad = OFFSET_RAD as f32;
-            drive.configuration.damping_nms_per_rad = 0.0;
         });
         bench.motor.set_rotor(2.0, 0.0);
         (0..100).for_each(|_| assert!(!bench.tick(None).is_ready || !bench.is_on()));
@@ -82,6 +84,9 @@ impl Bench {
         for ((count, rest), phase_a) in phases.iter_mut().zip(self.rest).zip(self.motor.phase_a()) {
             let exact = rest + phase_a as f32 / scaling.a_per_count;
             *count = exact.round().clamp(0.0, f32::from(MOST_COUNTS)) as u16;
+        }
+        if let Some((phase, count)) = self.saturated {
+            phases[phase] = count;
         }
         let bus = (self.bus_v / scaling.v_per_count).round() as u16;
         let counts = Counts { phases, bus, temperature: self.temperature_counts };
@@ -128,7 +133,7 @@ impl Bench {
 
 #[test]
 fn it_finds_its_offsets_aligns_the_rotor_and_makes_the_torque() {
-    let mut bench = Bench::new(|drive| drive.configuration.damping_nms_per_rad = 0.0);
+    let mut bench = Bench::new(|_| {});
     for _ in 0..100 {
         assert!(!bench.tick(None).is_ready && !bench.is_on(), "nothing moves before a torque is wanted");
     }
@@ -196,21 +201,42 @@ fn an_absolute_encoder_that_is_lost_or_has_no_magnet_opens_the_bridge_and_is_tol
 }
 
 #[test]
-fn damping_brakes_a_joint_of_which_nothing_is_wanted() {
-    let mut bench = Bench::new(|_| {});
-    bench.align();
-    for _ in 0..20 {
-        bench.tick(Some(0.1));
+fn the_delivered_torque_is_the_commanded_one_at_every_speed() {
+    for (speed, wanted_nm) in [(0.0, 0.25_f32), (60.0, 0.25), (-60.0, 0.25), (150.0, 0.25), (150.0, -0.1)] {
+        let mut bench = Bench::absolute();
+        let turned = ThreePhaseParameters { supply_v: 24.0, rotor_inertia_kg_m2: 1e6, ..motor(&drive()) };
+        (bench.motor, bench.bus_v) = (BridgeMotor::new(&turned).unwrap(), 24.0);
+        bench.motor.set_rotor(2.0, speed);
+        (0..10).for_each(|_| assert_eq!(bench.tick(None).fault, None));
+        (0..20).for_each(|_| assert_eq!(bench.tick(Some(wanted_nm)).fault, None));
+        let mut sum_nm = 0.0;
+        for _ in 0..20 * PERIODS_PER_TICK {
+            bench.exchange.want(Some(wanted_nm));
+            bench.period();
+            sum_nm += bench.motor.torque_nm();
+        }
+        let mean_nm = sum_nm / f64::from(20 * PERIODS_PER_TICK);
+        assert!((mean_nm - f64::from(wanted_nm)).abs() < 0.003, "{speed} rad/s, {wanted_nm}: {mean_nm}");
     }
-    let fast = bench.motor.state().speed_rad_per_s;
-    // Inertia over damping.
-    let time_constant_ticks: f64 = 2e-5 / f64::from(drive().configuration.damping_nms_per_rad) / 1e-3;
-    for _ in 0..4 {
-        bench.tick(Some(0.0));
+}
+
+#[test]
+fn a_saturated_shunt_is_named_and_its_current_is_finite_in_every_phase_of_the_tick() {
+    for (phase, count) in (0..3).flat_map(|phase| [(phase, 0), (phase, MOST_COUNTS)]) {
+        for periods in 1..=PERIODS_PER_TICK {
+            let mut bench = Bench::absolute();
+            let held = ThreePhaseParameters { rotor_inertia_kg_m2: 1e6, ..motor(&drive()) };
+            bench.motor = BridgeMotor::new(&held).unwrap();
+            bench.motor.set_rotor(2.0, 0.0);
+            // 3 A.
+            (0..10).for_each(|_| assert_eq!(bench.tick(Some(0.15)).fault, None));
+            bench.saturated = Some((phase, count));
+            (0..periods).for_each(|_| bench.period());
+            let told = bench.told();
+            assert_eq!(told.fault, Some(DriveFault::CurrentSensors), "{phase} {count}: {told:?}");
+            assert!(told.current_a.is_finite() && !bench.is_on(), "{told:?}");
+        }
     }
-    let expected = fast * f64::exp(-4.0 / time_constant_ticks);
-    let slow = bench.motor.state().speed_rad_per_s;
-    assert!(fast > 20.0 && (slow / expected - 1.0).abs() < 0.2, "{fast} {slow} {expected}");
 }
 
 #[test]

@@ -110,8 +110,10 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         observer: &mut impl Observer,
     ) -> Tick {
         let computed = self.compute(measured, observer);
-        let tick = self.safety.decide(computed, &self.engine, &self.frame, measured, commanded);
-        if matches!(tick, Tick::MeasurementRefused(_)) && !self.safety.state().is_fault() {
+        let is_refused = matches!(computed, Err(Tick::MeasurementRefused(_)));
+        let fault = self.drive_fault;
+        let tick = self.safety.decide(computed, fault, &self.engine, &self.frame, measured, commanded);
+        if is_refused && !self.safety.state().is_fault() {
             // Nothing moves: it may be moved by hand meanwhile, or be switched on late.
             self.frame.begin_anew();
         }
@@ -131,18 +133,23 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         self.engine.step_observed(observer);
         // Asked in every tick: what a receiver says of this one is not to be told of a later one.
         let silent_link = self.silent_link();
-        if let Some(module) = self.engine.lost_device() {
-            return Err(Tick::ModuleFailed(module));
-        }
         if let Some((link, Silence::Lost)) = silent_link {
             return Err(Tick::LinkLost { link });
         }
-        match self.drive_fault {
-            Some(fault) => Err(Tick::DriveFailed(fault)),
-            None if self.are_commands_late => Err(Tick::CommandsLate),
-            None if silent_link.is_none() && self.awaited_link.is_none() => Ok(()),
-            None => Err(self.await_link(silent_link)),
+        // A module may fail because of it.
+        if let Some(fault) = self.drive_fault {
+            return Err(Tick::DriveFailed(fault));
         }
+        if let Some(module) = self.engine.lost_device() {
+            return Err(Tick::ModuleFailed(module));
+        }
+        if self.are_commands_late {
+            return Err(Tick::CommandsLate);
+        }
+        if silent_link.is_some() || self.awaited_link.is_some() {
+            return Err(self.await_link(silent_link));
+        }
+        Ok(())
     }
 
     /// A tick without a link's first packet, or the one that brings it: modules begin in the next one, so that they forget

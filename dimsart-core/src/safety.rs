@@ -201,11 +201,13 @@ impl Safety {
 
     /// Decides what the device gets, and puts it into `commanded`.
     ///
-    /// `computed` says why no scheme commands the device, as far as the tick has come.
+    /// `computed` says why no scheme commands the device, as far as the tick has come. A `drive_fault` is the cause of a
+    /// measurement that is refused in the same tick.
     #[inline]
     pub(crate) fn decide<M: ModuleList, const WORDS: usize>(
         &mut self,
         computed: Result<(), Tick>,
+        drive_fault: Option<DriveFault>,
         engine: &Engine<M, WORDS>,
         frame: &Frame,
         measured: &[Word],
@@ -230,19 +232,23 @@ impl Safety {
                 }
             },
         };
-        self.give_safe_values(tick, engine.is_running(), engine.device(), measured, commanded)
+        let cause = match (tick, drive_fault) {
+            (Tick::MeasurementRefused(_), Some(fault)) => Tick::DriveFailed(fault),
+            _ => tick,
+        };
+        self.give_safe_values((tick, cause), engine, measured, commanded)
     }
 
     #[inline(never)]
-    fn give_safe_values(
+    fn give_safe_values<M: ModuleList, const WORDS: usize>(
         &mut self,
-        tick: Tick,
-        is_running: bool,
-        device: &DeviceDescriptor,
+        (tick, cause): (Tick, Tick),
+        engine: &Engine<M, WORDS>,
         measured: &[Word],
         commanded: &mut [Word],
     ) -> Tick {
-        let (told, reason) = self.tell(tick, is_running);
+        let (told, reason) = self.tell(tick, cause, engine.is_running());
+        let period_s = engine.device().sample_period_s();
         self.reason = reason;
         self.counts.count(self.reason);
         commanded.fill(Word(0));
@@ -253,7 +259,7 @@ impl Safety {
         let mut held = Held::default();
         for limited in &mut self.limited {
             if let Some(word) = commanded.get_mut(limited.place) {
-                let wanted = limited.safe_value(&self.velocity, measured, device.sample_period_s());
+                let wanted = limited.safe_value(&self.velocity, measured, period_s);
                 *word = limited.give(wanted, &mut held);
             }
         }
@@ -277,9 +283,9 @@ impl Safety {
         }
     }
 
-    /// What to say of a tick in which no scheme commands the device: what has failed, until a reset.
-    fn tell(&mut self, tick: Tick, is_running: bool) -> (Tick, Reason) {
-        let told = (tick, tick.reason());
+    /// The result of a tick in which no scheme commands the device, and of its cause: the one that has failed, until a reset.
+    fn tell(&mut self, tick: Tick, cause: Tick, is_running: bool) -> (Tick, Reason) {
+        let told = (cause, cause.reason());
         let is_refused = matches!(tick, Tick::MeasurementRefused(_) | Tick::CommandRefused(_));
         self.refused_ticks = self.refused_ticks.saturating_add(is_refused.into());
         // What is refused or late while nothing moves is over with the next one; the first command may be waited for.

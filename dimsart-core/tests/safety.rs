@@ -473,6 +473,15 @@ fn every_reason_can_be_met_and_is_counted() {
         assert_eq!(DriveFault::by_number(fault.reason().number()), (fault != gone).then_some(fault));
         arm.dimsart.drive_fault(None);
         assert_eq!(arm.tick([0.0, 0.5, 0.0]), tick, "until a reset");
+        // What a sensor shows or a module computes in the same tick is a consequence.
+        for measured in [[f32::NAN; AXES], [f32::MAX; AXES]] {
+            arm.reset();
+            arm.tick([0.0, 0.5, 0.0]);
+            arm.dimsart.drive_fault(Some(fault));
+            assert_eq!(arm.tick(measured), Tick::DriveFailed(fault));
+            arm.dimsart.drive_fault(None);
+            assert_eq!(arm.tick([0.0, 0.5, 0.0]), Tick::DriveFailed(fault), "until a reset");
+        }
     }
     arm.reset();
     arm.tick([0.0, 0.5, 0.0]);
@@ -517,6 +526,7 @@ const NUMBERS: [(u8, &str); 24] = [
     (66, "rotor not aligned"),
     (67, "drive silent"),
     (68, "drive gone"),
+    (69, "encoder slipped"),
     (96, "range limited"),
     (100, "rate limited"),
 ];

@@ -19,6 +19,7 @@ impl Angle {
     }
 
     /// Of turns, 0 to 2; what is beyond wraps no more.
+    #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
     pub fn from_turns(turns: f32) -> Self {

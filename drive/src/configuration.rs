@@ -112,9 +112,6 @@ pub struct Configuration {
     pub bandwidth_rad_per_s: f32,
     /// That turns the rotor when it is aligned, `A`, > 0, up to `limits.current_a`.
     pub aligning_current_a: f32,
-    /// Torque of the rotor against its speed, that is added to what is commanded, `N m s/rad`, at least 0: as much as a motor
-    /// brakes by itself that is driven by a voltage, without which a scheme has to damp the joint.
-    pub damping_nms_per_rad: f32,
     /// The motor.
     pub motor: Motor,
     /// Its encoder.
@@ -273,8 +270,6 @@ impl Configuration {
             self.aligning_current_a <= limits.current_a,
             "at most limits.current_a"
         );
-        let is_damping = self.damping_nms_per_rad >= 0.0 && self.damping_nms_per_rad.is_finite();
-        require!(self.damping_nms_per_rad, is_damping, "at least 0");
         if let Encoder::Incremental { counts_per_turn } = self.encoder {
             let is_counted = 2 <= counts_per_turn && counts_per_turn <= 1 << 16;
             if !is_counted {

@@ -41,6 +41,7 @@ struct Gains {
 }
 
 impl Gains {
+    #[inline]
     fn new(inductance_h: f32, configuration: &Configuration) -> Self {
         let Configuration { motor, inverter: Inverter { period_s, .. }, bandwidth_rad_per_s, .. } =
             configuration;
@@ -55,6 +56,7 @@ impl Gains {
 }
 
 /// `1 - exp(-x)`, `x` at least 0, to 2e-6 of it: by its series for a 256th of `x`, and then by `d(2x) = d(x) (2 - d(x))`.
+#[inline]
 fn decayed(x: f32) -> f32 {
     let small = x / 256.0;
     let first = small * (1.0 - small * (0.5 - small / 6.0));
@@ -63,15 +65,13 @@ fn decayed(x: f32) -> f32 {
 
 impl CurrentController {
     /// With the gains of a configuration that is [right](Configuration::check).
+    #[inline]
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         let motor = configuration.motor;
-        Self {
-            motor,
-            direct: Gains::new(motor.direct_inductance_h, configuration),
-            quadrature: Gains::new(motor.quadrature_inductance_h, configuration),
-            integral_v: Dq::default(),
-        }
+        let [direct, quadrature] = [motor.direct_inductance_h, motor.quadrature_inductance_h]
+            .map(|inductance_h| Gains::new(inductance_h, configuration));
+        Self { motor, direct, quadrature, integral_v: Dq::default() }
     }
 
     /// Forgets its integrals: what is done while nothing is driven.

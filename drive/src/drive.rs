@@ -41,6 +41,10 @@ pub struct Drive {
     voltage_v: Dq,
     /// At which the magnets make one volt.
     speed_per_v: f32,
+    /// Whether the bridge was on in the last period.
+    is_on: bool,
+    /// Whether this period checks the encoder's alignment, or the motion.
+    feels: bool,
     /// How long the encoder has said what can be believed, `s`; none before its first reading.
     seen_s: Option<f32>,
 }
@@ -70,6 +74,7 @@ impl Drive {
     }
 
     /// A drive that is off, of a configuration that is right.
+    #[inline]
     #[must_use]
     pub fn of(configuration: &Checked) -> Self {
         let configuration = configuration.get();
@@ -89,6 +94,8 @@ impl Drive {
             current_a: Dq::default(),
             voltage_v: Dq::default(),
             speed_per_v: 1.0 / (pole_pairs * motor.flux_linkage_vs),
+            is_on: false,
+            feels: false,
             seen_s: None,
         }
     }
@@ -122,17 +129,30 @@ impl Drive {
         let supply = self.modulation.supply(sample.bus_v);
         // Before, one step of the encoder is a high speed.
         let has_settled = self.seen_s > Some(SETTLED_S);
-        let mut stands = false;
         if has_settled {
-            stands =
-                self.protection.weigh(self.current_a.q, speed_rad_per_s, supply.most_v * self.speed_per_v);
+            self.feels = !self.feels;
+            let Dq { d, q } = self.current_a;
+            if !self.feels {
+                let (angle, held_rad_per_s) = (self.tracking.angle(), supply.most_v * self.speed_per_v);
+                self.protection.weigh(q, angle, speed_rad_per_s, held_rad_per_s);
+            } else if self.is_on {
+                let (unexpected_v, pole_pairs) =
+                    (self.controller.unexpected_direct_v(d), f32::from(self.motor.pole_pairs));
+                self.protection.feel(unexpected_v, q, speed_rad_per_s, pole_pairs, sample.bus_v);
+            }
         }
         let may_be_on = has_settled && self.fault().is_none();
         let Some(torque_nm) = torque_nm.filter(|torque_nm| may_be_on && torque_nm.is_finite()) else {
             self.controller.reset();
             self.voltage_v = Dq::default();
+            self.is_on = false;
+            // A converter at its end shows no current.
+            if !self.current_a.q.is_finite() {
+                self.current_a = Dq::default();
+            }
             return None;
         };
+        self.is_on = true;
         let most_a = self.protection.current_limit_a(sample.temperature_c);
         let wanted_a = within(torque_nm * self.current_per_torque, most_a);
         self.voltage_v = self.controller.step(
@@ -141,9 +161,6 @@ impl Drive {
             f32::from(self.motor.pole_pairs) * speed_rad_per_s,
             &supply,
         );
-        if stands {
-            self.protection.feel(self.controller.unexpected_direct_v(self.current_a.d), sample.bus_v);
-        }
         // Where the rotor will be while the voltage is made.
         let ahead = now.ahead(within(self.ahead_s * speed_rad_per_s, FRAC_PI_4));
         Some(self.modulation.duties(ahead.unpark(self.voltage_v), ahead.unpark_across(wanted_a), &supply))

@@ -108,17 +108,20 @@ impl Identification {
     }
 
     /// As [`new`](Self::new), with a configuration that is checked. More current than the limit is not made.
+    #[inline]
     #[must_use]
     pub fn of_motor(configuration: &Checked, current_a: f32) -> Self {
         Self::begin(configuration, current_a, true)
     }
 
     /// As [`of_motor`](Self::of_motor), of a motor whose inductances are known: they are not shaken, and not found.
+    #[inline]
     #[must_use]
     pub fn of_offset(configuration: &Checked, current_a: f32) -> Self {
         Self::begin(configuration, current_a, false)
     }
 
+    #[inline]
     fn begin(configuration: &Checked, current_a: f32, finds_inductances: bool) -> Self {
         let configuration = configuration.get();
         let current_a = within(current_a, configuration.limits.current_a);
@@ -136,6 +139,7 @@ impl Identification {
     }
 
     /// One period.
+    #[inline]
     pub fn step(&mut self, sample: &Sample) -> IdentificationStep {
         if let Stage::Over(end) = self.stage {
             return IdentificationStep::Over(end);
@@ -165,6 +169,7 @@ impl Identification {
     }
 
     /// The voltage for the next period, `V`; none when all is found.
+    #[inline]
     fn voltage(&mut self, sample: &Sample, most_v: f32) -> Result<Option<Stator>, IdentificationError> {
         if sample.phase_a.iter().any(|phase_a| phase_a.abs() > MOST_SHARE * self.current_a) {
             return Err(IdentificationError::WrongPhases);

@@ -27,7 +27,6 @@
 //!     limits: LIMITS,
 //!     bandwidth_rad_per_s: 6283.0,
 //!     aligning_current_a: 5.0,
-//!     damping_nms_per_rad: 0.0,
 //!     encoder: Encoder::Incremental { counts_per_turn: 4_096 },
 //!     joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
 //!     inverter: Inverter { period_s: 50e-6, dead_time_share: 0.02, dead_time_current_a: 0.2, most_duty: 0.95 },

@@ -38,6 +38,7 @@ pub struct Supply {
 
 impl Modulation {
     /// Of a configuration that is [right](Configuration::check).
+    #[inline]
     #[must_use]
     pub fn new(configuration: &Configuration) -> Self {
         let Inverter { dead_time_share, dead_time_current_a, most_duty, .. } = configuration.inverter;

@@ -1,5 +1,8 @@
 //! What turns the bridge off, in the period in which it shows.
 
+use core::f32::consts::FRAC_PI_2;
+
+use crate::Angle;
 use crate::configuration::{Configuration, Inverter, Limits};
 use crate::number::{larger, smaller};
 use crate::sample::{Rotor, Sample};
@@ -16,11 +19,14 @@ const MOST_BAD: u8 = 4;
 const COLDEST_C: f32 = -40.0;
 /// Share of the square of the largest current that a winding at rest loses by and by.
 const COOLED_SHARE: f32 = 0.25;
-/// Below this share of the fastest speed a rotor stands still.
+/// Below this share of the fastest speed the encoder reports standstill.
 const STANDSTILL_SHARE: f32 = 0.01;
-/// Of the supply, what a rotor at rest may seem to make along its magnets, beside all that dead time takes: three phases whose
-/// resistances differ by some percent make less.
+/// Tolerance of the d-axis voltage as a share of the supply, beside the dead time: phase resistances differ by some percent.
 const UNEXPECTED_SHARE: f32 = 0.01;
+/// Its tolerance as a share of the magnets' voltage: a healthy angle is wrong by 12° at most, where `ψ` is 1.43 times as configured.
+const EMF_SHARE: f32 = 0.35;
+/// Its tolerance as a share of the voltage that couples the axes: `L` is 1.43 times as configured.
+const COUPLING_SHARE: f32 = 0.45;
 /// So much longer than not it has to make more, `s`: longer than the current takes to change.
 const TURNING_UNSEEN_S: f32 = 0.005;
 
@@ -37,7 +43,7 @@ pub enum Fault {
     Overvoltage,
     /// Too hot, or the sensor is gone.
     Overtemperature,
-    /// The encoder does not answer; or it says that the rotor stands still, which makes a voltage as it does when it turns.
+    /// The encoder does not answer; or it reports standstill, but the voltage is that of a rotor that turns.
     EncoderLost,
     /// It says angles to which no rotor can have turned.
     EncoderJumped,
@@ -47,13 +53,16 @@ pub enum Fault {
     Stalled,
     /// The rotor turns faster than it may, or than the supply can hold against.
     Overspeed,
+    /// The encoder's angle does not match the rotor's magnets: counts are missing, or a wheel or magnet slips.
+    EncoderSlipped,
 }
 
 /// Watches a drive.
 #[derive(Debug, Clone)]
 pub struct Protection {
     limits: Limits,
-    period_s: f32,
+    /// Two periods: the checks of motion and of the encoder's alignment take turns.
+    check_s: f32,
     most_sum_a: f32,
     most_surprise_rad: f32,
     standstill_rad_per_s: f32,
@@ -62,8 +71,13 @@ pub struct Protection {
     /// Of the square of a current, and what a winding loses: so that all of the current takes the time that it may.
     stall_per_a2: f32,
     cooled: f32,
-    /// Of the supply, most that a rotor at rest may seem to make.
+    /// A quarter of an electrical turn.
+    held_rad: f32,
+    /// Where the rotor is held, as long as it stays near.
+    held_at: Angle,
     unexpected_share: f32,
+    emf_vs: f32,
+    coupling_h: f32,
     unseen_periods: i32,
     most_unseen_periods: i32,
     bad_readings: u8,
@@ -73,21 +87,26 @@ pub struct Protection {
 
 impl Protection {
     /// With the limits of a configuration that is [right](Configuration::check).
+    #[inline]
     #[must_use]
     #[expect(clippy::cast_possible_truncation, reason = "a cast saturates")]
     pub fn new(configuration: &Configuration) -> Self {
-        let Configuration { limits, inverter, .. } = *configuration;
+        let Configuration { motor, limits, inverter, .. } = *configuration;
         let Inverter { period_s, dead_time_share, .. } = inverter;
         Self {
             limits,
-            period_s,
+            check_s: 2.0 * period_s,
             most_sum_a: SENSOR_SHARE * limits.trip_current_a,
             most_surprise_rad: 2.0 * limits.speed_rad_per_s * period_s + ENCODER_NOISE_RAD,
             standstill_rad_per_s: STANDSTILL_SHARE * limits.speed_rad_per_s,
             derating_a_per_c: limits.current_a / (limits.trip_c - limits.derating_c),
             stall_per_a2: 1.0 / (limits.current_a * limits.current_a * (1.0 - COOLED_SHARE)),
             cooled: COOLED_SHARE / (1.0 - COOLED_SHARE),
+            held_rad: FRAC_PI_2 / f32::from(motor.pole_pairs),
+            held_at: Angle(0),
             unexpected_share: UNEXPECTED_SHARE + dead_time_share,
+            emf_vs: EMF_SHARE * motor.flux_linkage_vs,
+            coupling_h: COUPLING_SHARE * motor.quadrature_inductance_h,
             unseen_periods: 0,
             most_unseen_periods: (TURNING_UNSEEN_S / period_s) as i32,
             bad_readings: 0,
@@ -119,6 +138,8 @@ impl Protection {
         let has_current =
             is_within(u, trip_current_a) && is_within(v, trip_current_a) && is_within(w, trip_current_a);
         let found = match sample {
+            // A converter at its end, beside two phases that do not add up to as much.
+            _ if !has_current && (u + v + w).is_infinite() => Fault::CurrentSensors,
             _ if !has_current => Fault::Overcurrent,
             _ if !is_within(u + v + w, self.most_sum_a) => Fault::CurrentSensors,
             Sample { bus_v, .. } if *bus_v > most_bus_v => Fault::Overvoltage,
@@ -159,32 +180,45 @@ impl Protection {
         self.bad_readings > MOST_BAD
     }
 
-    /// Looks at the speed, which the supply can hold against up to `held_rad_per_s`, and how long the rotor stands still with
-    /// a current that makes torque. Gives whether it seems to stand.
+    /// Looks at the speed, which the supply can hold against up to `held_rad_per_s`, and how long the rotor is held under a current
+    /// that makes torque: within a quarter of an electrical turn, trembling or not. Beyond that another phase warms up, and half of
+    /// the time is taken back. In every second period.
     #[inline]
-    pub(crate) fn weigh(&mut self, current_a: f32, speed_rad_per_s: f32, held_rad_per_s: f32) -> bool {
-        let speed_rad_per_s = speed_rad_per_s.abs();
-        let is_slow = speed_rad_per_s <= smaller(self.limits.speed_rad_per_s, held_rad_per_s);
-        if !is_slow {
+    pub(crate) fn weigh(&mut self, current_a: f32, angle: Angle, speed_rad_per_s: f32, held_rad_per_s: f32) {
+        if speed_rad_per_s.abs() > smaller(self.limits.speed_rad_per_s, held_rad_per_s) {
             self.note(Fault::Overspeed);
         }
-        let stands = speed_rad_per_s <= self.standstill_rad_per_s;
-        let heated = if stands { current_a * current_a * self.stall_per_a2 } else { 0.0 };
-        self.stalled_s = larger(self.stalled_s + self.period_s * (heated - self.cooled), 0.0);
+        let heated = current_a * current_a * self.stall_per_a2;
+        self.stalled_s = larger(self.stalled_s + self.check_s * (heated - self.cooled), 0.0);
         if self.stalled_s > self.limits.stall_s {
             self.note(Fault::Stalled);
         }
-        stands
+        if angle.minus(self.held_at).rad().abs() > self.held_rad {
+            self.held_at = angle;
+            self.stalled_s *= 0.5;
+        }
     }
 
-    /// Looks whether a rotor that seems to stand stands, while currents are controlled, by the voltage that it makes along its
-    /// magnets unexpectedly. Where the encoder is gone the field stands, and the rotor slips past it or swings about it.
+    /// Looks whether the encoder's angle is that of the magnets, by the voltage that the motor makes unexpectedly along d: a wrong
+    /// angle has the magnets' voltage there. Where the encoder is gone the field stands, and the rotor slips past it or swings
+    /// about it. In every second period.
     #[inline]
-    pub(crate) fn feel(&mut self, unexpected_v: f32, bus_v: f32) {
-        let is_unseen = unexpected_v.abs() > self.unexpected_share * bus_v;
-        self.unseen_periods = (self.unseen_periods + if is_unseen { 1 } else { -1 }).max(0);
+    pub(crate) fn feel(
+        &mut self,
+        unexpected_v: f32,
+        current_a: f32,
+        speed_rad_per_s: f32,
+        pole_pairs: f32,
+        bus_v: f32,
+    ) {
+        let speed_rad_per_s = speed_rad_per_s.abs();
+        let tolerance_v = self.unexpected_share * bus_v
+            + pole_pairs * speed_rad_per_s * (self.emf_vs + self.coupling_h * current_a.abs());
+        let is_wrong = unexpected_v.abs() > tolerance_v;
+        self.unseen_periods = (self.unseen_periods + if is_wrong { 2 } else { -1 }).max(0);
         if self.unseen_periods > self.most_unseen_periods {
-            self.note(Fault::EncoderLost);
+            let stands = speed_rad_per_s <= self.standstill_rad_per_s;
+            self.note(if stands { Fault::EncoderLost } else { Fault::EncoderSlipped });
         }
     }
 

@@ -5,7 +5,7 @@ use crate::Angle;
 /// All that is measured at one instant, in the middle of the time that all lower switches are on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Currents of the phases U, V, W into the motor, `A`.
+    /// Currents of the phases U, V, W into the motor, `A`; infinite where a converter is at its end.
     pub phase_a: [f32; 3],
     /// Voltage of the supply, `V`.
     pub bus_v: f32,

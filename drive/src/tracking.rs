@@ -20,6 +20,7 @@ pub struct Tracking {
 
 impl Tracking {
     /// Of steps every `period_s`, with poles at `bandwidth_rad_per_s`, well below `1/period_s`; it stands at angle 0.
+    #[inline]
     #[must_use]
     pub fn new(period_s: f32, bandwidth_rad_per_s: f32) -> Self {
         let share = bandwidth_rad_per_s * period_s;

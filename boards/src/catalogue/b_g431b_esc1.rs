@@ -34,8 +34,6 @@ pub(super) const CONFIGURATION: Configuration = Configuration {
     },
     bandwidth_rad_per_s: 6_283.0,
     aligning_current_a: 2.0,
-    // As much as it brakes by itself when it is driven by a voltage.
-    damping_nms_per_rad: 0.05 * 0.05 / 0.6,
     encoder: Encoder::Incremental { counts_per_turn: 4096 },
     joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
     inverter: Inverter {

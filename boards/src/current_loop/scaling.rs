@@ -68,18 +68,15 @@ impl Rest {
     }
 }
 
-/// Currents into the motor, `A`. A converter at its end says no number: what flows is more than it shows.
+/// Currents into the motor, `A`. A converter at its end shows an infinite current: more flows than it can show.
 #[inline]
 #[must_use]
 pub fn amperes(counts: [u16; 3], rest: [f32; 3], scaling: &Scaling) -> [f32; 3] {
     let [u, v, w] = counts;
     let [rest_u, rest_v, rest_w] = rest;
     let of = |count: u16, rest: f32| {
-        if count == 0 || count >= MOST_COUNTS {
-            f32::NAN
-        } else {
-            (f32::from(count) - rest) * scaling.a_per_count
-        }
+        let end_a = if (1..MOST_COUNTS).contains(&count) { 1.0 } else { f32::INFINITY };
+        (f32::from(count) - rest) * scaling.a_per_count * end_a
     };
     [of(u, rest_u), of(v, rest_v), of(w, rest_w)]
 }
@@ -145,7 +142,9 @@ mod tests {
                     assert!((f64::from(measured_a) - current_a).abs() < 0.06, "{current_a}: {measured_a}");
                 }
             }
-            assert!(amperes([0, 4095, 2553], rest, &scaling)[..2].iter().all(|current_a| current_a.is_nan()));
+            assert!(
+                amperes([0, 4095, 2553], rest, &scaling)[..2].iter().all(|current_a| current_a.is_infinite())
+            );
         }
     }
 

@@ -124,19 +124,17 @@ impl Joints for Joint {
 
     fn write(&mut self, tick: Tick, commanded: &[Word]) {
         let is_ready = self.told.is_ready;
+        if !is_ready {
+            self.ramp.begin();
+        }
         if self.fault == Some(DriveFault::Silent)
             || !is_driven(tick, commanded)
             || tick != Tick::Ran && !is_ready
         {
-            current_loop::disarm();
-            return self.ramp.begin();
+            return current_loop::disarm();
         }
-        if !is_ready {
-            self.ramp.begin();
-        }
-        let wanted_nm =
-            if is_ready { commanded.first().map_or(0.0, |word| f32::from_word(*word)) } else { 0.0 };
-        let joint_nm = self.ramp.follow(wanted_nm, &self.limits, TICK_S);
+        let commanded_nm = commanded.first().map_or(0.0, |word| f32::from_word(*word));
+        let joint_nm = if is_ready { self.ramp.follow(commanded_nm, &self.limits, TICK_S) } else { 0.0 };
         current_loop::exchange().want(Some(self.shaft.rotor_nm(joint_nm)));
     }
 }

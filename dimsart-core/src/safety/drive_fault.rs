@@ -35,6 +35,8 @@ pub enum DriveFault {
     NotAligned,
     /// The current loop does not run.
     Silent,
+    /// The encoder's angle does not match the rotor's magnets.
+    EncoderSlipped,
     /// A drive on a bus does not answer, or does something else than it is commanded.
     Gone {
         /// Its axis, from 0.
@@ -44,7 +46,7 @@ pub enum DriveFault {
 
 impl DriveFault {
     /// Every one of a board's own drive.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Overcurrent,
         Self::CurrentSensors,
         Self::Undervoltage,
@@ -57,6 +59,7 @@ impl DriveFault {
         Self::Overspeed,
         Self::NotAligned,
         Self::Silent,
+        Self::EncoderSlipped,
     ];
 
     /// Its number and name, what it means and what to do.
@@ -75,6 +78,7 @@ impl DriveFault {
             Self::Overspeed => Reason::Overspeed,
             Self::NotAligned => Reason::NotAligned,
             Self::Silent => Reason::DriveSilent,
+            Self::EncoderSlipped => Reason::EncoderSlipped,
             Self::Gone { .. } => Reason::DriveGone,
         }
     }

@@ -121,6 +121,10 @@ reasons! {
     68 DriveGone "drive gone"
         "A drive on the bus does not answer any more, or does something else than it is commanded."
         "Look at its supply and at the bus; `DRIVE_FAULT` of its axis says what it showed last. Then `reset`.";
+    69 EncoderSlipped "encoder slipped"
+        "The encoder's angle does not match the rotor's magnets: counts are missing, or a wheel or magnet slips. \
+         The bridge is off."
+        "Check the encoder's coupling, wires, counts per turn and offset; then `reset`.";
     96 RangeLimited "range limited"
         "The scheme runs; a command was outside its input's range and was cut."
         "Lower the gains, or declare the range that the actuator really has.";

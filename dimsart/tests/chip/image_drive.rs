@@ -9,7 +9,7 @@ use object::{Object as _, ObjectSegment as _, ObjectSymbol as _};
 
 const SYMBOL: &str = "dimsart_drive";
 
-/// The image with the encoder of a configuration, where its zero is, and its damping; none where no images are.
+/// The image with the encoder of a configuration, and where its zero is; none where no images are.
 pub(crate) fn configured(name: &str, configuration: &Configuration) -> Option<Arc<Image>> {
     let mut bytes = std::fs::read(test_requirements::image(name)?).unwrap();
     let start = place(&bytes);
@@ -28,7 +28,6 @@ pub(crate) fn configured(name: &str, configuration: &Configuration) -> Option<Ar
     put(encoder + 4, counts);
     let offset = offset_of!(Configuration, motor) + offset_of!(Motor, encoder_offset_rad);
     put(offset, configuration.motor.encoder_offset_rad.to_bits());
-    put(offset_of!(Configuration, damping_nms_per_rad), configuration.damping_nms_per_rad.to_bits());
     Some(Arc::new(Image::read(&bytes).unwrap()))
 }
 

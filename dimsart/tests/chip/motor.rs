@@ -87,6 +87,10 @@ pub(crate) struct Powered {
     samples: VecDeque<f64>,
     sampled_periods: u64,
     pub(crate) has_encoder: bool,
+    /// Error of the encoder's angle, `rad`.
+    pub(crate) slip_rad: f64,
+    /// A shunt whose amplifier is at its end: its phase, and the sign of its current.
+    pub(crate) saturated: Option<(usize, f64)>,
     /// From phase U through the motor's side into V, as long as the bridge is on.
     pub(crate) short_circuit_a: f64,
     /// Up to which cycle the motor is.
@@ -116,8 +120,6 @@ impl Powered {
         const NAME: &str = "nucleo-g474re-ihm08m1";
         let mut drive = ihm08m1::DRIVE;
         drive.configuration.encoder = encoder;
-        // What brakes is the motor's own.
-        drive.configuration.damping_nms_per_rad = 0.0;
         if encoder.is_absolute() {
             #[expect(clippy::cast_possible_truncation, reason = "an angle")]
             let offset_rad = OFFSET_RAD as f32;
@@ -146,6 +148,8 @@ impl Powered {
             samples: VecDeque::new(),
             sampled_periods: 0,
             has_encoder: true,
+            slip_rad: 0.0,
+            saturated: None,
             short_circuit_a: 0.0,
             motor_cycle: 0,
             duties: [0.0; 3],
@@ -197,6 +201,14 @@ impl Powered {
         self.motor.set_rotor(angle_rad, 0.0);
     }
 
+    /// Turns the rotor at a speed, whatever its torque, with a supply of 24 V.
+    pub(crate) fn turn_at(&mut self, speed_rad_per_s: f64) {
+        self.parameters.supply_v = 24.0;
+        self.set_supply(24.0);
+        self.lock(true);
+        self.motor.set_rotor(self.motor.state().angle_rad, speed_rad_per_s);
+    }
+
     pub(crate) fn is_on(&self) -> bool {
         self.is_on
     }
@@ -205,7 +217,11 @@ impl Powered {
     fn phase_a(&self) -> [f64; 3] {
         let [u, v, w] = self.motor.phase_a();
         let more = if self.is_on { self.short_circuit_a } else { 0.0 };
-        [u + more, v - more, w]
+        let mut phase_a = [u + more, v - more, w];
+        if let Some((phase, sign)) = self.saturated {
+            phase_a[phase] = 1e3 * sign;
+        }
+        phase_a
     }
 
     /// Goes on for a period.
@@ -289,12 +305,13 @@ impl Powered {
     fn show_angle(&mut self) {
         let encoder = self.drive.configuration.encoder;
         let state = self.motor.state();
+        let angle_rad = state.angle_rad + self.slip_rad;
         if encoder == Encoder::As5600 {
-            return self.sample_angle((state.angle_rad + OFFSET_RAD) / TAU);
+            return self.sample_angle((angle_rad + OFFSET_RAD) / TAU);
         }
         if encoder.is_absolute() {
             // As of the instant at which it is asked.
-            let turns = (state.angle_rad + state.speed_rad_per_s * ASKED_S + OFFSET_RAD) / TAU;
+            let turns = (angle_rad + state.speed_rad_per_s * ASKED_S + OFFSET_RAD) / TAU;
             #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "14 bits")]
             let count = (turns.rem_euclid(1.0) * f64::from(encoder.counts_per_turn())) as u32;
             if let Some(device) = self.chip().spi_device("SPI3") {
@@ -303,9 +320,8 @@ impl Powered {
             return;
         }
         #[expect(clippy::cast_possible_truncation, reason = "a few turns")]
-        let counts = (self.motor.state().angle_rad / TAU
-            * f64::from(self.drive.configuration.encoder.counts_per_turn()))
-        .floor() as i64;
+        let counts =
+            (angle_rad / TAU * f64::from(self.drive.configuration.encoder.counts_per_turn())).floor() as i64;
         if counts != self.counts && self.has_encoder {
             let by = counts - self.counts;
             let timer = self.around.timer;

@@ -235,6 +235,32 @@ fn a_magnet_that_is_too_weak_is_a_named_fault() {
 }
 
 #[test]
+fn an_absolute_encoder_whose_magnet_slips_is_a_named_fault() {
+    for encoder in ABSOLUTE {
+        let Some((mut powered, mut client)) = started(encoder) else { return };
+        client.want(&mut powered, 0.05);
+        client.run_for(&mut powered, 0.05);
+        let begun_s = powered.time_s();
+        let mut wrong_s = None;
+        while powered.is_on() && powered.time_s() < begun_s + 0.5 {
+            // A quarter of an electrical turn, within 20 ms.
+            let time_s = powered.time_s() - begun_s;
+            powered.slip_rad = core::f64::consts::PI / 14.0 * (time_s / 0.02).min(1.0);
+            if 7.0 * powered.slip_rad > 1.05 {
+                wrong_s.get_or_insert(time_s);
+            }
+            client.period(&mut powered);
+        }
+        let late_s = powered.time_s() - begun_s - wrong_s.unwrap_or(f64::MAX);
+        eprintln!("{encoder:?}: off {late_s:.4} s after it was wrong by 60°");
+        client.run_for(&mut powered, 0.005);
+        assert_eq!(client.reason(&mut powered), Some(Reason::EncoderSlipped), "{encoder:?}");
+        assert!(late_s < 0.02, "{encoder:?}: {late_s} s");
+        assert_sound(&powered);
+    }
+}
+
+#[test]
 fn a_short_circuit_opens_the_bridge_within_two_periods() {
     let Some((mut powered, mut client)) = started(Encoder::Mt6701) else { return };
     client.want(&mut powered, 0.02);

@@ -36,11 +36,13 @@ pub(super) struct Resting {
 }
 
 impl Resting {
+    #[inline]
     pub(super) fn new(current_a: f32, period_s: f32) -> Self {
         Self { current_a, period_s, voltage_v: 0.0, held_s: None, sum_a: 0.0, samples: 0, half: None }
     }
 
     /// One period: the voltage for the next one, `V`, and what came of it all, when it is done.
+    #[inline]
     pub(super) fn step(
         &mut self,
         phase_a: [f32; 3],

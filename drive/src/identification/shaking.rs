@@ -37,12 +37,14 @@ pub(super) struct Shaking {
 }
 
 impl Shaking {
+    #[inline]
     pub(super) fn new(axis: Axis, current_a: f32, held_v: f32, period_s: f32) -> Self {
         let amplitude_v = FIRST_SHARE * held_v;
         Self { axis, current_a, period_s, held_v, amplitude_v, periods: 0, last_a: 0.0, sum_a: 0.0 }
     }
 
     /// One period: the voltage for the next one, `V`, and the inductance, `H`, when it is done.
+    #[inline]
     pub(super) fn step(
         &mut self,
         is_a: Stator,

@@ -51,27 +51,32 @@ struct Way {
 }
 
 impl Way {
+    #[inline]
     fn take(&mut self, travel: i64) {
         self.first.get_or_insert(travel);
         (self.last, self.sum, self.samples) = (travel, self.sum + travel, self.samples + 1);
     }
 
     /// From its begin to its end, in turns.
+    #[inline]
     fn travel(&self) -> f32 {
         (self.last - self.first.unwrap_or(self.last)) as f32 / TURN
     }
 
+    #[inline]
     fn mean(&self) -> i64 {
         self.sum.checked_div(self.samples.into()).unwrap_or(0)
     }
 }
 
 impl Turning {
+    #[inline]
     pub(super) fn new(period_s: f32) -> Self {
         Self { period_s, ..Self::default() }
     }
 
     /// One period: to where the current is to turn, and what came of it all, when it is done.
+    #[inline]
     pub(super) fn step(
         &mut self,
         rotor: Option<Angle>,
@@ -96,6 +101,7 @@ impl Turning {
         Ok((Angle::from_turns(place), done))
     }
 
+    #[inline]
     fn turned(&self) -> Result<Turned, IdentificationError> {
         let travels = [self.forward.travel(), -self.back.travel()];
         let [forward, back] = travels;

@@ -47,7 +47,6 @@ pub(crate) fn configuration(motor: &ThreePhaseParameters) -> Configuration {
         },
         bandwidth_rad_per_s: as_f32(TAU * 1000.0),
         aligning_current_a: 5.0,
-        damping_nms_per_rad: 0.0,
         encoder: Encoder::Incremental { counts_per_turn: 4096 },
         joint: Joint { gear_ratio: 1.0, zero_rad: 0.0 },
         inverter: Inverter {
@@ -89,9 +88,14 @@ impl Bench {
     }
 
     pub(crate) fn sample(&self) -> Sample {
+        self.sample_shown(0.0)
+    }
+
+    /// With an encoder whose angle is wrong by `slip_rad`.
+    pub(crate) fn sample_shown(&self, slip_rad: f64) -> Sample {
         let state = self.motor.state();
         let Motor { encoder_offset_rad, is_encoder_reversed, .. } = self.configuration.motor;
-        let shown_rad = state.angle_rad + f64::from(encoder_offset_rad);
+        let shown_rad = state.angle_rad + slip_rad + f64::from(encoder_offset_rad);
         let turns = if is_encoder_reversed { -shown_rad } else { shown_rad } / TAU;
         let counts = if self.has_steps { COUNTS } else { 1 << 30 };
         #[expect(clippy::cast_sign_loss, reason = "a turn has fewer counts")]

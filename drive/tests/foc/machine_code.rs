@@ -45,7 +45,7 @@ impl Emulated {
         let mut bytes = [0; 4];
         machine.read(place, &mut bytes).unwrap();
         machine.map(DRIVE, u32::from_le_bytes(bytes).next_multiple_of(4));
-        for (address, words) in [(NUMBERS, 25), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
+        for (address, words) in [(NUMBERS, 24), (GIVEN, GIVEN_WORDS), (DUTIES, 3)] {
             machine.map(address, 4 * words);
         }
         let Configuration { motor, joint, limits, inverter, .. } = told;
@@ -54,7 +54,6 @@ impl Emulated {
         let numbers = [
             told.bandwidth_rad_per_s,
             told.aligning_current_a,
-            told.damping_nms_per_rad,
             motor.resistance_ohm,
             motor.direct_inductance_h,
             motor.quadrature_inductance_h,

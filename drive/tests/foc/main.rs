@@ -6,6 +6,7 @@
     reason = "in helpers of tests as in tests; what a board has is f32"
 )]
 
+mod alignment;
 mod bandwidth;
 mod bench;
 mod identification;

@@ -27,7 +27,13 @@ fn turning(change: impl FnOnce(&mut Configuration)) -> (Bench, Sample) {
 #[test]
 fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() {
     type Change = fn(&mut Sample);
-    let cases: [(Fault, Change); 10] = [
+    let cases: [(Fault, Change); 13] = [
+        // A converter at its end, beside two phases with usual currents and beside one with as much the other way.
+        (Fault::CurrentSensors, |sample| sample.phase_a[0] = f32::INFINITY),
+        (Fault::CurrentSensors, |sample| sample.phase_a[1] = f32::NEG_INFINITY),
+        (Fault::Overcurrent, |sample| {
+            sample.phase_a[..2].copy_from_slice(&[f32::INFINITY, f32::NEG_INFINITY])
+        }),
         // A wire of the sensor is open.
         (Fault::Overtemperature, |sample| sample.temperature_c = -55.0),
         (Fault::Overcurrent, |sample| sample.phase_a[0] = 31.0),
@@ -46,6 +52,11 @@ fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() 
         change(&mut sample);
         assert_eq!(bench.drive.step(&sample, Some(0.3)), None, "{fault:?}");
         assert_eq!(bench.drive.fault(), Some(fault));
+        let measured = bench.drive.measured();
+        assert!(
+            measured.current_a.q.is_finite() && measured.torque_nm.is_finite(),
+            "{fault:?}: {measured:?}"
+        );
         // It is right again, and stays off until somebody says so.
         assert_eq!(bench.drive.step(&right, Some(0.3)), None, "{fault:?}");
         bench.drive.clear();
@@ -150,6 +161,40 @@ fn a_rotor_that_stands_still_under_all_of_its_current_is_given_up_after_its_time
                 assert_eq!(bench.drive.fault(), Some(Fault::Stalled));
             }
             other => panic!("{share}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn a_locked_rotor_that_trembles_is_given_up_after_its_time_and_one_that_turns_slowly_is_not() {
+    // Amplitude and frequency of a tremor, and the speed of a rotor that turns.
+    for (tremor_rad, tremor_hz, speed, expected_s) in [
+        (0.02, 40.0, 0.0, Some(0.5)),
+        (0.02, 5.0, 0.0, Some(0.5)),
+        (0.1, 10.0, 0.0, Some(0.5)),
+        (0.0, 0.0, 2.0, None),
+        (0.0, 0.0, -20.0, None),
+    ] {
+        let motor = motor();
+        let mut told = configuration(&motor);
+        told.limits.stall_s = 0.5;
+        let mut bench = Bench::new(&motor, told);
+        let torque_nm = told.limits.current_a * told.motor.torque_constant_nm_per_a();
+        let found_s =
+            (0..40_000_u16).map(|period| f64::from(period) * crate::bench::PERIOD_S).find(|time_s| {
+                let (sin, cos) = (core::f64::consts::TAU * tremor_hz * time_s).sin_cos();
+                let trembling = core::f64::consts::TAU * tremor_hz * tremor_rad * cos;
+                bench.motor.set_rotor(1.0 + tremor_rad * sin + speed * time_s, trembling + speed);
+                bench.step(Some(torque_nm));
+                bench.drive.fault().is_some()
+            });
+        let case = format!("{tremor_rad} rad at {tremor_hz} Hz, {speed} rad/s: {found_s:?}");
+        match expected_s {
+            Some(expected_s) => {
+                assert_eq!(bench.drive.fault(), Some(Fault::Stalled), "{case}");
+                assert!(found_s.is_some_and(|found_s| (found_s - expected_s).abs() < 0.05), "{case}");
+            }
+            None => assert_eq!(bench.drive.fault(), None, "{case}"),
         }
     }
 }
@@ -276,14 +321,13 @@ fn an_encoder_that_is_lost_two_times_in_three_is_given_up() {
 fn what_no_drive_can_have_is_refused_by_name() {
     let right = configuration(&motor());
     type Change = fn(&mut Configuration);
-    let cases: [(&str, Change); 14] = [
+    let cases: [(&str, Change); 13] = [
         ("motor.resistance_ohm", |told| told.motor.resistance_ohm = 0.0),
         ("motor.pole_pairs", |told| told.motor.pole_pairs = 0),
         ("limits.trip_current_a", |told| told.limits.trip_current_a = 20.0),
         ("limits.most_bus_v", |told| told.limits.most_bus_v = f32::NAN),
         ("limits.trip_c", |told| told.limits.trip_c = 80.0),
         ("aligning_current_a", |told| told.aligning_current_a = 21.0),
-        ("damping_nms_per_rad", |told| told.damping_nms_per_rad = -0.1),
         ("encoder.counts_per_turn", |told| told.encoder = Encoder::Incremental { counts_per_turn: 1 }),
         ("joint.gear_ratio", |told| told.joint.gear_ratio = 0.0),
         ("joint.gear_ratio", |told| told.joint.gear_ratio = f32::NAN),
