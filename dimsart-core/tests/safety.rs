@@ -503,7 +503,7 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 24] = [
+const NUMBERS: [(u8, &str); 25] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),

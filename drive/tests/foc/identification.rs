@@ -126,7 +126,6 @@ fn a_joint_that_cannot_turn_is_an_error_and_no_result() {
         matches!(found, Err(IdentificationError::DidNotMove | IdentificationError::Slipped { .. })),
         "{found:?}"
     );
-    assert!(found.unwrap_err().to_string().contains("take its load off"));
 }
 
 #[test]
