@@ -24,6 +24,8 @@ pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     drive_fault: Option<DriveFault>,
     /// The link whose first packet the device waited for in the last tick.
     awaited_link: Option<u8>,
+    /// The same, where that packet came in the last tick.
+    joined_link: Option<u8>,
 }
 
 impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
@@ -50,6 +52,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             are_commands_late: false,
             drive_fault: None,
             awaited_link: None,
+            joined_link: None,
         }
     }
 
@@ -60,7 +63,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [unconnected](Self::unconnected) then.
     pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
         self.frame = Frame::unconnected();
-        self.awaited_link = None;
+        (self.awaited_link, self.joined_link) = (None, None);
         self.safety.connect(&device);
         self.engine.connect(device.clone());
         let frame = Frame::connect(self.engine.data_base_mut(), &device);
@@ -130,6 +133,9 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         if !self.engine.is_running() {
             return Err(Tick::Idle);
         }
+        if let Some(link) = self.joined_link.take() {
+            return Err(self.begin_after_waiting(link));
+        }
         self.engine.step_observed(observer);
         // Asked in every tick: what a receiver says of this one is not to be told of a later one.
         let silent_link = self.silent_link();
@@ -152,18 +158,23 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         Ok(())
     }
 
-    /// A tick without a link's first packet, or the one that brings it: modules begin in the next one, so that they forget
-    /// what has wound up meanwhile.
+    /// A tick without a link's first packet, or the one that brings it.
     #[cold]
-    #[inline(never)]
     fn await_link(&mut self, silent_link: Option<(u8, Silence)>) -> Tick {
         let link = match silent_link {
             Some((link, _)) => *self.awaited_link.insert(link),
-            None => {
-                self.engine.begin_motion();
-                self.awaited_link.take().unwrap_or_default()
-            }
+            None => *self.joined_link.insert(self.awaited_link.take().unwrap_or_default()),
         };
+        Tick::LinkDown { link }
+    }
+
+    /// The tick after a link's first packet: modules forget what has wound up meanwhile. They are not stepped, so that
+    /// this tick takes no longer than others.
+    #[cold]
+    #[inline(never)]
+    fn begin_after_waiting(&mut self, link: u8) -> Tick {
+        self.engine.data_base().links().iter().for_each(LinkPort::miss_tick);
+        self.engine.begin_motion();
         Tick::LinkDown { link }
     }
 

@@ -82,6 +82,9 @@ pub trait Link: core::fmt::Debug + Send {
         self.receive(now, &mut |bytes| deliver(bytes.into()));
     }
 
+    /// The controller that sends was reset in tick `now`: where it has left its bus, it joins it again.
+    fn reset(&mut self, _now: u64) {}
+
     /// Ticks from sending to arrival; none for a link that does not measure it, and
     /// while nothing has arrived.
     fn transit_ticks(&self) -> Option<TransitTicks> {

@@ -53,6 +53,7 @@ pub struct Station {
     guarded: Option<Guarded>,
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
+    resets_links: bool,
     trace: Option<TickTrace>,
     inputs: Option<Inputs>,
     arrivals: Arrivals,
@@ -88,6 +89,7 @@ impl Station {
             trouble: None,
             guarded: None,
             is_tagged: false,
+            resets_links: false,
             trace: None,
             inputs: None,
             arrivals: Arrivals::default(),
@@ -181,6 +183,11 @@ impl Station {
     pub fn allow_motion(&mut self, is_allowed: bool) {
         self.dimsart.allow_motion(is_allowed);
         self.inputs.iter_mut().for_each(|inputs| inputs.is_motion_allowed = is_allowed);
+    }
+
+    /// Has the nodes of its links join buses again that they have left, in the next tick, as a board's reset does.
+    pub fn reset_links(&mut self) {
+        self.resets_links = true;
     }
 
     /// Has a link authenticate what goes over it. Its clock are the ticks of a controller that is stepped every
@@ -465,8 +472,12 @@ impl Rig {
                 self.connections.iter_mut().filter(|connection| connection.from.station == index)
             {
                 let (tick, link) = (self.tick, &mut connection.link);
+                if station.resets_links {
+                    link.reset(tick);
+                }
                 station.send(connection.from.link, |carried| link.send_carried(tick, carried));
             }
+            station.resets_links = false;
         }
     }
 

@@ -10,7 +10,7 @@
 use std::path::PathBuf;
 
 use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
-use dimsart_core::{Tick, types};
+use dimsart_core::{Command, Tick, types};
 use hil_sim::pipe::Pipe;
 use hil_sim::response::{LiveRig, Part};
 use hil_sim::rig_file::{MoveSection, RigFile, SHIPPED};
@@ -214,4 +214,20 @@ fn the_experiment_waits_until_every_controller_is_armed() {
     bench.run(5.0);
     let position = bench.live.rig_mut().stations()[0].position()[0];
     assert!(position.abs() < 1e-3, "{position} rad");
+}
+
+#[test]
+fn a_reset_joins_buses_that_the_controllers_have_given_up() {
+    let mut bench = Bench::new("arm_bus", &["bus.can_fd.bit_error_rate=1", "bus.can_fd.rejoins=1"]);
+    let bus_offs = |bench: &mut Bench| bench.live.rig_mut().media()[0].traffic.bus_offs;
+    bench.run(1.0);
+    let given_up = bus_offs(&mut bench);
+    bench.run(1.0);
+    assert_eq!(bus_offs(&mut bench), given_up);
+    let mut frame = [0; MAX_FRAME_BYTES];
+    let reset = encode_request(&Request::Command(Command::Reset), request_id(1, 1), &mut frame).unwrap();
+    bench.lines.iter_mut().for_each(|(_, line)| line.write_all(reset).unwrap());
+    bench.run(1.0);
+    assert_eq!(bus_offs(&mut bench), 2 * given_up);
+    assert!(given_up > 0);
 }

@@ -210,13 +210,23 @@ pub(crate) fn check_format() -> Outcome {
     run(command("rustfmt", ["--check", "--edition", "2024"]).args(files))
 }
 
-/// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest.
+/// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest. For every change,
+/// each board once, with all features of its images together.
 pub(crate) fn lint(toolchain: Toolchain, images: Images) -> Outcome {
-    for (board, variant) in images.list().chain(BOARDS.iter().map(|board| (board, Some(PROGRAMS)))) {
+    let of_images = images.list().filter(|_| images == Images::All);
+    let mut all: Vec<(&BoardInfo, String)> =
+        of_images.map(|(board, variant)| (board, variant.unwrap_or_default().to_owned())).collect();
+    for board in BOARDS {
+        let of_board = Images::Few.list().filter(|(of, _)| of.name == board.name);
+        let variants = of_board.filter_map(|(_, variant)| variant);
+        all.push((board, variants.chain([PROGRAMS]).collect::<Vec<_>>().join(",")));
+    }
+    for (board, more) in all {
         // Their profile, for which all is built that runs on the host.
         let mut clippy =
             toolchain.cargo("clippy", &["--quiet", "--profile", PROFILE, "--package", "firmware"]);
-        run(clippy.args(features(board, variant)).args(["--", "--deny", "warnings"]))?;
+        let more = Some(more.as_str()).filter(|more| !more.is_empty());
+        run(clippy.args(features(board, more)).args(["--", "--deny", "warnings"]))?;
     }
     Ok(())
 }

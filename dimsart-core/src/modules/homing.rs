@@ -54,7 +54,7 @@ words! {
         step: f32,
     }
     /// Of an axis.
-    pub struct Axis { state: u16, desired: CompensatedSum, gone: f32, stalled_s: f32, offset: f32 }
+    pub struct Axis { state: u16, desired: CompensatedSum, gone: CompensatedSum, stalled_s: f32, offset: f32 }
     /// Signals.
     pub struct Ports {
         position: Input,
@@ -139,13 +139,13 @@ impl Module for Homing {
                     axis.offset = gains.home_position - x;
                     // The desired position can be far behind the stop by now.
                     axis.desired = CompensatedSum::new(x);
-                    (axis.state, axis.gone) = (BACKS_OFF, 0.0);
+                    (axis.state, axis.gone) = (BACKS_OFF, CompensatedSum::new(0.0));
                 }
-                SEARCHES if axis.gone >= gains.search_distance => axis.state = FOUND_NOTHING,
+                SEARCHES if axis.gone.value() >= gains.search_distance => axis.state = FOUND_NOTHING,
                 SEARCHES => axis.go(gains.step),
-                BACKS_OFF if axis.gone >= gains.back_off => axis.state = HOMED,
+                BACKS_OFF if axis.gone.value() >= gains.back_off => axis.state = HOMED,
                 BACKS_OFF => {
-                    let left = gains.back_off - axis.gone;
+                    let left = gains.back_off - axis.gone.value();
                     axis.go(math::limit(-gains.step, left));
                 }
                 _ => {}
@@ -159,6 +159,6 @@ impl Axis {
     #[inline(always)]
     fn go(&mut self, step: f32) {
         self.desired.add(step);
-        self.gone += step.abs();
+        self.gone.add(step.abs());
     }
 }

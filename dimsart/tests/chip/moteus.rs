@@ -182,7 +182,7 @@ fn a_drive_that_is_unplugged_stops_all_of_them_and_says_which_it_was() {
     assert_eq!(shared.bench().torques_nm(), [0.0; 3]);
     let faults = device.faults().unwrap().to_string();
     println!("{faults}");
-    assert!(faults.contains("drive gone of axis 1"), "{faults}");
+    assert!(faults.contains("axis 1: drive gone (reason 68)"), "{faults}");
 
     shared.bench().is_plugged[1] = true;
     shared.run_for(50e-3);

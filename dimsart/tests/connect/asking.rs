@@ -224,7 +224,7 @@ fn faults_name_the_module_that_failed_with_what_it_wrote() {
     emulated.robot.lock().unwrap().tick(1e5);
     let faults = emulated.out(&["faults"], 1);
     for part in [
-        "PDCTRL_MOD failed and is cut out with all that depends on it",
+        "the device is NOT commanded: PDCTRL_MOD: module failed (reason 40)",
         "drive: fault",
         "PDCTRL_MOD wrote -1",
         "to word 0 of DES_FORCE, which is beyond 1e9, the most that it can be",

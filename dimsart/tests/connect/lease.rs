@@ -23,8 +23,10 @@ const DISARMED: &str =
 fn running() -> Board {
     let board = Board::start();
     let scheme = SchemeText::read("builtin:bilateral").unwrap();
-    let sent = board.connect().send_scheme(&scheme, "slave").unwrap();
+    let mut device = board.connect();
+    let sent = device.send_scheme(&scheme, "slave").unwrap();
     assert!(sent.state.starts_with(DISARMED), "{}", sent.state);
+    device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     board.wait_for(Tick::Disarmed);
     board
 }
@@ -32,7 +34,9 @@ fn running() -> Board {
 /// The same, for programs.
 fn served() -> Board {
     let board = Board::serve();
-    board.dial().send_scheme(&SchemeText::read("builtin:bilateral").unwrap(), "slave").unwrap();
+    let mut device = board.dial();
+    device.send_scheme(&SchemeText::read("builtin:bilateral").unwrap(), "slave").unwrap();
+    device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     board.wait_for(Tick::Disarmed);
     board
 }

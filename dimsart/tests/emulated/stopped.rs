@@ -120,7 +120,8 @@ pub(crate) fn stopping_tick(line: &mut ByHand) -> [(Tag, Vec<u8>); 2] {
     ]
 }
 
-pub(crate) const TICKS_OF_MOTION: u8 = 20;
+/// With those that follow fewer than a link without packets allows.
+pub(crate) const TICKS_OF_MOTION: u8 = 10;
 
 /// Moves the device until the actuators have something to do. A client has taken the lease that motion needs.
 pub(crate) fn move_by_hand(line: &mut ByHand) {

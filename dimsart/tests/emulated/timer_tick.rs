@@ -121,6 +121,7 @@ fn a_board_moves_its_device_while_the_lease_is_held_and_says_so_by_itself() {
         }
         panic!("{part}: {}", device.live().unwrap());
     };
+    device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     wait_for(&mut device, "nobody holds the lease that motion needs");
     let status = device.take_lease().unwrap();
     assert_eq!((status.holder, status.ticks_left), (device.client(), 200));

@@ -189,7 +189,7 @@ fn a_log_line_that_the_watchdog_cut_off_costs_no_other() {
         debugger.run_on();
         let events = events_after_reset(&firmware, uart);
         assert_eq!(starts(&events), [SUPPLY, WATCHDOG], "{place}: {events}");
-        let is_of_tick_1000 = |line: &&String| line.starts_with("tick 1000: Disarmed, 0 late, ");
+        let is_of_tick_1000 = |line: &&String| line.starts_with("tick 1000: LinkDown { link: 0 }, 0 late, ");
         wait_for(&firmware, |log| log.iter().filter(is_of_tick_1000).count() == 2);
     }
 }

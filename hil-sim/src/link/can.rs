@@ -84,6 +84,10 @@ impl Medium for CanDirection {
         });
     }
 
+    fn reset(&mut self, now_ns: u64) {
+        self.bus.lock().reset(self.sender, now_ns);
+    }
+
     fn state(&self, now_ns: u64) -> MediumState {
         let bus = self.bus.lock();
         let nodes = bus.nodes();

@@ -24,6 +24,9 @@ pub(super) trait Medium: core::fmt::Debug + Send {
 
     fn receive(&mut self, now_ns: u64, deliver: &mut dyn FnMut(&[u8]));
 
+    /// As [`Link::reset`].
+    fn reset(&mut self, _now_ns: u64) {}
+
     /// What it came to by `now_ns`; where both directions share it, both say the same.
     fn state(&self, now_ns: u64) -> MediumState;
 }
@@ -111,6 +114,10 @@ impl<M: Medium> Link for MediumLink<M> {
             transit.arrived(now, bytes);
             deliver(bytes);
         });
+    }
+
+    fn reset(&mut self, now: u64) {
+        self.medium.reset(now * self.period_ns);
     }
 
     fn transit_ticks(&self) -> Option<TransitTicks> {

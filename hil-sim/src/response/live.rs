@@ -13,10 +13,10 @@ use std::sync::mpsc::{Receiver as Holding, Sender, SyncSender, channel};
 use std::time::Duration;
 
 use dimsart_core::protocol::{
-    DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, encode_heartbeat, encode_response,
-    encode_sample, serve_content,
+    DeviceInfo, HEARTBEATS_PER_S, MAX_FRAME_BYTES, Receiver, Request, decode_request, encode_heartbeat,
+    encode_response, encode_sample, serve_content,
 };
-use dimsart_core::{EventLog, Timing};
+use dimsart_core::{Command, EventLog, Timing};
 
 use super::ResponseError;
 use super::build;
@@ -234,6 +234,9 @@ impl Answering {
             // What is no request needs no answer.
             let Some((id, response)) = serve_content(&content, &mut station.dimsart, info) else { continue };
             station.inputs_mut().into_iter().for_each(|kept| kept.add_request(&content, &response));
+            if matches!(decode_request(&content), Ok((_, Request::Command(Command::Reset)))) {
+                station.reset_links();
+            }
             if let Ok(answer) = encode_response(&response, id, &mut frame) {
                 say(line, answer, dropped);
             }

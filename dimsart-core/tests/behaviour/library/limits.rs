@@ -69,6 +69,19 @@ fn homing_finds_a_stop_by_its_force_and_says_when_there_is_none() {
     }
 }
 
+/// Each step of the last 10 rad is a sixtieth of an ulp of the way so far.
+#[test]
+fn homing_ends_its_search_at_the_end_of_a_long_way() {
+    let rows = "HOMING_MOD HOMING_VELOCITY 1000\nHOMING_MOD SEARCH_DISTANCE 1e6\nMOD_ENG MOD_ON HOMING_MOD";
+    let mut module = Alone::new(1, &[types::POSITION, types::MEASURED_TORQUE], "DES_POSITION", rows);
+    (0..999_990).for_each(|_| _ = module.step(&[0.0, 0.0]));
+    module.bench.rows("HOMING_MOD HOMING_VELOCITY 1");
+    (0..9_000).for_each(|_| _ = module.step(&[0.0, 0.0]));
+    assert_eq!(module.bench.signal("STATE"), [0.0]);
+    (0..2_000).for_each(|_| _ = module.step(&[0.0, 0.0]));
+    assert_eq!(module.bench.signal("STATE"), [3.0]);
+}
+
 #[test]
 fn a_fixture_without_a_direction_does_nothing() {
     for form in ["PLANE", "HALF_SPACE"] {

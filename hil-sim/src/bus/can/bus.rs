@@ -134,6 +134,16 @@ impl CanBus {
         true
     }
 
+    /// The controller of a node was reset: if it is off the bus, it joins again as if it had never left.
+    pub fn reset(&mut self, node: usize, now_ns: u64) {
+        self.run_until(now_ns);
+        let rejoin_ns = bits_ns(REJOIN_BITS, self.parameters.bits_per_s);
+        if let Some(node) = self.nodes.get_mut(node) {
+            node.recent_bus_offs = 0;
+            node.back_ns = node.back_ns.min(now_ns + rejoin_ns);
+        }
+    }
+
     /// Whether a content of so many frames does not fit from `now_ns` on; then the node counts it.
     pub fn has_no_room(&mut self, node: usize, now_ns: u64, frames: usize) -> bool {
         self.run_until(now_ns);
@@ -269,8 +279,9 @@ impl CanBus {
             } else if index != sender {
                 node.has_received(is_received);
             } else if node.has_sent(is_good, is_acknowledged) {
-                let may_return = node.bus_offs < rejoins;
+                let may_return = node.recent_bus_offs < rejoins;
                 node.bus_offs += 1;
+                node.recent_bus_offs += 1;
                 node.dropped += u64::from(!node.waiting.is_empty());
                 node.waiting.clear();
                 (node.transmit_errors, node.receive_errors) = (0, 0);

@@ -39,6 +39,8 @@ pub struct Node {
     pub(super) back_ns: u64,
     /// How often it left the bus.
     pub bus_offs: u32,
+    /// The same, since its controller was reset last.
+    pub(super) recent_bus_offs: u32,
     /// Contents that found no room, or a node that was off.
     pub dropped: u64,
 }
@@ -63,6 +65,7 @@ impl Node {
             suspended_until_ns: 0,
             back_ns: 0,
             bus_offs: 0,
+            recent_bus_offs: 0,
             dropped: 0,
         }
     }

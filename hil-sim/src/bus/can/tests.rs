@@ -200,6 +200,27 @@ fn a_sender_with_too_many_errors_comes_back_as_often_as_it_may_and_then_stays_aw
     assert!(last.is_error && last.end_ns < 15 * NS_PER_S);
 }
 
+#[test]
+fn a_reset_joins_the_bus_again_and_counts_from_the_beginning() {
+    let mut bus = bus(CanParameters { bit_error_rate: 1.0, rejoins: 1, ..CLEAN }, 2);
+    let mut errors = Vec::new();
+    for round in 0..8 {
+        let now_ns = round * NS_PER_S;
+        if round % 3 == 2 {
+            assert_eq!(bus.nodes()[0].state(now_ns), ErrorState::BusOff);
+            assert!(!bus.submit(0, now_ns, vec![frame(0, &[0; 8])]), "given up");
+            bus.reset(0, now_ns);
+            bus.reset(1, now_ns);
+        } else {
+            assert!(bus.submit(0, now_ns, vec![frame(0, &[0; 8])]));
+        }
+        bus.run_until(now_ns + NS_PER_S / 2);
+        errors.push(bus.error_frames());
+    }
+    assert_eq!(errors, [32, 64, 64, 96, 128, 128, 160, 192]);
+    assert_eq!(bus.nodes()[0].bus_offs, 6);
+}
+
 /// 128 times 11 recessive bits on a bus that is idle else: 1.408 ms at 1 Mbit/s.
 #[test]
 fn a_node_is_away_for_as_long_as_the_standard_says() {
