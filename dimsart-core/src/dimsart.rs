@@ -199,6 +199,8 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             }
             self.safety.reset();
             self.frame.begin_anew();
+            // It has modules begin.
+            (self.awaited_link, self.joined_link) = (None, None);
         }
         self.engine.command(command)?;
         if self.engine.is_taking_over() {

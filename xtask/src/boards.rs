@@ -213,32 +213,33 @@ pub(crate) fn check_format() -> Outcome {
 /// Lints of what is compiled for boards alone; what their crates have for a host is linted with the rest. For every change,
 /// each board once, with all features of its images together.
 pub(crate) fn lint(toolchain: Toolchain, images: Images) -> Outcome {
-    let of_images = images.list().filter(|_| images == Images::All);
-    let mut all: Vec<(&BoardInfo, String)> =
-        of_images.map(|(board, variant)| (board, variant.unwrap_or_default().to_owned())).collect();
-    for board in BOARDS {
-        let of_board = Images::Few.list().filter(|(of, _)| of.name == board.name);
-        let variants = of_board.filter_map(|(_, variant)| variant);
-        all.push((board, variants.chain([PROGRAMS]).collect::<Vec<_>>().join(",")));
-    }
-    for (board, more) in all {
+    let together = BOARDS.iter().map(|board| (board, Some(together(board))));
+    let apart = images.list().filter(|_| images == Images::All);
+    for (board, more) in together.chain(apart.map(|(board, more)| (board, more.map(str::to_owned)))) {
         // Their profile, for which all is built that runs on the host.
         let mut clippy =
             toolchain.cargo("clippy", &["--quiet", "--profile", PROFILE, "--package", "firmware"]);
-        let more = Some(more.as_str()).filter(|more| !more.is_empty());
-        run(clippy.args(features(board, more)).args(["--", "--deny", "warnings"]))?;
+        run(clippy.args(features(board, more.as_deref())).args(["--", "--deny", "warnings"]))?;
     }
     Ok(())
+}
+
+/// Further features of a board's images for every change and of its programs.
+fn together(board: &BoardInfo) -> String {
+    let of_board = Images::Few.list().filter(|(of, _)| of.name == board.name);
+    of_board.filter_map(|(_, variant)| variant).chain([PROGRAMS]).collect::<Vec<_>>().join(",")
 }
 
 /// Documentation of what is compiled for boards alone.
 pub(crate) fn document(toolchain: Toolchain) -> Outcome {
     for board in BOARDS {
-        // With the application, whose choice of features their lints have built everything for.
+        // With the application and the features that their lints have built everything for.
         let packages = ["--no-deps", "--quiet", "--lib", "--package", "boards", "--package", "firmware"];
-        let features = format!("firmware/{}", board.name);
-        let arguments = [&packages[..], &["--profile", PROFILE, "--features", &features]].concat();
-        run(toolchain.cargo("doc", &arguments).env("RUSTDOCFLAGS", "--deny warnings"))?;
+        let [no_others, option, features] = features(board, Some(&together(board)));
+        let features = features.split(',').map(|feature| format!("firmware/{feature}")).collect::<Vec<_>>();
+        let mut document = toolchain.cargo("doc", &[&packages[..], &["--profile", PROFILE]].concat());
+        document.args([no_others, option, features.join(",")]);
+        run(document.env("RUSTDOCFLAGS", "--deny warnings"))?;
     }
     Ok(())
 }

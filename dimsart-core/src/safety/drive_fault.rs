@@ -35,13 +35,13 @@ pub enum DriveFault {
     NotAligned,
     /// The current loop does not run.
     Silent,
-    /// The encoder's angle does not match the rotor's magnets.
-    EncoderSlipped,
     /// A drive on a bus does not answer, or does something else than it is commanded.
     Gone {
         /// Its axis, from 0.
         axis: u8,
     },
+    /// The encoder's angle does not match the rotor's magnets.
+    EncoderSlipped,
 }
 
 impl DriveFault {
@@ -93,9 +93,9 @@ impl DriveFault {
 impl fmt::Display for DriveFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.reason().name())?;
-        match self {
-            Self::Gone { axis } => write!(f, " of axis {axis}"),
-            _ => Ok(()),
+        if let Self::Gone { axis } = self {
+            write!(f, " of axis {axis}")?;
         }
+        Ok(())
     }
 }

@@ -206,9 +206,10 @@ impl DelayedLink {
         Self { delay_ticks, packets: VecDeque::new() }
     }
 
-    /// Takes the packet of tick `now`.
+    /// Takes the packet of tick `now`, if there is one.
     pub(crate) fn send<M: ModuleList>(&mut self, now: usize, from: &mut Dimsart<M>) {
-        self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
+        let packet = from.outgoing(0);
+        self.packets.extend(packet.map(|packet| (now + self.delay_ticks, packet)));
     }
 
     /// Hands over what is there before tick `now`.

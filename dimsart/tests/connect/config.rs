@@ -36,7 +36,8 @@ fn of_side(scheme: &str, side: &'static str) -> Box<SimulatedDimsart> {
 /// Moves although no packet comes over its links.
 fn without_peer(mut dimsart: Box<SimulatedDimsart>) -> Box<SimulatedDimsart> {
     // A controller without links has no such module.
-    let _ = Device::greet(InProcess::new(&mut dimsart), QUICK).unwrap().set("COMM_RXMOD", "TIMEOUT_TICKS", "0");
+    let _ =
+        Device::greet(InProcess::new(&mut dimsart), QUICK).unwrap().set("COMM_RXMOD", "TIMEOUT_TICKS", "0");
     dimsart
 }
 

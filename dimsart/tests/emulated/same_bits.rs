@@ -23,7 +23,8 @@ fn table_1_on_both_sides() {
 
 #[test]
 fn packets_that_come_in_heaps() {
-    let heaps = ["link.jitter_ticks=40", "link.duplication=0.8", "link.reordering=0.2", "link.timeout_ticks=100"];
+    let heaps =
+        ["link.jitter_ticks=40", "link.duplication=0.8", "link.reordering=0.2", "link.timeout_ticks=100"];
     let Some(rig) = compare(TICKS / 5, heaps) else { return };
     let replaced = |station: &Station| {
         let data_base = station.dimsart.engine().data_base();

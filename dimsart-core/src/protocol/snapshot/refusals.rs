@@ -136,6 +136,8 @@ fn reasons() {
         Blocked::Late,
         Blocked::Drive(DriveFault::NotAligned),
         Blocked::Drive(DriveFault::Gone { axis: 1 }),
+        Blocked::Drive(DriveFault::EncoderSlipped),
+        Blocked::LinkDown { link: 1 },
     ];
     let expected = [
         "00 00 ac 02 01 00",
@@ -157,6 +159,8 @@ fn reasons() {
         "07",
         "08 0a",
         "08 0c 01",
+        "08 0d",
+        "09 01",
     ];
     assert_bytes(&reasons, &expected);
 }
