@@ -218,7 +218,7 @@ fn the_experiment_waits_until_every_controller_is_armed() {
 
 #[test]
 fn a_reset_joins_buses_that_the_controllers_have_given_up() {
-    let mut bench = Bench::new("arm_bus", &["bus.can_fd.bit_error_rate=1", "bus.can_fd.rejoins=1"]);
+    let mut bench = Bench::new("arm_bus", &["bus.bus.can_fd.bit_error_rate=1", "bus.bus.can_fd.rejoins=1"]);
     let bus_offs = |bench: &mut Bench| bench.live.rig_mut().media()[0].traffic.bus_offs;
     bench.run(1.0);
     let given_up = bus_offs(&mut bench);

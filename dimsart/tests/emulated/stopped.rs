@@ -3,12 +3,14 @@
 //! The product has no hook for it: copies of the very image are run with the first instructions of a function
 //! replaced, one that a request reaches inside the tick.
 
-use std::process::Command;
+use std::process;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use dimsart_core::exchange::Tag;
+use dimsart_core::modules::Standard;
 use dimsart_core::protocol::{LeaseAction, MAX_FRAME_BYTES, Request, encode_request, request_id};
+use dimsart_core::{Command, Engine, Value};
 
 use crate::by_hand::{ByHand, section};
 use crate::common::image;
@@ -93,7 +95,7 @@ fn a_run_says_that_its_firmware_stopped_and_leaves_nothing_behind() {
     for (patch, why) in CASES {
         let (folder, temporary) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let start = Instant::now();
-        let output = Command::new(env!("CARGO_BIN_EXE_dimsart"))
+        let output = process::Command::new(env!("CARGO_BIN_EXE_dimsart"))
             .args(["run", "--no-report", "--target", "mps2-an386", "--image"])
             // The scheme is brought to the board by requests, the one in question among them.
             .arg(patched(image.bytes(), &folder, &[(IN_THE_TICK, patch)]))
@@ -120,11 +122,22 @@ pub(crate) fn stopping_tick(line: &mut ByHand) -> [(Tag, Vec<u8>); 2] {
     ]
 }
 
-/// With those that follow fewer than a link without packets allows.
-pub(crate) const TICKS_OF_MOTION: u8 = 10;
+pub(crate) const TICKS_OF_MOTION: u8 = 20;
+
+/// Has the board move without packets over its link.
+pub(crate) fn without_peer(line: &mut ByHand) {
+    let module = Engine::<Standard>::module("COMM_RXMOD").unwrap();
+    let timeout = (0..=u8::MAX).find(|index| {
+        let found = Engine::<Standard>::describe_parameter(module.kind, *index);
+        found.is_some_and(|found| found.name == "TIMEOUT_TICKS")
+    });
+    let set = Command::set(module, timeout.unwrap(), Value::Count(0));
+    line.exchange(&[(Tag::Words, &measured(0)), (Tag::Command, &request(&Request::Command(set), 2))]);
+}
 
 /// Moves the device until the actuators have something to do. A client has taken the lease that motion needs.
 pub(crate) fn move_by_hand(line: &mut ByHand) {
+    without_peer(line);
     let lease = request(&Request::Lease(LeaseAction::Take), 1);
     line.exchange(&[(Tag::Words, &measured(0)), (Tag::Command, &lease)]);
     let mut command = |tick| section(&line.exchange(&[(Tag::Words, &measured(tick))]), Tag::Words).unwrap();

@@ -19,7 +19,7 @@ use crate::firmware::{Firmware, greet};
 use crate::patched::{patched, symbol};
 use crate::stopped::{
     HANG, IN_THE_TICK, NOT_FED, PANIC, SAYS_WHY, TICKS_OF_MOTION, WORDS_BYTES, measured, move_by_hand,
-    request,
+    request, without_peer,
 };
 
 /// The wave transformer's law in the form PRINTED, which the built-in scheme does not use: what starts over runs.
@@ -104,6 +104,7 @@ fn a_board_that_the_watchdog_reset_tells_it_and_is_still_until_somebody_moves_it
     );
 
     let mut line = ByHand::greet(firmware.folder());
+    without_peer(&mut line);
     let told = thread::scope(|scope| {
         let asked = scope.spawn(|| {
             let mut device = greet(firmware.uart());
