@@ -1,6 +1,7 @@
 //! The board's current loop, from what its converters count to duty cycles, against the simulator's motor.
 #![expect(
     clippy::unwrap_used,
+    clippy::indexing_slicing,
     clippy::cast_possible_truncation,
     clippy::cast_sign_loss,
     reason = "in helpers of tests as in tests; converters and encoders count"
