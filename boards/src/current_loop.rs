@@ -293,5 +293,6 @@ fn told(fault: Fault) -> DriveFault {
         Fault::Stalled => DriveFault::Stalled,
         Fault::Overspeed => DriveFault::Overspeed,
         Fault::EncoderSlipped => DriveFault::EncoderSlipped,
+        Fault::CurrentLoop => DriveFault::CurrentLoop,
     }
 }

@@ -503,7 +503,7 @@ fn every_reason_can_be_met_and_is_counted() {
 }
 
 /// Numbers and names that were given out. A row is added for a new one, and none is ever changed.
-const NUMBERS: [(u8, &str); 25] = [
+const NUMBERS: [(u8, &str); 26] = [
     (0, "none"),
     (8, "stopped"),
     (16, "disarmed"),
@@ -527,6 +527,7 @@ const NUMBERS: [(u8, &str); 25] = [
     (67, "drive silent"),
     (68, "drive gone"),
     (69, "encoder slipped"),
+    (70, "current loop"),
     (96, "range limited"),
     (100, "rate limited"),
 ];

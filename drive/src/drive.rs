@@ -138,6 +138,7 @@ impl Drive {
             } else if self.is_on {
                 let (unexpected_v, pole_pairs) =
                     (self.controller.unexpected_direct_v(d), f32::from(self.motor.pole_pairs));
+                self.protection.watch(q);
                 self.protection.feel(unexpected_v, q, speed_rad_per_s, pole_pairs, sample.bus_v);
             }
         }

@@ -29,6 +29,8 @@ const EMF_SHARE: f32 = 0.35;
 const COUPLING_SHARE: f32 = 0.45;
 /// So much longer than not it has to make more, `s`: longer than the current takes to change.
 const TURNING_UNSEEN_S: f32 = 0.005;
+/// Change of the current within two periods, of the limit of the current, above which it oscillates.
+const OSCILLATION_SHARE: f32 = 0.2;
 
 /// Why the bridge is off (texts and remedies are those of the core's reasons), the first reason that was found. It stays until it is [cleared](Protection::clear).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -55,6 +57,8 @@ pub enum Fault {
     Overspeed,
     /// The encoder's angle does not match the rotor's magnets: counts are missing, or a wheel or magnet slips.
     EncoderSlipped,
+    /// The controlled currents oscillate.
+    CurrentLoop,
 }
 
 /// Watches a drive.
@@ -80,6 +84,9 @@ pub struct Protection {
     coupling_h: f32,
     unseen_periods: i32,
     most_unseen_periods: i32,
+    last_a: f32,
+    most_change_a: f32,
+    unstable_periods: i32,
     bad_readings: u8,
     stalled_s: f32,
     fault: Option<Fault>,
@@ -109,6 +116,9 @@ impl Protection {
             coupling_h: COUPLING_SHARE * motor.quadrature_inductance_h,
             unseen_periods: 0,
             most_unseen_periods: (TURNING_UNSEEN_S / period_s) as i32,
+            last_a: 0.0,
+            most_change_a: OSCILLATION_SHARE * limits.current_a,
+            unstable_periods: 0,
             bad_readings: 0,
             stalled_s: 0.0,
             fault: None,
@@ -124,7 +134,7 @@ impl Protection {
     /// Forgets the fault: what is still wrong is found again in the next period.
     pub fn clear(&mut self) {
         if self.fault.take().is_some() {
-            (self.bad_readings, self.unseen_periods) = (0, 0);
+            (self.bad_readings, self.unseen_periods, self.unstable_periods) = (0, 0, 0);
         }
     }
 
@@ -196,6 +206,20 @@ impl Protection {
         if angle.minus(self.held_at).rad().abs() > self.held_rad {
             self.held_at = angle;
             self.stalled_s *= 0.5;
+        }
+    }
+
+    /// Looks whether the current that makes torque oscillates: where the motor has a fraction of the configured inductance, the
+    /// current controller is unstable. It follows a step of the reference in a few periods. In every second period.
+    #[inline]
+    pub(crate) fn watch(&mut self, current_a: f32) {
+        let change_a = current_a - self.last_a;
+        self.last_a = current_a;
+        let is_large = change_a.abs() > self.most_change_a;
+        // A reference that steps in every tick makes large changes in half of the checks.
+        self.unstable_periods = (self.unstable_periods + if is_large { 2 } else { -4 }).max(0);
+        if self.unstable_periods > self.most_unseen_periods {
+            self.note(Fault::CurrentLoop);
         }
     }
 

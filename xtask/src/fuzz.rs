@@ -13,8 +13,6 @@ use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
 
 /// Inputs of each decoder, unless another number is asked for: 5 minutes for all of them on two cores.
 pub(crate) const INPUTS: u64 = 10_000_000;
-/// Inputs of each decoder in continuous integration: half a minute for all of them.
-pub(crate) const FEW_INPUTS: u64 = 1_000_000;
 /// Longest input: more than two frames of the command line.
 const MAX_BYTES: &str = "-max_len=600";
 

@@ -65,8 +65,8 @@ usage: cargo xtask COMMAND
               then fuzz 1000000000
   panic-free  show that nothing a tick reaches in the images' machine code can panic, and that it is in CCM SRAM
   stack       bound the stack of every image by its machine code, with the deepest calls of every priority
-  ci          for every change: format, lints and documentation with warnings denied, then test, panic-free,
-              fuzz 1000000 and the counts of bench
+  ci          for every change: format, lints and documentation with warnings denied, then test, panic-free
+              and the counts of bench
 ";
 
 fn main() -> ExitCode {

@@ -42,11 +42,13 @@ pub enum DriveFault {
     },
     /// The encoder's angle does not match the rotor's magnets.
     EncoderSlipped,
+    /// The controlled currents oscillate.
+    CurrentLoop,
 }
 
 impl DriveFault {
     /// Every one of a board's own drive.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Overcurrent,
         Self::CurrentSensors,
         Self::Undervoltage,
@@ -60,6 +62,7 @@ impl DriveFault {
         Self::NotAligned,
         Self::Silent,
         Self::EncoderSlipped,
+        Self::CurrentLoop,
     ];
 
     /// Its number and name, what it means and what to do.
@@ -79,6 +82,7 @@ impl DriveFault {
             Self::NotAligned => Reason::NotAligned,
             Self::Silent => Reason::DriveSilent,
             Self::EncoderSlipped => Reason::EncoderSlipped,
+            Self::CurrentLoop => Reason::CurrentLoop,
             Self::Gone { .. } => Reason::DriveGone,
         }
     }

@@ -125,6 +125,9 @@ reasons! {
         "The encoder's angle does not match the rotor's magnets: counts are missing, or a wheel or magnet slips. \
          The bridge is off."
         "Check the encoder's coupling, wires, counts per turn and offset; then `reset`.";
+    70 CurrentLoop "current loop"
+        "The controlled currents oscillate: the motor's inductance is much lower than configured. The bridge is off."
+        "Identify the motor again, or lower `bandwidth_rad_per_s`; then `reset`.";
     96 RangeLimited "range limited"
         "The scheme runs; a command was outside its input's range and was cut."
         "Lower the gains, or declare the range that the actuator really has.";

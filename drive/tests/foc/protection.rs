@@ -24,6 +24,36 @@ fn turning(change: impl FnOnce(&mut Configuration)) -> (Bench, Sample) {
     (bench, sample)
 }
 
+/// A winding that saturates to a fifth of its inductance makes the current controller unstable.
+#[test]
+fn a_current_loop_that_oscillates_is_a_named_fault() {
+    for (share, is_unstable) in [(0.1, true), (0.2, true), (0.7, false), (1.3, false)] {
+        let mut motor = motor();
+        let told = configuration(&motor);
+        motor.direct_inductance_h *= share;
+        motor.quadrature_inductance_h *= share;
+        let mut bench = Bench::new(&motor, told);
+        bench.run(None, 400);
+        let torque_nm = 0.3;
+        let periods = (0..8_000).find(|_| {
+            bench.step(Some(torque_nm));
+            bench.drive.fault().is_some()
+        });
+        println!("{share} of the inductance: {periods:?} periods, {:?}", bench.drive.fault());
+        let named = [Fault::CurrentLoop, Fault::Overcurrent].map(Some);
+        assert_eq!(named.contains(&bench.drive.fault()), is_unstable, "{share}: {:?}", bench.drive.fault());
+        assert!(!is_unstable || periods < Some(400), "{share}: {periods:?} periods");
+    }
+    // A reference that steps by twice the current limit in each tick is followed, and no oscillation.
+    let motor = motor();
+    let mut bench = Bench::new(&motor, configuration(&motor));
+    bench.run(None, 400);
+    for tick in 0..400 {
+        bench.run(Some(if tick % 2 == 0 { 2.4 } else { -2.4 }), 20);
+    }
+    assert_eq!(bench.drive.fault(), None);
+}
+
 #[test]
 fn every_fault_turns_the_bridge_off_in_the_period_in_which_it_shows_and_stays() {
     type Change = fn(&mut Sample);

@@ -137,6 +137,7 @@ fn reasons() {
         Blocked::Drive(DriveFault::NotAligned),
         Blocked::Drive(DriveFault::Gone { axis: 1 }),
         Blocked::Drive(DriveFault::EncoderSlipped),
+        Blocked::Drive(DriveFault::CurrentLoop),
         Blocked::LinkDown { link: 1 },
     ];
     let expected = [
@@ -160,6 +161,7 @@ fn reasons() {
         "08 0a",
         "08 0c 01",
         "08 0d",
+        "08 0e",
         "09 01",
     ];
     assert_bytes(&reasons, &expected);
