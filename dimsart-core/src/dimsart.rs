@@ -22,10 +22,10 @@ pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     safety: Safety,
     are_commands_late: bool,
     drive_fault: Option<DriveFault>,
-    /// The link whose first packet the device waited for in the last tick.
+    /// The link whose first packet the device waits for.
     awaited_link: Option<u8>,
-    /// The same, where that packet came in the last tick.
-    joined_link: Option<u8>,
+    /// Whether that packet came in the last tick.
+    has_joined: bool,
 }
 
 impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
@@ -52,7 +52,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             are_commands_late: false,
             drive_fault: None,
             awaited_link: None,
-            joined_link: None,
+            has_joined: false,
         }
     }
 
@@ -63,7 +63,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [unconnected](Self::unconnected) then.
     pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
         self.frame = Frame::unconnected();
-        (self.awaited_link, self.joined_link) = (None, None);
+        self.awaited_link = None;
         self.safety.connect(&device);
         self.engine.connect(device.clone());
         let frame = Frame::connect(self.engine.data_base_mut(), &device);
@@ -74,10 +74,15 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// Allows motion from the next tick on, or forbids it: the device gets its safe value then. It is allowed at first.
     ///
     /// When it is allowed, modules begin as after a start, from where the device is: what they made up while nothing
-    /// moved is forgotten. What comes over links and what is recorded [goes on](crate::Module::OUTLASTS_ARMING).
+    /// moved is forgotten. What comes over links and what is recorded [goes on](crate::Module::OUTLASTS_ARMING). To be called
+    /// before each tick: after a link's first packet motion starts with the next call.
     pub fn allow_motion(&mut self, is_allowed: bool) {
-        if is_allowed && self.safety.forbids_motion() {
+        let has_joined = self.has_joined && self.awaited_link.is_some();
+        if is_allowed && (has_joined || self.safety.forbids_motion()) {
             self.engine.begin_motion();
+            if has_joined {
+                self.awaited_link = None;
+            }
         }
         self.safety.allow_motion(is_allowed);
     }
@@ -133,9 +138,6 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         if !self.engine.is_running() {
             return Err(Tick::Idle);
         }
-        if let Some(link) = self.joined_link.take() {
-            return Err(self.begin_after_waiting(link));
-        }
         self.engine.step_observed(observer);
         // Asked in every tick: what a receiver says of this one is not to be told of a later one.
         let silent_link = self.silent_link();
@@ -161,20 +163,9 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// A tick without a link's first packet, or the one that brings it.
     #[cold]
     fn await_link(&mut self, silent_link: Option<(u8, Silence)>) -> Tick {
-        let link = match silent_link {
-            Some((link, _)) => *self.awaited_link.insert(link),
-            None => *self.joined_link.insert(self.awaited_link.take().unwrap_or_default()),
-        };
-        Tick::LinkDown { link }
-    }
-
-    /// The tick after a link's first packet: modules forget what has wound up meanwhile. They are not stepped, so that
-    /// this tick takes no longer than others.
-    #[cold]
-    #[inline(never)]
-    fn begin_after_waiting(&mut self, link: u8) -> Tick {
-        self.engine.data_base().links().iter().for_each(LinkPort::miss_tick);
-        self.engine.begin_motion();
+        self.has_joined = silent_link.is_none();
+        let link = silent_link.map(|(link, _)| link).or(self.awaited_link).unwrap_or_default();
+        self.awaited_link = Some(link);
         Tick::LinkDown { link }
     }
 
@@ -200,7 +191,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             self.safety.reset();
             self.frame.begin_anew();
             // It has modules begin.
-            (self.awaited_link, self.joined_link) = (None, None);
+            self.awaited_link = None;
         }
         self.engine.command(command)?;
         if self.engine.is_taking_over() {

@@ -54,6 +54,7 @@ pub struct Station {
     /// Whether something with a tag came in where no guard is.
     is_tagged: bool,
     resets_links: bool,
+    is_motion_allowed: bool,
     trace: Option<TickTrace>,
     inputs: Option<Inputs>,
     arrivals: Arrivals,
@@ -90,6 +91,7 @@ impl Station {
             guarded: None,
             is_tagged: false,
             resets_links: false,
+            is_motion_allowed: true,
             trace: None,
             inputs: None,
             arrivals: Arrivals::default(),
@@ -181,7 +183,7 @@ impl Station {
 
     /// [Allows motion](Dimsart::allow_motion) from the next tick on, or forbids it.
     pub fn allow_motion(&mut self, is_allowed: bool) {
-        self.dimsart.allow_motion(is_allowed);
+        self.is_motion_allowed = is_allowed;
         self.inputs.iter_mut().for_each(|inputs| inputs.is_motion_allowed = is_allowed);
     }
 
@@ -302,6 +304,7 @@ impl Station {
             *word = Word::from(*sensed);
         }
         self.inputs.iter_mut().for_each(|inputs| self.measured.clone_into(&mut inputs.measured));
+        self.dimsart.allow_motion(self.is_motion_allowed);
         self.last_tick = match &mut self.board {
             None => match &mut self.trace {
                 None => self.dimsart.tick(&self.measured, &mut self.commanded),

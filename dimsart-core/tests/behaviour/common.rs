@@ -206,10 +206,9 @@ impl DelayedLink {
         Self { delay_ticks, packets: VecDeque::new() }
     }
 
-    /// Takes the packet of tick `now`, if there is one.
+    /// Takes the packet of tick `now`.
     pub(crate) fn send<M: ModuleList>(&mut self, now: usize, from: &mut Dimsart<M>) {
-        let packet = from.outgoing(0);
-        self.packets.extend(packet.map(|packet| (now + self.delay_ticks, packet)));
+        self.packets.push_back((now + self.delay_ticks, from.outgoing(0).unwrap()));
     }
 
     /// Hands over what is there before tick `now`.
