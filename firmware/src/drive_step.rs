@@ -111,7 +111,8 @@ fn main() -> ! {
     let (mut least, mut most) = (u32::MAX, 0);
     for period in 0..1_000_u32 {
         let given = Given {
-            phase_a: [1.0, -0.5, -0.5],
+            // Currents that do not follow along d are a fault.
+            phase_a: [0.0; 3],
             bus_v: 24.0,
             temperature_c: 25.0,
             torque_nm: 0.3,

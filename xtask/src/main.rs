@@ -27,6 +27,7 @@ mod stack;
 mod steps;
 mod table;
 mod test;
+mod test_programs;
 mod toolchain;
 mod tutorial;
 mod two_engines;

@@ -4,7 +4,9 @@ use crate::boards::{Image, Images};
 use crate::shell::{Outcome, cargo, run};
 use crate::steps::Steps;
 use crate::toolchain::Toolchain;
-use crate::{bench, boards, budgets, module_costs, oracle, panic_free, setup, stack, tutorial};
+use crate::{
+    bench, boards, budgets, module_costs, oracle, panic_free, setup, stack, test_programs, tutorial,
+};
 
 /// Format, lints of the host, tests of the core and of the two-sided loop.
 pub(crate) fn quick() -> Outcome {
@@ -84,7 +86,7 @@ fn images(steps: &Steps, toolchain: Toolchain) -> Result<Vec<Image>, String> {
 }
 
 fn build(steps: &Steps) -> Outcome {
-    steps.step("build of the tests", || run(&mut cargo(&["test", "--workspace", "--no-run", "--quiet"])))
+    steps.step("build of the tests", || run(&mut cargo(&test_programs::BUILD)))
 }
 
 /// What the images are held to, and every test.
@@ -103,7 +105,7 @@ fn tests(steps: &Steps, toolchain: Toolchain, images: &[Image]) -> Outcome {
         },
     )?;
     steps.step("tests", || {
-        let mut tests = cargo(&["test", "--workspace", "--quiet", "--no-fail-fast"]);
-        run(tests.env("DIMSART_ORACLE", oracle::folder()).env("DIMSART_FIRMWARE", boards::folder()))
+        let folders = [("DIMSART_ORACLE", oracle::folder()), ("DIMSART_FIRMWARE", boards::folder())];
+        test_programs::run_all(&folders.map(|(name, folder)| (name, folder.into())))
     })
 }

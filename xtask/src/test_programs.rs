@@ -1,0 +1,136 @@
+//! Every test program, as many at a time as there are cores, the longest first. Cargo runs one after the other, and cores wait
+//! at the end of each.
+
+use std::ffi::OsString;
+use std::num::NonZero;
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::thread::available_parallelism;
+use std::time::Instant;
+
+use serde::Deserialize;
+
+use crate::shell::{Outcome, cargo, run};
+
+/// The programs that take longest, by name.
+const LONGEST: [&str; 8] = ["emulated", "chip", "rigs", "cycles", "live", "foc", "replay", "sweep"];
+
+/// Arguments of cargo that build all of them.
+pub(crate) const BUILD: [&str; 4] = ["test", "--workspace", "--no-run", "--quiet"];
+
+/// What cargo tells of something that it has built.
+#[derive(Deserialize)]
+struct Built {
+    manifest_path: PathBuf,
+    executable: Option<PathBuf>,
+    target: Target,
+    profile: Profile,
+}
+
+#[derive(Deserialize)]
+struct Target {
+    name: String,
+}
+
+#[derive(Deserialize)]
+struct Profile {
+    test: bool,
+}
+
+/// A test program, and the folder of its package.
+struct Program {
+    name: String,
+    file: PathBuf,
+    folder: PathBuf,
+}
+
+impl Program {
+    /// One that cargo has built, if this line of its report is of one.
+    fn of(line: &str) -> Option<Self> {
+        // Other lines are of other things.
+        let Built { manifest_path, executable, target, profile } = serde_json::from_str(line).ok()?;
+        let folder = manifest_path.parent()?.to_owned();
+        Some(Self { name: target.name, file: executable.filter(|_| profile.test)?, folder })
+    }
+
+    /// Position among all: the longest ones first.
+    fn rank(&self) -> usize {
+        LONGEST.iter().position(|name| *name == self.name).unwrap_or(LONGEST.len())
+    }
+
+    /// Runs it; an error has its name.
+    fn run(&self, environment: &[(&str, OsString)]) -> Outcome {
+        let Self { name, file, folder } = self;
+        let start = Instant::now();
+        let mut command = Command::new(file);
+        // Two: what one test waits for is time for the other.
+        command.args(["--quiet", "--test-threads", "2"]).current_dir(folder);
+        let output = command.env("CARGO_MANIFEST_DIR", folder).envs(environment.iter().cloned()).output();
+        let output = output.map_err(|error| format!("{}: {error}", file.display()))?;
+        let [said, errors] =
+            [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        let skipped = errors.lines().filter(|line| line.starts_with("skipped:"));
+        skipped.for_each(|line| println!("{line}"));
+        println!("{name}: {:.1} s", start.elapsed().as_secs_f64());
+        if output.status.success() {
+            return Ok(());
+        }
+        println!("{said}{errors}");
+        Err(format!("{name}: {}", output.status))
+    }
+}
+
+/// Builds and runs all of them, with these variables, and the examples of the documentation; names those that fail.
+pub(crate) fn run_all(environment: &[(&str, OsString)]) -> Outcome {
+    let told = cargo(&BUILD).arg("--message-format=json").output();
+    let told = told.map_err(|error| format!("cargo could not be started: {error}"))?;
+    if !told.status.success() {
+        return Err(String::from_utf8_lossy(&told.stderr).into_owned());
+    }
+    let mut programs: Vec<Program> =
+        String::from_utf8_lossy(&told.stdout).lines().filter_map(Program::of).collect();
+    programs.sort_by_key(Program::rank);
+    if programs.is_empty() {
+        return Err("cargo has built no test program".to_owned());
+    }
+    let programs = Mutex::new(programs.into_iter());
+    let next = || programs.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let work = || std::iter::from_fn(next).filter_map(|program| program.run(environment).err()).collect();
+    let cores = available_parallelism().map_or(1, NonZero::get);
+    let failed: Vec<String> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
+        let lost = |_| vec!["a thread was lost".to_owned()];
+        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(lost)).collect()
+    });
+    let examples = run(&mut cargo(&["test", "--workspace", "--doc", "--quiet"]));
+    let failed: Vec<String> = failed.into_iter().chain(examples.err()).collect();
+    if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_test_program_is_found_in_what_cargo_tells() {
+        let line = |executable: &str, test: bool| {
+            format!(
+                r#"{{"reason":"compiler-artifact","manifest_path":"/top/drive/Cargo.toml","target":{{"name":"foc"}},"profile":{{"test":{test}}},"executable":{executable}}}"#
+            )
+        };
+        let found = Program::of(&line("\"/target/foc-1\"", true)).unwrap();
+        assert_eq!((found.name.as_str(), found.folder), ("foc", PathBuf::from("/top/drive")));
+        for other in [line("null", true), line("\"/target/foc\"", false), "{}".to_owned(), String::new()] {
+            assert!(Program::of(&other).is_none(), "{other}");
+        }
+    }
+
+    #[test]
+    fn a_program_that_fails_is_named() {
+        let program = |file: &str| Program { name: "x".to_owned(), file: file.into(), folder: "/".into() };
+        assert_eq!(program("/bin/true").run(&[]), Ok(()));
+        assert!(program("/bin/false").run(&[]).unwrap_err().starts_with("x: "));
+        assert!(program("/no/such/file").run(&[]).is_err());
+    }
+}
