@@ -115,7 +115,9 @@ fn flatten(name: &str, value: &serde_json::Value, figures: &mut Figures) {
                 flatten(&below(key), value, figures);
             }
         }
-        Value::Array(_) if ["faults", "limit_cycles", "media", "received", "warnings"].contains(&name) => {
+        Value::Array(_)
+            if ["faults", "limit_cycles", "media", "received", "undecided", "warnings"].contains(&name) =>
+        {
             let count = value.as_array().map_or(0, Vec::len);
             figures.push((name.to_owned(), count.to_string()));
         }

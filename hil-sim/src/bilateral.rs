@@ -62,6 +62,7 @@ const PROGRESS_TICKS: u64 = 512;
 /// A rig made of a scenario, ready to run.
 #[derive(Debug)]
 pub struct Experiment {
+    begun: Instant,
     scenario: Scenario,
     chain: Chain,
     phases: Phases,
@@ -96,6 +97,7 @@ impl Experiment {
     /// # Errors
     /// [`ExperimentError`] when device, plant or scheme cannot be made of the scenario.
     pub fn new(scenario: &Scenario) -> Result<Self, ExperimentError> {
+        let begun = Instant::now();
         let mut master = controller(scenario, Side::Master)?;
         let mut slave = controller(scenario, Side::Slave)?;
         let chain = chain(scenario, Controller::read(&mut master), Controller::read(&mut slave))?;
@@ -116,7 +118,7 @@ impl Experiment {
         rig.connect(end(slave), end(master), backward);
         let recorder = Some(Recorder::new(&rig, &scenario.record)?);
         let scenario = scenario.clone();
-        Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone: None })
+        Ok(Self { begun, scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone: None })
     }
 
     /// Words of the packets that the scenario's schemes send for one axis, from master and from slave; 0 for a side
@@ -203,7 +205,6 @@ impl Experiment {
     /// Runs to the end, until something leaves its range, or until `stop` is set. `progress` hears the
     /// virtual time, `s`, now and then.
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
-        let start = Instant::now();
         let end_s = self.duration_s();
         let mut recorder = self.recorder.take();
         if let Some(recorder) = &mut recorder {
@@ -276,13 +277,18 @@ impl Experiment {
         }
         let loops =
             loops.map_or_else(Vec::new, |loops| loops.join().unwrap_or_else(|panic| resume_unwind(panic)));
-        let wall_s = start.elapsed().as_secs_f64();
+        let wall_s = self.begun.elapsed().as_secs_f64();
         let of_loops = loops.iter().filter_map(|one| one.fault(self.scenario.sample_period_s));
         faults.splice(..0, unlike.into_iter().chain(of_loops));
         is_stable &= !loops.iter().any(LinearLoop::grows);
         let is_over = self.rig.time_s() >= end_s - self.scenario.sample_period_s;
-        let limit_cycles = if is_over { swings.found(&self.rig, &mut faults) } else { Vec::new() };
-        is_stable &= !limit_cycles.iter().any(|cycle| cycle.is_chatter);
+        let mut undecided = Vec::new();
+        let limit_cycles = match is_over {
+            true => swings.found(&self.rig, &mut faults, &mut undecided),
+            false => Vec::new(),
+        };
+        is_stable &= undecided.is_empty() && !limit_cycles.iter().any(|cycle| cycle.is_chatter);
+        faults.extend(undecided);
         // A side that runs alone has met the other one before, and knows more of what came.
         let stations = || self.rig.stations().iter().filter(|_| self.alone.is_none());
         faults.extend(stations().filter_map(|station| reception::silence(station, self.rig.ticks())));

@@ -1,11 +1,13 @@
-//! Finds what goes on swinging when nothing moves it: chatter, limit cycles.
+//! Finds sustained oscillation while nothing moves an axis: chatter, hunting, limit cycles.
 //!
-//! Looked at is the second half of each stretch in which nothing happens, in two quarters. **It swings when it turns
-//! back six times or more, evenly, and its last quarter is at least nine tenths as wide as the one before.** What dies out is
-//! narrower by then, what creeps does not turn back, what noise or lost packets push around turns back at any time, what
-//! rests is narrower than the floor.
+//! Each rest is observed in quarters. **An axis oscillates when the last one is at least nine tenths as wide as the one
+//! before, and its motion recurs:** at the scale of that width, its maxima and minima return at even intervals and to the
+//! same positions, over the last two quarters or, for slow ones, the last three. Turning points are counted with a hysteresis of a share of the width, so that
+//! ringing at each stick phase of a hunting joint counts for nothing. A decaying oscillation is narrower in its last quarter,
+//! creep does not turn, noise and lost packets turn at any time and anywhere.
 //!
-//! It is chatter when it is wider than a hundredth of all the motion there was, or leaves what it touches and comes back.
+//! It is chatter when it is wider than a hundredth of all the motion there was, or leaves what it touches and comes back. A
+//! motion as wide as that whose rest is too short for three of its periods is undecided.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,11 +17,18 @@ use serde::Serialize;
 
 use crate::rig::{Rig, Station};
 
-/// Turns below which a frequency is a guess.
-const LEAST_TURNS: u32 = 6;
-/// Standard deviation of the times between two turns over their mean, up to which they are even: of a swing of two ticks
-/// and a half it is 0.2.
-const EVEN: f64 = 0.4;
+/// Periods below which a frequency is a guess.
+const MIN_PERIODS: u32 = 3;
+/// Touches and releases that make an oscillation in contact.
+const MIN_TOUCHES: u32 = 6;
+/// Standard deviation of the periods over their mean, up to which they are even: of two ticks and a half it is 0.2.
+const EVEN: f64 = 0.35;
+/// Standard deviation of the turning points over the width, up to which they recur.
+const RECURRING: f64 = 0.2;
+/// Hysteresis of a turning point, as a share of the width: at most, and at least half of it.
+const HYSTERESIS: f64 = 0.3;
+/// Scales of hysteresis that are observed at once, each half of the one before.
+const SCALES: i32 = 21;
 /// Width of the last quarter over that of the one before, from which on nothing dies out.
 const LASTING: f64 = 0.9;
 /// Width, as a share of the largest motion, below which it is the controller's rounding.
@@ -72,53 +81,113 @@ impl Swings {
         }
     }
 
-    /// What goes on swinging, by axis, as in the rest in which it swings widest; says of chatter what it is.
+    /// Sustained oscillations by axis, as in the rest in which they are widest; explains chatter in `faults`, and what
+    /// is undecided in `undecided`.
     #[must_use]
-    pub fn found(&self, rig: &Rig, faults: &mut Vec<String>) -> Vec<LimitCycle> {
+    pub fn found(&self, rig: &Rig, faults: &mut Vec<String>, undecided: &mut Vec<String>) -> Vec<LimitCycle> {
         let mut widest = BTreeMap::new();
         for (station, axis, swing) in &self.axes {
-            let Some(this) = swing.found().map(|found| (found, swing)) else { continue };
-            let ((_, amplitude, _), _) = this;
-            let known = widest.entry((station, axis)).or_insert(this);
-            if amplitude > known.0.1 {
-                *known = this;
+            let found = swing.found();
+            let width = match found {
+                Motion::None => continue,
+                Motion::Oscillation { amplitude, .. } | Motion::Undecided { amplitude, .. } => amplitude,
+            };
+            let known = widest.entry((station, axis)).or_insert((width, found, swing.touches));
+            if width > known.0 {
+                *known = (width, found, swing.touches);
             }
         }
-        let mut found = Vec::new();
-        for ((station, axis), ((hz, amplitude, is_chatter), swing)) in widest {
+        let mut cycles = Vec::new();
+        for ((station, axis), (_, found, touches)) in widest {
             let Some(station) = rig.stations().get(*station) else { continue };
-            if is_chatter {
-                let kind = station.dimsart.engine().device().axes().get(*axis).copied().unwrap_or_default();
-                let (name, unit) = (&station.name, Unit::Position.symbol(kind));
-                let touch = if swing.touches > 0 { ", on and off what it touches," } else { "" };
-                faults.push(format!(
-                    "axis {axis} of the {name} goes on swinging{touch} by ±{amplitude:.3e} {unit} at {hz:.1} Hz when \
-                     nothing moves it"
-                ));
+            let kind = station.dimsart.engine().device().axes().get(*axis).copied().unwrap_or_default();
+            let (name, unit) = (&station.name, Unit::Position.symbol(kind));
+            match found {
+                Motion::None => {}
+                Motion::Oscillation { hz, amplitude, is_chatter } => {
+                    if is_chatter {
+                        let touch = if touches > 0 { ", on and off what it touches," } else { "" };
+                        faults.push(format!(
+                            "axis {axis} of {name} keeps oscillating{touch} by ±{amplitude:.3e} {unit} at {hz:.1} Hz \
+                             when nothing moves it"
+                        ));
+                    }
+                    cycles.push(LimitCycle { device: name.clone(), axis: *axis, hz, amplitude, is_chatter });
+                }
+                Motion::Undecided { amplitude, until_s } => undecided.push(format!(
+                    "undecided whether axis {axis} of {name} keeps oscillating: it still moves by ±{amplitude:.3e} \
+                     {unit} when nothing moves it; set duration_s to {:.0} or more",
+                    libm::ceil(until_s)
+                )),
             }
-            found.push(LimitCycle { device: station.name.clone(), axis: *axis, hz, amplitude, is_chatter });
         }
-        found
+        cycles
     }
 }
 
 /// Watches the position of one axis.
 #[derive(Debug, Clone)]
 pub struct Swing {
-    /// Where the two quarters begin, and where the last one ends, `s`.
-    quarters_s: [f64; 3],
+    rest_s: Range<f64>,
+    /// The last two.
     quarters: [Width; 2],
     whole: Width,
-    /// Times from turn to turn: how many, their sum and the sum of their squares.
-    turns: u32,
-    between_s: f64,
-    between_squares: f64,
-    last_turn_s: Option<f64>,
-    last_position: f64,
-    was_forward: Option<bool>,
+    /// Over the last two and three quarters, by scale.
+    zigzags: [Vec<Zigzag>; 2],
     was_touching: Option<bool>,
     /// How often it touched something, or let it go.
     touches: u32,
+}
+
+/// What a motion in a rest is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motion {
+    /// It dies out, creeps or is random.
+    None,
+    /// It is sustained.
+    Oscillation {
+        /// Its frequency, `Hz`.
+        hz: f64,
+        /// Half of its width.
+        amplitude: f64,
+        /// Whether a run with it is not stable.
+        is_chatter: bool,
+    },
+    /// The rest is too short to decide.
+    Undecided {
+        /// Half of its width.
+        amplitude: f64,
+        /// Until when the rest should last, `s`.
+        until_s: f64,
+    },
+}
+
+/// Turning points at one scale.
+#[derive(Debug, Clone)]
+struct Zigzag {
+    hysteresis: f64,
+    /// The extreme since the last turning point, and when, `s`.
+    extreme: f64,
+    extreme_s: f64,
+    is_forward: Option<bool>,
+    /// Minima and maxima.
+    turns: [Turns; 2],
+}
+
+/// Turning points of one kind.
+#[derive(Debug, Clone, Copy, Default)]
+struct Turns {
+    last_s: Option<f64>,
+    periods_s: Spread,
+    positions: Spread,
+}
+
+/// Mean and deviation of what is added.
+#[derive(Debug, Clone, Copy, Default)]
+struct Spread {
+    count: u32,
+    mean: f64,
+    squares: f64,
 }
 
 /// How far something went.
@@ -132,17 +201,11 @@ impl Swing {
     /// In a stretch in which nothing happens, `s`.
     #[must_use]
     pub fn new(rest_s: Range<f64>) -> Self {
-        let at = |share: f64| rest_s.start + share * (rest_s.end - rest_s.start);
         Self {
-            quarters_s: [at(0.5), at(0.75), at(1.0)],
+            rest_s,
             quarters: [Width::NONE; 2],
             whole: Width::NONE,
-            turns: 0,
-            between_s: 0.0,
-            between_squares: 0.0,
-            last_turn_s: None,
-            last_position: f64::NAN,
-            was_forward: None,
+            zigzags: [Vec::new(), Vec::new()],
             was_touching: None,
             touches: 0,
         }
@@ -150,54 +213,125 @@ impl Swing {
 
     /// Adds the position at a time; `is_touching` says whether something is touched then, where that is asked.
     pub fn add(&mut self, time_s: f64, position: f64, is_touching: impl FnOnce() -> bool) {
-        let [first_s, second_s, end_s] = self.quarters_s;
         self.whole.add(position);
-        if time_s > end_s {
+        let quarter = 4.0 * (time_s - self.rest_s.start) / self.length_s();
+        let width = self.whole.length();
+        for (zigzags, from) in self.zigzags.iter_mut().zip([2.0, 1.0]) {
+            if !(from..=4.0).contains(&quarter) {
+                continue;
+            }
+            if zigzags.is_empty() {
+                let zigzag = |halvings: i32| Zigzag::new(libm::ldexp(width, -halvings), time_s, position);
+                *zigzags = (1..=SCALES).map(zigzag).collect();
+            }
+            zigzags.iter_mut().for_each(|zigzag| zigzag.add(time_s, position));
+        }
+        if !(2.0..=4.0).contains(&quarter) {
             return;
         }
-        if time_s >= first_s {
-            let is_touching = is_touching();
-            let was_touching = self.was_touching.replace(is_touching);
-            self.touches += u32::from(was_touching.is_some_and(|was_touching| was_touching != is_touching));
-            let [first, second] = &mut self.quarters;
-            if time_s >= second_s { second } else { first }.add(position);
-            let change = position - self.last_position;
-            if change.abs() > 0.0 {
-                let is_forward = change > 0.0;
-                if self.was_forward.is_some_and(|was_forward| was_forward != is_forward) {
-                    self.turn(time_s);
-                }
-                self.was_forward = Some(is_forward);
-            }
-        }
-        self.last_position = position;
+        let is_touching = is_touching();
+        let was_touching = self.was_touching.replace(is_touching);
+        self.touches += u32::from(was_touching.is_some_and(|was_touching| was_touching != is_touching));
+        let [first, second] = &mut self.quarters;
+        if quarter >= 3.0 { second } else { first }.add(position);
     }
 
-    fn turn(&mut self, time_s: f64) {
-        if let Some(before_s) = self.last_turn_s.replace(time_s) {
-            self.turns += 1;
-            self.between_s += time_s - before_s;
-            self.between_squares += (time_s - before_s) * (time_s - before_s);
-        }
+    fn length_s(&self) -> f64 {
+        self.rest_s.end - self.rest_s.start
     }
 
-    /// Mean of the times between two turns, `s`, if they are even.
-    fn half_period_s(&self) -> Option<f64> {
-        let turns = f64::from(self.turns);
-        let mean_s = self.between_s / turns;
-        let variance = self.between_squares / turns - mean_s * mean_s;
-        (self.turns >= LEAST_TURNS && variance <= EVEN * EVEN * mean_s * mean_s).then_some(mean_s)
-    }
-
-    /// Frequency, `Hz`, and amplitude of what goes on swinging, and whether it is chatter; none when nothing does.
+    /// What the motion at the end is.
     #[must_use]
-    pub fn found(&self) -> Option<(f64, f64, bool)> {
+    pub fn found(&self) -> Motion {
         let [before, last] = self.quarters.map(|width| width.length());
         let largest = self.whole.length();
-        let half_period_s = self.half_period_s()?;
         let lasts = last >= LASTING * before && last > FLOOR * largest && before > 0.0;
-        let is_chatter = 0.5 * last > CHATTER * largest || self.touches >= LEAST_TURNS;
-        lasts.then_some((0.5 / half_period_s, 0.5 * last, is_chatter))
+        if !lasts {
+            return Motion::None;
+        }
+        let at_scale = |zigzag: &&Zigzag| zigzag.hysteresis <= HYSTERESIS * last;
+        let [short, long] = self.zigzags.each_ref().map(|zigzags| zigzags.iter().find(at_scale));
+        let is_wide = 0.5 * last > CHATTER * largest;
+        let amplitude = 0.5 * last;
+        if let Some(period_s) = [short, long].into_iter().flatten().find_map(|zigzag| zigzag.period_s(last)) {
+            let is_chatter = is_wide || self.touches >= MIN_TOUCHES;
+            return Motion::Oscillation { hz: 1.0 / period_s, amplitude, is_chatter };
+        }
+        let Some(long) = long else { return Motion::None };
+        let turns = long.turns.iter().map(|turns| turns.positions.count).sum::<u32>();
+        let are_enough = long.turns.iter().any(|turns| turns.periods_s.count >= MIN_PERIODS);
+        if !is_wide || turns == 0 || are_enough {
+            return Motion::None;
+        }
+        // Half a period from turn to turn, in three quarters.
+        let period_s = 2.0 * 0.75 * self.length_s() / f64::from(turns);
+        let needed_s = f64::from(MIN_PERIODS + 2) * period_s / 0.75;
+        Motion::Undecided { amplitude, until_s: self.rest_s.start + needed_s }
+    }
+}
+
+impl Zigzag {
+    fn new(hysteresis: f64, time_s: f64, position: f64) -> Self {
+        Self {
+            hysteresis,
+            extreme: position,
+            extreme_s: time_s,
+            is_forward: None,
+            turns: [Turns::default(); 2],
+        }
+    }
+
+    fn add(&mut self, time_s: f64, position: f64) {
+        let away = position - self.extreme;
+        let is_further = match self.is_forward {
+            Some(true) => away > 0.0,
+            Some(false) => away < 0.0,
+            None => false,
+        };
+        if is_further {
+            (self.extreme, self.extreme_s) = (position, time_s);
+        } else if away.abs() > self.hysteresis {
+            if let Some(was_forward) = self.is_forward {
+                let [minima, maxima] = &mut self.turns;
+                let turns = if was_forward { maxima } else { minima };
+                turns.add(self.extreme_s, self.extreme);
+            }
+            self.is_forward = Some(away > 0.0);
+            (self.extreme, self.extreme_s) = (position, time_s);
+        }
+    }
+
+    /// Mean of the periods, `s`, of a motion of that width, if it recurs.
+    fn period_s(&self, width: f64) -> Option<f64> {
+        let recurs = |turns: &Turns| {
+            turns.periods_s.count >= MIN_PERIODS
+                && turns.periods_s.deviation() <= EVEN * turns.periods_s.mean
+                && turns.positions.deviation() <= RECURRING * width
+        };
+        let [minima, maxima] = &self.turns;
+        (recurs(minima) && recurs(maxima)).then_some(0.5 * (minima.periods_s.mean + maxima.periods_s.mean))
+    }
+}
+
+impl Turns {
+    fn add(&mut self, time_s: f64, position: f64) {
+        self.positions.add(position);
+        if let Some(before_s) = self.last_s.replace(time_s) {
+            self.periods_s.add(time_s - before_s);
+        }
+    }
+}
+
+impl Spread {
+    fn add(&mut self, value: f64) {
+        self.count += 1;
+        let away = value - self.mean;
+        self.mean += away / f64::from(self.count);
+        self.squares += away * (value - self.mean);
+    }
+
+    fn deviation(&self) -> f64 {
+        libm::sqrt(self.squares / f64::from(self.count.max(1)))
     }
 }
 
@@ -222,13 +356,51 @@ impl Width {
 mod tests {
     use super::*;
 
-    fn found(position: impl Fn(f64) -> f64) -> Option<(f64, f64, bool)> {
+    fn motion(position: impl Fn(f64) -> f64) -> Motion {
         let mut swing = Swing::new(0.5..2.5);
         for tick in 0..2500 {
             let time_s = f64::from(tick) * 1e-3;
             swing.add(time_s, position(time_s), || true);
         }
         swing.found()
+    }
+
+    fn found(position: impl Fn(f64) -> f64) -> Option<(f64, f64, bool)> {
+        match motion(position) {
+            Motion::Oscillation { hz, amplitude, is_chatter } => Some((hz, amplitude, is_chatter)),
+            Motion::None | Motion::Undecided { .. } => None,
+        }
+    }
+
+    /// A joint that sticks at both ends of each cycle, and rings there.
+    fn hunting(time_s: f64, period_s: f64) -> f64 {
+        let share = (time_s / period_s).rem_euclid(1.0);
+        let stuck = if share < 0.6 { 0.05 } else { -0.05 };
+        let since_s = if share < 0.6 { share } else { share - 0.6 } * period_s;
+        stuck + 0.004 * libm::exp(-since_s / 0.1) * libm::sin(200.0 * since_s)
+    }
+
+    #[test]
+    fn ringing_in_each_stick_phase_does_not_hide_that_a_joint_hunts() {
+        let (hz, amplitude, is_chatter) = found(|t| step(t) + hunting(t, 0.2)).unwrap();
+        assert!(
+            (hz - 5.0).abs() < 0.1 && (amplitude / 0.05 - 1.0).abs() < 0.1 && is_chatter,
+            "{hz} {amplitude}"
+        );
+    }
+
+    #[test]
+    fn a_rest_too_short_for_three_periods_is_undecided_and_a_longer_one_is_not() {
+        let Motion::Undecided { until_s, .. } = motion(|t| step(t) + hunting(t, 0.9)) else {
+            panic!("{:?}", motion(|t| step(t) + hunting(t, 0.9)))
+        };
+        assert!((3.0..20.0).contains(&until_s), "{until_s}");
+        let mut swing = Swing::new(0.5..until_s);
+        for tick in 0..100_000 {
+            let time_s = f64::from(tick) * 1e-3;
+            swing.add(time_s, step(time_s) + hunting(time_s, 0.9), || false);
+        }
+        assert!(matches!(swing.found(), Motion::Oscillation { is_chatter: true, .. }), "{:?}", swing.found());
     }
 
     fn step(time_s: f64) -> f64 {

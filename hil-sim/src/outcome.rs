@@ -16,7 +16,7 @@ pub struct Outcome {
     pub ticks: u64,
     /// Virtual time that was run, `s`.
     pub simulated_s: f64,
-    /// Time it took, recording included, report not, `s`.
+    /// Time it took from the reading of the input files on; as the command prints it, with its report, `s`.
     pub wall_s: f64,
     /// Virtual time over the time it took.
     pub realtime_factor: f64,
@@ -108,6 +108,12 @@ pub struct AxisOutcome {
 }
 
 impl Outcome {
+    /// Sets the time it took, with what came after the run.
+    pub fn set_wall_s(&mut self, wall_s: f64) {
+        self.wall_s = wall_s;
+        self.realtime_factor = self.simulated_s / wall_s.max(f64::MIN_POSITIVE);
+    }
+
     /// The same with what the receivers missed.
     #[must_use]
     pub(crate) fn with_received(self, received: Vec<Received>) -> Self {

@@ -9,6 +9,8 @@
 
 mod body;
 mod build;
+mod closed_loop;
+mod controller_model;
 mod error;
 mod follow;
 mod instrumented;
@@ -20,6 +22,8 @@ mod moves;
 mod outcome;
 mod part;
 mod perceived;
+mod plant_model;
+mod poles;
 mod probe;
 mod references;
 mod step_response;
@@ -37,10 +41,10 @@ pub use motion::SamplesError;
 pub use outcome::{AxisOutcome, Outcome, PerceivedStiffness};
 pub use part::Part;
 
+use controller_model::Place;
 use follow::Follow;
-use loop_gain::UNDECIDED;
 use perceived::Perceived;
-use probe::AtRest;
+use poles::UNDECIDED;
 
 use crate::bilateral::border::Border;
 use crate::bus::MediumReport;
@@ -52,7 +56,7 @@ use crate::reception;
 use crate::recorder::Recorder;
 use crate::recording::{Piece, Recording};
 use crate::rig::Rig;
-use crate::rig_file::{DeviceSection, HAND, LOAD, MoveSection, RigFile};
+use crate::rig_file::{HAND, LOAD, MoveSection, RigFile};
 use crate::watch::{Alarm, Ranges, Watch};
 
 /// Ticks between two looks at the progress.
@@ -61,6 +65,7 @@ const PROGRESS_TICKS: u64 = 512;
 /// A rig made of a file, ready to run.
 #[derive(Debug)]
 pub struct Experiment {
+    begun: Instant,
     rig: Rig,
     duration_s: f64,
     ranges: Vec<Ranges>,
@@ -77,14 +82,22 @@ pub struct Experiment {
 }
 
 /// The loop around an axis.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct AxisLoop {
     station: usize,
+    /// Among those of the station.
     axis: usize,
     /// None where it is not linear.
     free: Option<LoopFigures>,
     /// The same with every axis held by its wall; none without one.
     in_contact: Option<LoopFigures>,
+}
+
+impl AxisLoop {
+    /// One that is not linear.
+    fn unknown(at: Place) -> Self {
+        Self { station: at.station, axis: at.place, ..Self::default() }
+    }
 }
 
 /// What a run leaves behind.
@@ -108,21 +121,13 @@ impl Experiment {
     /// # Errors
     /// [`ResponseError`] when a device, plant or scheme cannot be made of the file.
     pub fn new(file: &RigFile) -> Result<Self, ResponseError> {
-        let (mut rig, parts) = (build::rig(file, None)?, Part::of_all(file));
-        let (mut follows, mut loops, mut at_rest) = (Vec::new(), Vec::new(), AtRest::new(file, false)?);
-        let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.wall.is_some());
-        let mut at_walls = file.devices.iter().any(meets).then(|| AtRest::new(file, true)).transpose()?;
+        let begun = Instant::now();
+        let (mut rig, parts) = (build::rig(file)?, Part::of_all(file));
+        let mut follows = Vec::new();
         for (station, part) in parts.iter().enumerate() {
             follows.extend(moves::follows(file, part, station)?);
-            let is_probed = file.experiment.margins && part.device.moves();
-            let axes = if is_probed { part.axes.len() } else { 0 };
-            for axis in 0..axes {
-                let free = at_rest.loop_figures(station, axis)?;
-                let in_contact = at_walls.as_mut().map(|at_walls| at_walls.loop_figures(station, axis));
-                let in_contact = in_contact.transpose()?.flatten();
-                loops.push(AxisLoop { station, axis, free, in_contact });
-            }
         }
+        let loops = if file.experiment.margins { probe::loops(file)? } else { Vec::new() };
         let rests_s = parts.iter().map(|part| moves::long_rests_s(file, part));
         let rests_s: Vec<_> = rests_s.collect::<Result<_, _>>()?;
         let swings = Swings::new(&rig, |station| rests_s.get(station).cloned().unwrap_or_default());
@@ -135,6 +140,7 @@ impl Experiment {
         let (duration_s, perceived) = (file.duration_s, Perceived::of_all(file)?);
         let port_energy = PortEnergy::default();
         Ok(Self {
+            begun,
             rig,
             duration_s,
             ranges,
@@ -195,9 +201,8 @@ impl Experiment {
     /// Runs to the end, until something leaves its range, or until `stop` is set. `progress` hears the
     /// virtual time, `s`, now and then.
     pub fn run(mut self, stop: &AtomicBool, mut progress: impl FnMut(f64)) -> Run {
-        let start = Instant::now();
         let mut watch = Watch::new(&self.rig, self.ranges.iter().copied());
-        let mut faults = self.unstable_loops();
+        let (mut faults, mut undecided) = self.unstable_loops();
         let (mut is_stable, mut broken) = (faults.is_empty(), None);
         let half_tick_s = 0.5 * self.rig.period_s();
         while self.rig.time_s() < self.duration_s - half_tick_s {
@@ -234,9 +239,12 @@ impl Experiment {
         progress(self.rig.time_s());
         // Of a run that was broken off, nothing can be said.
         let is_over = self.rig.time_s() >= self.duration_s - half_tick_s;
-        let limit_cycles = if is_over { self.swings.found(&self.rig, &mut faults) } else { Vec::new() };
-        is_stable &= !limit_cycles.iter().any(|cycle| cycle.is_chatter);
-        Run { broken, ..self.finish(start.elapsed().as_secs_f64(), is_stable, limit_cycles, faults) }
+        let limit_cycles = match is_over {
+            true => self.swings.found(&self.rig, &mut faults, &mut undecided),
+            false => Vec::new(),
+        };
+        is_stable &= undecided.is_empty() && !limit_cycles.iter().any(|cycle| cycle.is_chatter);
+        Run { broken, ..self.finish(is_stable, limit_cycles, faults, undecided) }
     }
 
     /// Has all that measures look at the present tick.
@@ -262,27 +270,34 @@ impl Experiment {
         self.rig.stations().get(station).map_or("", |station| &station.name)
     }
 
-    /// Loops whose disturbances do not die out, in words.
-    fn unstable_loops(&self) -> Vec<String> {
-        let said = |of: &AxisLoop, figures: Option<LoopFigures>, place: &str| {
-            let growth = figures?.growth_per_tick.filter(|growth| *growth >= 1.0 - UNDECIDED)?;
-            let what = match growth > 1.0 + UNDECIDED {
-                true => "is unstable: a disturbance grows",
-                false => "is at its limit: a disturbance stays, or changes too slowly to tell",
-            };
-            let (axis, device) = (of.axis, self.device_name(of.station));
-            Some(format!("the loop of axis {axis} of {device}{place} {what}, {growth:.5} per tick"))
-        };
-        let both = |of: &AxisLoop| [said(of, of.free, ""), said(of, of.in_contact, " in contact")];
-        self.loops.iter().flat_map(both).flatten().collect()
+    /// Loops in which a disturbance grows, and those in which that is undecided, in words.
+    fn unstable_loops(&self) -> (Vec<String>, Vec<String>) {
+        let (mut unstable, mut undecided) = (Vec::new(), Vec::new());
+        for of in &self.loops {
+            for (figures, place) in [(of.free, ""), (of.in_contact, " in contact")] {
+                let Some(growth) = figures.and_then(|figures| figures.growth_per_tick) else { continue };
+                let the_loop =
+                    format!("the loop of axis {} of {}{place}", of.axis, self.device_name(of.station));
+                if growth > 1.0 + UNDECIDED {
+                    unstable
+                        .push(format!("{the_loop} is unstable: a disturbance grows by {growth:.5} per tick"));
+                } else if growth >= 1.0 - UNDECIDED {
+                    undecided.push(format!(
+                        "{the_loop} is at its stability limit: a disturbance changes by less than 1e-5 per tick; change a \
+                         gain to decide"
+                    ));
+                }
+            }
+        }
+        (unstable, undecided)
     }
 
     fn finish(
         mut self,
-        wall_s: f64,
         stable: bool,
         limit_cycles: Vec<LimitCycle>,
         mut faults: Vec<String>,
+        undecided: Vec<String>,
     ) -> Run {
         let media = self.rig.media();
         faults.extend(media.iter().flat_map(|medium| medium.faults.clone()));
@@ -297,16 +312,19 @@ impl Experiment {
             let outcome = follow.outcome(self.device_name(follow.station), found.and_then(|of| of.free));
             AxisOutcome { contact_growth_per_tick, ..outcome }
         });
+        let axes = axes.collect();
         let simulated_s = self.rig.time_s();
         let received: Vec<_> = self.rig.stations().iter().filter_map(reception::received).collect();
         let [lost_packets, superseded_packets, refused_packets] = Received::sums(&received);
+        let recording = self.recorder.map(Recorder::finish).unwrap_or_default();
+        let wall_s = self.begun.elapsed().as_secs_f64();
         let outcome = Outcome {
             stable,
             ticks: self.rig.ticks(),
             simulated_s,
             wall_s,
             realtime_factor: simulated_s / wall_s.max(f64::MIN_POSITIVE),
-            axes: axes.collect(),
+            axes,
             perceived,
             energy_ports_min_j: self.is_led_by_hand.then(|| self.port_energy.smallest_j()),
             limit_cycles,
@@ -317,14 +335,9 @@ impl Experiment {
             superseded_packets,
             refused_packets,
             faults,
+            undecided,
         };
-        Run {
-            outcome,
-            media,
-            broken: None,
-            rig: self.rig,
-            recording: self.recorder.map(Recorder::finish).unwrap_or_default(),
-        }
+        Run { outcome, media, broken: None, rig: self.rig, recording }
     }
 }
 

@@ -120,6 +120,12 @@ impl Station {
         self.every_ticks = u64::from(ticks.max(1));
     }
 
+    /// Ticks of the rig from one tick of its controller to the next.
+    #[must_use]
+    pub fn every_ticks(&self) -> usize {
+        usize::try_from(self.every_ticks).unwrap_or(usize::MAX)
+    }
+
     /// Whether its controller is stepped in a tick of the rig.
     #[must_use]
     pub fn is_due(&self, tick: u64) -> bool {
@@ -494,6 +500,11 @@ impl Rig {
                 station.inputs.iter_mut().for_each(Inputs::clear);
             }
         }
+        self.tick += 1;
+    }
+
+    /// Lets a tick pass in which nothing moves.
+    pub fn stand_still(&mut self) {
         self.tick += 1;
     }
 

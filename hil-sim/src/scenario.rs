@@ -20,6 +20,7 @@ use crate::plant::{
 };
 use crate::watch::Ranges;
 use change::Change;
+use dimsart_core::limits::MAX_DOF;
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 use toml::Table;
@@ -161,7 +162,12 @@ impl LimitsSection {
     /// The same for whoever watches a run.
     #[must_use]
     pub fn ranges(&self) -> Ranges {
-        Ranges { position: self.position_m, force: self.force_n, wave: self.wave }
+        Ranges {
+            position: self.position_m,
+            force: self.force_n,
+            max_force: [self.force_n; MAX_DOF],
+            wave: self.wave,
+        }
     }
 }
 

@@ -1,5 +1,7 @@
-//! Watches whether every position, force and wave stays in its declared range, and none grows without bound.
+//! Watches whether every position, force and wave stays in its declared range, none grows without bound, and no force
+//! alternates between its limits: then growth has ended in saturation.
 
+use dimsart_core::limits::MAX_DOF;
 use dimsart_core::{DataType, Tick, Unit, Vocabulary as _, types};
 use drive::DriveTrouble;
 
@@ -8,6 +10,11 @@ use crate::rig::{Probe, Rig, Station};
 
 /// Share of a signal's declared range below which its growth is noise: above that, `f32` still has digits for it.
 const FLOOR: f64 = 1e-7;
+/// Share of the maximum force from which on an actuator is saturated.
+const SATURATED: f64 = 0.999;
+/// Ticks from one limit to the other at most, and how often in a row: more than a step or an impact takes.
+const REVERSAL_TICKS: u32 = 16;
+const REVERSALS: u32 = 40;
 
 /// Watches a rig tick by tick.
 #[derive(Debug)]
@@ -24,6 +31,8 @@ pub struct Ranges {
     pub position: f64,
     /// Of forces, `N` or `N m`.
     pub force: f64,
+    /// Maximum force of each actuator, `N` or `N m`.
+    pub max_force: [f64; MAX_DOF],
     /// Of waves, `sqrt(W)`.
     pub wave: f64,
 }
@@ -34,6 +43,7 @@ struct Watched {
     position: f64,
     position_unit: &'static str,
     signals: [Signal; 3],
+    reversals: [Reversals; MAX_DOF],
     /// What is wrong with the drives.
     drives: Probe,
     has_lost_link: bool,
@@ -42,7 +52,7 @@ struct Watched {
 /// What went wrong, in words.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Alarm {
-    /// A signal grows without bound and has not left its range yet.
+    /// A signal grows without bound and has not left its range yet, or alternates between its limits.
     Grows(String),
     /// Nothing came over a link for too long, told for each station: its device gets its safe input and goes on.
     LinkLost(Vec<String>),
@@ -76,6 +86,7 @@ impl Watch {
                     signal("outgoing wave", Unit::Wave, ranges.wave, types::CH1_WAVES),
                     signal("incoming wave", Unit::Wave, ranges.wave, types::CH2_WAVES),
                 ],
+                reversals: ranges.max_force.map(Reversals::new),
                 drives: Probe::new(types::DRIVE_FAULT.first()),
                 has_lost_link: false,
             }
@@ -88,7 +99,8 @@ impl Watch {
     pub fn look(&mut self, rig: &Rig) -> Option<Alarm> {
         let (mut grows, mut lost) = (None, Vec::new());
         for (watched, station) in self.stations.iter_mut().zip(rig.stations()) {
-            let Watched { position: range, position_unit, signals, drives, has_lost_link } = watched;
+            let Watched { position: range, position_unit, signals, reversals, drives, has_lost_link } =
+                watched;
             let at = |what: String| format!("{} {what} at {:.3} s", station.name, rig.time_s());
             let said =
                 drives.values(station).enumerate().find_map(|(axis, number)| ends_it(axis, number, station));
@@ -117,6 +129,14 @@ impl Watch {
                             "{what} of axis {axis} grows without bound: by a factor of {per_tick:.4} per tick, seen"
                         )));
                     }
+                }
+            }
+            for (axis, (reversals, force)) in reversals.iter_mut().zip(station.command()).enumerate() {
+                if reversals.add(f64::from(*force)) && grows.is_none() {
+                    let limit = reversals.limit;
+                    grows = Some(at(format!(
+                        "force of axis {axis} alternates between its limits ±{limit}: the loop is unstable, seen"
+                    )));
                 }
             }
             match station.last_tick {
@@ -162,6 +182,37 @@ impl Watch {
         let grows = grows.filter(|_| !self.has_seen_growth)?;
         self.has_seen_growth = true;
         Some(Alarm::Grows(grows))
+    }
+}
+
+/// Counts how often a force changes from one of its limits to the other.
+#[derive(Debug, Clone, Copy)]
+struct Reversals {
+    limit: f64,
+    is_positive: Option<bool>,
+    /// Since the last one.
+    ticks: u32,
+    count: u32,
+}
+
+impl Reversals {
+    const fn new(limit: f64) -> Self {
+        Self { limit, is_positive: None, ticks: 0, count: 0 }
+    }
+
+    /// Whether that is often enough with the present tick's force.
+    fn add(&mut self, force: f64) -> bool {
+        self.ticks = self.ticks.saturating_add(1);
+        if self.ticks > REVERSAL_TICKS {
+            self.count = 0;
+        }
+        let is_positive = force > 0.0;
+        if force.abs() < SATURATED * self.limit || self.is_positive.replace(is_positive) == Some(is_positive)
+        {
+            return false;
+        }
+        (self.ticks, self.count) = (0, self.count + 1);
+        self.count >= REVERSALS
     }
 }
 

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::{Args, Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -172,6 +172,7 @@ impl Run {
         if let Some(warning) = scenario.link.key_file.as_deref().and_then(key_file::exposure) {
             eprintln!("dimsart: warning: {warning}");
         }
+        let begun = Instant::now();
         let folder = self.folder();
         if !self.no_report {
             // A folder that cannot be written is better known before the run than after it.
@@ -208,6 +209,7 @@ impl Run {
             self.write_report(&folder, &scenario, &run, recorders, &stop)
         };
         let written = signals.map(report).transpose();
+        run.outcome.set_wall_s(begun.elapsed().as_secs_f64());
         say(self.json, out, |text| {
             summary::print(text, &run.outcome)?;
             match &written {

@@ -82,6 +82,15 @@ impl Experiment {
         })?;
         let alone = Some(Alone { side, start });
         let scenario = scenario.clone();
-        Ok(Self { scenario, chain, phases, link_round_trip_ticks, rig, recorder, alone })
+        Ok(Self {
+            begun: Instant::now(),
+            scenario,
+            chain,
+            phases,
+            link_round_trip_ticks,
+            rig,
+            recorder,
+            alone,
+        })
     }
 }

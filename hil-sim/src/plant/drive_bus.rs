@@ -81,6 +81,11 @@ impl DriveBus {
         self.axes.get(axis).map(|axis| &axis.joint)
     }
 
+    /// All joints, by axis.
+    pub(crate) fn joints_mut(&mut self) -> impl Iterator<Item = &mut Joint> {
+        self.axes.iter_mut().map(|axis| &mut axis.joint)
+    }
+
     /// What the controller reads of an axis now.
     #[must_use]
     pub fn reading(&self, axis: usize) -> Option<&DriveReading> {

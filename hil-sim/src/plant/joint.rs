@@ -225,6 +225,18 @@ impl Joint {
         self.inputs = period.inputs;
     }
 
+    /// Everything that it moves on from, but energies and the temperature of its winding.
+    pub(crate) fn values(&self) -> Vec<f64> {
+        self.state.clone().values_mut().map(|value| *value).to_vec()
+    }
+
+    /// Puts it there; missing entries stay.
+    pub(crate) fn set_values(&mut self, values: &[f64]) {
+        for (own, value) in self.state.values_mut().into_iter().zip(values) {
+            *own = *value;
+        }
+    }
+
     /// Whether it pushes against an end of its travel.
     #[must_use]
     pub fn is_at_stop(&self) -> bool {

@@ -299,6 +299,10 @@ impl Phantom {
         &self.body
     }
 
+    pub(crate) fn body_mut(&mut self) -> &mut Coupled<Linkage> {
+        &mut self.body
+    }
+
     /// Puts it to these angles and speeds of the axes, `rad` and `rad/s`.
     pub fn place(&mut self, positions_rad: &[f64; 3], velocities_rad_per_s: &[f64; 3]) {
         self.body.place(positions_rad, velocities_rad_per_s);

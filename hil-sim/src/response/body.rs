@@ -99,6 +99,41 @@ impl Body {
         }
     }
 
+    /// Everything that it moves on from, axis by axis.
+    pub(super) fn values(&self) -> Vec<f64> {
+        let coupled = |positions: &Axes, velocities: &Axes, axes: usize| {
+            positions.iter().take(axes).chain(velocities.iter().take(axes)).copied().collect()
+        };
+        match self {
+            Self::Joints(joints) => joints.iter().flat_map(Joint::values).collect(),
+            Self::Drives(bus) => {
+                (0..MAX_DOF).map_while(|axis| bus.joint(axis)).flat_map(Joint::values).collect()
+            }
+            Self::Arm(arm) => coupled(arm.positions(), arm.velocities(), arm.axes()),
+            Self::Phantom(tip) => {
+                let body = tip.phantom.body();
+                coupled(body.positions(), body.velocities(), body.axes())
+            }
+        }
+    }
+
+    /// Puts it there.
+    pub(super) fn set_values(&mut self, values: &[f64]) {
+        let set = |joint: &mut Joint, left: &mut &[f64]| {
+            let (own, rest) = left.split_at_checked(joint.values().len()).unwrap_or_default();
+            joint.set_values(own);
+            *left = rest;
+        };
+        let mut left = values;
+        let (positions, velocities) = values.split_at(values.len() / 2);
+        match self {
+            Self::Joints(joints) => joints.iter_mut().for_each(|joint| set(joint, &mut left)),
+            Self::Drives(bus) => bus.joints_mut().for_each(|joint| set(joint, &mut left)),
+            Self::Arm(arm) => arm.place(positions, velocities),
+            Self::Phantom(tip) => tip.phantom.body_mut().place(positions, velocities),
+        }
+    }
+
     /// Whether an axis pushes against an end of its travel, or of the machine's that it is part of.
     pub(super) fn is_at_stop(&self, axis: usize) -> bool {
         match self {

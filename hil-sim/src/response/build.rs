@@ -10,7 +10,6 @@ use super::instrumented::{Instrumented, Output};
 use super::machine::{Axis, Machine};
 use super::moves::motions;
 use super::part::Part;
-use super::probe::Disturbance;
 use crate::law::Law;
 use crate::link::{Buses, InProcess, Link, Route};
 use crate::rig::{End, Rig, SimulatedDimsart, Station};
@@ -21,31 +20,29 @@ use crate::schemes::{self, Loaded, SIDES, SchemeText};
 const SPREAD: u64 = 0x9E37_79B9_7F4A_7C15;
 
 /// All devices with their controllers, and the links between them.
-pub(super) fn rig(file: &RigFile, disturbance: Option<Disturbance>) -> Result<Rig, ResponseError> {
+pub(super) fn rig(file: &RigFile) -> Result<Rig, ResponseError> {
     let mut rig = Rig::new(file.sample_period_s);
     let parts = Part::of_all(file);
     for device in &file.devices {
-        let mut of_device = parts.iter().enumerate().filter(|(_, part)| part.device.name == device.name);
-        let disturbed = disturbance.and_then(|Disturbance { station, axis, force }| {
-            let (_, part) = of_device.clone().find(|(place, _)| *place == station)?;
-            Some((*part.axes.get(axis)?, force))
-        });
-        let count = of_device.clone().count();
-        let machine = Machine::new(
-            Body::new(device, file.sample_period_s, file.seed)?,
-            axes_of(file, device)?,
-            device.delay_ticks,
-            disturbed,
-            count,
-        );
-        let machine = Arc::new(Mutex::new(machine));
-        of_device.try_for_each(|(_, part)| {
+        let mut of_device = parts.iter().filter(|part| part.device.name == device.name);
+        let machine = Arc::new(Mutex::new(machine(file, device, of_device.clone().count())?));
+        of_device.try_for_each(|part| {
             rig.add(station(file, part, Arc::clone(&machine))?);
             Ok::<_, ResponseError>(())
         })?;
     }
     connect(file, &parts, &mut rig)?;
     Ok(rig)
+}
+
+/// What moves in a device, commanded by as many controllers.
+pub(super) fn machine(
+    file: &RigFile,
+    device: &DeviceSection,
+    controllers: usize,
+) -> Result<Machine, ResponseError> {
+    let body = Body::new(device, file.sample_period_s, file.seed)?;
+    Ok(Machine::new(body, axes_of(file, device)?, device.delay_ticks, controllers))
 }
 
 fn connect(file: &RigFile, parts: &[Part<'_>], rig: &mut Rig) -> Result<(), ResponseError> {

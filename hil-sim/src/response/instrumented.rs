@@ -164,7 +164,7 @@ impl Plant for Instrumented {
 }
 
 /// What a sensor shows of an axis.
-fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
+pub(super) fn sensed(data_type: &DataType, state: &AxisState) -> f64 {
     if let Some(reading) = &state.reading {
         return said(data_type, reading).into();
     }

@@ -88,7 +88,7 @@ impl LiveRig {
     /// # Errors
     /// As [`Experiment::new`](super::Experiment::new).
     pub fn new(file: &RigFile) -> Result<(Self, Vec<(String, Pipe)>), ResponseError> {
-        let (rig, references) = (build::rig(file, None)?, References::new(file)?);
+        let (rig, references) = (build::rig(file)?, References::new(file)?);
         let (mut answering, mut lines) = (Vec::new(), Vec::new());
         for (part, station) in Part::of_all(file).iter().zip(rig.stations()) {
             let [client, here] = pair([WAIT, Duration::ZERO]);
@@ -189,7 +189,7 @@ impl LiveRig {
             self.rig.time_s()
         ));
         // It was built once already.
-        let Ok(mut anew) = build::rig(&self.file, None) else { return };
+        let Ok(mut anew) = build::rig(&self.file) else { return };
         for (station, fresh) in self.rig.stations_mut().iter_mut().zip(anew.stations_mut()) {
             std::mem::swap(&mut station.plant, &mut fresh.plant);
         }

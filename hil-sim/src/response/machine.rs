@@ -8,7 +8,7 @@ use crate::plant::{JointMotorParameters, JointParameters, Repetition};
 use crate::rig_file::AxisSection;
 
 /// Most ticks that a command can wait.
-const MOST_WAITING: usize = 5;
+pub(super) const MOST_WAITING: usize = 5;
 
 /// A device, whose axes one controller commands, or several.
 #[derive(Debug)]
@@ -19,8 +19,6 @@ pub(super) struct Machine {
     repetition: Repetition,
     /// Commands that are not over, the newest last.
     waiting: VecDeque<Vec<f64>>,
-    /// On the first command for an axis.
-    disturbance: Option<(usize, f64)>,
     /// Controllers, and how many of them have commanded in this tick.
     controllers: usize,
     commanded: usize,
@@ -50,17 +48,19 @@ impl Axis {
 
 impl Machine {
     /// At rest, before the first command of as many controllers.
-    pub(super) fn new(
-        body: Body,
-        axes: Vec<Axis>,
-        delay_ticks: f64,
-        disturbance: Option<(usize, f64)>,
-        controllers: usize,
-    ) -> Self {
+    pub(super) fn new(body: Body, axes: Vec<Axis>, delay_ticks: f64, controllers: usize) -> Self {
         let mut waiting = VecDeque::with_capacity(MOST_WAITING);
         waiting.resize(MOST_WAITING, vec![0.0; axes.len()]);
         let repetition = Repetition::ONCE;
-        Self { body, axes, delay_ticks, repetition, waiting, disturbance, controllers, commanded: 0 }
+        Self { body, axes, delay_ticks, repetition, waiting, controllers, commanded: 0 }
+    }
+
+    pub(super) fn body(&self) -> &Body {
+        &self.body
+    }
+
+    pub(super) fn body_mut(&mut self) -> &mut Body {
+        &mut self.body
     }
 
     pub(super) fn repetition(&self) -> Repetition {
@@ -118,11 +118,6 @@ impl Machine {
     }
 
     fn advance(&mut self, start_s: f64, period_s: f64) {
-        if let Some((axis, force)) = self.disturbance.take()
-            && let Some(newest) = self.waiting.back_mut().and_then(|newest| newest.get_mut(axis))
-        {
-            *newest += force;
-        }
         let whole_ticks = libm::floor(self.delay_ticks);
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
         let ticks = whole_ticks as usize;

@@ -18,7 +18,7 @@ pub struct Outcome {
     pub ticks: u64,
     /// Virtual time that was run, `s`.
     pub simulated_s: f64,
-    /// Time it took, recording included, report not, `s`.
+    /// Time it took from the reading of the input files on; as the command prints it, with its report, `s`.
     pub wall_s: f64,
     /// Virtual time over the time it took.
     pub realtime_factor: f64,
@@ -46,6 +46,16 @@ pub struct Outcome {
     pub refused_packets: u64,
     /// What went wrong, in words.
     pub faults: Vec<String>,
+    /// What cannot be decided, and what a decision needs; the run is not reported as stable.
+    pub undecided: Vec<String>,
+}
+
+impl Outcome {
+    /// Sets the time it took, with what came after the run.
+    pub fn set_wall_s(&mut self, wall_s: f64) {
+        self.wall_s = wall_s;
+        self.realtime_factor = self.simulated_s / wall_s.max(f64::MIN_POSITIVE);
+    }
 }
 
 /// How an axis followed one of its references. Figures of a step are of the first one, until something else moves the

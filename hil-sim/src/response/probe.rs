@@ -1,124 +1,292 @@
-//! Disturbs a loop of a rig, and listens to what its controller does about it.
+//! The linear loops of a rig at its start: which axes belong together, and what is known of each.
 
-use super::loop_gain::{Answers, LoopFigures};
-use super::part::Part;
-use super::{ResponseError, build};
-use crate::link::InProcessParameters;
-use crate::rig::{Probe, Rig};
-use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
+use std::collections::{BTreeMap, BTreeSet};
 
 use dimsart_core::types;
 
-/// Change of the velocity that a disturbance would make of the load alone, `rad/s` or `m/s`.
-const PUSH: f64 = 0.005;
-/// Of the tip of a `PHANToM`, `kg`.
-const LIGHT: f64 = 0.05;
-/// Ticks that a loop is listened to: no less, for the slowest frequencies, and no more.
-const LEAST_TICKS: usize = 4_000;
-const MOST_TICKS: usize = 8_000;
-/// Ticks that half of the disturbance is answered: what is not linear shows in the first ones.
-const HALF_TICKS: usize = 2_000;
-/// Share of the disturbance that the answer must not pass: it grows, and there may be limits.
-const GROWN: f64 = 2.0;
-/// Share of the largest answer below which nothing more comes.
-const OVER: f64 = 1e-6;
+use super::closed_loop::{Block, Column, Loop, Reference};
+use super::controller_model::{Answer, Controllers, Place};
+use super::follow::{FOLLOWS, followed};
+use super::instrumented::sensed;
+use super::loop_gain::LoopFigures;
+use super::machine::Machine;
+use super::part::{Part, linked_with};
+use super::plant_model::PlantModel;
+use super::{AxisLoop, ResponseError, build};
+use crate::link::InProcessParameters;
+use crate::rig_file::{DeviceSection, MoveSection, RigFile, Step};
 
-/// A force on the first command for one axis of a station.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Disturbance {
-    pub(super) station: usize,
-    pub(super) axis: usize,
-    pub(super) force: f64,
+/// An axis that is commanded.
+struct Commanded {
+    /// Its controller, and its place there.
+    at: Place,
+    device: usize,
+    axis: usize,
 }
 
-/// The rig at rest, beside which disturbed ones are heard.
-pub(super) struct AtRest {
-    file: RigFile,
-    rig: Rig,
-    /// Of every station, its commands; by tick, as far as somebody has asked.
-    commands: Vec<Vec<Vec<f64>>>,
-    probes: Vec<Probe>,
+/// What a controller gets of an axis.
+struct Channel {
+    at: Place,
+    /// The axis among those commanded.
+    command: usize,
+    name: &'static str,
+    id: u16,
+    /// Whether a sensor shows it; else it is a reference.
+    is_sensed: bool,
+    gain: f64,
+    /// By phase of a cycle, by command; none where that is not linear.
+    answers: Vec<Option<Vec<Option<Answer>>>>,
 }
 
-impl AtRest {
-    /// Of a rig file; in contact, every axis with a wall is held by it from both sides.
-    ///
-    /// # Errors
-    /// As the [experiment](super::Experiment::new)'s.
-    pub(super) fn new(file: &RigFile, in_contact: bool) -> Result<Self, ResponseError> {
-        let file = at_rest(file, in_contact);
-        let rig = build::rig(&file, None)?;
-        let probes = rig.stations().iter().map(|_| command_probe()).collect();
-        Ok(Self { file, rig, commands: Vec::new(), probes })
+/// The loops around all axes, free and held by their walls.
+///
+/// # Errors
+/// As the [experiment](super::Experiment::new)'s.
+pub(super) fn loops(file: &RigFile) -> Result<Vec<AxisLoop>, ResponseError> {
+    let free = at_rest(file, false);
+    let parts = Part::of_all(&free);
+    let mut commanded = Vec::new();
+    for (station, part) in parts.iter().enumerate().filter(|(_, part)| part.device.moves()) {
+        let device = free.devices.iter().position(|device| device.name == part.device.name);
+        for (place, axis) in part.axes.iter().enumerate() {
+            let device = device.unwrap_or_default();
+            commanded.push(Commanded { at: Place { station, place }, device, axis: *axis });
+        }
     }
-
-    /// The loop around an axis, from where it stands at the start, without what is known not to be linear; none when
-    /// something else is not.
-    ///
-    /// # Errors
-    /// As [`new`](Self::new).
-    pub(super) fn loop_figures(
-        &mut self,
-        station: usize,
-        axis: usize,
-    ) -> Result<Option<LoopFigures>, ResponseError> {
-        let period_s = self.file.sample_period_s;
-        let parts = Part::of_all(&self.file);
-        let part = parts.get(station).and_then(|part| Some((part.device, *part.axes.get(axis)?)));
-        let inertia = part.map_or(1.0, |(device, axis)| inertia(device, axis));
-        let force = PUSH * inertia / period_s;
-        let to_whole = self.answers(Disturbance { station, axis, force }, MOST_TICKS)?;
-        let to_half = self.answers(Disturbance { station, axis, force: 0.5 * force }, HALF_TICKS)?;
-        Ok(Answers { disturbance: force, to_whole, to_half }.figures(period_s))
+    let places = commanded.iter().map(|command| command.at).collect();
+    let Some(mut controllers) = Controllers::new(&free, places)? else {
+        return Ok(commanded.iter().map(|command| AxisLoop::unknown(command.at)).collect());
+    };
+    let mut channels = channels(&free, &parts, &commanded);
+    // Controllers that are not linear, with all that links lead to from them.
+    let mut not_linear = BTreeSet::new();
+    for channel in &mut channels {
+        let name = name_of(&parts, channel.at);
+        for phase in 0..controllers.cycle_ticks {
+            let answers = match not_linear.contains(name) {
+                true => None,
+                false => controllers.answers(channel.at, phase)?,
+            };
+            if answers.is_none() && channel.is_sensed {
+                not_linear.extend(linked_with(&free, name));
+            }
+            channel.answers.push(answers);
+        }
     }
+    let not_linear = &not_linear;
+    let axes = Axes { file: &free, parts: &parts, commanded: &commanded, channels: &channels, not_linear };
+    let free_figures = axes.figures(&free, controllers.cycle_ticks)?;
+    let meets = |section: &DeviceSection| section.axes.iter().any(|axis| axis.wall.is_some());
+    let in_contact = file.devices.iter().any(meets).then(|| at_rest(file, true));
+    let in_contact = in_contact.map(|file| axes.figures(&file, controllers.cycle_ticks)).transpose()?;
+    let figures = |place: usize| AxisLoop {
+        free: free_figures.get(place).copied().flatten(),
+        in_contact: in_contact.as_ref().and_then(|all| *all.get(place)?),
+        ..commanded.get(place).map_or_else(AxisLoop::default, |command| AxisLoop::unknown(command.at))
+    };
+    Ok((0..commanded.len()).map(figures).collect())
+}
 
-    /// What the controller does differently, until nothing more comes or it grows.
-    fn answers(&mut self, disturbance: Disturbance, ticks: usize) -> Result<Vec<f64>, ResponseError> {
-        let Disturbance { station, axis, force } = disturbance;
-        let mut disturbed = build::rig(&self.file, Some(disturbance))?;
-        let mut probe = command_probe();
-        let (mut answers, mut most, mut quiet_ticks) = (Vec::new(), 0.0_f64, 0);
-        while answers.len() < ticks {
-            disturbed.step();
-            let values = disturbed.stations().get(station).map(|station| probe.values(station));
-            let command = values.and_then(|mut values| values.nth(axis)).unwrap_or_default();
-            let answer = command - self.command(answers.len(), station, axis);
-            answers.push(answer);
-            most = most.max(answer.abs());
-            quiet_ticks = if answer.abs() > OVER * most { 0 } else { quiet_ticks + 1 };
-            let is_over = quiet_ticks > LEAST_TICKS / 2 && answers.len() >= LEAST_TICKS;
-            if is_over || most > GROWN * force {
-                break;
+fn name_of<'f>(parts: &[Part<'f>], at: Place) -> &'f str {
+    parts.get(at.station).map(Part::name).unwrap_or_default()
+}
+
+/// What is measured, and the references that are followed.
+fn channels(file: &RigFile, parts: &[Part<'_>], commanded: &[Commanded]) -> Vec<Channel> {
+    let mut channels = Vec::new();
+    for (station, part) in parts.iter().enumerate().filter(|(_, part)| part.device.moves()) {
+        for (row, name) in part.device.measures.iter().enumerate() {
+            let Some(data_type) = file.data_type(name) else { continue };
+            if !RigFile::is_sensed(data_type) && followed(data_type).is_none() {
+                continue;
+            }
+            for (place, section) in part.sections().map(|(_, section)| section).enumerate() {
+                let gain = section.sensor.get(name).map_or(1.0, |sensor| sensor.gain);
+                let at = Place { station, place };
+                let command = commanded.iter().position(|command| command.at == at).unwrap_or_default();
+                let at = Place { station, place: row * part.axes.len() + place };
+                let (name, id, is_sensed) = (data_type.name, data_type.id, RigFile::is_sensed(data_type));
+                channels.push(Channel { at, command, name, id, is_sensed, gain, answers: Vec::new() });
             }
         }
-        Ok(answers)
     }
+    channels
+}
 
-    /// Of the rig that nothing disturbs.
-    fn command(&mut self, tick: usize, station: usize, axis: usize) -> f64 {
-        while self.commands.len() <= tick {
-            self.rig.step();
-            let stations = self.rig.stations().iter().zip(&mut self.probes);
-            self.commands.push(stations.map(|(station, probe)| probe.values(station).collect()).collect());
+/// All axes, with what their controllers answer.
+struct Axes<'a> {
+    file: &'a RigFile,
+    parts: &'a [Part<'a>],
+    commanded: &'a [Commanded],
+    channels: &'a [Channel],
+    not_linear: &'a BTreeSet<&'a str>,
+}
+
+impl Axes<'_> {
+    /// Of every axis with the devices of a file; none where it is not linear.
+    fn figures(&self, file: &RigFile, cycle_ticks: usize) -> Result<Vec<Option<LoopFigures>>, ResponseError> {
+        let models =
+            file.devices.iter().enumerate().map(|(device, section)| self.model(file, device, section));
+        let models: Vec<Option<PlantModel>> = models.collect::<Result<_, _>>()?;
+        let mut figures = vec![None; self.commanded.len()];
+        for (group, is_linear) in self.groups(&models) {
+            if !is_linear {
+                continue;
+            }
+            let found = self.closed(&group, &models, cycle_ticks, file.sample_period_s).figures();
+            for (command, found) in group.iter().zip(found) {
+                if let Some(figures) = figures.get_mut(*command) {
+                    *figures = found;
+                }
+            }
         }
-        let commands = self.commands.get(tick).and_then(|stations| stations.get(station)?.get(axis));
-        commands.copied().unwrap_or_default()
+        Ok(figures)
     }
-}
 
-/// What an axis moves, as good as it must be known to disturb it a little.
-fn inertia(device: &DeviceSection, axis: usize) -> f64 {
-    let plant = device.axes.get(axis).and_then(|axis| axis.plant.as_ref());
-    let arm = || {
-        let arm = device.arm.as_ref()?.build().ok()?;
-        let start: Vec<f64> = (0..arm.axes()).map(|axis| device.start_position(axis)).collect();
-        Some(arm.mass_matrix(&start).at(axis, axis))
-    };
-    plant.map(|plant| plant.load.inertia).or_else(arm).unwrap_or(LIGHT)
-}
+    /// Places of the sensed channels of a device, and behind them position and velocity of each of its axes.
+    fn model(
+        &self,
+        file: &RigFile,
+        device: usize,
+        section: &DeviceSection,
+    ) -> Result<Option<PlantModel>, ResponseError> {
+        if !section.moves() {
+            return Ok(None);
+        }
+        let mut machine = build::machine(file, section, 1)?;
+        let read = |machine: &Machine| {
+            let shown = self.sensed_of(device).filter_map(|channel| {
+                let axis = self.commanded.get(channel.command)?.axis;
+                Some(channel.gain * sensed(self.file.data_type(channel.name)?, &machine.state(axis)))
+            });
+            let followed = (0..section.axes.len()).flat_map(|axis| {
+                let state = machine.state(axis);
+                [state.position, state.velocity]
+            });
+            shown.chain(followed).collect()
+        };
+        Ok(PlantModel::new(&mut machine, file.sample_period_s, section.axes.len(), read))
+    }
 
-fn command_probe() -> Probe {
-    Probe::new(types::DES_FORCE.first())
+    fn is_of(&self, channel: &Channel, device: usize) -> bool {
+        self.commanded.get(channel.command).is_some_and(|command| command.device == device)
+    }
+
+    fn sensed_of(&self, device: usize) -> impl Iterator<Item = &Channel> {
+        self.channels.iter().filter(move |channel| channel.is_sensed && self.is_of(channel, device))
+    }
+
+    /// The commands that act on one another, and whether all of that is linear.
+    fn groups(&self, models: &[Option<PlantModel>]) -> Vec<(Vec<usize>, bool)> {
+        let mut group_of: Vec<usize> = (0..self.commanded.len()).collect();
+        let is_linear = |command: &Commanded| {
+            let has_model = models.get(command.device).is_some_and(Option::is_some);
+            has_model && !self.not_linear.contains(name_of(self.parts, command.at))
+        };
+        let mut join = |one: usize, other: usize| {
+            let [from, to] = [one, other].map(|place| group_of.get(place).copied().unwrap_or_default());
+            group_of.iter_mut().filter(|group| **group == from).for_each(|group| *group = to);
+        };
+        for (device, model) in models.iter().enumerate() {
+            let of_device = |(_, command): &(usize, &Commanded)| command.device == device;
+            let here: Vec<_> = self.commanded.iter().enumerate().filter(of_device).collect();
+            let Some(model) = model else { continue };
+            for (output, channel) in self.sensed_of(device).enumerate() {
+                here.iter()
+                    .filter(|(_, command)| model.joins(command.axis, output))
+                    .for_each(|(place, _)| join(*place, channel.command));
+            }
+        }
+        for channel in self.channels.iter().filter(|channel| channel.is_sensed) {
+            for answers in channel.answers.iter().flatten() {
+                let answering = (0..).zip(answers).filter(|(_, answer)| answer.is_some());
+                answering.for_each(|(command, _)| join(channel.command, command));
+            }
+        }
+        let mut groups: BTreeMap<usize, (Vec<usize>, bool)> = BTreeMap::new();
+        for ((place, group), command) in group_of.into_iter().enumerate().zip(self.commanded) {
+            let group = groups.entry(group).or_insert((Vec::new(), true));
+            group.0.push(place);
+            group.1 &= is_linear(command);
+        }
+        groups.into_values().collect()
+    }
+
+    /// The loop of a group.
+    fn closed(
+        &self,
+        group: &[usize],
+        models: &[Option<PlantModel>],
+        cycle_ticks: usize,
+        period_s: f64,
+    ) -> Loop {
+        let (mut plants, mut followers) = (Vec::new(), Vec::new());
+        let (mut columns, mut outputs) = (Vec::new(), 0);
+        let mut references: Vec<Option<Reference>> = group.iter().map(|_| None).collect();
+        let of_group = |answers: &Vec<Option<Answer>>| -> Vec<Option<Answer>> {
+            group.iter().map(|command| answers.get(*command).cloned().flatten()).collect()
+        };
+        let mut outputs_of_followers = 0;
+        for (device, model) in models.iter().enumerate() {
+            let Some(model) = model else { continue };
+            let here: Vec<(usize, &Commanded)> = group
+                .iter()
+                .enumerate()
+                .filter_map(|(place, command)| Some((place, self.commanded.get(*command)?)))
+                .filter(|(_, command)| command.device == device)
+                .collect();
+            if here.is_empty() {
+                continue;
+            }
+            let (commands, axes): (Vec<usize>, Vec<usize>) =
+                here.iter().map(|(place, command)| (*place, command.axis)).unzip();
+            let mut used = Vec::new();
+            for (output, channel) in self.sensed_of(device).enumerate() {
+                let is_here = group.contains(&channel.command);
+                let answered: Vec<(usize, Vec<Option<Answer>>)> = channel
+                    .answers
+                    .iter()
+                    .enumerate()
+                    .filter_map(|(phase, answers)| Some((phase, of_group(answers.as_ref()?))))
+                    .filter(|(_, answers)| is_here && answers.iter().any(Option::is_some))
+                    .collect();
+                if answered.is_empty() {
+                    continue;
+                }
+                for (phase, answers) in answered {
+                    columns.push(Column { output: outputs + used.len(), phase, answers });
+                }
+                used.push(output);
+            }
+            let fed = outputs..outputs + used.len();
+            outputs = fed.end;
+            let model_of = |outputs: &[usize]| model.reduced(&axes, outputs);
+            plants.push(Block { model: model_of(&used), commands: commands.clone(), outputs: fed.collect() });
+            let sensed = self.sensed_of(device).count();
+            let truths: Vec<usize> =
+                axes.iter().flat_map(|axis| [0, 1].map(|of| sensed + 2 * axis + of)).collect();
+            for (at, (place, command)) in here.iter().enumerate() {
+                let reference = |(known, quantity): (&dimsart_core::DataType, usize)| {
+                    let is_it = |channel: &&Channel| {
+                        let own = self.commanded.get(channel.command);
+                        channel.id == known.id && own.is_some_and(|own| own.at == command.at)
+                    };
+                    let channel = self.channels.iter().find(is_it)?;
+                    let answers: Option<Vec<_>> =
+                        channel.answers.iter().map(|answers| Some(of_group(answers.as_ref()?))).collect();
+                    let answers = answers.filter(|all| all.iter().flatten().any(Option::is_some))?;
+                    Some(Reference { output: outputs_of_followers + 2 * at + quantity, answers })
+                };
+                if let Some(found) = references.get_mut(*place) {
+                    *found = FOLLOWS.into_iter().find_map(reference);
+                }
+            }
+            let behind = outputs_of_followers..outputs_of_followers + truths.len();
+            outputs_of_followers = behind.end;
+            followers.push(Block { model: model_of(&truths), commands, outputs: behind.collect() });
+        }
+        Loop { period_s, cycle_ticks, plants, followers, commands: group.len(), columns, references }
+    }
 }
 
 /// The rig with nothing that moves it, references where the joints stand, and nothing that is known not to be linear: dry

@@ -207,7 +207,8 @@ impl DeviceSection {
     /// What a run of it is broken off by.
     #[must_use]
     pub fn ranges(&self) -> Ranges {
-        Ranges { position: self.position_limit, force: self.force_limit, wave: WAVE_LIMIT }
+        let max_force = core::array::from_fn(|axis| self.max_force(axis));
+        Ranges { position: self.position_limit, force: self.force_limit, max_force, wave: WAVE_LIMIT }
     }
 }
 

@@ -13,7 +13,7 @@ pub const HAND: &str = "hand";
 #[derive(Debug, Clone, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct ExperimentSection {
-    /// Whether every loop is disturbed first, for its margins; of many coupled axes that takes longer than the run.
+    /// Whether the poles, margins and bandwidth of every loop are computed before the run.
     #[serde(default = "yes")]
     pub margins: bool,
     /// What moves, all of it at once: moves on the same signal add up.

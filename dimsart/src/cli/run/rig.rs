@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use super::{Ending, Run, print_written, progress_bar, stop_on_interrupt, style, write_recorders};
 use crate::cli::UsageError;
@@ -58,13 +58,13 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
                       with --target all of them as firmware";
         return Err(UsageError(reason.to_owned()).into());
     }
+    let begun = Instant::now();
     let folder = command.folder();
     if !command.no_report {
         report::try_folder(&folder)?;
     }
     let stop = stop_on_interrupt()?;
-    // Its loops are disturbed and listened to: of many coupled axes, that takes seconds.
-    let probing = ProgressBar::new_spinner().with_message("disturbing every loop");
+    let probing = ProgressBar::new_spinner().with_message("analysing every loop");
     probing.enable_steady_tick(SPINNER);
     let experiment = Experiment::new(file);
     probing.finish_and_clear();
@@ -98,8 +98,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
     let mut run = experiment.run(&stop, |time_s| bar.set_position(super::milliseconds(time_s)));
     bar.finish_and_clear();
     stop.store(false, Ordering::Relaxed);
-    say(command.json, out, |text| print(text, &run.outcome))?;
-    if let Some(signals) = signals {
+    let write = |signals: SignalsFile| {
         signals.finish()?;
         let recorders = write_recorders(&folder, &mut run.rig)?;
         let names: Vec<&str> = file.devices.iter().map(|device| device.name.as_str()).collect();
@@ -107,7 +106,7 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
             title: format!("Response of {}", names.join(", ")),
             summary: facts(&run.outcome),
             axes: axes(&run.outcome),
-            faults: run.outcome.faults.clone(),
+            faults: run.outcome.faults.iter().chain(&run.outcome.undecided).cloned().collect(),
             figures: figures(&run.recording, file),
             tick_maps: tick_maps(&run.rig),
             bus: BusTimeline::of(&run.media, seconds_ns(file.sample_period_s)),
@@ -120,7 +119,12 @@ pub(super) fn run(command: &Run, file: &RigFile, out: &mut impl Write) -> Ending
         bar.set_style(style("report     [{bar:40}] {pos}/{len} files"));
         let written = report::write(&folder, &report, &stop, &bar);
         bar.finish_and_clear();
-        let written = written?;
+        Ok::<_, Box<dyn std::error::Error>>(written?)
+    };
+    let written = signals.map(write).transpose();
+    run.outcome.set_wall_s(begun.elapsed().as_secs_f64());
+    say(command.json, out, |text| print(text, &run.outcome))?;
+    if let Some(written) = written? {
         say(command.json, out, |text| print_written(text, &folder, &written))?;
     }
     if command.json {
@@ -134,13 +138,17 @@ fn print(out: &mut dyn Write, outcome: &Outcome) -> std::io::Result<()> {
     for fault in &outcome.faults {
         writeln!(out, "fault: {fault}")?;
     }
+    for undecided in &outcome.undecided {
+        writeln!(out, "{undecided}")?;
+    }
     Ok(())
 }
 
 /// What a run came to as a whole.
 fn facts(outcome: &Outcome) -> Vec<Fact> {
     let (stable, note) = match outcome.stable {
-        true => ("yes", "everything in its range, nothing grows or goes on swinging"),
+        true => ("yes", "all signals in range; no growth, no sustained oscillation"),
+        false if outcome.faults.is_empty() => ("undecided", "see below"),
         false => ("NO", "see the fault"),
     };
     let mut facts = vec![

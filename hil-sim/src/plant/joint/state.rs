@@ -24,6 +24,21 @@ pub(super) struct State {
 }
 
 impl State {
+    /// What a linear model of the joint consists of: all but energies and the temperature of the winding.
+    pub(super) fn values_mut(&mut self) -> [&mut f64; 9] {
+        [
+            &mut self.position,
+            &mut self.velocity,
+            &mut self.rotor_rad,
+            &mut self.rotor_rad_per_s,
+            &mut self.deflection,
+            &mut self.direct_a,
+            &mut self.quadrature_a,
+            &mut self.learned_d_v,
+            &mut self.learned_q_v,
+        ]
+    }
+
     /// The state after `time_s` at `rate`.
     pub(super) fn after(&self, time_s: f64, rate: &Self) -> Self {
         let on = |value: f64, rate: f64| value + time_s * rate;

@@ -1,0 +1,177 @@
+//! The loops of a rig as a linear system, at any point of the `z` plane.
+//!
+//! Devices are linear between events, by their matrices ([`PlantModel`]); controllers with their links and buses by their
+//! answers to one disturbed measurement ([`Answer`]). With `P` and `K` of these the loop is `1 - P K`.
+//!
+//! Controllers that are stepped at different rates repeat after `N` ticks. Then all that is in such a cycle makes one vector
+//! ("lifting", Khargonekar, Poolla and Tannenbaum, IEEE Transactions on Automatic Control 30, 1985), and `Z = z^N`.
+#![expect(clippy::indexing_slicing, reason = "matrices, whose sizes follow from one another")]
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Complex, DMatrix};
+
+use super::controller_model::Answer;
+use super::plant_model::PlantModel;
+
+/// Frequencies at first: on a logarithmic scale over so many decades, and evenly.
+const LOGARITHMIC: u32 = 120;
+const DECADES: f64 = 6.0;
+const MIN_EVEN: usize = 200;
+const MAX_EVEN: usize = 1_000;
+/// Ticks of the longest answer for each of these.
+const EVEN_TICKS: usize = 8;
+
+/// What a controller measures, in one tick of a cycle.
+#[derive(Debug)]
+pub(super) struct Column {
+    /// Among the outputs of the plants.
+    pub(super) output: usize,
+    pub(super) phase: usize,
+    /// By command of the loop.
+    pub(super) answers: Vec<Option<Answer>>,
+}
+
+/// A reference of one axis, and what follows it.
+#[derive(Debug)]
+pub(super) struct Reference {
+    /// Among the outputs of the plants that follow.
+    pub(super) output: usize,
+    /// By phase, by command of the loop.
+    pub(super) answers: Vec<Vec<Option<Answer>>>,
+}
+
+/// A device, or the part of it that matters.
+#[derive(Debug)]
+pub(super) struct Block {
+    pub(super) model: PlantModel,
+    /// Its commands and outputs among those of the loop.
+    pub(super) commands: Vec<usize>,
+    pub(super) outputs: Vec<usize>,
+}
+
+/// Axes that move one another, by their plants or by their controllers.
+#[derive(Debug)]
+pub(super) struct Loop {
+    pub(super) period_s: f64,
+    pub(super) cycle_ticks: usize,
+    /// With the outputs that are fed back.
+    pub(super) plants: Vec<Block>,
+    /// With what follows references, too.
+    pub(super) followers: Vec<Block>,
+    pub(super) commands: usize,
+    pub(super) columns: Vec<Column>,
+    /// By command.
+    pub(super) references: Vec<Option<Reference>>,
+}
+
+pub(super) type Point = Complex<f64>;
+pub(super) const ONE: Point = Complex { re: 1.0, im: 0.0 };
+
+/// What blocks do to the commands of a cycle, at one `z`.
+pub(super) struct Lifted {
+    pub(super) determinant: Point,
+    /// From commands to outputs, by how many ticks later an output is, from `1 - N` on.
+    pub(super) phases: Vec<DMatrix<Point>>,
+}
+
+/// The loop at one `z`.
+pub(super) struct At {
+    /// Of the plants' own poles.
+    pub(super) determinant: Point,
+    /// From the commands of a cycle to columns.
+    pub(super) plant: DMatrix<Point>,
+    /// From columns to the commands of a cycle.
+    pub(super) controller: DMatrix<Point>,
+}
+
+impl Loop {
+    #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
+    pub(super) fn cycle(&self) -> f64 {
+        self.cycle_ticks as f64
+    }
+
+    /// `z` where `Z` has an angle.
+    pub(super) fn on_circle(&self, radius: f64, angle: f64) -> Point {
+        Point::from_polar(radius, angle / self.cycle())
+    }
+
+    /// The angles at which something may happen: narrow in a plant near its poles, in a controller as wide as its answer is
+    /// short.
+    pub(super) fn angles(&self) -> Vec<f64> {
+        let answers = self.columns.iter().flat_map(|column| column.answers.iter().flatten());
+        let ticks = answers.map(Answer::ticks).max().unwrap_or_default();
+        let even = (ticks / EVEN_TICKS).clamp(MIN_EVEN, MAX_EVEN);
+        #[expect(clippy::cast_precision_loss, reason = "a few thousand")]
+        let even = (0..=even).map(|n| PI * n as f64 / even as f64);
+        let share = |n: u32| DECADES * (f64::from(n) / f64::from(LOGARITHMIC) - 1.0);
+        let logarithmic = (0..LOGARITHMIC).map(|n| PI * libm::exp10(share(n)));
+        let around = |(angle, away): (f64, f64)| {
+            [-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0].map(|widths| {
+                // Beyond half the rate of a cycle it is seen folded.
+                let folded = self.cycle() * (angle + widths * away);
+                libm::fabs((folded + PI).rem_euclid(TAU) - PI)
+            })
+        };
+        let poles = self.plants.iter().flat_map(|block| block.model.poles()).flat_map(around);
+        let mut angles: Vec<f64> = even.chain(logarithmic).chain(poles).collect();
+        angles.sort_by(f64::total_cmp);
+        angles.dedup_by(|a, b| (*a - *b).abs() <= f64::EPSILON);
+        angles
+    }
+
+    pub(super) fn lifted(&self, blocks: &[Block], z: Point) -> Lifted {
+        let outputs = blocks.iter().flat_map(|block| &block.outputs).max().map_or(0, |last| last + 1);
+        let ticks = self.cycle_ticks;
+        let none = DMatrix::from_element(outputs, self.commands, Point::default());
+        let (mut determinant, mut phases) = (ONE, vec![none.clone(); 2 * ticks - 1]);
+        for turn in 0..ticks {
+            #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
+            let z = z * Point::from_polar(1.0, TAU * turn as f64 / self.cycle());
+            let mut gain = none.clone();
+            for block in blocks {
+                let point = block.model.at(z);
+                determinant *= point.determinant;
+                for (row, output) in block.outputs.iter().enumerate() {
+                    for (column, command) in block.commands.iter().enumerate() {
+                        gain[(*output, *command)] = point.gain[(row, column)];
+                    }
+                }
+            }
+            let mut share = z.powi(1 - i32::try_from(ticks).unwrap_or(1)) / self.cycle();
+            for phase in &mut phases {
+                phase.zip_apply(&gain, |sum, gain| *sum += share * gain);
+                share *= z;
+            }
+        }
+        Lifted { determinant, phases }
+    }
+
+    pub(super) fn at(&self, z: Point) -> At {
+        self.at_rounded(z, 0.0)
+    }
+
+    /// With answers that are off by a rounding, each its own way.
+    pub(super) fn at_rounded(&self, z: Point, rounding: f64) -> At {
+        let Lifted { determinant, phases } = self.lifted(&self.plants, z);
+        let (ticks, columns) = (self.cycle_ticks, self.columns.len());
+        let mut plant = DMatrix::from_element(columns, self.commands * ticks, Point::default());
+        let mut controller = DMatrix::from_element(self.commands * ticks, columns, Point::default());
+        for (place, column) in self.columns.iter().enumerate() {
+            for (command, answer) in column.answers.iter().enumerate() {
+                for phase in 0..ticks {
+                    let at = command * ticks + phase;
+                    let later = column.phase + ticks - 1 - phase;
+                    let gain = phases.get(later).map(|phase| phase[(column.output, command)]);
+                    plant[(place, at)] = gain.unwrap_or_default();
+                    if let Some(answer) = answer {
+                        let offset = phase.cast_signed() - column.phase.cast_signed();
+                        let sign = if (place + command).is_multiple_of(2) { 1.0 } else { -1.0 };
+                        controller[(at, place)] = answer.at(z, ticks, offset) * (1.0 + sign * rounding);
+                    }
+                }
+            }
+        }
+        At { determinant, plant, controller }
+    }
+}

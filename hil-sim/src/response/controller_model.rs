@@ -1,0 +1,353 @@
+//! What a rig's controllers answer to a measurement that differs in one tick, while their devices stand still.
+//!
+//! ```text
+//!   h[k] = taps[k] + level + slope k
+//! ```
+//! An integrator keeps a level, two in a row a slope; all else dies out. Controllers, links and buses are those of the rig
+//! itself, and two rigs are compared: one is disturbed. Half of the disturbance, the other way, must be answered by half:
+//! else the controllers are not linear, and the next smaller disturbance is tried.
+
+use nalgebra::Complex;
+
+use super::{ResponseError, build};
+use crate::rig::{Rig, Shown};
+use crate::rig_file::{LinkSection, RigFile};
+use dimsart_core::Tick;
+
+/// Disturbances, in the unit of the measurement, the largest first: `f32` has more digits for it.
+const SIZES: [f32; 4] = [1.0 / 64.0, 1.0 / 1024.0, 1.0 / 16_384.0, 1.0 / 262_144.0];
+/// Of an answer, at most this part may not scale with the disturbance.
+const LINEAR: f64 = 0.01;
+/// Share of the largest answer below which it has died out: at first, how much more after so many ticks each, at most. A
+/// controller's rounding may never die out.
+const MIN_OVER: f64 = 1e-9;
+const OVER_TICKS: usize = 1_000;
+const MAX_OVER: f64 = 1e-6;
+/// Share of a command which is its rounding.
+const ROUNDING: f64 = 3e-7;
+/// A level that is not more than so many tolerances is none: those of this disturbance and of the one before.
+const LEFT: f64 = 8.0;
+/// Ticks that an answer must have died out for, beside those that the controllers can remember it for.
+const QUIET_TICKS: usize = 32;
+/// Ticks before something that grows evenly is taken for two integrators.
+const SLOPE_TICKS: usize = 2_000;
+/// Ticks that a packet may wait on a bus.
+const BUS_TICKS: usize = 16;
+/// Longest answer, and longest memory.
+const MOST_TICKS: usize = 60_000;
+const MOST_QUIET_TICKS: usize = 20_000;
+/// Longest cycle of controllers that are stepped at different rates.
+const MOST_CYCLE_TICKS: usize = 200;
+
+/// A place of a controller's frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Place {
+    pub(super) station: usize,
+    pub(super) place: usize,
+}
+
+/// How one command answers one measurement.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Answer {
+    taps: Vec<f64>,
+    level: f64,
+    slope: f64,
+    /// What rounding makes of it.
+    rounding: f64,
+}
+
+/// The controllers of a rig, disturbed one measurement at a time.
+#[derive(Debug)]
+pub(super) struct Controllers<'f> {
+    file: &'f RigFile,
+    commands: Vec<Place>,
+    /// Ticks after which the same modules run again.
+    pub(super) cycle_ticks: usize,
+    quiet_ticks: usize,
+    pair: Option<Pair>,
+}
+
+/// Two rigs that stand still, one of them disturbed.
+#[derive(Debug)]
+struct Pair {
+    still: Rig,
+    disturbed: Rig,
+    /// What the disturbed one commands more, by tick.
+    differences: Vec<Vec<f64>>,
+    /// Size of the commands, which their rounding goes by.
+    sizes: Vec<f64>,
+    /// What is left of the last disturbance at most.
+    settled: Vec<f64>,
+}
+
+impl<'f> Controllers<'f> {
+    /// Of a rig, and what is commanded; none when they have no cycle that is short enough.
+    ///
+    /// # Errors
+    /// As the [experiment](super::Experiment::new)'s.
+    pub(super) fn new(file: &'f RigFile, commands: Vec<Place>) -> Result<Option<Self>, ResponseError> {
+        let rig = build::rig(file)?;
+        let (mut cycle_ticks, mut memory_ticks) = (1, 0);
+        for station in rig.stations() {
+            let engine = station.dimsart.engine();
+            let rates = engine.instances().filter_map(|module| engine.rate_of(module));
+            let own = rates.map(|rate| usize::from(rate.every_ticks)).fold(1, least_common_multiple);
+            let cycle = own.saturating_mul(station.every_ticks());
+            cycle_ticks = least_common_multiple(cycle_ticks, cycle);
+            // A delay line takes a word for each sample; any other module passes a signal on a tick later at most.
+            let data_base = engine.data_base();
+            let is_signal = |slot: u8| data_base.signals().any(|(signal, _)| signal == slot);
+            let lines = (0..=u8::MAX).filter(|slot| !is_signal(*slot));
+            memory_ticks += lines.map(|slot| data_base.words(slot).len()).sum::<usize>();
+            memory_ticks += engine.instances().count();
+        }
+        // There, and back over a bus.
+        let link_ticks = |link: &LinkSection| link.carrier.delay_ticks as usize + BUS_TICKS;
+        let on_the_way: usize = file.links.iter().map(link_ticks).sum();
+        let quiet_ticks = memory_ticks.saturating_mul(cycle_ticks).saturating_add(on_the_way + QUIET_TICKS);
+        let quiet_ticks = quiet_ticks.min(MOST_QUIET_TICKS);
+        let is_short = cycle_ticks <= MOST_CYCLE_TICKS;
+        Ok(is_short.then_some(Self { file, commands, cycle_ticks, quiet_ticks, pair: None }))
+    }
+
+    /// What every command answers to a measurement that differs in one tick, so many ticks after a cycle's beginning; none
+    /// when that is not linear or does not die out.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub(super) fn answers(
+        &mut self,
+        place: Place,
+        phase: usize,
+    ) -> Result<Option<Vec<Option<Answer>>>, ResponseError> {
+        for size in SIZES {
+            let mut pair = match self.pair.take() {
+                Some(pair) => pair,
+                None => match Pair::new(self.file, &self.commands, self.quiet_ticks)? {
+                    Some(pair) => pair,
+                    None => return Ok(None),
+                },
+            };
+            let mut answers = |size: f32| {
+                pair.answers(&self.commands, place, size, self.quiet_ticks, |tick| {
+                    tick % self.cycle_ticks == phase
+                })
+            };
+            // Twice the half leaves everything where it was.
+            let found = answers(size).and_then(|whole| {
+                let [half, again] = [answers(-0.5 * size)?, answers(-0.5 * size)?];
+                let all = whole.into_iter().zip(half.into_iter().zip(again));
+                all.map(|(whole, (half, again))| Answer::mean([whole, half, again])).collect()
+            });
+            if found.is_some() {
+                self.pair = Some(pair);
+                return Ok(found);
+            }
+        }
+        Ok(None)
+    }
+}
+
+impl Pair {
+    /// Both of them in operation; none when they do not come to that.
+    fn new(file: &RigFile, commands: &[Place], quiet_ticks: usize) -> Result<Option<Self>, ResponseError> {
+        let (still, disturbed) = (build::rig(file)?, build::rig(file)?);
+        let (differences, sizes) = (Vec::new(), vec![0.0; commands.len()]);
+        let settled = sizes.clone();
+        let mut pair = Self { still, disturbed, differences, sizes, settled };
+        let mut ran_ticks = 0;
+        while ran_ticks < quiet_ticks {
+            pair.tick(commands);
+            ran_ticks = if pair.is_running() { ran_ticks + 1 } else { 0 };
+            if pair.differences.len() > MOST_TICKS {
+                return Ok(None);
+            }
+        }
+        Ok(Some(pair))
+    }
+
+    fn is_running(&self) -> bool {
+        let is_running = |rig: &Rig| {
+            rig.stations().iter().all(|station| matches!(station.last_tick, Tick::Ran | Tick::Idle))
+        };
+        is_running(&self.still) && is_running(&self.disturbed)
+    }
+
+    fn tick(&mut self, commands: &[Place]) {
+        self.still.tick();
+        self.disturbed.tick();
+        let command = |rig: &Rig, at: &Place| {
+            let station = rig.stations().get(at.station);
+            station.and_then(|station| station.command().get(at.place)).copied().map_or(0.0, f64::from)
+        };
+        for (size, at) in self.sizes.iter_mut().zip(commands) {
+            *size = command(&self.still, at).abs().max(command(&self.disturbed, at).abs());
+        }
+        let differences = commands.iter().map(|at| command(&self.disturbed, at) - command(&self.still, at));
+        self.differences.push(differences.collect());
+        self.still.stand_still();
+        self.disturbed.stand_still();
+    }
+
+    /// One for each command, per unit of the disturbance.
+    fn answers(
+        &mut self,
+        commands: &[Place],
+        Place { station, place }: Place,
+        size: f32,
+        quiet_ticks: usize,
+        is_due: impl Fn(usize) -> bool,
+    ) -> Option<Vec<Answer>> {
+        self.differences.drain(..self.differences.len().saturating_sub(quiet_ticks));
+        let before = lines(&self.differences, &self.settled, &self.sizes)?;
+        while !is_due(usize::try_from(self.disturbed.ticks()).ok()?) {
+            self.tick(commands);
+        }
+        let from = self.differences.len();
+        let shown = self.disturbed.stations().get(station)?.shown(place)?;
+        let disturbed = shown + size;
+        self.show(station, place, disturbed);
+        self.tick(commands);
+        self.show(station, place, shown);
+        let unit = f64::from(disturbed) - f64::from(shown);
+        #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+        let expected = |at: usize, tick: usize| {
+            before.get(at).map_or(0.0, |(level, slope)| level + slope * (from + tick) as f64)
+        };
+        let mut most = vec![0.0_f64; commands.len()];
+        loop {
+            let (ticks, last) = (self.differences.len() - from, self.differences.last()?);
+            for (at, (most, difference)) in most.iter_mut().zip(last).enumerate() {
+                *most = most.max((difference - expected(at, ticks - 1)).abs());
+            }
+            if !self.is_running() || ticks > MOST_TICKS || most.iter().any(|most| most.is_nan()) {
+                return None;
+            }
+            if ticks < quiet_ticks || !ticks.is_multiple_of(QUIET_TICKS) {
+                self.tick(commands);
+                continue;
+            }
+            let relaxed = i32::try_from(ticks / OVER_TICKS).unwrap_or(i32::MAX);
+            let over = (MIN_OVER * 10.0_f64.powi(relaxed)).min(MAX_OVER);
+            let tolerances: Vec<f64> = most.iter().map(|most| over * most).collect();
+            let rows = self.differences.get((from + ticks).saturating_sub(quiet_ticks)..).unwrap_or_default();
+            if let Some(found) = lines(rows, &tolerances, &self.sizes)
+                && (ticks >= SLOPE_TICKS || found.iter().all(|(_, slope)| slope.abs() <= 0.0))
+            {
+                let kept = ticks - quiet_ticks;
+                let answer = |(at, (level, slope)): (usize, &(f64, f64))| {
+                    let [base, rise] = [expected(at, 0), expected(at, 1) - expected(at, 0)];
+                    let slope = slope - rise;
+                    #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+                    let level = level - base - rise * kept as f64 - slope * kept as f64;
+                    let rounding = ROUNDING * self.sizes.get(at).copied().unwrap_or_default();
+                    let tolerance = tolerances.get(at).copied().unwrap_or_default().max(rounding);
+                    let level = if level.abs() <= LEFT * tolerance { 0.0 } else { level };
+                    let tap = |(tick, row): (u32, &Vec<f64>)| {
+                        let tick = f64::from(tick);
+                        let now = row.get(at).copied().unwrap_or_default();
+                        (now - base - rise * tick - level - slope * tick) / unit
+                    };
+                    let rows = self.differences.get(from..from + kept).unwrap_or_default();
+                    let taps = (0..).zip(rows).map(tap).collect();
+                    Answer { taps, level: level / unit, slope: slope / unit, rounding: rounding / unit.abs() }
+                };
+                let answers = found.iter().enumerate().map(answer).collect();
+                self.settled = tolerances;
+                return Some(answers);
+            }
+            self.tick(commands);
+        }
+    }
+
+    fn show(&mut self, station: usize, place: usize, value: f32) {
+        if let Some(station) = self.disturbed.stations_mut().get_mut(station) {
+            station.show(place, Shown::Value(value));
+        }
+    }
+}
+
+/// The straight lines that rows follow, as level at the first one and slope; none while one of them does not.
+fn lines(rows: &[Vec<f64>], tolerances: &[f64], sizes: &[f64]) -> Option<Vec<(f64, f64)>> {
+    let (first, last) = rows.first().zip(rows.last())?;
+    #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+    let steps = (rows.len() - 1).max(1) as f64;
+    let line = |at: usize| {
+        let tolerance = tolerances.get(at)?.max(ROUNDING * sizes.get(at)?);
+        let [first, last] = [*first.get(at)?, *last.get(at)?];
+        let slope = if (last - first).abs() <= tolerance { 0.0 } else { (last - first) / steps };
+        let follows = |(tick, row): (u32, &Vec<f64>)| {
+            row.get(at).is_some_and(|value| (value - first - slope * f64::from(tick)).abs() <= tolerance)
+        };
+        (0..).zip(rows).all(follows).then_some((first, slope))
+    };
+    (0..first.len()).map(line).collect()
+}
+
+fn least_common_multiple(a: usize, b: usize) -> usize {
+    let (mut x, mut y) = (a, b);
+    while y > 0 {
+        (x, y) = (y, x % y);
+    }
+    (a / x.max(1)).saturating_mul(b)
+}
+
+impl Answer {
+    /// Of the answers to a disturbance and twice to its half, the other way: what bends by its square cancels out. None
+    /// when they do not agree; an answer of nothing where there is none.
+    fn mean(answers: [Self; 3]) -> Option<Option<Self>> {
+        let ticks = answers.iter().map(|answer| answer.taps.len()).max().unwrap_or_default();
+        let value = |answer: &Self, tick: usize| {
+            #[expect(clippy::cast_precision_loss, reason = "far fewer ticks than 2^53")]
+            let line = answer.level + answer.slope * tick as f64;
+            answer.taps.get(tick).map_or(line, |tap| tap + line)
+        };
+        let (mut most, mut off) = (0.0_f64, 0.0_f64);
+        for tick in 0..=ticks {
+            let [whole, half, again] = answers.each_ref().map(|answer| value(answer, tick));
+            most = most.max(whole.abs());
+            off = off.max((whole - half).abs()).max((whole - again).abs());
+        }
+        let rounding = answers.iter().map(|answer| answer.rounding).sum::<f64>();
+        if most <= rounding {
+            return Some(None);
+        }
+        if off > LINEAR * most + rounding {
+            return None;
+        }
+        let mean = |of: fn(&Self) -> f64| answers.iter().map(of).sum::<f64>() / 3.0;
+        let tap = |tick: usize| answers.iter().filter_map(|answer| answer.taps.get(tick)).sum::<f64>() / 3.0;
+        let taps = (0..ticks).map(tap).collect();
+        let [level, slope] = [mean(|answer| answer.level), mean(|answer| answer.slope)];
+        Some(Some(Self { taps, level, slope, rounding }))
+    }
+
+    /// Ticks until it has died out.
+    pub(super) fn ticks(&self) -> usize {
+        self.taps.len()
+    }
+
+    /// `Σ h[q N + offset] Z^-q` over all its ticks in a cycle of `N`, `Z = z^N`; the offset may be before its begin.
+    pub(super) fn at(&self, z: Complex<f64>, cycle_ticks: usize, offset: isize) -> Complex<f64> {
+        let cycle = z.powu(u32::try_from(cycle_ticks).unwrap_or(1));
+        let back = cycle.inv();
+        let is_before = offset < 0;
+        let first = if is_before { offset + cycle_ticks.cast_signed() } else { offset };
+        let first = usize::try_from(first).unwrap_or_default();
+        // From the last one on, each a cycle earlier; with real numbers, for most of the time goes into this.
+        let Complex { re: turn_re, im: turn_im } = back;
+        let (mut re, mut im) = (0.0, 0.0);
+        let mut add = |tap: f64| (re, im) = (re * turn_re - im * turn_im + tap, re * turn_im + im * turn_re);
+        match cycle_ticks {
+            1 => self.taps.iter().rev().for_each(|tap| add(*tap)),
+            _ => self.taps.iter().skip(first).step_by(cycle_ticks).rev().for_each(|tap| add(*tap)),
+        }
+        let mut sum = Complex::new(re, im);
+        #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
+        let [first, cycle_ticks] = [first, cycle_ticks].map(|ticks| ticks as f64);
+        let rest = (Complex::new(1.0, 0.0) - back).inv();
+        sum += rest * (self.level + self.slope * first);
+        sum += rest * rest * back * (self.slope * cycle_ticks);
+        if is_before { sum * back } else { sum }
+    }
+}

@@ -1,0 +1,132 @@
+//! Whether a loop grows: by the largest size of its poles.
+//!
+//! These are the zeros of `det(1 - A/z) det(1 - P K)`, with the plants' state matrix `A`. How many lie outside a circle is how
+//! often that turns around zero along it (argument principle; Åström and Murray, Feedback Systems, section 10.2).
+
+use std::f64::consts::PI;
+
+use nalgebra::DMatrix;
+
+use super::closed_loop::{Loop, ONE, Point};
+use super::controller_model::Answer;
+
+/// Growth per tick, up or down, that is not told from none.
+pub(super) const UNDECIDED: f64 = 1e-5;
+/// Growth per tick below which a disturbance is gone soon.
+const GONE: f64 = 0.9977;
+/// The same times the ticks of the longest answer: what is smaller drowns in rounding.
+const ROUNDING_TICKS: f64 = 5.0;
+/// How exactly a growth is worked out.
+const GROWTH_WITHIN: f64 = 1e-6;
+/// Distance from 1 within which a pole is one of something that stays where it is put, at least and at most: several of
+/// them in one place are known less well.
+const MIN_DRIFT: f64 = 5e-6;
+const MAX_DRIFT: f64 = 1e-3;
+/// The controllers' rounding, and the share of the characteristic that it may change where poles are told apart.
+const ROUNDING: f64 = 1e-6;
+const SURE: f64 = 0.3;
+/// Points on half a circle around 1, less one.
+const STEPS_AROUND: u32 = 24;
+/// Largest growth per tick.
+const MAX_GROWTH: f64 = 1e6;
+const TURN_HALVINGS: u32 = 40;
+/// Largest turn from one point to the next, rad, and by how much its two halves may differ from it.
+const TURN_RAD: f64 = 0.8;
+const TURN_OFF_RAD: f64 = 0.2;
+
+impl Loop {
+    /// What turns around zero once for every pole outside of a circle.
+    fn characteristic(&self, z: Point, rounding: f64) -> Point {
+        let at = self.at_rounded(z, rounding);
+        let open = DMatrix::identity(self.columns.len(), self.columns.len()) - &at.plant * &at.controller;
+        at.determinant * open.determinant()
+    }
+
+    /// Half turns of the characteristic along a path.
+    fn half_turns(&self, path: impl Fn(f64) -> Point, angles: &[f64]) -> f64 {
+        let value = |angle: f64| self.characteristic(path(angle), 0.0);
+        let points: Vec<(f64, Point)> = angles.iter().map(|angle| (*angle, value(*angle))).collect();
+        let turned = |pair: &[(f64, Point)]| match pair {
+            [from, to] => turned_rad(&value, *from, *to, TURN_HALVINGS),
+            _ => 0.0,
+        };
+        points.windows(2).map(turned).sum::<f64>() / PI
+    }
+
+    /// Distance from 1 at which rounding does not matter, so that poles can be told from those of drifts.
+    fn drift(&self) -> f64 {
+        let mut drift = MIN_DRIFT;
+        while drift < MAX_DRIFT && !around(drift).all(|z| self.is_sure(z)) {
+            drift *= 2.0;
+        }
+        drift
+    }
+
+    fn is_sure(&self, z: Point) -> bool {
+        let exact = self.characteristic(z, 0.0);
+        let off = [ROUNDING, -ROUNDING].map(|rounding| (self.characteristic(z, rounding) - exact).norm());
+        off.iter().all(|off| *off <= SURE * exact.norm())
+    }
+
+    /// Whether a pole lies outside a circle, but for those of drifts.
+    fn has_pole_beyond(&self, radius: f64, drift: f64, angles: &[f64]) -> bool {
+        let beyond = -self.half_turns(|angle| self.on_circle(radius, angle), angles);
+        let drifting = if radius < 1.0 {
+            let around: Vec<f64> =
+                (0..=STEPS_AROUND).map(|n| PI * f64::from(n) / f64::from(STEPS_AROUND)).collect();
+            self.half_turns(|angle| ONE + Point::from_polar(drift, angle), &around)
+        } else {
+            0.0
+        };
+        beyond - drifting > 0.5
+    }
+
+    /// Largest size of a pole; 1 where that is undecided, none of loops in which all dies out soon.
+    pub(super) fn growth_per_tick(&self) -> Option<f64> {
+        let (angles, drift) = (self.angles(), self.drift());
+        let has_pole_beyond = |radius: f64| self.has_pole_beyond(radius, drift, &angles);
+        let undecided = UNDECIDED.max(2.0 * drift);
+        let (mut from, mut to) = (1.0 + undecided, 1.0 - undecided);
+        if has_pole_beyond(from) {
+            to = from;
+            while to < MAX_GROWTH && has_pole_beyond(to) {
+                from = to;
+                to = 1.0 + 10.0 * (to - 1.0);
+            }
+        } else {
+            if has_pole_beyond(to) {
+                return Some(1.0);
+            }
+            let answers = self.columns.iter().flat_map(|column| column.answers.iter().flatten());
+            let ticks = answers.map(Answer::ticks).max().and_then(|ticks| u32::try_from(ticks).ok());
+            from = GONE.max(1.0 - ROUNDING_TICKS / f64::from(ticks.unwrap_or_default().max(1)));
+            if !has_pole_beyond(from) {
+                return None;
+            }
+        }
+        while to - from > GROWTH_WITHIN * to {
+            let middle = 0.5 * (from + to);
+            if has_pole_beyond(middle) { from = middle } else { to = middle }
+        }
+        Some(0.5 * (from + to))
+    }
+}
+
+/// Points on half a circle around 1.
+fn around(distance: f64) -> impl Iterator<Item = Point> {
+    let angle = |n| PI * f64::from(n) / f64::from(STEPS_AROUND);
+    (0..=STEPS_AROUND).map(move |n| ONE + Point::from_polar(distance, angle(n)))
+}
+
+/// How far something turns around zero from one point to another; halved until that is sure.
+fn turned_rad(value: &impl Fn(f64) -> Point, from: (f64, Point), to: (f64, Point), halvings: u32) -> f64 {
+    let angle = 0.5 * (from.0 + to.0);
+    let middle = (angle, value(angle));
+    let turn = |from: Point, to: Point| (to / from).arg();
+    let [whole, first, second] = [turn(from.1, to.1), turn(from.1, middle.1), turn(middle.1, to.1)];
+    let is_small = first.abs().max(second.abs()) < TURN_RAD && (first + second - whole).abs() < TURN_OFF_RAD;
+    if is_small || halvings == 0 {
+        return first + second;
+    }
+    turned_rad(value, from, middle, halvings - 1) + turned_rad(value, middle, to, halvings - 1)
+}
