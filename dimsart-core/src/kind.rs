@@ -224,7 +224,8 @@ fn visit<M: Module>(of: &Configuration<'_>, axis: u8, visit: &mut Parameters<'_>
     let lane = of.gains(axis.into(), M::Gains::COUNT);
     let (mut settings, mut gains) = (load::<M::Settings>(of.settings), load::<M::Gains>(lane));
     M::parameters(&mut settings, &mut gains, visit);
-    if visit.admits_change(M::validate(&settings)) {
+    let validity = M::validate(&settings);
+    if visit.admits_change(validity.and_then(|()| M::validate_axis(&settings, &gains, visit.period_s()))) {
         store(&settings, of.settings);
         store(&gains, lane);
     }

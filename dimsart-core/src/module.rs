@@ -105,6 +105,20 @@ pub trait Module: Sized + 'static {
         Ok(())
     }
 
+    /// Whether the parameters of an axis fit the period with which the module runs; 0 while it is not plugged in. Where
+    /// they do not, it is not plugged in, or the change is refused.
+    ///
+    /// # Errors
+    /// [`ParameterError`] says what does not fit.
+    fn validate_axis(
+        settings: &Self::Settings,
+        gains: &Self::Gains,
+        period_s: f32,
+    ) -> Result<(), ParameterError> {
+        let _ = (settings, gains, period_s);
+        Ok(())
+    }
+
     /// Works out what `compute` needs from the parameters of all axes. Called when an instance comes into being, after
     /// every change of a parameter and before the first `compute`. The device's sample period is the module's own there:
     /// n ticks for one that runs in every n-th tick.

@@ -384,3 +384,21 @@ fn what_a_controller_of_a_rig_has_is_printed() {
         assert!(output.status.code() == Some(2) && message.contains(expected), "{arguments:?}: {message}");
     }
 }
+
+/// Where an `f32` has too coarse steps for a position, the rig's check says up to where it is usable.
+#[test]
+fn positions_beyond_what_an_f32_has_fine_steps_for_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("far.toml");
+    let far = |limit: &str| {
+        let rig = include_str!("../../scenarios/telerobot.toml");
+        fs::write(&path, rig.replace("position_limit = 2.0 ", &format!("position_limit = {limit} ")))
+            .unwrap();
+        let output = dimsart(&["check", path.to_str().unwrap()]);
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let note = "note: a position has steps of 6.2e-2 m at position_limit, 1000000 m (f32): usable to 0.0001 m within ±1024 m";
+    assert_eq!(far("1e6").matches(note).count(), 1);
+    assert!(!far("1000.0").contains("usable"));
+}

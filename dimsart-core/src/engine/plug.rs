@@ -150,19 +150,26 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         }
         let instance = *self.own_instance(module)?;
         let configuration = instance.configuration;
+        let period_s = if may_restructure { 0.0 } else { self.period_s(&instance) };
         let mut result = Ok(());
-        let mut visit = Parameters::set(parameter, element, value, may_restructure, &mut result);
+        let mut visit =
+            Parameters::set(parameter, element, value, may_restructure, &mut result).of_period(period_s);
         self.visit(module.kind, configuration, axis, &mut visit);
         if result.is_ok() && entries.are_of_axes() && place.is_none() {
             for other in 1..self.dof() {
                 let mut result = Ok(());
-                let mut visit = Parameters::set(parameter, None, value, may_restructure, &mut result);
+                let mut visit =
+                    Parameters::set(parameter, None, value, may_restructure, &mut result).of_period(period_s);
                 self.visit(module.kind, configuration, other, &mut visit);
             }
         }
         result?;
         self.prepare(&instance);
         Ok(())
+    }
+
+    fn period_s(&self, instance: &Instance) -> f32 {
+        self.device.with_period_of(instance.every_ticks).sample_period_s()
     }
 
     fn kind(module: ModuleRef) -> Result<&'static Kind, CommandError> {
@@ -241,6 +248,14 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
     fn plug_in(&mut self, module: ModuleRef) -> Result<(), CommandError> {
         self.is_unplugged(module)?;
         let kind = Self::kind(module)?;
+        if let Some(instance) = self.edited().instance(module).copied() {
+            let (period_s, mut fits) = (self.period_s(&instance), Ok(()));
+            for axis in 0..self.dof() {
+                let mut visit = Parameters::validate(&mut fits).of_period(period_s);
+                self.visit(module.kind, instance.configuration, axis, &mut visit);
+            }
+            fits?;
+        }
         if self.plans.running().is_plugged_in(module) {
             // There its handles are in use.
             self.own_instance(module)?;

@@ -173,6 +173,18 @@ fn parameter<V: Vocabulary>(
                  device)"
             )
         }
+        (ParameterError::AboveTicks { most_hz }, _) => {
+            write!(
+                f,
+                "the frequency is above {most_hz} Hz, 0.49 of the module's rate: lower it, or run it more often"
+            )
+        }
+        (ParameterError::Imprecise { percent }, _) => {
+            write!(
+                f,
+                "as f32 these coefficients may be off by {percent} % at 0 Hz: use LOWPASS_MOD, or a larger EVERY_TICKS"
+            )
+        }
         (ParameterError::NeedsCounters, _) => {
             write!(
                 f,

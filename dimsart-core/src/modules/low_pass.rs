@@ -7,7 +7,7 @@
 //!
 //! Åström & Wittenmark, *Computer-Controlled Systems*, sections 2.3 and 8.2. It begins with its input as if that had been
 //! the same for ever, or where it takes over with what was written last. `SECOND` has no frequencies beyond 0.49 of the
-//! ticks': a higher one counts as that.
+//! ticks': a higher one is refused.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -27,10 +27,10 @@ use core::f32::consts::{FRAC_1_SQRT_2, TAU};
 
 use super::filtered::Filtered;
 use super::lag;
-use super::state_variable::{Coefficients, Integrators, warped};
+use super::state_variable::{Coefficients, Integrators, admits, warped};
 use super::take_over::first;
 use crate::math::CompensatedSum;
-use crate::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, choice, words};
+use crate::{Context, Declare, DeviceDescriptor, Module, ParameterError, Parameters, Unit, choice, words};
 
 choice! {
     /// Order of the filter.
@@ -71,6 +71,13 @@ impl Module for LowPass {
         visit.per_axis(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-3..=1e5, 100.0, "Corner frequency.");
         let summary = "Damping of the second order; 1 is critical.";
         visit.per_axis(damping, "DAMPING", Unit::One, 0.01..=100.0, FRAC_1_SQRT_2, summary);
+    }
+
+    fn validate_axis(settings: &Settings, gains: &Gains, period_s: f32) -> Result<(), ParameterError> {
+        match settings.order {
+            Order::First => Ok(()),
+            Order::Second => admits(gains.frequency_hz, period_s),
+        }
     }
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {

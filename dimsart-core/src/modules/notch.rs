@@ -5,7 +5,7 @@
 //! 11.3; `scipy.signal.iirnotch` is this design). Computed as `y = x - k b`, where `b` is the band-pass of a state-variable
 //! filter and `k = tan(ω h / 2Q) (1 + g²) / g`, `g = tan(ω h / 2)`.
 //!
-//! It begins with its input as if that had been the same for ever. A frequency beyond 0.49 of the ticks' counts as that.
+//! It begins with its input as if that had been the same for ever. A frequency beyond 0.49 of the ticks' is refused.
 //!
 //! ```
 //! use dimsart_core::{Bench, types};
@@ -22,8 +22,8 @@
 //! ```
 
 use super::filtered::Filtered;
-use super::state_variable::{Coefficients, Integrators, warped};
-use crate::{Context, Declare, DeviceDescriptor, Module, Parameters, Unit, words};
+use super::state_variable::{Coefficients, Integrators, admits, warped};
+use crate::{Context, Declare, DeviceDescriptor, Module, ParameterError, Parameters, Unit, words};
 
 words! {
     /// Of an axis.
@@ -55,6 +55,10 @@ impl Module for Notch {
         visit.per_axis(frequency_hz, "FREQUENCY", Unit::Hertz, 1e-3..=1e5, 50.0, "Frequency to take out.");
         let summary = "Frequency over the width of the notch at -3 dB.";
         visit.per_axis(quality, "QUALITY", Unit::One, 1.0..=1000.0, 10.0, summary);
+    }
+
+    fn validate_axis((): &(), gains: &Gains, period_s: f32) -> Result<(), ParameterError> {
+        admits(gains.frequency_hz, period_s)
     }
 
     fn prepare_axis(_: &(), gains: &mut Gains, device: &DeviceDescriptor) {

@@ -8,9 +8,8 @@
 //! Where it takes over from another module, `I` begins with what that one's last force leaves for it, so that the force
 //! goes on without a step; with `K_I = 0`, nothing would ever take that away again, and `I` begins with zero.
 
-use crate::{
-    Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, math, types, words,
-};
+use crate::math::{self, CompensatedSum};
+use crate::{Context, Declare, DeviceDescriptor, Input, Module, Output, Parameters, Unit, types, words};
 
 words! {
     /// Of all axes.
@@ -35,7 +34,7 @@ words! {
     }
     /// Of an axis.
     pub struct Axis {
-        integral: f32,
+        integral: CompensatedSum,
         previous_error: f32,
         filtered_change: f32,
         /// Ticks left in which the integral makes up for the derivative, which takes two to be known.
@@ -114,7 +113,7 @@ impl Module for Pid {
                 return axis;
             }
             let integral = math::limit(last_force, gains.limit) - proportional;
-            Axis { integral, settling_ticks: 2, ..axis }
+            Axis { integral: CompensatedSum::new(integral), settling_ticks: 2, ..axis }
         });
     }
 
@@ -130,12 +129,12 @@ impl Module for Pid {
             if axis.settling_ticks > 0 {
                 axis.settling_ticks -= 1;
                 axis.filtered_change = change;
-                axis.integral -= gains.damping_per_tick * change;
+                axis.integral.add(-gains.damping_per_tick * change);
             }
-            let integral = axis.integral + gains.integral_gain_per_tick * error;
+            let integral = axis.integral.add(gains.integral_gain_per_tick * error);
             let wanted = gains.stiffness * error + integral + gains.damping_per_tick * axis.filtered_change;
             let force = math::limit(wanted, gains.limit);
-            axis.integral = integral + tracking * (force - wanted);
+            axis.integral.add(tracking * (force - wanted));
             [force]
         });
     }

@@ -1,6 +1,6 @@
 //! State feedback of position and velocity, with integral action.
 //!
-//! `F = sat(N r - K_1 x - K_2 v + I)`: `I` integrates `K_I (r - x)` and is bled by `(sat(F) - F) h / T_t` while the force
+//! `F = sat(N r - K_1 x - K_2 v + I)`, computed as `K_1 (r - x) + (N - K_1) r`, which loses nothing far from zero: `I` integrates `K_I (r - x)` and is bled by `(sat(F) - F) h / T_t` while the force
 //! limit holds (Franklin, Powell & Workman, *Digital Control of Dynamic Systems*, section 8.5). `r` is `DES_POSITION`. The
 //! gains are those of `control.place` or `control.dlqr`, with `N = K_1` where there is no integral.
 //!
@@ -41,6 +41,8 @@ words! {
         limit: f32,
         /// `K_I h`.
         integral_per_tick: f32,
+        /// `N - K_1`.
+        excess: f32,
     }
     /// Of an axis.
     pub struct Axis { integral: CompensatedSum }
@@ -80,6 +82,7 @@ impl Module for StateFeedback {
 
     fn prepare_axis(_: &Settings, gains: &mut Gains, device: &DeviceDescriptor) {
         gains.integral_per_tick = gains.integral * device.sample_period_s();
+        gains.excess = gains.reference - gains.position;
     }
 
     fn ports(_: &Settings, declare: &mut Declare<'_>) -> Ports {
@@ -98,9 +101,9 @@ impl Module for StateFeedback {
         context.begin_axes(inputs, |gains, [x, v, desired, last]| {
             let damping = -gains.velocity * v;
             let first = first(takes_over, last, damping);
-            let others = gains.reference * desired - gains.position * x
-                + damping
-                + gains.integral_per_tick * (desired - x);
+            let error = desired - x;
+            let others =
+                (gains.position + gains.integral_per_tick) * error + gains.excess * desired + damping;
             let integral = math::limit(first, gains.limit) - others;
             Axis { integral: CompensatedSum::new(if gains.integral > 0.0 { integral } else { 0.0 }) }
         });
@@ -111,8 +114,9 @@ impl Module for StateFeedback {
         let Ports { position, velocity, desired_position, force } = context.ports();
         let Settings { tracking, .. } = context.settings();
         context.map_axes([position, velocity, desired_position], [force], |gains, axis, [x, v, desired]| {
-            let integral = axis.integral.add(gains.integral_per_tick * (desired - x));
-            let wanted = gains.reference * desired - gains.position * x - gains.velocity * v + integral;
+            let error = desired - x;
+            let integral = axis.integral.add(gains.integral_per_tick * error);
+            let wanted = gains.position * error + gains.excess * desired - gains.velocity * v + integral;
             let force = math::limit(wanted, gains.limit);
             axis.integral.add(tracking * (force - wanted));
             [force]

@@ -8,7 +8,7 @@
 use core::f32::consts::PI;
 
 use crate::math::{self, CompensatedSum};
-use crate::words;
+use crate::{ParameterError, words};
 
 words! {
     /// Coefficients of a tick.
@@ -17,10 +17,22 @@ words! {
     pub(super) struct Integrators { band: f32, low: CompensatedSum }
 }
 
-/// Tangent of half the angle of a frequency in a tick; of the highest frequency that Tustin's rule has, 0.49 of the ticks'
-/// frequency, where it is more.
+/// The highest frequency that Tustin's rule has, of the ticks'.
+const MOST: f32 = 0.49;
+
+/// Tangent of half the angle of a frequency in a tick; of the highest one where it is more.
 pub(super) fn warped(frequency_hz: f32, period_s: f32) -> f32 {
-    math::tan(PI * (frequency_hz * period_s).min(0.49))
+    math::tan(PI * (frequency_hz * period_s).min(MOST))
+}
+
+/// Whether ticks of this period have a frequency.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a cast saturates")]
+pub(super) fn admits(frequency_hz: f32, period_s: f32) -> Result<(), ParameterError> {
+    if frequency_hz * period_s > MOST {
+        Err(ParameterError::AboveTicks { most_hz: (MOST / period_s + 0.5) as u32 })
+    } else {
+        Ok(())
+    }
 }
 
 impl Coefficients {

@@ -17,6 +17,8 @@ pub struct Parameters<'a> {
     index: u8,
     /// What the program of the module says of the parameter that is asked, if it runs one and that has it.
     of_program: Option<LawParameter>,
+    /// Of the module, where it is plugged in; else 0.
+    period_s: f32,
 }
 
 /// A parameter and its value; of a list that has no such entry, none.
@@ -65,6 +67,23 @@ impl<'a> Parameters<'a> {
         Self::new(Request::Set(Set { index, element, value, may_restructure, result }))
     }
 
+    /// Sets none: `result`, which is to be `Ok`, says whether they fit together.
+    pub(crate) fn validate(result: &'a mut Result<(), ParameterError>) -> Self {
+        let value = Value::Flag(false);
+        Self::new(Request::Set(Set { index: u8::MAX, element: None, value, may_restructure: false, result }))
+    }
+
+    /// The same, of a module that runs with this period.
+    pub(crate) fn of_period(mut self, period_s: f32) -> Self {
+        self.period_s = period_s;
+        self
+    }
+
+    /// Period of the module; 0 while it does not run.
+    pub(crate) fn period_s(&self) -> f32 {
+        self.period_s
+    }
+
     /// Number of the parameter that is asked; none where it is all of them.
     pub(crate) fn asked(&self) -> Option<u8> {
         match &self.request {
@@ -89,7 +108,7 @@ impl<'a> Parameters<'a> {
     }
 
     fn new(request: Request<'a>) -> Self {
-        Self { request, index: 0, of_program: None }
+        Self { request, index: 0, of_program: None, period_s: 0.0 }
     }
 
     /// Whether what was visited has changed and is to be kept, which takes parameters that fit together.

@@ -31,6 +31,7 @@ mod link_start;
 mod matching;
 mod modules;
 mod online;
+mod order;
 mod overruns;
 mod parameters;
 mod play_out;
