@@ -149,27 +149,48 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
             return Ok(());
         }
         let instance = *self.own_instance(module)?;
-        let configuration = instance.configuration;
-        let period_s = if may_restructure { 0.0 } else { self.period_s(&instance) };
-        let mut result = Ok(());
-        let mut visit =
-            Parameters::set(parameter, element, value, may_restructure, &mut result).of_period(period_s);
-        self.visit(module.kind, configuration, axis, &mut visit);
-        if result.is_ok() && entries.are_of_axes() && place.is_none() {
+        self.set_axis(&instance, axis, parameter, element, value)?;
+        if entries.are_of_axes() && place.is_none() {
             for other in 1..self.dof() {
-                let mut result = Ok(());
-                let mut visit =
-                    Parameters::set(parameter, None, value, may_restructure, &mut result).of_period(period_s);
-                self.visit(module.kind, configuration, other, &mut visit);
+                let _ = self.set_axis(&instance, other, parameter, None, value);
             }
         }
-        result?;
         self.prepare(&instance);
         Ok(())
     }
 
+    /// Sets a parameter of one axis.
+    #[inline(never)]
+    fn set_axis(
+        &mut self,
+        instance: &Instance,
+        axis: u8,
+        parameter: u8,
+        element: Option<u8>,
+        value: Value,
+    ) -> Result<(), ParameterError> {
+        let may_restructure = !self.edited().is_plugged_in(instance.reference);
+        let period_s = if may_restructure { 0.0 } else { self.period_s(instance) };
+        let mut result = Ok(());
+        let mut visit =
+            Parameters::set(parameter, element, value, may_restructure, &mut result).of_period(period_s);
+        self.visit(instance.reference.kind, instance.configuration, axis, &mut visit);
+        result
+    }
+
+    /// Whether the parameters fit the period of the module.
+    #[inline(never)]
+    fn fits(&mut self, instance: &Instance) -> Result<(), ParameterError> {
+        let (period_s, mut fits) = (self.period_s(instance), Ok(()));
+        for axis in 0..self.dof() {
+            let mut visit = Parameters::validate(&mut fits).of_period(period_s);
+            self.visit(instance.reference.kind, instance.configuration, axis, &mut visit);
+        }
+        fits
+    }
+
     fn period_s(&self, instance: &Instance) -> f32 {
-        self.device.with_period_of(instance.every_ticks).sample_period_s()
+        self.device.sample_period_s() * f32::from(instance.every_ticks)
     }
 
     fn kind(module: ModuleRef) -> Result<&'static Kind, CommandError> {
@@ -249,12 +270,7 @@ impl<M: ModuleList, const WORDS: usize> Engine<M, WORDS> {
         self.is_unplugged(module)?;
         let kind = Self::kind(module)?;
         if let Some(instance) = self.edited().instance(module).copied() {
-            let (period_s, mut fits) = (self.period_s(&instance), Ok(()));
-            for axis in 0..self.dof() {
-                let mut visit = Parameters::validate(&mut fits).of_period(period_s);
-                self.visit(module.kind, instance.configuration, axis, &mut visit);
-            }
-            fits?;
+            self.fits(&instance)?;
         }
         if self.plans.running().is_plugged_in(module) {
             // There its handles are in use.
