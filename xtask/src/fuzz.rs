@@ -2,14 +2,11 @@
 //!
 //! The folder `fuzz` is laid out for `cargo fuzz` too: `cargo fuzz run packets --sanitizer none`.
 
-use std::num::NonZero;
 use std::path::PathBuf;
-use std::sync::{Mutex, PoisonError};
-use std::thread::available_parallelism;
 use std::time::Instant;
 
 use crate::setup::install;
-use crate::shell::{Outcome, cargo, command, run, succeeds, target, top};
+use crate::shell::{Outcome, cargo, command, on_every_core, run, succeeds, target, top};
 
 /// Inputs of each decoder, unless another number is asked for: 5 minutes for all of them on two cores.
 pub(crate) const INPUTS: u64 = 10_000_000;
@@ -33,17 +30,7 @@ pub(crate) fn fuzz(inputs: u64) -> Outcome {
     let build = ["build", "--release", "--manifest-path", "fuzz/Cargo.toml", "--target", &host];
     run(cargo(&build).env("RUSTFLAGS", WATCHED).env("CARGO_TARGET_DIR", &folder))?;
     let fuzzers = Fuzzers { inputs, program: folder.join(&host).join("release"), folder };
-    let decoders = Mutex::new(decoders()?.into_iter());
-    let next = || decoders.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let cores = available_parallelism().map_or(1, NonZero::get);
-    // The next one goes to the core that is free first.
-    let work = || std::iter::from_fn(next).filter_map(|decoder| fuzzers.run(&decoder).err()).collect();
-    let broken: Vec<String> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
-        let lost = |_| vec!["a fuzzer was lost".to_owned()];
-        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(lost)).collect()
-    });
-    if broken.is_empty() { Ok(()) } else { Err(broken.join("; ")) }
+    on_every_core(decoders()?, |decoder| fuzzers.run(&decoder))
 }
 
 /// How each decoder is given its inputs.

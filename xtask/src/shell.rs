@@ -1,8 +1,11 @@
 //! Runs other programs and says what it runs.
 
 use std::ffi::OsStr;
+use std::num::NonZero;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
+use std::thread::available_parallelism;
 
 /// What went wrong, and what to do next.
 pub(crate) type Outcome = Result<(), String>;
@@ -42,6 +45,21 @@ pub(crate) fn run(command: &mut Command) -> Outcome {
         Ok(status) => Err(format!("`{shown}` ended with {status}")),
         Err(error) => Err(format!("`{shown}` could not be started: {error}")),
     }
+}
+
+/// Does some work for each of these, as many at a time as there are cores: the next one goes to the core that is free first.
+/// An error names all that failed.
+pub(crate) fn on_every_core<T: Send>(todo: Vec<T>, work: impl Fn(T) -> Outcome + Sync) -> Outcome {
+    let todo = Mutex::new(todo.into_iter());
+    let next = || todo.lock().unwrap_or_else(PoisonError::into_inner).next();
+    let on_core = || std::iter::from_fn(next).filter_map(|one| work(one).err()).collect();
+    let cores = available_parallelism().map_or(1, NonZero::get);
+    let failed: Vec<String> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(on_core)).collect();
+        let lost = |_| vec!["a thread was lost".to_owned()];
+        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(lost)).collect()
+    });
+    if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
 /// Whether a command runs and succeeds; what it prints is thrown away.

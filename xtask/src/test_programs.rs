@@ -2,16 +2,13 @@
 //! at the end of each.
 
 use std::ffi::OsString;
-use std::num::NonZero;
 use std::path::PathBuf;
 use std::process::Command;
-use std::sync::{Mutex, PoisonError};
-use std::thread::available_parallelism;
 use std::time::Instant;
 
 use serde::Deserialize;
 
-use crate::shell::{Outcome, cargo, run};
+use crate::shell::{Outcome, cargo, on_every_core, run};
 
 /// The programs that take longest, by name.
 const LONGEST: [&str; 8] = ["emulated", "chip", "rigs", "cycles", "live", "foc", "replay", "sweep"];
@@ -94,17 +91,9 @@ pub(crate) fn run_all(environment: &[(&str, OsString)]) -> Outcome {
     if programs.is_empty() {
         return Err("cargo has built no test program".to_owned());
     }
-    let programs = Mutex::new(programs.into_iter());
-    let next = || programs.lock().unwrap_or_else(PoisonError::into_inner).next();
-    let work = || std::iter::from_fn(next).filter_map(|program| program.run(environment).err()).collect();
-    let cores = available_parallelism().map_or(1, NonZero::get);
-    let failed: Vec<String> = std::thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(work)).collect();
-        let lost = |_| vec!["a thread was lost".to_owned()];
-        workers.into_iter().flat_map(|worker| worker.join().unwrap_or_else(lost)).collect()
-    });
+    let tests = on_every_core(programs, |program| program.run(environment));
     let examples = run(&mut cargo(&["test", "--workspace", "--doc", "--quiet"]));
-    let failed: Vec<String> = failed.into_iter().chain(examples.err()).collect();
+    let failed: Vec<String> = [tests, examples].into_iter().filter_map(Result::err).collect();
     if failed.is_empty() { Ok(()) } else { Err(failed.join("; ")) }
 }
 
