@@ -22,10 +22,21 @@ pub struct Dimsart<M = Standard, const WORDS: usize = DEFAULT_WORDS> {
     safety: Safety,
     are_commands_late: bool,
     drive_fault: Option<DriveFault>,
-    /// The link whose first packet the device waits for.
-    awaited_link: Option<u8>,
-    /// Whether that packet came in the last tick.
-    has_joined: bool,
+    first_packet: FirstPacket,
+}
+
+/// The first packet of a link. The device does not move before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum FirstPacket {
+    /// Every link has had its own, or none is needed.
+    Unneeded,
+    Awaited {
+        link: u8,
+    },
+    /// It came in the last tick: modules begin with the next.
+    Came {
+        link: u8,
+    },
 }
 
 impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
@@ -51,8 +62,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             safety: Safety::new(),
             are_commands_late: false,
             drive_fault: None,
-            awaited_link: None,
-            has_joined: false,
+            first_packet: FirstPacket::Unneeded,
         }
     }
 
@@ -63,7 +73,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// [unconnected](Self::unconnected) then.
     pub fn connect(&mut self, device: DeviceDescriptor) -> Result<(), StorageError> {
         self.frame = Frame::unconnected();
-        self.awaited_link = None;
+        self.first_packet = FirstPacket::Unneeded;
         self.safety.connect(&device);
         self.engine.connect(device.clone());
         let frame = Frame::connect(self.engine.data_base_mut(), &device);
@@ -77,12 +87,12 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
     /// moved is forgotten. What comes over links and what is recorded [goes on](crate::Module::OUTLASTS_ARMING). To be called
     /// before each tick: after a link's first packet motion starts with the next call.
     pub fn allow_motion(&mut self, is_allowed: bool) {
-        let has_joined = self.has_joined && self.awaited_link.is_some();
+        let has_joined = matches!(self.first_packet, FirstPacket::Came { .. });
+        if has_joined {
+            self.first_packet = FirstPacket::Unneeded;
+        }
         if is_allowed && (has_joined || self.safety.forbids_motion()) {
             self.engine.begin_motion();
-            if has_joined {
-                self.awaited_link = None;
-            }
         }
         self.safety.allow_motion(is_allowed);
     }
@@ -154,18 +164,19 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
         if self.are_commands_late {
             return Err(Tick::CommandsLate);
         }
-        if silent_link.is_some() || self.awaited_link.is_some() {
-            return Err(self.await_link(silent_link));
+        match (silent_link, self.first_packet) {
+            (None, FirstPacket::Unneeded) => Ok(()),
+            (None, FirstPacket::Awaited { link } | FirstPacket::Came { link }) => {
+                Err(self.wait(link, FirstPacket::Came { link }))
+            }
+            (Some((link, _)), _) => Err(self.wait(link, FirstPacket::Awaited { link })),
         }
-        Ok(())
     }
 
     /// A tick without a link's first packet, or the one that brings it.
     #[cold]
-    fn await_link(&mut self, silent_link: Option<(u8, Silence)>) -> Tick {
-        self.has_joined = silent_link.is_none();
-        let link = silent_link.map(|(link, _)| link).or(self.awaited_link).unwrap_or_default();
-        self.awaited_link = Some(link);
+    fn wait(&mut self, link: u8, first_packet: FirstPacket) -> Tick {
+        self.first_packet = first_packet;
         Tick::LinkDown { link }
     }
 
@@ -191,7 +202,7 @@ impl<M: ModuleList, const WORDS: usize> Dimsart<M, WORDS> {
             self.safety.reset();
             self.frame.begin_anew();
             // It has modules begin.
-            self.awaited_link = None;
+            self.first_packet = FirstPacket::Unneeded;
         }
         self.engine.command(command)?;
         if self.engine.is_taking_over() {

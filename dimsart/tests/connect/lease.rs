@@ -26,6 +26,8 @@ fn running() -> Board {
     let mut device = board.connect();
     let sent = device.send_scheme(&scheme, "slave").unwrap();
     assert!(sent.state.starts_with(DISARMED), "{}", sent.state);
+    // However long it has waited for its peer.
+    board.wait_for(Tick::LinkDown { link: 0 });
     device.set("COMM_RXMOD", "TIMEOUT_TICKS", "0").unwrap();
     board.wait_for(Tick::Disarmed);
     board
