@@ -24,7 +24,7 @@ use zenoh::pubsub::Subscriber;
 use zenoh::sample::Sample;
 use zenoh::{Config, Session, Wait as _};
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
+const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 const LONG: Duration = Duration::from_secs(30);
 /// Where the process of a router listens; the test below is one then.
 const ROUTER: &str = "DIMSART_TEST_ROUTER";

@@ -34,7 +34,7 @@ use tungstenite::client::IntoClientRequest;
 use tungstenite::stream::MaybeTlsStream;
 use tungstenite::{Message, WebSocket};
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
+const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 /// For what must happen at some time.
 const LONG: Duration = Duration::from_secs(60);
 /// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.

@@ -20,7 +20,7 @@ use hil_sim::schemes::SchemeText;
 use mcap::records::Record;
 use tempfile::TempDir;
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
+const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 const FILE: &str = "signals.mcap";
 
 /// Exit status and standard output or error.

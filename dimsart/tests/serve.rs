@@ -16,7 +16,7 @@ use hil_sim::response::LiveRig;
 use hil_sim::rig_file::RigFile;
 use hil_sim::schemes::SchemeText;
 
-const PATIENCE: Patience = Patience { timeout: Duration::from_millis(500), tries: 5 };
+const PATIENCE: Patience = Patience { timeout: Duration::from_secs(20), tries: 3 };
 /// Of everybody's time, for a machine that has much else to do: a lease lasts a second of the computer's.
 const SPEED: f64 = 0.2;
 /// For what must happen at some time.

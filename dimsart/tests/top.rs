@@ -54,6 +54,12 @@ struct Terminal {
     terminal: Box<dyn portable_pty::MasterPty + Send>,
 }
 
+impl Drop for Terminal {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+    }
+}
+
 impl Terminal {
     fn start(folder: &Path, arguments: &[&str]) -> Self {
         let size = PtySize { rows: 24, cols: 80, pixel_width: 0, pixel_height: 0 };
@@ -203,6 +209,26 @@ fn a_request_to_terminate_gives_the_lease_and_the_terminal_back() {
     let deadline = Instant::now() + LONG;
     while !connect(folder.path(), PORT, &[]).contains("nobody holds the lease") {
         assert!(Instant::now() < deadline, "it still moves");
+    }
+}
+
+#[test]
+fn a_closed_terminal_ends_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let _served = Served::start(folder.path(), "joint", 1);
+    let pair = native_pty_system().openpty(PtySize::default()).unwrap();
+    let mut command = CommandBuilder::new(DIMSART);
+    command.args(["top", PORT]);
+    command.env("XDG_RUNTIME_DIR", folder.path());
+    let mut child = pair.slave.spawn_command(command).unwrap();
+    drop(pair.slave);
+    // It has drawn something.
+    pair.master.try_clone_reader().unwrap().read_exact(&mut [0; 100]).unwrap();
+    drop(pair.master);
+    let deadline = Instant::now() + LONG;
+    while child.try_wait().unwrap().is_none() {
+        assert!(Instant::now() < deadline, "it runs on without a terminal");
+        thread::sleep(Duration::from_millis(50));
     }
 }
 

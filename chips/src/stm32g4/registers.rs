@@ -1,6 +1,5 @@
 //! Registers as words with names: which bits they have, and what they are after a reset.
 
-use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 use super::Part;
@@ -37,12 +36,29 @@ impl Facts {
     }
 }
 
+/// Sets what a register has in a list that is as long as it has to be.
+fn set_at<T: Clone + Default>(list: &mut Vec<T>, offset: u32, value: T) {
+    let Some(place) = place(offset) else { return };
+    if list.len() <= place {
+        list.resize(place + 1, T::default());
+    }
+    if let Some(entry) = list.get_mut(place) {
+        *entry = value;
+    }
+}
+
 /// The registers of a peripheral, which hold what is written; models add what else happens.
 #[derive(Debug, Clone)]
 pub(super) struct Registers {
     peripheral: String,
-    facts: BTreeMap<u32, &'static Facts>,
-    values: BTreeMap<u32, u32>,
+    /// By [`place`].
+    facts: Vec<Option<&'static Facts>>,
+    values: Vec<u32>,
+}
+
+/// Index of a register; none for an address that is not a word's.
+fn place(offset: u32) -> Option<usize> {
+    usize::try_from(offset / 4).ok().filter(|_| offset.is_multiple_of(4))
 }
 
 impl Registers {
@@ -51,19 +67,26 @@ impl Registers {
         let mine = TABLE.iter().filter(|facts| {
             facts.class == class && facts.family.is_none_or(|family| family == part.family())
         });
-        let facts = mine.map(|facts| (facts.offset, facts)).collect();
-        let mut registers = Self { peripheral: peripheral.to_owned(), facts, values: BTreeMap::new() };
+        let mut facts = Vec::new();
+        for known in mine {
+            set_at(&mut facts, known.offset, Some(known));
+        }
+        let mut registers = Self { peripheral: peripheral.to_owned(), facts, values: Vec::new() };
         registers.reset();
         registers
     }
 
     pub(super) fn reset(&mut self) {
-        self.values = self.facts.iter().map(|(offset, facts)| (*offset, facts.reset)).collect();
+        self.values = self.facts.iter().map(|facts| facts.map_or(0, |facts| facts.reset)).collect();
+    }
+
+    fn facts(&self, offset: u32) -> Option<&'static Facts> {
+        place(offset).and_then(|place| *self.facts.get(place)?)
     }
 
     /// `PERIPHERAL_REGISTER`.
     pub(super) fn name(&self, offset: u32) -> String {
-        match self.facts.get(&offset) {
+        match self.facts(offset) {
             Some(facts) => format!("{}_{}", self.peripheral, facts.name),
             None => format!("{} at {:#05x}", self.peripheral, offset % BLOCK_BYTES),
         }
@@ -71,7 +94,7 @@ impl Registers {
 
     /// What a register holds; 0 where there is none.
     pub(super) fn get(&self, offset: u32) -> u32 {
-        self.values.get(&offset).copied().unwrap_or(0)
+        place(offset).and_then(|place| self.values.get(place)).copied().unwrap_or(0)
     }
 
     /// Bits of a register, shifted down.
@@ -86,7 +109,7 @@ impl Registers {
 
     /// Sets a register by hardware.
     pub(super) fn set(&mut self, offset: u32, value: u32) {
-        self.values.insert(offset, value);
+        set_at(&mut self.values, offset, value);
     }
 
     /// Sets or clears a bit by hardware.
@@ -97,7 +120,7 @@ impl Registers {
 
     /// A program's read.
     pub(super) fn read(&self, offset: u32, access: &mut Access<'_>) -> u32 {
-        if !self.facts.contains_key(&offset) {
+        if self.facts(offset).is_none() {
             access.violates(format!("{} is read, which is no register", self.name(offset)));
         }
         self.get(offset)
@@ -105,7 +128,7 @@ impl Registers {
 
     /// A program's write. Bits that a register does not have are a violation when they change.
     pub(super) fn write(&mut self, offset: u32, value: u32, access: &mut Access<'_>) {
-        let Some(facts) = self.facts.get(&offset) else {
+        let Some(facts) = self.facts(offset) else {
             access.violates(format!("{} is written, which is no register", self.name(offset)));
             return;
         };

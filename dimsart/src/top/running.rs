@@ -2,7 +2,10 @@
 
 use std::env;
 use std::io;
+use std::process;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use ratatui::DefaultTerminal;
@@ -30,7 +33,8 @@ const PARTING: Duration = Duration::from_secs(1);
 ///
 /// # Errors
 /// Whatever the terminal says.
-pub(crate) fn run(stations: Vec<Station>, stop: &AtomicBool) -> io::Result<()> {
+pub(crate) fn run(stations: Vec<Station>, stop: &Arc<AtomicBool>) -> io::Result<()> {
+    exit_after(Arc::clone(stop));
     let has_colours = env::var_os("NO_COLOR").is_none_or(|said| said.is_empty());
     let names: Vec<&str> = stations.iter().map(Station::name).collect();
     let screen = Screen::new(&names, has_colours);
@@ -39,6 +43,17 @@ pub(crate) fn run(stations: Vec<Station>, stop: &AtomicBool) -> io::Result<()> {
     // The lease first: a terminal may be gone.
     running.let_go();
     ended.and(ratatui::try_restore())
+}
+
+/// Ends the process soon after `stop` is set: crossterm's `poll` never returns once the terminal is closed.
+fn exit_after(stop: Arc<AtomicBool>) {
+    thread::spawn(move || {
+        while !stop.load(Ordering::Relaxed) {
+            thread::sleep(PICTURE);
+        }
+        thread::sleep(2 * PARTING);
+        process::exit(1);
+    });
 }
 
 struct Running<'a> {

@@ -154,6 +154,6 @@ fn emulator(image: &Path, folder: &Path, shift: u8) -> Child {
 }
 
 pub(crate) fn greet(uart: Box<dyn Stream>) -> Device<Box<dyn Stream>> {
-    let patience = Patience { timeout: Duration::from_secs(5), tries: 3 };
+    let patience = Patience { timeout: Duration::from_secs(60), tries: 3 };
     Device::greet(uart, patience).unwrap()
 }

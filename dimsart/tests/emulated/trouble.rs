@@ -112,7 +112,7 @@ fn who_cannot_wait_for_an_emulator_that_hangs_leaves_nothing_behind() {
             thread::sleep(Duration::from_millis(300));
         }
         assert!(!run.wait().unwrap().success());
-        assert!(start.elapsed() < Duration::from_secs(7), "{signal} is not waited for");
+        assert!(start.elapsed() < Duration::from_secs(60), "{signal} is not waited for");
         stage.assert_clean();
     }
 }
