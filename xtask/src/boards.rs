@@ -35,6 +35,9 @@ const FOR_EVERY_CHANGE: [&str; 6] = [
     "b-g431b-esc1",
 ];
 
+/// The board whose documentation is built for every change.
+const DOCUMENTED: &str = "nucleo-g474re";
+
 /// Which images are built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Images {
@@ -230,9 +233,9 @@ fn together(board: &BoardInfo) -> String {
     of_board.filter_map(|(_, variant)| variant).chain([PROGRAMS]).collect::<Vec<_>>().join(",")
 }
 
-/// Documentation of what is compiled for boards alone.
-pub(crate) fn document(toolchain: Toolchain) -> Outcome {
-    for board in BOARDS {
+/// Documents the firmware: of one board for every change, of every board for `long`.
+pub(crate) fn document(toolchain: Toolchain, images: Images) -> Outcome {
+    for board in BOARDS.iter().filter(|board| images == Images::All || board.name == DOCUMENTED) {
         // With the application and the features that their lints have built everything for.
         let packages = ["--no-deps", "--quiet", "--lib", "--package", "boards", "--package", "firmware"];
         let [no_others, option, features] = features(board, Some(&together(board)));

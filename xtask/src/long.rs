@@ -109,6 +109,7 @@ pub(crate) fn run() -> Outcome {
         outcomes.extend([
             steps.step("tests of every image", tests_of_images),
             steps.step("lints of every image", || boards::lint(toolchain, Images::All)),
+            steps.step("documentation of every board", || boards::document(toolchain, Images::All)),
             steps.step("stack of every image", || stack::hold(&images, &stack::bounds(&images)?)),
             steps.step("no panic in a tick of any image", || panic_free::hold(&images)),
             steps.step("frames on the stack as the compiler has them", || stack::cross_check(toolchain)),

@@ -61,7 +61,7 @@ usage: cargo xtask COMMAND
   how-tos     the same with docs/howto/; takes seconds
   bridge      build `dimsart bridge`, which takes minutes, and try it with a Zenoh router
   fuzz [N]    give every decoder N inputs, 10 million unless told otherwise
-  long        for the night: tests that ci runs short, at their full length; the images, lints and tests of all
+  long        for the night: tests that ci runs short, at their full length; the images, lints, documentation and tests of all
               variants, the tutorial, the page in a browser, the cycle table and two engines, which ci leaves out;
               then fuzz 1000000000
   panic-free  show that nothing a tick reaches in the images' machine code can panic, and that it is in CCM SRAM

@@ -40,7 +40,7 @@ pub(crate) fn ci() -> Outcome {
             || {
                 let images = images(steps, toolchain)?;
                 steps.step("lints of the boards", || boards::lint(toolchain, Images::Few))?;
-                steps.step("documentation of the boards", || boards::document(toolchain))?;
+                steps.step("documentation of a board", || boards::document(toolchain, Images::Few))?;
                 Ok(images)
             },
             || {
